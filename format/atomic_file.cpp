@@ -1,0 +1,146 @@
+#include "format/atomic_file.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+// What a signal handler may touch: plain pointers to strings that live until they are taken out.
+constexpr int slots = 64;
+std::array<std::atomic<char*>, slots> unfinished{};
+
+int enlist(const std::string& path) {
+  char* copy = strdup(path.c_str());
+  for (int i = 0; i < slots; ++i) {
+    char* expected = nullptr;
+    if (unfinished[static_cast<std::size_t>(i)].compare_exchange_strong(expected, copy)) return i;
+  }
+  std::free(copy);
+  return -1;
+}
+
+void delist(int slot) {
+  if (slot >= 0) std::free(unfinished[static_cast<std::size_t>(slot)].exchange(nullptr));
+}
+
+extern "C" void on_signal(int number) {
+  for (auto& slot : unfinished) {
+    if (const char* path = slot.load()) unlink(path);
+  }
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+std::string reason() { return std::strerror(errno); }
+
+}  // namespace
+
+void remove_unfinished_files_on_signal() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, on_signal);
+}
+
+Result<AtomicFile> AtomicFile::create(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  if (path.empty()) return fail(Code::file_unwritable, path, {}, "the output has no name");
+  if (fs::is_directory(path, ignored)) return fail(Code::file_unwritable, path, {}, "is a folder");
+  static std::atomic<int> counter{0};
+  const std::string temporary = fmt::format("{}.part-{}-{}", path, getpid(), counter++);
+  const int slot = enlist(temporary);
+  std::FILE* file = std::fopen(temporary.c_str(), "wb");
+  if (file == nullptr) {
+    const std::string why = reason();
+    delist(slot);
+    return fail(Code::file_unwritable, path, {}, why);
+  }
+  std::fclose(file);
+  return AtomicFile(path, temporary, slot);
+}
+
+AtomicFile::AtomicFile(std::string path, std::string temporary, int slot)
+    : path_(std::move(path)), temporary_(std::move(temporary)), slot_(slot) {}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      slot_(std::exchange(other.slot_, -1)) {}
+
+AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
+  if (this != &other) {
+    discard();
+    path_ = std::move(other.path_);
+    temporary_ = std::exchange(other.temporary_, {});
+    slot_ = std::exchange(other.slot_, -1);
+  }
+  return *this;
+}
+
+AtomicFile::~AtomicFile() { discard(); }
+
+void AtomicFile::discard() {
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+  temporary_.clear();
+  delist(std::exchange(slot_, -1));
+}
+
+Result<void> AtomicFile::commit() {
+  if (std::rename(temporary_.c_str(), path_.c_str()) != 0) {
+    const std::string why = reason();
+    discard();
+    return fail(Code::file_unwritable, path_, {}, why);
+  }
+  temporary_.clear();
+  delist(std::exchange(slot_, -1));
+  return {};
+}
+
+Result<void> write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
+  auto file = AtomicFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  std::FILE* out = std::fopen(file->temporary().c_str(), "wb");
+  const bool opened = out != nullptr;
+  const bool written = opened && std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size();
+  const bool closed = opened && std::fclose(out) == 0;
+  if (!written || !closed) return fail(Code::file_unwritable, path, {}, reason());
+  return file->commit();
+}
+
+Result<void> write_file(const std::string& path, const std::string& text) {
+  return write_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+Result<std::string> read_file(const std::string& path, std::uintmax_t limit) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!fs::exists(path, error)) return fail(Code::file_missing, path, {}, "no such file");
+  if (fs::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
+  std::FILE* in = std::fopen(path.c_str(), "rb");
+  if (in == nullptr) return fail(Code::file_unreadable, path, {}, reason());
+  std::string text;
+  std::array<char, 1 << 16> block;
+  std::size_t got = 0;
+  while ((got = std::fread(block.data(), 1, block.size(), in)) > 0) {
+    text.append(block.data(), got);
+    if (text.size() > limit) break;
+  }
+  const bool failed = std::ferror(in) != 0;
+  std::fclose(in);
+  if (failed) return fail(Code::file_unreadable, path, {}, reason());
+  if (text.size() > limit) {
+    return fail(Code::file_too_large, path, {}, fmt::format("larger than {} bytes", limit));
+  }
+  return text;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,141 @@
+#include "format/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/evaluate.h"
+#include "format/fabric_names.h"
+#include "format/parallel.h"
+#include "format/pool.h"
+
+namespace selvedge {
+namespace {
+
+/// The truth of one pair at one level: alpha * r, its noise, alpha (in x).
+struct TruthImage {
+  std::vector<V3d> colour;
+  std::vector<V3d> noise;
+  std::vector<V3d> alpha;
+};
+
+struct Sums {
+  double squared = 0;
+  double energy = 0;
+  double signed_error = 0;
+  double truth = 0;
+  double alpha_squared = 0;
+  double noise = 0;
+  double count = 0;
+
+  void add(const Sums& o) {
+    squared += o.squared;
+    energy += o.energy;
+    signed_error += o.signed_error;
+    truth += o.truth;
+    alpha_squared += o.alpha_squared;
+    noise += o.noise;
+    count += o.count;
+  }
+};
+
+/// The value below which 99.9 % of the truth's premultiplied values lie.
+double percentile_999(const PairSamples& truth) {
+  std::vector<float> values;
+  values.reserve(truth.alpha.size() * 3);
+  for (std::size_t i = 0; i < truth.alpha.size(); ++i) {
+    const V3f colour = truth.radiance[i] * truth.alpha[i];
+    values.insert(values.end(), {colour.x, colour.y, colour.z});
+  }
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return static_cast<double>(values[static_cast<std::size_t>(at)]);
+}
+
+Sums compare_level(const Fabric& fabric, int k, const DirectionPair& pair, const TruthImage& truth) {
+  const FabricLevel& level = fabric.levels[static_cast<std::size_t>(k)];
+  Sums sums;
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * level.width + x);
+      const Shading s = evaluate(fabric, k, x, y, pair.light, pair.view);
+      const V3d difference = V3d(s.radiance * s.alpha) - truth.colour[i];
+      const double alpha = static_cast<double>(s.alpha) - truth.alpha[i].x;
+      sums.squared += difference.length2();
+      sums.energy += truth.colour[i].length2();
+      sums.signed_error += difference.x + difference.y + difference.z;
+      sums.truth += truth.colour[i].x + truth.colour[i].y + truth.colour[i].z;
+      sums.alpha_squared += alpha * alpha;
+      sums.noise += truth.noise[i].length2();
+      sums.count += 1;
+    }
+  }
+  return sums;
+}
+
+double decibels(double peak, double mean_square) {
+  // An exact match has no finite figure; 200 dB is beyond what single precision can show.
+  constexpr double most = 200;
+  if (!(mean_square > 0) || !(peak > 0)) return most;
+  return std::min(most, 10 * std::log10(peak * peak / mean_square));
+}
+
+}  // namespace
+
+const char* name_of(PairKind kind) {
+  constexpr std::array<const char*, 3> all{names::part_validation, names::part_held_out, names::part_rim};
+  return all[static_cast<std::size_t>(kind)];
+}
+
+Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
+  const FabricLevel& base = fabric.levels.front();
+  const auto texels = static_cast<std::size_t>(base.texels());
+  if (truth.alpha.size() != truth.pairs.size() * texels) {
+    return fail(Code::fabric_mismatch, {}, name_of(kind),
+                fmt::format("the samples are not of {}x{} texels as the fabric is", base.width, base.height));
+  }
+  Comparison result;
+  result.kind = kind;
+  result.pairs = static_cast<int>(truth.pairs.size());
+  result.peak = peak > 0 ? peak : percentile_999(truth);
+  const std::size_t levels = fabric.levels.size();
+  std::vector<std::vector<Sums>> by_pair(truth.pairs.size(), std::vector<Sums>(levels));
+  parallel_for(0, result.pairs, [&](int index) {
+    const auto pair = static_cast<std::size_t>(index);
+    TruthImage image;
+    for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
+      image.colour.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
+      image.noise.emplace_back(V3d(truth.noise[i]));
+      image.alpha.emplace_back(static_cast<double>(truth.alpha[i]), 0.0, 0.0);
+    }
+    for (std::size_t k = 0; k < levels; ++k) {
+      if (k > 0) {
+        const FabricLevel& finer = fabric.levels[k - 1];
+        for (auto* values : {&image.colour, &image.noise, &image.alpha}) {
+          *values = pool_image(*values, finer.width, finer.height);
+        }
+      }
+      by_pair[pair][k] = compare_level(fabric, static_cast<int>(k), truth.pairs[pair], image);
+    }
+  });
+  for (std::size_t k = 0; k < levels; ++k) {
+    Sums sums;
+    for (const auto& pair : by_pair) sums.add(pair[k]);
+    if (sums.count == 0) break;
+    LevelComparison level;
+    level.level = static_cast<int>(k);
+    level.width = fabric.levels[k].width;
+    level.height = fabric.levels[k].height;
+    level.psnr = decibels(result.peak, sums.squared / (3 * sums.count));
+    level.relative_l2 = sums.energy > 0 ? std::sqrt(sums.squared / sums.energy) : 0;
+    level.mean_error = sums.truth > 0 ? sums.signed_error / sums.truth : 0;
+    level.alpha_rms = std::sqrt(sums.alpha_squared / sums.count);
+    level.noise_psnr = decibels(result.peak, sums.noise / (3 * sums.count));
+    result.levels.push_back(level);
+  }
+  return result;
+}
+
+}  // namespace selvedge

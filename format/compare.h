@@ -1,0 +1,37 @@
+// How far a fabric is from the truth: per level, over pairs of directions that took no part in the fit.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "format/fabric.h"
+#include "format/samples.h"
+
+namespace selvedge {
+
+/// Errors of alpha * f over black, all texels counted (holes too), all three channels together.
+struct LevelComparison {
+  int level = 0;
+  int width = 0;
+  int height = 0;
+  double psnr = 0;           ///< dB; peak: the truth's 99.9th percentile at level 0, one for all levels
+  double relative_l2 = 0;    ///< sqrt(sum (fit - truth)^2 / sum truth^2)
+  double mean_error = 0;     ///< mean of fit - truth, as a share of the mean truth
+  double alpha_rms = 0;      ///< root mean square error of alpha
+  double noise_psnr = 0;     ///< dB, the truth's own sampling noise against the same peak
+};
+
+struct Comparison {
+  PairKind kind = PairKind::held_out;
+  int pairs = 0;
+  double peak = 0;  ///< 1/sr
+  std::vector<LevelComparison> levels;
+};
+
+/// `peak`: pass 0 to take it from these pairs, or another set's so that figures compare.
+/// Refuses (fabric_mismatch) samples of another texel count than the fabric's level 0.
+Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
+
+const char* name_of(PairKind kind);
+
+}  // namespace selvedge

@@ -1,0 +1,79 @@
+// Errors as values: what every stage gives back instead of an exception.
+//
+// A code names the kind of fault (one row of one table, printed into spec/issues.md), the file and the
+// place within it say where, the message says why. `to_line` is the one line a user sees.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+namespace selvedge {
+
+/// Every kind of fault that Selvedge can name. The row of each stands in error.cpp.
+enum class Code {
+  file_missing,
+  file_unreadable,
+  file_unwritable,
+  file_damaged,
+  file_too_large,
+  option_out_of_range,
+  interrupted,
+  json_malformed,
+  stitch_unknown,
+  stitch_invalid,
+  mesh_empty,
+  mesh_not_finite,
+  mesh_invalid,
+  exr_malformed,
+  exr_unsupported,
+  samples_malformed,
+  samples_not_finite,
+  fabric_malformed,
+  fabric_version,
+  fabric_not_finite,
+  fabric_digest,
+  fabric_mismatch,
+  gltf_malformed,
+  gltf_unsupported,
+  gltf_reference,
+  material_missing,
+  garment_no_uvs,
+  garment_empty,
+  image_unreadable,
+  image_mismatch,
+  image_unwritable,
+  graphics_unavailable,
+};
+
+/// One row of the table of codes.
+struct CodeRow {
+  Code code;
+  std::string_view name;     ///< as printed: upper case, underscores
+  std::string_view meaning;  ///< one sentence for spec/issues.md
+};
+
+/// All rows, in the order of the enumeration.
+std::span<const CodeRow> code_table();
+std::string_view name_of(Code code);
+
+struct Error {
+  Code code = Code::file_unreadable;
+  std::string file;     ///< as the user named it; empty where no file is concerned
+  std::string place;    ///< JSON pointer, part/level/channel, option, line; may be empty
+  std::string message;  ///< the reason, without a full stop
+};
+
+/// "file: place: message [CODE]", always a single line.
+std::string to_line(const Error& error);
+
+template <class T>
+using Result = tl::expected<T, Error>;
+
+/// Shorthand for returning an error from a function that returns a Result.
+inline tl::unexpected<Error> fail(Code code, std::string file, std::string place, std::string message) {
+  return tl::unexpected<Error>(Error{code, std::move(file), std::move(place), std::move(message)});
+}
+
+}  // namespace selvedge

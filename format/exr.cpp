@@ -1,0 +1,392 @@
+#include "format/exr.h"
+
+#include <Imath/half.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfTiledInputPart.h>
+#include <OpenEXR/ImfTiledOutputPart.h>
+#include <OpenEXR/ImfVecAttribute.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+
+#include "format/atomic_file.h"
+#include "format/fabric.h"
+
+namespace selvedge {
+namespace {
+
+constexpr float largest_half = 65504.0F;
+
+Imf::PixelType pixel_type(const ExrChannel& channel) { return channel.half ? Imf::HALF : Imf::FLOAT; }
+
+/// One tile per level where it fits; 32 to 64 pixels a side.
+unsigned tile_size(const ExrPart& part) { return std::max(part.width, part.height) > 32 ? 64 : 32; }
+
+/// `display` is the first part's: OpenEXR wants one display window in the whole file.
+Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
+  Imf::Header header(part.width, part.height);
+  header.displayWindow() = Imath::Box2i({0, 0}, {display.width - 1, display.height - 1});
+  header.setName(part.name);
+  header.setType(part.mipmapped ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+  // A samples atlas is read in single rows; everything else in whole levels.
+  header.compression() = part.mipmapped ? Imf::ZIP_COMPRESSION : Imf::ZIPS_COMPRESSION;
+  if (part.mipmapped) {
+    header.setTileDescription(
+        Imf::TileDescription(tile_size(part), tile_size(part), Imf::MIPMAP_LEVELS, Imf::ROUND_DOWN));
+  }
+  for (const ExrChannel& channel : part.channels) {
+    header.channels().insert(channel.name, Imf::Channel(pixel_type(channel)));
+  }
+  for (const auto& [name, value] : part.attributes) {
+    if (const auto* text = std::get_if<std::string>(&value)) {
+      header.insert(name, Imf::StringAttribute(*text));
+    } else if (const auto* whole = std::get_if<int>(&value)) {
+      header.insert(name, Imf::IntAttribute(*whole));
+    } else if (const auto* real = std::get_if<float>(&value)) {
+      header.insert(name, Imf::FloatAttribute(*real));
+    } else if (const auto* v2 = std::get_if<V2f>(&value)) {
+      header.insert(name, Imf::V2fAttribute(*v2));
+    } else if (const auto* v3 = std::get_if<V3f>(&value)) {
+      header.insert(name, Imf::V3fAttribute(*v3));
+    }
+  }
+  return header;
+}
+
+std::map<std::string, ExrValue> attributes_of(const Imf::Header& header) {
+  std::map<std::string, ExrValue> result;
+  for (auto i = header.begin(); i != header.end(); ++i) {
+    const Imf::Attribute& a = i.attribute();
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a)) result[i.name()] = text->value();
+    if (const auto* whole = dynamic_cast<const Imf::IntAttribute*>(&a)) result[i.name()] = whole->value();
+    if (const auto* real = dynamic_cast<const Imf::FloatAttribute*>(&a)) result[i.name()] = real->value();
+    if (const auto* v2 = dynamic_cast<const Imf::V2fAttribute*>(&a)) result[i.name()] = v2->value();
+    if (const auto* v3 = dynamic_cast<const Imf::V3fAttribute*>(&a)) result[i.name()] = v3->value();
+  }
+  return result;
+}
+
+/// A slice over one plane whose first row is scanline `first_row`.
+Imf::Slice slice_of(Imf::PixelType type, const void* plane, int width, int first_row, std::size_t size) {
+  const std::size_t row_bytes = size * static_cast<std::size_t>(width);
+  // OpenEXR addresses by absolute scanline: the base lies `first_row` rows before the buffer.
+  auto* base = reinterpret_cast<char*>(reinterpret_cast<std::uintptr_t>(plane) -
+                                       static_cast<std::uintptr_t>(first_row) * row_bytes);
+  return {type, base, size, row_bytes};
+}
+
+/// Planes in their stored precision, and the frame buffer that points at them.
+struct StoredPlanes {
+  std::vector<std::vector<Imath::half>> halves;
+  Imf::FrameBuffer buffer;
+};
+
+Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels, int first_row,
+                                   const std::string& file) {
+  StoredPlanes stored;
+  stored.halves.resize(part.channels.size());
+  for (std::size_t c = 0; c < part.channels.size(); ++c) {
+    const std::vector<float>& plane = pixels.planes[c];
+    if (part.channels[c].half) {
+      stored.halves[c].resize(plane.size());
+      for (std::size_t i = 0; i < plane.size(); ++i) {
+        if (std::abs(plane[i]) > largest_half || std::isnan(plane[i])) {
+          const auto width = static_cast<std::size_t>(pixels.width);
+          return fail(Code::fabric_not_finite, file,
+                      fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % width, i / width),
+                      fmt::format("{} does not fit into half precision", plane[i]));
+        }
+        stored.halves[c][i] = Imath::half(plane[i]);
+      }
+      stored.buffer.insert(part.channels[c].name, slice_of(Imf::HALF, stored.halves[c].data(), pixels.width,
+                                                           first_row, sizeof(Imath::half)));
+    } else {
+      stored.buffer.insert(part.channels[c].name,
+                           slice_of(Imf::FLOAT, plane.data(), pixels.width, first_row, sizeof(float)));
+    }
+  }
+  return stored;
+}
+
+class MemoryStream : public Imf::IStream {
+ public:
+  MemoryStream(std::span<const std::uint8_t> bytes, const std::string& name)
+      : IStream(name.c_str()), bytes_(bytes) {}
+  bool isMemoryMapped() const override { return false; }
+  bool read(char c[], int n) override {
+    const auto count = static_cast<std::uint64_t>(n);
+    if (count > bytes_.size() - position_) throw Iex::InputExc("unexpected end of file");
+    std::memcpy(c, bytes_.data() + position_, count);
+    position_ += count;
+    return position_ < bytes_.size();
+  }
+  std::uint64_t tellg() override { return position_; }
+  void seekg(std::uint64_t position) override { position_ = std::min<std::uint64_t>(position, bytes_.size()); }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  std::uint64_t position_ = 0;
+};
+
+}  // namespace
+
+struct ExrWriter::State {
+  AtomicFile file;
+  std::vector<ExrPart> parts;
+  std::vector<int> next_row;
+  std::unique_ptr<Imf::MultiPartOutputFile> out;
+};
+
+ExrWriter::ExrWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ExrWriter::ExrWriter(ExrWriter&&) noexcept = default;
+ExrWriter& ExrWriter::operator=(ExrWriter&&) noexcept = default;
+// The output must be closed before the temporary file is removed.
+ExrWriter::~ExrWriter() {
+  try {
+    if (state_) state_->out.reset();
+  } catch (const std::exception&) {
+    // An unfinished file is being thrown away: nothing more to say about it.
+    state_->out.release();
+  }
+}
+
+Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
+  auto file = AtomicFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  try {
+    std::vector<Imf::Header> headers;
+    for (const ExrPart& part : parts) headers.push_back(header_of(part, parts.front()));
+    auto out = std::make_unique<Imf::MultiPartOutputFile>(file->temporary().c_str(), headers.data(),
+                                                          static_cast<int>(headers.size()));
+    std::vector<int> next_row(parts.size(), 0);
+    return ExrWriter(std::make_unique<State>(
+        State{std::move(*file), std::move(parts), std::move(next_row), std::move(out)}));
+  } catch (const std::exception& e) {
+    return fail(Code::file_unwritable, path, {}, e.what());
+  }
+}
+
+Result<void> ExrWriter::write_level(int part_index, int level, const ExrPixels& pixels) {
+  const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
+  if (!part.mipmapped) return write_rows(part_index, pixels);
+  const std::string& file = state_->file.path();
+  const auto stored = stored_planes(part, pixels, 0, file);
+  if (!stored) return tl::unexpected(stored.error());
+  try {
+    Imf::TiledOutputPart out(*state_->out, part_index);
+    out.setFrameBuffer(stored->buffer);
+    out.writeTiles(0, out.numXTiles(level) - 1, 0, out.numYTiles(level) - 1, level);
+  } catch (const std::exception& e) {
+    return fail(Code::file_unwritable, file, part.name, e.what());
+  }
+  return {};
+}
+
+Result<void> ExrWriter::write_rows(int part_index, const ExrPixels& pixels) {
+  const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
+  int& next_row = state_->next_row[static_cast<std::size_t>(part_index)];
+  const std::string& file = state_->file.path();
+  const auto stored = stored_planes(part, pixels, next_row, file);
+  if (!stored) return tl::unexpected(stored.error());
+  try {
+    Imf::OutputPart out(*state_->out, part_index);
+    out.setFrameBuffer(stored->buffer);
+    out.writePixels(pixels.height);
+    next_row += pixels.height;
+  } catch (const std::exception& e) {
+    return fail(Code::file_unwritable, file, part.name, e.what());
+  }
+  return {};
+}
+
+Result<void> ExrWriter::commit() {
+  try {
+    state_->out.reset();
+  } catch (const std::exception& e) {
+    return fail(Code::file_unwritable, state_->file.path(), {}, e.what());
+  }
+  return state_->file.commit();
+}
+
+struct ExrReader::State {
+  std::string name;
+  ExrLimits limits;
+  std::unique_ptr<MemoryStream> stream;
+  std::unique_ptr<Imf::MultiPartInputFile> in;
+  std::vector<ExrPart> parts;
+};
+
+ExrReader::ExrReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ExrReader::ExrReader(ExrReader&&) noexcept = default;
+ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
+ExrReader::~ExrReader() = default;
+const std::string& ExrReader::name() const { return state_->name; }
+const std::vector<ExrPart>& ExrReader::parts() const { return state_->parts; }
+
+int ExrReader::find_part(const std::string& part_name) const {
+  const auto& parts = state_->parts;
+  const auto found =
+      std::find_if(parts.begin(), parts.end(), [&](const ExrPart& part) { return part.name == part_name; });
+  return found == parts.end() ? -1 : static_cast<int>(found - parts.begin());
+}
+
+namespace {
+
+Result<ExrPart> part_of(const Imf::Header& header, const std::string& file, const ExrLimits& limits) {
+  ExrPart part;
+  part.name = header.hasName() ? header.name() : std::string();
+  const std::string& place = part.name;
+  const std::string type = header.hasType() ? header.type() : std::string();
+  const bool tiled = header.hasTileDescription();
+  if (!type.empty() && type != Imf::SCANLINEIMAGE && type != Imf::TILEDIMAGE) {
+    return fail(Code::exr_unsupported, file, place, fmt::format("part type '{}' is not read", type));
+  }
+  const Imath::Box2i window = header.dataWindow();
+  const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
+  const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
+  if (width < 1 || height < 1) return fail(Code::exr_malformed, file, place, "empty data window");
+  if (static_cast<std::uint64_t>(width) > limits.pixels_per_part ||
+      static_cast<std::uint64_t>(height) > limits.pixels_per_part / static_cast<std::uint64_t>(width)) {
+    return fail(Code::file_too_large, file, place, fmt::format("{}x{} pixels", width, height));
+  }
+  if (window.min.x != 0 || window.min.y != 0) {
+    return fail(Code::exr_unsupported, file, place, "the data window does not begin at 0,0");
+  }
+  part.width = static_cast<int>(width);
+  part.height = static_cast<int>(height);
+  if (tiled) {
+    const Imf::TileDescription& tiles = header.tileDescription();
+    if (tiles.mode != Imf::ONE_LEVEL &&
+        (tiles.mode != Imf::MIPMAP_LEVELS || tiles.roundingMode != Imf::ROUND_DOWN)) {
+      return fail(Code::exr_unsupported, file, place, "levels other than mip maps rounded down are not read");
+    }
+    part.mipmapped = true;
+    part.levels = tiles.mode == Imf::ONE_LEVEL ? 1 : level_count(part.width, part.height);
+  }
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+    const Imf::Channel& channel = c.channel();
+    const std::string where = fmt::format("{}/{}", part.name, c.name());
+    if (channel.xSampling != 1 || channel.ySampling != 1) {
+      return fail(Code::exr_unsupported, file, where, "sub-sampled channels are not read");
+    }
+    if (channel.type != Imf::HALF && channel.type != Imf::FLOAT) {
+      return fail(Code::exr_unsupported, file, where, "only half and float channels are read");
+    }
+    part.channels.push_back({c.name(), channel.type == Imf::HALF});
+    if (static_cast<int>(part.channels.size()) > limits.channels) {
+      return fail(Code::file_too_large, file, place, "too many channels");
+    }
+  }
+  part.attributes = attributes_of(header);
+  return part;
+}
+
+ExrPixels pixels_for(const ExrPart& part, int width, int height) {
+  ExrPixels pixels;
+  pixels.width = width;
+  pixels.height = height;
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  pixels.planes.assign(part.channels.size(), std::vector<float>(count));
+  return pixels;
+}
+
+Imf::FrameBuffer frame_buffer_of(const ExrPart& part, ExrPixels& pixels, int first_row) {
+  Imf::FrameBuffer buffer;
+  for (std::size_t c = 0; c < part.channels.size(); ++c) {
+    buffer.insert(part.channels[c].name,
+                  slice_of(Imf::FLOAT, pixels.planes[c].data(), pixels.width, first_row, sizeof(float)));
+  }
+  return buffer;
+}
+
+}  // namespace
+
+Result<ExrReader> ExrReader::open(const std::string& path, const ExrLimits& limits) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return fail(Code::file_missing, path, {}, "no such file");
+  if (std::filesystem::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
+  return open({}, path, limits);
+}
+
+Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
+                                  const ExrLimits& limits) {
+  auto state = std::make_unique<State>();
+  state->name = name;
+  state->limits = limits;
+  try {
+    if (bytes.data() != nullptr) {
+      state->stream = std::make_unique<MemoryStream>(bytes, name);
+      state->in = std::make_unique<Imf::MultiPartInputFile>(*state->stream, 1, false);
+    } else {
+      state->in = std::make_unique<Imf::MultiPartInputFile>(name.c_str(), 1, false);
+    }
+    if (state->in->parts() > limits.parts) {
+      return fail(Code::file_too_large, name, {}, fmt::format("{} parts", state->in->parts()));
+    }
+    for (int i = 0; i < state->in->parts(); ++i) {
+      auto part = part_of(state->in->header(i), name, limits);
+      if (!part) return tl::unexpected(part.error());
+      state->parts.push_back(std::move(*part));
+    }
+  } catch (const std::exception& e) {
+    return fail(Code::exr_malformed, name, {}, e.what());
+  }
+  return ExrReader(std::move(state));
+}
+
+Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
+  const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
+  if (!part.mipmapped) return read_rows(part_index, 0, part.height);
+  const int width = level_size(part.width, level);
+  const int height = level_size(part.height, level);
+  const std::uint64_t bytes = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
+                              part.channels.size() * sizeof(float);
+  if (bytes > state_->limits.bytes_per_read) {
+    return fail(Code::file_too_large, state_->name, part.name, fmt::format("a level of {} bytes", bytes));
+  }
+  ExrPixels pixels = pixels_for(part, width, height);
+  try {
+    Imf::TiledInputPart in(*state_->in, part_index);
+    in.setFrameBuffer(frame_buffer_of(part, pixels, 0));
+    in.readTiles(0, in.numXTiles(level) - 1, 0, in.numYTiles(level) - 1, level);
+  } catch (const std::exception& e) {
+    return fail(Code::file_damaged, state_->name, fmt::format("{}/level {}", part.name, level), e.what());
+  }
+  return pixels;
+}
+
+Result<ExrPixels> ExrReader::read_rows(int part_index, int first, int count) {
+  const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
+  const std::uint64_t bytes = static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(count) *
+                              part.channels.size() * sizeof(float);
+  if (bytes > state_->limits.bytes_per_read) {
+    return fail(Code::file_too_large, state_->name, part.name, fmt::format("rows of {} bytes", bytes));
+  }
+  ExrPixels pixels = pixels_for(part, part.width, count);
+  try {
+    Imf::InputPart in(*state_->in, part_index);
+    in.setFrameBuffer(frame_buffer_of(part, pixels, first));
+    in.readPixels(first, first + count - 1);
+  } catch (const std::exception& e) {
+    return fail(Code::file_damaged, state_->name, fmt::format("{}/rows {}-{}", part.name, first, first + count - 1),
+                e.what());
+  }
+  return pixels;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,106 @@
+// OpenEXR, as little of it as the project needs: multi-part files of named float or half channels, either
+// scanline parts or tiled parts with mip levels. The only place that includes OpenEXR's headers is exr.cpp;
+// its exceptions become errors there.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "format/error.h"
+#include "format/vec.h"
+
+namespace selvedge {
+
+using ExrValue = std::variant<std::string, int, float, V2f, V3f>;
+
+struct ExrChannel {
+  std::string name;
+  bool half = true;  ///< else 32-bit float
+};
+
+/// One part. Its data window begins at (0, 0). Level k of a mipmapped part has level_size() texels.
+struct ExrPart {
+  std::string name;
+  int width = 0;
+  int height = 0;
+  bool mipmapped = false;
+  int levels = 1;
+  std::vector<ExrChannel> channels;  ///< names unique within the part; read back in the file's order
+  std::map<std::string, ExrValue> attributes;
+};
+
+/// Pixels of one level: planes[channel][y * width + x], channels in the order of ExrPart::channels.
+struct ExrPixels {
+  int width = 0;
+  int height = 0;
+  std::vector<std::vector<float>> planes;
+};
+
+/// Bounds on what is read, checked against the header before anything is allocated.
+struct ExrLimits {
+  std::uint64_t pixels_per_part = std::uint64_t{1} << 30;
+  std::uint64_t bytes_per_read = std::uint64_t{1} << 34;  ///< of decoded floats
+  int parts = 64;
+  int channels = 1 << 15;
+};
+
+/// Writes parts in their order; each level or row exactly once, rows from top to bottom. The file appears at
+/// `path` with commit() and not before. ZIP compression, whole-file bytes independent of thread counts.
+class ExrWriter {
+ public:
+  static Result<ExrWriter> create(const std::string& path, std::vector<ExrPart> parts);
+  ExrWriter(ExrWriter&&) noexcept;
+  ExrWriter& operator=(ExrWriter&&) noexcept;
+  ~ExrWriter();
+
+  /// A value that half precision cannot hold (beyond 65,504) is an error, never rounded to infinity.
+  Result<void> write_level(int part, int level, const ExrPixels& pixels);
+  /// Appends rows to a scanline part: pixels.height rows of the part's width.
+  Result<void> write_rows(int part, const ExrPixels& pixels);
+  Result<void> commit();
+
+ private:
+  struct State;
+  explicit ExrWriter(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// Reads headers at once and pixels on demand. Rejects deep parts, sub-sampled channels, unsigned channels and
+/// other level modes than one level or mip maps rounded down.
+class ExrReader {
+ public:
+  static Result<ExrReader> open(const std::string& path, const ExrLimits& limits = {});
+  /// From memory; `name` is used in messages. The bytes must outlive the reader.
+  static Result<ExrReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
+                                const ExrLimits& limits = {});
+  ExrReader(ExrReader&&) noexcept;
+  ExrReader& operator=(ExrReader&&) noexcept;
+  ~ExrReader();
+
+  const std::string& name() const;
+  const std::vector<ExrPart>& parts() const;
+  /// Index of the part of that name, or -1.
+  int find_part(const std::string& part_name) const;
+  Result<ExrPixels> read_level(int part, int level = 0);
+  /// Rows [first, first + count) of a scanline part.
+  Result<ExrPixels> read_rows(int part, int first, int count);
+
+ private:
+  struct State;
+  explicit ExrReader(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// XXH3-128 (xxHash 0.8) over the decoded pixels, as 32 lower-case hexadecimal digits: channels in byte order
+/// of their names, each plane row by row from the top, little-endian in the channel's own precision.
+std::string digest_of(const ExrPart& part, const ExrPixels& pixels);
+
+/// XXH3-128 of a text, in the same notation.
+std::string digest_of(const std::string& text);
+
+}  // namespace selvedge

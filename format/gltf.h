@@ -1,0 +1,62 @@
+// A glTF file in memory: its JSON as it was written, and the bytes of its buffers.
+//
+// Reading goes through tinygltf (gltf.cpp is the only file that includes it): it loads the buffers and
+// refuses what is not shaped like glTF. Writing edits the JSON itself, because tinygltf forgets what it does
+// not know and encodes pictures again: whatever the user had is still there, in the same order.
+// tinygltf believes what a file says; every index, offset and length is checked by gltf_access.h again.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "format/error.h"
+
+namespace selvedge {
+
+using Json = nlohmann::ordered_json;
+
+struct GltfDocument {
+  std::string file;    ///< as the user named it
+  std::string folder;  ///< what relative URIs are relative to
+  Json json;           ///< an object; plain geometry: Draco is expanded on loading
+  std::vector<std::vector<std::uint8_t>> buffers;  ///< one per entry of json["buffers"]
+};
+
+/// Stated limits; beyond them a file is refused.
+struct GltfLimits {
+  std::uint64_t file_bytes = std::uint64_t{1} << 31;
+  int nesting = 128;  ///< of JSON brackets
+};
+
+/// Loads .gltf (with external or data URIs) or .glb, told apart by content. Missing pictures are no error.
+/// KHR_draco_mesh_compression is expanded and its name removed. Refused: anything cut short, versions other
+/// than 2.x, required extensions that change the geometry and are not read (meshopt compression).
+Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
+
+/// The bytes of a "uri" member: a base64 data URI, or a file relative to the document's folder. `place` is the
+/// JSON pointer of the object that holds the URI.
+Result<std::vector<std::uint8_t>> read_uri(const GltfDocument& document, const std::string& uri,
+                                           const std::string& place);
+
+/// The file that a relative URI means: percent-decoded and resolved against the document's folder. An error
+/// for data URIs and for schemes such as http.
+Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
+                                const std::string& place);
+
+/// Makes `folder` what relative URIs are relative to: those of buffers, pictures and fabrics are rewritten so
+/// that they mean the same files. Nothing changes if it is the same folder.
+void move_document(GltfDocument& document, const std::string& folder);
+
+/// Writes whole files or nothing, and gives back how many bytes. ".glb": one file; all buffers become the
+/// binary chunk and pictures beside the input are embedded. ".gltf": the buffers become one file
+/// "<stem>.bin" beside the output (another name if the input's own buffer file would be overwritten);
+/// pictures and fabrics stay where they are, with URIs that are right for the output's folder (move_document).
+/// Pictures that cannot be found keep their (rewritten) URI. Bytes that nothing refers to any more are left out.
+Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
+
+/// A relative URI (percent-encoded) that means `target` to a glTF file in `folder`.
+std::string relative_uri(const std::string& target, const std::string& folder);
+
+}  // namespace selvedge

@@ -1,0 +1,80 @@
+// Looking into a glTF document with every bound checked, and adding data to it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "format/gltf.h"
+
+namespace selvedge {
+
+/// A member of an object, or JSON null where there is none (also where `object` is not an object).
+const Json& member(const Json& object, const char* key);
+
+/// A non-negative integer that fits into an int, or -1.
+int index_of(const Json& value);
+
+/// A finite number, or `otherwise`.
+double number_of(const Json& value, double otherwise);
+
+/// The entry `index` of the root array `array` ("nodes", "meshes", ...), which has to be an object.
+Result<const Json*> entry_of(const GltfDocument& document, const char* array, int index,
+                             const std::string& place);
+
+/// Bytes of a buffer view. EXT_meshopt_compression is not decoded: its fallback is read.
+Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document, int view,
+                                                    const std::string& place);
+
+struct AccessorShape {
+  std::size_t count = 0;
+  int components = 1;         ///< SCALAR 1, VEC2 2 ... MAT4 16
+  int component_type = 5126;  ///< as in glTF: 5120 byte ... 5126 float
+  bool normalized = false;
+};
+
+Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const std::string& place);
+
+/// All elements as floats, `shape_of().components` each: sparse values applied, normalised integers mapped
+/// as glTF 2.0 section 3.11 says, plain integers as they are. Vectors only, not matrices.
+Result<std::vector<float>> read_floats(const GltfDocument& document, int accessor, const std::string& place);
+
+/// Gapless elements as floats, one per component.
+std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized);
+
+/// All elements of an unsigned integer SCALAR accessor.
+Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, int accessor,
+                                                const std::string& place);
+
+/// Elements without gaps, in the component type of the accessor, sparse values applied: what has to be copied
+/// when vertices are duplicated.
+Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
+                                                const std::string& place);
+
+/// Size in bytes of one component; 0 for an unknown type.
+std::size_t component_size(int component_type);
+
+/// Appends bytes to the document's last buffer (made if there is none), 4-aligned; index of the new view.
+/// `target`: 34962 vertices, 34963 indices, 0 none; `stride`: 0 none.
+int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int target = 0, int stride = 0);
+
+/// Appends a vertex attribute from gapless elements; rows are padded to 4 bytes where glTF asks for it. Gives
+/// back the index of the view; the accessor is the caller's.
+int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
+                          std::span<const std::uint8_t> elements);
+
+/// Appends a new accessor over new data. `bounds` writes min and max, which POSITION needs; floats only.
+int append_float_accessor(GltfDocument& document, std::span<const float> values, int components, bool bounds);
+int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t> indices);
+
+/// Sets "min" and "max" of an accessor to those of its values.
+void set_bounds(Json& accessor, std::span<const float> values, int components);
+
+/// Adds to (or removes from) extensionsUsed. Removing also takes it out of extensionsRequired.
+void use_extension(Json& root, const char* name);
+void drop_extension(Json& root, const char* name);
+
+}  // namespace selvedge

@@ -1,0 +1,25 @@
+// Every name that is on disk: one constant each, checked against the texts in spec/.
+#pragma once
+
+/// Names in glTF files (spec/SELVEDGE_materials_fabric).
+namespace selvedge::names::gltf {
+
+inline constexpr const char* fabric_extension = "SELVEDGE_materials_fabric";
+inline constexpr const char* fabrics = "fabrics";      ///< root array of fabric files
+inline constexpr const char* fabric = "fabric";        ///< a material's reference, shaped like a textureInfo
+inline constexpr const char* name = "name";
+inline constexpr const char* mime_type = "mimeType";
+inline constexpr const char* uri = "uri";
+inline constexpr const char* buffer_view = "bufferView";
+inline constexpr const char* index = "index";
+inline constexpr const char* tex_coord = "texCoord";
+inline constexpr const char* fabric_mime_type = "image/x-exr";
+
+inline constexpr const char* texture_transform = "KHR_texture_transform";
+inline constexpr const char* offset = "offset";
+inline constexpr const char* rotation = "rotation";
+inline constexpr const char* scale = "scale";
+
+inline constexpr const char* draco = "KHR_draco_mesh_compression";
+
+}  // namespace selvedge::names::gltf

@@ -1,0 +1,34 @@
+// How long-running stages tell how far they are.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+
+namespace selvedge {
+
+/// Called with the finished fraction in [0, 1], from one thread at a time; may be empty.
+using Progress = std::function<void(double)>;
+
+/// A line on standard error with percentage, elapsed and estimated remaining time, only where standard error is
+/// a terminal and `quiet` is false. The line is wiped when the object goes.
+class TerminalProgress {
+ public:
+  TerminalProgress(std::string label, bool quiet);
+  TerminalProgress(const TerminalProgress&) = delete;
+  TerminalProgress& operator=(const TerminalProgress&) = delete;
+  ~TerminalProgress();
+
+  /// The callback to hand to a stage; valid as long as this object.
+  Progress callback();
+
+ private:
+  void show(double fraction);
+
+  std::string label_;
+  bool active_ = false;
+  std::chrono::steady_clock::time_point start_;
+  std::chrono::steady_clock::time_point shown_;
+};
+
+}  // namespace selvedge

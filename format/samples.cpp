@@ -1,0 +1,340 @@
+#include "format/samples.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "format/fabric.h"
+#include "format/fabric_names.h"
+
+namespace selvedge {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out, names::part_rim};
+constexpr int samples_version = 1;
+
+std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
+
+json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
+
+json grid_json(const DirectionGrid& grid) {
+  json directions = json::array();
+  for (const V3f& d : directions_of(grid)) directions.push_back(list_of(d));
+  return {{"layout", names::layout_equal_area},
+          {"columns", grid.columns},
+          {"rows", grid.rows},
+          {"directions", directions}};
+}
+
+std::string header_text(const SamplesHeader& header) {
+  json pairs = json::object();
+  for (const PairKind kind : all_pair_kinds) {
+    json list = json::array();
+    for (const DirectionPair& pair : header.pairs[index_of(kind)]) {
+      list.push_back({{"light", list_of(pair.light)}, {"view", list_of(pair.view)}});
+    }
+    pairs[pair_parts[index_of(kind)]] = list;
+  }
+  return json{
+      {"version", samples_version},
+      {"texels", {header.width, header.height}},
+      {"mmPerRepeat", {header.period_mm.x, header.period_mm.y}},
+      {"referenceHeight", header.reference_height},
+      {"thickness", header.thickness_mm},
+      {"views", grid_json(header.views)},
+      {"lights", grid_json(header.lights)},
+      {"samplesPerTexel", header.samples_per_texel},
+      {"truthSamples", header.truth_samples},
+      {"pairs", pairs},
+      {"provenance", json::parse(header.provenance)},
+  }
+      .dump();
+}
+
+ExrPart scanline_part(const char* name, int width, int height, std::vector<ExrChannel> channels) {
+  ExrPart part;
+  part.name = name;
+  part.width = width;
+  part.height = height;
+  part.channels = std::move(channels);
+  return part;
+}
+
+std::vector<ExrChannel> surface_channels() {
+  return {{"surface.opacity"}, {"surface.nx"}, {"surface.ny"}, {"surface.nz"}};
+}
+
+std::vector<ExrChannel> pair_channels(const std::string& part) {
+  std::vector<ExrChannel> channels;
+  for (const char* name :
+       {"red", "green", "blue", "opacity", "noise.red", "noise.green", "noise.blue", "noise.opacity"}) {
+    channels.push_back({part + "." + name});
+  }
+  return channels;
+}
+
+ExrPixels blank(int width, int height, std::size_t channels) {
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  return {width, height, std::vector<std::vector<float>>(channels, std::vector<float>(count))};
+}
+
+tl::unexpected<Error> malformed(const std::string& file, std::string place, std::string message) {
+  return fail(Code::samples_malformed, file, std::move(place), std::move(message));
+}
+
+}  // namespace
+
+SamplesWriter::SamplesWriter(ExrWriter writer, SamplesHeader header)
+    : writer_(std::move(writer)), header_(std::move(header)) {}
+
+Result<SamplesWriter> SamplesWriter::create(const std::string& path, const SamplesHeader& header) {
+  std::vector<ExrPart> parts;
+  // One picture of the cell per view (downwards) and light (to the right): any image viewer shows it.
+  parts.push_back(scanline_part(names::part_radiance, header.width * header.lights.count(),
+                                header.height * header.views.count(), {{"R"}, {"G"}, {"B"}}));
+  parts.push_back(scanline_part(names::part_surface, header.width, header.height * header.views.count(),
+                                surface_channels()));
+  for (const PairKind kind : all_pair_kinds) {
+    const auto count = static_cast<int>(header.pairs[index_of(kind)].size());
+    if (count == 0) continue;
+    const char* name = pair_parts[index_of(kind)];
+    parts.push_back(scanline_part(name, header.width, header.height * count, pair_channels(name)));
+  }
+  parts.front().attributes[names::attribute_samples] = header_text(header);
+  auto writer = ExrWriter::create(path, parts);
+  if (!writer) return tl::unexpected(writer.error());
+  return SamplesWriter(std::move(*writer), header);
+}
+
+Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
+  const int lights = header_.lights.count();
+  const auto texels = static_cast<std::size_t>(header_.texels());
+  const auto width = static_cast<std::size_t>(header_.width);
+  ExrPixels radiance = blank(header_.width * lights, header_.height, 3);
+  for (std::size_t light = 0; light < static_cast<std::size_t>(lights); ++light) {
+    for (std::size_t texel = 0; texel < texels; ++texel) {
+      const std::size_t x = light * width + texel % width;
+      const std::size_t pixel = (texel / width) * static_cast<std::size_t>(radiance.width) + x;
+      const V3f& value = samples.radiance[light * texels + texel];
+      radiance.planes[0][pixel] = value.x;
+      radiance.planes[1][pixel] = value.y;
+      radiance.planes[2][pixel] = value.z;
+    }
+  }
+  if (auto ok = writer_.write_rows(0, radiance); !ok) return ok;
+  ExrPixels surface = blank(header_.width, header_.height, 4);
+  surface.planes[0] = samples.alpha;
+  for (std::size_t texel = 0; texel < texels; ++texel) {
+    surface.planes[1][texel] = samples.normal[texel].x;
+    surface.planes[2][texel] = samples.normal[texel].y;
+    surface.planes[3][texel] = samples.normal[texel].z;
+  }
+  return writer_.write_rows(1, surface);
+}
+
+Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& samples) {
+  int part = 2;
+  for (std::size_t k = 0; k < index_of(kind); ++k) part += header_.pairs[k].empty() ? 0 : 1;
+  const auto count = static_cast<int>(header_.pairs[index_of(kind)].size());
+  if (count == 0) return {};
+  ExrPixels pixels = blank(header_.width, header_.height * count, 8);
+  for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      pixels.planes[static_cast<std::size_t>(c)][i] = samples.radiance[i][c];
+      pixels.planes[static_cast<std::size_t>(c) + 4][i] = samples.noise[i][c];
+    }
+    pixels.planes[3][i] = samples.alpha[i];
+    pixels.planes[7][i] = samples.alpha_noise[i];
+  }
+  return writer_.write_rows(part, pixels);
+}
+
+SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
+    : reader_(std::move(reader)), header_(std::move(header)) {}
+
+namespace {
+
+V3f vector_of(const json& list) {
+  return {list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>()};
+}
+
+DirectionGrid grid_from(const json& grid, const std::string& name) {
+  DirectionGrid result{grid.at("columns").get<int>(), grid.at("rows").get<int>()};
+  constexpr int limit = 4096;
+  if (grid.at("layout") != names::layout_equal_area) throw std::runtime_error(name + ": unknown layout");
+  if (result.columns < 1 || result.rows < 1 || result.columns > limit || result.rows > limit / result.columns) {
+    throw std::runtime_error(fmt::format("{}: not 1 to {} directions", name, limit));
+  }
+  return result;
+}
+
+/// Throws on anything that is not as it should be; the caller makes it an error.
+SamplesHeader header_from(const json& text) {
+  SamplesHeader header;
+  if (text.at("version") != samples_version) throw std::runtime_error("version is not 1");
+  header.width = text.at("texels").at(0).get<int>();
+  header.height = text.at("texels").at(1).get<int>();
+  const int limit = FabricLimits{}.texels_per_side;
+  if (header.width < 1 || header.height < 1 || header.width > limit || header.height > limit) {
+    throw std::runtime_error(fmt::format("texels: not 1 to {} a side", limit));
+  }
+  header.period_mm = {text.at("mmPerRepeat").at(0).get<float>(), text.at("mmPerRepeat").at(1).get<float>()};
+  header.reference_height = text.at("referenceHeight").get<float>();
+  header.thickness_mm = text.at("thickness").get<float>();
+  header.views = grid_from(text.at("views"), "views");
+  header.lights = grid_from(text.at("lights"), "lights");
+  header.samples_per_texel = text.at("samplesPerTexel").get<int>();
+  header.truth_samples = text.at("truthSamples").get<int>();
+  for (const PairKind kind : all_pair_kinds) {
+    for (const json& pair : text.at("pairs").at(pair_parts[index_of(kind)])) {
+      header.pairs[index_of(kind)].push_back({vector_of(pair.at("light")), vector_of(pair.at("view"))});
+    }
+  }
+  header.provenance = text.at("provenance").dump();
+  return header;
+}
+
+Result<int> part_index(const ExrReader& reader, const char* name, int width, int height,
+                       const std::vector<ExrChannel>& channels) {
+  const int index = reader.find_part(name);
+  if (index < 0) return malformed(reader.name(), name, "the part is missing");
+  const ExrPart& part = reader.parts()[static_cast<std::size_t>(index)];
+  if (part.mipmapped || part.width != width || part.height != height) {
+    return malformed(reader.name(), name, fmt::format("is not a scanline part of {}x{} pixels", width, height));
+  }
+  if (part.channels.size() != channels.size()) return malformed(reader.name(), name, "has other channels");
+  return index;
+}
+
+/// Planes by the wanted channel order instead of the file's alphabetical one.
+Result<std::vector<std::vector<float>>> ordered(const ExrPart& part, ExrPixels pixels,
+                                                const std::vector<ExrChannel>& wanted, const std::string& file) {
+  std::vector<std::vector<float>> planes;
+  for (const ExrChannel& channel : wanted) {
+    std::size_t found = 0;
+    while (found < part.channels.size() && part.channels[found].name != channel.name) ++found;
+    if (found == part.channels.size()) return malformed(file, part.name + "/" + channel.name, "is missing");
+    planes.push_back(std::move(pixels.planes[found]));
+  }
+  return planes;
+}
+
+tl::unexpected<Error> bad_sample(const std::string& file, const char* part, std::size_t x, std::size_t y,
+                                 float value) {
+  return fail(Code::samples_not_finite, file, fmt::format("{}/pixel {},{}", part, x, y),
+              fmt::format("sample is {}", value));
+}
+
+bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
+
+}  // namespace
+
+Result<SamplesReader> SamplesReader::open(const std::string& path) {
+  auto reader = ExrReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  if (reader->parts().empty()) return malformed(path, {}, "no parts");
+  const auto& attributes = reader->parts().front().attributes;
+  const auto found = attributes.find(names::attribute_samples);
+  const auto* text = found == attributes.end() ? nullptr : std::get_if<std::string>(&found->second);
+  if (text == nullptr) {
+    return malformed(path, names::attribute_samples, "attribute is missing: not a samples file");
+  }
+  try {
+    return SamplesReader(std::move(*reader), header_from(json::parse(*text)));
+  } catch (const std::exception& e) {
+    return malformed(path, names::attribute_samples, e.what());
+  }
+}
+
+Result<SampleLevel> SamplesReader::read_level() {
+  const SamplesHeader& h = header_;
+  const std::string& file = reader_.name();
+  SampleLevel level;
+  level.width = h.width;
+  level.height = h.height;
+  level.views = h.views.count();
+  level.lights = h.lights.count();
+  const std::vector<ExrChannel> colours{{"R"}, {"G"}, {"B"}};
+  const auto radiance =
+      part_index(reader_, names::part_radiance, h.width * level.lights, h.height * level.views, colours);
+  if (!radiance) return tl::unexpected(radiance.error());
+  const auto surface =
+      part_index(reader_, names::part_surface, h.width, h.height * level.views, surface_channels());
+  if (!surface) return tl::unexpected(surface.error());
+
+  const auto texels = static_cast<std::size_t>(h.texels());
+  const auto width = static_cast<std::size_t>(h.width);
+  const auto views = static_cast<std::size_t>(level.views);
+  const auto lights = static_cast<std::size_t>(level.lights);
+  level.alpha.resize(texels * views);
+  level.normal.assign(texels, V3f(0, 0, 0));
+  level.radiance.resize(texels * views * lights);
+  const auto part_at = [&](int i) -> const ExrPart& { return reader_.parts()[static_cast<std::size_t>(i)]; };
+  for (std::size_t view = 0; view < views; ++view) {
+    const int first = static_cast<int>(view) * h.height;
+    auto rows = reader_.read_rows(*radiance, first, h.height);
+    if (!rows) return tl::unexpected(rows.error());
+    auto colour = ordered(part_at(*radiance), std::move(*rows), colours, file);
+    if (!colour) return tl::unexpected(colour.error());
+    auto seen = reader_.read_rows(*surface, first, h.height);
+    if (!seen) return tl::unexpected(seen.error());
+    const auto planes = ordered(part_at(*surface), std::move(*seen), surface_channels(), file);
+    if (!planes) return tl::unexpected(planes.error());
+    for (std::size_t texel = 0; texel < texels; ++texel) {
+      const std::size_t y = static_cast<std::size_t>(first) + texel / width;
+      const float alpha = (*planes)[0][texel];
+      const V3f normal((*planes)[1][texel], (*planes)[2][texel], (*planes)[3][texel]);
+      if (!(alpha >= 0 && alpha <= 1)) return bad_sample(file, names::part_surface, texel % width, y, alpha);
+      if (!std::isfinite(normal.length2())) {
+        return bad_sample(file, names::part_surface, texel % width, y, normal.length2());
+      }
+      level.alpha[texel * views + view] = alpha;
+      level.normal[texel] += normal;
+      V3f* out = &level.radiance[(texel * views + view) * lights];
+      for (std::size_t light = 0; light < lights; ++light) {
+        const std::size_t x = light * width + texel % width;
+        const std::size_t pixel = (texel / width) * width * lights + x;
+        for (std::size_t c = 0; c < 3; ++c) {
+          const float value = (*colour)[c][pixel];
+          if (!is_sample(value)) return bad_sample(file, names::part_radiance, x, y, value);
+          out[light][static_cast<int>(c)] = value;
+        }
+      }
+    }
+  }
+  return level;
+}
+
+Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
+  PairSamples samples;
+  samples.pairs = header_.pairs[index_of(kind)];
+  if (samples.pairs.empty()) return samples;
+  const char* name = pair_parts[index_of(kind)];
+  const std::vector<ExrChannel> channels = pair_channels(name);
+  const auto index = part_index(reader_, name, header_.width,
+                                header_.height * static_cast<int>(samples.pairs.size()), channels);
+  if (!index) return tl::unexpected(index.error());
+  auto pixels = reader_.read_level(*index);
+  if (!pixels) return tl::unexpected(pixels.error());
+  auto planes = ordered(reader_.parts()[static_cast<std::size_t>(*index)], std::move(*pixels), channels,
+                        reader_.name());
+  if (!planes) return tl::unexpected(planes.error());
+  const auto& p = *planes;
+  const auto width = static_cast<std::size_t>(header_.width);
+  for (std::size_t i = 0; i < p[0].size(); ++i) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      if (!is_sample(p[c][i])) return bad_sample(reader_.name(), name, i % width, i / width, p[c][i]);
+      if (!std::isfinite(p[c + 4][i])) return bad_sample(reader_.name(), name, i % width, i / width, p[c + 4][i]);
+    }
+    samples.radiance.emplace_back(p[0][i], p[1][i], p[2][i]);
+    samples.noise.emplace_back(p[4][i], p[5][i], p[6][i]);
+  }
+  samples.alpha = std::move((*planes)[3]);
+  samples.alpha_noise = std::move((*planes)[7]);
+  return samples;
+}
+
+}  // namespace selvedge

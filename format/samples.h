@@ -1,0 +1,99 @@
+// The samples of one cell: what `bake` writes and `fit` and `compare` read (spec/samples.md).
+//
+// Directions, texels and frame are those of the fabric (fabric.h). Radiance is under unit perpendicular
+// irradiance, in 1/sr with the light's cosine included, averaged over the yarn that is visible in the texel:
+// it is not multiplied by opacity.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "format/directions.h"
+#include "format/error.h"
+#include "format/exr.h"
+#include "format/vec.h"
+
+namespace selvedge {
+
+/// Random pairs of directions with the truth for each: the validation set, by which things may be chosen;
+/// the held-out set, by which they are only judged; the rim, judged apart.
+enum class PairKind { validation, held_out, rim };
+inline constexpr std::array<PairKind, 3> all_pair_kinds{PairKind::validation, PairKind::held_out, PairKind::rim};
+
+struct SamplesHeader {
+  int width = 32;
+  int height = 32;
+  V2f period_mm{1, 1};
+  float reference_height = 0;  ///< mm above the cell's lowest point
+  float thickness_mm = 0;      ///< mm, height of the cell's bounding box
+  DirectionGrid views;
+  DirectionGrid lights;
+  int samples_per_texel = 0;  ///< rays per texel and view
+  int truth_samples = 0;      ///< rays per texel of the pair sets
+  std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
+  std::string provenance = "{}";                    ///< JSON object
+
+  int texels() const { return width * height; }
+};
+
+/// Everything seen from one view. Index of a texel as in fabric.h.
+struct ViewSamples {
+  std::vector<float> alpha;     ///< [texel], share of the rays that met yarn
+  std::vector<V3f> normal;      ///< [texel], mean of the visible normals, not normalised; 0 in a hole
+  std::vector<V3f> radiance;    ///< [light * texels + texel]
+};
+
+/// The truth of one set of pairs.
+struct PairSamples {
+  std::vector<DirectionPair> pairs;
+  std::vector<float> alpha;       ///< [pair * texels + texel]
+  std::vector<V3f> radiance;      ///< [pair * texels + texel]
+  std::vector<V3f> noise;         ///< half the difference of alpha * radiance between two independent halves
+  std::vector<float> alpha_noise;  ///< the same of alpha
+};
+
+/// The samples of one mip level, texel by texel, as the fit takes them.
+struct SampleLevel {
+  int width = 0;
+  int height = 0;
+  int views = 0;
+  int lights = 0;
+  std::vector<float> alpha;   ///< [texel * views + view]
+  std::vector<V3f> normal;    ///< [texel], sum over views of the visible normals
+  std::vector<V3f> radiance;  ///< [(texel * views + view) * lights + light]
+  int texels() const { return width * height; }
+};
+
+/// Streams samples to a file, view by view, in memory that does not grow with views or lights x views.
+class SamplesWriter {
+ public:
+  static Result<SamplesWriter> create(const std::string& path, const SamplesHeader& header);
+  /// Views in their order, then each pair set once.
+  Result<void> write_view(const ViewSamples& samples);
+  Result<void> write_pairs(PairKind kind, const PairSamples& samples);
+  Result<void> commit() { return writer_.commit(); }
+
+ private:
+  SamplesWriter(ExrWriter writer, SamplesHeader header);
+  ExrWriter writer_;
+  SamplesHeader header_;
+};
+
+/// Reads and checks; NaN, infinite and negative samples are refused with their place.
+class SamplesReader {
+ public:
+  static Result<SamplesReader> open(const std::string& path);
+  const SamplesHeader& header() const { return header_; }
+  const std::string& name() const { return reader_.name(); }
+  /// Level 0, whole.
+  Result<SampleLevel> read_level();
+  Result<PairSamples> read_pairs(PairKind kind);
+
+ private:
+  SamplesReader(ExrReader reader, SamplesHeader header);
+  ExrReader reader_;
+  SamplesHeader header_;
+};
+
+}  // namespace selvedge
