@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "format/evaluate.h"
-#include "format/fabric_names.h"
 #include "format/parallel.h"
 #include "format/pool.h"
 
@@ -83,11 +82,6 @@ double decibels(double peak, double mean_square) {
 }
 
 }  // namespace
-
-const char* name_of(PairKind kind) {
-  constexpr std::array<const char*, 3> all{names::part_validation, names::part_held_out, names::part_rim};
-  return all[static_cast<std::size_t>(kind)];
-}
 
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
   const FabricLevel& base = fabric.levels.front();

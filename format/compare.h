@@ -32,6 +32,4 @@ struct Comparison {
 /// Refuses (fabric_mismatch) samples of another texel count than the fabric's level 0.
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
 
-const char* name_of(PairKind kind);
-
 }  // namespace selvedge

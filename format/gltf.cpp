@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -140,6 +141,16 @@ Result<void> check_root(const GltfDocument& document) {
   return {};
 }
 
+/// JSON has one kind of number: 24.0 is as good a count as 24, but not to tinygltf.
+void write_integers_as_such(Json& json) {
+  if (json.is_number_float()) {
+    const double value = json.get<double>();
+    if (value == std::floor(value) && std::abs(value) < 1e15) json = static_cast<std::int64_t>(value);
+  } else if (json.is_structured()) {
+    for (Json& child : json) write_integers_as_such(child);
+  }
+}
+
 /// What tinygltf gets to see: the geometry. Its own Draco decoder trusts the file, and it refuses compressed
 /// index lists without one, so those are hidden; each buffer's URI is its number, see `read_buffer`.
 Json geometry_of(const Json& json) {
@@ -162,6 +173,7 @@ Json geometry_of(const Json& json) {
       }
     }
   }
+  write_integers_as_such(lean);
   return lean;
 }
 
@@ -184,7 +196,8 @@ bool read_buffer(std::vector<unsigned char>* out, std::string*, const std::strin
     source.error = Error{code, source.document->file, place, std::move(message)};
     return false;
   };
-  if (!length.is_number_integer() || length < 0) return refuse(Code::gltf_malformed, "no byteLength");
+  const std::optional<std::size_t> size = size_of(length);
+  if (!size) return refuse(Code::gltf_malformed, "no byteLength");
   if (uri.is_string()) {
     Result<std::vector<std::uint8_t>> bytes = read_uri(*source.document, uri.get<std::string>(), place);
     if (!bytes) {
@@ -197,11 +210,10 @@ bool read_buffer(std::vector<unsigned char>* out, std::string*, const std::strin
   } else {
     return refuse(Code::gltf_malformed, "neither a uri nor a binary chunk");
   }
-  if (out->size() < length.get<std::uint64_t>()) {
-    return refuse(Code::file_damaged, fmt::format("cut short: {} of {} bytes", out->size(),
-                                                  length.get<std::uint64_t>()));
+  if (out->size() < *size) {
+    return refuse(Code::file_damaged, fmt::format("cut short: {} of {} bytes", out->size(), *size));
   }
-  out->resize(static_cast<std::size_t>(length.get<std::uint64_t>()));
+  out->resize(*size);
   return true;
 }
 

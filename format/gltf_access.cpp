@@ -15,11 +15,6 @@ constexpr std::size_t largest_zero_filled = std::size_t{1} << 24;
 
 std::string at(const char* array, int index) { return fmt::format("/{}/{}", array, index); }
 
-std::optional<std::size_t> size_of(const Json& value) {
-  if (!value.is_number_integer() || value < 0 || value > (std::int64_t{1} << 40)) return std::nullopt;
-  return value.get<std::size_t>();
-}
-
 std::size_t offset_of(const Json& object, const char* key) { return size_of(member(object, key)).value_or(0); }
 
 int components_of(const std::string& type) {
@@ -135,9 +130,17 @@ const Json& member(const Json& object, const char* key) {
   return found == object.end() ? null : *found;
 }
 
+std::optional<std::size_t> size_of(const Json& value) {
+  constexpr double largest = 0x1p40;
+  if (!value.is_number()) return std::nullopt;
+  const double number = value.get<double>();
+  if (!(number >= 0) || number > largest || number != std::floor(number)) return std::nullopt;
+  return static_cast<std::size_t>(number);
+}
+
 int index_of(const Json& value) {
-  if (!value.is_number_integer() || value < 0 || value > std::numeric_limits<int>::max()) return -1;
-  return value.get<int>();
+  const std::optional<std::size_t> size = size_of(value);
+  return size && *size <= static_cast<std::size_t>(std::numeric_limits<int>::max()) ? static_cast<int>(*size) : -1;
 }
 
 double number_of(const Json& value, double otherwise) {

@@ -18,6 +18,9 @@ const Json& member(const Json& object, const char* key);
 /// A non-negative integer that fits into an int, or -1.
 int index_of(const Json& value);
 
+/// A whole number from 0 to 2^40 (24.0 is one too), or nothing.
+std::optional<std::size_t> size_of(const Json& value);
+
 /// A finite number, or `otherwise`.
 double number_of(const Json& value, double otherwise);
 

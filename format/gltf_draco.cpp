@@ -210,7 +210,7 @@ Result<void> expand_draco(GltfDocument& document) {
       plain.erase("mode");  // decoded faces are a list, whatever the primitive was before
     }
   }
-  reuse_views(document, expanded);
+  if (!expanded.empty()) reuse_views(document, expanded);
   drop_extension(document.json, names::gltf::draco);
   return {};
 }

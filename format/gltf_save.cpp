@@ -59,10 +59,8 @@ std::vector<Range> pack(std::vector<Range> ranges, std::size_t& size) {
 void merge_buffers(GltfDocument& document) {
   std::vector<std::vector<Range>> ranges(document.buffers.size());
   const auto length_of = [&](const Json& view, std::size_t offset, std::size_t size) {
-    const Json& length = member(view, "byteLength");
     // Without a length of its own, an unknown extension's range may reach to the end.
-    return length.is_number_integer() && length >= 0 ? std::min(length.get<std::size_t>(), size - offset)
-                                                     : size - offset;
+    return std::min(size_of(member(view, "byteLength")).value_or(size), size - offset);
   };
   const auto known = [&](Json& view, const std::function<void(std::size_t, std::size_t, std::size_t)>& use) {
     const auto buffer = static_cast<std::size_t>(index_of(member(view, "buffer")));
@@ -80,6 +78,11 @@ void merge_buffers(GltfDocument& document) {
   std::size_t size = 0;
   for (std::vector<Range>& list : ranges) list = pack(std::move(list), size);
 
+  if (size == 0) {
+    document.json.erase("buffers");
+    document.buffers.clear();
+    return;
+  }
   std::vector<std::uint8_t> whole(size);
   for (std::size_t b = 0; b < ranges.size(); ++b) {
     for (const Range& range : ranges[b]) {
@@ -117,24 +120,25 @@ std::string lower_ending(const std::string& uri) {
   return ending;
 }
 
-/// Pictures beside the input go into the file; those that cannot be found keep their URI.
+/// Pictures with a URI go into the file; those that cannot be found keep it.
 void embed_images(GltfDocument& document) {
   if (!member(document.json, "images").is_array()) return;
   for (std::size_t i = 0; i < document.json["images"].size(); ++i) {
     const Json& uri = member(document.json["images"][i], "uri");
-    if (!uri.is_string() || uri.get_ref<const std::string&>().starts_with("data:")) continue;
+    if (!uri.is_string()) continue;
     const std::string address = uri.get<std::string>();
+    const bool inlined = address.starts_with("data:");
     const auto bytes = read_uri(document, address, "");
-    if (!bytes) continue;
+    if (!bytes || bytes->empty()) continue;
     const int view = append_view(document, *bytes);
     Json& image = document.json["images"][i];
-    const std::string ending = lower_ending(address);
     if (!image.contains("mimeType")) {
+      const std::string ending = inlined ? "" : lower_ending(address);
       image["mimeType"] = ending == ".ktx2"   ? "image/ktx2"
                           : ending == ".webp" ? "image/webp"
                                               : type_by_content(*bytes);
     }
-    if (!image.contains("name")) image["name"] = fs::path(address).stem().string();
+    if (!inlined && !image.contains("name")) image["name"] = fs::path(address).stem().string();
     image.erase("uri");
     image["bufferView"] = view;
   }
@@ -197,8 +201,8 @@ Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
   const bool binary = ending == ".glb";
   move_document(document, output.parent_path().string());
   if (binary) embed_images(document);
+  if (!document.buffers.empty()) merge_buffers(document);
   const bool has_buffer = !document.buffers.empty();
-  if (has_buffer) merge_buffers(document);
   if (binary) {
     const auto file = glb_of(document.json.dump(), has_buffer ? &document.buffers[0] : nullptr);
     if (file.size() > 0xFFFFFFFF) return fail(Code::file_too_large, path, "", "more than 4 GB");

@@ -13,6 +13,7 @@ namespace {
 
 template <class V>
 std::span<const float> floats(const std::vector<V>& values) {
+  static_assert(sizeof(V) == V::dimensions() * sizeof(float));
   return {reinterpret_cast<const float*>(values.data()), values.size() * V::dimensions()};
 }
 

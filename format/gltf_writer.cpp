@@ -12,6 +12,7 @@ namespace {
 
 template <class V>
 std::span<const float> floats(const std::vector<V>& values) {
+  static_assert(sizeof(V) == V::dimensions() * sizeof(float));
   // Imath's vectors are arrays of floats without padding.
   return {reinterpret_cast<const float*>(values.data()), values.size() * V::dimensions()};
 }

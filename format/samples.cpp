@@ -87,6 +87,8 @@ tl::unexpected<Error> malformed(const std::string& file, std::string place, std:
 
 }  // namespace
 
+const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
+
 SamplesWriter::SamplesWriter(ExrWriter writer, SamplesHeader header)
     : writer_(std::move(writer)), header_(std::move(header)) {}
 
@@ -100,7 +102,7 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
   for (const PairKind kind : all_pair_kinds) {
     const auto count = static_cast<int>(header.pairs[index_of(kind)].size());
     if (count == 0) continue;
-    const char* name = pair_parts[index_of(kind)];
+    const char* name = name_of(kind);
     parts.push_back(scanline_part(name, header.width, header.height * count, pair_channels(name)));
   }
   parts.front().attributes[names::attribute_samples] = header_text(header);
@@ -312,7 +314,7 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   PairSamples samples;
   samples.pairs = header_.pairs[index_of(kind)];
   if (samples.pairs.empty()) return samples;
-  const char* name = pair_parts[index_of(kind)];
+  const char* name = name_of(kind);
   const std::vector<ExrChannel> channels = pair_channels(name);
   const auto index = part_index(reader_, name, header_.width,
                                 header_.height * static_cast<int>(samples.pairs.size()), channels);

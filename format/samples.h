@@ -21,6 +21,9 @@ namespace selvedge {
 enum class PairKind { validation, held_out, rim };
 inline constexpr std::array<PairKind, 3> all_pair_kinds{PairKind::validation, PairKind::held_out, PairKind::rim};
 
+/// As the part of the file is called: "validation", "held-out", "rim".
+const char* name_of(PairKind kind);
+
 struct SamplesHeader {
   int width = 32;
   int height = 32;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 
@@ -28,6 +29,11 @@ class Folder {
  private:
   std::filesystem::path path_;
 };
+
+/// Writes a file without the care of write_file, for tests that write thousands.
+inline void put(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
 
 /// A GLB file of a JSON text and a binary chunk.
 inline std::string glb(std::string json, std::string binary) {

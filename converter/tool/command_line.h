@@ -1,0 +1,99 @@
+// The command line of selvedge as plain data: one struct per verb.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "converter/bake.h"
+#include "converter/dress.h"
+#include "converter/mesh_file.h"
+#include "converter/stitch_mesh.h"
+#include "fitter/fit.h"
+#include "format/fabric_exr.h"
+
+namespace selvedge {
+
+/// What every verb takes.
+struct CommonOptions {
+  bool json = false;   ///< the report as JSON on standard output
+  bool quiet = false;  ///< no progress, no table
+  int threads = 0;     ///< 0: all cores
+};
+
+struct StitchCommand {
+  CommonOptions common;
+  bool list = false;
+  std::string input;   ///< built-in name, stitch description or mesh file
+  std::string output;  ///< .obj, .ply or .json; empty: report only
+  MeshOptions mesh;
+  MeshImportOptions import;
+};
+
+struct BakeCommand {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  MeshOptions mesh;
+  MeshImportOptions import;
+  BakeOptions bake;
+};
+
+struct FitCommand {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  FitOptions fit;
+  FabricWriteOptions write;
+};
+
+struct MakeCommand {
+  BakeCommand bake;  ///< its output: where the samples are kept; empty: nowhere
+  FitCommand fit;    ///< its input is not used
+};
+
+struct DressCommand {
+  CommonOptions common;
+  std::string garment;
+  std::string fabric;
+  std::string output;
+  DressOptions dress;
+};
+
+struct CheckCommand {
+  CommonOptions common;
+  std::vector<std::string> files;
+};
+
+struct InfoCommand {
+  CommonOptions common;
+  std::string file;
+};
+
+struct EvaluateCommand {
+  CommonOptions common;
+  std::string fabric;
+  double level = 0;
+  std::optional<V2i> texel;
+  std::optional<V2d> uv;
+  V3d light{0, 0, 1};
+  V3d view{0, 0, 1};
+};
+
+struct CompareCommand {
+  CommonOptions common;
+  std::vector<std::string> files;  ///< fabrics, then the samples
+};
+
+struct ExitNow {
+  int status = 0;  ///< 0 after help or version, 2 after a usage error; everything has been said
+};
+
+using Command = std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand, CheckCommand,
+                             InfoCommand, EvaluateCommand, CompareCommand>;
+
+Command parse_command_line(int argc, const char* const* argv);
+
+}  // namespace selvedge

@@ -1,0 +1,38 @@
+#include "converter/tool/file_kind.h"
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include "format/exr.h"
+#include "format/fabric_names.h"
+
+namespace selvedge {
+
+const char* name_of(FileKind kind) {
+  constexpr std::array<const char*, 3> names{"fabric", "samples", "gltf"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+Result<FileKind> kind_of(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return fail(Code::file_missing, path, {}, "no such file");
+  if (std::filesystem::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 4> start{};
+  if (!file.read(start.data(), start.size())) return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
+  const std::string_view magic(start.data(), start.size());
+  if (magic == "glTF" || magic.find('{') != std::string_view::npos) return FileKind::gltf;
+  if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
+    return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF");
+  }
+  const auto reader = ExrReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  for (const ExrPart& part : reader->parts()) {
+    if (part.attributes.contains(names::attribute_fabric)) return FileKind::fabric;
+    if (part.attributes.contains(names::attribute_samples)) return FileKind::samples;
+  }
+  return fail(Code::fabric_malformed, path, {}, "an OpenEXR file, but neither a fabric nor samples");
+}
+
+}  // namespace selvedge

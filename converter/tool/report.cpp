@@ -1,0 +1,34 @@
+#include "converter/tool/report.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "format/parallel.h"
+
+namespace selvedge {
+
+int report_error(const Error& error) {
+  fmt::print(stderr, "selvedge: {}\n", to_line(error));
+  return 1;
+}
+
+void apply(const CommonOptions& common) { set_threads(common.threads); }
+
+void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text) {
+  if (common.json) {
+    Json whole = {{"program", "selvedge"}, {"version", SELVEDGE_VERSION}, {"report", 1}, {"verb", verb}};
+    whole.update(json);
+    fmt::print("{}\n", whole.dump(2));
+  } else if (!common.quiet) {
+    fmt::print("{}", text);
+  }
+}
+
+std::uint64_t size_of_file(const std::string& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  return error ? 0 : size;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,27 @@
+// How a verb tells its outcome: one line for an error, a table for people, JSON for programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "converter/tool/command_line.h"
+#include "format/error.h"
+
+namespace selvedge {
+
+using Json = nlohmann::ordered_json;
+
+/// Prints "selvedge: file: place: reason [CODE]" to standard error and gives back the exit status 1.
+int report_error(const Error& error);
+
+/// Threads, before any work.
+void apply(const CommonOptions& common);
+
+/// With --json the report, wrapped with the program's version, the report format's version and the verb; else
+/// `text` unless --quiet. Both go to standard output.
+void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text);
+
+/// Size of a file in bytes; 0 if there is none.
+std::uint64_t size_of_file(const std::string& path);
+
+}  // namespace selvedge

@@ -1,0 +1,118 @@
+// evaluate and compare: what a fabric says, and how far it is from the truth.
+#include <fmt/format.h>
+
+#include "converter/tool/commands.h"
+#include "converter/tool/report.h"
+#include "format/compare.h"
+#include "format/evaluate.h"
+
+namespace selvedge {
+namespace {
+
+Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
+
+/// The level and texel that were asked for must exist; texture coordinates repeat and levels between are blended.
+Result<Shading> shading_at(const Fabric& fabric, const EvaluateCommand& command, const V3f& light, const V3f& view) {
+  const int levels = static_cast<int>(fabric.levels.size());
+  if (!(command.level >= 0 && command.level <= levels - 1)) {
+    return fail(Code::option_out_of_range, command.fabric, "--level",
+                fmt::format("{} is outside of 0 to {}", command.level, levels - 1));
+  }
+  if (command.uv) return evaluate(fabric, command.level, *command.uv, light, view);
+  const int level = static_cast<int>(command.level);
+  const FabricLevel& of = fabric.levels[static_cast<std::size_t>(level)];
+  if (level != command.level) {
+    return fail(Code::option_out_of_range, command.fabric, "--level", "a texel is of one whole level");
+  }
+  if (command.texel->x < 0 || command.texel->y < 0 || command.texel->x >= of.width || command.texel->y >= of.height) {
+    return fail(Code::option_out_of_range, command.fabric, "--texel",
+                fmt::format("level {} has {}x{} texels", level, of.width, of.height));
+  }
+  return evaluate(fabric, level, command.texel->x, command.texel->y, light, view);
+}
+
+Json comparison_json(const Comparison& c) {
+  Json levels = Json::array();
+  for (const LevelComparison& l : c.levels) {
+    levels.push_back({{"level", l.level},
+                      {"texels", {l.width, l.height}},
+                      {"psnr", l.psnr},
+                      {"relativeL2", l.relative_l2},
+                      {"meanError", l.mean_error},
+                      {"alphaRms", l.alpha_rms},
+                      {"truthNoisePsnr", l.noise_psnr}});
+  }
+  return {{"pairs", c.pairs}, {"peak", c.peak}, {"levels", levels}};
+}
+
+std::string comparison_text(const Comparison& c) {
+  std::string text = fmt::format("  {}: {} pairs, peak {:.4g} 1/sr\n", name_of(c.kind), c.pairs, c.peak);
+  text += "    level   texels  PSNR dB  relative L2  mean error  alpha rms  truth's noise dB\n";
+  for (const LevelComparison& l : c.levels) {
+    text += fmt::format("    {:5}  {:>7}  {:7.2f}  {:11.4f}  {:+9.2f} %  {:9.4f}  {:16.1f}\n", l.level,
+                        fmt::format("{}x{}", l.width, l.height), l.psnr, l.relative_l2, 100 * l.mean_error,
+                        l.alpha_rms, l.noise_psnr);
+  }
+  return text;
+}
+
+}  // namespace
+
+int run(const EvaluateCommand& command) {
+  apply(command.common);
+  const auto fabric = read_fabric(command.fabric);
+  if (!fabric) return report_error(fabric.error());
+  const V3f light(command.light.normalized());
+  const V3f view(command.view.normalized());
+  const auto shading = shading_at(*fabric, command, light, view);
+  if (!shading) return report_error(shading.error());
+  Json json = {{"level", command.level}};
+  if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
+  if (command.uv) json["uv"] = {command.uv->x, command.uv->y};
+  json["light"] = list_of(light);
+  json["view"] = list_of(view);
+  json["rgb"] = list_of(shading->radiance);
+  json["alpha"] = shading->alpha;
+  // The answer is JSON in any case; --json adds the frame that all reports have.
+  report(command.common, "evaluate", json, json.dump() + "\n");
+  return 0;
+}
+
+int run(const CompareCommand& command) {
+  apply(command.common);
+  const std::string& samples = command.files.back();
+  auto reader = SamplesReader::open(samples);
+  if (!reader) return report_error(reader.error());
+  std::array<PairSamples, 3> truth;
+  for (const PairKind kind : all_pair_kinds) {
+    auto pairs = reader->read_pairs(kind);
+    if (!pairs) return report_error(pairs.error());
+    truth[static_cast<std::size_t>(kind)] = std::move(*pairs);
+  }
+  Json fabrics = Json::array();
+  std::string text;
+  for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
+    const std::string& path = command.files[i];
+    const auto fabric = read_fabric(path);
+    if (!fabric) return report_error(fabric.error());
+    Json entry = {{"fabric", path}, {"bytes", size_of_file(path)}};
+    text += fmt::format("{} ({} bytes)\n", path, size_of_file(path));
+    for (const PairKind kind : {PairKind::held_out, PairKind::rim, PairKind::validation}) {
+      const PairSamples& pairs = truth[static_cast<std::size_t>(kind)];
+      if (pairs.pairs.empty()) continue;
+      const auto comparison = compare(*fabric, pairs, kind);
+      if (!comparison) {
+        Error error = comparison.error();
+        error.file = path;
+        return report_error(error);
+      }
+      entry[name_of(kind)] = comparison_json(*comparison);
+      text += comparison_text(*comparison);
+    }
+    fabrics.push_back(entry);
+  }
+  report(command.common, "compare", {{"samples", samples}, {"fabrics", fabrics}}, text);
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,116 @@
+// bake, fit, and make, which is both with the mesh before.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "converter/cell_source.h"
+#include "converter/tool/commands.h"
+#include "converter/tool/report.h"
+#include "format/atomic_file.h"
+
+namespace selvedge {
+namespace {
+
+Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& common) {
+  const auto mesh = load_cell(command.input, command.mesh, command.import);
+  if (!mesh) return tl::unexpected(mesh.error());
+  TerminalProgress progress("bake", common.quiet);
+  const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
+                           {"stitch", std::filesystem::path(command.input).filename().string()},
+                           {"vertices", mesh->positions.size()},
+                           {"triangles", mesh->triangles.size()}};
+  return bake(*mesh, command.input, command.bake, provenance.dump(), command.output, progress.callback());
+}
+
+Json bake_json(const BakeReport& r, const std::string& output) {
+  return {{"output", output},
+          {"bytes", size_of_file(output)},
+          {"seconds", r.seconds},
+          {"rays", r.rays},
+          {"raysPerSecond", static_cast<double>(r.rays) / r.seconds},
+          {"coverage", r.coverage}};
+}
+
+std::string bake_text(const BakeReport& r, const std::string& output) {
+  return fmt::format("baked in {:.1f} s, {:.1f} million rays ({:.1f} million/s), {:.1f} % yarn -> {} ({} bytes)\n",
+                     r.seconds, static_cast<double>(r.rays) * 1e-6,
+                     static_cast<double>(r.rays) * 1e-6 / r.seconds, 100 * r.coverage, output,
+                     size_of_file(output));
+}
+
+Result<FitResult> fit_file(const std::string& samples, const FitCommand& command) {
+  auto reader = SamplesReader::open(samples);
+  if (!reader) return tl::unexpected(reader.error());
+  auto level = reader->read_level();
+  if (!level) return tl::unexpected(level.error());
+  TerminalProgress progress("fit", command.common.quiet);
+  auto result = fit(std::move(*level), reader->header(), command.fit, progress.callback());
+  if (!result) return result;
+  if (auto ok = write_fabric(command.output, result->fabric, command.write); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  return result;
+}
+
+Json fit_json(const FitResult& r, const std::string& output) {
+  Json levels = Json::array();
+  for (const FitLevelReport& level : r.levels) {
+    levels.push_back({{"texels", {level.width, level.height}},
+                      {"trainingError", level.training_error},
+                      {"rounds", level.mean_rounds},
+                      {"unconverged", level.unconverged},
+                      {"seconds", level.seconds}});
+  }
+  return {{"output", output}, {"bytes", size_of_file(output)}, {"seconds", r.seconds}, {"levels", levels}};
+}
+
+std::string fit_text(const FitResult& r, const std::string& output) {
+  std::string text = "level  texels   training error  rounds  not converged  seconds\n";
+  for (std::size_t k = 0; k < r.levels.size(); ++k) {
+    const FitLevelReport& l = r.levels[k];
+    text += fmt::format("{:5}  {:>7}  {:14.4f}  {:6.1f}  {:13}  {:7.2f}\n", k, fmt::format("{}x{}", l.width, l.height),
+                        l.training_error, l.mean_rounds, l.unconverged, l.seconds);
+  }
+  return text + fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", r.seconds, output, size_of_file(output));
+}
+
+}  // namespace
+
+int run(const BakeCommand& command) {
+  apply(command.common);
+  const auto result = bake_cell(command, command.common);
+  if (!result) return report_error(result.error());
+  report(command.common, "bake", bake_json(*result, command.output), bake_text(*result, command.output));
+  return 0;
+}
+
+int run(const FitCommand& command) {
+  apply(command.common);
+  const auto result = fit_file(command.input, command);
+  if (!result) return report_error(result.error());
+  report(command.common, "fit", fit_json(*result, command.output), fit_text(*result, command.output));
+  return 0;
+}
+
+int run(const MakeCommand& command) {
+  apply(command.fit.common);
+  // The samples pass through a file, as they do between the single verbs; without --keep-samples through one
+  // that is gone afterwards, whatever happens.
+  auto passing = AtomicFile::create(command.fit.output + ".samples.exr");
+  if (!passing) return report_error(passing.error());
+  BakeCommand bake_command = command.bake;
+  const bool keep = !bake_command.output.empty();
+  if (!keep) bake_command.output = passing->temporary();
+  const auto baked = bake_cell(bake_command, command.fit.common);
+  if (!baked) return report_error(baked.error());
+  const Json bake_report = bake_json(*baked, bake_command.output);
+  const std::string bake_line = bake_text(*baked, bake_command.output);
+  const auto fitted = fit_file(bake_command.output, command.fit);
+  if (!fitted) return report_error(fitted.error());
+  report(command.fit.common, "make", {{"bake", bake_report}, {"fit", fit_json(*fitted, command.fit.output)}},
+         bake_line + fit_text(*fitted, command.fit.output));
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,25 @@
+#include "format/option_text.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+namespace selvedge {
+
+std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator, std::size_t least,
+                                                 std::size_t most) {
+  std::vector<double> numbers;
+  std::stringstream items(text);
+  std::string item;
+  while (std::getline(items, item, separator)) {
+    char* end = nullptr;
+    const double value = std::strtod(item.c_str(), &end);
+    if (item.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+    numbers.push_back(value);
+  }
+  const bool dangling = !text.empty() && text.back() == separator;
+  if (dangling || numbers.size() < least || numbers.size() > most) return std::nullopt;
+  return numbers;
+}
+
+}  // namespace selvedge
