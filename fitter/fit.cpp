@@ -24,9 +24,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// As the file will hold it, so that the lobes are fitted in the very frame they are evaluated in.
-V3f in_half_precision(const V3f& v) {
-  return {Imath::half(v.x), Imath::half(v.y), Imath::half(v.z)};
-}
+V3f in_half_precision(const V3f& v) { return {Imath::half(v.x), Imath::half(v.y), Imath::half(v.z)}; }
 
 /// One channel of one texel: what the alternation ends with.
 struct ChannelFit {
@@ -53,8 +51,9 @@ double scale_of(const TexelSamples& samples, int channel) {
   double cosine = 0;
   for (std::size_t v = 0; v < samples.weight.size(); ++v) {
     for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-      radiance += samples.weight[v] * samples.samples[i].radiance[channel];
-      cosine += samples.weight[v] * samples.samples[i].cosine;
+      radiance +=
+          samples.weight[v] * static_cast<double>(samples.radiance[static_cast<std::size_t>(channel)][i]);
+      cosine += samples.weight[v] * static_cast<double>(samples.cosine[i]);
     }
   }
   return cosine > 0 ? radiance / cosine : 0;
@@ -84,22 +83,16 @@ ChannelFit fit_channel(const TexelSamples& samples, int channel, const FitOption
   }
 }
 
-/// Squared error and energy of a finished texel, all channels, below the horizon included.
-void add_error(const TexelSamples& samples, const std::vector<ChannelFit>& channels, int lobes, double& error,
+/// Squared error and energy of a finished channel, above the horizon.
+void add_error(const TexelSamples& samples, int channel, const ChannelFit& fit, int lobes, double& error,
                double& energy) {
-  error += samples.unreachable;
-  energy += samples.unreachable;
+  const std::vector<float> sums = lobe_sums(samples, fit.parameters, lobes);
   for (std::size_t v = 0; v < samples.weight.size(); ++v) {
     for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-      const TexelSamples::Sample& s = samples.samples[i];
-      const V3d ones(1, 1, 1);
-      for (int c = 0; c < 3; ++c) {
-        const ChannelFit& fit = channels[static_cast<std::size_t>(c)];
-        const double g = s.cosine * lafortune_lobes(fit.parameters.data(), lobes, &s.product.x, &ones.x);
-        const double difference = fit.table[v] * g - s.radiance[c];
-        error += samples.weight[v] * difference * difference;
-        energy += samples.weight[v] * s.radiance[c] * s.radiance[c];
-      }
+      const auto radiance = static_cast<double>(samples.radiance[static_cast<std::size_t>(channel)][i]);
+      const double difference = fit.table[v] * static_cast<double>(samples.cosine[i] * sums[i]) - radiance;
+      error += samples.weight[v] * difference * difference;
+      energy += samples.weight[v] * radiance * radiance;
     }
   }
 }
@@ -111,8 +104,9 @@ struct TexelTotals {
   bool converged = true;
 };
 
-FabricLevel fit_level(const SampleLevel& samples, const DirectionGrid& view_grid, const DirectionGrid& light_grid,
-                      const FitOptions& options, FitLevelReport& report, const std::function<void()>& on_texel) {
+FabricLevel fit_level(const SampleLevel& samples, const DirectionGrid& view_grid,
+                      const DirectionGrid& light_grid, const FitOptions& options, FitLevelReport& report,
+                      const std::function<void()>& on_texel) {
   const std::vector<V3f> views = directions_of(view_grid);
   const std::vector<V3f> lights = directions_of(light_grid);
   const auto texels = static_cast<std::size_t>(samples.texels());
@@ -137,10 +131,10 @@ FabricLevel fit_level(const SampleLevel& samples, const DirectionGrid& view_grid
     level.frame->tangent[texel] = tangent;
 
     const TexelSamples gathered = gather_texel(samples, index, views, lights, normal, tangent);
-    std::vector<ChannelFit> channels;
+    totals[texel].error = totals[texel].energy = gathered.unreachable;
     for (int c = 0; c < 3; ++c) {
-      channels.push_back(fit_channel(gathered, c, options));
-      const ChannelFit& fit = channels.back();
+      const ChannelFit fit = fit_channel(gathered, c, options);
+      add_error(gathered, c, fit, options.lobes, totals[texel].error, totals[texel].energy);
       for (std::size_t k = 0; k < stride; ++k) {
         level.lobes->parameters[(texel * 3 + static_cast<std::size_t>(c)) * stride + k] =
             static_cast<float>(fit.parameters[k]);
@@ -151,7 +145,6 @@ FabricLevel fit_level(const SampleLevel& samples, const DirectionGrid& view_grid
       totals[texel].rounds = std::max(totals[texel].rounds, fit.rounds);
       totals[texel].converged = totals[texel].converged && fit.converged;
     }
-    add_error(gathered, channels, options.lobes, totals[texel].error, totals[texel].energy);
     on_texel();
   });
 
@@ -172,12 +165,9 @@ FabricLevel fit_level(const SampleLevel& samples, const DirectionGrid& view_grid
 std::string provenance_of(const SamplesHeader& header, const FitOptions& options) {
   nlohmann::json text = nlohmann::json::parse(header.provenance, nullptr, false);
   if (!text.is_object()) text = nlohmann::json::object();
-  text["fit"] = {{"lobes", options.lobes},
-                 {"viewTable", options.view_table},
-                 {"maxRounds", options.max_rounds},
-                 {"tableTolerance", options.table_tolerance},
-                 {"damping", options.damping},
-                 {"lights", {header.lights.columns, header.lights.rows}}};
+  text["fit"] = {{"lobes", options.lobes},          {"viewTable", options.view_table},
+                 {"maxRounds", options.max_rounds}, {"tableTolerance", options.table_tolerance},
+                 {"damping", options.damping},      {"lights", {header.lights.columns, header.lights.rows}}};
   return text.dump();
 }
 
@@ -187,7 +177,8 @@ Result<FitResult> fit(SampleLevel samples, const SamplesHeader& header, const Fi
                       const Progress& progress) {
   const int most_lobes = FabricLimits{}.lobes;
   if (options.lobes < 0 || options.lobes > most_lobes) {
-    return fail(Code::option_out_of_range, {}, "lobes", fmt::format("{} is outside of 0 to {}", options.lobes, most_lobes));
+    return fail(Code::option_out_of_range, {}, "lobes",
+                fmt::format("{} is outside of 0 to {}", options.lobes, most_lobes));
   }
   const auto start = std::chrono::steady_clock::now();
   FitResult result;
@@ -212,7 +203,8 @@ Result<FitResult> fit(SampleLevel samples, const SamplesHeader& header, const Fi
     if (k > 0) samples = pool(samples);
     const auto level_start = std::chrono::steady_clock::now();
     FitLevelReport report;
-    result.fabric.levels.push_back(fit_level(samples, header.views, header.lights, options, report, on_texel));
+    result.fabric.levels.push_back(
+        fit_level(samples, header.views, header.lights, options, report, on_texel));
     report.seconds = seconds_since(level_start);
     result.levels.push_back(report);
   }

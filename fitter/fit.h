@@ -14,9 +14,9 @@
 namespace selvedge {
 
 struct FitOptions {
-  int lobes = 2;           ///< 0 to 16
-  bool view_table = true;  ///< else T = 1 and the layer is left out
-  int max_rounds = 10;     ///< of lobes and table by turns
+  int lobes = 2;                  ///< 0 to 16
+  bool view_table = true;         ///< else T = 1 and the layer is left out
+  int max_rounds = 10;            ///< of lobes and table by turns
   double table_tolerance = 0.01;  ///< mean change of the table's entries at which the alternation ends
   double damping = 0.05;          ///< of the table, see view_table.h
 };
@@ -36,9 +36,10 @@ struct FitResult {
   double seconds = 0;
 };
 
-/// Fits all levels down to 1 x 1. Same samples and options, same fabric for any number of threads. A texel that
-/// is a hole from every view becomes black with T = 1 and alpha 0; nothing in the result is NaN or infinite.
-/// Takes the samples by value: coarser levels replace finer ones, so that two levels are held at a time.
+/// Fits all levels down to 1 x 1. Same samples and options, same fabric for any number of threads. A texel
+/// that is a hole from every view becomes black with T = 1 and alpha 0; nothing in the result is NaN or
+/// infinite. Takes the samples by value: coarser levels replace finer ones, so that two levels are held at a
+/// time.
 Result<FitResult> fit(SampleLevel samples, const SamplesHeader& header, const FitOptions& options = {},
                       const Progress& progress = {});
 

@@ -4,32 +4,21 @@
 #include <cmath>
 
 namespace selvedge {
-namespace {
 
-double lobe_sum(const std::vector<double>& p, int lobes, const V3d& product) {
-  double sum = p[0];
-  for (int j = 0; j < lobes; ++j) {
-    const double* lobe = &p[static_cast<std::size_t>(1 + 4 * j)];
-    const double base = lobe[0] * product.x + lobe[1] * product.y + lobe[2] * product.z;
-    if (base > 0) sum += std::pow(base, lobe[3]);
-  }
-  return sum;
-}
-
-}  // namespace
-
-std::vector<double> fit_view_table(const TexelSamples& samples, int channel, const std::vector<double>& parameters,
-                                   int lobes, const ViewTableOptions& options) {
-  const auto views = static_cast<std::size_t>(samples.views());
+std::vector<double> fit_view_table(const TexelSamples& samples, int channel,
+                                   const std::vector<double>& parameters, int lobes,
+                                   const ViewTableOptions& options) {
+  const std::size_t views = samples.weight.size();
+  const std::vector<float> sums = lobe_sums(samples, parameters, lobes);
+  const std::vector<float>& radiance = samples.radiance[static_cast<std::size_t>(channel)];
   std::vector<double> cross(views, 0);
   std::vector<double> square(views, 0);
   double total = 0;
   double weight = 0;
   for (std::size_t v = 0; v < views; ++v) {
     for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-      const TexelSamples::Sample& s = samples.samples[i];
-      const double g = s.cosine * lobe_sum(parameters, lobes, s.product);
-      cross[v] += samples.weight[v] * g * s.radiance[channel];
+      const double g = static_cast<double>(samples.cosine[i] * sums[i]);
+      cross[v] += samples.weight[v] * g * static_cast<double>(radiance[i]);
       square[v] += samples.weight[v] * g * g;
     }
     total += square[v];
@@ -44,7 +33,8 @@ std::vector<double> fit_view_table(const TexelSamples& samples, int channel, con
   return table;
 }
 
-void normalise(const TexelSamples& samples, std::vector<double>& table, std::vector<double>& parameters, int lobes) {
+void normalise(const TexelSamples& samples, std::vector<double>& table, std::vector<double>& parameters,
+               int lobes) {
   double sum = 0;
   double weight = 0;
   for (std::size_t v = 0; v < table.size(); ++v) {

@@ -16,11 +16,13 @@ struct ViewTableOptions {
 
 /// T(v) = (<g, r>_v + d) / (<g, g>_v + d), weighted by opacity, d = damping * mean <g, g>; 1 where the texel
 /// is a hole or everything is dark. `parameters` as in lafortune.h. Entries lie in [0, largest].
-std::vector<double> fit_view_table(const TexelSamples& samples, int channel, const std::vector<double>& parameters,
-                                   int lobes, const ViewTableOptions& options = {});
+std::vector<double> fit_view_table(const TexelSamples& samples, int channel,
+                                   const std::vector<double>& parameters, int lobes,
+                                   const ViewTableOptions& options = {});
 
-/// Scales the table to mean 1 over the views (weighted by opacity) and the lobes by the inverse, so that T g is
-/// unchanged. Precondition: table entries are >= 0; a table of zeros is left alone.
-void normalise(const TexelSamples& samples, std::vector<double>& table, std::vector<double>& parameters, int lobes);
+/// Scales the table to mean 1 over the views (weighted by opacity) and the lobes by the inverse, so that T g
+/// is unchanged. Precondition: table entries are >= 0; a table of zeros is left alone.
+void normalise(const TexelSamples& samples, std::vector<double>& table, std::vector<double>& parameters,
+               int lobes);
 
 }  // namespace selvedge

@@ -1,0 +1,202 @@
+#include "fitter/fit.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "fitter/lobe_fit.h"
+#include "fitter/view_table.h"
+#include "format/evaluate.h"
+#include "format/parallel.h"
+#include "format/random.h"
+
+using namespace selvedge;
+
+namespace {
+
+using Radiance = std::function<V3f(int texel, const V3f& light, const V3f& view)>;
+
+SamplesHeader header_of(int width, int height) {
+  SamplesHeader header;
+  header.width = width;
+  header.height = height;
+  return header;
+}
+
+/// Samples of 64 x 64 directions, everything opaque, normals up.
+SampleLevel samples_of(const SamplesHeader& header, const Radiance& radiance) {
+  SampleLevel level;
+  level.width = header.width;
+  level.height = header.height;
+  level.views = header.views.count();
+  level.lights = header.lights.count();
+  const auto views = directions_of(header.views);
+  const auto lights = directions_of(header.lights);
+  for (int t = 0; t < header.texels(); ++t) {
+    level.normal.emplace_back(0.0F, 0.0F, 64.0F);
+    for (const V3f& v : views) {
+      level.alpha.push_back(1);
+      for (const V3f& l : lights) level.radiance.push_back(radiance(t, l, v));
+    }
+  }
+  return level;
+}
+
+FitResult fit_all(SampleLevel level, const SamplesHeader& header, const FitOptions& options = {}) {
+  auto result = fit(std::move(level), header, options);
+  REQUIRE_MESSAGE(result, to_line(result.error()));
+  const auto valid = validate(result->fabric);
+  CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
+  return std::move(*result);
+}
+
+/// Relative L2 of the fit against a function, over random directions.
+double error_against(const Fabric& fabric, const Radiance& radiance) {
+  double error = 0;
+  double energy = 0;
+  for (const DirectionPair& pair : random_pairs(500, 0.15, 77)) {
+    const V3f truth = radiance(0, pair.light, pair.view);
+    error += static_cast<double>((evaluate(fabric, 0, 0, 0, pair.light, pair.view).radiance - truth).length2());
+    energy += static_cast<double>(truth.length2());
+  }
+  return std::sqrt(error / energy);
+}
+
+}  // namespace
+
+TEST_CASE("a Lambert plane comes back as rho = albedo / pi at every level, with and without lobes and table") {
+  const SamplesHeader header = header_of(4, 4);
+  const V3f rho = V3f(0.2F, 0.5F, 0.9F) / std::numbers::pi_v<float>;
+  const Radiance lambert = [&](int, const V3f& l, const V3f&) { return rho * l.z; };
+  for (const int lobes : {0, 1, 2, 3}) {
+    for (const bool table : {false, true}) {
+      FitOptions options;
+      options.lobes = lobes;
+      options.view_table = table;
+      const FitResult result = fit_all(samples_of(header, lambert), header, options);
+      CHECK(error_against(result.fabric, lambert) < 0.01);
+      for (const FabricLevel& level : result.fabric.levels) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          const float found = level.lobes->parameters[c * static_cast<std::size_t>(parameter_count(lobes))];
+          CHECK(found == doctest::Approx(rho[static_cast<int>(c)]).epsilon(0.01));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("data made from lobes are fitted to within 2 % in function values") {
+  // The parameters are not unique; the function is.
+  const Radiance truth = [](int, const V3f& l, const V3f& v) {
+    const float base = std::max(0.0F, -0.5F * l.x * v.x - 0.6F * l.y * v.y + 0.9F * l.z * v.z);
+    return V3f(0.1F + std::pow(base, 6.0F), 0.2F + 0.5F * std::pow(base, 3.0F), 0.05F) * l.z;
+  };
+  const SamplesHeader header = header_of(1, 1);
+  const FitResult result = fit_all(samples_of(header, truth), header);
+  CHECK(error_against(result.fabric, truth) < 0.02);
+}
+
+TEST_CASE("a factor on the view goes into the table, whose mean is 1") {
+  const Radiance truth = [](int, const V3f& l, const V3f& v) {
+    return V3f(0.3F, 0.3F, 0.1F) * (l.z * (0.5F + v.z * v.z));
+  };
+  const SamplesHeader header = header_of(1, 1);
+  FitOptions options;
+  options.lobes = 0;
+  const FitResult with = fit_all(samples_of(header, truth), header, options);
+  options.view_table = false;
+  const FitResult without = fit_all(samples_of(header, truth), header, options);
+  // What is left is the interpolation between 64 views: below 3 % where z >= 0.15.
+  CHECK(error_against(with.fabric, truth) < 0.05);
+  CHECK(error_against(without.fabric, truth) > 0.2);
+  double mean = 0;
+  for (const V3f& t : with.fabric.levels[0].view_table->colour) mean += static_cast<double>(t.x) / 64;
+  CHECK(mean == doctest::Approx(1).epsilon(1e-3));
+}
+
+TEST_CASE("the table stays near 1 where the lobes are almost dark") {
+  TexelSamples samples;
+  for (std::size_t v = 0; v < 4; ++v) {
+    samples.first.push_back(samples.size());
+    samples.weight.push_back(1);
+    // The lobes see 1e-4 of the others' cosine in the last view, and the data a little noise.
+    const float cosine = v == 3 ? 1e-4F : 1;
+    for (int l = 0; l < 10; ++l) {
+      for (auto* zeros : {&samples.x, &samples.y, &samples.z}) zeros->push_back(0);
+      samples.cosine.push_back(cosine);
+      samples.radiance[0].push_back(0.5F * cosine + (v == 3 ? 0.01F : 0));
+    }
+  }
+  samples.first.push_back(samples.size());
+  ViewTableOptions undamped;
+  undamped.damping = 0;
+  undamped.largest = 1e9;
+  CHECK(fit_view_table(samples, 0, {0.5}, 0, undamped)[3] > 100);
+  const std::vector<double> table = fit_view_table(samples, 0, {0.5}, 0);
+  CHECK(table[0] == doctest::Approx(1));
+  CHECK(table[3] == doctest::Approx(1).epsilon(0.01));
+}
+
+TEST_CASE("no lobe exceeds its limit in any direction") {
+  Random random(5);
+  const Radiance noise = [&](int, const V3f& l, const V3f&) {
+    const auto r = static_cast<float>(random.uniform() * random.uniform());
+    return V3f(r, r * r, 1 - r) * l.z;
+  };
+  const SamplesHeader header = header_of(1, 1);
+  const FitResult result = fit_all(samples_of(header, noise), header);
+  for (const DirectionPair& pair : random_rim_pairs(2000, 0.15, 4)) {
+    const V3f radiance = evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).radiance;
+    // rho and two lobes, each at most the largest radiance / 0.25, times T <= 16; in fact far less.
+    for (int c = 0; c < 3; ++c) CHECK(radiance[c] <= 16 * 3 * 4);
+  }
+}
+
+TEST_CASE("extreme samples give finite fabrics") {
+  const SamplesHeader header = header_of(2, 2);
+  Radiance radiance = [](int, const V3f& l, const V3f&) { return V3f(0.1F, 0.1F, 0.1F) * l.z; };
+  float alpha = 1;
+  SUBCASE("all black") {
+    radiance = [](int, const V3f&, const V3f&) { return V3f(0, 0, 0); };
+  }
+  SUBCASE("all holes") { alpha = 0; }
+  SUBCASE("very bright") {
+    radiance = [](int, const V3f& l, const V3f& v) { return V3f(1e8F * l.z * v.x * v.x, 1e8F, 1e-8F); };
+  }
+  SUBCASE("very dark") {
+    radiance = [](int, const V3f& l, const V3f& v) { return V3f(1, 1, 1) * (1e-8F * l.z * v.z); };
+  }
+  SUBCASE("one bright sample among black ones") {
+    radiance = [](int, const V3f& l, const V3f& v) { return l.z > 0.99F && v.z > 0.99F ? V3f(1, 1, 1) : V3f(0, 0, 0); };
+  }
+  SampleLevel level = samples_of(header, radiance);
+  for (float& a : level.alpha) a = alpha;
+  if (alpha == 0) {
+    for (V3f& n : level.normal) n = V3f(0, 0, 0);
+  }
+  const FitResult result = fit_all(std::move(level), header);
+  for (const DirectionPair& pair : random_pairs(100, 0.01, 3)) {
+    const Shading s = evaluate(result.fabric, 0, 1, 1, pair.light, pair.view);
+    CHECK(std::isfinite(s.radiance.length2()));
+    // The four weights of the interpolation sum to 1 within rounding.
+    CHECK(s.alpha == doctest::Approx(alpha));
+  }
+}
+
+TEST_CASE("one and two threads fit the same fabric") {
+  const SamplesHeader header = header_of(3, 2);
+  const Radiance truth = [](int t, const V3f& l, const V3f& v) {
+    return V3f(0.1F, 0.2F, 0.3F) * (l.z * (1 + static_cast<float>(t) * std::max(0.0F, l.x * v.x)));
+  };
+  set_threads(1);
+  const FitResult one = fit_all(samples_of(header, truth), header);
+  set_threads(2);
+  const FitResult two = fit_all(samples_of(header, truth), header);
+  set_threads(0);
+  for (std::size_t k = 0; k < one.fabric.levels.size(); ++k) {
+    CHECK(one.fabric.levels[k].lobes->parameters == two.fabric.levels[k].lobes->parameters);
+    CHECK(one.fabric.levels[k].view_table->colour == two.fabric.levels[k].view_table->colour);
+  }
+}
