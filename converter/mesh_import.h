@@ -1,0 +1,27 @@
+// The one place that knows OpenMesh: bytes of a mesh file -> what stands in it, nothing made of it yet.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "format/error.h"
+#include "format/vec.h"
+
+namespace selvedge {
+
+/// A mesh as its file has it, in the file's own units and axes.
+struct RawMesh {
+  std::vector<V3f> positions;
+  std::vector<V3f> normals;             ///< empty, or one per vertex
+  std::vector<V3f> colours;             ///< empty, or one per vertex; (-1, -1, -1) where the file gives none
+  bool colours_8bit = false;            ///< sRGB-coded bytes / 255, else linear
+  std::vector<std::vector<int>> faces;  ///< indices as written, perhaps out of range
+};
+
+/// `format` is "obj", "off" or "stl" (PLY: mesh_ply.h). A halfedge mesh is not built, so no face is dropped
+/// for what its neighbours are. Refuses what cannot be decoded to its end (file_damaged) and numbers that are
+/// not finite where the decoder would pass over them (mesh_not_finite). Normals are kept only where all
+/// vertices have one and no vertex has two. Not reentrant in OpenMesh: calls wait for each other.
+Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format, const std::string& file);
+
+}  // namespace selvedge

@@ -1,0 +1,215 @@
+#include "converter/bake.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "../format/files.h"
+#include "format/parallel.h"
+
+using namespace selvedge;
+using test::Folder;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+void add_quad(CellMesh& mesh, const V3f& a, const V3f& b, const V3f& c, const V3f& d, float albedo) {
+  const int first = static_cast<int>(mesh.positions.size());
+  const V3f normal = (b - a).cross(c - a).normalized();
+  for (const V3f& p : {a, b, c, d}) {
+    mesh.positions.push_back(p);
+    mesh.normals.push_back(normal);
+    mesh.albedo.emplace_back(albedo, albedo / 2, 0.0F);
+  }
+  mesh.triangles.emplace_back(first, first + 1, first + 2);
+  mesh.triangles.emplace_back(first, first + 2, first + 3);
+}
+
+/// A floor over the cell's left `share`, `period` mm a side.
+CellMesh floor_of(float period, float share, float albedo) {
+  CellMesh mesh;
+  mesh.period = V2d(period, period);
+  const float x = period * share;
+  add_quad(mesh, {0, 0, 0}, {x, 0, 0}, {x, period, 0}, {0, period, 0}, albedo);
+  return mesh;
+}
+
+/// A floor and a wall of height `height` that stands on it along y at x = 0, both sides alike.
+CellMesh fence(float period, float height, float floor_albedo, float wall_albedo) {
+  CellMesh mesh = floor_of(period, 1, floor_albedo);
+  add_quad(mesh, {0, 0, 0}, {0, period, 0}, {0, period, height}, {0, 0, height}, wall_albedo);
+  return mesh;
+}
+
+BakeOptions small_bake() {
+  BakeOptions o;
+  o.width = 8;
+  o.height = 4;
+  o.views = 16;
+  o.lights = 64;
+  o.samples = 9;
+  o.validation_pairs = 2;
+  o.held_out_pairs = 4;
+  o.rim_pairs = 2;
+  o.truth_samples = 16;
+  return o;
+}
+
+struct Baked {
+  SamplesHeader header;
+  SampleLevel level;
+  PairSamples held_out;
+};
+
+Baked bake_mesh(const CellMesh& mesh, const BakeOptions& options) {
+  const Folder folder;
+  const auto report = bake(mesh, "test", options, "{}", folder / "s.exr");
+  REQUIRE_MESSAGE(report, to_line(report.error()));
+  auto reader = SamplesReader::open(folder / "s.exr");
+  REQUIRE_MESSAGE(reader, to_line(reader.error()));
+  auto level = reader->read_level();
+  REQUIRE_MESSAGE(level, to_line(level.error()));
+  auto pairs = reader->read_pairs(PairKind::held_out);
+  REQUIRE(pairs);
+  return {reader->header(), std::move(*level), std::move(*pairs)};
+}
+
+}  // namespace
+
+TEST_CASE("a Lambert plane's samples are albedo / pi times the cosine, whatever its size") {
+  for (const float period : {1e-3F, 1.0F, 5.0F, 1e3F}) {
+    const Baked b = bake_mesh(floor_of(period, 1, 0.6F), small_bake());
+    const std::vector<V3f> lights = directions_of(b.header.lights);
+    for (const float alpha : b.level.alpha) CHECK(alpha == 1);
+    for (const V3f& n : b.level.normal) CHECK(n.z == doctest::Approx(16));
+    for (std::size_t i = 0; i < b.level.radiance.size(); ++i) {
+      const double expected = 0.6 / pi * static_cast<double>(lights[i % lights.size()].z);
+      // Samples are stored in half precision: 2^-11 relative.
+      CHECK(std::abs(static_cast<double>(b.level.radiance[i].x) - expected) <= expected / 1024);
+      CHECK(std::abs(static_cast<double>(b.level.radiance[i].y) - expected / 2) <= expected / 1024);
+    }
+    for (std::size_t i = 0; i < b.held_out.radiance.size(); ++i) {
+      const V3f& light = b.held_out.pairs[i / 32].light;
+      CHECK(std::abs(b.held_out.radiance[i].x - 0.6 / pi * static_cast<double>(light.z)) <= 1e-3);
+    }
+  }
+}
+
+TEST_CASE("holes are where there is no yarn, and radiance is not multiplied by opacity") {
+  BakeOptions o = small_bake();
+  o.views = 1;  // straight from above
+  const Baked b = bake_mesh(floor_of(4, 0.5F + 1.0F / 16, 1.0F), o);
+  const std::vector<V3f> lights = directions_of(b.header.lights);
+  for (std::size_t texel = 0; texel < 32; ++texel) {
+    const std::size_t x = texel % 8;
+    // Texel 4 is covered by half; 9 spread points tell that to within 1 of them.
+    const double expected = x < 4 ? 1 : x == 4 ? 0.5 : 0;
+    CHECK(std::abs(static_cast<double>(b.level.alpha[texel]) - expected) <= (x == 4 ? 1.0 / 9 + 1e-6 : 0));
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      const double radiance = x <= 4 ? static_cast<double>(lights[l].z) / pi : 0;
+      CHECK(static_cast<double>(b.level.radiance[texel * lights.size() + l].x) == doctest::Approx(radiance).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("a fence casts its shadow over as many neighbours as the light is low") {
+  // Seen from above a point of the floor at distance d from the next wall towards the light is dark exactly
+  // where the light's ray passes that wall below its top: d * lz / |lx| < height.
+  constexpr double period = 2;
+  BakeOptions o = small_bake();
+  o.views = 1;
+  o.bounces = 0;
+  for (const double height : {0.5, 3.0}) {
+    const Baked b = bake_mesh(fence(2, static_cast<float>(height), 1, 0), o);
+    const std::vector<V3f> lights = directions_of(b.header.lights);
+    int checked = 0;
+    for (std::size_t x = 0; x < 8; ++x) {
+      for (std::size_t l = 0; l < lights.size(); ++l) {
+        const double run = std::abs(static_cast<double>(lights[l].x));
+        const auto dark = [&](double at) {
+          const double d = lights[l].x > 0 ? period - at : at;
+          return run > 1e-9 && d * static_cast<double>(lights[l].z) / run < height;
+        };
+        const bool from = dark(period * static_cast<double>(x) / 8 + 1e-6);
+        const bool to = dark(period * static_cast<double>(x + 1) / 8 - 1e-6);
+        if (from != to) continue;  // the shadow's edge lies within the texel
+        const double expected = from ? 0 : static_cast<double>(lights[l].z) / pi;
+        CHECK(static_cast<double>(b.level.radiance[x * lights.size() + l].x) == doctest::Approx(expected).epsilon(1e-3));
+        ++checked;
+      }
+    }
+    CHECK(checked > 400);
+  }
+}
+
+TEST_CASE("a white fence under a white sky is white") {
+  // Energy balance: uniform radiance 1 from the upper hemisphere, albedo 1 everywhere, the floor closes the cell
+  // below: every point sends out 1. Quadrature by 256 lights and 32 bounces in a low fence.
+  BakeOptions o = small_bake();
+  o.views = 4;
+  o.lights = 256;
+  o.samples = 64;
+  o.bounces = 32;
+  o.held_out_pairs = o.validation_pairs = o.rim_pairs = 0;
+  CellMesh mesh = fence(2, 0.7F, 1, 1);
+  const Folder folder;
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "s.exr"));
+  const auto level = SamplesReader::open(folder / "s.exr")->read_level();
+  REQUIRE(level);
+  double sum = 0;
+  double worst = 0;
+  const std::size_t entries = level->alpha.size();
+  for (std::size_t e = 0; e < entries; ++e) {
+    double radiance = 0;
+    for (std::size_t l = 0; l < 256; ++l) radiance += static_cast<double>(level->radiance[e * 256 + l].x) * 2 * pi / 256;
+    sum += radiance / static_cast<double>(entries);
+    worst = std::max(worst, std::abs(radiance - 1));
+  }
+  // 128 estimates of 64 paths each, standard deviation of a path below 0.5: mean to 0.0055, each to 0.0625; bounds
+  // are 4 of them, and the midpoint rule's own error is below 1 % (it is exact for the plane, mean z = 1/2).
+  CHECK(std::abs(sum - 1) < 0.01 + 4 * 0.0055);
+  CHECK(worst < 0.01 + 4 * 0.0625);
+}
+
+TEST_CASE("the same seed gives the same bytes for any number of threads, another seed other bytes") {
+  const Folder folder;
+  const CellMesh mesh = fence(2, 1, 0.5F, 0.8F);
+  BakeOptions o = small_bake();
+  set_threads(1);
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "1.exr"));
+  set_threads(2);
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "2.exr"));
+  set_threads(0);
+  o.seed = 2;
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "3.exr"));
+  CHECK(test::bytes_of(folder / "1.exr") == test::bytes_of(folder / "2.exr"));
+  CHECK(test::bytes_of(folder / "1.exr") != test::bytes_of(folder / "3.exr"));
+}
+
+TEST_CASE("bad input is refused before anything is written") {
+  const Folder folder;
+  BakeOptions o = small_bake();
+  CellMesh mesh = floor_of(1, 1, 1);
+  Code expected = Code::option_out_of_range;
+  SUBCASE("zero texels") { o.width = 0; }
+  SUBCASE("no views") { o.views = 0; }
+  SUBCASE("no samples") { o.samples = 0; }
+  SUBCASE("an empty mesh") {
+    mesh.triangles.clear();
+    expected = Code::mesh_empty;
+  }
+  SUBCASE("NaN in a vertex") {
+    mesh.positions[2].y = std::nanf("");
+    expected = Code::mesh_not_finite;
+  }
+  SUBCASE("a mesh far wider than its period") {
+    mesh.period = V2d(0.01, 0.01);
+    expected = Code::mesh_invalid;
+  }
+  const auto report = bake(mesh, "test", o, "{}", folder / "s.exr");
+  REQUIRE_FALSE(report);
+  CHECK(report.error().code == expected);
+  CHECK(folder.files() == 0);
+}

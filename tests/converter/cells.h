@@ -1,0 +1,148 @@
+// Simple cells with known closed forms, and what is measured on a mesh. Shared by the tests of the converter.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "converter/mesh.h"
+#include "converter/stitch.h"
+
+namespace selvedge::testing {
+
+/// A straight segment with evenly spread control points.
+inline BezierSegment line(const V3d& a, const V3d& b) {
+  return {a, a + (b - a) * (1.0 / 3), a + (b - a) * (2.0 / 3), b};
+}
+
+/// One straight yarn along x through the middle of a square cell.
+inline StitchPattern cylinder(double period, double radius) {
+  StitchPattern pattern{"cylinder", {period, period}, {}};
+  pattern.yarns.push_back(
+      {"y", radius, {0.5F, 0.25F, 0.125F}, {line({0, period / 2, 0}, {period, period / 2, 0})}});
+  return pattern;
+}
+
+/// A ring about the cell's middle, axis along z: `count` Bézier arcs with the usual handle length, off a true
+/// circle by less than 1e-9 of its radius for 32 arcs.
+inline StitchPattern ring(double period, double ring_radius, double radius, int count = 32) {
+  StitchPattern pattern{"ring", {period, period}, {}};
+  Yarn yarn{"ring", radius, {0.5F, 0.5F, 0.5F}, {}};
+  const double step = 2 * std::numbers::pi / count;
+  const double handle = 4.0 / 3 * std::tan(step / 4) * ring_radius;
+  const V3d centre(period / 2, period / 2, 0);
+  for (int i = 0; i < count; ++i) {
+    const double a = i * step;
+    const double b = (i + 1) * step;
+    const V3d p = centre + V3d(std::cos(a), std::sin(a), 0) * ring_radius;
+    const V3d q = centre + V3d(std::cos(b), std::sin(b), 0) * ring_radius;
+    yarn.segments.push_back({p, p + V3d(-std::sin(a), std::cos(a), 0) * handle,
+                             q - V3d(-std::sin(b), std::cos(b), 0) * handle, q});
+  }
+  pattern.yarns.push_back(yarn);
+  return pattern;
+}
+
+inline V3d corner(const CellMesh& mesh, std::size_t triangle, int k) {
+  return V3d(mesh.positions[static_cast<std::size_t>(mesh.triangles[triangle][k])]);
+}
+
+inline V3d twice_area(const CellMesh& mesh, std::size_t t) {
+  return (corner(mesh, t, 1) - corner(mesh, t, 0)).cross(corner(mesh, t, 2) - corner(mesh, t, 0));
+}
+
+inline double area_of(const CellMesh& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += 0.5 * twice_area(mesh, t).length();
+  return sum;
+}
+
+/// Volume inside by the divergence theorem for the field (0, 0, z): cuts at upright walls add nothing.
+inline double volume_of(const CellMesh& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double z = (corner(mesh, t, 0).z + corner(mesh, t, 1).z + corner(mesh, t, 2).z) / 3;
+    sum += 0.5 * twice_area(mesh, t).z * z;
+  }
+  return sum;
+}
+
+/// What holds the triangles of copies x copies tiles together. Vertices are one where their positions are the
+/// same bits; with `glued`, opposite outer walls are one as well (a torus of tiles).
+struct Topology {
+  std::size_t vertices = 0;
+  std::size_t edges = 0;
+  std::size_t faces = 0;
+  std::size_t unpaired_on_walls = 0;   ///< directed edges without an opposite, both ends on one outer wall
+  std::size_t unpaired_elsewhere = 0;  ///< cracks
+  std::size_t repeated = 0;            ///< directed edges used by more than one triangle
+  std::size_t components = 0;
+  long euler() const {
+    return static_cast<long>(vertices) - static_cast<long>(edges) + static_cast<long>(faces);
+  }
+};
+
+inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
+  // The walls' coordinate is the period as a float, by the contract of mesh_stitch.
+  const double px = static_cast<float>(mesh.period.x);
+  const double py = static_cast<float>(mesh.period.y);
+  std::map<std::array<double, 3>, int> ids;
+  std::vector<V3d> places;
+  std::map<std::pair<int, int>, int> directed;
+  Topology result;
+  const auto id_at = [&](V3d p) {
+    if (glued && p.x == copies * px) p.x = 0;
+    if (glued && p.y == copies * py) p.y = 0;
+    const auto [found, added] = ids.try_emplace({p.x, p.y, p.z}, static_cast<int>(places.size()));
+    if (added) places.push_back(p);
+    return found->second;
+  };
+  std::vector<std::array<int, 3>> triangles;
+  for (int ty = 0; ty < copies; ++ty) {
+    for (int tx = 0; tx < copies; ++tx) {
+      for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        std::array<int, 3> ids_of_corners{};
+        for (int k = 0; k < 3; ++k) {
+          ids_of_corners[static_cast<std::size_t>(k)] = id_at(corner(mesh, t, k) + V3d(tx * px, ty * py, 0));
+        }
+        triangles.push_back(ids_of_corners);
+      }
+    }
+  }
+  std::vector<int> root(places.size());
+  for (std::size_t i = 0; i < root.size(); ++i) root[i] = static_cast<int>(i);
+  const auto find = [&](int i) {
+    while (root[static_cast<std::size_t>(i)] != i) i = root[static_cast<std::size_t>(i)];
+    return i;
+  };
+  for (const auto& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (++directed[{t[k], t[(k + 1) % 3]}] > 1) ++result.repeated;
+      const int a = find(t[k]);
+      const int b = find(t[(k + 1) % 3]);
+      root[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  }
+  const auto shared_wall = [&](const V3d& a, const V3d& b) {
+    return (a.x == b.x && (a.x == 0 || a.x == copies * px)) ||
+           (a.y == b.y && (a.y == 0 || a.y == copies * py));
+  };
+  for (const auto& [edge, uses] : directed) {
+    const bool paired = directed.contains({edge.second, edge.first});
+    if (!paired || edge.first < edge.second) ++result.edges;
+    if (paired) continue;
+    const bool on_wall = shared_wall(places[static_cast<std::size_t>(edge.first)],
+                                     places[static_cast<std::size_t>(edge.second)]);
+    ++(on_wall ? result.unpaired_on_walls : result.unpaired_elsewhere);
+  }
+  result.vertices = places.size();
+  result.faces = triangles.size();
+  for (std::size_t i = 0; i < root.size(); ++i) result.components += root[i] == static_cast<int>(i);
+  return result;
+}
+
+}  // namespace selvedge::testing

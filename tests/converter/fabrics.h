@@ -1,0 +1,99 @@
+// Fabrics for tests that need no baking.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "format/fabric.h"
+
+namespace selvedge::test {
+
+/// The lower levels of a fabric whose level 0 holds everything: each texel is the mean of what it covers, which
+/// a real fabric would fit. Sizes are powers of two.
+inline void add_levels(Fabric& fabric) {
+  while (fabric.levels.back().texels() > 1) {
+    const FabricLevel& fine = fabric.levels.back();
+    FabricLevel coarse;
+    coarse.width = std::max(1, fine.width / 2);
+    coarse.height = std::max(1, fine.height / 2);
+    const std::size_t count = static_cast<std::size_t>(coarse.texels());
+    const auto mean_of = [&](const std::vector<float>& values, std::size_t per_texel) {
+      std::vector<float> means;
+      for (std::size_t texel = 0; texel < count; ++texel) {
+        const std::size_t x = texel % static_cast<std::size_t>(coarse.width) * 2;
+        const std::size_t y = texel / static_cast<std::size_t>(coarse.width) * 2;
+        const auto width = static_cast<std::size_t>(fine.width);
+        const std::size_t right = fine.width > 1 ? 1 : 0;
+        const std::size_t below = fine.height > 1 ? width : 0;
+        for (std::size_t k = 0; k < per_texel; ++k) {
+          const std::size_t first = y * width + x;
+          means.push_back(0.25F * (values[first * per_texel + k] + values[(first + right) * per_texel + k] +
+                                   values[(first + below) * per_texel + k] +
+                                   values[(first + below + right) * per_texel + k]));
+        }
+      }
+      return means;
+    };
+    const auto parameters =
+        static_cast<std::size_t>(3 * (1 + 4 * fine.lobes->lobes));
+    coarse.lobes = LobeLayer{fine.lobes->lobes, mean_of(fine.lobes->parameters, parameters)};
+    if (fine.frame) {
+      coarse.frame.emplace();
+      coarse.frame->normal.assign(count, V3f(0, 0, 1));
+      coarse.frame->tangent.assign(count, V3f(1, 0, 0));
+    }
+    if (fine.opacity) {
+      coarse.opacity = OpacityLayer{
+          mean_of(fine.opacity->opacity, static_cast<std::size_t>(fabric.views.count()))};
+    }
+    fabric.levels.push_back(std::move(coarse));
+  }
+}
+
+/// Flat, matt, of one colour.
+inline Fabric lambert_fabric(const V2d& period_mm, int side, const V3f& albedo) {
+  Fabric fabric;
+  fabric.period_mm = period_mm;
+  fabric.provenance = "{}";
+  FabricLevel level;
+  level.width = side;
+  level.height = side;
+  level.lobes = LobeLayer{0, {}};
+  for (int i = 0; i < side * side; ++i) {
+    for (int c = 0; c < 3; ++c) {
+      level.lobes->parameters.push_back(albedo[c] / std::numbers::pi_v<float>);
+    }
+  }
+  fabric.levels.push_back(std::move(level));
+  add_levels(fabric);
+  return fabric;
+}
+
+/// A ribbed net: normals that lean along u, a warm and a cool half, and holes in a corner of each repeat.
+inline Fabric net_fabric(const V2d& period_mm = V2d(5, 4), int side = 16) {
+  Fabric fabric = lambert_fabric(period_mm, side, V3f(0.5F, 0.2F, 0.1F));
+  fabric.levels.resize(1);
+  FabricLevel& level = fabric.levels[0];
+  level.frame.emplace();
+  level.opacity.emplace();
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const double phase = 2 * std::numbers::pi * (x + 0.5) / side;
+      const V3f normal = V3f(V3d(-0.5 * std::cos(phase), 0, 1).normalized());
+      level.frame->normal.push_back(normal);
+      level.frame->tangent.push_back(tangent_of(normal));
+      const bool hole = x < side / 4 && y < side / 4;
+      level.opacity->opacity.insert(level.opacity->opacity.end(),
+                                    static_cast<std::size_t>(fabric.views.count()), hole ? 0.0F : 1.0F);
+      if (y >= side / 2) {
+        const std::size_t first = static_cast<std::size_t>(y * side + x) * 3;
+        std::swap(level.lobes->parameters[first], level.lobes->parameters[first + 2]);
+      }
+    }
+  }
+  add_levels(fabric);
+  return fabric;
+}
+
+}  // namespace selvedge::test
