@@ -1,0 +1,92 @@
+#include "samples/assembly.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+namespace selvedge::samples {
+namespace {
+
+/// What the garment looks like before it is dressed. Linear colours.
+GarmentMaterial material_named(const std::string& name) {
+  if (name == "trim") return {name, V4f(0.50F, 0.43F, 0.32F, 1), 0.95F, true};
+  if (name == "tablecloth") return {name, V4f(0.75F, 0.72F, 0.66F, 1), 0.95F, true};
+  if (name == "wood") return {name, V4f(0.23F, 0.12F, 0.06F, 1), 0.55F, false};
+  return {name, V4f(0.60F, 0.53F, 0.42F, 1), 0.95F, true};
+}
+
+}  // namespace
+
+std::vector<V3d> normals_of(const Assembly& assembly) {
+  std::vector<V3d> normals(assembly.points.size(), V3d(0, 0, 0));
+  for (const Patch& patch : assembly.patches) {
+    for (const V3i& t : patch.triangles) {
+      std::array<std::size_t, 3> p{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t vertex = static_cast<std::size_t>(t[static_cast<int>(k)]);
+        p[k] = static_cast<std::size_t>(patch.points[vertex]);
+      }
+      const V3d& a = assembly.points[p[0]];
+      const V3d normal = (assembly.points[p[1]] - a).cross(assembly.points[p[2]] - a);
+      for (const std::size_t point : p) normals[point] += normal;
+    }
+  }
+  for (V3d& normal : normals) normal.normalize();
+  return normals;
+}
+
+int count_boundary_loops(const Assembly& assembly) {
+  std::set<std::pair<int, int>> edges;
+  for (const Patch& patch : assembly.patches) {
+    for (const V3i& t : patch.triangles) {
+      for (int k = 0; k < 3; ++k) {
+        edges.emplace(patch.points[static_cast<std::size_t>(t[k])],
+                      patch.points[static_cast<std::size_t>(t[(k + 1) % 3])]);
+      }
+    }
+  }
+  std::map<int, int> next;
+  for (const auto& [from, to] : edges) {
+    if (!edges.contains({to, from})) next[from] = to;
+  }
+  int loops = 0;
+  while (!next.empty()) {
+    ++loops;
+    int point = next.begin()->first;
+    for (auto found = next.find(point); found != next.end(); found = next.find(point)) {
+      point = found->second;
+      next.erase(found);
+    }
+  }
+  return loops;
+}
+
+Garment garment_of(const Assembly& assembly, const std::string& name) {
+  const std::vector<V3d> normals = normals_of(assembly);
+  Garment garment;
+  garment.name = name;
+  for (const Patch& patch : assembly.patches) {
+    auto material = std::find_if(garment.materials.begin(), garment.materials.end(),
+                                 [&](const GarmentMaterial& m) { return m.name == patch.material; });
+    const std::size_t index = static_cast<std::size_t>(material - garment.materials.begin());
+    if (material == garment.materials.end()) {
+      garment.materials.push_back(material_named(patch.material));
+      garment.primitives.emplace_back().material = static_cast<int>(index);
+    }
+    GarmentPrimitive& primitive = garment.primitives[index];
+    const std::uint32_t first = static_cast<std::uint32_t>(primitive.positions.size());
+    for (std::size_t v = 0; v < patch.points.size(); ++v) {
+      const std::size_t point = static_cast<std::size_t>(patch.points[v]);
+      primitive.positions.emplace_back(assembly.points[point]);
+      primitive.normals.emplace_back(V3f(normals[point]).normalized());
+      primitive.tex_coords.emplace_back(patch.tex_coords[v]);
+    }
+    for (const V3i& t : patch.triangles) {
+      for (int k = 0; k < 3; ++k) primitive.indices.push_back(first + static_cast<std::uint32_t>(t[k]));
+    }
+  }
+  return garment;
+}
+
+}  // namespace selvedge::samples

@@ -1,0 +1,105 @@
+#include "samples/flatten.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace selvedge::samples {
+namespace {
+
+/// A grid of triangles over (a, b) in [0, 1]^2, bent by `place`.
+template <class Place>
+Panel bend(int columns, int rows, const Place& place) {
+  Panel panel;
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i) {
+      panel.positions.push_back(place(static_cast<double>(i) / columns, static_cast<double>(j) / rows));
+    }
+  }
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const int a = j * (columns + 1) + i;
+      panel.triangles.emplace_back(a, a + 1, a + columns + 2);
+      panel.triangles.emplace_back(a, a + columns + 2, a + columns + 1);
+    }
+  }
+  return panel;
+}
+
+Stretch worst_of(const Panel& panel, const std::vector<V2d>& plane) {
+  Stretch worst;
+  for (const V3i& t : panel.triangles) {
+    std::array<V3d, 3> corners;
+    std::array<V2d, 3> flat;
+    for (int k = 0; k < 3; ++k) {
+      corners[static_cast<std::size_t>(k)] = panel.positions[static_cast<std::size_t>(t[k])];
+      flat[static_cast<std::size_t>(k)] = plane[static_cast<std::size_t>(t[k])];
+    }
+    const Stretch s = stretch_of(corners, flat);
+    worst.most = std::max(worst.most, s.most);
+    worst.least = std::min(worst.least, s.least);
+  }
+  return worst;
+}
+
+TEST_CASE("stretch is the singular values of dP/d(u, v)") {
+  // x = 3 u, y = 0.5 v, turned by 30 degrees within the plane z = 1.
+  const double c = std::cos(std::numbers::pi / 6);
+  const double s = std::sin(std::numbers::pi / 6);
+  const auto place = [&](double u, double v) {
+    return V3d(c * 3 * u - s * 0.5 * v, s * 3 * u + c * 0.5 * v, 1);
+  };
+  const Stretch stretch = stretch_of({place(0, 0), place(0.2, 0.1), place(-0.1, 0.4)},
+                                     {V2d(0, 0), V2d(0.2, 0.1), V2d(-0.1, 0.4)});
+  CHECK(stretch.most == doctest::Approx(3));
+  CHECK(stretch.least == doctest::Approx(0.5));
+}
+
+TEST_CASE("half a tube is unrolled without stretch") {
+  // A tube of flat facets can be unrolled exactly: what is left is the solver's rounding.
+  const Panel panel = bend(24, 16, [](double a, double b) {
+    return V3d(-0.1 * std::cos(std::numbers::pi * a), 0.4 * b, 0.1 * std::sin(std::numbers::pi * a));
+  });
+  const Result<std::vector<V2d>> plane = flatten(panel);
+  REQUIRE(plane);
+  const Stretch worst = worst_of(panel, *plane);
+  CHECK(worst.most < 1 + 1e-6);
+  CHECK(worst.least > 1 - 1e-6);
+}
+
+TEST_CASE("a cap of a sphere is stretched no more than its curvature asks for") {
+  // Radius 1, 0.5 x 0.5: the way along an edge and through the middle differ by about r^2 / 8 = 3 %.
+  const Panel panel = bend(20, 20, [](double a, double b) {
+    const double x = 0.5 * a - 0.25;
+    const double y = 0.5 * b - 0.25;
+    return V3d(x, y, std::sqrt(1 - x * x - y * y));
+  });
+  const Result<std::vector<V2d>> plane = flatten(panel);
+  REQUIRE(plane);
+  const Stretch worst = worst_of(panel, *plane);
+  CHECK(worst.most < 1.04);
+  CHECK(worst.least > 0.96);
+  CHECK(worst.most - worst.least > 0.005);  // Gauss: it cannot be none
+}
+
+TEST_CASE("the flat panel keeps the outside up") {
+  const Panel panel = bend(4, 4, [](double a, double b) { return V3d(a, b, 0.1 * a * b); });
+  const Result<std::vector<V2d>> plane = flatten(panel);
+  REQUIRE(plane);
+  for (const V3i& t : panel.triangles) {
+    const V2d& a = (*plane)[static_cast<std::size_t>(t[0])];
+    CHECK(((*plane)[static_cast<std::size_t>(t[1])] - a) % ((*plane)[static_cast<std::size_t>(t[2])] - a) >
+          0);
+  }
+}
+
+TEST_CASE("refuses a panel with a triangle without area") {
+  const Panel panel = bend(2, 2, [](double a, double) { return V3d(a, 0, 0); });
+  const Result<std::vector<V2d>> plane = flatten(panel);
+  REQUIRE(!plane);
+  CHECK(plane.error().code == Code::mesh_invalid);
+}
+
+}  // namespace
+}  // namespace selvedge::samples

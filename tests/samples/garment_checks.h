@@ -1,0 +1,57 @@
+// What both sample garments are measured by.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "samples/assembly.h"
+#include "samples/flatten.h"
+
+namespace selvedge::samples {
+
+/// Shares of a garment's area.
+struct Measured {
+  double area = 0;      ///< m^2
+  double kept = 0;      ///< both singular values within 10 % of 1
+  double mirrored = 0;  ///< u to the right and v upwards, or the other way round
+  double largest = 1;   ///< singular value or its inverse
+};
+
+inline Measured measure(const Assembly& assembly, const std::string& material) {
+  Measured m;
+  for (const Patch& patch : assembly.patches) {
+    if (patch.material != material) continue;
+    for (const V3i& t : patch.triangles) {
+      std::array<V3d, 3> corners;
+      std::array<V2d, 3> plane;
+      for (int k = 0; k < 3; ++k) {
+        const std::size_t v = static_cast<std::size_t>(t[k]);
+        corners[static_cast<std::size_t>(k)] = assembly.points[static_cast<std::size_t>(patch.points[v])];
+        plane[static_cast<std::size_t>(k)] = patch.tex_coords[v];
+      }
+      const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length() / 2;
+      const Stretch stretch = stretch_of(corners, plane);
+      m.area += area;
+      if (stretch.most < 1.1 && stretch.least > 0.9) m.kept += area;
+      if ((plane[1] - plane[0]) % (plane[2] - plane[0]) >= 0) m.mirrored += area;
+      m.largest = std::max({m.largest, stretch.most, 1 / stretch.least});
+    }
+  }
+  return m;
+}
+
+/// The same, bit by bit.
+inline bool same(const Assembly& a, const Assembly& b) {
+  if (a.points != b.points || a.patches.size() != b.patches.size()) return false;
+  for (std::size_t i = 0; i < a.patches.size(); ++i) {
+    if (a.patches[i].points != b.patches[i].points || a.patches[i].tex_coords != b.patches[i].tex_coords ||
+        a.patches[i].triangles != b.patches[i].triangles) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace selvedge::samples
