@@ -1,0 +1,137 @@
+// Small scenes and fabrics for the viewer's tests.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "format/error.h"
+#include "format/fabric.h"
+#include "format/random.h"
+#include "format/scene.h"
+
+namespace selvedge::test {
+
+/// Ends the test case with the error's line where there is one.
+template <class T>
+void require(const Result<T>& result) {
+  if (!result) FAIL(to_line(result.error()));
+}
+
+/// Random lobes, frames, view table and opacity in every texel of every level: no two texels alike.
+inline Fabric random_fabric(int width, int height, std::uint64_t seed) {
+  Fabric fabric;
+  fabric.views = {4, 4};
+  const auto views = static_cast<std::size_t>(fabric.views.count());
+  for (int k = 0; k < level_count(width, height); ++k) {
+    FabricLevel level;
+    level.width = level_size(width, k);
+    level.height = level_size(height, k);
+    const auto texels = static_cast<std::size_t>(level.texels());
+    Random random(seed, static_cast<std::uint64_t>(k));
+    const auto number = [&](double low, double high) {
+      return static_cast<float>(low + random.uniform() * (high - low));
+    };
+    level.lobes = LobeLayer{2, {}};
+    for (std::size_t i = 0; i < texels * 3; ++i) {
+      level.lobes->parameters.push_back(number(0.05, 0.3));
+      for (int j = 0; j < 2; ++j)
+        level.lobes->parameters.insert(level.lobes->parameters.end(),
+                                       {number(-1, 0.2), number(-1, 0.2), number(0.4, 1), number(1, 8)});
+    }
+    level.frame.emplace();
+    level.view_table.emplace();
+    level.opacity.emplace();
+    for (std::size_t i = 0; i < texels; ++i) {
+      const V3f normal = V3f(number(-0.3, 0.3), number(-0.3, 0.3), 1).normalized();
+      level.frame->normal.push_back(normal);
+      level.frame->tangent.push_back(tangent_of(normal));
+      for (std::size_t v = 0; v < views; ++v) {
+        level.view_table->colour.emplace_back(number(0.6, 1.4), number(0.6, 1.4), number(0.6, 1.4));
+        level.opacity->opacity.push_back(number(0.2, 1));
+      }
+    }
+    fabric.levels.push_back(level);
+  }
+  return fabric;
+}
+
+/// Lambertian: f = albedo / pi * cosine, opacity the same everywhere.
+inline Fabric lambert_fabric(int size, V3f albedo, float opacity = 1) {
+  Fabric fabric;
+  fabric.views = {1, 1};
+  for (int k = 0; k < level_count(size, size); ++k) {
+    FabricLevel level;
+    level.width = level.height = level_size(size, k);
+    level.lobes = LobeLayer{0, {}};
+    level.opacity.emplace();
+    for (int i = 0; i < level.texels(); ++i) {
+      for (int c = 0; c < 3; ++c) level.lobes->parameters.push_back(albedo[c] / std::numbers::pi_v<float>);
+      level.opacity->opacity.push_back(opacity);
+    }
+    fabric.levels.push_back(level);
+  }
+  return fabric;
+}
+
+/// A scene with one material per primitive; `fabric` as FabricReference::fabric, or none if negative.
+inline SceneMaterial material(int fabric, V4f base_color = V4f(1, 1, 1, 1)) {
+  SceneMaterial m;
+  m.base_color = base_color;
+  m.double_sided = true;
+  if (fabric >= 0) {
+    m.fabric = FabricReference{};
+    m.fabric->fabric = fabric;
+  }
+  return m;
+}
+
+inline void add(Scene& scene, ScenePrimitive primitive, const SceneMaterial& of, const M44d& world = M44d()) {
+  primitive.material = static_cast<int>(scene.materials.size());
+  scene.materials.push_back(of);
+  SceneInstance instance;
+  instance.primitive = static_cast<int>(scene.primitives.size());
+  instance.world = world;
+  scene.primitives.push_back(std::move(primitive));
+  scene.instances.push_back(instance);
+}
+
+/// The square [-1, 1]^2 at height z, facing +z, u = 0 ... repeats along x, v = 0 ... repeats along -y.
+inline ScenePrimitive square(double repeats, float z = 0) {
+  ScenePrimitive p;
+  p.name = "square/0";
+  for (const V2f& c : {V2f(-1, 1), V2f(-1, -1), V2f(1, -1), V2f(1, 1)}) {
+    p.positions.emplace_back(c.x, c.y, z);
+    p.normals.emplace_back(0.0F, 0.0F, 1.0F);
+    p.tex_coords[0].emplace_back((c.x + 1) / 2 * repeats, (1 - c.y) / 2 * repeats);
+  }
+  p.indices = {0, 1, 2, 0, 2, 3};
+  return p;
+}
+
+/// The unit sphere, u around the y axis, v from the north pole down.
+inline ScenePrimitive sphere(int columns, int rows, V2d repeats) {
+  ScenePrimitive p;
+  p.name = "sphere/0";
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i) {
+      const double phi = 2 * std::numbers::pi * i / columns;
+      const double theta = std::numbers::pi * j / rows;
+      const V3d n(std::sin(theta) * std::sin(phi), std::cos(theta), std::sin(theta) * std::cos(phi));
+      p.positions.emplace_back(n);
+      p.normals.emplace_back(n);
+      p.tex_coords[0].emplace_back(repeats.x * i / columns, repeats.y * j / rows);
+    }
+  }
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(j * (columns + 1) + i); };
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      if (j > 0) p.indices.insert(p.indices.end(), {at(i, j), at(i, j + 1), at(i + 1, j)});
+      if (j + 1 < rows) p.indices.insert(p.indices.end(), {at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)});
+    }
+  }
+  return p;
+}
+
+}  // namespace selvedge::test

@@ -1,0 +1,248 @@
+#include "viewer/command_line.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string_view>
+
+namespace selvedge {
+namespace {
+
+/// Numbers separated by `separator`, `least` to `most` of them, all finite; empty where the text is not that.
+std::vector<double> numbers_of(const std::string& text, char separator, std::size_t least, std::size_t most) {
+  std::vector<double> numbers;
+  for (const std::string& item : CLI::detail::split(text, separator)) {
+    double value = 0;
+    if (!CLI::detail::lexical_cast(item, value) || !std::isfinite(value)) return {};
+    numbers.push_back(value);
+  }
+  if (numbers.size() < least || numbers.size() > most) return {};
+  return numbers;
+}
+
+std::vector<double> checked(const std::string& option, const std::string& text, char separator,
+                            std::size_t least, std::size_t most) {
+  const std::vector<double> numbers = numbers_of(text, separator, least, most);
+  if (numbers.empty())
+    throw CLI::ValidationError(
+        option, fmt::format("\"{}\" is not {} numbers separated by '{}'", text,
+                            least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most),
+                            separator));
+  return numbers;
+}
+
+V3d vector_of(const std::vector<double>& n) { return {n[0], n[1], n[2]}; }
+
+V2i pair_of(const std::string& option, const std::string& text) {
+  const std::vector<double> n = checked(option, text, 'x', 2, 2);
+  for (const double value : n) {
+    if (value != std::floor(value) || value < 1 || value > 1e6)
+      throw CLI::ValidationError(option, fmt::format("\"{}\" is not a pair such as 4x3", text));
+  }
+  return {static_cast<int>(n[0]), static_cast<int>(n[1])};
+}
+
+/// An option whose text is turned into a value while parsing.
+template <class Function>
+CLI::Option* add_text(CLI::App& app, const std::string& name, const std::string& type,
+                      const std::string& help, Function&& take) {
+  return app
+      .add_option_function<std::string>(
+          name, [take = std::forward<Function>(take)](const std::string& text) { take(text); }, help)
+      ->type_name(type);
+}
+
+void add_camera(CLI::App& app, CameraOptions& camera) {
+  const char* group = "Camera (scenes)";
+  app.add_option("--azimuth", camera.azimuth, "0 faces the scene's front (+z), 90 its +x side")
+      ->type_name("DEGREES")
+      ->capture_default_str()
+      ->group(group);
+  app.add_option("--elevation", camera.elevation, "Above the horizon")
+      ->type_name("DEGREES")
+      ->capture_default_str()
+      ->group(group);
+  app.add_option("--fov", camera.field_of_view, "Vertical field of view")
+      ->type_name("DEGREES")
+      ->capture_default_str()
+      ->group(group);
+  app.add_flag_callback(
+         "--orthographic", [&] { camera.projection = Projection::parallel; },
+         "Parallel instead of perspective projection")
+      ->group(group);
+  app.add_option("--distance-factor", camera.distance_factor, "Times the distance that just shows everything")
+      ->type_name("FACTOR")
+      ->capture_default_str()
+      ->group(group);
+  add_text(app, "--look-at", "X,Y,Z",
+           "Point in metres that is shown in the middle (default: the scene's centre)",
+           [&](const std::string& t) { camera.look_at = vector_of(checked("--look-at", t, ',', 3, 3)); })
+      ->group(group);
+  app.add_option("--distance", camera.distance, "Metres from that point")->type_name("METRES")->group(group);
+  app.add_option("--zoom", camera.zoom, "Narrow the frame by this factor")
+      ->type_name("FACTOR")
+      ->capture_default_str()
+      ->group(group);
+  add_text(app, "--focus", "X,Y", "Around this point of the frame; 0,0 is its top left, 1,1 its bottom right",
+           [&](const std::string& t) {
+             const std::vector<double> n = checked("--focus", t, ',', 2, 2);
+             camera.focus = V2d(n[0], n[1]);
+           })
+      ->group(group);
+}
+
+void add_swatch(CLI::App& app, RenderCommand& command) {
+  const char* group = "Swatch (fabric files)";
+  add_text(app, "--repeats", "NxM", "Repeats of the fabric across and down (default 1x1)",
+           [&](const std::string& t) { command.swatch.repeats = pair_of("--repeats", t); })
+      ->group(group);
+  app.add_option("--pixels-per-texel", command.swatch.pixels_per_texel, "Size of a texel of the level")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  add_text(app, "--view", "X,Y,Z", "Direction towards the viewer, in the fabric's frame (default 0,0,1)",
+           [&](const std::string& t) { command.swatch.view = vector_of(checked("--view", t, ',', 3, 3)); })
+      ->group(group);
+}
+
+void add_light(CLI::App& app, RenderCommand& command) {
+  const char* group = "Light and picture";
+  app.add_option_function<std::vector<std::string>>(
+         "--light",
+         [&](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             const std::vector<double> n = checked("--light", text, ',', 3, 4);
+             const double length = vector_of(n).length();
+             const double irradiance = n.size() > 3 ? n[3] : 1;
+             if (!(length > 0) || !(irradiance >= 0 && irradiance <= 1e6))
+               throw CLI::ValidationError(
+                   "--light", fmt::format("\"{}\" has no direction or no intensity in 0 to 1e6", text));
+             const V3d d = vector_of(n) / length;
+             command.lights.emplace_back(static_cast<float>(d.x), static_cast<float>(d.y),
+                                         static_cast<float>(d.z), static_cast<float>(irradiance));
+           }
+         },
+         "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
+         "Without it: "
+         "a key light from the upper left of the camera, a weaker one from the right")
+      ->type_name("X,Y,Z[,I]")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group(group);
+  app.add_option_function<std::string>(
+         "--light-frame", [&](const std::string& t) { command.lights_in_camera_frame = t == "camera"; },
+         "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)")
+      ->type_name("world|camera")
+      ->check(CLI::IsMember({"world", "camera"}))
+      ->group(group);
+  app.add_option(
+         "--exposure", command.exposure,
+         "Factor on radiance in PNG files (default pi: white that faces a light of intensity 1 becomes 1)")
+      ->type_name("FACTOR")
+      ->check(CLI::Range(0.0, 1e9))
+      ->group(group);
+  add_text(app, "--background", "R,G,B|transparent", "Of PNG files, linear (default 0.18,0.18,0.18)",
+           [&](const std::string& t) {
+             command.background.reset();
+             if (t != "transparent")
+               command.background = V3f(vector_of(checked("--background", t, ',', 3, 3)));
+           })
+      ->group(group);
+}
+
+void add_render(CLI::App& app, RenderCommand& command) {
+  constexpr double white_shows_as_one = std::numbers::pi;
+  command.exposure = white_shows_as_one;
+  command.background = V3f(0.18F);
+  app.footer(
+      "Examples:\n"
+      "  selvedge-view render sweater.glb -o sweater.png --size 1280x960 --azimuth 30 --supersample 2\n"
+      "  selvedge-view render knit.fabric.exr -o knit.exr --repeats 4x4 --light 0,0.5,1 --view 0,-1,1\n"
+      "\nPNG: radiance * exposure over the background, clipped, sRGB. EXR: linear radiance * opacity, and "
+      "opacity.\n"
+      "Exit status: 0 good, 1 the input is bad, 2 usage.");
+  app.add_option("input", command.input, "A glTF scene (.gltf, .glb) or a fabric (.exr)")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("-o,--output", command.outputs, "The picture, .png or .exr; may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_text(app, "--size", "WxH", "Size of a scene's picture in pixels (default 800x600)",
+           [&](const std::string& t) {
+             const V2i size = pair_of("--size", t);
+             command.render.width = size.x;
+             command.render.height = size.y;
+           });
+  app.add_option("--supersample", command.render.supersample, "Draw N times larger per side, and average")
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--layers", command.render.layers, "Surfaces behind each other that show through holes")
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--level-blend", [&](const std::string& t) { command.render.blend_levels = t == "on"; },
+         "Blend between two mip levels (default on)")
+      ->type_name("on|off")
+      ->check(CLI::IsMember({"on", "off"}));
+  app.add_option("--level", command.render.forced_level,
+                 "Mip level to show everywhere (default: OpenGL chooses)")
+      ->type_name("K")
+      ->check(CLI::Range(0, 30));
+  app.add_option("--threads", command.threads, "Threads to work with; 0: all cores")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
+  app.add_flag("--json", command.json, "Report sizes and times as JSON on standard output");
+  app.add_flag("--quiet", command.quiet, "No remarks on standard error");
+  add_camera(app, command.camera);
+  add_swatch(app, command);
+  add_light(app, command);
+}
+
+void add_compare(CLI::App& app, CompareCommand& command) {
+  app.footer(
+      "Example:\n"
+      "  selvedge-view compare before.png after.png --max 0.02\n"
+      "\nPNG values are compared as stored (sRGB-encoded, 1 is white), EXR values as they are.\n"
+      "Exit status: 0 good, 1 an input is bad or the pictures differ beyond --max, 2 usage.");
+  app.add_option("first", command.first, "A picture")->required()->type_name("FILE");
+  app.add_option("second", command.second, "Another of the same size")->required()->type_name("FILE");
+  app.add_option("--max", command.max, "Largest absolute difference of a value that is still good")
+      ->type_name("BOUND")
+      ->check(CLI::Range(0.0, 1e30));
+  app.add_flag("--json", command.json, "Report as JSON on standard output");
+}
+
+}  // namespace
+
+Command parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("Shows garments dressed in Selvedge fabrics.", "selvedge-view");
+  app.footer("Example:\n  selvedge-view render sweater.glb -o sweater.png --size 1280x960");
+  app.set_version_flag("--version", "selvedge-view " SELVEDGE_VERSION);
+  app.require_subcommand(1);
+  RenderCommand render;
+  CompareCommand compare;
+  CLI::App* render_verb =
+      app.add_subcommand("render", "Draws a scene, or a swatch of a fabric, into PNG and EXR files");
+  CLI::App* compare_verb = app.add_subcommand("compare", "Tells how far two pictures are apart");
+  add_render(*render_verb, render);
+  add_compare(*compare_verb, compare);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return ExitNow{app.exit(e)};
+    // CLI11's own codes for usage errors lie above 100, and its messages take several lines.
+    fmt::print(stderr, "selvedge-view: {}; see --help\n", e.what());
+    return ExitNow{2};
+  }
+  if (compare_verb->parsed()) return compare;
+  render.swatch.level = render.render.forced_level;
+  return render;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,48 @@
+// The command line of selvedge-view as plain data.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "viewer/camera.h"
+#include "viewer/render.h"
+#include "viewer/swatch.h"
+
+namespace selvedge {
+
+/// A light as it was asked for: x, y, z and the irradiance.
+using LightOption = V4f;
+
+struct RenderCommand {
+  std::string input;
+  std::vector<std::string> outputs;  ///< .png or .exr
+  RenderOptions render;              ///< without the lights
+  CameraOptions camera;              ///< scenes
+  SwatchOptions swatch;              ///< fabric files
+  std::vector<LightOption> lights;   ///< empty: the default lights
+  bool lights_in_camera_frame = false;
+  double exposure = 0;            ///< factor on radiance in PNG files
+  std::optional<V3f> background;  ///< PNG files; none: transparent
+  int threads = 0;                ///< 0: all cores
+  bool json = false;
+  bool quiet = false;
+};
+
+struct CompareCommand {
+  std::string first;
+  std::string second;
+  std::optional<double> max;  ///< largest difference that is still good
+  bool json = false;
+};
+
+struct ExitNow {
+  int status = 0;  ///< 0 after help or version, 2 after a usage error; everything has been said
+};
+
+using Command = std::variant<ExitNow, RenderCommand, CompareCommand>;
+
+Command parse_command_line(int argc, const char* const* argv);
+
+}  // namespace selvedge

@@ -1,0 +1,199 @@
+#include "viewer/commands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "format/atomic_file.h"
+#include "format/fabric_exr.h"
+#include "format/gltf_scene.h"
+#include "format/image.h"
+#include "format/parallel.h"
+#include "viewer/geometry.h"
+
+namespace selvedge {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+int report(const Error& error) {
+  fmt::print(stderr, "selvedge-view: {}\n", to_line(error));
+  return error.code == Code::option_out_of_range ? 2 : 1;
+}
+
+bool ends_with(std::string text, std::string_view ending) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text.size() > ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+std::vector<Light> lights_of(const RenderCommand& command, const Camera& camera) {
+  if (command.lights.empty()) return default_lights(camera);
+  std::vector<Light> lights;
+  for (const LightOption& option : command.lights) {
+    const V3d direction(option.x, option.y, option.z);
+    const V3d world = command.lights_in_camera_frame ? from_camera_frame(camera, direction) : direction;
+    lights.push_back({world.normalized(), V3f(option.w)});
+  }
+  return lights;
+}
+
+Result<std::vector<Fabric>> read_fabrics(const Scene& scene) {
+  std::vector<Fabric> fabrics;
+  for (const SceneFabric& source : scene.fabrics) {
+    Result<Fabric> fabric =
+        source.path.empty() ? read_fabric(source.bytes, source.name) : read_fabric(source.path);
+    if (!fabric) return tl::unexpected(fabric.error());
+    fabrics.push_back(std::move(*fabric));
+  }
+  return fabrics;
+}
+
+/// What is drawn, and how.
+struct Shot {
+  Scene scene;
+  std::vector<Fabric> fabrics;
+  Camera camera;
+  RenderOptions options;
+};
+
+Result<Shot> read_swatch(const RenderCommand& command) {
+  Result<Fabric> fabric = read_fabric(command.input);
+  if (!fabric) return tl::unexpected(fabric.error());
+  Result<Swatch> swatch = make_swatch(*fabric, command.swatch);
+  if (!swatch) return tl::unexpected(swatch.error());
+  Shot shot{std::move(swatch->scene), {}, swatch->camera, command.render};
+  shot.scene.file = command.input;
+  shot.fabrics.push_back(std::move(*fabric));
+  shot.options.width = swatch->width;
+  shot.options.height = swatch->height;
+  shot.options.layers = 1;
+  return shot;
+}
+
+Result<Shot> read_scene_shot(const RenderCommand& command) {
+  Result<Scene> scene = read_scene(command.input);
+  if (!scene) return tl::unexpected(scene.error());
+  Result<std::vector<Fabric>> fabrics = read_fabrics(*scene);
+  if (!fabrics) return tl::unexpected(fabrics.error());
+  const Result<std::vector<V3d>> points = world_points(*scene);
+  if (!points) return tl::unexpected(points.error());
+  const double aspect = static_cast<double>(command.render.width) / command.render.height;
+  const Result<Camera> camera = make_camera(*points, aspect, command.camera);
+  if (!camera) return tl::unexpected(camera.error());
+  return Shot{std::move(*scene), std::move(*fabrics), *camera, command.render};
+}
+
+Result<void> write(const RenderCommand& command, const Frame& frame, const std::string& path) {
+  if (ends_with(path, ".exr")) return write_exr(path, to_linear_image(frame));
+  return write_png(path, to_display_image(frame, static_cast<float>(command.exposure), command.background));
+}
+
+json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& stats) {
+  return {{"report", 1},
+          {"program", "selvedge-view " SELVEDGE_VERSION},
+          {"input", command.input},
+          {"outputs", command.outputs},
+          {"width", shot.options.width},
+          {"height", shot.options.height},
+          {"supersample", shot.options.supersample},
+          {"threads", thread_count()},
+          {"fabrics", shot.fabrics.size()},
+          {"triangles", stats.triangles},
+          {"layers", stats.layers},
+          {"covered_pixels", stats.covered_pixels},
+          {"evaluated_pixels", stats.evaluated_pixels},
+          {"remarks", stats.remarks},
+          {"seconds",
+           {{"prepare", stats.prepare},
+            {"geometry", stats.geometry},
+            {"read_back", stats.read_back},
+            {"evaluation", stats.evaluation},
+            {"filter", stats.filter}}}};
+}
+
+}  // namespace
+
+int run(const RenderCommand& command) {
+  for (const std::string& path : command.outputs) {
+    if (!ends_with(path, ".png") && !ends_with(path, ".exr"))
+      return report({Code::option_out_of_range, path, "--output", "the name must end in .png or .exr"});
+  }
+  set_threads(command.threads);
+  // Mesa's rasteriser has threads of its own; whoever set their number already knows better.
+  if (command.threads > 0) setenv("LP_NUM_THREADS", fmt::format("{}", command.threads).c_str(), 0);
+  const Clock::time_point start = Clock::now();
+  Result<Shot> shot = ends_with(command.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
+  if (!shot) return report(shot.error());
+  shot->options.lights = lights_of(command, shot->camera);
+  const double read = seconds_since(start);
+
+  RenderStats stats;
+  const Result<Frame> frame = render(shot->scene, shot->fabrics, shot->camera, shot->options, &stats);
+  if (!frame) return report(frame.error());
+
+  const Clock::time_point write_start = Clock::now();
+  for (const std::string& path : command.outputs) {
+    if (const auto good = write(command, *frame, path); !good) return report(good.error());
+  }
+  if (!command.quiet) {
+    for (const std::vector<std::string>& remarks : {shot->scene.remarks, stats.remarks}) {
+      for (const std::string& remark : remarks) fmt::print(stderr, "selvedge-view: note: {}\n", remark);
+    }
+  }
+  if (command.json) {
+    json all = to_json(command, *shot, stats);
+    all["seconds"]["read"] = read;
+    all["seconds"]["write"] = seconds_since(write_start);
+    all["seconds"]["total"] = seconds_since(start);
+    fmt::print("{}\n", all.dump(2, ' ', false, json::error_handler_t::replace));
+  }
+  return 0;
+}
+
+int run(const CompareCommand& command) {
+  // As stored: differences are then told in steps of the picture that people see.
+  const Result<Image> first = read_image(command.first, Transfer::keep);
+  if (!first) return report(first.error());
+  const Result<Image> second = read_image(command.second, Transfer::keep);
+  if (!second) return report(second.error());
+  const Result<ImageDifference> difference = compare_images(*first, *second);
+  if (!difference) {
+    Error error = difference.error();
+    if (error.file.empty()) error.file = command.second;
+    return report(error);
+  }
+  const ImageDifference& d = *difference;
+  if (command.json) {
+    const json all = {{"report", 1},
+                      {"max_absolute", std::isfinite(d.max_absolute) ? json(d.max_absolute) : json(nullptr)},
+                      {"x", d.x},
+                      {"y", d.y},
+                      {"channel", d.channel},
+                      {"rmse", std::isfinite(d.rmse) ? json(d.rmse) : json(nullptr)},
+                      {"psnr", std::isfinite(d.psnr) ? json(d.psnr) : json(nullptr)}};
+    fmt::print("{}\n", all.dump(2));
+  } else {
+    fmt::print("max {:.6g} at ({}, {}) channel {}, RMSE {:.6g}, PSNR {:.2f} dB\n", d.max_absolute, d.x, d.y,
+               d.channel, d.rmse, d.psnr);
+  }
+  if (command.max && !(d.max_absolute <= *command.max)) {
+    return report({Code::image_mismatch, command.second, fmt::format("pixel ({}, {})", d.x, d.y),
+                   fmt::format("differs from {} by {:.6g}, more than {:.6g}", command.first, d.max_absolute,
+                               *command.max)});
+  }
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,26 @@
+// An OpenGL context without a window, behind the one interface that the rest of the viewer sees. OSMesa is
+// the first backend; EGL or a window can join as another file and another factory function.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "format/error.h"
+
+namespace selvedge {
+
+/// An OpenGL 4.5 core context. It belongs to the thread on which it was made current last.
+class GraphicsContext {
+ public:
+  using Function = void (*)();
+
+  virtual ~GraphicsContext() = default;
+  virtual Result<void> make_current() = 0;
+  /// Address of an OpenGL function in this context; null if there is none. The context must be current.
+  virtual Function function(const char* name) const = 0;
+};
+
+/// A context of Mesa's software rasteriser: no display, no GPU. GRAPHICS_UNAVAILABLE where that fails.
+Result<std::unique_ptr<GraphicsContext>> make_osmesa_context();
+
+}  // namespace selvedge

@@ -1,0 +1,48 @@
+#include "viewer/frame.h"
+
+namespace selvedge {
+
+void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame) {
+  const std::size_t large_width = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(n);
+  const auto rows = static_cast<int>(large.size() / large_width) / n;
+  const float scale = 1.0F / static_cast<float>(n * n);
+  for (int row = 0; row < rows; ++row) {
+    const int y = frame.height - 1 - (first_row / n + row);
+    if (y < 0) break;
+    for (int x = 0; x < frame.width; ++x) {
+      V4f sum(0, 0, 0, 0);
+      for (int j = 0; j < n; ++j) {
+        const std::size_t start =
+            static_cast<std::size_t>(row * n + j) * large_width + static_cast<std::size_t>(x * n);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) sum += large[start + i];
+      }
+      frame.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width) +
+                   static_cast<std::size_t>(x)] = sum * scale;
+    }
+  }
+}
+
+Image to_linear_image(const Frame& frame) {
+  Image image{frame.width, frame.height, 4, {}};
+  image.pixels.reserve(frame.pixels.size() * 4);
+  for (const V4f& p : frame.pixels) image.pixels.insert(image.pixels.end(), {p.x, p.y, p.z, p.w});
+  return image;
+}
+
+Image to_display_image(const Frame& frame, float exposure, const std::optional<V3f>& background) {
+  Image image{frame.width, frame.height, background ? 3 : 4, {}};
+  image.pixels.reserve(frame.pixels.size() * static_cast<std::size_t>(image.channels));
+  for (const V4f& p : frame.pixels) {
+    V3f colour = V3f(p.x, p.y, p.z) * exposure;
+    if (background) {
+      colour += *background * (1 - p.w);
+    } else if (p.w > 0) {
+      colour /= p.w;
+    }
+    image.pixels.insert(image.pixels.end(), {colour.x, colour.y, colour.z});
+    if (!background) image.pixels.push_back(p.w);
+  }
+  return image;
+}
+
+}  // namespace selvedge

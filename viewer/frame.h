@@ -1,0 +1,32 @@
+// The finished picture in linear light, and the ways it leaves: as light for EXR, as display values for PNG.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "format/image.h"
+#include "format/vec.h"
+
+namespace selvedge {
+
+/// Top row first; pixel (x, y) at y * width + x. xyz: radiance times opacity, w: opacity.
+struct Frame {
+  int width = 0;
+  int height = 0;
+  std::vector<V4f> pixels;
+};
+
+/// Takes rows of an n times larger picture, bottom row first, and writes the means of its n x n boxes into
+/// `frame`: `large` starts at row `first_row` (counted from the bottom, a multiple of n) and its width is
+/// n * frame.width. Rows beyond the top are left out.
+void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame);
+
+/// As it is: linear, premultiplied, four channels.
+Image to_linear_image(const Frame& frame);
+
+/// For a display: colour * exposure, over `background` (linear, not exposed) if there is one, else with the
+/// opacity kept and the colour not premultiplied. Values above 1 are clipped on writing; no tone curve.
+Image to_display_image(const Frame& frame, float exposure, const std::optional<V3f>& background);
+
+}  // namespace selvedge

@@ -1,0 +1,84 @@
+// The OpenGL functions that the viewer calls, loaded from the current context. The exported gl* symbols of a
+// library are never linked: with two OpenGL libraries in one process they may belong to the other one.
+#pragma once
+
+#include <GL/glcorearb.h>
+
+#include "viewer/context.h"
+
+namespace selvedge {
+
+/// Members are named as in OpenGL without the prefix: gl.Clear is glClear.
+struct GlFunctions {
+#define SELVEDGE_GL_FUNCTIONS(F)                                       \
+  F(PFNGLATTACHSHADERPROC, AttachShader)                               \
+  F(PFNGLBEGINQUERYPROC, BeginQuery)                                   \
+  F(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                         \
+  F(PFNGLBINDTEXTUREUNITPROC, BindTextureUnit)                         \
+  F(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                         \
+  F(PFNGLCHECKNAMEDFRAMEBUFFERSTATUSPROC, CheckNamedFramebufferStatus) \
+  F(PFNGLCLEARNAMEDFRAMEBUFFERFVPROC, ClearNamedFramebufferfv)         \
+  F(PFNGLCLEARNAMEDFRAMEBUFFERUIVPROC, ClearNamedFramebufferuiv)       \
+  F(PFNGLCOMPILESHADERPROC, CompileShader)                             \
+  F(PFNGLCREATEBUFFERSPROC, CreateBuffers)                             \
+  F(PFNGLCREATEFRAMEBUFFERSPROC, CreateFramebuffers)                   \
+  F(PFNGLCREATEPROGRAMPROC, CreateProgram)                             \
+  F(PFNGLCREATEQUERIESPROC, CreateQueries)                             \
+  F(PFNGLCREATESHADERPROC, CreateShader)                               \
+  F(PFNGLCREATETEXTURESPROC, CreateTextures)                           \
+  F(PFNGLCREATEVERTEXARRAYSPROC, CreateVertexArrays)                   \
+  F(PFNGLCULLFACEPROC, CullFace)                                       \
+  F(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                             \
+  F(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                   \
+  F(PFNGLDELETEPROGRAMPROC, DeleteProgram)                             \
+  F(PFNGLDELETEQUERIESPROC, DeleteQueries)                             \
+  F(PFNGLDELETESHADERPROC, DeleteShader)                               \
+  F(PFNGLDELETETEXTURESPROC, DeleteTextures)                           \
+  F(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                   \
+  F(PFNGLDEPTHFUNCPROC, DepthFunc)                                     \
+  F(PFNGLDISABLEPROC, Disable)                                         \
+  F(PFNGLDRAWELEMENTSPROC, DrawElements)                               \
+  F(PFNGLENABLEPROC, Enable)                                           \
+  F(PFNGLENABLEVERTEXARRAYATTRIBPROC, EnableVertexArrayAttrib)         \
+  F(PFNGLENDQUERYPROC, EndQuery)                                       \
+  F(PFNGLFINISHPROC, Finish)                                           \
+  F(PFNGLGENERATETEXTUREMIPMAPPROC, GenerateTextureMipmap)             \
+  F(PFNGLGETERRORPROC, GetError)                                       \
+  F(PFNGLGETINTEGERVPROC, GetIntegerv)                                 \
+  F(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                     \
+  F(PFNGLGETPROGRAMIVPROC, GetProgramiv)                               \
+  F(PFNGLGETQUERYOBJECTUIVPROC, GetQueryObjectuiv)                     \
+  F(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                       \
+  F(PFNGLGETSHADERIVPROC, GetShaderiv)                                 \
+  F(PFNGLGETSTRINGPROC, GetString)                                     \
+  F(PFNGLLINKPROGRAMPROC, LinkProgram)                                 \
+  F(PFNGLNAMEDBUFFERSTORAGEPROC, NamedBufferStorage)                   \
+  F(PFNGLNAMEDFRAMEBUFFERDRAWBUFFERSPROC, NamedFramebufferDrawBuffers) \
+  F(PFNGLNAMEDFRAMEBUFFERREADBUFFERPROC, NamedFramebufferReadBuffer)   \
+  F(PFNGLNAMEDFRAMEBUFFERTEXTUREPROC, NamedFramebufferTexture)         \
+  F(PFNGLPIXELSTOREIPROC, PixelStorei)                                 \
+  F(PFNGLREADPIXELSPROC, ReadPixels)                                   \
+  F(PFNGLSHADERSOURCEPROC, ShaderSource)                               \
+  F(PFNGLTEXTUREPARAMETERIPROC, TextureParameteri)                     \
+  F(PFNGLTEXTURESTORAGE2DPROC, TextureStorage2D)                       \
+  F(PFNGLTEXTURESUBIMAGE2DPROC, TextureSubImage2D)                     \
+  F(PFNGLUNIFORM1IPROC, Uniform1i)                                     \
+  F(PFNGLUNIFORM1FPROC, Uniform1f)                                     \
+  F(PFNGLUNIFORM4FPROC, Uniform4f)                                     \
+  F(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv)                       \
+  F(PFNGLUSEPROGRAMPROC, UseProgram)                                   \
+  F(PFNGLVERTEXARRAYATTRIBBINDINGPROC, VertexArrayAttribBinding)       \
+  F(PFNGLVERTEXARRAYATTRIBFORMATPROC, VertexArrayAttribFormat)         \
+  F(PFNGLVERTEXARRAYELEMENTBUFFERPROC, VertexArrayElementBuffer)       \
+  F(PFNGLVERTEXARRAYVERTEXBUFFERPROC, VertexArrayVertexBuffer)         \
+  F(PFNGLVIEWPORTPROC, Viewport)
+
+#define SELVEDGE_GL_MEMBER(type, name) type name = nullptr;
+  SELVEDGE_GL_FUNCTIONS(SELVEDGE_GL_MEMBER)
+#undef SELVEDGE_GL_MEMBER
+};
+
+/// Precondition: the context is current. GRAPHICS_UNAVAILABLE names the first function that is missing.
+Result<GlFunctions> load_gl_functions(const GraphicsContext& context);
+
+}  // namespace selvedge

@@ -1,0 +1,67 @@
+#include "viewer/materials.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+namespace selvedge {
+namespace {
+
+/// Index into `looks.images` of a decoded picture, or -1.
+int decode(const Scene& scene, int index, std::map<int, int>& decoded, Looks& looks,
+           std::vector<std::string>& remarks) {
+  if (index < 0) return -1;
+  const auto [entry, fresh] = decoded.try_emplace(index, -1);
+  if (!fresh) return entry->second;
+  if (static_cast<std::size_t>(index) >= scene.images.size()) {
+    remarks.push_back(fmt::format("{}: image {} does not exist; drawn without it", scene.file, index));
+    return -1;
+  }
+  const SceneImage& encoded = scene.images[static_cast<std::size_t>(index)];
+  Result<Image> image = decode_image(encoded.bytes, encoded.name, Transfer::srgb);
+  if (!image) {
+    remarks.push_back(to_line(image.error()) + "; drawn without it");
+    return -1;
+  }
+  if (image->width > index_pass_side_limit || image->height > index_pass_side_limit) {
+    remarks.push_back(
+        fmt::format("{}: {} x {} is too large; drawn without it", encoded.name, image->width, image->height));
+    return -1;
+  }
+  entry->second = static_cast<int>(looks.images.size());
+  looks.images.push_back(std::move(*image));
+  return entry->second;
+}
+
+}  // namespace
+
+Result<Looks> looks_of(const Scene& scene, const std::vector<Surface>& surfaces, std::size_t fabrics,
+                       std::vector<std::string>& remarks) {
+  Looks result;
+  std::map<int, int> decoded;
+  for (const Surface& surface : surfaces) {
+    SurfaceLook look;
+    const bool exists =
+        surface.material >= 0 && static_cast<std::size_t>(surface.material) < scene.materials.size();
+    // The default material of glTF: white, opaque, single-sided.
+    const SceneMaterial material =
+        exists ? scene.materials[static_cast<std::size_t>(surface.material)] : SceneMaterial{};
+    if (material.fabric) {
+      look.fabric = material.fabric->fabric;
+      if (look.fabric < 0 || static_cast<std::size_t>(look.fabric) >= fabrics) {
+        return fail(Code::gltf_reference, scene.file, fmt::format("material \"{}\"", material.name),
+                    fmt::format("fabric {} does not exist", look.fabric));
+      }
+    } else {
+      look.base_color = material.base_color;
+      look.image = decode(scene, material.base_color_texture.image, decoded, result, remarks);
+      look.keeps_opacity = material.alpha_mode == AlphaMode::blend;
+      if (material.alpha_mode == AlphaMode::mask) look.opaque_from = material.alpha_cutoff;
+      look.culls_back = !material.double_sided;
+    }
+    result.looks.push_back(look);
+  }
+  return result;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,44 @@
+// A scene and its fabrics to a frame: the whole of the paper's section 6.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "format/scene.h"
+#include "viewer/camera.h"
+#include "viewer/frame.h"
+#include "viewer/shade.h"
+
+namespace selvedge {
+
+struct RenderOptions {
+  int width = 800;
+  int height = 600;
+  int supersample = 1;  ///< the frame is drawn this many times larger per side, and averaged
+  int layers = 4;       ///< surfaces behind each other that a pixel can show
+  bool blend_levels = true;
+  int forced_level = -1;  ///< not -1: this mip level everywhere
+  std::vector<Light> lights;
+};
+
+/// What a rendering did, and how long each stage took, in seconds.
+struct RenderStats {
+  double prepare = 0;   ///< context, vertices, textures
+  double geometry = 0;  ///< drawing with OpenGL
+  double read_back = 0;
+  double evaluation = 0;  ///< on the processor
+  double filter = 0;
+  std::int64_t triangles = 0;
+  std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
+  std::int64_t evaluated_pixels = 0;  ///< over all layers
+  int layers = 0;                     ///< that had something to show
+  std::vector<std::string> remarks;   ///< what could not be honoured, one line each
+};
+
+/// `fabrics[i]` is scene.fabrics[i]. Needs no display and no GPU. The frame's bytes do not depend on the
+/// number of threads. Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GLTF_REFERENCE (a fabric
+/// that is not there), FABRIC_MALFORMED (levels of wrong size), GRAPHICS_UNAVAILABLE.
+Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
+                     const RenderOptions& options, RenderStats* stats = nullptr);
+
+}  // namespace selvedge

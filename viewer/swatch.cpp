@@ -1,0 +1,83 @@
+#include "viewer/swatch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+ScenePrimitive quad(const V2d& size, const V2i& repeats) {
+  ScenePrimitive primitive;
+  primitive.name = "swatch/0";
+  primitive.material = 0;
+  for (const V2d& corner : {V2d(0, 0), V2d(1, 0), V2d(1, 1), V2d(0, 1)}) {
+    // The picture's first row is at the top.
+    primitive.positions.emplace_back(static_cast<float>(corner.x * size.x),
+                                     static_cast<float>(-corner.y * size.y), 0.0F);
+    primitive.normals.emplace_back(0.0F, 0.0F, 1.0F);
+    primitive.tex_coords[0].emplace_back(corner.x * repeats.x, corner.y * repeats.y);
+  }
+  primitive.indices = {0, 3, 2, 0, 2, 1};
+  return primitive;
+}
+
+}  // namespace
+
+Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
+  const auto refuse = [](const char* option, std::string reason) {
+    return fail(Code::option_out_of_range, "", option, std::move(reason));
+  };
+  const auto levels = static_cast<int>(fabric.levels.size());
+  if (levels == 0) return fail(Code::fabric_malformed, "", "", "the fabric has no level");
+  if (options.level < -1 || options.level >= levels)
+    return refuse("--level", fmt::format("must lie between 0 and {}", levels - 1));
+  if (options.repeats.x < 1 || options.repeats.y < 1 || options.repeats.x > 10000 ||
+      options.repeats.y > 10000)
+    return refuse("--repeats", "must lie between 1x1 and 10000x10000");
+  if (!(options.pixels_per_texel > 0 && options.pixels_per_texel <= 1024))
+    return refuse("--pixels-per-texel", "must lie above 0 and up to 1024");
+  const double length = options.view.length();
+  if (!std::isfinite(length) || !(options.view.z > 0))
+    return refuse("--view", "must have z > 0 and be finite");
+
+  const FabricLevel& level = fabric.levels[static_cast<std::size_t>(std::max(options.level, 0))];
+  const V2d pixels = V2d(level.width, level.height) * V2d(options.repeats) * options.pixels_per_texel;
+  if (!(pixels.x <= index_pass_side_limit && pixels.y <= index_pass_side_limit))
+    return refuse("--pixels-per-texel",
+                  fmt::format("the swatch would be larger than {} pixels", index_pass_side_limit));
+
+  Swatch swatch;
+  swatch.width = std::max(1, static_cast<int>(std::lround(pixels.x)));
+  swatch.height = std::max(1, static_cast<int>(std::lround(pixels.y)));
+  const V2d size = V2d(fabric.period_mm) * V2d(options.repeats) / 1000.0;
+  swatch.scene.file = "swatch";
+  swatch.scene.primitives.push_back(quad(size, options.repeats));
+  swatch.scene.instances.emplace_back();
+  SceneMaterial material;
+  material.name = "swatch";
+  material.fabric = FabricReference{};
+  swatch.scene.materials.push_back(material);
+
+  swatch.camera.projection = Projection::parallel;
+  swatch.camera.position = V3d(size.x / 2, -size.y / 2, 0);
+  swatch.camera.to_viewer = options.view / length;
+  swatch.camera.window_half = size / 2;
+  swatch.camera.near = -1;
+  swatch.camera.far = 1;
+  return swatch;
+}
+
+Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_options, RenderOptions options,
+                            RenderStats* stats) {
+  const Result<Swatch> swatch = make_swatch(fabric, swatch_options);
+  if (!swatch) return tl::unexpected(swatch.error());
+  options.width = swatch->width;
+  options.height = swatch->height;
+  options.forced_level = swatch_options.level;
+  options.layers = 1;
+  return render(swatch->scene, {fabric}, swatch->camera, options, stats);
+}
+
+}  // namespace selvedge

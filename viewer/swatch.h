@@ -1,0 +1,34 @@
+// A flat piece of a fabric, seen from any direction without foreshortening: a fabric file made visible, and
+// the picture against which the renderer is held to the reference evaluation.
+#pragma once
+
+#include "format/fabric.h"
+#include "viewer/render.h"
+
+namespace selvedge {
+
+struct SwatchOptions {
+  V2i repeats{1, 1};
+  /// Along both sides, in texels of `level`; 0.5 gives one pixel for two texels. The frame's size is rounded
+  /// to whole pixels, at least one.
+  double pixels_per_texel = 1;
+  int level = -1;     ///< -1: level 0 sets the size and OpenGL chooses the level
+  V3d view{0, 0, 1};  ///< towards the viewer, in the fabric's frame, z > 0; any length
+};
+
+struct Swatch {
+  Scene scene;    ///< a quad in the plane z = 0, u along x, falling v along y; fabric 0 is the swatch's
+  Camera camera;  ///< parallel; its image plane is the cloth, so that every view shows the same texels
+  int width = 0;
+  int height = 0;
+};
+
+/// With one pixel per texel of a level, pixel (x, y) shows texel (x, y) of that level (repeating).
+/// OPTION_OUT_OF_RANGE for options, also for a level that the fabric does not have.
+Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options);
+
+/// `make_swatch` rendered: options.width, height and forced_level are taken from the swatch.
+Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch, RenderOptions options,
+                            RenderStats* stats = nullptr);
+
+}  // namespace selvedge
