@@ -155,7 +155,8 @@ void write_integers_as_such(Json& json) {
 /// index lists without one, so those are hidden; each buffer's URI is its number, see `read_buffer`.
 Json geometry_of(const Json& json) {
   Json lean = Json::object();
-  for (const char* key : {"asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews", "buffers"}) {
+  for (const char* key :
+       {"asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews", "buffers"}) {
     if (json.contains(key)) lean[key] = json[key];
   }
   if (member(lean, "buffers").is_array()) {
@@ -183,8 +184,8 @@ struct BufferSource {
   std::optional<Error> error;
 };
 
-/// tinygltf's callback: the bytes of the buffer whose number is the file name, cut to its byteLength (files may
-/// be longer than that; tinygltf would refuse them).
+/// tinygltf's callback: the bytes of the buffer whose number is the file name, cut to its byteLength (files
+/// may be longer than that; tinygltf would refuse them).
 bool read_buffer(std::vector<unsigned char>* out, std::string*, const std::string& path, void* user) {
   auto& source = *static_cast<BufferSource*>(user);
   const int index = std::stoi(path.substr(path.find_last_of('/') + 1));
@@ -226,7 +227,8 @@ Result<void> load_buffers(GltfDocument& document, std::optional<std::string_view
   try {
     tinygltf::TinyGLTF loader;
     loader.SetFsCallbacks({[](const std::string&, void*) { return true; },
-                           [](const std::string& path, void*) { return path; }, read_buffer, nullptr, &source});
+                           [](const std::string& path, void*) { return path; }, read_buffer, nullptr,
+                           &source});
     const std::string text = geometry_of(document.json).dump();
     good = loader.LoadASCIIFromString(&model, &errors, &warnings, text.data(),
                                       static_cast<unsigned int>(text.size()), "");

@@ -35,8 +35,8 @@ struct GltfLimits {
 /// than 2.x, required extensions that change the geometry and are not read (meshopt compression).
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
 
-/// The bytes of a "uri" member: a base64 data URI, or a file relative to the document's folder. `place` is the
-/// JSON pointer of the object that holds the URI.
+/// The bytes of a "uri" member: a base64 data URI, or a file relative to the document's folder. `place` is
+/// the JSON pointer of the object that holds the URI.
 Result<std::vector<std::uint8_t>> read_uri(const GltfDocument& document, const std::string& uri,
                                            const std::string& place);
 
@@ -52,8 +52,9 @@ void move_document(GltfDocument& document, const std::string& folder);
 /// Writes whole files or nothing, and gives back how many bytes. ".glb": one file; all buffers become the
 /// binary chunk and pictures beside the input are embedded. ".gltf": the buffers become one file
 /// "<stem>.bin" beside the output (another name if the input's own buffer file would be overwritten);
-/// pictures and fabrics stay where they are, with URIs that are right for the output's folder (move_document).
-/// Pictures that cannot be found keep their (rewritten) URI. Bytes that nothing refers to any more are left out.
+/// pictures and fabrics stay where they are, with URIs that are right for the output's folder
+/// (move_document). Pictures that cannot be found keep their (rewritten) URI. Bytes that nothing refers to
+/// any more are left out.
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
 
 /// A relative URI (percent-encoded) that means `target` to a glTF file in `folder`.

@@ -15,7 +15,9 @@ constexpr std::size_t largest_zero_filled = std::size_t{1} << 24;
 
 std::string at(const char* array, int index) { return fmt::format("/{}/{}", array, index); }
 
-std::size_t offset_of(const Json& object, const char* key) { return size_of(member(object, key)).value_or(0); }
+std::size_t offset_of(const Json& object, const char* key) {
+  return size_of(member(object, key)).value_or(0);
+}
 
 int components_of(const std::string& type) {
   constexpr std::array<std::pair<std::string_view, int>, 7> table{
@@ -80,8 +82,10 @@ float float_at(const std::uint8_t* bytes, int component_type, bool normalized) {
       const auto value = static_cast<float>(load<std::uint16_t>(bytes));
       return normalized ? value / 65535.0F : value;
     }
-    case 5125: return static_cast<float>(load<std::uint32_t>(bytes));
-    default: return load<float>(bytes);
+    case 5125:
+      return static_cast<float>(load<std::uint32_t>(bytes));
+    default:
+      return load<float>(bytes);
   }
 }
 
@@ -112,7 +116,8 @@ Result<void> apply_sparse(const GltfDocument& document, const Json& sparse, cons
   for (std::size_t i = 0; i < *count; ++i) {
     const std::size_t target = unsigned_at(targets.data() + i * index_size, type);
     if (target >= shape.count) {
-      return fail(Code::gltf_malformed, document.file, where, fmt::format("index {} is out of range", target));
+      return fail(Code::gltf_malformed, document.file, where,
+                  fmt::format("index {} is out of range", target));
     }
     std::memcpy(elements.data() + target * size, replacements.data() + i * size, size);
   }
@@ -140,7 +145,8 @@ std::optional<std::size_t> size_of(const Json& value) {
 
 int index_of(const Json& value) {
   const std::optional<std::size_t> size = size_of(value);
-  return size && *size <= static_cast<std::size_t>(std::numeric_limits<int>::max()) ? static_cast<int>(*size) : -1;
+  return size && *size <= static_cast<std::size_t>(std::numeric_limits<int>::max()) ? static_cast<int>(*size)
+                                                                                    : -1;
 }
 
 double number_of(const Json& value, double otherwise) {
@@ -178,12 +184,16 @@ Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document
 std::size_t component_size(int component_type) {
   switch (component_type) {
     case 5120:
-    case 5121: return 1;
+    case 5121:
+      return 1;
     case 5122:
-    case 5123: return 2;
+    case 5123:
+      return 2;
     case 5125:
-    case 5126: return 4;
-    default: return 0;
+    case 5126:
+      return 4;
+    default:
+      return 0;
   }
 }
 
@@ -210,7 +220,8 @@ Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, in
   if (!shape) return tl::unexpected<Error>(shape.error());
   const Json& json = document.json["accessors"][static_cast<std::size_t>(accessor)];
   const std::string where = at("accessors", accessor);
-  const std::size_t size = component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
+  const std::size_t size =
+      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
   const Json& view = member(json, "bufferView");
   // Checked before the allocation: the data cannot be larger than all there is.
   std::size_t available = largest_zero_filled;
@@ -225,8 +236,8 @@ Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, in
   }
   std::vector<std::uint8_t> elements(shape->count * size);
   if (!view.is_null()) {
-    if (Result<void> good = gather(document, index_of(view), offset_of(json, "byteOffset"), shape->count, size,
-                                   where, elements.data());
+    if (Result<void> good = gather(document, index_of(view), offset_of(json, "byteOffset"), shape->count,
+                                   size, where, elements.data());
         !good) {
       return tl::unexpected<Error>(std::move(good.error()));
     }
@@ -286,7 +297,8 @@ int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int
   }
   std::vector<std::uint8_t>& buffer = document.buffers.back();
   append_padding(buffer);
-  Json view{{"buffer", document.buffers.size() - 1}, {"byteOffset", buffer.size()}, {"byteLength", bytes.size()}};
+  Json view{
+      {"buffer", document.buffers.size() - 1}, {"byteOffset", buffer.size()}, {"byteLength", bytes.size()}};
   if (stride > 0) view["byteStride"] = stride;
   if (target > 0) view["target"] = target;
   buffer.insert(buffer.end(), bytes.begin(), bytes.end());
@@ -320,7 +332,8 @@ void set_bounds(Json& accessor, std::span<const float> values, int components) {
   accessor["max"] = std::vector<double>(high.begin(), high.end());
 }
 
-int append_float_accessor(GltfDocument& document, std::span<const float> values, int components, bool bounds) {
+int append_float_accessor(GltfDocument& document, std::span<const float> values, int components,
+                          bool bounds) {
   constexpr std::array<const char*, 5> types{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
   Json accessor{{"bufferView", append_view(document, {bytes, values.size_bytes()}, 34962)},
@@ -344,8 +357,8 @@ int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t>
     view = append_view(document, {reinterpret_cast<const std::uint8_t*>(shorter.data()), shorter.size() * 2},
                        34963);
   } else {
-    view = append_view(document, {reinterpret_cast<const std::uint8_t*>(indices.data()), indices.size_bytes()},
-                       34963);
+    view = append_view(document,
+                       {reinterpret_cast<const std::uint8_t*>(indices.data()), indices.size_bytes()}, 34963);
   }
   document.json["accessors"].push_back(
       Json{{"bufferView", view}, {"componentType", type}, {"count", indices.size()}, {"type", "SCALAR"}});

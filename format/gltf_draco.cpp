@@ -34,12 +34,18 @@ bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute
 bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute, int component_type,
                  std::uint8_t* out) {
   switch (component_type) {
-    case 5120: return copy_values<std::int8_t>(mesh, attribute, out);
-    case 5121: return copy_values<std::uint8_t>(mesh, attribute, out);
-    case 5122: return copy_values<std::int16_t>(mesh, attribute, out);
-    case 5123: return copy_values<std::uint16_t>(mesh, attribute, out);
-    case 5125: return copy_values<std::uint32_t>(mesh, attribute, out);
-    default: return copy_values<float>(mesh, attribute, out);
+    case 5120:
+      return copy_values<std::int8_t>(mesh, attribute, out);
+    case 5121:
+      return copy_values<std::uint8_t>(mesh, attribute, out);
+    case 5122:
+      return copy_values<std::int16_t>(mesh, attribute, out);
+    case 5123:
+      return copy_values<std::uint16_t>(mesh, attribute, out);
+    case 5125:
+      return copy_values<std::uint32_t>(mesh, attribute, out);
+    default:
+      return copy_values<float>(mesh, attribute, out);
   }
 }
 
@@ -69,7 +75,8 @@ Result<void> expand_attribute(GltfDocument& document, const draco::Mesh& mesh, c
     return fail(Code::gltf_malformed, document.file, place,
                 fmt::format("Draco attribute {} is missing or has the wrong number of components", id));
   }
-  const std::size_t size = component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
+  const std::size_t size =
+      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
   shape->count = mesh.num_points();
   std::vector<std::uint8_t> elements(shape->count * size);
   if (!copy_values(mesh, *attribute, shape->component_type, elements.data())) {
@@ -98,7 +105,8 @@ Result<void> expand_indices(GltfDocument& document, const draco::Mesh& mesh, int
   for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
     for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f))) {
       if (point.value() >= mesh.num_points()) {
-        return fail(Code::file_damaged, document.file, place, "a Draco face refers to a point that is not there");
+        return fail(Code::file_damaged, document.file, place,
+                    "a Draco face refers to a point that is not there");
       }
       indices.push_back(point.value());
     }
@@ -114,7 +122,8 @@ Result<void> expand_indices(GltfDocument& document, const draco::Mesh& mesh, int
   return {};
 }
 
-Result<std::unique_ptr<draco::Mesh>> decode(const GltfDocument& document, int view, const std::string& place) {
+Result<std::unique_ptr<draco::Mesh>> decode(const GltfDocument& document, int view,
+                                            const std::string& place) {
   const auto bytes = bytes_of_view(document, view, place);
   if (!bytes) return tl::unexpected<Error>(bytes.error());
   try {

@@ -13,7 +13,9 @@ using namespace names::gltf;
 
 namespace {
 
-std::string text_of(const Json& value) { return value.is_string() ? value.get<std::string>() : std::string(); }
+std::string text_of(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
 
 const Json& entries_of(const GltfDocument& document) {
   return member(member(member(document.json, "extensions"), fabric_extension), fabrics);

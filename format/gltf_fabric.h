@@ -1,9 +1,9 @@
 // The extension SELVEDGE_materials_fabric, see spec/SELVEDGE_materials_fabric.
 //
-// Root:      "extensions": {"SELVEDGE_materials_fabric": {"fabrics": [{"name"?, "mimeType", "uri" | "bufferView"}]}}
-// Material:  "extensions": {"SELVEDGE_materials_fabric": {"fabric": {"index", "texCoord"?, "extensions"?}}}
-// with KHR_texture_transform in the reference's own extensions. The reference is mirrored in the material's
-// "extras" under the same name, because some optimisers keep nothing else.
+// Root:      "extensions": {"SELVEDGE_materials_fabric": {"fabrics": [{"name"?, "mimeType", "uri" |
+// "bufferView"}]}} Material:  "extensions": {"SELVEDGE_materials_fabric": {"fabric": {"index", "texCoord"?,
+// "extensions"?}}} with KHR_texture_transform in the reference's own extensions. The reference is mirrored in
+// the material's "extras" under the same name, because some optimisers keep nothing else.
 #pragma once
 
 #include <optional>

@@ -91,7 +91,8 @@ Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocum
   const Json& mode_value = member(primitive, "mode");
   const int mode = mode_value.is_null() ? triangles : index_of(mode_value);
   if (mode >= 0 && mode < triangles) return Triangles{};
-  if (mode < 0 || mode > fan) return fail(Code::gltf_malformed, document.file, place + "/mode", "unknown mode");
+  if (mode < 0 || mode > fan)
+    return fail(Code::gltf_malformed, document.file, place + "/mode", "unknown mode");
   std::vector<std::uint32_t> list(vertices);
   std::iota(list.begin(), list.end(), 0U);
   if (const Json& accessor = member(primitive, "indices"); !accessor.is_null()) {
@@ -133,7 +134,8 @@ Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& documen
   }
   const Result<AccessorShape> shape = shape_of(document, index_of(position), place + "/attributes/POSITION");
   if (!shape) return tl::unexpected<Error>(shape.error());
-  if (shape->count > vertex_limit) return fail(Code::file_too_large, document.file, place, "too many vertices");
+  if (shape->count > vertex_limit)
+    return fail(Code::file_too_large, document.file, place, "too many vertices");
 
   auto indices = read_triangles(document, primitive, place, shape->count);
   if (!indices) return tl::unexpected<Error>(std::move(indices.error()));

@@ -116,7 +116,8 @@ std::string type_by_content(const std::vector<std::uint8_t>& bytes) {
 
 std::string lower_ending(const std::string& uri) {
   std::string ending = fs::path(uri).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return ending;
 }
 

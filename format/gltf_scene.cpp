@@ -17,7 +17,9 @@
 namespace selvedge {
 namespace {
 
-std::string text_of(const Json& value) { return value.is_string() ? value.get<std::string>() : std::string(); }
+std::string text_of(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
 
 class Reader {
  public:
@@ -64,8 +66,8 @@ class Reader {
                                               : AlphaMode::opaque;
       material.alpha_cutoff = static_cast<float>(number_of(member(json, "alphaCutoff"), 0.5));
       material.double_sided = member(json, "doubleSided") == true;
-      auto reference = read_fabric_reference(document_, static_cast<int>(i),
-                                             static_cast<int>(scene_.fabrics.size()));
+      auto reference =
+          read_fabric_reference(document_, static_cast<int>(i), static_cast<int>(scene_.fabrics.size()));
       if (!reference) return tl::unexpected<Error>(std::move(reference.error()));
       material.fabric = std::move(*reference);
       scene_.materials.push_back(std::move(material));

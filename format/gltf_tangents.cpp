@@ -24,7 +24,8 @@ Result<int> gather(GltfDocument& document, int accessor, const std::vector<std::
   if (!shape) return tl::unexpected<Error>(std::move(shape.error()));
   const auto elements = read_elements(document, accessor, place);
   if (!elements) return tl::unexpected<Error>(elements.error());
-  const std::size_t size = component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
+  const std::size_t size =
+      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
   std::vector<std::uint8_t> gathered;
   gathered.reserve(sources.size() * size);
   for (const std::uint32_t source : sources) {
@@ -61,8 +62,9 @@ Result<void> gather_all(GltfDocument& document, Json& attributes, const std::vec
 
 Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord) {
   const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
-  Json json = document.json["meshes"][static_cast<std::size_t>(mesh)]["primitives"]
-                           [static_cast<std::size_t>(primitive)];
+  Json json =
+      document
+          .json["meshes"][static_cast<std::size_t>(mesh)]["primitives"][static_cast<std::size_t>(primitive)];
   if (!member(member(json, "attributes"), "TANGENT").is_null()) return false;
   Result<std::optional<ScenePrimitive>> read =
       read_primitive(document, json, place, std::numeric_limits<std::uint32_t>::max());
@@ -107,7 +109,8 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
     json["indices"] = append_index_accessor(document, tangents.indices);
     json.erase("mode");
   }
-  if (flat) json["attributes"]["NORMAL"] = append_float_accessor(document, floats(vertices.normals), 3, false);
+  if (flat)
+    json["attributes"]["NORMAL"] = append_float_accessor(document, floats(vertices.normals), 3, false);
   json["attributes"]["TANGENT"] = append_float_accessor(document, floats(tangents.tangents), 4, false);
   document.json["meshes"][static_cast<std::size_t>(mesh)]["primitives"][static_cast<std::size_t>(primitive)] =
       std::move(json);

@@ -26,8 +26,8 @@ Result<void> check(const GarmentPrimitive& primitive, std::size_t materials, con
   const std::size_t count = primitive.positions.size();
   const auto fits = [&](std::size_t size) { return size == 0 || size == count; };
   if (count == 0 || primitive.indices.empty()) return fail(Code::mesh_empty, path, place, "no triangles");
-  if (!fits(primitive.normals.size()) || !fits(primitive.tangents.size()) || !fits(primitive.tex_coords.size()) ||
-      primitive.indices.size() % 3 != 0) {
+  if (!fits(primitive.normals.size()) || !fits(primitive.tangents.size()) ||
+      !fits(primitive.tex_coords.size()) || primitive.indices.size() % 3 != 0) {
     return fail(Code::mesh_invalid, path, place, "arrays of different lengths");
   }
   if (std::any_of(primitive.indices.begin(), primitive.indices.end(),
@@ -84,7 +84,8 @@ Result<void> write_garment(const std::string& path, const Garment& garment) {
                               {"material", primitive.material}});
   }
   if (primitives.empty()) return fail(Code::mesh_empty, path, "", "a garment without primitives");
-  document.json["meshes"] = Json::array({Json{{"name", garment.name}, {"primitives", std::move(primitives)}}});
+  document.json["meshes"] =
+      Json::array({Json{{"name", garment.name}, {"primitives", std::move(primitives)}}});
   document.json["materials"] = std::move(materials);
   const Result<std::uint64_t> bytes = save_gltf(std::move(document), path);
   if (!bytes) return tl::unexpected<Error>(bytes.error());

@@ -34,8 +34,8 @@ struct Garment {
   std::vector<GarmentPrimitive> primitives;
 };
 
-/// Writes a GLB, whole or not at all; the same garment gives the same bytes. Refuses arrays of the wrong size,
-/// indices and materials out of range, and values that are not finite.
+/// Writes a GLB, whole or not at all; the same garment gives the same bytes. Refuses arrays of the wrong
+/// size, indices and materials out of range, and values that are not finite.
 Result<void> write_garment(const std::string& path, const Garment& garment);
 
 }  // namespace selvedge

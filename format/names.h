@@ -5,8 +5,8 @@
 namespace selvedge::names::gltf {
 
 inline constexpr const char* fabric_extension = "SELVEDGE_materials_fabric";
-inline constexpr const char* fabrics = "fabrics";      ///< root array of fabric files
-inline constexpr const char* fabric = "fabric";        ///< a material's reference, shaped like a textureInfo
+inline constexpr const char* fabrics = "fabrics";  ///< root array of fabric files
+inline constexpr const char* fabric = "fabric";    ///< a material's reference, shaped like a textureInfo
 inline constexpr const char* name = "name";
 inline constexpr const char* mime_type = "mimeType";
 inline constexpr const char* uri = "uri";

@@ -7,8 +7,8 @@
 namespace selvedge {
 namespace {
 
-/// Directions of growing u in space, and whether the picture is upright (+1) or mirrored (-1); sign 0 where the
-/// triangle has no area in the plane of the texture.
+/// Directions of growing u in space, and whether the picture is upright (+1) or mirrored (-1); sign 0 where
+/// the triangle has no area in the plane of the texture.
 struct Gradient {
   V3d du{0, 0, 0};
   int sign = 0;
@@ -27,9 +27,7 @@ Gradient gradient_of(const std::array<V3d, 3>& p, const std::array<V2d, 3>& uv) 
   return {du.normalized(), area > 0 ? -1 : 1};
 }
 
-double angle_between(const V3d& a, const V3d& b) {
-  return std::atan2(a.cross(b).length(), a.dot(b));
-}
+double angle_between(const V3d& a, const V3d& b) { return std::atan2(a.cross(b).length(), a.dot(b)); }
 
 /// `direction` without its part along the unit vector `normal`.
 V3d flattened(const V3d& direction, const V3d& normal) { return direction - normal * direction.dot(normal); }

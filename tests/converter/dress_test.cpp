@@ -123,7 +123,8 @@ TEST_CASE("dress: the fallback is a core material on the same UV set and transfo
   const Json& json = document->json;
   const Json& material = json["materials"][0];
   const Json& transform = material["extensions"][extension]["fabric"]["extensions"]["KHR_texture_transform"];
-  CHECK(material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] == transform);
+  CHECK(material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] ==
+        transform);
   CHECK(material["normalTexture"]["extensions"]["KHR_texture_transform"] == transform);
   CHECK(material["pbrMetallicRoughness"]["metallicFactor"] == 0);
   CHECK(material["pbrMetallicRoughness"]["roughnessFactor"] == 1);
@@ -198,8 +199,8 @@ TEST_CASE("dress: dressing again replaces the reference and makes nothing twice"
   CHECK(twice["extensions"] == once["extensions"]);
   CHECK(twice["textures"] == once["textures"]);
   CHECK(twice["images"].size() == once["images"].size());
-  CHECK(twice["materials"][0]["extensions"][extension]["fabric"]["extensions"]["KHR_texture_transform"]["scale"] ==
-        Json({3.0, 3.0}));
+  CHECK(twice["materials"][0]["extensions"][extension]["fabric"]["extensions"]["KHR_texture_transform"]
+             ["scale"] == Json({3.0, 3.0}));
 }
 
 TEST_CASE("dress: materials are found by name, all of that name, or by number") {
@@ -305,13 +306,13 @@ TEST_CASE("dress: the garments of the field can be dressed, each at its own size
     const char* file;
     const char* material;
   };
-  for (const Case& item : {Case{"khronos/SheenCloth/glTF/SheenCloth.gltf", "#0"},
-                           Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Mango Velvet"},
-                           Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Peacock Velvet"},
-                           Case{"khronos/ToyCar/glTF/ToyCar.gltf", "Fabric"},
-                           Case{"babylon/cloth/cloth_meshV1.glb", "#0"},
-                           Case{"encodings/enc__SheenCloth__draco_edgebreaker.glb", "#0"},
-                           Case{"encodings/enc__SheenCloth__quantized.glb", "#0"}}) {
+  for (const Case& item :
+       {Case{"khronos/SheenCloth/glTF/SheenCloth.gltf", "#0"},
+        Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Mango Velvet"},
+        Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Peacock Velvet"},
+        Case{"khronos/ToyCar/glTF/ToyCar.gltf", "Fabric"}, Case{"babylon/cloth/cloth_meshV1.glb", "#0"},
+        Case{"encodings/enc__SheenCloth__draco_edgebreaker.glb", "#0"},
+        Case{"encodings/enc__SheenCloth__quantized.glb", "#0"}}) {
     CAPTURE(item.file);
     Workshop workshop;
     workshop.garment = (data / item.file).string();

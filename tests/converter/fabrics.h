@@ -9,8 +9,8 @@
 
 namespace selvedge::test {
 
-/// The lower levels of a fabric whose level 0 holds everything: each texel is the mean of what it covers, which
-/// a real fabric would fit. Sizes are powers of two.
+/// The lower levels of a fabric whose level 0 holds everything: each texel is the mean of what it covers,
+/// which a real fabric would fit. Sizes are powers of two.
 inline void add_levels(Fabric& fabric) {
   while (fabric.levels.back().texels() > 1) {
     const FabricLevel& fine = fabric.levels.back();
@@ -35,8 +35,7 @@ inline void add_levels(Fabric& fabric) {
       }
       return means;
     };
-    const auto parameters =
-        static_cast<std::size_t>(3 * (1 + 4 * fine.lobes->lobes));
+    const auto parameters = static_cast<std::size_t>(3 * (1 + 4 * fine.lobes->lobes));
     coarse.lobes = LobeLayer{fine.lobes->lobes, mean_of(fine.lobes->parameters, parameters)};
     if (fine.frame) {
       coarse.frame.emplace();
@@ -44,8 +43,8 @@ inline void add_levels(Fabric& fabric) {
       coarse.frame->tangent.assign(count, V3f(1, 0, 0));
     }
     if (fine.opacity) {
-      coarse.opacity = OpacityLayer{
-          mean_of(fine.opacity->opacity, static_cast<std::size_t>(fabric.views.count()))};
+      coarse.opacity =
+          OpacityLayer{mean_of(fine.opacity->opacity, static_cast<std::size_t>(fabric.views.count()))};
     }
     fabric.levels.push_back(std::move(coarse));
   }

@@ -32,6 +32,7 @@ class Folder {
 
 /// Writes a file without the care of write_file, for tests that write thousands.
 inline void put(const std::string& path, const std::string& bytes) {
+  std::filesystem::remove(path);  // some file systems flush a file that is cut and written anew
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
 }
 

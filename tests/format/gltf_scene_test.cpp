@@ -90,7 +90,8 @@ TEST_CASE("gltf scene: garments have the triangles, vertices and bounds that oth
                        file.find("MeshPrimitiveModes") == std::string::npos;
     if (whole) CHECK(counts.triangles == std::stoul(row["decoded_tris(gltf-transform)"]));
     // Flat shading unshares vertices.
-    if (whole && row["prims_without_normals"] == "0") CHECK(counts.vertices == std::stoul(row["decoded_verts"]));
+    if (whole && row["prims_without_normals"] == "0")
+      CHECK(counts.vertices == std::stoul(row["decoded_verts"]));
     if (whole && !row["scene_bounds"].empty()) {
       const auto bounds = nlohmann::json::parse(row["scene_bounds"]);
       for (int c = 0; c < 3; ++c) {

@@ -31,8 +31,8 @@ TEST_CASE("tangents: an upright picture has its tangent along growing u and w = 
 
 TEST_CASE("tangents: vertices on the seam of a mirrored chart are split") {
   // Two squares side by side, the right one with the picture mirrored; vertices 1 and 2 are shared.
-  const std::vector<V3f> positions{V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 1, 0), V3f(2, 0, 0),
-                                   V3f(2, 1, 0)};
+  const std::vector<V3f> positions{V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0),
+                                   V3f(0, 1, 0), V3f(2, 0, 0), V3f(2, 1, 0)};
   const std::vector<V3f> normals(6, V3f(0, 0, 1));
   const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0), V2d(0, 1), V2d(0, 0)};
   const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2};

@@ -9,6 +9,7 @@
 #include "format/gltf_access.h"
 #include "format/gltf_scene.h"
 #include "format/gltf_writer.h"
+#include "format/names.h"
 #include "tests/format/gltf_fixtures.h"
 
 using namespace selvedge;
@@ -20,13 +21,16 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A triangle with `extra` put in front of the root's members.
-std::string triangle(const std::string& extra = "", const std::string& positions = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}),
-                     const std::string& accessor = R"("bufferView":0,"componentType":5126,"count":3,"type":"VEC3")",
-                     const std::string& view = R"("buffer":0,"byteLength":36)") {
-  return glb("{" + extra + R"("asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)" +
+std::string triangle(
+    const std::string& extra = "",
+    const std::string& positions = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}),
+    const std::string& accessor = R"("bufferView":0,"componentType":5126,"count":3,"type":"VEC3")",
+    const std::string& view = R"("buffer":0,"byteLength":36)") {
+  return glb("{" + extra +
+                 R"("asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)" +
                  R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)" + accessor +
-                 R"(,"min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{)" + view + R"(}],"buffers":[{"byteLength":)" +
-                 std::to_string(positions.size()) + "}]}",
+                 R"(,"min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{)" + view +
+                 R"(}],"buffers":[{"byteLength":)" + std::to_string(positions.size()) + "}]}",
              positions);
 }
 
@@ -123,9 +127,8 @@ TEST_CASE("gltf: what reaches beyond a buffer, a view or a list is refused") {
         Code::gltf_malformed);
   CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":3)", R"("buffer":1,"byteLength":36)")) ==
         Code::gltf_malformed);
-  CHECK(code_of(folder,
-                triangle("", p, accessor + R"(,"count":3)", R"("buffer":0,"byteLength":36,"byteStride":4)")) ==
-        Code::gltf_malformed);
+  CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":3)",
+                                 R"("buffer":0,"byteLength":36,"byteStride":4)")) == Code::gltf_malformed);
 }
 
 TEST_CASE("gltf: NaN in positions is named with its attribute") {
@@ -154,9 +157,8 @@ TEST_CASE("gltf: missing files, other versions, required extensions and deep nes
 
 TEST_CASE("gltf: nodes that are their own ancestors are refused") {
   const Folder folder("gltf_test");
-  REQUIRE(write_file(folder / "cycle.gltf",
-                     R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],)"
-                     R"("nodes":[{"children":[1]},{"children":[0]}]})"));
+  REQUIRE(write_file(folder / "cycle.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],)"
+                                            R"("nodes":[{"children":[1]},{"children":[0]}]})"));
   CHECK(read_scene(folder / "cycle.gltf").error().code == Code::gltf_malformed);
 }
 
@@ -203,8 +205,9 @@ TEST_CASE("gltf: a primitive without normals gets flat ones") {
 
 TEST_CASE("gltf: saving keeps every member, in the same order, and drops only unused bytes") {
   const Folder folder("gltf_test");
-  const std::string odd = R"("extras":{"z":[1,2.5,{"a":null}]},"extensionsUsed":["X_unknown"],)"
-                          R"("extensions":{"X_unknown":{"view":{"buffer":0,"byteOffset":36,"byteLength":4}}},)";
+  const std::string odd =
+      R"("extras":{"z":[1,2.5,{"a":null}]},"extensionsUsed":["X_unknown"],)"
+      R"("extensions":{"X_unknown":{"view":{"buffer":0,"byteOffset":36,"byteLength":4}}},)";
   const std::string bytes = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}) + "datarest";
   REQUIRE(write_file(folder / "a.glb", triangle(odd, bytes)));
   const Result<GltfDocument> before = load_gltf(folder / "a.glb");
@@ -219,8 +222,8 @@ TEST_CASE("gltf: saving keeps every member, in the same order, and drops only un
   CHECK(after->json == expected);
   const Json& view = after->json["extensions"]["X_unknown"]["view"];
   const auto offset = view["byteOffset"].get<std::size_t>();
-  CHECK(std::string(after->buffers[0].begin() + static_cast<std::ptrdiff_t>(offset), after->buffers[0].end()) ==
-        "data");
+  CHECK(std::string(after->buffers[0].begin() + static_cast<std::ptrdiff_t>(offset),
+                    after->buffers[0].end()) == "data");
 }
 
 TEST_CASE("gltf: a .gltf is written with one buffer beside it, and never over the input's") {
@@ -268,15 +271,29 @@ TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {
   CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
 }
 
+TEST_CASE("gltf: every name on disk is in the text of the extension") {
+  namespace on = names::gltf;
+  const Result<std::string> text =
+      read_file(std::string(SELVEDGE_SOURCE_DIR) + "/spec/SELVEDGE_materials_fabric/README.md");
+  REQUIRE(text);
+  for (const char* on_disk :
+       {on::fabric_extension, on::fabrics, on::fabric, on::name, on::mime_type, on::uri, on::buffer_view,
+        on::index, on::tex_coord, on::fabric_mime_type, on::texture_transform, on::rotation, on::scale}) {
+    CAPTURE(on_disk);
+    CHECK(text->find(on_disk) != std::string::npos);
+  }
+}
+
 TEST_CASE("gltf: the texture transform turns as Khronos' test model does") {
-  // TextureTransformTest: the arrow's tip is at (0.7778, 0.7778) of the picture; the green marker for rotation
-  // 22.5 degrees lies at (0.4210, 1.0163) of the quad, the one for scale 1.5 at (0.5185, 0.5185).
+  // TextureTransformTest: the arrow's tip is at (0.7778, 0.7778) of the picture; the green marker for
+  // rotation 22.5 degrees lies at (0.4210, 1.0163) of the quad, the one for scale 1.5 at (0.5185, 0.5185).
   UvTransform turned;
   turned.rotation = 0.39269908169872414;
-  CHECK((turned.apply(V2d(0.42095177560159874, 1.0162674857624154)) - V2d(0.7778174593, 0.7778174593)).length() <
-        1e-9);
+  CHECK((turned.apply(V2d(0.42095177560159874, 1.0162674857624154)) - V2d(0.7778174593, 0.7778174593))
+            .length() < 1e-9);
   UvTransform scaled;
   scaled.scale = V2d(1.5, 1.5);
-  CHECK((scaled.apply(V2d(0.5185449728701348, 0.5185449728701348)) - V2d(0.7778174593, 0.7778174593)).length() <
-        1e-9);
+  CHECK(
+      (scaled.apply(V2d(0.5185449728701348, 0.5185449728701348)) - V2d(0.7778174593, 0.7778174593)).length() <
+      1e-9);
 }

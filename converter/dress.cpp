@@ -1,0 +1,311 @@
+#include "converter/dress.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "converter/fallback.h"
+#include "converter/fallback_material.h"
+#include "converter/measure.h"
+#include "format/atomic_file.h"
+#include "format/fabric_exr.h"
+#include "format/gltf.h"
+#include "format/gltf_access.h"
+#include "format/gltf_fabric.h"
+#include "format/gltf_geometry.h"
+#include "format/gltf_scene.h"
+#include "format/gltf_tangents.h"
+
+namespace selvedge {
+namespace {
+
+using Place = std::pair<int, int>;            ///< mesh, primitive
+using Uses = std::map<int, std::set<Place>>;  ///< material -> where it is used
+constexpr const char* variants = "KHR_materials_variants";
+
+bool is_made_of_triangles(const Json& primitive) {
+  const Json& mode = member(primitive, "mode");
+  return mode.is_null() || index_of(mode) >= 4;
+}
+
+template <class F>
+void for_each_primitive(const Json& json, const F& visit) {
+  const Json& meshes = member(json, "meshes");
+  for (std::size_t m = 0; meshes.is_array() && m < meshes.size(); ++m) {
+    const Json& primitives = member(meshes[m], "primitives");
+    for (std::size_t p = 0; primitives.is_array() && p < primitives.size(); ++p) {
+      if (is_made_of_triangles(primitives[p])) {
+        visit(Place(static_cast<int>(m), static_cast<int>(p)), primitives[p]);
+      }
+    }
+  }
+}
+
+/// Materials by where they are used, directly or in a variant.
+Uses uses_of(const Json& json) {
+  Uses uses;
+  for_each_primitive(json, [&](const Place& place, const Json& primitive) {
+    uses[index_of(member(primitive, "material"))].insert(place);
+    const Json& mappings = member(member(member(primitive, "extensions"), variants), "mappings");
+    for (std::size_t i = 0; mappings.is_array() && i < mappings.size(); ++i) {
+      uses[index_of(member(mappings[i], "material"))].insert(place);
+    }
+  });
+  return uses;
+}
+
+std::string name_of(const Json& material) {
+  const Json& name = member(material, "name");
+  return name.is_string() ? name.get<std::string>() : std::string();
+}
+
+/// Triangles without a material get a new one.
+void add_missing_material(GltfDocument& document) {
+  std::vector<Place> bare;
+  for_each_primitive(document.json, [&](const Place& place, const Json& primitive) {
+    if (member(primitive, "material").is_null()) bare.push_back(place);
+  });
+  if (bare.empty()) return;
+  document.json["materials"].push_back(Json{{"name", "fabric"}});
+  for (const auto& [mesh, primitive] : bare) {
+    document.json["meshes"][static_cast<std::size_t>(mesh)]["primitives"][static_cast<std::size_t>(primitive)]
+                 ["material"] = document.json["materials"].size() - 1;
+  }
+}
+
+Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& options) {
+  if (options.all) add_missing_material(document);
+  const Json& materials = member(document.json, "materials");
+  const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
+  std::set<int> chosen;
+  for (int i = 0; options.all && i < count; ++i) chosen.insert(i);
+  for (const std::string& wanted : options.materials) {
+    int number = -1;
+    if (wanted.starts_with('#')) {
+      const char* end = wanted.data() + wanted.size();
+      if (std::from_chars(wanted.data() + 1, end, number).ptr != end) number = -1;
+    }
+    bool found = number >= 0 && number < count;
+    if (found) chosen.insert(number);
+    for (int i = 0; i < count; ++i) {
+      if (name_of(materials[static_cast<std::size_t>(i)]) != wanted) continue;
+      chosen.insert(i);
+      found = true;
+    }
+    if (found) continue;
+    std::vector<std::string> names;
+    for (int i = 0; i < count; ++i) {
+      names.push_back(fmt::format("#{} \"{}\"", i, name_of(materials[static_cast<std::size_t>(i)])));
+    }
+    return fail(Code::material_missing, document.file, "/materials",
+                fmt::format("no material \"{}\"; there are: {}", wanted,
+                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  }
+  if (chosen.empty()) {
+    return fail(Code::material_missing, document.file, "/materials",
+                options.all ? "there are no triangles to dress" : "no material is named");
+  }
+  return std::vector<int>(chosen.begin(), chosen.end());
+}
+
+Result<void> check_uvs(const GltfDocument& document, const std::set<Place>& places, int tex_coord) {
+  for (const auto& [mesh, primitive] : places) {
+    const Json& json = document.json["meshes"][static_cast<std::size_t>(mesh)]["primitives"]
+                                    [static_cast<std::size_t>(primitive)];
+    const std::string semantic = fmt::format("TEXCOORD_{}", tex_coord);
+    if (member(member(json, "attributes"), semantic.c_str()).is_null()) {
+      return fail(Code::garment_no_uvs, document.file,
+                  fmt::format("/meshes/{}/primitives/{}/attributes", mesh, primitive), "no " + semantic);
+    }
+  }
+  return {};
+}
+
+class Dresser {
+ public:
+  Dresser(GltfDocument& document, const Fabric& fabric, const DressOptions& options)
+      : document_(document), fabric_(fabric), options_(options) {}
+
+  Result<DressReport> dress(const FabricSource& source) {
+    const Result<std::vector<int>> chosen = choose(document_, options_);
+    if (!chosen) return tl::unexpected<Error>(chosen.error());
+    const Result<Scene> scene = read_scene(document_);
+    if (!scene) return tl::unexpected<Error>(scene.error());
+    for (const std::string& remark : scene->remarks) report_.warnings.push_back(remark);
+    uses_ = uses_of(document_.json);
+    const Result<int> index = add_fabric(document_, source);
+    if (!index) return tl::unexpected<Error>(index.error());
+    std::optional<Error> left_out;
+    for (const int material : *chosen) {
+      if (Result<void> good = dress(material, *index, *scene); !good) {
+        // "All" means all that can be dressed; what is named has to be dressed.
+        if (!options_.all || good.error().code != Code::garment_no_uvs) {
+          return tl::unexpected<Error>(std::move(good.error()));
+        }
+        report_.warnings.push_back(
+            fmt::format("material #{} was left alone: {}", material, good.error().message));
+        if (!left_out) left_out = std::move(good.error());
+      }
+    }
+    if (report_.materials.empty()) {
+      if (left_out) return tl::unexpected<Error>(std::move(*left_out));
+      return fail(Code::garment_empty, document_.file, "/materials", "the materials are on no triangles");
+    }
+    report_.embedded = source.uri.empty();
+    return std::move(report_);
+  }
+
+ private:
+  Result<void> dress(int material, int fabric, const Scene& scene) {
+    const std::set<Place>& places = uses_[material];
+    DressedMaterial dressed;
+    dressed.index = material;
+    dressed.name = name_of(document_.json["materials"][static_cast<std::size_t>(material)]);
+    const std::string where = fmt::format("material #{} \"{}\"", material, dressed.name);
+    if (places.empty()) {
+      report_.warnings.push_back(where + " is on no triangles and was left alone");
+      return {};
+    }
+    if (Result<void> good = check_uvs(document_, places, options_.tex_coord); !good) return good;
+
+    std::set<int> primitives;
+    for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) {
+      const ScenePrimitive& primitive = scene.primitives[static_cast<std::size_t>(i)];
+      if (places.contains(Place(primitive.mesh, primitive.index))) primitives.insert(i);
+    }
+    const UvSize size = measure_uv(scene, primitives, options_.tex_coord);
+    dressed.primitives = size.primitives;
+    dressed.metres_per_uv = size.metres;
+    for (int c = 0; c < 2; ++c) {
+      if (size.metres[c] > 0) dressed.spread[c] = (size.largest[c] - size.smallest[c]) / size.metres[c];
+      dressed.repeats[c] =
+          options_.repeats ? (*options_.repeats)[c] : size.metres[c] * 1000.0 / fabric_.period_mm[c];
+    }
+    if (!(dressed.repeats.x > 0) || !(dressed.repeats.y > 0)) {
+      return fail(Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
+                  fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name));
+    }
+    if (std::max(dressed.spread.x, dressed.spread.y) > 0.1 && !options_.repeats) {
+      report_.warnings.push_back(fmt::format(
+          "{}: its primitives disagree on the size of the texture by {:.0f} % along u and {:.0f} % "
+          "along v",
+          where, dressed.spread.x * 100, dressed.spread.y * 100));
+    }
+    FabricReference reference{fabric, options_.tex_coord, {}};
+    reference.transform.scale = dressed.repeats;
+    set_fabric_reference(document_, material, reference);
+    if (options_.fallback) {
+      if (Result<void> good = write_fallback(material, reference, places); !good) return good;
+    }
+    report_.materials.push_back(std::move(dressed));
+    return {};
+  }
+
+  Result<void> write_fallback(int material, const FabricReference& reference, const std::set<Place>& places) {
+    if (!textures_) {
+      Result<FallbackTextures> textures = add_fallback_textures(document_, bake_fallback(fabric_));
+      if (!textures) return tl::unexpected<Error>(std::move(textures.error()));
+      textures_ = std::move(*textures);
+    }
+    set_fallback(document_, material, *textures_, reference);
+    if (textures_->normal < 0) return {};
+    for (const auto& [mesh, primitive] : places) {
+      const Result<bool> added = add_tangents(document_, mesh, primitive, options_.tex_coord);
+      if (!added) return tl::unexpected<Error>(added.error());
+      if (*added) ++report_.tangents_added;
+    }
+    return {};
+  }
+
+  GltfDocument& document_;
+  const Fabric& fabric_;
+  const DressOptions& options_;
+  Uses uses_;
+  std::optional<FallbackTextures> textures_;
+  DressReport report_;
+};
+
+Result<void> check_options(const DressOptions& options) {
+  if (options.tex_coord < 0 || options.tex_coord > 1) {
+    return fail(Code::option_out_of_range, "", "tex_coord", "only the UV sets 0 and 1 are read");
+  }
+  if (options.repeats) {
+    for (int c = 0; c < 2; ++c) {
+      const double value = (*options.repeats)[c];
+      if (!(value > 0) || !std::isfinite(value)) {
+        return fail(Code::option_out_of_range, "", "repeats", fmt::format("{} is not positive", value));
+      }
+    }
+  }
+  return {};
+}
+
+Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed) {
+  namespace fs = std::filesystem;
+  FabricSource source;
+  source.name = fs::path(fabric_path).stem().string();
+  std::error_code ignored;
+  if (!fs::is_regular_file(fabric_path, ignored)) {
+    return fail(Code::file_missing, fabric_path, "", "no such file");
+  }
+  if (fs::equivalent(fabric_path, output_path, ignored)) {
+    return fail(Code::file_unwritable, output_path, "", "is the fabric");
+  }
+  if (!embed) {
+    source.uri = relative_uri(fabric_path, fs::path(output_path).parent_path().string());
+    return source;
+  }
+  const Result<std::string> bytes = read_file(fabric_path);
+  if (!bytes) return tl::unexpected<Error>(bytes.error());
+  source.bytes.assign(bytes->begin(), bytes->end());
+  return source;
+}
+
+bool ends_in_glb(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return ending == ".glb";
+}
+
+}  // namespace
+
+Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
+                          const std::string& fabric_path, const std::string& output_path,
+                          const DressOptions& options) {
+  if (Result<void> good = check_options(options); !good)
+    return tl::unexpected<Error>(std::move(good.error()));
+  Result<GltfDocument> document = load_gltf(garment_path);
+  if (!document) return tl::unexpected<Error>(std::move(document.error()));
+  const Result<FabricSource> source =
+      source_of(fabric_path, output_path, options.embed.value_or(ends_in_glb(output_path)));
+  if (!source) return tl::unexpected<Error>(source.error());
+  try {
+    // First, so that the fabric's URI and those that were there are relative to the same folder.
+    move_document(*document, std::filesystem::path(output_path).parent_path().string());
+    Result<DressReport> report = Dresser(*document, fabric, options).dress(*source);
+    if (!report) return report;
+    const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
+    if (!bytes) return tl::unexpected<Error>(bytes.error());
+    report->bytes = *bytes;
+    return report;
+  } catch (const nlohmann::json::exception& error) {
+    // An array where glTF wants an object, or the like, in a part that nobody has checked.
+    return fail(Code::gltf_malformed, garment_path, "", error.what());
+  }
+}
+
+Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
+                          const std::string& output_path, const DressOptions& options) {
+  const Result<Fabric> fabric = read_fabric(fabric_path);
+  if (!fabric) return tl::unexpected<Error>(fabric.error());
+  return dress(garment_path, *fabric, fabric_path, output_path, options);
+}
+
+}  // namespace selvedge
