@@ -89,7 +89,8 @@ class Baker {
 
  private:
   /// Light of all directions that reaches the eye over a path which begins at `point`.
-  std::uint64_t follow(SurfacePoint point, std::span<const V3f> lights, Random& random, Gather& gather) const {
+  std::uint64_t follow(SurfacePoint point, std::span<const V3f> lights, Random& random,
+                       Gather& gather) const {
     V3d throughput(1, 1, 1);
     std::uint64_t rays = 0;
     for (int bounce = 0;; ++bounce) {
@@ -113,15 +114,16 @@ class Baker {
   mutable std::atomic<std::uint64_t> rays_{0};
 };
 
-Result<void> check_options(const BakeOptions& o) {
-  const auto in_range = [](const char* option, int value, int least, int most) -> Result<void> {
+Result<void> check_options(const BakeOptions& o, const std::string& name) {
+  const auto in_range = [&](const char* option, int value, int least, int most) -> Result<void> {
     if (value >= least && value <= most) return {};
-    return fail(Code::option_out_of_range, {}, option,
+    return fail(Code::option_out_of_range, name, option,
                 fmt::format("{} is outside of {} to {}", value, least, most));
   };
   const FabricLimits limits;
   for (const auto& ok :
-       {in_range("texels", o.width, 1, limits.texels_per_side), in_range("texels", o.height, 1, limits.texels_per_side),
+       {in_range("texels", o.width, 1, limits.texels_per_side),
+        in_range("texels", o.height, 1, limits.texels_per_side),
         in_range("views", o.views, 1, limits.directions), in_range("lights", o.lights, 1, limits.directions),
         in_range("samples", o.samples, 1, 1 << 20), in_range("bounces", o.bounces, 0, 64),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
@@ -130,7 +132,7 @@ Result<void> check_options(const BakeOptions& o) {
     if (!ok) return ok;
   }
   if (o.reference_height && !std::isfinite(*o.reference_height)) {
-    return fail(Code::option_out_of_range, {}, "reference-height", "is not finite");
+    return fail(Code::option_out_of_range, name, "reference-height", "is not finite");
   }
   return {};
 }
@@ -191,8 +193,8 @@ void bake_pair(const Baker& baker, const BakeOptions& o, PairKind kind, std::siz
       const auto texel = static_cast<std::size_t>(y * o.width + x);
       for (std::size_t h = 0; h < 2; ++h) {
         half[h].clear();
-        const Random random(o.seed, stream_pairs + 16 * (static_cast<std::uint64_t>(kind) + 1),
-                            2 * pair + h, texel);
+        const Random random(o.seed, stream_pairs + 16 * (static_cast<std::uint64_t>(kind) + 1), 2 * pair + h,
+                            texel);
         baker.sample(x, y, directions.view, {&directions.light, 1}, o.truth_samples / 2, random, half[h]);
       }
       const std::size_t i = pair * texels + texel;
@@ -210,7 +212,7 @@ void bake_pair(const Baker& baker, const BakeOptions& o, PairKind kind, std::siz
 
 Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                         const std::string& provenance, const std::string& output, const Progress& progress) {
-  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
+  if (auto ok = check_options(options, name); !ok) return tl::unexpected(ok.error());
   if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
   const auto start = std::chrono::steady_clock::now();
   const auto scene = RayScene::create(mesh, name);
@@ -228,8 +230,9 @@ Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const Bak
   std::size_t pair_total = 0;
   for (const auto& pairs : header.pairs) pair_total += pairs.size();
   // Cost, in rays of one light: what the bar of progress goes by.
-  const double total = static_cast<double>(views.size()) * static_cast<double>(lights.size()) * options.samples +
-                       static_cast<double>(pair_total) * options.truth_samples;
+  const double total =
+      static_cast<double>(views.size()) * static_cast<double>(lights.size()) * options.samples +
+      static_cast<double>(pair_total) * options.truth_samples;
   double done = 0;
   const auto advance = [&](double cost) {
     done += cost;

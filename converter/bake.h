@@ -1,10 +1,10 @@
 // Bake: the mesh of a cell -> its radiance samples. Daubert et al. 2001, section 4.
 //
-// Texels lie on the cell's reference plane, by default the top face of its bounding box; for each view they are
-// projected along the view onto the endlessly repeated mesh. Yarn is Lambert with its albedo; light arrives
-// from one direction at a time with unit perpendicular irradiance, directly (with shadows) and after up to
-// `bounces` diffuse reflections (unbiased up to that number; cosine-distributed paths, next-event estimate at
-// every vertex). What leaves the cell upwards or downwards meets black.
+// Texels lie on the cell's reference plane, by default the top face of its bounding box; for each view they
+// are projected along the view onto the endlessly repeated mesh. Yarn is Lambert with its albedo; light
+// arrives from one direction at a time with unit perpendicular irradiance, directly (with shadows) and after
+// up to `bounces` diffuse reflections (unbiased up to that number; cosine-distributed paths, next-event
+// estimate at every vertex). What leaves the cell upwards or downwards meets black.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ struct BakeOptions {
   int height = 32;  ///< texels along y
   int views = 64;   ///< 1 to 4096; laid out by grid_of()
   int lights = 64;
-  int samples = 16;        ///< rays per texel and view
-  int bounces = 2;         ///< indirect bounces, 0 to 64
+  int samples = 16;                        ///< rays per texel and view
+  int bounces = 2;                         ///< indirect bounces, 0 to 64
   std::optional<double> reference_height;  ///< mm above the lowest point; default: the top face
   int validation_pairs = 96;
   int held_out_pairs = 96;
@@ -35,16 +35,18 @@ struct BakeOptions {
 
 struct BakeReport {
   double seconds = 0;
-  std::uint64_t rays = 0;      ///< primary, bounce and shadow rays
-  double coverage = 0;         ///< mean opacity over texels and views
+  std::uint64_t rays = 0;  ///< primary, bounce and shadow rays
+  double coverage = 0;     ///< mean opacity over texels and views
 };
 
 /// Where the boundaries of held-out directions lie: main sets have z >= this, the rim set z below it.
 inline constexpr double rim_z = 0.15;
 
-/// Bakes and writes a samples file. `name` stands for the mesh in messages; `provenance` is a JSON object that
-/// is kept in the file beside the options. Same mesh, options and seed: same bytes for any number of threads.
+/// Bakes and writes a samples file. `name` stands for the mesh in messages; `provenance` is a JSON object
+/// that is kept in the file beside the options. Same mesh, options and seed: same bytes for any number of
+/// threads.
 Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                        const std::string& provenance, const std::string& output, const Progress& progress = {});
+                        const std::string& provenance, const std::string& output,
+                        const Progress& progress = {});
 
 }  // namespace selvedge

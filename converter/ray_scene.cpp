@@ -15,13 +15,13 @@ namespace selvedge {
 struct RayScene::State {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  Box bounds;             // of one cell, before copies
+  Box bounds;  // of one cell, before copies
   V2d period;
-  double z_low = 0;       // the slab outside of which there is nothing, with a margin
+  double z_low = 0;  // the slab outside of which there is nothing, with a margin
   double z_high = 0;
-  V2d block_min;          // the block that a ray may cross before it is shifted back
+  V2d block_min;  // the block that a ray may cross before it is shifted back
   V2d block_max;
-  double offset = 0;      // mm, keeps a ray off the surface that it leaves
+  double offset = 0;  // mm, keeps a ray off the surface that it leaves
   std::vector<V3f> vertex_normals;
   std::vector<V3f> albedo;
   std::vector<V3i> triangles;
@@ -58,8 +58,6 @@ double snap_to_wall(double value, double period) {
   const double nearest = std::round(turns);
   return std::abs(turns - nearest) < 1e-6 ? nearest * period : value;
 }
-
-
 
 }  // namespace
 
@@ -126,8 +124,8 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name)
   RTCGeometry geometry = rtcNewGeometry(state->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertex_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                 sizeof(V3f), vertices.size());
-  void* index_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(V3i),
-                                               triangles.size());
+  void* index_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                               sizeof(V3i), triangles.size());
   if (vertex_buffer == nullptr || index_buffer == nullptr) {
     rtcReleaseGeometry(geometry);
     return fail(Code::mesh_invalid, name, {}, "not enough memory for the ray tracer");

@@ -14,9 +14,9 @@ namespace selvedge {
 
 /// What a ray met. Normals are unit and on the side that the ray came from.
 struct SurfacePoint {
-  V3f position{0, 0, 0};          ///< mm, in the cell (0 <= x < period.x, 0 <= y < period.y)
-  V3f face_normal{0, 0, 1};       ///< of the triangle: what light transport uses
-  V3f vertex_normal{0, 0, 1};     ///< interpolated over the triangle: what texel frames are made of
+  V3f position{0, 0, 0};       ///< mm, in the cell (0 <= x < period.x, 0 <= y < period.y)
+  V3f face_normal{0, 0, 1};    ///< of the triangle: what light transport uses
+  V3f vertex_normal{0, 0, 1};  ///< interpolated over the triangle: what texel frames are made of
   V3f albedo{0, 0, 0};
 };
 
@@ -34,8 +34,8 @@ class RayScene {
   /// First surface along the ray from `origin` (anywhere; mm) in unit `direction`; false where there is none.
   bool trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const;
 
-  /// Whether anything lies between a surface point (moved off the surface along its face normal) and the sky or
-  /// the void in unit `direction`.
+  /// Whether anything lies between a surface point (moved off the surface along its face normal) and the sky
+  /// or the void in unit `direction`.
   bool occluded(const SurfacePoint& point, const V3f& direction) const;
 
   /// The origin of a ray that leaves the surface at this point.

@@ -14,11 +14,11 @@ struct LevelComparison {
   int level = 0;
   int width = 0;
   int height = 0;
-  double psnr = 0;           ///< dB; peak: the truth's 99.9th percentile at level 0, one for all levels
-  double relative_l2 = 0;    ///< sqrt(sum (fit - truth)^2 / sum truth^2)
-  double mean_error = 0;     ///< mean of fit - truth, as a share of the mean truth
-  double alpha_rms = 0;      ///< root mean square error of alpha
-  double noise_psnr = 0;     ///< dB, the truth's own sampling noise against the same peak
+  double psnr = 0;         ///< dB; peak: the truth's 99.9th percentile at level 0, one for all levels
+  double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2)
+  double mean_error = 0;   ///< mean of fit - truth, as a share of the mean truth
+  double alpha_rms = 0;    ///< root mean square error of alpha
+  double noise_psnr = 0;   ///< dB, the truth's own sampling noise against the same peak
 };
 
 struct Comparison {

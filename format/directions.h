@@ -22,7 +22,8 @@ struct DirectionGrid {
   bool operator==(const DirectionGrid&) const = default;
 };
 
-/// The most nearly square grid with exactly `count` cells (columns <= rows): 64 -> 8x8, 128 -> 8x16, 7 -> 1x7.
+/// The most nearly square grid with exactly `count` cells (columns <= rows): 64 -> 8x8, 128 -> 8x16, 7 ->
+/// 1x7.
 DirectionGrid grid_of(int count);
 
 /// Unit square -> unit hemisphere, area preserving up to the factor 2 pi. Centre -> (0, 0, 1).

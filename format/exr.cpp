@@ -107,9 +107,10 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
       for (std::size_t i = 0; i < plane.size(); ++i) {
         if (std::abs(plane[i]) > largest_half || std::isnan(plane[i])) {
           const auto width = static_cast<std::size_t>(pixels.width);
-          return fail(Code::fabric_not_finite, file,
-                      fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % width, i / width),
-                      fmt::format("{} does not fit into half precision", plane[i]));
+          return fail(
+              Code::fabric_not_finite, file,
+              fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % width, i / width),
+              fmt::format("{} does not fit into half precision", plane[i]));
         }
         stored.halves[c][i] = Imath::half(plane[i]);
       }
@@ -136,7 +137,9 @@ class MemoryStream : public Imf::IStream {
     return position_ < bytes_.size();
   }
   std::uint64_t tellg() override { return position_; }
-  void seekg(std::uint64_t position) override { position_ = std::min<std::uint64_t>(position, bytes_.size()); }
+  void seekg(std::uint64_t position) override {
+    position_ = std::min<std::uint64_t>(position, bytes_.size());
+  }
 
  private:
   std::span<const std::uint8_t> bytes_;
@@ -383,8 +386,8 @@ Result<ExrPixels> ExrReader::read_rows(int part_index, int first, int count) {
     in.setFrameBuffer(frame_buffer_of(part, pixels, first));
     in.readPixels(first, first + count - 1);
   } catch (const std::exception& e) {
-    return fail(Code::file_damaged, state_->name, fmt::format("{}/rows {}-{}", part.name, first, first + count - 1),
-                e.what());
+    return fail(Code::file_damaged, state_->name,
+                fmt::format("{}/rows {}-{}", part.name, first, first + count - 1), e.what());
   }
   return pixels;
 }

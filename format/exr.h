@@ -70,8 +70,8 @@ class ExrWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Reads headers at once and pixels on demand. Rejects deep parts, sub-sampled channels, unsigned channels and
-/// other level modes than one level or mip maps rounded down.
+/// Reads headers at once and pixels on demand. Rejects deep parts, sub-sampled channels, unsigned channels
+/// and other level modes than one level or mip maps rounded down.
 class ExrReader {
  public:
   static Result<ExrReader> open(const std::string& path, const ExrLimits& limits = {});

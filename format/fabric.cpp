@@ -78,7 +78,8 @@ Result<void> validate_tables(const FabricLevel& level, int k, std::size_t views)
     if (level.opacity->opacity.size() != entries) return broken(k, "opacity", "wrong number of values");
     for (std::size_t i = 0; i < entries; ++i) {
       const float a = level.opacity->opacity[i];
-      if (!(a >= 0 && a <= 1)) return not_finite(k, "opacity", i / views, level, "value is outside of [0, 1]");
+      if (!(a >= 0 && a <= 1))
+        return not_finite(k, "opacity", i / views, level, "value is outside of [0, 1]");
     }
   }
   return {};
@@ -113,9 +114,9 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   const DirectionGrid& views = fabric.views;
   if (views.columns < 1 || views.rows < 1 || views.columns > limits.directions ||
       views.rows > limits.directions / views.columns) {
-    return fail(Code::fabric_malformed, {}, "views",
-                fmt::format("{}x{} directions; 1 to {} are allowed", views.columns, views.rows,
-                            limits.directions));
+    return fail(
+        Code::fabric_malformed, {}, "views",
+        fmt::format("{}x{} directions; 1 to {} are allowed", views.columns, views.rows, limits.directions));
   }
   const FabricLevel& base = fabric.levels.front();
   if (base.width < 1 || base.height < 1 || base.width > limits.texels_per_side ||

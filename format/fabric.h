@@ -64,7 +64,8 @@ struct Fabric {
   float thickness_mm = 0;      ///< mm; height of the cell's bounding box
   DirectionGrid views;         ///< layout of the view table and of opacity
   std::string provenance;      ///< JSON object: options, seed, software; "{}" where nothing is known
-  std::vector<FabricLevel> levels;  ///< level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete
+  std::vector<FabricLevel>
+      levels;  ///< level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete
 };
 
 /// Stated limits of a fabric; beyond them a file is refused before anything is allocated.

@@ -25,7 +25,8 @@ struct PartData {
 
 ExrPixels blank(const FabricLevel& level, std::size_t channels) {
   return {level.width, level.height,
-          std::vector<std::vector<float>>(channels, std::vector<float>(static_cast<std::size_t>(level.texels())))};
+          std::vector<std::vector<float>>(channels,
+                                          std::vector<float>(static_cast<std::size_t>(level.texels())))};
 }
 
 ExrPart data_part(const Fabric& fabric, const char* name) {
@@ -78,7 +79,8 @@ std::vector<ExrChannel> frame_channels(bool half) {
 /// Fills a part level by level. `values(level)` gives the layer's values of one level texel by texel
 /// (texel-major, channels in the part's order), or nothing where the level has no such layer.
 template <class Values>
-PartData collect(const Fabric& fabric, const char* name, std::vector<ExrChannel> channels, const Values& values) {
+PartData collect(const Fabric& fabric, const char* name, std::vector<ExrChannel> channels,
+                 const Values& values) {
   PartData data;
   data.part = data_part(fabric, name);
   data.part.channels = std::move(channels);
@@ -89,7 +91,8 @@ PartData collect(const Fabric& fabric, const char* name, std::vector<ExrChannel>
     size.height = level_size(data.part.height, k);
     ExrPixels pixels = blank(size, count);
     const bool exists = k < static_cast<int>(fabric.levels.size());
-    const std::vector<float> flat = exists ? values(fabric.levels[static_cast<std::size_t>(k)]) : std::vector<float>();
+    const std::vector<float> flat =
+        exists ? values(fabric.levels[static_cast<std::size_t>(k)]) : std::vector<float>();
     if (!flat.empty()) {
       data.present.push_back(k);
       for (std::size_t texel = 0; texel * count < flat.size(); ++texel) {
@@ -145,9 +148,10 @@ Result<std::vector<PartData>> data_parts(const Fabric& fabric, const FabricWrite
   parts.push_back(collect(fabric, names::part_frame, frame_channels(half), [](const FabricLevel& level) {
     return level.frame ? flatten(*level.frame) : std::vector<float>();
   }));
-  parts.push_back(collect(fabric, names::part_table, table_channels(views, half), [](const FabricLevel& level) {
-    return level.view_table ? flatten(level.view_table->colour) : std::vector<float>();
-  }));
+  parts.push_back(
+      collect(fabric, names::part_table, table_channels(views, half), [](const FabricLevel& level) {
+        return level.view_table ? flatten(level.view_table->colour) : std::vector<float>();
+      }));
   parts.push_back(
       collect(fabric, names::part_opacity, opacity_channels(views, half), [](const FabricLevel& level) {
         return level.opacity ? level.opacity->opacity : std::vector<float>();
@@ -173,7 +177,8 @@ PartData preview_of(const Fabric& fabric) {
       const Shading s = evaluate(fabric, 0, x, y, light, {0, 0, 1});
       const V3f colour = s.radiance * (s.alpha * std::numbers::pi_v<float>);
       const auto i = static_cast<std::size_t>(y * level.width + x);
-      for (std::size_t c = 0; c < 3; ++c) pixels.planes[c][i] = std::min(colour[static_cast<int>(c)], 1000.0F);
+      for (std::size_t c = 0; c < 3; ++c)
+        pixels.planes[c][i] = std::min(colour[static_cast<int>(c)], 1000.0F);
       pixels.planes[3][i] = s.alpha;
     }
   }
@@ -228,7 +233,9 @@ std::string attribute_text(const Fabric& fabric, const std::vector<PartData>& pa
       {"referenceHeight", fabric.reference_height},
       {"thickness", fabric.thickness_mm},
       {"views",
-       {{"layout", names::layout_equal_area}, {"columns", fabric.views.columns}, {"rows", fabric.views.rows}}},
+       {{"layout", names::layout_equal_area},
+        {"columns", fabric.views.columns},
+        {"rows", fabric.views.rows}}},
       {"layers", layers},
       {"digests", digests},
       {"provenance", provenance_of(fabric)},
@@ -306,7 +313,8 @@ Result<json> fabric_json(const ExrReader& reader) {
   return parsed;
 }
 
-Result<int> whole_number(const json& object, const char* pointer, int least, int most, const std::string& file) {
+Result<int> whole_number(const json& object, const char* pointer, int least, int most,
+                         const std::string& file) {
   const json::json_pointer where(pointer);
   if (!object.contains(where) || !object[where].is_number_integer()) {
     return malformed(file, pointer, "is not a whole number");
@@ -320,7 +328,8 @@ Result<int> whole_number(const json& object, const char* pointer, int least, int
 
 Result<float> number(const json& object, const char* pointer, const std::string& file) {
   const json::json_pointer where(pointer);
-  if (!object.contains(where) || !object[where].is_number()) return malformed(file, pointer, "is not a number");
+  if (!object.contains(where) || !object[where].is_number())
+    return malformed(file, pointer, "is not a number");
   return object[where].get<float>();
 }
 
@@ -339,10 +348,12 @@ Result<std::vector<float>> read_layer(ExrReader& reader, const json& header, int
   const std::size_t texels = pixels->planes.empty() ? 0 : pixels->planes.front().size();
   std::vector<float> flat(texels * expected.size());
   for (std::size_t c = 0; c < expected.size(); ++c) {
-    const auto found = std::find_if(part.channels.begin(), part.channels.end(),
-                                    [&](const ExrChannel& channel) { return channel.name == expected[c].name; });
+    const auto found =
+        std::find_if(part.channels.begin(), part.channels.end(),
+                     [&](const ExrChannel& channel) { return channel.name == expected[c].name; });
     if (found == part.channels.end()) {
-      return malformed(reader.name(), fmt::format("{}/{}", part.name, expected[c].name), "channel is missing");
+      return malformed(reader.name(), fmt::format("{}/{}", part.name, expected[c].name),
+                       "channel is missing");
     }
     const std::vector<float>& plane = pixels->planes[static_cast<std::size_t>(found - part.channels.begin())];
     for (std::size_t texel = 0; texel < texels; ++texel) flat[texel * expected.size() + c] = plane[texel];

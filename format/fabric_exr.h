@@ -10,13 +10,14 @@
 namespace selvedge {
 
 struct FabricWriteOptions {
-  bool half_lobes = false;  ///< under a large exponent half precision ruins a lobe: 32 bits by default
+  bool half_lobes = false;    ///< under a large exponent half precision ruins a lobe: 32 bits by default
   bool float_tables = false;  ///< view table, opacity and frames in 32 bits instead of 16
 };
 
 /// Writes atomically. Same fabric and options, same bytes. Refuses an invalid fabric and values that do not
 /// fit into the chosen precision.
-Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options = {});
+Result<void> write_fabric(const std::string& path, const Fabric& fabric,
+                          const FabricWriteOptions& options = {});
 
 /// Reads all levels and layers, verifies every digest and validates every value.
 Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits = {});

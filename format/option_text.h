@@ -7,7 +7,8 @@
 
 namespace selvedge {
 
-/// Numbers separated by `separator`, from `least` to `most` of them, all finite; nothing where the text is not that.
+/// Numbers separated by `separator`, from `least` to `most` of them, all finite; nothing where the text is
+/// not that.
 std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator, std::size_t least,
                                                  std::size_t most);
 

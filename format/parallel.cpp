@@ -33,9 +33,12 @@ int thread_count() {
 
 void parallel_for(int begin, int end, const std::function<void(int)>& body) {
   // The simple partitioner keeps the split of the work free of timing.
-  tbb::parallel_for(tbb::blocked_range<int>(begin, end, 1), [&](const tbb::blocked_range<int>& range) {
-    for (int i = range.begin(); i != range.end(); ++i) body(i);
-  }, tbb::simple_partitioner());
+  tbb::parallel_for(
+      tbb::blocked_range<int>(begin, end, 1),
+      [&](const tbb::blocked_range<int>& range) {
+        for (int i = range.begin(); i != range.end(); ++i) body(i);
+      },
+      tbb::simple_partitioner());
 }
 
 }  // namespace selvedge

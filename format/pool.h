@@ -1,7 +1,7 @@
 // The next coarser mip level's data, pooled from the finer one's (Daubert et al. 2001, section 5.1).
 //
-// A coarse texel of floor(w/2) x floor(h/2) covers an equal share of the cell; a fine texel counts by the area
-// that the two overlap in, which also settles odd sizes. Opacity is the plain area mean; radiance and
+// A coarse texel of floor(w/2) x floor(h/2) covers an equal share of the cell; a fine texel counts by the
+// area that the two overlap in, which also settles odd sizes. Opacity is the plain area mean; radiance and
 // normals are weighted by opacity as well, so that holes count for nothing.
 #pragma once
 

@@ -10,8 +10,8 @@ namespace selvedge {
 /// Called with the finished fraction in [0, 1], from one thread at a time; may be empty.
 using Progress = std::function<void(double)>;
 
-/// A line on standard error with percentage, elapsed and estimated remaining time, only where standard error is
-/// a terminal and `quiet` is false. The line is wiped when the object goes.
+/// A line on standard error with percentage, elapsed and estimated remaining time, only where standard error
+/// is a terminal and `quiet` is false. The line is wiped when the object goes.
 class TerminalProgress {
  public:
   TerminalProgress(std::string label, bool quiet);

@@ -13,7 +13,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out, names::part_rim};
+constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out,
+                                                names::part_rim};
 constexpr int samples_version = 1;
 
 std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
@@ -167,7 +168,8 @@ DirectionGrid grid_from(const json& grid, const std::string& name) {
   DirectionGrid result{grid.at("columns").get<int>(), grid.at("rows").get<int>()};
   constexpr int limit = 4096;
   if (grid.at("layout") != names::layout_equal_area) throw std::runtime_error(name + ": unknown layout");
-  if (result.columns < 1 || result.rows < 1 || result.columns > limit || result.rows > limit / result.columns) {
+  if (result.columns < 1 || result.rows < 1 || result.columns > limit ||
+      result.rows > limit / result.columns) {
     throw std::runtime_error(fmt::format("{}: not 1 to {} directions", name, limit));
   }
   return result;
@@ -205,7 +207,8 @@ Result<int> part_index(const ExrReader& reader, const char* name, int width, int
   if (index < 0) return malformed(reader.name(), name, "the part is missing");
   const ExrPart& part = reader.parts()[static_cast<std::size_t>(index)];
   if (part.mipmapped || part.width != width || part.height != height) {
-    return malformed(reader.name(), name, fmt::format("is not a scanline part of {}x{} pixels", width, height));
+    return malformed(reader.name(), name,
+                     fmt::format("is not a scanline part of {}x{} pixels", width, height));
   }
   if (part.channels.size() != channels.size()) return malformed(reader.name(), name, "has other channels");
   return index;
@@ -213,7 +216,8 @@ Result<int> part_index(const ExrReader& reader, const char* name, int width, int
 
 /// Planes by the wanted channel order instead of the file's alphabetical one.
 Result<std::vector<std::vector<float>>> ordered(const ExrPart& part, ExrPixels pixels,
-                                                const std::vector<ExrChannel>& wanted, const std::string& file) {
+                                                const std::vector<ExrChannel>& wanted,
+                                                const std::string& file) {
   std::vector<std::vector<float>> planes;
   for (const ExrChannel& channel : wanted) {
     std::size_t found = 0;
@@ -329,7 +333,8 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   for (std::size_t i = 0; i < p[0].size(); ++i) {
     for (std::size_t c = 0; c < 4; ++c) {
       if (!is_sample(p[c][i])) return bad_sample(reader_.name(), name, i % width, i / width, p[c][i]);
-      if (!std::isfinite(p[c + 4][i])) return bad_sample(reader_.name(), name, i % width, i / width, p[c + 4][i]);
+      if (!std::isfinite(p[c + 4][i]))
+        return bad_sample(reader_.name(), name, i % width, i / width, p[c + 4][i]);
     }
     samples.radiance.emplace_back(p[0][i], p[1][i], p[2][i]);
     samples.noise.emplace_back(p[4][i], p[5][i], p[6][i]);

@@ -19,7 +19,8 @@ namespace selvedge {
 /// Random pairs of directions with the truth for each: the validation set, by which things may be chosen;
 /// the held-out set, by which they are only judged; the rim, judged apart.
 enum class PairKind { validation, held_out, rim };
-inline constexpr std::array<PairKind, 3> all_pair_kinds{PairKind::validation, PairKind::held_out, PairKind::rim};
+inline constexpr std::array<PairKind, 3> all_pair_kinds{PairKind::validation, PairKind::held_out,
+                                                        PairKind::rim};
 
 /// As the part of the file is called: "validation", "held-out", "rim".
 const char* name_of(PairKind kind);
@@ -32,8 +33,8 @@ struct SamplesHeader {
   float thickness_mm = 0;      ///< mm, height of the cell's bounding box
   DirectionGrid views;
   DirectionGrid lights;
-  int samples_per_texel = 0;  ///< rays per texel and view
-  int truth_samples = 0;      ///< rays per texel of the pair sets
+  int samples_per_texel = 0;                        ///< rays per texel and view
+  int truth_samples = 0;                            ///< rays per texel of the pair sets
   std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
   std::string provenance = "{}";                    ///< JSON object
 
@@ -42,17 +43,17 @@ struct SamplesHeader {
 
 /// Everything seen from one view. Index of a texel as in fabric.h.
 struct ViewSamples {
-  std::vector<float> alpha;     ///< [texel], share of the rays that met yarn
-  std::vector<V3f> normal;      ///< [texel], mean of the visible normals, not normalised; 0 in a hole
-  std::vector<V3f> radiance;    ///< [light * texels + texel]
+  std::vector<float> alpha;   ///< [texel], share of the rays that met yarn
+  std::vector<V3f> normal;    ///< [texel], mean of the visible normals, not normalised; 0 in a hole
+  std::vector<V3f> radiance;  ///< [light * texels + texel]
 };
 
 /// The truth of one set of pairs.
 struct PairSamples {
   std::vector<DirectionPair> pairs;
-  std::vector<float> alpha;       ///< [pair * texels + texel]
-  std::vector<V3f> radiance;      ///< [pair * texels + texel]
-  std::vector<V3f> noise;         ///< half the difference of alpha * radiance between two independent halves
+  std::vector<float> alpha;        ///< [pair * texels + texel]
+  std::vector<V3f> radiance;       ///< [pair * texels + texel]
+  std::vector<V3f> noise;          ///< half the difference of alpha * radiance between two independent halves
   std::vector<float> alpha_noise;  ///< the same of alpha
 };
 

@@ -8,30 +8,20 @@
 #include <numbers>
 #include <string_view>
 
+#include "format/option_text.h"
+
 namespace selvedge {
 namespace {
 
-/// Numbers separated by `separator`, `least` to `most` of them, all finite; empty where the text is not that.
-std::vector<double> numbers_of(const std::string& text, char separator, std::size_t least, std::size_t most) {
-  std::vector<double> numbers;
-  for (const std::string& item : CLI::detail::split(text, separator)) {
-    double value = 0;
-    if (!CLI::detail::lexical_cast(item, value) || !std::isfinite(value)) return {};
-    numbers.push_back(value);
-  }
-  if (numbers.size() < least || numbers.size() > most) return {};
-  return numbers;
-}
-
 std::vector<double> checked(const std::string& option, const std::string& text, char separator,
                             std::size_t least, std::size_t most) {
-  const std::vector<double> numbers = numbers_of(text, separator, least, most);
-  if (numbers.empty())
+  const auto numbers = parse_numbers(text, separator, least, most);
+  if (!numbers)
     throw CLI::ValidationError(
         option, fmt::format("\"{}\" is not {} numbers separated by '{}'", text,
                             least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most),
                             separator));
-  return numbers;
+  return *numbers;
 }
 
 V3d vector_of(const std::vector<double>& n) { return {n[0], n[1], n[2]}; }

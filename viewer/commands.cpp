@@ -20,7 +20,7 @@
 namespace selvedge {
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
@@ -101,8 +101,10 @@ Result<void> write(const RenderCommand& command, const Frame& frame, const std::
 }
 
 json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& stats) {
-  return {{"report", 1},
-          {"program", "selvedge-view " SELVEDGE_VERSION},
+  return {{"program", "selvedge-view"},
+          {"version", SELVEDGE_VERSION},
+          {"report", 1},
+          {"verb", "render"},
           {"input", command.input},
           {"outputs", command.outputs},
           {"width", shot.options.width},
@@ -129,6 +131,8 @@ int run(const RenderCommand& command) {
   for (const std::string& path : command.outputs) {
     if (!ends_with(path, ".png") && !ends_with(path, ".exr"))
       return report({Code::option_out_of_range, path, "--output", "the name must end in .png or .exr"});
+    // Said before the work, and before another picture is written.
+    if (const auto writable = AtomicFile::create(path); !writable) return report(writable.error());
   }
   set_threads(command.threads);
   // Mesa's rasteriser has threads of its own; whoever set their number already knows better.
@@ -176,7 +180,10 @@ int run(const CompareCommand& command) {
   }
   const ImageDifference& d = *difference;
   if (command.json) {
-    const json all = {{"report", 1},
+    const json all = {{"program", "selvedge-view"},
+                      {"version", SELVEDGE_VERSION},
+                      {"report", 1},
+                      {"verb", "compare"},
                       {"max_absolute", std::isfinite(d.max_absolute) ? json(d.max_absolute) : json(nullptr)},
                       {"x", d.x},
                       {"y", d.y},

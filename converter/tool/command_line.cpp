@@ -11,17 +11,19 @@
 namespace selvedge {
 namespace {
 
-std::vector<double> numbers(const std::string& option, const std::string& text, char separator, std::size_t least,
-                            std::size_t most, const char* example) {
+std::vector<double> numbers(const std::string& option, const std::string& text, char separator,
+                            std::size_t least, std::size_t most, const char* example) {
   const auto parsed = parse_numbers(text, separator, least, most);
   if (!parsed) throw CLI::ValidationError(option, fmt::format("\"{}\" is not of the form {}", text, example));
   return *parsed;
 }
 
 /// An option whose text becomes a value while parsing.
-CLI::Option* add_text(CLI::App& app, const std::string& name, const std::string& form, const std::string& help,
-                      std::function<void(const std::string&)> take) {
-  return app.add_option_function<std::string>(name, [take = std::move(take)](const std::string& t) { take(t); }, help)
+CLI::Option* add_text(CLI::App& app, const std::string& name, const std::string& form,
+                      const std::string& help, std::function<void(const std::string&)> take) {
+  return app
+      .add_option_function<std::string>(
+          name, [take = std::move(take)](const std::string& t) { take(t); }, help)
       ->type_name(form);
 }
 
@@ -39,38 +41,44 @@ void add_output(CLI::App& app, std::string& output, const char* what, bool requi
 }
 
 void add_cell(CLI::App& app, std::string& input, MeshOptions& mesh, MeshImportOptions& import) {
-  app.add_option("input", input,
-                 "A built-in stitch (selvedge stitch --list), a stitch description (.json), or a mesh (.obj .ply "
-                 ".stl .off)")
-      ->type_name("STITCH")->required();
+  app.add_option(
+         "input", input,
+         "A built-in stitch (selvedge stitch --list), a stitch description (.json), or a mesh (.obj .ply "
+         ".stl .off)")
+      ->type_name("STITCH")
+      ->required();
   app.add_option("--grid", mesh.cells_across, "Stitches: marching cubes along the longer period")
-      ->type_name("N")->capture_default_str();
+      ->type_name("N")
+      ->capture_default_str();
   const char* group = "Meshes from files";
-  add_text(app, "--period", "WxH", "Size of one repeat, mm, such as 5x4",
-           [&import](const std::string& t) {
-             const auto n = numbers("--period", t, 'x', 2, 2, "5x4");
-             import.period = V2d(n[0], n[1]);
-           })->group(group);
-  app.add_option("--unit", import.scale_to_mm, "Millimetres per unit of the file")->type_name("MM")
-      ->capture_default_str()->group(group);
+  add_text(app, "--period", "WxH", "Size of one repeat, mm, such as 5x4", [&import](const std::string& t) {
+    const auto n = numbers("--period", t, 'x', 2, 2, "5x4");
+    import.period = V2d(n[0], n[1]);
+  })->group(group);
+  app.add_option("--unit", import.scale_to_mm, "Millimetres per unit of the file")
+      ->type_name("MM")
+      ->capture_default_str()
+      ->group(group);
   app.add_option("--up", import.up_axis, "The file's axis out of the cloth")
       ->transform(CLI::CheckedTransformer(std::map<std::string, UpAxis>{{"y", UpAxis::y}, {"z", UpAxis::z}}))
-      ->type_name("y|z")->default_str("z")->group(group);
+      ->type_name("y|z")
+      ->default_str("z")
+      ->group(group);
   add_text(app, "--albedo", "R,G,B", "Linear, where the file has no colours (0.5,0.5,0.5)",
            [&import](const std::string& t) {
              const auto n = numbers("--albedo", t, ',', 3, 3, "0.5,0.5,0.5");
              import.albedo = V3f(V3d(n[0], n[1], n[2]));
-           })->group(group);
+           })
+      ->group(group);
 }
 
 void add_bake(CLI::App& app, BakeOptions& bake) {
   const char* group = "Bake";
-  add_text(app, "--texels", "N|WxH", "Texels of one repeat (32x32)",
-           [&bake](const std::string& t) {
-             const auto n = numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
-             bake.width = static_cast<int>(std::clamp(n.front(), -1.0, 1e6));
-             bake.height = static_cast<int>(std::clamp(n.back(), -1.0, 1e6));
-           })->group(group);
+  add_text(app, "--texels", "N|WxH", "Texels of one repeat (32x32)", [&bake](const std::string& t) {
+    const auto n = numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
+    bake.width = static_cast<int>(std::clamp(n.front(), -1.0, 1e6));
+    bake.height = static_cast<int>(std::clamp(n.back(), -1.0, 1e6));
+  })->group(group);
   const auto add = [&](const char* name, int& value, const char* help) {
     app.add_option(name, value, help)->type_name("N")->capture_default_str()->group(group);
   };
@@ -84,22 +92,35 @@ void add_bake(CLI::App& app, BakeOptions& bake) {
   add("--truth-samples", bake.truth_samples, "Rays per texel and pair, rounded down to even");
   app.add_option("--reference-height", bake.reference_height,
                  "Height of the texels' plane above the cell's lowest point (the top face)")
-      ->type_name("MM")->group(group);
+      ->type_name("MM")
+      ->group(group);
   app.add_option("--seed", bake.seed, "Same seed, same bytes")->capture_default_str()->group(group);
 }
 
 void add_fit(CLI::App& app, FitCommand& command) {
   const char* group = "Fit";
-  app.add_option("--lobes", command.fit.lobes, "Lafortune lobes per texel")->type_name("N")->capture_default_str()
+  app.add_option("--lobes", command.fit.lobes, "Lafortune lobes per texel")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 16))
       ->group(group);
-  app.add_flag_callback("--no-table", [&command] { command.fit.view_table = false; }, "Leave the view table out")
+  app.add_flag_callback(
+         "--no-table", [&command] { command.fit.view_table = false; }, "Leave the view table out")
       ->group(group);
-  app.add_option("--rounds", command.fit.max_rounds, "At most so many turns of lobes and table")->type_name("N")
-      ->capture_default_str()->check(CLI::Range(1, 1000))->group(group);
-  app.add_option("--tolerance", command.fit.table_tolerance, "Mean change of the table that counts as converged")
-      ->capture_default_str()->check(CLI::NonNegativeNumber)->group(group);
+  app.add_option("--rounds", command.fit.max_rounds, "At most so many turns of lobes and table")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000))
+      ->group(group);
+  app.add_option("--tolerance", command.fit.table_tolerance,
+                 "Mean change of the table that counts as converged")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
   app.add_option("--damping", command.fit.damping, "Pull of the table towards 1 where the lobes are dark")
-      ->capture_default_str()->check(CLI::NonNegativeNumber)->group(group);
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
   app.add_flag("--half-lobes", command.write.half_lobes, "Lobes in 16 instead of 32 bits")->group(group);
   app.add_flag("--float-tables", command.write.float_tables, "Tables and frames in 32 instead of 16 bits")
       ->group(group);
@@ -107,8 +128,8 @@ void add_fit(CLI::App& app, FitCommand& command) {
 
 CLI::App* add_verb(CLI::App& app, const char* name, const char* what, const char* example) {
   CLI::App* verb = app.add_subcommand(name, what);
-  verb->footer(fmt::format("Example:\n  {}\n\nExit status: 0 good, 1 the input is bad or a check failed, 2 usage.",
-                           example));
+  verb->footer(fmt::format(
+      "Example:\n  {}\n\nExit status: 0 good, 1 the input is bad or a check failed, 2 usage.", example));
   return verb;
 }
 
@@ -172,22 +193,28 @@ void add_dress_verb(CLI::App& app, DressCommand& command) {
   verb->add_option("fabric", command.fabric, "The fabric file")->required()->type_name("FILE");
   add_output(*verb, command.output, "The dressed garment (.gltf .glb)");
   verb->add_option("--material", command.dress.materials, "Name of a material, or #index; may be repeated")
-      ->type_name("NAME")->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->type_name("NAME")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb->add_flag("--all", command.dress.all, "Every material");
-  add_text(*verb, "--repeats", "U,V", "Repeats per unit of the texture coordinates, instead of the physical size",
+  add_text(*verb, "--repeats", "U,V",
+           "Repeats per unit of the texture coordinates, instead of the physical size",
            [&command](const std::string& t) {
              const auto n = numbers("--repeats", t, ',', 2, 2, "100,120");
              command.dress.repeats = V2d(n[0], n[1]);
            });
-  verb->add_option("--texcoord", command.dress.tex_coord, "Set of texture coordinates")->check(CLI::Range(0, 1))
+  verb->add_option("--texcoord", command.dress.tex_coord, "Set of texture coordinates")
+      ->check(CLI::Range(0, 1))
       ->capture_default_str();
-  auto* embed = verb->add_flag_callback("--embed", [&command] { command.dress.embed = true; },
-                                        "The fabric inside of the glTF (default for .glb)");
-  verb->add_flag_callback("--external", [&command] { command.dress.embed = false; },
-                          "The fabric beside the glTF (default for .gltf)")
+  auto* embed = verb->add_flag_callback(
+      "--embed", [&command] { command.dress.embed = true; },
+      "The fabric inside of the glTF (default for .glb)");
+  verb->add_flag_callback(
+          "--external", [&command] { command.dress.embed = false; },
+          "The fabric beside the glTF (default for .gltf)")
       ->excludes(embed);
-  verb->add_flag_callback("--no-fallback", [&command] { command.dress.fallback = false; },
-                          "Leave the core material alone");
+  verb->add_flag_callback(
+      "--no-fallback", [&command] { command.dress.fallback = false; }, "Leave the core material alone");
 }
 
 void add_reading_verbs(CLI::App& app, Verbs& verbs) {
@@ -196,7 +223,8 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
   add_common(*check, verbs.check.common, false);
   check->add_option("files", verbs.check.files, "Files")->required()->type_name("FILE...");
 
-  CLI::App* info = add_verb(app, "info", "What is in a fabric, samples or glTF file", "selvedge info k.fabric.exr");
+  CLI::App* info =
+      add_verb(app, "info", "What is in a fabric, samples or glTF file", "selvedge info k.fabric.exr");
   add_common(*info, verbs.info.common, false);
   info->add_option("file", verbs.info.file, "A file")->required()->type_name("FILE");
 
@@ -205,17 +233,18 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
                                 "selvedge evaluate k.fabric.exr --texel 3,4 --light 0,0.6,0.8 --view 0,0,1");
   add_common(*evaluate, e.common, false);
   evaluate->add_option("fabric", e.fabric, "The fabric file")->required()->type_name("FILE");
-  evaluate->add_option("--level", e.level, "Mip level; with --uv a fraction blends two")->capture_default_str();
-  auto* texel = add_text(*evaluate, "--texel", "X,Y", "Texel of the level, 0,0 at the top left",
-                         [&e](const std::string& t) {
-                           const auto n = numbers("--texel", t, ',', 2, 2, "3,4");
-                           e.texel = V2i(static_cast<int>(std::clamp(n[0], -1.0, 1e9)), static_cast<int>(std::clamp(n[1], -1.0, 1e9)));
-                         });
-  add_text(*evaluate, "--uv", "U,V", "Texture coordinates; they repeat",
-           [&e](const std::string& t) {
-             const auto n = numbers("--uv", t, ',', 2, 2, "0.5,0.25");
-             e.uv = V2d(n[0], n[1]);
-           })->excludes(texel);
+  evaluate->add_option("--level", e.level, "Mip level; with --uv a fraction blends two")
+      ->capture_default_str();
+  auto* texel = add_text(
+      *evaluate, "--texel", "X,Y", "Texel of the level, 0,0 at the top left", [&e](const std::string& t) {
+        const auto n = numbers("--texel", t, ',', 2, 2, "3,4");
+        e.texel =
+            V2i(static_cast<int>(std::clamp(n[0], -1.0, 1e9)), static_cast<int>(std::clamp(n[1], -1.0, 1e9)));
+      });
+  add_text(*evaluate, "--uv", "U,V", "Texture coordinates; they repeat", [&e](const std::string& t) {
+    const auto n = numbers("--uv", t, ',', 2, 2, "0.5,0.25");
+    e.uv = V2d(n[0], n[1]);
+  })->excludes(texel);
   const auto add_direction = [&](const char* name, V3d& direction, const char* help) {
     add_text(*evaluate, name, "X,Y,Z", help, [name, &direction](const std::string& t) {
       const auto n = numbers(name, t, ',', 3, 3, "0,0.6,0.8");
@@ -230,7 +259,9 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
                                "selvedge compare k.fabric.exr k.samples.exr");
   add_common(*compare, verbs.compare.common, true);
   compare->add_option("files", verbs.compare.files, "Fabric files, then the samples file")
-      ->required()->expected(2, 1000)->type_name("FABRIC... SAMPLES");
+      ->required()
+      ->expected(2, 1000)
+      ->type_name("FABRIC... SAMPLES");
 }
 
 }  // namespace

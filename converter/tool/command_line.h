@@ -91,8 +91,8 @@ struct ExitNow {
   int status = 0;  ///< 0 after help or version, 2 after a usage error; everything has been said
 };
 
-using Command = std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand, CheckCommand,
-                             InfoCommand, EvaluateCommand, CompareCommand>;
+using Command = std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand,
+                             CheckCommand, InfoCommand, EvaluateCommand, CompareCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

@@ -20,7 +20,8 @@ Result<FileKind> kind_of(const std::string& path) {
   if (std::filesystem::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
   std::ifstream file(path, std::ios::binary);
   std::array<char, 4> start{};
-  if (!file.read(start.data(), start.size())) return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
+  if (!file.read(start.data(), start.size()))
+    return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
   const std::string_view magic(start.data(), start.size());
   if (magic == "glTF" || magic.find('{') != std::string_view::npos) return FileKind::gltf;
   if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {

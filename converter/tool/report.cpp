@@ -19,7 +19,7 @@ void report(const CommonOptions& common, const char* verb, const Json& json, con
   if (common.json) {
     Json whole = {{"program", "selvedge"}, {"version", SELVEDGE_VERSION}, {"report", 1}, {"verb", verb}};
     whole.update(json);
-    fmt::print("{}\n", whole.dump(2));
+    fmt::print("{}\n", whole.dump(2, ' ', false, Json::error_handler_t::replace));
   } else if (!common.quiet) {
     fmt::print("{}", text);
   }

@@ -144,7 +144,7 @@ int run(const InfoCommand& command) {
                      {"kind", name_of(*kind)},
                      {"bytes", size_of_file(command.file)},
                      {"content", *info}};
-  report(command.common, "info", json, json.dump(2) + "\n");
+  report(command.common, "info", json, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   return 0;
 }
 

@@ -21,9 +21,11 @@ int run(const DressCommand& command) {
                          {"metresPerUv", {m.metres_per_uv.x, m.metres_per_uv.y}},
                          {"repeats", {m.repeats.x, m.repeats.y}},
                          {"spread", {m.spread.x, m.spread.y}}});
-    text += fmt::format("#{} {}: {} primitives, {:.4g} x {:.4g} m per unit of uv, {:.5g} x {:.5g} repeats, spread {:.1f} % x {:.1f} %\n",
-                        m.index, m.name, m.primitives, m.metres_per_uv.x, m.metres_per_uv.y, m.repeats.x,
-                        m.repeats.y, 100 * m.spread.x, 100 * m.spread.y);
+    text += fmt::format(
+        "#{} {}: {} primitives, {:.4g} x {:.4g} m per unit of uv, {:.5g} x {:.5g} repeats, spread {:.1f} % x "
+        "{:.1f} %\n",
+        m.index, m.name, m.primitives, m.metres_per_uv.x, m.metres_per_uv.y, m.repeats.x, m.repeats.y,
+        100 * m.spread.x, 100 * m.spread.y);
   }
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
                       dressed->embedded ? "embedded" : "beside", dressed->tangents_added, command.output,

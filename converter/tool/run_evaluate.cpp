@@ -11,8 +11,10 @@ namespace {
 
 Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
-/// The level and texel that were asked for must exist; texture coordinates repeat and levels between are blended.
-Result<Shading> shading_at(const Fabric& fabric, const EvaluateCommand& command, const V3f& light, const V3f& view) {
+/// The level and texel that were asked for must exist; texture coordinates repeat and levels between are
+/// blended.
+Result<Shading> shading_at(const Fabric& fabric, const EvaluateCommand& command, const V3f& light,
+                           const V3f& view) {
   const int levels = static_cast<int>(fabric.levels.size());
   if (!(command.level >= 0 && command.level <= levels - 1)) {
     return fail(Code::option_out_of_range, command.fabric, "--level",
@@ -24,7 +26,8 @@ Result<Shading> shading_at(const Fabric& fabric, const EvaluateCommand& command,
   if (level != command.level) {
     return fail(Code::option_out_of_range, command.fabric, "--level", "a texel is of one whole level");
   }
-  if (command.texel->x < 0 || command.texel->y < 0 || command.texel->x >= of.width || command.texel->y >= of.height) {
+  if (command.texel->x < 0 || command.texel->y < 0 || command.texel->x >= of.width ||
+      command.texel->y >= of.height) {
     return fail(Code::option_out_of_range, command.fabric, "--texel",
                 fmt::format("level {} has {}x{} texels", level, of.width, of.height));
   }

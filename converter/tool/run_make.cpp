@@ -20,7 +20,9 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
                            {"stitch", std::filesystem::path(command.input).filename().string()},
                            {"vertices", mesh->positions.size()},
                            {"triangles", mesh->triangles.size()}};
-  return bake(*mesh, command.input, command.bake, provenance.dump(), command.output, progress.callback());
+  return bake(*mesh, command.input, command.bake,
+              provenance.dump(-1, ' ', false, Json::error_handler_t::replace), command.output,
+              progress.callback());
 }
 
 Json bake_json(const BakeReport& r, const std::string& output) {
@@ -32,21 +34,29 @@ Json bake_json(const BakeReport& r, const std::string& output) {
           {"coverage", r.coverage}};
 }
 
+/// Without an output nothing is said of it.
 std::string bake_text(const BakeReport& r, const std::string& output) {
-  return fmt::format("baked in {:.1f} s, {:.1f} million rays ({:.1f} million/s), {:.1f} % yarn -> {} ({} bytes)\n",
+  return fmt::format("baked in {:.1f} s, {:.1f} million rays ({:.1f} million/s), {:.1f} % yarn{}\n",
                      r.seconds, static_cast<double>(r.rays) * 1e-6,
-                     static_cast<double>(r.rays) * 1e-6 / r.seconds, 100 * r.coverage, output,
-                     size_of_file(output));
+                     static_cast<double>(r.rays) * 1e-6 / r.seconds, 100 * r.coverage,
+                     output.empty() ? "" : fmt::format(" -> {} ({} bytes)", output, size_of_file(output)));
 }
 
 Result<FitResult> fit_file(const std::string& samples, const FitCommand& command) {
+  // Said before the work, not after it.
+  if (const auto writable = AtomicFile::create(command.output); !writable) {
+    return tl::unexpected(writable.error());
+  }
   auto reader = SamplesReader::open(samples);
   if (!reader) return tl::unexpected(reader.error());
   auto level = reader->read_level();
   if (!level) return tl::unexpected(level.error());
   TerminalProgress progress("fit", command.common.quiet);
   auto result = fit(std::move(*level), reader->header(), command.fit, progress.callback());
-  if (!result) return result;
+  if (!result) {
+    result.error().file = samples;
+    return result;
+  }
   if (auto ok = write_fabric(command.output, result->fabric, command.write); !ok) {
     return tl::unexpected(ok.error());
   }
@@ -69,8 +79,9 @@ std::string fit_text(const FitResult& r, const std::string& output) {
   std::string text = "level  texels   training error  rounds  not converged  seconds\n";
   for (std::size_t k = 0; k < r.levels.size(); ++k) {
     const FitLevelReport& l = r.levels[k];
-    text += fmt::format("{:5}  {:>7}  {:14.4f}  {:6.1f}  {:13}  {:7.2f}\n", k, fmt::format("{}x{}", l.width, l.height),
-                        l.training_error, l.mean_rounds, l.unconverged, l.seconds);
+    text += fmt::format("{:5}  {:>7}  {:14.4f}  {:6.1f}  {:13}  {:7.2f}\n", k,
+                        fmt::format("{}x{}", l.width, l.height), l.training_error, l.mean_rounds,
+                        l.unconverged, l.seconds);
   }
   return text + fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", r.seconds, output, size_of_file(output));
 }
@@ -96,16 +107,17 @@ int run(const FitCommand& command) {
 int run(const MakeCommand& command) {
   apply(command.fit.common);
   // The samples pass through a file, as they do between the single verbs; without --keep-samples through one
-  // that is gone afterwards, whatever happens.
-  auto passing = AtomicFile::create(command.fit.output + ".samples.exr");
+  // beside the fabric that is gone afterwards, whatever happens.
+  auto passing = AtomicFile::create(command.fit.output);
   if (!passing) return report_error(passing.error());
   BakeCommand bake_command = command.bake;
   const bool keep = !bake_command.output.empty();
   if (!keep) bake_command.output = passing->temporary();
   const auto baked = bake_cell(bake_command, command.fit.common);
   if (!baked) return report_error(baked.error());
-  const Json bake_report = bake_json(*baked, bake_command.output);
-  const std::string bake_line = bake_text(*baked, bake_command.output);
+  Json bake_report = bake_json(*baked, bake_command.output);
+  if (!keep) bake_report.erase("output");
+  const std::string bake_line = bake_text(*baked, keep ? bake_command.output : "");
   const auto fitted = fit_file(bake_command.output, command.fit);
   if (!fitted) return report_error(fitted.error());
   report(command.fit.common, "make", {{"bake", bake_report}, {"fit", fit_json(*fitted, command.fit.output)}},

@@ -109,7 +109,8 @@ TEST_CASE("holes are where there is no yarn, and radiance is not multiplied by o
     CHECK(std::abs(static_cast<double>(b.level.alpha[texel]) - expected) <= (x == 4 ? 1.0 / 9 + 1e-6 : 0));
     for (std::size_t l = 0; l < lights.size(); ++l) {
       const double radiance = x <= 4 ? static_cast<double>(lights[l].z) / pi : 0;
-      CHECK(static_cast<double>(b.level.radiance[texel * lights.size() + l].x) == doctest::Approx(radiance).epsilon(1e-3));
+      CHECK(static_cast<double>(b.level.radiance[texel * lights.size() + l].x) ==
+            doctest::Approx(radiance).epsilon(1e-3));
     }
   }
 }
@@ -136,7 +137,8 @@ TEST_CASE("a fence casts its shadow over as many neighbours as the light is low"
         const bool to = dark(period * static_cast<double>(x + 1) / 8 - 1e-6);
         if (from != to) continue;  // the shadow's edge lies within the texel
         const double expected = from ? 0 : static_cast<double>(lights[l].z) / pi;
-        CHECK(static_cast<double>(b.level.radiance[x * lights.size() + l].x) == doctest::Approx(expected).epsilon(1e-3));
+        CHECK(static_cast<double>(b.level.radiance[x * lights.size() + l].x) ==
+              doctest::Approx(expected).epsilon(1e-3));
         ++checked;
       }
     }
@@ -145,8 +147,8 @@ TEST_CASE("a fence casts its shadow over as many neighbours as the light is low"
 }
 
 TEST_CASE("a white fence under a white sky is white") {
-  // Energy balance: uniform radiance 1 from the upper hemisphere, albedo 1 everywhere, the floor closes the cell
-  // below: every point sends out 1. Quadrature by 256 lights and 32 bounces in a low fence.
+  // Energy balance: uniform radiance 1 from the upper hemisphere, albedo 1 everywhere, the floor closes the
+  // cell below: every point sends out 1. Quadrature by 256 lights and 32 bounces in a low fence.
   BakeOptions o = small_bake();
   o.views = 4;
   o.lights = 256;
@@ -163,12 +165,14 @@ TEST_CASE("a white fence under a white sky is white") {
   const std::size_t entries = level->alpha.size();
   for (std::size_t e = 0; e < entries; ++e) {
     double radiance = 0;
-    for (std::size_t l = 0; l < 256; ++l) radiance += static_cast<double>(level->radiance[e * 256 + l].x) * 2 * pi / 256;
+    for (std::size_t l = 0; l < 256; ++l)
+      radiance += static_cast<double>(level->radiance[e * 256 + l].x) * 2 * pi / 256;
     sum += radiance / static_cast<double>(entries);
     worst = std::max(worst, std::abs(radiance - 1));
   }
-  // 128 estimates of 64 paths each, standard deviation of a path below 0.5: mean to 0.0055, each to 0.0625; bounds
-  // are 4 of them, and the midpoint rule's own error is below 1 % (it is exact for the plane, mean z = 1/2).
+  // 128 estimates of 64 paths each, standard deviation of a path below 0.5: mean to 0.0055, each to 0.0625;
+  // bounds are 4 of them, and the midpoint rule's own error is below 1 % (it is exact for the plane, mean z =
+  // 1/2).
   CHECK(std::abs(sum - 1) < 0.01 + 4 * 0.0055);
   CHECK(worst < 0.01 + 4 * 0.0625);
 }

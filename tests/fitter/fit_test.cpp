@@ -58,7 +58,8 @@ double error_against(const Fabric& fabric, const Radiance& radiance) {
   double energy = 0;
   for (const DirectionPair& pair : random_pairs(500, 0.15, 77)) {
     const V3f truth = radiance(0, pair.light, pair.view);
-    error += static_cast<double>((evaluate(fabric, 0, 0, 0, pair.light, pair.view).radiance - truth).length2());
+    error +=
+        static_cast<double>((evaluate(fabric, 0, 0, 0, pair.light, pair.view).radiance - truth).length2());
     energy += static_cast<double>(truth.length2());
   }
   return std::sqrt(error / energy);
@@ -66,7 +67,8 @@ double error_against(const Fabric& fabric, const Radiance& radiance) {
 
 }  // namespace
 
-TEST_CASE("a Lambert plane comes back as rho = albedo / pi at every level, with and without lobes and table") {
+TEST_CASE(
+    "a Lambert plane comes back as rho = albedo / pi at every level, with and without lobes and table") {
   const SamplesHeader header = header_of(4, 4);
   const V3f rho = V3f(0.2F, 0.5F, 0.9F) / std::numbers::pi_v<float>;
   const Radiance lambert = [&](int, const V3f& l, const V3f&) { return rho * l.z; };
@@ -169,7 +171,9 @@ TEST_CASE("extreme samples give finite fabrics") {
     radiance = [](int, const V3f& l, const V3f& v) { return V3f(1, 1, 1) * (1e-8F * l.z * v.z); };
   }
   SUBCASE("one bright sample among black ones") {
-    radiance = [](int, const V3f& l, const V3f& v) { return l.z > 0.99F && v.z > 0.99F ? V3f(1, 1, 1) : V3f(0, 0, 0); };
+    radiance = [](int, const V3f& l, const V3f& v) {
+      return l.z > 0.99F && v.z > 0.99F ? V3f(1, 1, 1) : V3f(0, 0, 0);
+    };
   }
   SampleLevel level = samples_of(header, radiance);
   for (float& a : level.alpha) a = alpha;

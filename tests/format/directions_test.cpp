@@ -41,7 +41,8 @@ TEST_CASE("cells of the grid have equal solid angle") {
 }
 
 TEST_CASE("interpolation at a cell's own direction takes that cell alone") {
-  for (const DirectionGrid grid : {DirectionGrid{8, 8}, DirectionGrid{8, 16}, DirectionGrid{1, 7}, DirectionGrid{1, 1}}) {
+  for (const DirectionGrid grid :
+       {DirectionGrid{8, 8}, DirectionGrid{8, 16}, DirectionGrid{1, 7}, DirectionGrid{1, 1}}) {
     for (int cell = 0; cell < grid.count(); ++cell) {
       const DirectionTaps taps = interpolate(grid, direction_of(grid, cell));
       float own = 0;

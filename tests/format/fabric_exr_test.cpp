@@ -40,9 +40,11 @@ void check_equal(const Fabric& a, const Fabric& b) {
 
 TEST_CASE("a fabric comes back from its file bit by bit") {
   const Folder folder;
-  for (const auto& [width, height, views, lobes] :
-       {std::tuple{32, 32, DirectionGrid{8, 8}, 2}, {5, 3, DirectionGrid{2, 3}, 1}, {1, 1, DirectionGrid{1, 1}, 0},
-        {7, 1, DirectionGrid{1, 7}, 3}, {100, 40, DirectionGrid{2, 2}, 1}}) {
+  for (const auto& [width, height, views, lobes] : {std::tuple{32, 32, DirectionGrid{8, 8}, 2},
+                                                    {5, 3, DirectionGrid{2, 3}, 1},
+                                                    {1, 1, DirectionGrid{1, 1}, 0},
+                                                    {7, 1, DirectionGrid{1, 7}, 3},
+                                                    {100, 40, DirectionGrid{2, 2}, 1}}) {
     const Fabric fabric = test::random_fabric(width, height, views, lobes, 3);
     const std::string path = folder / "a.fabric.exr";
     const auto written = write_fabric(path, fabric);
@@ -79,7 +81,8 @@ TEST_CASE("a fabric is read from memory as from a file") {
   const Fabric fabric = test::random_fabric(8, 4, {2, 2}, 1, 2);
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const std::string bytes = test::bytes_of(folder / "a.exr");
-  const auto read = read_fabric({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory");
+  const auto read =
+      read_fabric({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory");
   REQUIRE_MESSAGE(read, to_line(read.error()));
   check_equal(fabric, *read);
 }

@@ -1,0 +1,125 @@
+// Benchmarks of the stages at the paper's scale: 32 x 32 texels, 64 views x 64 lights, 2 lobes, 6 levels. All
+// in one run, so that their ratios mean something on a machine that is shared with others.
+#include <benchmark/benchmark.h>
+
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "converter/bake.h"
+#include "converter/cell_source.h"
+#include "converter/ray_scene.h"
+#include "fitter/fit.h"
+#include "format/evaluate.h"
+#include "format/fabric_exr.h"
+#include "format/parallel.h"
+#include "format/random.h"
+
+namespace {
+
+using namespace selvedge;
+
+template <class T>
+T need(Result<T> result) {
+  if (!result) {
+    std::fprintf(stderr, "bench: %s\n", to_line(result.error()).c_str());
+    std::exit(1);
+  }
+  return std::move(*result);
+}
+
+std::string scratch(const char* name) {
+  return (std::filesystem::temp_directory_path() / (std::string("selvedge-bench-") + name)).string();
+}
+
+const CellMesh& knit() {
+  static const CellMesh mesh = need(load_cell("plain-knit"));
+  return mesh;
+}
+
+void bake_knit(benchmark::State& state) {
+  BakeReport report;
+  for ([[maybe_unused]] auto _ : state) {
+    report = need(bake(knit(), "plain-knit", BakeOptions{}, "{}", scratch("samples.exr")));
+  }
+  state.counters["rays_per_s"] = static_cast<double>(report.rays) / report.seconds;
+}
+
+/// The rate of the ray tracer alone: the same kind of shadow rays, nothing else, on all threads.
+void trace_shadow_rays(benchmark::State& state) {
+  const RayScene scene = need(RayScene::create(knit(), "plain-knit"));
+  const std::vector<V3f> lights = directions_of({8, 8});
+  std::vector<SurfacePoint> points;
+  Random random(1);
+  while (points.size() < 4096) {
+    const V3d from(random.uniform() * knit().period.x, random.uniform() * knit().period.y, 100);
+    SurfacePoint point;
+    if (scene.trace(from, {0, 0, -1}, point)) points.push_back(point);
+  }
+  std::atomic<std::int64_t> rays{0};
+  std::atomic<int> blocked{0};
+  for ([[maybe_unused]] auto _ : state) {
+    parallel_for(0, 64, [&](int chunk) {
+      std::int64_t traced = 0;
+      int hits = 0;
+      for (std::size_t i = 0; i < 64; ++i) {
+        const SurfacePoint& point = points[static_cast<std::size_t>(chunk) * 64 + i];
+        for (const V3f& light : lights) {
+          if (point.face_normal.dot(light) <= 0) continue;
+          ++traced;
+          hits += scene.occluded(point, light) ? 1 : 0;
+        }
+      }
+      rays += traced;
+      blocked += hits;
+    });
+  }
+  benchmark::DoNotOptimize(blocked.load());
+  state.counters["rays_per_s"] = benchmark::Counter(static_cast<double>(rays), benchmark::Counter::kIsRate);
+}
+
+void fit_knit(benchmark::State& state) {
+  auto reader = need(SamplesReader::open(scratch("samples.exr")));
+  const SampleLevel samples = need(reader.read_level());
+  for ([[maybe_unused]] auto _ : state) {
+    const FitResult result = need(fit(samples, reader.header(), FitOptions{}));
+    state.PauseTiming();
+    if (auto ok = write_fabric(scratch("fabric.exr"), result.fabric); !ok) std::exit(1);
+    state.ResumeTiming();
+  }
+  state.counters["bytes"] = static_cast<double>(std::filesystem::file_size(scratch("fabric.exr")));
+}
+
+void read_knit(benchmark::State& state) {
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(need(read_fabric(scratch("fabric.exr"))));
+}
+
+/// One evaluation of all three channels on one thread: range(0) = 0 without table and opacity, 1 with.
+void evaluate_knit(benchmark::State& state) {
+  Fabric fabric = need(read_fabric(scratch("fabric.exr")));
+  if (state.range(0) == 0) {
+    fabric.levels[0].view_table.reset();
+    fabric.levels[0].opacity.reset();
+  }
+  const std::vector<DirectionPair> pairs = random_pairs(1024, 0.05, 1);
+  int i = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    const DirectionPair& pair = pairs[static_cast<std::size_t>(i % 1024)];
+    benchmark::DoNotOptimize(evaluate(fabric, 0, i % 32, (i / 32) % 32, pair.light, pair.view));
+    ++i;
+  }
+  state.counters["evaluations_per_s"] =
+      benchmark::Counter(static_cast<double>(i), benchmark::Counter::kIsRate);
+}
+
+// In this order: each uses the file of the one before.
+BENCHMARK(bake_knit)->Unit(benchmark::kSecond)->UseRealTime()->Iterations(1);
+BENCHMARK(trace_shadow_rays)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(fit_knit)->Unit(benchmark::kSecond)->UseRealTime()->Iterations(1);
+BENCHMARK(read_knit)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(evaluate_knit)->Arg(0)->Arg(1)->Unit(benchmark::kNanosecond);
+
+}  // namespace
+
+BENCHMARK_MAIN();
