@@ -1,0 +1,163 @@
+// spec/stitch.md and spec/samples.md: the example yarn is baked, and a value of its samples is read as the
+// page says.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "converter/bake.h"
+#include "converter/stitch_json.h"
+#include "converter/stitch_mesh.h"
+#include "format/exr.h"
+#include "tests/spec/spec_text.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+using nlohmann::json;
+
+namespace {
+
+StitchPattern example_pattern() {
+  const auto blocks = code_blocks(page("stitch.md"), "json");
+  REQUIRE(blocks.size() == 1);
+  const auto pattern = read_stitch(blocks[0], "stitch.md");
+  REQUIRE_MESSAGE(pattern, to_line(pattern.error()));
+  return *pattern;
+}
+
+/// As spec/samples.md has it: 6 x 3 texels, 4 views, 6 lights.
+void bake_example(const std::string& path) {
+  const auto mesh = mesh_stitch(example_pattern());
+  REQUIRE(mesh);
+  BakeOptions options;
+  options.width = 6;
+  options.height = 3;
+  options.views = 4;
+  options.lights = 6;
+  options.validation_pairs = options.held_out_pairs = 2;
+  options.rim_pairs = 1;
+  const auto report = bake(*mesh, "stitch.md", options, "{}", path);
+  REQUIRE_MESSAGE(report, to_line(report.error()));
+}
+
+std::string output_of(const std::string& command) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
+  std::string text;
+  char buffer[256];
+  while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()) != nullptr) text += buffer;
+  return text;
+}
+
+/// The numbers of oiiotool's line "Constant Color: 0.1 0.2 (float)".
+std::vector<double> constant_color(const std::string& text) {
+  std::vector<double> numbers;
+  const std::string mark = "Constant Color:";
+  const std::size_t at = text.find(mark);
+  if (at == std::string::npos) return numbers;
+  std::istringstream in(text.substr(at + mark.size()));
+  for (double number = 0; in >> number;) numbers.push_back(number);
+  return numbers;
+}
+
+}  // namespace
+
+TEST_CASE("the example of a stitch description is a mesh of a straight yarn") {
+  const auto mesh = mesh_stitch(example_pattern());
+  REQUIRE(mesh);
+  CHECK(mesh->period == V2d(2, 1));
+  for (const V3f& p : mesh->positions) {
+    // A hundredth of a grid edge of 2 mm / 40.
+    CHECK(std::abs(std::hypot(p.y - 0.5F, p.z) - 0.3F) < 0.001F);
+  }
+}
+
+TEST_CASE("every member of a stitch description is in the page") {
+  const json example = json::parse(to_json(example_pattern()));
+  const std::string text = page("stitch.md");
+  for (const auto& item : example.items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
+  for (const auto& item : example["yarns"][0].items()) {
+    CHECK_MESSAGE(test::names(text, "yarns/*/" + item.key()), item.key());
+  }
+}
+
+TEST_CASE("every part, channel and member of a samples file is in the page") {
+  const Folder folder;
+  bake_example(folder / "straight.samples.exr");
+  const auto reader = ExrReader::open(folder / "straight.samples.exr");
+  REQUIRE(reader);
+  const std::string text = page("samples.md");
+  REQUIRE(reader->parts().size() == 5);
+  for (const ExrPart& part : reader->parts()) {
+    CHECK_MESSAGE(test::names(text, part.name), part.name);
+    for (const ExrChannel& channel : part.channels) {
+      // The page lists the channels of one set of pairs for all.
+      const std::string name =
+          std::regex_replace(channel.name, std::regex("^(held-out|rim)\\."), "validation.");
+      CHECK_MESSAGE(test::names(text, name), channel.name);
+      CHECK(channel.half);
+    }
+  }
+  const auto& attributes = reader->parts().front().attributes;
+  const json header = json::parse(std::get<std::string>(attributes.at("selvedge.samples")));
+  for (const auto& item : header.items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
+  for (const auto& item : header["views"].items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
+  for (const auto& item : header["pairs"].items()) {
+    CHECK_MESSAGE(test::names(text, item.key()), item.key());
+    for (const json& pair : item.value()) {
+      CHECK(pair.size() == 2);
+      CHECK((pair.contains("light") && pair.contains("view")));
+    }
+  }
+}
+
+TEST_CASE("directions of pairs lie in the bands that the page states") {
+  const Folder folder;
+  bake_example(folder / "s.exr");
+  const auto reader = SamplesReader::open(folder / "s.exr");
+  REQUIRE(reader);
+  CHECK(page("samples.md").find("0.15 <= z < 1") != std::string::npos);
+  CHECK(rim_z == 0.15);
+  const auto& pairs = reader->header().pairs;
+  for (const std::size_t set : {0U, 1U}) {
+    for (const DirectionPair& pair : pairs[set]) CHECK(std::min(pair.light.z, pair.view.z) >= 0.15F);
+  }
+  for (const DirectionPair& pair : pairs[2]) {
+    CHECK(std::min(pair.light.z, pair.view.z) < 0.15F);
+    CHECK(std::min(pair.light.z, pair.view.z) >= 0.001F);
+  }
+}
+
+TEST_CASE("the commands of the page read the values that the reader reads") {
+  if (output_of("command -v oiiotool").empty()) {
+    MESSAGE("skipped: there is no oiiotool");
+    return;
+  }
+  const Folder folder;
+  bake_example(folder / "straight.samples.exr");
+  auto reader = SamplesReader::open(folder / "straight.samples.exr");
+  REQUIRE(reader);
+  const auto level = reader->read_level();
+  REQUIRE(level);
+  const auto commands = code_blocks(page("samples.md"), "sh");
+  REQUIRE(commands.size() == 3);
+  const std::string here = "cd '" + folder / "" + "' && ";
+
+  const std::size_t texel = 1 * 6 + 2;
+  const std::size_t view = 3;
+  const std::size_t light = 4;
+  const V3f& radiance = level->radiance[(texel * 4 + view) * 6 + light];
+  CHECK(radiance.x > 0);
+  const auto colour = constant_color(output_of(here + commands[0]));
+  REQUIRE(colour.size() == 3);
+  // Six decimals are printed.
+  for (unsigned i = 0; i < 3; ++i) CHECK(std::abs(colour[i] - static_cast<double>(radiance[i])) < 1e-6);
+
+  const auto opacity = constant_color(output_of(here + commands[1]));
+  REQUIRE(opacity.size() == 1);
+  CHECK(std::abs(opacity[0] - static_cast<double>(level->alpha[texel * 4 + view])) < 1e-6);
+
+  CHECK(output_of(here + commands[2]).find("selvedge.samples") != std::string::npos);
+}

@@ -1,0 +1,35 @@
+// spec/issues.md, made from the table of codes.
+#pragma once
+
+#include <string>
+
+#include "format/error.h"
+
+namespace selvedge::test {
+
+inline std::string issues_markdown() {
+  std::string text =
+      "# Issues\n"
+      "\n"
+      "Every error has one of these codes. It is one line, without the parts that do not apply:\n"
+      "\n"
+      "```text\n"
+      "file: place: message [CODE]\n"
+      "```\n"
+      "\n"
+      "`place` is where in the file: a JSON pointer, a part with its level, channel or pixel, a line, or the "
+      "option.\n"
+      "\n"
+      "| code | meaning |\n"
+      "|---|---|\n";
+  for (const CodeRow& row : code_table()) {
+    text.append("| `").append(row.name).append("` | ").append(row.meaning).append(" |\n");
+  }
+  text +=
+      "\n"
+      "This page is printed from the code; rebuild it with `build/release/bin/print_issues > "
+      "spec/issues.md`.\n";
+  return text;
+}
+
+}  // namespace selvedge::test
