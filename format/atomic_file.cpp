@@ -47,7 +47,10 @@ std::string reason() { return std::strerror(errno); }
 }  // namespace
 
 void remove_unfinished_files_on_signal() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, on_signal);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    // What the caller ignores (nohup) stays ignored.
+    if (std::signal(number, on_signal) == SIG_IGN) std::signal(number, SIG_IGN);
+  }
 }
 
 Result<AtomicFile> AtomicFile::create(const std::string& path) {
@@ -55,8 +58,15 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   std::error_code ignored;
   if (path.empty()) return fail(Code::file_unwritable, path, {}, "the output has no name");
   if (fs::is_directory(path, ignored)) return fail(Code::file_unwritable, path, {}, "is a folder");
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
+    return fail(Code::file_unwritable, path, {}, "is a device or a pipe, not a plain file");
+  }
+  // A link stays a link: what it points to is replaced.
+  const fs::path resolved =
+      fs::is_symlink(path, ignored) ? fs::weakly_canonical(fs::absolute(path), ignored) : fs::path();
+  const std::string target = resolved.empty() ? path : resolved.string();
   static std::atomic<int> counter{0};
-  const std::string temporary = fmt::format("{}.part-{}-{}", path, getpid(), counter++);
+  const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
   const int slot = enlist(temporary);
   std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) {
@@ -65,7 +75,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     return fail(Code::file_unwritable, path, {}, why);
   }
   std::fclose(file);
-  return AtomicFile(path, temporary, slot);
+  return AtomicFile(target, temporary, slot);
 }
 
 AtomicFile::AtomicFile(std::string path, std::string temporary, int slot)

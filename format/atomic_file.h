@@ -13,6 +13,7 @@ namespace selvedge {
 /// the work begins) and is removed by the destructor, by SIGINT and by SIGTERM, unless committed.
 class AtomicFile {
  public:
+  /// Refuses folders, devices and pipes. Where `path` is a link, the file that it points to is replaced.
   static Result<AtomicFile> create(const std::string& path);
   AtomicFile(AtomicFile&& other) noexcept;
   AtomicFile& operator=(AtomicFile&& other) noexcept;

@@ -28,7 +28,7 @@ constexpr std::array rows{
     CodeRow{Code::samples_malformed, "SAMPLES_MALFORMED", "The EXR file is not a samples file."},
     CodeRow{Code::samples_not_finite, "SAMPLES_NOT_FINITE", "A sample is NaN, infinite or negative."},
     CodeRow{Code::fabric_malformed, "FABRIC_MALFORMED", "The EXR file is not a fabric file."},
-    CodeRow{Code::fabric_version, "FABRIC_VERSION", "The fabric file is of a newer major version."},
+    CodeRow{Code::fabric_version, "FABRIC_VERSION", "The fabric file is of another major version."},
     CodeRow{Code::fabric_not_finite, "FABRIC_NOT_FINITE", "A stored value is NaN, infinite or out of range."},
     CodeRow{Code::fabric_digest, "FABRIC_DIGEST", "The stored digest differs from the decoded pixels."},
     CodeRow{Code::fabric_mismatch, "FABRIC_MISMATCH", "Fabric and samples do not describe the same cell."},

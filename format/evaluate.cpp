@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "format/lafortune.h"
 
@@ -51,7 +52,8 @@ V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V
   for (int channel = 0; channel < 3; ++channel) {
     const float* parameters =
         level.lobes->parameters.data() + index_of(texel * 3 + channel, 0, parameter_count(lobes));
-    radiance[channel] = lafortune(parameters, lobes, &l.x, &v.x);
+    // A lobe may overflow; held at the largest number it stays 0 where T or opacity are 0.
+    radiance[channel] = std::min(lafortune(parameters, lobes, &l.x, &v.x), std::numeric_limits<float>::max());
   }
   return radiance;
 }
@@ -66,6 +68,8 @@ Shading evaluate(const Fabric& fabric, int level_index, int x, int y, const V3f&
   shading.alpha = factors.alpha;
   if (light.z > 0 && view.z > 0) {
     shading.radiance = factors.colour * lobe_radiance(level, texel, light, view);
+    for (int c = 0; c < 3; ++c)
+      shading.radiance[c] = std::min(shading.radiance[c], std::numeric_limits<float>::max());
   }
   return shading;
 }

@@ -296,10 +296,11 @@ Result<json> fabric_json(const ExrReader& reader) {
   json parsed = json::parse(*text, nullptr, false);
   if (!parsed.is_object()) return malformed(file, names::attribute_fabric, "is not a JSON object");
   const json version = parsed.value("version", json::array());
-  if (!version.is_array() || version.size() != 2 || !version[0].is_number_integer()) {
+  const auto is_whole = [](const json& number) { return number.is_number_integer(); };
+  if (!version.is_array() || version.size() != 2 || !std::all_of(version.begin(), version.end(), is_whole)) {
     return malformed(file, "/version", "is not a pair of whole numbers");
   }
-  if (version[0].get<int>() != names::fabric_version_major) {
+  if (version[0].get<std::int64_t>() != names::fabric_version_major) {
     return fail(Code::fabric_version, file, "/version",
                 fmt::format("version {} is not understood; this program reads version {}", version.dump(),
                             names::fabric_version_major));
@@ -416,10 +417,10 @@ Result<void> read_levels(ExrReader& reader, const json& header, int lobe_limit, 
   return {};
 }
 
-Result<Fabric> read_fabric(Result<ExrReader> reader, const FabricLimits& limits) {
-  if (!reader) return tl::unexpected(reader.error());
-  const std::string& file = reader->name();
-  const auto header = fabric_json(*reader);
+/// May throw json::exception where a member of the JSON text is of the wrong type.
+Result<Fabric> read_checked(ExrReader& reader, const FabricLimits& limits) {
+  const std::string& file = reader.name();
+  const auto header = fabric_json(reader);
   if (!header) return tl::unexpected(header.error());
 
   const auto width = whole_number(*header, "/texels/0", 1, limits.texels_per_side, file);
@@ -454,13 +455,22 @@ Result<Fabric> read_fabric(Result<ExrReader> reader, const FabricLimits& limits)
     level.width = level_size(*width, k);
     level.height = level_size(*height, k);
   }
-  if (auto ok = read_levels(*reader, *header, limits.lobes, fabric); !ok) return tl::unexpected(ok.error());
+  if (auto ok = read_levels(reader, *header, limits.lobes, fabric); !ok) return tl::unexpected(ok.error());
   if (auto ok = validate(fabric, limits); !ok) {
     Error error = ok.error();
     error.file = file;
     return tl::unexpected(error);
   }
   return fabric;
+}
+
+Result<Fabric> read_fabric(Result<ExrReader> reader, const FabricLimits& limits) {
+  if (!reader) return tl::unexpected(reader.error());
+  try {
+    return read_checked(*reader, limits);
+  } catch (const json::exception& error) {
+    return malformed(reader->name(), names::attribute_fabric, error.what());
+  }
 }
 
 }  // namespace

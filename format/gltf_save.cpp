@@ -235,8 +235,10 @@ Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
 
 std::string relative_uri(const std::string& target, const std::string& folder) {
   std::error_code error;
-  const fs::path from = fs::weakly_canonical(folder.empty() ? fs::path(".") : fs::path(folder), error);
-  const fs::path to = fs::weakly_canonical(target, error);
+  // Absolute first: a relative path of which nothing exists yet would stay relative.
+  const fs::path from =
+      fs::weakly_canonical(fs::absolute(folder.empty() ? fs::path(".") : fs::path(folder)), error);
+  const fs::path to = fs::weakly_canonical(fs::absolute(target), error);
   const std::string path = to.lexically_relative(from).generic_string();
   std::string uri;
   for (const char c : path) {
@@ -253,7 +255,7 @@ std::string relative_uri(const std::string& target, const std::string& folder) {
 void move_document(GltfDocument& document, const std::string& folder) {
   std::error_code ignored;
   const auto whole = [&](const std::string& name) {
-    return fs::weakly_canonical(name.empty() ? fs::path(".") : fs::path(name), ignored);
+    return fs::weakly_canonical(fs::absolute(name.empty() ? fs::path(".") : fs::path(name)), ignored);
   };
   if (whole(document.folder) != whole(folder)) {
     const auto move = [&](Json& entries) {

@@ -31,6 +31,8 @@ json grid_json(const DirectionGrid& grid) {
 }
 
 std::string header_text(const SamplesHeader& header) {
+  json provenance = json::parse(header.provenance, nullptr, false);
+  if (!provenance.is_object()) provenance = json::object();
   json pairs = json::object();
   for (const PairKind kind : all_pair_kinds) {
     json list = json::array();
@@ -50,7 +52,7 @@ std::string header_text(const SamplesHeader& header) {
       {"samplesPerTexel", header.samples_per_texel},
       {"truthSamples", header.truth_samples},
       {"pairs", pairs},
-      {"provenance", json::parse(header.provenance)},
+      {"provenance", provenance},
   }
       .dump();
 }
@@ -160,8 +162,20 @@ SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
 
 namespace {
 
-V3f vector_of(const json& list) {
-  return {list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>()};
+/// A unit vector of the upper hemisphere.
+V3f direction_from(const json& list) {
+  const V3f v(list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>());
+  if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0))
+    throw std::runtime_error("pairs: not a unit direction above the cloth");
+  return v;
+}
+
+float length_from(const json& number, const char* name, bool may_be_zero) {
+  const auto length = number.get<float>();
+  if (!std::isfinite(length) || length < 0 || (length == 0 && !may_be_zero)) {
+    throw std::runtime_error(fmt::format("{}: not a length", name));
+  }
+  return length;
 }
 
 DirectionGrid grid_from(const json& grid, const std::string& name) {
@@ -185,16 +199,19 @@ SamplesHeader header_from(const json& text) {
   if (header.width < 1 || header.height < 1 || header.width > limit || header.height > limit) {
     throw std::runtime_error(fmt::format("texels: not 1 to {} a side", limit));
   }
-  header.period_mm = {text.at("mmPerRepeat").at(0).get<float>(), text.at("mmPerRepeat").at(1).get<float>()};
+  header.period_mm = {length_from(text.at("mmPerRepeat").at(0), "mmPerRepeat", false),
+                      length_from(text.at("mmPerRepeat").at(1), "mmPerRepeat", false)};
   header.reference_height = text.at("referenceHeight").get<float>();
-  header.thickness_mm = text.at("thickness").get<float>();
+  if (!std::isfinite(header.reference_height)) throw std::runtime_error("referenceHeight: not finite");
+  header.thickness_mm = length_from(text.at("thickness"), "thickness", true);
   header.views = grid_from(text.at("views"), "views");
   header.lights = grid_from(text.at("lights"), "lights");
   header.samples_per_texel = text.at("samplesPerTexel").get<int>();
   header.truth_samples = text.at("truthSamples").get<int>();
   for (const PairKind kind : all_pair_kinds) {
     for (const json& pair : text.at("pairs").at(pair_parts[index_of(kind)])) {
-      header.pairs[index_of(kind)].push_back({vector_of(pair.at("light")), vector_of(pair.at("view"))});
+      header.pairs[index_of(kind)].push_back(
+          {direction_from(pair.at("light")), direction_from(pair.at("view"))});
     }
   }
   header.provenance = text.at("provenance").dump();
@@ -332,7 +349,8 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   const auto width = static_cast<std::size_t>(header_.width);
   for (std::size_t i = 0; i < p[0].size(); ++i) {
     for (std::size_t c = 0; c < 4; ++c) {
-      if (!is_sample(p[c][i])) return bad_sample(reader_.name(), name, i % width, i / width, p[c][i]);
+      if (!is_sample(p[c][i]) || (c == 3 && p[c][i] > 1))
+        return bad_sample(reader_.name(), name, i % width, i / width, p[c][i]);
       if (!std::isfinite(p[c + 4][i]))
         return bad_sample(reader_.name(), name, i % width, i / width, p[c + 4][i]);
     }

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "format/atomic_file.h"
 #include "format/error.h"
 #include "samples/sweater.h"
 #include "samples/tablecloth.h"
@@ -60,7 +61,7 @@ int make(const Command& command) {
     written = tl::unexpected(assembly.error());
   }
   if (!written) {
-    fmt::print(stderr, "{}\n", selvedge::to_line(written.error()));
+    fmt::print(stderr, "selvedge-samples: {}\n", selvedge::to_line(written.error()));
     return exit_failed;
   }
   return exit_good;

@@ -22,7 +22,7 @@ struct SurfaceLook {
   V4f base_color{1, 1, 1, 1};
   int image = -1;              ///< index into the images, a factor on `base_color`; -1: none
   float opaque_from = 0;       ///< where the opacity of the base colour is less, nothing is drawn
-  bool keeps_opacity = false;  ///< else the base colour counts as opaque
+  bool keeps_opacity = false;  ///< else base colour or fabric count as opaque
   bool culls_back = false;
 };
 

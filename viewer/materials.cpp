@@ -52,6 +52,7 @@ Result<Looks> looks_of(const Scene& scene, const std::vector<Surface>& surfaces,
         return fail(Code::gltf_reference, scene.file, fmt::format("material \"{}\"", material.name),
                     fmt::format("fabric {} does not exist", look.fabric));
       }
+      look.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
     } else {
       look.base_color = material.base_color;
       look.image = decode(scene, material.base_color_texture.image, decoded, result, remarks);

@@ -64,10 +64,13 @@ Shading shade_pixel(const ShadingScene& scene, const PixelLayer& layer, std::siz
   const Fabric& fabric = scene.fabrics[static_cast<std::size_t>(look.fabric)];
   const V3f in_frame = frame.into(view);
   const auto& texels = layer.texels[i];
-  const Shading first = shade_texel(fabric, marks[1], texels[0], texels[1], frame, in_frame, scene.lights);
-  if (marks[1] == marks[2] || !(normal.w > 0)) return first;
-  const Shading second = shade_texel(fabric, marks[2], texels[2], texels[3], frame, in_frame, scene.lights);
-  return blend(first, second, normal.w);
+  Shading shading = shade_texel(fabric, marks[1], texels[0], texels[1], frame, in_frame, scene.lights);
+  if (marks[1] != marks[2] && normal.w > 0) {
+    const Shading second = shade_texel(fabric, marks[2], texels[2], texels[3], frame, in_frame, scene.lights);
+    shading = blend(shading, second, normal.w);
+  }
+  if (!look.keeps_opacity) shading.alpha = 1;
+  return shading;
 }
 
 }  // namespace

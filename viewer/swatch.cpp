@@ -58,6 +58,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   SceneMaterial material;
   material.name = "swatch";
   material.fabric = FabricReference{};
+  material.alpha_mode = AlphaMode::blend;
   swatch.scene.materials.push_back(material);
 
   swatch.camera.projection = Projection::parallel;

@@ -94,7 +94,10 @@ void add_bake(CLI::App& app, BakeOptions& bake) {
                  "Height of the texels' plane above the cell's lowest point (the top face)")
       ->type_name("MM")
       ->group(group);
-  app.add_option("--seed", bake.seed, "Same seed, same bytes")->capture_default_str()->group(group);
+  app.add_option("--seed", bake.seed, "Same seed, same bytes")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
 }
 
 void add_fit(CLI::App& app, FitCommand& command) {

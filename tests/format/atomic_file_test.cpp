@@ -1,6 +1,7 @@
 #include "format/atomic_file.h"
 
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
 #include "files.h"
 
@@ -30,6 +31,20 @@ TEST_CASE("a file that is given up leaves what was there before") {
   }
   CHECK(test::bytes_of(folder / "a") == "before");
   CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a link stays a link, and what is no plain file stays as it is") {
+  const Folder folder;
+  REQUIRE(write_file(folder / "a", std::string("before")));
+  std::filesystem::create_symlink(folder / "a", folder / "link");
+  REQUIRE(write_file(folder / "link", std::string("after")));
+  CHECK(std::filesystem::is_symlink(folder / "link"));
+  CHECK(test::bytes_of(folder / "a") == "after");
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  const auto refused = write_file(folder / "pipe", std::string("text"));
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Code::file_unwritable);
+  CHECK(std::filesystem::is_fifo(folder / "pipe"));
 }
 
 TEST_CASE("a place that cannot be written to is named") {

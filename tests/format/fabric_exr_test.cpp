@@ -5,6 +5,7 @@
 #include "fabrics.h"
 #include "files.h"
 #include "format/evaluate.h"
+#include "format/exr.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -144,6 +145,60 @@ TEST_CASE("an invalid fabric is not written") {
   SUBCASE("no size") { fabric.period_mm.x = 0; }
   CHECK_FALSE(write_fabric(folder / "a.exr", fabric));
   CHECK(folder.files() == 0);
+}
+
+TEST_CASE("a lobe that overflows is finite where it is evaluated, and nothing where the table is 0") {
+  Fabric fabric = test::random_fabric(1, 1, {1, 1}, 1, 4);
+  FabricLevel& level = fabric.levels[0];
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 1; k <= 3; ++k) level.lobes->parameters[c * 5 + k] = 3;
+    level.lobes->parameters[c * 5 + 4] = 200;
+  }
+  level.view_table->colour[0] = V3f(0, 1, 2);
+  level.opacity->opacity[0] = 1;
+  const Shading s = evaluate(fabric, 0, 0, 0, {0, 0, 1}, {0, 0, 1});
+  CHECK(s.radiance.x == 0);
+  CHECK(std::isfinite(s.radiance.y));
+  CHECK(std::isfinite(s.radiance.z));
+  const Folder folder;
+  CHECK(write_fabric(folder / "a.exr", fabric));
+}
+
+TEST_CASE("a header whose members are of the wrong type is refused") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(2, 2, {1, 1}, 0, 4)));
+  auto reader = ExrReader::open(folder / "a.exr");
+  REQUIRE(reader);
+  std::vector<ExrPart> parts = reader->parts();
+  const std::string text = std::get<std::string>(parts[0].attributes["selvedge.fabric"]);
+  for (const auto& [from, to] : {std::pair{"\"layout\":\"equal-area\"", "\"layout\":7"},
+                                 {"\"layers\":{", "\"layers\":7,\"x\":{"},
+                                 {"\"digests\":{", "\"digests\":[],\"x\":{"},
+                                 {"\"version\":[1,0]", "\"version\":[4294967297,0]"},
+                                 {"\"version\":[1,0]", "\"version\":[1,\"x\"]"}}) {
+    std::string changed = text;
+    const std::size_t at = changed.find(from);
+    REQUIRE(at != std::string::npos);
+    changed.replace(at, std::string(from).size(), to);
+    parts[0].attributes["selvedge.fabric"] = changed;
+    std::string all = changed;
+    for (const ExrPart& part : parts) {
+      all += '\n' + part.name;
+      for (const ExrChannel& c : part.channels) all += '\n' + c.name + (c.half ? " half" : " float");
+    }
+    parts[0].attributes["selvedge.digest"] = digest_of(all);
+    auto writer = ExrWriter::create(folder / "b.exr", parts);
+    REQUIRE(writer);
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      for (int k = 0; k < parts[p].levels; ++k) {
+        REQUIRE(writer->write_level(static_cast<int>(p), k, *reader->read_level(static_cast<int>(p), k)));
+      }
+    }
+    REQUIRE(writer->commit());
+    const auto read = read_fabric(folder / "b.exr");
+    REQUIRE_FALSE(read);
+    CHECK(read.error().code != Code::fabric_digest);
+  }
 }
 
 TEST_CASE("a missing file, a folder and another EXR are named as what they are") {

@@ -104,6 +104,18 @@ TEST_CASE("through a half transparent cloth half of what lies behind is seen") {
   CHECK(stats.layers == 2);
 }
 
+TEST_CASE("a material with alpha mode OPAQUE ignores the fabric's opacity") {
+  Scene scene;
+  SceneMaterial opaque = test::material(0);
+  opaque.alpha_mode = AlphaMode::opaque;
+  test::add(scene, test::square(5, 0), opaque);
+  const RenderOptions options = small({{V3d(0, 0, 1), V3f(1, 1, 1)}});
+  const Frame frame = render_or_fail(scene, {test::lambert_fabric(4, V3f(1, 0, 0), 0.5F)},
+                                     camera_for(scene, options), options);
+  CHECK(middle(frame).x == doctest::Approx(1 / std::numbers::pi));
+  CHECK(middle(frame).w == 1);
+}
+
 TEST_CASE("layers behind each other are shown nearest first, as many as asked for") {
   Scene scene;
   // The order of drawing is not the order in depth.

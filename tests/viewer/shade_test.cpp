@@ -65,6 +65,7 @@ V4f shade_one(const Fabric& fabric, float weight, const V4f& before) {
   layer.marks = {{1, 0, 1, 0}};
   SurfaceLook look;
   look.fabric = 0;
+  look.keeps_opacity = true;
   const Light light{V3d(0, 0.6, 0.8), V3f(2, 2, 2)};
   Camera camera;
   camera.projection = Projection::parallel;

@@ -82,6 +82,7 @@ inline SceneMaterial material(int fabric, V4f base_color = V4f(1, 1, 1, 1)) {
   m.double_sided = true;
   if (fabric >= 0) {
     m.fabric = FabricReference{};
+    m.alpha_mode = AlphaMode::mask;
     m.fabric->fabric = fabric;
   }
   return m;

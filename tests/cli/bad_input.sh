@@ -1,0 +1,220 @@
+#!/usr/bin/env bash
+# Bad input: one line that names file, place and reason, exit status 1, and nothing written.
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+test_refuses_missing_files() {
+  make_plane_fabric
+  write_quad quad.gltf
+  refuses FILE_MISSING none.obj selvedge bake none.obj --period 2x2 -o o.exr
+  refuses FILE_MISSING none.ply selvedge make none.ply --period 2x2 -o o.exr
+  refuses FILE_MISSING none.ply selvedge stitch none.ply --period 2x2 -o o.obj
+  refuses '(FILE_MISSING|STITCH_UNKNOWN)' none.json selvedge bake none.json -o o.exr
+  refuses STITCH_UNKNOWN no-such-knit selvedge make no-such-knit -o o.exr
+  refuses FILE_MISSING none.exr selvedge fit none.exr -o o.exr
+  refuses FILE_MISSING none.glb selvedge dress none.glb plane.fabric.exr -o o.glb --all
+  refuses FILE_MISSING none.exr selvedge dress quad.gltf none.exr -o o.glb --all
+  refuses FILE_MISSING none.exr selvedge check none.exr --quiet
+  refuses FILE_MISSING none.exr selvedge info none.exr
+  refuses FILE_MISSING none.exr selvedge evaluate none.exr --uv 0,0
+  refuses FILE_MISSING none.exr selvedge compare none.exr plane.samples.exr
+  refuses FILE_MISSING none.exr selvedge compare plane.fabric.exr none.exr
+  refuses FILE_MISSING none.glb selvedge-view render none.glb -o o.png
+  refuses FILE_MISSING none.exr selvedge-view render none.exr -o o.png
+  refuses FILE_MISSING none.png selvedge-view compare none.png none.png
+}
+
+test_refuses_samples_cut_short() {
+  make_plane_fabric
+  cut_short plane.samples.exr short.exr
+  local code='(FILE_DAMAGED|EXR_MALFORMED)'
+  refuses "$code" short.exr selvedge fit short.exr -o o.exr
+  refuses "$code" short.exr selvedge compare plane.fabric.exr short.exr
+  refuses "$code" short.exr selvedge check short.exr --quiet
+  head -c 100 plane.samples.exr >short.exr
+  refuses "$code" short.exr selvedge fit short.exr -o o.exr
+  : >empty.exr
+  refuses "$code" empty.exr selvedge fit empty.exr -o o.exr
+}
+
+test_refuses_a_fabric_cut_short() {
+  make_plane_fabric
+  write_quad quad.gltf
+  cut_short plane.fabric.exr short.exr
+  local code='(FILE_DAMAGED|EXR_MALFORMED)'
+  refuses "$code" short.exr selvedge evaluate short.exr --uv 0,0
+  refuses "$code" short.exr selvedge compare short.exr plane.samples.exr
+  refuses "$code" short.exr selvedge check short.exr --quiet
+  refuses "$code" short.exr selvedge dress quad.gltf short.exr -o o.glb --all
+  refuses "$code" short.exr selvedge-view render short.exr -o o.png
+}
+
+test_refuses_files_of_the_wrong_kind() {
+  make_plane_fabric
+  write_quad quad.gltf
+  refuses SAMPLES_MALFORMED plane.fabric.exr selvedge fit plane.fabric.exr -o o.exr
+  refuses FABRIC_MALFORMED plane.samples.exr selvedge evaluate plane.samples.exr --uv 0,0
+  refuses FABRIC_MALFORMED plane.samples.exr selvedge dress quad.gltf plane.samples.exr -o o.glb --all
+  refuses '.*' quad.gltf selvedge fit quad.gltf -o o.exr
+  refuses '.*' plane.obj selvedge check plane.obj --quiet
+  refuses '.*' plane.fabric.exr selvedge dress plane.fabric.exr plane.fabric.exr -o o.glb --all
+  refuses '.*' plane.fabric.exr selvedge bake plane.fabric.exr -o o.exr
+}
+
+test_refuses_a_fabric_of_another_cell_in_compare() {
+  make_plane_fabric
+  selvedge bake plain-knit -o knit.samples.exr --quiet "${small[@]:2}" --texels 4
+  refuses FABRIC_MISMATCH plane.fabric.exr selvedge compare plane.fabric.exr knit.samples.exr
+}
+
+test_refuses_a_garment_cut_short() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
+  cut_short quad.glb short.glb
+  cut_short quad.gltf short.gltf
+  for file in short.glb short.gltf; do
+    local code='(FILE_DAMAGED|GLTF_MALFORMED|JSON_MALFORMED)'
+    refuses "$code" $file selvedge dress $file plane.fabric.exr -o o.glb --all
+    refuses "$code" $file selvedge check $file --quiet
+    refuses "$code" $file selvedge info $file
+    refuses "$code" $file selvedge-view render $file -o o.png -o o.exr
+  done
+}
+
+test_refuses_a_mesh_cut_short() {
+  selvedge stitch plain-weave --grid 8 -o whole.obj --quiet
+  selvedge stitch plain-weave --grid 8 -o whole.ply --quiet
+  # In the middle of a vertex and of a face: an OBJ that ends with a line is whole.
+  sed -n '1,/^v /p' whole.obj | head -c -4 | sed '$s/ [^ ]*$//' >short.obj
+  refuses FILE_DAMAGED short.obj selvedge bake short.obj --period 2x2 -o o.exr
+  cut_short whole.ply short.ply
+  refuses FILE_DAMAGED short.ply selvedge bake short.ply --period 2x2 -o o.exr
+  refuses FILE_DAMAGED short.ply selvedge stitch short.ply --period 2x2 -o o.obj
+  head -c 50 whole.ply >short.ply
+  refuses FILE_DAMAGED short.ply selvedge make short.ply --period 2x2 -o o.exr
+}
+
+test_refuses_nan_in_a_mesh() {
+  write_plane nan.obj
+  sed -i 's/^v 2 2 0$/v 2 nan 0/' nan.obj
+  refuses MESH_NOT_FINITE nan.obj selvedge bake nan.obj --period 2x2 -o o.exr
+  grep -q 'line 3' "$scratch/err"
+  sed -i 's/nan/inf/' nan.obj
+  refuses MESH_NOT_FINITE nan.obj selvedge make nan.obj --period 2x2 -o o.exr
+  printf '%s\n' ply 'format ascii 1.0' 'element vertex 3' 'property float x' 'property float y' 'property float z' \
+    'element face 1' 'property list uchar int vertex_indices' end_header '0 0 0' '2 0 nan' '0 2 0' '3 0 1 2' >nan.ply
+  refuses MESH_NOT_FINITE nan.ply selvedge bake nan.ply --period 2x2 -o o.exr
+  sed 's/ascii/binary_little_endian/; /end_header/q' nan.ply >binary.ply
+  node -e 'const f = new Float32Array([0, 0, 0, 2, 0, NaN, 0, 2, 0]), i = new Int32Array([0, 1, 2]);
+    require("fs").appendFileSync("binary.ply",
+      Buffer.concat([Buffer.from(f.buffer), Buffer.from([3]), Buffer.from(i.buffer)]))'
+  refuses MESH_NOT_FINITE binary.ply selvedge bake binary.ply --period 2x2 -o o.exr
+}
+
+test_refuses_an_empty_mesh() {
+  : >empty.obj
+  refuses MESH_EMPTY empty.obj selvedge bake empty.obj --period 2x2 -o o.exr
+  printf 'v 0 0 0\nv 2 0 0\nv 2 2 0\n' >points.obj
+  refuses MESH_EMPTY points.obj selvedge make points.obj --period 2x2 -o o.exr
+  printf '%s\n' ply 'format ascii 1.0' 'element vertex 0' 'property float x' 'property float y' 'property float z' \
+    'element face 0' 'property list uchar int vertex_indices' end_header >empty.ply
+  refuses MESH_EMPTY empty.ply selvedge bake empty.ply --period 2x2 -o o.exr
+  : >nothing.ply
+  refuses '(FILE_DAMAGED|MESH_EMPTY)' nothing.ply selvedge bake nothing.ply --period 2x2 -o o.exr
+}
+
+test_refuses_a_mesh_without_its_period() {
+  write_plane plane.obj
+  refuses MESH_INVALID plane.obj selvedge bake plane.obj -o o.exr
+  refuses '(MESH_INVALID|OPTION_OUT_OF_RANGE)' period selvedge bake plane.obj --period 0x2 -o o.exr
+}
+
+test_refuses_a_material_that_is_not_there() {
+  make_plane_fabric
+  write_quad quad.gltf
+  refuses MATERIAL_MISSING quad.gltf selvedge dress quad.gltf plane.fabric.exr -o o.glb --material Silk
+  # What there is instead is said.
+  grep -q '"Silk".*"cloth"' "$scratch/err"
+  refuses MATERIAL_MISSING quad.gltf selvedge dress quad.gltf plane.fabric.exr -o o.glb --material '#2'
+  refuses MATERIAL_MISSING quad.gltf \
+    selvedge dress quad.gltf plane.fabric.exr -o o.gltf --material cloth --material Silk
+}
+
+test_refuses_a_garment_without_texture_coordinates() {
+  make_plane_fabric
+  write_quad bare.gltf 'POSITION NORMAL'
+  refuses GARMENT_NO_UVS bare.gltf selvedge dress bare.gltf plane.fabric.exr -o o.glb --material cloth
+  write_quad quad.gltf
+  refuses GARMENT_NO_UVS quad.gltf selvedge dress quad.gltf plane.fabric.exr -o o.glb --material cloth --texcoord 1
+}
+
+test_refuses_sizes_of_zero() {
+  refuses OPTION_OUT_OF_RANGE texels selvedge bake plain-knit -o o.exr --texels 0
+  refuses OPTION_OUT_OF_RANGE texels selvedge bake plain-knit -o o.exr --texels 8x0
+  refuses OPTION_OUT_OF_RANGE texels selvedge make plain-knit -o o.exr --texels 0 --keep-samples s.exr
+  refuses OPTION_OUT_OF_RANGE views selvedge bake plain-knit -o o.exr --texels 4 --views 0
+  refuses OPTION_OUT_OF_RANGE lights selvedge bake plain-knit -o o.exr --texels 4 --lights 0
+  refuses OPTION_OUT_OF_RANGE samples selvedge bake plain-knit -o o.exr --texels 4 --samples 0
+}
+
+test_refuses_a_pattern_without_yarn() {
+  echo '{"selvedge_stitch": 1, "name": "nothing", "period_mm": [2, 2], "yarns": []}' >bare.json
+  refuses STITCH_INVALID bare.json selvedge bake bare.json -o o.exr
+  grep -q '/yarns' "$scratch/err"
+  refuses STITCH_INVALID bare.json selvedge stitch bare.json -o o.obj
+  refuses STITCH_INVALID bare.json selvedge make bare.json -o o.exr
+}
+
+test_refuses_a_stitch_description_cut_short() {
+  selvedge stitch plain-knit -o knit.json --quiet
+  cut_short knit.json short.json
+  refuses JSON_MALFORMED short.json selvedge bake short.json -o o.exr
+  grep -q 'line [0-9]*, column' "$scratch/err"
+  : >empty.json
+  refuses JSON_MALFORMED empty.json selvedge stitch empty.json -o o.obj
+  sed 's/"radius_mm"/"radius"/' knit.json >renamed.json
+  refuses STITCH_INVALID renamed.json selvedge make renamed.json -o o.exr
+  grep -q '/yarns/0/radius_mm' "$scratch/err"
+}
+
+test_refuses_outputs_that_cannot_be_written() {
+  make_plane_fabric
+  write_quad quad.gltf
+  mkdir folder
+  refuses FILE_UNWRITABLE none/o.ply selvedge stitch plain-knit -o none/o.ply
+  refuses FILE_UNWRITABLE none/o.exr selvedge bake plain-knit -o none/o.exr
+  refuses FILE_UNWRITABLE none/o.exr selvedge fit plane.samples.exr -o none/o.exr
+  refuses FILE_UNWRITABLE none/o.exr: selvedge make plain-knit -o none/o.exr
+  refuses FILE_UNWRITABLE none/s.exr selvedge make plain-knit -o o.exr --keep-samples none/s.exr
+  refuses FILE_UNWRITABLE none/o.glb selvedge dress quad.gltf plane.fabric.exr -o none/o.glb --all
+  refuses FILE_UNWRITABLE folder: selvedge bake plain-knit -o folder
+  refuses FILE_UNWRITABLE folder: selvedge make plain-knit -o folder
+  # Of two pictures neither.
+  refuses '(FILE|IMAGE)_UNWRITABLE' none/o.exr selvedge-view render plane.fabric.exr -o o.png -o none/o.exr
+  exits 1 selvedge-samples tablecloth -o none/o.glb
+}
+
+# A pipe stands for all that is no plain file: renaming a finished file onto a device would replace the device.
+test_refuses_to_replace_what_is_no_plain_file() {
+  make_plane_fabric
+  write_quad quad.gltf
+  mkfifo pipe.exr pipe.glb pipe.ply
+  refuses FILE_UNWRITABLE pipe.ply selvedge stitch plain-knit -o pipe.ply
+  refuses FILE_UNWRITABLE pipe.exr selvedge bake plain-knit -o pipe.exr "${small[@]}"
+  refuses FILE_UNWRITABLE pipe.exr selvedge fit plane.samples.exr -o pipe.exr
+  refuses FILE_UNWRITABLE pipe.glb selvedge dress quad.gltf plane.fabric.exr -o pipe.glb --all
+  refuses '(FILE|IMAGE)_UNWRITABLE' pipe.exr selvedge-view render plane.fabric.exr -o pipe.exr
+}
+
+test_refuses_pictures_that_differ() {
+  make_plane_fabric
+  selvedge-view render plane.fabric.exr -o lit.exr --light 0,0,1 --quiet
+  selvedge-view render plane.fabric.exr -o dim.exr --light 0,0,1,0.5 --quiet
+  selvedge-view render plane.fabric.exr -o wide.exr --repeats 2x1 --quiet
+  exits 0 selvedge-view compare lit.exr dim.exr
+  exits 1 selvedge-view compare lit.exr dim.exr --max 0.01
+  grep -qE '^selvedge-view: dim.exr: .* \[IMAGE_MISMATCH\]$' "$scratch/err"
+  refuses IMAGE_MISMATCH wide.exr selvedge-view compare lit.exr wide.exr
+}
+
+"$2"

@@ -1,0 +1,194 @@
+#!/usr/bin/env bash
+# What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+verbs=(stitch bake fit make dress check info evaluate compare)
+
+# The examples that the help of a verb gives, one per line.
+examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
+
+# The files that the examples speak of.
+make_example_files() {
+  selvedge make plain-knit -o k.fabric.exr --keep-samples k.samples.exr --quiet "${small[@]}"
+  write_quad quad.gltf
+  sed 's/"cloth"/"Cotton"/' quad.gltf >shirt.gltf
+  selvedge dress shirt.gltf k.fabric.exr -o dressed.glb --all --quiet
+  cp dressed.glb shirt.glb
+}
+
+test_help_of_every_verb_has_an_example_that_runs() {
+  local example
+  make_example_files
+  for verb in "${verbs[@]}"; do
+    exits 0 selvedge "$verb" --help
+    grep -q 'Exit status: 0 good, 1 .*, 2 usage' "$scratch/out" || fail "$verb tells no exit statuses"
+    example=$(examples selvedge "$verb")
+    [ -n "$example" ] || fail "$verb has no example"
+    # At their full size bake and make take a while.
+    case $verb in bake | make) example+=" ${small[*]}" ;; esac
+    bash -c "set -e; $example" >"$scratch/out" 2>"$scratch/err" || fail "$example: $(cat "$scratch/err")"
+  done
+}
+
+test_help_of_the_viewer_has_examples_that_run() {
+  local lines=()
+  make_example_files
+  cp dressed.glb sweater.glb
+  cp k.fabric.exr knit.fabric.exr
+  exits 0 selvedge-view --help
+  mapfile -t lines < <(examples selvedge-view render)
+  [ "${#lines[@]}" -ge 2 ] || fail "render has no examples"
+  for example in "${lines[@]}"; do exits 0 $example; done
+  [ -s sweater.png ]
+  [ -s knit.exr ]
+  cp sweater.png before.png
+  cp sweater.png after.png
+  mapfile -t lines < <(examples selvedge-view compare)
+  [ "${#lines[@]}" = 1 ] || fail "compare has no example"
+  for example in "${lines[@]}"; do exits 0 $example; done
+}
+
+test_help_of_the_sample_garments_has_an_example() {
+  exits 0 selvedge-samples --help
+  grep -q '^Example: selvedge-samples sweater -o sweater.glb$' "$scratch/out"
+}
+
+test_version_is_the_projects() {
+  local version
+  version=$(sed -n 's/^project(selvedge VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
+  for program in selvedge selvedge-view selvedge-samples; do
+    [ "$($program --version)" = "$program $version" ] || fail "$program --version: $($program --version)"
+  done
+}
+
+# reports PROGRAM VERB COMMAND...: the report is one JSON text with the frame of all reports, and nothing else is said.
+reports() {
+  local program=$1 verb=$2
+  shift 2
+  exits 0 "$@" --json
+  holds "r.program === '$program' && /^[0-9]+\.[0-9]+\.[0-9]+$/.test(r.version) && r.report === 1 && r.verb === '$verb'"
+  [ ! -s "$scratch/err" ] || fail "also says: $(cat "$scratch/err")"
+}
+
+test_report_of_every_verb_is_json() {
+  reports selvedge stitch selvedge stitch --list
+  holds "r.stitches.some(s => s.name === 'plain-knit')"
+  reports selvedge stitch selvedge stitch plain-knit -o k.ply
+  holds "r.triangles > 100 && r.period_mm[0] === 5"
+  reports selvedge bake selvedge bake plain-knit -o k.samples.exr "${small[@]}"
+  holds "r.bytes === $(stat -c %s k.samples.exr) && r.rays > 0 && r.coverage > 0.5 && r.coverage <= 1"
+  reports selvedge fit selvedge fit k.samples.exr -o k.fabric.exr
+  holds "r.bytes === $(stat -c %s k.fabric.exr) && r.levels.length === 4"
+  reports selvedge make selvedge make plain-weave -o w.fabric.exr "${small[@]}"
+  holds "r.bake.rays > 0 && r.fit.output === 'w.fabric.exr'"
+  write_quad quad.gltf
+  reports selvedge dress selvedge dress quad.gltf k.fabric.exr -o quad.glb --material cloth
+  holds "r.materials.length === 1 && r.materials[0].name === 'cloth' && r.bytes === $(stat -c %s quad.glb)"
+  reports selvedge check selvedge check k.fabric.exr k.samples.exr quad.glb
+  reports selvedge info selvedge info k.fabric.exr
+  reports selvedge evaluate selvedge evaluate k.fabric.exr --uv 0.5,0.5
+  holds "r.rgb.length === 3 && r.alpha >= 0 && r.alpha <= 1"
+  reports selvedge compare selvedge compare k.fabric.exr k.samples.exr
+  reports selvedge-view render selvedge-view render quad.glb -o quad.png --size 64x64 --quiet
+  holds "r.width === 64 && r.fabrics === 1"
+  reports selvedge-view compare selvedge-view compare quad.png quad.png
+  holds "r.max_absolute === 0"
+}
+
+test_report_survives_a_file_name_that_is_not_utf_8() {
+  local name=$'k\xff.fabric.exr'
+  write_plane $'plane\xff.obj'
+  reports selvedge make selvedge make $'plane\xff.obj' --period 2x2 -o "$name" "${small[@]}"
+  reports selvedge check selvedge check "$name"
+  reports selvedge info selvedge info "$name"
+  selvedge info "$name" >/dev/null
+}
+
+test_usage_errors_exit_with_2_and_write_nothing() {
+  make_plane_fabric
+  local before
+  before=$(snapshot)
+  exits 2 selvedge
+  exits 2 selvedge knit
+  exits 2 selvedge stitch
+  exits 2 selvedge bake plain-knit
+  exits 2 selvedge bake plain-knit -o k.exr --texels many
+  exits 2 selvedge bake plain-knit -o k.exr --threads -1
+  exits 2 selvedge bake plain-knit -o k.exr --seed -1
+  exits 2 selvedge fit plane.samples.exr -o k.exr --lobes 17
+  exits 2 selvedge make plain-knit -o k.exr --keep-samples s.exr --lobes -1
+  exits 2 selvedge dress a.glb plane.fabric.exr -o b.glb
+  exits 2 selvedge dress a.glb plane.fabric.exr -o b.glb --all --embed --external
+  exits 2 selvedge check
+  exits 2 selvedge info
+  exits 2 selvedge evaluate plane.fabric.exr
+  exits 2 selvedge evaluate plane.fabric.exr --uv 0,0 --light 0,0,0
+  exits 2 selvedge compare plane.samples.exr
+  exits 2 selvedge-view
+  exits 2 selvedge-view render plane.fabric.exr
+  exits 2 selvedge-view render plane.fabric.exr -o k.bmp
+  exits 2 selvedge-view render plane.fabric.exr -o k.png --view 0,0,-1
+  exits 2 selvedge-view compare one.png
+  exits 2 selvedge-samples
+  exits 2 selvedge-samples trousers -o t.glb
+  exits 2 selvedge-samples sweater
+  [ "$before" = "$(snapshot)" ] || fail "left something behind"
+}
+
+test_progress_is_for_terminals_only() {
+  selvedge make plain-knit -o k.fabric.exr "${small[@]}" >out.txt 2>err.txt
+  [ ! -s err.txt ] || fail "says without a terminal: $(cat err.txt)"
+  if grep -q $'\r' out.txt; then fail "a carriage return on standard output"; fi
+  grep -q 'fitted in' out.txt
+  # The same on a terminal, which util-linux's script is.
+  script -qec "selvedge make plain-knit -o k.fabric.exr ${small[*]}" /dev/null >terminal.txt </dev/null
+  grep -q $'\r\033\[K' terminal.txt || fail "no progress on a terminal"
+  script -qec "selvedge make plain-knit -o k.fabric.exr --quiet ${small[*]}" /dev/null >quiet.txt </dev/null
+  [ ! -s quiet.txt ] || fail "--quiet says: $(cat quiet.txt)"
+}
+
+test_check_tells_good_files_from_bad_ones() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
+  exits 0 selvedge check plane.fabric.exr plane.samples.exr quad.gltf quad.glb --json
+  holds "r.good && r.files.map(f => f.kind).join() === 'fabric,samples,gltf,gltf' && r.files.every(f => f.good)"
+  cut_short plane.fabric.exr short.fabric.exr
+  exits 1 selvedge check plane.fabric.exr short.fabric.exr quad.glb missing.glb --json
+  holds "!r.good && r.files.map(f => f.good).join() === 'true,false,true,false' && r.files[3].code === 'FILE_MISSING'"
+  [ "$(wc -l <"$scratch/err")" = 2 ] || fail "not a line for each bad file: $(cat "$scratch/err")"
+  exits 1 selvedge check short.fabric.exr plane.fabric.exr
+  grep -q '^plane.fabric.exr: fabric, good$' "$scratch/out"
+}
+
+test_check_finds_one_flipped_bit() {
+  make_plane_fabric
+  # In the pixels, which are the file's last bytes.
+  node -e 'const fs = require("fs"), b = fs.readFileSync("plane.fabric.exr"); b[b.length - 40] ^= 1;
+    fs.writeFileSync("flipped.fabric.exr", b)'
+  exits 1 selvedge check flipped.fabric.exr
+  grep -qE 'flipped.fabric.exr: .*\[(FABRIC_DIGEST|FILE_DAMAGED|FABRIC_NOT_FINITE)\]$' "$scratch/err"
+}
+
+test_check_misses_a_fabric_beside_the_garment() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o dressed.gltf --all --external --quiet
+  exits 0 selvedge check dressed.gltf
+  mv plane.fabric.exr elsewhere.exr
+  refuses GLTF_REFERENCE plane.fabric.exr selvedge check dressed.gltf --quiet
+}
+
+test_info_tells_what_is_in_each_kind_of_file() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
+  exits 0 selvedge info plane.fabric.exr --json
+  holds "r.kind === 'fabric' && r.content.levels === 4 && r.content.texels.join() === '8,8' && r.content.provenance.bake.seed === 1"
+  exits 0 selvedge info plane.samples.exr --json
+  holds "r.kind === 'samples' && r.content.views.join() === '4,4' && r.content.mmPerRepeat.join() === '2,2' && r.content.pairs['held-out'] === 8"
+  exits 0 selvedge info quad.glb --json
+  holds "r.kind === 'gltf' && r.content.triangles === 2 && r.content.materials[0].fabric === 0 && r.content.fabrics.length === 1"
+}
+
+"$2"
