@@ -100,4 +100,7 @@ int run(std::span<char*> arguments) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return run({argv, static_cast<std::size_t>(argc)}); }
+int main(int argc, char** argv) {
+  selvedge::remove_unfinished_files_on_signal();
+  return run({argv, static_cast<std::size_t>(argc)});
+}

@@ -29,6 +29,7 @@ double seconds_since(Clock::time_point start) {
 
 int report(const Error& error) {
   fmt::print(stderr, "selvedge-view: {}\n", to_line(error));
+  // Here such an error is always an option of the command line: wrong usage.
   return error.code == Code::option_out_of_range ? 2 : 1;
 }
 
@@ -114,13 +115,13 @@ json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& 
           {"fabrics", shot.fabrics.size()},
           {"triangles", stats.triangles},
           {"layers", stats.layers},
-          {"covered_pixels", stats.covered_pixels},
-          {"evaluated_pixels", stats.evaluated_pixels},
+          {"coveredPixels", stats.covered_pixels},
+          {"evaluatedPixels", stats.evaluated_pixels},
           {"remarks", stats.remarks},
           {"seconds",
            {{"prepare", stats.prepare},
             {"geometry", stats.geometry},
-            {"read_back", stats.read_back},
+            {"readBack", stats.read_back},
             {"evaluation", stats.evaluation},
             {"filter", stats.filter}}}};
 }

@@ -178,7 +178,7 @@ test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
       --threads $n --json
   done
   # Some cloth, some background.
-  holds "r.covered_pixels > 320 * 240 / 10 && r.covered_pixels < 320 * 240"
+  holds "r.coveredPixels > 320 * 240 / 10 && r.coveredPixels < 320 * 240"
   [ "$(head -c 8 1.png | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] || fail "1.png is no PNG"
   same 1.exr 2.exr
   same 1.png 2.png

@@ -74,7 +74,7 @@ test_report_of_every_verb_is_json() {
   reports selvedge stitch selvedge stitch --list
   holds "r.stitches.some(s => s.name === 'plain-knit')"
   reports selvedge stitch selvedge stitch plain-knit -o k.ply
-  holds "r.triangles > 100 && r.period_mm[0] === 5"
+  holds "r.triangles > 100 && r.periodMm[0] === 5"
   reports selvedge bake selvedge bake plain-knit -o k.samples.exr "${small[@]}"
   holds "r.bytes === $(stat -c %s k.samples.exr) && r.rays > 0 && r.coverage > 0.5 && r.coverage <= 1"
   reports selvedge fit selvedge fit k.samples.exr -o k.fabric.exr
