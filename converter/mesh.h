@@ -14,11 +14,11 @@
 namespace selvedge {
 
 struct CellMesh {
-  V2d period{1, 1};              ///< mm
-  std::vector<V3f> positions;    ///< mm
-  std::vector<V3f> normals;      ///< unit, per vertex, out of the yarn
-  std::vector<V3f> albedo;       ///< per vertex, linear, in [0, 1]
-  std::vector<V3i> triangles;    ///< vertex indices, counter-clockwise seen from outside
+  V2d period{1, 1};            ///< mm
+  std::vector<V3f> positions;  ///< mm
+  std::vector<V3f> normals;    ///< unit, per vertex, out of the yarn
+  std::vector<V3f> albedo;     ///< per vertex, linear, in [0, 1]
+  std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
 };
 
 struct Box {
