@@ -143,7 +143,8 @@ std::vector<double> start_parameters(int lobes, double scale) {
     lobe[0] = c * sideways * (along_x ? 1.0 : 0.9);
     lobe[1] = c * sideways * (along_x ? 0.9 : 1.0);
     lobe[2] = c;
-    lobe[3] = exponent * (1 + j / 2);
+    const int octave = j / 2;
+    lobe[3] = exponent * (1 + octave);
   }
   return p;
 }

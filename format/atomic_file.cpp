@@ -47,6 +47,8 @@ std::string reason() { return std::strerror(errno); }
 }  // namespace
 
 void remove_unfinished_files_on_signal() {
+  // A limit on the size of files then is a failed write with its reason, not a sudden end.
+  std::signal(SIGXFSZ, SIG_IGN);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     // What the caller ignores (nohup) stays ignored.
     if (std::signal(number, on_signal) == SIG_IGN) std::signal(number, SIG_IGN);

@@ -19,7 +19,7 @@ DirectionGrid grid_of(int count) {
   return {columns, std::max(1, count) / columns};
 }
 
-V3d square_to_hemisphere(V2d square) {
+V3d square_to_hemisphere(const V2d& square) {
   const double a = 2 * square.x - 1;
   const double b = 2 * square.y - 1;
   if (a == 0 && b == 0) return {0, 0, 1};
@@ -37,7 +37,7 @@ V3d square_to_hemisphere(V2d square) {
   return {r * std::cos(phi) * lift, r * std::sin(phi) * lift, std::max(0.0, 1 - r * r)};
 }
 
-V2d hemisphere_to_square(V3d direction) {
+V2d hemisphere_to_square(const V3d& direction) {
   const double planar = std::hypot(direction.x, direction.y);
   if (planar == 0) return {0.5, 0.5};
   // r = sqrt(1 - z) written so that it keeps its digits near the pole.

@@ -27,11 +27,11 @@ struct DirectionGrid {
 DirectionGrid grid_of(int count);
 
 /// Unit square -> unit hemisphere, area preserving up to the factor 2 pi. Centre -> (0, 0, 1).
-V3d square_to_hemisphere(V2d square);
+V3d square_to_hemisphere(const V2d& square);
 
 /// The inverse. Directions are taken by their (x, y); z < 0 is treated as z = 0 (the rim);
 /// (0, 0, -1), which points to no side of the rim, as the pole.
-V2d hemisphere_to_square(V3d direction);
+V2d hemisphere_to_square(const V3d& direction);
 
 V3f direction_of(const DirectionGrid& grid, int cell);
 std::vector<V3f> directions_of(const DirectionGrid& grid);

@@ -19,10 +19,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <optional>
+#include <utility>
 
 #include "format/atomic_file.h"
 #include "format/fabric.h"
@@ -146,27 +148,61 @@ class MemoryStream : public Imf::IStream {
   std::uint64_t position_ = 0;
 };
 
+/// A plain file that remembers a failed write: OpenEXR finishes a file in a destructor, which keeps errors to
+/// itself.
+class FileStream : public Imf::OStream {
+ public:
+  FileStream(const std::string& path, const std::string& name)
+      : OStream(name.c_str()), file_(std::fopen(path.c_str(), "wb")) {
+    if (file_ == nullptr) remember();
+  }
+  FileStream(const FileStream&) = delete;
+  FileStream& operator=(const FileStream&) = delete;
+  ~FileStream() override { close(); }
+
+  void write(const char c[], int n) override {
+    const auto count = static_cast<std::size_t>(n);
+    if (file_ == nullptr || std::fwrite(c, 1, count, file_) != count) fail_now();
+  }
+  std::uint64_t tellp() override { return file_ == nullptr ? 0 : static_cast<std::uint64_t>(ftello(file_)); }
+  void seekp(std::uint64_t position) override {
+    if (file_ == nullptr || fseeko(file_, static_cast<off_t>(position), SEEK_SET) != 0) fail_now();
+  }
+  /// Empty if everything that was ever written has arrived.
+  const std::string& close() {
+    if (file_ != nullptr && std::fclose(std::exchange(file_, nullptr)) != 0) remember();
+    return reason_;
+  }
+
+ private:
+  void remember() {
+    if (reason_.empty()) reason_ = std::strerror(errno);
+  }
+  [[noreturn]] void fail_now() {
+    remember();
+    throw Iex::IoExc(reason_);
+  }
+
+  std::FILE* file_;
+  std::string reason_;
+};
+
 }  // namespace
 
+/// In this order: the output is finished before its stream is closed, and that before the temporary file
+/// goes.
 struct ExrWriter::State {
   AtomicFile file;
   std::vector<ExrPart> parts;
   std::vector<int> next_row;
+  std::unique_ptr<FileStream> stream;
   std::unique_ptr<Imf::MultiPartOutputFile> out;
 };
 
 ExrWriter::ExrWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 ExrWriter::ExrWriter(ExrWriter&&) noexcept = default;
 ExrWriter& ExrWriter::operator=(ExrWriter&&) noexcept = default;
-// The output must be closed before the temporary file is removed.
-ExrWriter::~ExrWriter() {
-  try {
-    if (state_) state_->out.reset();
-  } catch (const std::exception&) {
-    // An unfinished file is being thrown away: nothing more to say about it.
-    state_->out.release();
-  }
-}
+ExrWriter::~ExrWriter() = default;
 
 Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
   auto file = AtomicFile::create(path);
@@ -174,11 +210,12 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
   try {
     std::vector<Imf::Header> headers;
     for (const ExrPart& part : parts) headers.push_back(header_of(part, parts.front()));
-    auto out = std::make_unique<Imf::MultiPartOutputFile>(file->temporary().c_str(), headers.data(),
-                                                          static_cast<int>(headers.size()));
+    auto stream = std::make_unique<FileStream>(file->temporary(), path);
+    auto out =
+        std::make_unique<Imf::MultiPartOutputFile>(*stream, headers.data(), static_cast<int>(headers.size()));
     std::vector<int> next_row(parts.size(), 0);
     return ExrWriter(std::make_unique<State>(
-        State{std::move(*file), std::move(parts), std::move(next_row), std::move(out)}));
+        State{std::move(*file), std::move(parts), std::move(next_row), std::move(stream), std::move(out)}));
   } catch (const std::exception& e) {
     return fail(Code::file_unwritable, path, {}, e.what());
   }
@@ -218,11 +255,9 @@ Result<void> ExrWriter::write_rows(int part_index, const ExrPixels& pixels) {
 }
 
 Result<void> ExrWriter::commit() {
-  try {
-    state_->out.reset();
-  } catch (const std::exception& e) {
-    return fail(Code::file_unwritable, state_->file.path(), {}, e.what());
-  }
+  state_->out.reset();
+  const std::string& reason = state_->stream->close();
+  if (!reason.empty()) return fail(Code::file_unwritable, state_->file.path(), {}, reason);
   return state_->file.commit();
 }
 
@@ -259,7 +294,7 @@ Result<ExrPart> part_of(const Imf::Header& header, const std::string& file, cons
   if (!type.empty() && type != Imf::SCANLINEIMAGE && type != Imf::TILEDIMAGE) {
     return fail(Code::exr_unsupported, file, place, fmt::format("part type '{}' is not read", type));
   }
-  const Imath::Box2i window = header.dataWindow();
+  const Imath::Box2i& window = header.dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
   const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
   if (width < 1 || height < 1) return fail(Code::exr_malformed, file, place, "empty data window");

@@ -371,10 +371,15 @@ std::vector<V3f> vectors(const std::vector<float>& flat, std::size_t stride, std
 }
 
 void place_layer(FabricLevel& level, const std::string& part, int lobes, std::vector<float> flat) {
-  if (part == names::part_lobes) level.lobes = LobeLayer{lobes, std::move(flat)};
-  if (part == names::part_frame) level.frame = FrameLayer{vectors(flat, 6, 0), vectors(flat, 6, 3)};
-  if (part == names::part_table) level.view_table = ViewTableLayer{vectors(flat, 3, 0)};
-  if (part == names::part_opacity) level.opacity = OpacityLayer{std::move(flat)};
+  if (part == names::part_lobes) {
+    level.lobes = LobeLayer{lobes, std::move(flat)};
+  } else if (part == names::part_frame) {
+    level.frame = FrameLayer{vectors(flat, 6, 0), vectors(flat, 6, 3)};
+  } else if (part == names::part_table) {
+    level.view_table = ViewTableLayer{vectors(flat, 3, 0)};
+  } else {
+    level.opacity = OpacityLayer{std::move(flat)};
+  }
 }
 
 Result<void> read_levels(ExrReader& reader, const json& header, int lobe_limit, Fabric& fabric) {

@@ -179,7 +179,7 @@ fs::path buffer_path(const GltfDocument& document, const std::set<fs::path>& inp
   if (fs::equivalent(document.file, output, ignored)) return fs::path(output).replace_extension(".bin");
   for (int i = 0;; ++i) {
     const std::string suffix = i == 0 ? ".bin" : fmt::format("-{}.bin", i);
-    const fs::path path = output.parent_path() / (output.stem().string() + suffix);
+    fs::path path = output.parent_path() / (output.stem().string() + suffix);
     const bool needed = std::any_of(inputs.begin(), inputs.end(), [&](const fs::path& input) {
       return fs::equivalent(input, path, ignored);
     });

@@ -84,7 +84,7 @@ OIIO::ImageSpec unassociated() {
 }
 
 Result<std::vector<std::uint8_t>> encode(const char* extension, const OIIO::ImageSpec& spec,
-                                         OIIO::TypeDesc type, const void* pixels) {
+                                         const OIIO::TypeDesc& type, const void* pixels) {
   try {
     const std::string name = std::string("memory.") + extension;
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(name);
@@ -173,7 +173,7 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transf
     float value = image.pixels[i];
     value = value > 0.0F ? std::min(value, 1.0F) : 0.0F;
     if (transfer == Transfer::srgb && !alpha) value = linear_to_srgb(value);
-    stored[i] = static_cast<std::uint8_t>(value * 255.0F + 0.5F);
+    stored[i] = static_cast<std::uint8_t>(std::lround(value * 255.0F));
   }
   OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
   if (has_alpha) spec.alpha_channel = image.channels - 1;

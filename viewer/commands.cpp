@@ -20,7 +20,7 @@
 namespace selvedge {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
@@ -101,7 +101,7 @@ Result<void> write(const RenderCommand& command, const Frame& frame, const std::
   return write_png(path, to_display_image(frame, static_cast<float>(command.exposure), command.background));
 }
 
-json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& stats) {
+Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& stats) {
   return {{"program", "selvedge-view"},
           {"version", SELVEDGE_VERSION},
           {"report", 1},
@@ -158,11 +158,11 @@ int run(const RenderCommand& command) {
     }
   }
   if (command.json) {
-    json all = to_json(command, *shot, stats);
+    Json all = to_json(command, *shot, stats);
     all["seconds"]["read"] = read;
     all["seconds"]["write"] = seconds_since(write_start);
     all["seconds"]["total"] = seconds_since(start);
-    fmt::print("{}\n", all.dump(2, ' ', false, json::error_handler_t::replace));
+    fmt::print("{}\n", all.dump(2, ' ', false, Json::error_handler_t::replace));
   }
   return 0;
 }
@@ -181,16 +181,16 @@ int run(const CompareCommand& command) {
   }
   const ImageDifference& d = *difference;
   if (command.json) {
-    const json all = {{"program", "selvedge-view"},
+    const Json all = {{"program", "selvedge-view"},
                       {"version", SELVEDGE_VERSION},
                       {"report", 1},
                       {"verb", "compare"},
-                      {"max_absolute", std::isfinite(d.max_absolute) ? json(d.max_absolute) : json(nullptr)},
+                      {"maxAbsolute", std::isfinite(d.max_absolute) ? Json(d.max_absolute) : Json(nullptr)},
                       {"x", d.x},
                       {"y", d.y},
                       {"channel", d.channel},
-                      {"rmse", std::isfinite(d.rmse) ? json(d.rmse) : json(nullptr)},
-                      {"psnr", std::isfinite(d.psnr) ? json(d.psnr) : json(nullptr)}};
+                      {"rmse", std::isfinite(d.rmse) ? Json(d.rmse) : Json(nullptr)},
+                      {"psnr", std::isfinite(d.psnr) ? Json(d.psnr) : Json(nullptr)}};
     fmt::print("{}\n", all.dump(2));
   } else {
     fmt::print("max {:.6g} at ({}, {}) channel {}, RMSE {:.6g}, PSNR {:.2f} dB\n", d.max_absolute, d.x, d.y,

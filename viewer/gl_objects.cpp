@@ -41,9 +41,9 @@ GLuint make_mipmapped(const GlFunctions& gl, GLenum format, const Fabric& fabric
 }  // namespace
 
 Result<GLuint> make_index_program(const GlFunctions& gl) {
-  const Result<GLuint> vertex = compile(gl, GL_VERTEX_SHADER, index_vertex_shader);
+  Result<GLuint> vertex = compile(gl, GL_VERTEX_SHADER, index_vertex_shader);
   if (!vertex) return vertex;
-  const Result<GLuint> fragment = compile(gl, GL_FRAGMENT_SHADER, index_fragment_shader);
+  Result<GLuint> fragment = compile(gl, GL_FRAGMENT_SHADER, index_fragment_shader);
   if (!fragment) {
     gl.DeleteShader(*vertex);
     return fragment;

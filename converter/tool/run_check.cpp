@@ -43,7 +43,7 @@ Result<void> check_gltf(const std::string& path) {
 }
 
 Result<FileKind> check_file(const std::string& path) {
-  const auto kind = kind_of(path);
+  auto kind = kind_of(path);
   if (!kind) return kind;
   Result<void> outcome;
   if (*kind == FileKind::fabric) outcome = without_value(read_fabric(path));

@@ -23,6 +23,19 @@ test_refuses_missing_files() {
   refuses FILE_MISSING none.png selvedge-view compare none.png none.png
 }
 
+# A full disk, as far as a test can make one: files of at most 4 KiB.
+limited() { (ulimit -f 4 && "$@"); }
+
+test_a_full_disk_is_an_error_and_leaves_nothing() {
+  make_plane_fabric
+  write_quad quad.gltf
+  refuses FILE_UNWRITABLE o.exr limited selvedge bake plane.obj --period 2x2 -o o.exr --texels 16 --views 16 --lights 16
+  refuses FILE_UNWRITABLE o.exr limited selvedge fit plane.samples.exr -o o.exr
+  refuses FILE_UNWRITABLE o.glb limited selvedge dress quad.gltf plane.fabric.exr -o o.glb --all
+  refuses '(FILE|IMAGE)_UNWRITABLE' o.exr limited selvedge-view render plane.fabric.exr -o o.exr --repeats 40x40
+  refuses FILE_UNWRITABLE o.ply limited selvedge stitch plain-knit -o o.ply
+}
+
 test_refuses_samples_cut_short() {
   make_plane_fabric
   cut_short plane.samples.exr short.exr

@@ -183,7 +183,7 @@ test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
   same 1.exr 2.exr
   same 1.png 2.png
   exits 0 selvedge-view compare 1.png 2.png --max 0 --json
-  holds "r.max_absolute === 0"
+  holds "r.maxAbsolute === 0"
   exits 0 selvedge-view compare 1.exr 2.exr --max 0
 }
 

@@ -92,7 +92,7 @@ test_report_of_every_verb_is_json() {
   reports selvedge-view render selvedge-view render quad.glb -o quad.png --size 64x64 --quiet
   holds "r.width === 64 && r.fabrics === 1"
   reports selvedge-view compare selvedge-view compare quad.png quad.png
-  holds "r.max_absolute === 0"
+  holds "r.maxAbsolute === 0"
 }
 
 test_report_survives_a_file_name_that_is_not_utf_8() {
