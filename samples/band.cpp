@@ -297,7 +297,8 @@ void add_band(Assembly& assembly, const Rings& rings, const std::string& materia
       assembly.points.push_back(strip.at(around, station.down) + strip.normal(around, station.down) * offset);
     }
     for (int j = 0; j <= columns; ++j) {
-      add_vertex(first_point + j % columns, (j / options.samples + shape.yarn_at(j % options.samples)) / ribs,
+      const int rib = j / options.samples;
+      add_vertex(first_point + j % columns, (rib + shape.yarn_at(j % options.samples)) / ribs,
                  station.length);
     }
     if (first) {

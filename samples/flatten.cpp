@@ -207,7 +207,7 @@ Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start
 Result<std::vector<V2d>> flatten(const Panel& panel, const FlattenOptions& options) {
   const Result<std::vector<FlatTriangle>> flat = lay_flat(panel);
   if (!flat) return tl::unexpected(flat.error());
-  const Result<std::vector<V2d>> start = conformal(panel, *flat);
+  Result<std::vector<V2d>> start = conformal(panel, *flat);
   if (!start) return start;
   return relax(panel, *start, options);
 }
