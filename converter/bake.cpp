@@ -131,6 +131,12 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("truth-samples", o.truth_samples, 2, 1 << 20)}) {
     if (!ok) return ok;
   }
+  const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights;
+  const double limit = static_cast<double>(ExrLimits{}.pixels_per_part);
+  if (pixels > limit) {
+    return fail(Code::option_out_of_range, name, "texels",
+                fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed", pixels, limit));
+  }
   if (o.reference_height && !std::isfinite(*o.reference_height)) {
     return fail(Code::option_out_of_range, name, "reference-height", "is not finite");
   }
@@ -144,11 +150,11 @@ SamplesHeader header_of(const RayScene& scene, const BakeOptions& o, double refe
   header.height = o.height;
   header.period_mm = V2f(scene.period());
   header.reference_height = static_cast<float>(reference_height);
-  header.thickness_mm = scene.bounds().max.z - scene.bounds().min.z;
+  header.thickness_mm = scene.bounds().max.z;
   header.views = grid_of(o.views);
   header.lights = grid_of(o.lights);
   header.samples_per_texel = o.samples;
-  header.truth_samples = o.truth_samples;
+  header.truth_samples = o.truth_samples / 2 * 2;
   const std::uint64_t seed = mix(o.seed ^ mix(stream_directions));
   header.pairs[0] = random_pairs(o.validation_pairs, rim_z, seed);
   header.pairs[1] = random_pairs(o.held_out_pairs, rim_z, seed + 1);
@@ -183,10 +189,18 @@ ViewSamples bake_view(const Baker& baker, const BakeOptions& o, int view_index, 
   return out;
 }
 
-/// The truth of a range of pairs, each from two independent halves whose difference tells its noise.
-void bake_pair(const Baker& baker, const BakeOptions& o, PairKind kind, std::size_t pair, PairSamples& out) {
+/// The truth of one pair, from two independent halves whose difference tells its noise.
+PairSamples bake_pair(const Baker& baker, const BakeOptions& o, PairKind kind, std::size_t pair,
+                      const DirectionPair& directions) {
   const auto texels = static_cast<std::size_t>(o.width * o.height);
-  const DirectionPair& directions = out.pairs[pair];
+  PairSamples out;
+  out.width = o.width;
+  out.height = o.height;
+  out.pairs = {directions};
+  out.alpha.assign(texels, 0);
+  out.alpha_noise.assign(texels, 0);
+  out.radiance.assign(texels, V3f(0, 0, 0));
+  out.noise.assign(texels, V3f(0, 0, 0));
   parallel_for(0, o.height, [&](int y) {
     std::array<Gather, 2> half{Gather(1), Gather(1)};
     for (int x = 0; x < o.width; ++x) {
@@ -197,15 +211,15 @@ void bake_pair(const Baker& baker, const BakeOptions& o, PairKind kind, std::siz
                             texel);
         baker.sample(x, y, directions.view, {&directions.light, 1}, o.truth_samples / 2, random, half[h]);
       }
-      const std::size_t i = pair * texels + texel;
       const int rays = half[0].rays + half[1].rays;
       const int hits = half[0].hits + half[1].hits;
-      out.alpha[i] = static_cast<float>(hits) / static_cast<float>(rays);
-      out.alpha_noise[i] = static_cast<float>(half[0].hits - half[1].hits) / static_cast<float>(rays);
-      out.noise[i] = V3f((half[0].radiance[0] - half[1].radiance[0]) / rays);
-      if (hits > 0) out.radiance[i] = V3f((half[0].radiance[0] + half[1].radiance[0]) / hits);
+      out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(rays);
+      out.alpha_noise[texel] = static_cast<float>(half[0].hits - half[1].hits) / static_cast<float>(rays);
+      out.noise[texel] = V3f((half[0].radiance[0] - half[1].radiance[0]) / rays);
+      if (hits > 0) out.radiance[texel] = V3f((half[0].radiance[0] + half[1].radiance[0]) / hits);
     }
   });
+  return out;
 }
 
 }  // namespace
@@ -218,13 +232,18 @@ Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const Bak
   const auto scene = RayScene::create(mesh, name);
   if (!scene) return tl::unexpected(scene.error());
 
-  const double thickness = static_cast<double>(scene->bounds().max.z) - scene->bounds().min.z;
+  const auto thickness = static_cast<double>(scene->bounds().max.z);
   const double reference_height = options.reference_height.value_or(thickness);
+  const double reach = thickness + std::max(scene->period().x, scene->period().y);
+  if (std::abs(reference_height) > 4 * reach) {
+    return fail(Code::option_out_of_range, name, "reference-height",
+                fmt::format("{} mm is far from a cell of {:.3g} mm", reference_height, thickness));
+  }
   const SamplesHeader header = header_of(*scene, options, reference_height, provenance);
   auto writer = SamplesWriter::create(output, header);
   if (!writer) return tl::unexpected(writer.error());
 
-  const Baker baker(*scene, options, scene->bounds().min.z + reference_height);
+  const Baker baker(*scene, options, reference_height);
   const std::vector<V3f> views = directions_of(header.views);
   const std::vector<V3f> lights = directions_of(header.lights);
   std::size_t pair_total = 0;
@@ -249,18 +268,12 @@ Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const Bak
   report.coverage /= static_cast<double>(views.size()) * header.texels();
 
   for (const PairKind kind : all_pair_kinds) {
-    PairSamples truth;
-    truth.pairs = header.pairs[static_cast<std::size_t>(kind)];
-    const std::size_t count = truth.pairs.size() * static_cast<std::size_t>(header.texels());
-    truth.alpha.assign(count, 0);
-    truth.alpha_noise.assign(count, 0);
-    truth.radiance.assign(count, V3f(0, 0, 0));
-    truth.noise.assign(count, V3f(0, 0, 0));
-    for (std::size_t pair = 0; pair < truth.pairs.size(); ++pair) {
-      bake_pair(baker, options, kind, pair, truth);
+    const auto& pairs = header.pairs[static_cast<std::size_t>(kind)];
+    for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+      const PairSamples truth = bake_pair(baker, options, kind, pair, pairs[pair]);
+      if (auto ok = writer->write_pairs(kind, truth); !ok) return tl::unexpected(ok.error());
       advance(options.truth_samples);
     }
-    if (auto ok = writer->write_pairs(kind, truth); !ok) return tl::unexpected(ok.error());
   }
   if (auto ok = writer->commit(); !ok) return tl::unexpected(ok.error());
   report.rays = baker.rays();

@@ -19,7 +19,12 @@ Result<CellMesh> load_cell(const std::string& name_or_path, const MeshOptions& m
   if (!built_in && !ending.empty() && ending != ".json") return read_mesh(name_or_path, import);
   const auto pattern = find_stitch(name_or_path);
   if (!pattern) return tl::unexpected(pattern.error());
-  return mesh_stitch(*pattern, mesh);
+  if (import.period) {
+    return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
+  }
+  auto cell = mesh_stitch(*pattern, mesh);
+  if (!cell) cell.error().file = name_or_path;
+  return cell;
 }
 
 }  // namespace selvedge

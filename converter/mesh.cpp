@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace selvedge {
@@ -12,11 +13,14 @@ bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) &
 }  // namespace
 
 Box bounds_of(const CellMesh& mesh) {
-  Box box{mesh.positions.front(), mesh.positions.front()};
-  for (const V3f& p : mesh.positions) {
-    for (unsigned i = 0; i < 3; ++i) {
-      box.min[i] = std::min(box.min[i], p[i]);
-      box.max[i] = std::max(box.max[i], p[i]);
+  const auto position = [&](int v) -> const V3f& { return mesh.positions[static_cast<std::size_t>(v)]; };
+  Box box{position(mesh.triangles.front().x), position(mesh.triangles.front().x)};
+  for (const V3i& triangle : mesh.triangles) {
+    for (const int v : {triangle.x, triangle.y, triangle.z}) {
+      for (unsigned i = 0; i < 3; ++i) {
+        box.min[i] = std::min(box.min[i], position(v)[i]);
+        box.max[i] = std::max(box.max[i], position(v)[i]);
+      }
     }
   }
   return box;
@@ -60,6 +64,11 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
       }
     }
   }
+  const bool has_area = std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const V3i& t) {
+    const auto at = [&](int v) { return V3d(mesh.positions[static_cast<std::size_t>(v)]); };
+    return (at(t.y) - at(t.x)).cross(at(t.z) - at(t.x)).length2() > 0;
+  });
+  if (!has_area) return fail(Code::mesh_empty, name, "", "no triangle of the mesh has an area");
   return {};
 }
 

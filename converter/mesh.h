@@ -26,11 +26,12 @@ struct Box {
   V3f max{0, 0, 0};
 };
 
-/// Bounds of all vertices. Precondition: at least one.
+/// Bounds of all triangles; vertices that none uses do not count. Precondition: validate() holds.
 Box bounds_of(const CellMesh& mesh);
 
-/// Empty mesh, wrong array sizes, indices out of range, NaN or infinite positions, period not positive:
-/// refused with the vertex or triangle as the place. `name` is the file or stitch for the message.
+/// Empty mesh (no triangle, or none with an area), wrong array sizes, indices out of range, NaN or infinite
+/// positions, period not positive: refused with the vertex or triangle as the place. `name` is the file or
+/// stitch for the message.
 Result<void> validate(const CellMesh& mesh, const std::string& name);
 
 }  // namespace selvedge

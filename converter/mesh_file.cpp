@@ -90,7 +90,11 @@ std::string period_comment(const CellMesh& mesh) {
 std::string obj_of(const CellMesh& mesh) {
   std::string out = "# " + period_comment(mesh) + "\n";
   auto end = std::back_inserter(out);
-  for (const V3f& p : mesh.positions) fmt::format_to(end, "v {} {} {}\n", p.x, p.y, p.z);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const V3f& p = mesh.positions[v];
+    const V3f& c = mesh.albedo[v];
+    fmt::format_to(end, "v {} {} {} {} {} {}\n", p.x, p.y, p.z, c.x, c.y, c.z);
+  }
   for (const V3f& n : mesh.normals) fmt::format_to(end, "vn {} {} {}\n", n.x, n.y, n.z);
   for (const V3i& t : mesh.triangles) {
     fmt::format_to(end, "f {0}//{0} {1}//{1} {2}//{2}\n", t.x + 1, t.y + 1, t.z + 1);
@@ -131,7 +135,7 @@ Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& opt
   }
   if (!options.period) return fail(Code::mesh_invalid, path, "", "period missing: give --period WxH in mm");
   if (!(options.scale_to_mm > 0) || !std::isfinite(options.scale_to_mm)) {
-    return fail(Code::option_out_of_range, path, "scale",
+    return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", options.scale_to_mm));
   }
   auto raw = format == "ply" ? import_ply(*bytes, path) : import_mesh(*bytes, format, path);

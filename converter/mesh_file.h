@@ -27,8 +27,9 @@ struct MeshImportOptions {
 /// vertices, no or bad period.
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options);
 
-/// Writes OBJ (positions, normals) or binary PLY (also colours, 8-bit sRGB), by the path's ending. The file
-/// appears whole or not at all. The period is kept in a comment of both; reading does not look for it.
+/// Writes OBJ (with linear colours behind the positions) or binary PLY (colours as 8-bit sRGB), by the path's
+/// ending. The file appears whole or not at all. The period is kept in a comment of both; reading does not
+/// look for it.
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh);
 
 }  // namespace selvedge

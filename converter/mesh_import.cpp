@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <mutex>
 #include <sstream>
 #include <string_view>
@@ -157,7 +158,13 @@ Result<void> check_point(std::string_view rest, const std::string& file, const s
 
 Result<void> check_obj_line(std::string_view keyword, std::string_view rest, const std::string& file,
                             const std::string& place) {
-  if (keyword == "v") return check_point(rest, file, place);
+  if (keyword == "v") {
+    std::istringstream numbers{std::string(rest)};
+    const auto count = std::distance(std::istream_iterator<std::string>(numbers), {});
+    // x y z, with a weight, with a colour, or with both: anything else was cut.
+    if (count == 5) return fail(Code::file_damaged, file, place, "a vertex with 5 numbers");
+    return check_point(rest, file, place);
+  }
   if (keyword != "f") return {};
   int corners = 0;
   std::istringstream words{std::string(rest)};
@@ -173,6 +180,34 @@ Result<void> check_obj_line(std::string_view keyword, std::string_view rest, con
 Result<void> check_stl_line(std::string_view keyword, std::string_view rest, const std::string& file,
                             const std::string& place) {
   return keyword == "vertex" ? check_point(rest, file, place) : Result<void>{};
+}
+
+/// Plain lines: no byte order mark, no comments, continued lines joined (the line numbers stay: joined lines
+/// leave empty ones behind), every kind of line end as \n.
+std::string plain_obj(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  std::string plain;
+  std::string owed;  // line ends of continued lines
+  bool comment = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    char c = text[i];
+    const bool pair = c == '\r' && i + 1 < text.size() && text[i + 1] == '\n';
+    if (pair) continue;
+    if (c == '\r') c = '\n';
+    if (c == '\n' && plain.ends_with('\\') && !comment) {
+      plain.back() = ' ';
+      owed += '\n';
+      continue;
+    }
+    if (c == '#') comment = true;
+    if (c == '\n') {
+      comment = false;
+      plain += owed;
+      owed.clear();
+    }
+    if (!comment) plain += c;
+  }
+  return plain + owed;
 }
 
 Result<void> check_lines(std::string_view text, const std::string& file, LineCheck check) {
@@ -241,8 +276,9 @@ Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format,
   Result<void> sound;
   std::istringstream in;
   if (format == "obj") {
-    sound = check_lines(bytes, file, check_obj_line);
-    in.str(geometry_of(bytes));
+    const std::string plain = plain_obj(bytes);
+    sound = check_lines(plain, file, check_obj_line);
+    in.str(geometry_of(plain));
   } else if (format == "stl" && is_binary_stl(bytes)) {
     sound = check_binary_stl(bytes, file);
     in.str(bytes);

@@ -2,8 +2,6 @@
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
-#include <pmmintrin.h>
-#include <xmmintrin.h>
 
 #include <algorithm>
 #include <cmath>
@@ -69,9 +67,6 @@ const Box& RayScene::bounds() const { return state_->bounds; }
 V2d RayScene::period() const { return state_->period; }
 
 Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name) {
-  // Embree asks for both; denormals would only slow it down.
-  _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-  _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
   auto state = std::make_unique<State>();
   state->bounds = bounds_of(mesh);
   state->period = mesh.period;
@@ -79,17 +74,30 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name)
   state->albedo = mesh.albedo;
   state->triangles = mesh.triangles;
 
+  // Down to z = 0, in double: single precision would swallow the offset of a mesh that lies far up.
+  const double low_z = static_cast<double>(state->bounds.min.z);
+  const double thickness = static_cast<double>(state->bounds.max.z) - low_z;
+  state->bounds.min.z = 0;
+  state->bounds.max.z = static_cast<float>(thickness);
+
   const double size = std::max(mesh.period.x, mesh.period.y);
-  state->offset = 2e-5 * size;
+  state->offset =
+      std::max(2e-5 * size, 8 * static_cast<double>(std::numeric_limits<float>::epsilon()) * thickness);
   state->z_low = state->bounds.min.z - 1e-3 * size;
   state->z_high = state->bounds.max.z + 1e-3 * size;
 
   // Copies whose triangles may reach into the block although their cell lies outside of it.
-  const auto overhang = [](double low, double high, double period) {
-    return static_cast<int>(std::ceil(std::max({0.0, -low / period, high / period - 1}) - 1e-6));
+  // A mesh far from the origin is moved by whole periods first.
+  const auto whole_periods = [](double low, double period) {
+    return std::floor(low / period + 1e-6) * period;
   };
-  const int extra_x = overhang(state->bounds.min.x, state->bounds.max.x, mesh.period.x);
-  const int extra_y = overhang(state->bounds.min.y, state->bounds.max.y, mesh.period.y);
+  const V2d shift(whole_periods(state->bounds.min.x, mesh.period.x),
+                  whole_periods(state->bounds.min.y, mesh.period.y));
+  const auto overhang = [](double high, double period) {
+    return static_cast<int>(std::ceil(std::max(0.0, high / period - 1) - 1e-6));
+  };
+  const int extra_x = overhang(state->bounds.max.x - shift.x, mesh.period.x);
+  const int extra_y = overhang(state->bounds.max.y - shift.y, mesh.period.y);
   constexpr int most_extra = 8;
   if (extra_x > most_extra || extra_y > most_extra) {
     return fail(Code::mesh_invalid, name, "period",
@@ -106,8 +114,9 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name)
     for (int cx = -reach - extra_x; cx <= reach + extra_x; ++cx) {
       const int first = static_cast<int>(vertices.size());
       for (const V3f& p : mesh.positions) {
-        vertices.emplace_back(V3f(V3d(snap_to_wall(p.x + cx * mesh.period.x, mesh.period.x),
-                                      snap_to_wall(p.y + cy * mesh.period.y, mesh.period.y), p.z)));
+        vertices.emplace_back(
+            V3f(V3d(snap_to_wall(p.x - shift.x + cx * mesh.period.x, mesh.period.x),
+                    snap_to_wall(p.y - shift.y + cy * mesh.period.y, mesh.period.y), p.z - low_z)));
       }
       for (const V3i& t : mesh.triangles) triangles.push_back(t + V3i(first));
     }

@@ -28,6 +28,7 @@ class RayScene {
   RayScene& operator=(RayScene&&) noexcept;
   ~RayScene();
 
+  /// Of one cell; the lowest point lies at z = 0, whatever height the mesh came with.
   const Box& bounds() const;
   V2d period() const;
 

@@ -22,7 +22,7 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, const MeshOptions& o
   const double y = cells(pattern.period_mm.y);
   const double z = std::ceil((high - low) / step) + 2;  // a cube of air below and above
   const auto refuse = [&](std::string why) {
-    return fail(Code::option_out_of_range, pattern.name, "cells across", std::move(why));
+    return fail(Code::option_out_of_range, pattern.name, "--grid", std::move(why));
   };
   if ((x + 1) * (y + 1) * (z + 1) >= max_grid_points) {
     return refuse(fmt::format("{} make a grid of {:.0f} points, at most {:.0f}", options.cells_across,
@@ -47,7 +47,7 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, const MeshOptions& o
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options) {
   if (auto sound = validate(pattern, pattern.name); !sound) return tl::unexpected(sound.error());
   if (options.cells_across < 4 || options.cells_across > 1024) {
-    return fail(Code::option_out_of_range, pattern.name, "cells across",
+    return fail(Code::option_out_of_range, pattern.name, "--grid",
                 fmt::format("must lie in 4 to 1024, are {}", options.cells_across));
   }
   // Signs need no reach at all; the search along an edge does, and no edge is longer than this.

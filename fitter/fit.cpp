@@ -180,6 +180,16 @@ Result<FitResult> fit(SampleLevel samples, const SamplesHeader& header, const Fi
     return fail(Code::option_out_of_range, {}, "lobes",
                 fmt::format("{} is outside of 0 to {}", options.lobes, most_lobes));
   }
+  if (options.max_rounds < 1 || !(options.damping >= 0) || !std::isfinite(options.damping)) {
+    return fail(Code::option_out_of_range, {}, "rounds or damping", "must be at least 1, and not negative");
+  }
+  const auto texels = static_cast<std::size_t>(header.texels());
+  const std::size_t seen = texels * static_cast<std::size_t>(header.views.count());
+  if (samples.width != header.width || samples.height != header.height || samples.normal.size() != texels ||
+      samples.alpha.size() != seen ||
+      samples.radiance.size() != seen * static_cast<std::size_t>(header.lights.count())) {
+    return fail(Code::samples_malformed, {}, "level 0", "the samples are not those of the header");
+  }
   const auto start = std::chrono::steady_clock::now();
   FitResult result;
   result.fabric.period_mm = header.period_mm;

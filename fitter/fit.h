@@ -13,6 +13,8 @@
 
 namespace selvedge {
 
+/// The bound on a lobe's peak (lobe_fit.h) holds before the table is normalised: in the fabric a lobe may
+/// reach its bound times the mean that the table had, and T times the lobe is bounded as before.
 struct FitOptions {
   int lobes = 2;                  ///< 0 to 16
   bool view_table = true;         ///< else T = 1 and the layer is left out

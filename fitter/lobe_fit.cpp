@@ -134,7 +134,8 @@ std::vector<double> start_parameters(int lobes, double scale) {
   std::vector<double> p(static_cast<std::size_t>(parameter_count(lobes)));
   p[0] = lobes > 0 ? 0.7 * scale : scale;
   for (int j = 0; j < lobes; ++j) {
-    constexpr double exponent = 3;
+    const int octave = j / 2;
+    const double exponent = 3.0 * (1 + octave);
     // The peak of the lobe, C^n, is a moderate share of the diffuse term.
     const double c = std::pow(0.5 * std::max(scale, 1e-12), 1 / exponent);
     const double sideways = j % 2 == 0 ? -0.6 : 0.6;
@@ -143,8 +144,7 @@ std::vector<double> start_parameters(int lobes, double scale) {
     lobe[0] = c * sideways * (along_x ? 1.0 : 0.9);
     lobe[1] = c * sideways * (along_x ? 0.9 : 1.0);
     lobe[2] = c;
-    const int octave = j / 2;
-    lobe[3] = exponent * (1 + octave);
+    lobe[3] = exponent;
   }
   return p;
 }
@@ -179,7 +179,10 @@ double fit_lobes(const TexelSamples& samples, int channel, const std::vector<dou
   for (int j = 0; j < options.lobes; ++j) {
     double* lobe = &parameters[static_cast<std::size_t>(1 + 4 * j)];
     lobe[3] = std::clamp(lobe[3], 1.0, options.max_exponent);
-    for (int k = 0; k < 3; ++k) lobe[k] = std::clamp(lobe[k] / std::pow(peak, 1 / lobe[3]), -1.0, 1.0);
+    for (int k = 0; k < 3; ++k) lobe[k] /= std::pow(peak, 1 / lobe[3]);
+    // Shortened as a whole: the lobe keeps its direction.
+    const double longest = std::max({std::abs(lobe[0]), std::abs(lobe[1]), std::abs(lobe[2]), 1.0});
+    for (int k = 0; k < 3; ++k) lobe[k] /= longest;
   }
 
   const double ridge = std::sqrt(1e-6 * sums.energy) / peak;

@@ -12,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-/// The truth of one pair at one level: alpha * r, its noise, alpha (in x).
+/// The truth of one pair at one level: alpha * r, its noise; alpha in x and its noise in y.
 struct TruthImage {
   std::vector<V3d> colour;
   std::vector<V3d> noise;
@@ -26,6 +26,7 @@ struct Sums {
   double truth = 0;
   double alpha_squared = 0;
   double noise = 0;
+  double alpha_noise = 0;
   double count = 0;
 
   void add(const Sums& o) {
@@ -35,6 +36,7 @@ struct Sums {
     truth += o.truth;
     alpha_squared += o.alpha_squared;
     noise += o.noise;
+    alpha_noise += o.alpha_noise;
     count += o.count;
   }
 };
@@ -68,6 +70,7 @@ Sums compare_level(const Fabric& fabric, int k, const DirectionPair& pair, const
       sums.truth += truth.colour[i].x + truth.colour[i].y + truth.colour[i].z;
       sums.alpha_squared += alpha * alpha;
       sums.noise += truth.noise[i].length2();
+      sums.alpha_noise += truth.alpha[i].y * truth.alpha[i].y;
       sums.count += 1;
     }
   }
@@ -86,7 +89,8 @@ double decibels(double peak, double mean_square) {
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
   const FabricLevel& base = fabric.levels.front();
   const auto texels = static_cast<std::size_t>(base.texels());
-  if (truth.alpha.size() != truth.pairs.size() * texels) {
+  if (truth.width != base.width || truth.height != base.height ||
+      truth.alpha.size() != truth.pairs.size() * texels) {
     return fail(Code::fabric_mismatch, {}, name_of(kind),
                 fmt::format("the samples are not of {}x{} texels as the fabric is", base.width, base.height));
   }
@@ -102,7 +106,8 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
     for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
       image.colour.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
       image.noise.emplace_back(V3d(truth.noise[i]));
-      image.alpha.emplace_back(static_cast<double>(truth.alpha[i]), 0.0, 0.0);
+      image.alpha.emplace_back(static_cast<double>(truth.alpha[i]), static_cast<double>(truth.alpha_noise[i]),
+                               0.0);
     }
     for (std::size_t k = 0; k < levels; ++k) {
       if (k > 0) {
@@ -126,6 +131,7 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
     level.relative_l2 = sums.energy > 0 ? std::sqrt(sums.squared / sums.energy) : 0;
     level.mean_error = sums.truth > 0 ? sums.signed_error / sums.truth : 0;
     level.alpha_rms = std::sqrt(sums.alpha_squared / sums.count);
+    level.alpha_noise = std::sqrt(sums.alpha_noise / sums.count);
     level.noise_psnr = decibels(result.peak, sums.noise / (3 * sums.count));
     result.levels.push_back(level);
   }

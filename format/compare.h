@@ -18,6 +18,7 @@ struct LevelComparison {
   double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2)
   double mean_error = 0;   ///< mean of fit - truth, as a share of the mean truth
   double alpha_rms = 0;    ///< root mean square error of alpha
+  double alpha_noise = 0;  ///< the part of alpha_rms that is the truth's own sampling noise
   double noise_psnr = 0;   ///< dB, the truth's own sampling noise against the same peak
 };
 
@@ -28,8 +29,8 @@ struct Comparison {
   std::vector<LevelComparison> levels;
 };
 
-/// `peak`: pass 0 to take it from these pairs, or another set's so that figures compare.
-/// Refuses (fabric_mismatch) samples of another texel count than the fabric's level 0.
+/// `peak`: 0 takes it from these pairs; the tool takes the held-out set's for all sets, so that figures
+/// compare. Refuses (fabric_mismatch) samples of another texel count than the fabric's level 0.
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
 
 }  // namespace selvedge

@@ -14,7 +14,6 @@ constexpr std::array rows{
     CodeRow{Code::file_damaged, "FILE_DAMAGED", "The file is cut short or a part of it cannot be decoded."},
     CodeRow{Code::file_too_large, "FILE_TOO_LARGE", "A declared size is beyond the stated limits."},
     CodeRow{Code::option_out_of_range, "OPTION_OUT_OF_RANGE", "An option's value is outside of its range."},
-    CodeRow{Code::interrupted, "INTERRUPTED", "The work was interrupted; no output was written."},
     CodeRow{Code::json_malformed, "JSON_MALFORMED", "A JSON text cannot be parsed."},
     CodeRow{Code::stitch_unknown, "STITCH_UNKNOWN",
             "No built-in stitch has that name and no such file exists."},

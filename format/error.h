@@ -19,7 +19,6 @@ enum class Code {
   file_damaged,
   file_too_large,
   option_out_of_range,
-  interrupted,
   json_malformed,
   stitch_unknown,
   stitch_invalid,

@@ -45,7 +45,7 @@ Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
   header.displayWindow() = Imath::Box2i({0, 0}, {display.width - 1, display.height - 1});
   header.setName(part.name);
   header.setType(part.mipmapped ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
-  // A samples atlas is read in single rows; everything else in whole levels.
+  // Scanline parts are read in any range of rows: no more is decoded than asked for.
   header.compression() = part.mipmapped ? Imf::ZIP_COMPRESSION : Imf::ZIPS_COMPRESSION;
   if (part.mipmapped) {
     header.setTileDescription(

@@ -94,7 +94,9 @@ int level_count(int width, int height) {
 }
 
 V3f tangent_of(const V3f& normal) {
-  const V3d n(normal);
+  // Unit in double: a normal rounded to half precision is not, and near the axis the difference would show
+  // it.
+  const V3d n = V3d(normal).normalized();
   V3d t = V3d(1, 0, 0) - n * n.x;
   // Nearer than this to the axis the difference has no digits left to give a direction.
   if (t.length2() < 1e-6) t = V3d(0, 1, 0) - n * n.y;

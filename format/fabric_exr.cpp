@@ -217,7 +217,7 @@ std::string attribute_text(const Fabric& fabric, const std::vector<PartData>& pa
   for (const PartData& data : parts) {
     json layer = {{"levels", data.present},
                   {"precision", data.part.channels.front().half ? "half" : "float"}};
-    if (data.part.name == names::part_lobes) layer["lobes"] = data.part.channels.size() / 12;
+    if (data.part.name == names::part_lobes) layer["lobes"] = (data.part.channels.size() / 3 - 1) / 4;
     layers[data.part.name] = layer;
     for (const int k : data.present) {
       digests[data.part.name].push_back(digest_of(data.part, data.levels[static_cast<std::size_t>(k)]));

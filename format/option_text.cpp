@@ -1,5 +1,7 @@
 #include "format/option_text.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
@@ -20,6 +22,12 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, char s
   const bool dangling = !text.empty() && text.back() == separator;
   if (dangling || numbers.size() < least || numbers.size() > most) return std::nullopt;
   return numbers;
+}
+
+bool has_ending(std::string path, std::string_view ending) {
+  std::transform(path.begin(), path.end(), path.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return path.size() > ending.size() && path.ends_with(ending);
 }
 
 }  // namespace selvedge

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace selvedge {
@@ -11,5 +12,9 @@ namespace selvedge {
 /// not that.
 std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator, std::size_t least,
                                                  std::size_t most);
+
+/// Whether a file's name has that ending (".png", lower case), in upper or lower case, and something before
+/// it.
+bool has_ending(std::string path, std::string_view ending);
 
 }  // namespace selvedge

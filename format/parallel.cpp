@@ -32,13 +32,17 @@ int thread_count() {
 }
 
 void parallel_for(int begin, int end, const std::function<void(int)>& body) {
+  // The caller's floating-point mode (rounding, denormals), not that of whoever used TBB first in this
+  // process.
+  tbb::task_group_context context(tbb::task_group_context::bound, tbb::task_group_context::default_traits |
+                                                                      tbb::task_group_context::fp_settings);
   // The simple partitioner keeps the split of the work free of timing.
   tbb::parallel_for(
       tbb::blocked_range<int>(begin, end, 1),
       [&](const tbb::blocked_range<int>& range) {
         for (int i = range.begin(); i != range.end(); ++i) body(i);
       },
-      tbb::simple_partitioner());
+      tbb::simple_partitioner(), context);
 }
 
 }  // namespace selvedge

@@ -143,7 +143,7 @@ Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
 Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& samples) {
   int part = 2;
   for (std::size_t k = 0; k < index_of(kind); ++k) part += header_.pairs[k].empty() ? 0 : 1;
-  const auto count = static_cast<int>(header_.pairs[index_of(kind)].size());
+  const auto count = static_cast<int>(samples.pairs.size());
   if (count == 0) return {};
   ExrPixels pixels = blank(header_.width, header_.height * count, 8);
   for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
@@ -333,6 +333,8 @@ Result<SampleLevel> SamplesReader::read_level() {
 
 Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   PairSamples samples;
+  samples.width = header_.width;
+  samples.height = header_.height;
   samples.pairs = header_.pairs[index_of(kind)];
   if (samples.pairs.empty()) return samples;
   const char* name = name_of(kind);

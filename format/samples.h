@@ -50,6 +50,8 @@ struct ViewSamples {
 
 /// The truth of one set of pairs.
 struct PairSamples {
+  int width = 0;  ///< texels, as the header's
+  int height = 0;
   std::vector<DirectionPair> pairs;
   std::vector<float> alpha;        ///< [pair * texels + texel]
   std::vector<V3f> radiance;       ///< [pair * texels + texel]
@@ -69,11 +71,12 @@ struct SampleLevel {
   int texels() const { return width * height; }
 };
 
-/// Streams samples to a file, view by view, in memory that does not grow with views or lights x views.
+/// Streams samples to a file. At any time it holds one view (all of its lights and texels) or the pairs of
+/// one call: memory does not grow with the number of views or pairs.
 class SamplesWriter {
  public:
   static Result<SamplesWriter> create(const std::string& path, const SamplesHeader& header);
-  /// Views in their order, then each pair set once.
+  /// Views in their order, then the pairs of each set in theirs, in as many calls as one likes.
   Result<void> write_view(const ViewSamples& samples);
   Result<void> write_pairs(PairKind kind, const PairSamples& samples);
   Result<void> commit() { return writer_.commit(); }

@@ -132,7 +132,11 @@ void add_light(CLI::App& app, RenderCommand& command) {
          "--exposure", command.exposure,
          "Factor on radiance in PNG files (default pi: white that faces a light of intensity 1 becomes 1)")
       ->type_name("FACTOR")
-      ->check(CLI::Range(0.0, 1e9))
+      ->check([](const std::string& text) {
+        const auto factor = parse_numbers(text, ',', 1, 1);
+        const bool good = factor && factor->front() >= 0 && factor->front() <= 1e9;
+        return good ? std::string() : "\"" + text + "\" is not in 0 to 1e9";
+      })
       ->group(group);
   add_text(app, "--background", "R,G,B|transparent", "Of PNG files, linear (default 0.18,0.18,0.18)",
            [&](const std::string& t) {
@@ -161,6 +165,10 @@ void add_render(CLI::App& app, RenderCommand& command) {
       ->required()
       ->type_name("FILE")
       ->expected(1)
+      ->check([](const std::string& path) {
+        const bool good = has_ending(path, ".png") || has_ending(path, ".exr");
+        return good ? std::string() : "\"" + path + "\" does not end in .png or .exr";
+      })
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_text(app, "--size", "WxH", "Size of a scene's picture in pixels (default 800x600)",
            [&](const std::string& t) {

@@ -14,6 +14,7 @@
 #include "format/fabric_exr.h"
 #include "format/gltf_scene.h"
 #include "format/image.h"
+#include "format/option_text.h"
 #include "format/parallel.h"
 #include "viewer/geometry.h"
 
@@ -29,14 +30,7 @@ double seconds_since(Clock::time_point start) {
 
 int report(const Error& error) {
   fmt::print(stderr, "selvedge-view: {}\n", to_line(error));
-  // Here such an error is always an option of the command line: wrong usage.
-  return error.code == Code::option_out_of_range ? 2 : 1;
-}
-
-bool ends_with(std::string text, std::string_view ending) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text.size() > ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+  return 1;
 }
 
 std::vector<Light> lights_of(const RenderCommand& command, const Camera& camera) {
@@ -97,7 +91,7 @@ Result<Shot> read_scene_shot(const RenderCommand& command) {
 }
 
 Result<void> write(const RenderCommand& command, const Frame& frame, const std::string& path) {
-  if (ends_with(path, ".exr")) return write_exr(path, to_linear_image(frame));
+  if (has_ending(path, ".exr")) return write_exr(path, to_linear_image(frame));
   return write_png(path, to_display_image(frame, static_cast<float>(command.exposure), command.background));
 }
 
@@ -130,8 +124,6 @@ Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& 
 
 int run(const RenderCommand& command) {
   for (const std::string& path : command.outputs) {
-    if (!ends_with(path, ".png") && !ends_with(path, ".exr"))
-      return report({Code::option_out_of_range, path, "--output", "the name must end in .png or .exr"});
     // Said before the work, and before another picture is written.
     if (const auto writable = AtomicFile::create(path); !writable) return report(writable.error());
   }
@@ -139,7 +131,7 @@ int run(const RenderCommand& command) {
   // Mesa's rasteriser has threads of its own; whoever set their number already knows better.
   if (command.threads > 0) setenv("LP_NUM_THREADS", fmt::format("{}", command.threads).c_str(), 0);
   const Clock::time_point start = Clock::now();
-  Result<Shot> shot = ends_with(command.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
+  Result<Shot> shot = has_ending(command.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
   if (!shot) return report(shot.error());
   shot->options.lights = lights_of(command, shot->camera);
   const double read = seconds_since(start);

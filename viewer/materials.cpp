@@ -58,8 +58,8 @@ Result<Looks> looks_of(const Scene& scene, const std::vector<Surface>& surfaces,
       look.image = decode(scene, material.base_color_texture.image, decoded, result, remarks);
       look.keeps_opacity = material.alpha_mode == AlphaMode::blend;
       if (material.alpha_mode == AlphaMode::mask) look.opaque_from = material.alpha_cutoff;
-      look.culls_back = !material.double_sided;
     }
+    look.culls_back = !material.double_sided;
     result.looks.push_back(look);
   }
   return result;

@@ -59,6 +59,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   material.name = "swatch";
   material.fabric = FabricReference{};
   material.alpha_mode = AlphaMode::blend;
+  material.double_sided = true;
   swatch.scene.materials.push_back(material);
 
   swatch.camera.projection = Projection::parallel;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 
@@ -27,12 +28,28 @@ CLI::Option* add_text(CLI::App& app, const std::string& name, const std::string&
       ->type_name(form);
 }
 
-void add_common(CLI::App& app, CommonOptions& common, bool works) {
+/// Whole numbers that fit an int; out of their range is the stage's to say.
+std::vector<int> whole_numbers(const std::string& option, const std::string& text, char separator,
+                               std::size_t least, std::size_t most, const char* example) {
+  std::vector<int> whole;
+  for (const double n : numbers(option, text, separator, least, most, example)) {
+    if (n != std::floor(n) || std::abs(n) > 1e9) {
+      throw CLI::ValidationError(option, fmt::format("\"{}\" is not of the form {}", text, example));
+    }
+    whole.push_back(static_cast<int>(n));
+  }
+  return whole;
+}
+
+/// `draws`: the verb has a --seed of its own, because it draws random numbers.
+void add_common(CLI::App& app, CommonOptions& common, bool draws = false) {
   app.add_flag("--json", common.json, "The report as JSON on standard output");
   app.add_flag("--quiet", common.quiet, "No progress, no table");
-  if (works) {
-    app.add_option("--threads", common.threads, "0: all cores; the bytes are the same for any number")
-        ->check(CLI::Range(0, 1024));
+  app.add_option("--threads", common.threads, "0: all cores; the bytes are the same for any number")
+      ->check(CLI::Range(0, 1024));
+  if (!draws) {
+    app.add_option("--seed", common.seed, "Taken by every verb; this one draws no random numbers")
+        ->type_name("N");
   }
 }
 
@@ -59,11 +76,10 @@ void add_cell(CLI::App& app, std::string& input, MeshOptions& mesh, MeshImportOp
       ->type_name("MM")
       ->capture_default_str()
       ->group(group);
-  app.add_option("--up", import.up_axis, "The file's axis out of the cloth")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, UpAxis>{{"y", UpAxis::y}, {"z", UpAxis::z}}))
-      ->type_name("y|z")
-      ->default_str("z")
-      ->group(group);
+  add_text(app, "--up", "y|z", "The file's axis out of the cloth (z)", [&import](const std::string& t) {
+    if (t != "y" && t != "z") throw CLI::ValidationError("--up", fmt::format("\"{}\" is neither y nor z", t));
+    import.up_axis = t == "y" ? UpAxis::y : UpAxis::z;
+  })->group(group);
   add_text(app, "--albedo", "R,G,B", "Linear, where the file has no colours (0.5,0.5,0.5)",
            [&import](const std::string& t) {
              const auto n = numbers("--albedo", t, ',', 3, 3, "0.5,0.5,0.5");
@@ -75,9 +91,9 @@ void add_cell(CLI::App& app, std::string& input, MeshOptions& mesh, MeshImportOp
 void add_bake(CLI::App& app, BakeOptions& bake) {
   const char* group = "Bake";
   add_text(app, "--texels", "N|WxH", "Texels of one repeat (32x32)", [&bake](const std::string& t) {
-    const auto n = numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
-    bake.width = static_cast<int>(std::clamp(n.front(), -1.0, 1e6));
-    bake.height = static_cast<int>(std::clamp(n.back(), -1.0, 1e6));
+    const auto n = whole_numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
+    bake.width = n.front();
+    bake.height = n.back();
   })->group(group);
   const auto add = [&](const char* name, int& value, const char* help) {
     app.add_option(name, value, help)->type_name("N")->capture_default_str()->group(group);
@@ -152,7 +168,7 @@ struct Verbs {
 void add_stitch_verb(CLI::App& app, StitchCommand& command) {
   CLI::App* verb = add_verb(app, "stitch", "Mesh one cell of a stitch, or tell what it is made of",
                             "selvedge stitch plain-knit -o plain-knit.ply");
-  add_common(*verb, command.common, false);
+  add_common(*verb, command.common);
   add_cell(*verb, command.input, command.mesh, command.import);
   verb->get_option("input")->required(false);
   verb->add_flag("--list", command.list, "The built-in stitches");
@@ -171,7 +187,7 @@ void add_bake_verb(CLI::App& app, BakeCommand& command) {
 void add_fit_verb(CLI::App& app, FitCommand& command) {
   CLI::App* verb = add_verb(app, "fit", "Fit a fabric to samples: samples -> fabric",
                             "selvedge fit k.samples.exr -o k.fabric.exr");
-  add_common(*verb, command.common, true);
+  add_common(*verb, command.common);
   verb->add_option("samples", command.input, "The samples file")->required()->type_name("FILE");
   add_fit(*verb, command);
   add_output(*verb, command.output, "The fabric file");
@@ -191,7 +207,7 @@ void add_make_verb(CLI::App& app, MakeCommand& command) {
 void add_dress_verb(CLI::App& app, DressCommand& command) {
   CLI::App* verb = add_verb(app, "dress", "Put a fabric on materials of a glTF garment",
                             "selvedge dress shirt.glb k.fabric.exr -o dressed.glb --material Cotton");
-  add_common(*verb, command.common, false);
+  add_common(*verb, command.common);
   verb->add_option("garment", command.garment, "A glTF file (.gltf .glb)")->required()->type_name("FILE");
   verb->add_option("fabric", command.fabric, "The fabric file")->required()->type_name("FILE");
   add_output(*verb, command.output, "The dressed garment (.gltf .glb)");
@@ -223,27 +239,26 @@ void add_dress_verb(CLI::App& app, DressCommand& command) {
 void add_reading_verbs(CLI::App& app, Verbs& verbs) {
   CLI::App* check = add_verb(app, "check", "Check fabric, samples and glTF files",
                              "selvedge check k.fabric.exr dressed.glb");
-  add_common(*check, verbs.check.common, false);
+  add_common(*check, verbs.check.common);
   check->add_option("files", verbs.check.files, "Files")->required()->type_name("FILE...");
 
   CLI::App* info =
       add_verb(app, "info", "What is in a fabric, samples or glTF file", "selvedge info k.fabric.exr");
-  add_common(*info, verbs.info.common, false);
+  add_common(*info, verbs.info.common);
   info->add_option("file", verbs.info.file, "A file")->required()->type_name("FILE");
 
   EvaluateCommand& e = verbs.evaluate;
   CLI::App* evaluate = add_verb(app, "evaluate", "Reflectance and opacity at a texel, as JSON",
                                 "selvedge evaluate k.fabric.exr --texel 3,4 --light 0,0.6,0.8 --view 0,0,1");
-  add_common(*evaluate, e.common, false);
+  add_common(*evaluate, e.common);
   evaluate->add_option("fabric", e.fabric, "The fabric file")->required()->type_name("FILE");
   evaluate->add_option("--level", e.level, "Mip level; with --uv a fraction blends two")
       ->capture_default_str();
-  auto* texel = add_text(
-      *evaluate, "--texel", "X,Y", "Texel of the level, 0,0 at the top left", [&e](const std::string& t) {
-        const auto n = numbers("--texel", t, ',', 2, 2, "3,4");
-        e.texel =
-            V2i(static_cast<int>(std::clamp(n[0], -1.0, 1e9)), static_cast<int>(std::clamp(n[1], -1.0, 1e9)));
-      });
+  auto* texel = add_text(*evaluate, "--texel", "X,Y", "Texel of the level, 0,0 at the top left",
+                         [&e](const std::string& t) {
+                           const auto n = whole_numbers("--texel", t, ',', 2, 2, "3,4");
+                           e.texel = V2i(n[0], n[1]);
+                         });
   add_text(*evaluate, "--uv", "U,V", "Texture coordinates; they repeat", [&e](const std::string& t) {
     const auto n = numbers("--uv", t, ',', 2, 2, "0.5,0.25");
     e.uv = V2d(n[0], n[1]);
@@ -260,7 +275,7 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
 
   CLI::App* compare = add_verb(app, "compare", "Error of fabrics against held-out samples, per level",
                                "selvedge compare k.fabric.exr k.samples.exr");
-  add_common(*compare, verbs.compare.common, true);
+  add_common(*compare, verbs.compare.common);
   compare->add_option("files", verbs.compare.files, "Fabric files, then the samples file")
       ->required()
       ->expected(2, 1000)

@@ -18,9 +18,10 @@ namespace selvedge {
 
 /// What every verb takes.
 struct CommonOptions {
-  bool json = false;   ///< the report as JSON on standard output
-  bool quiet = false;  ///< no progress, no table
-  int threads = 0;     ///< 0: all cores
+  bool json = false;       ///< the report as JSON on standard output
+  bool quiet = false;      ///< no progress, no table
+  int threads = 0;         ///< 0: all cores
+  std::uint64_t seed = 0;  ///< of verbs that draw no random numbers: taken, not used
 };
 
 struct StitchCommand {

@@ -43,6 +43,7 @@ Json comparison_json(const Comparison& c) {
                       {"relativeL2", l.relative_l2},
                       {"meanError", l.mean_error},
                       {"alphaRms", l.alpha_rms},
+                      {"alphaNoise", l.alpha_noise},
                       {"truthNoisePsnr", l.noise_psnr}});
   }
   return {{"pairs", c.pairs}, {"peak", c.peak}, {"levels", levels}};
@@ -100,15 +101,17 @@ int run(const CompareCommand& command) {
     if (!fabric) return report_error(fabric.error());
     Json entry = {{"fabric", path}, {"bytes", size_of_file(path)}};
     text += fmt::format("{} ({} bytes)\n", path, size_of_file(path));
+    double peak = 0;
     for (const PairKind kind : {PairKind::held_out, PairKind::rim, PairKind::validation}) {
       const PairSamples& pairs = truth[static_cast<std::size_t>(kind)];
       if (pairs.pairs.empty()) continue;
-      const auto comparison = compare(*fabric, pairs, kind);
+      const auto comparison = compare(*fabric, pairs, kind, peak);
       if (!comparison) {
         Error error = comparison.error();
         error.file = path;
         return report_error(error);
       }
+      peak = comparison->peak;
       entry[name_of(kind)] = comparison_json(*comparison);
       text += comparison_text(*comparison);
     }

@@ -107,6 +107,17 @@ test_refuses_a_mesh_cut_short() {
   refuses FILE_DAMAGED short.ply selvedge make short.ply --period 2x2 -o o.exr
 }
 
+test_refuses_options_out_of_range() {
+  make_plane_fabric
+  refuses OPTION_OUT_OF_RANGE --view selvedge-view render plane.fabric.exr -o k.png --view 0,0,-1
+  refuses OPTION_OUT_OF_RANGE --period selvedge bake plain-knit -o k.exr --period 2x2
+  refuses OPTION_OUT_OF_RANGE --grid selvedge bake plain-knit -o k.exr --grid 2
+  refuses OPTION_OUT_OF_RANGE texels selvedge bake plain-knit -o k.exr --texels -3
+  refuses OPTION_OUT_OF_RANGE texels selvedge bake plain-knit -o k.exr --texels 1024 --lights 4096
+  refuses OPTION_OUT_OF_RANGE reference-height selvedge bake plain-knit -o k.exr --reference-height 1e30
+  refuses OPTION_OUT_OF_RANGE --level selvedge evaluate plane.fabric.exr --uv 0,0 --level 9
+}
+
 test_refuses_nan_in_a_mesh() {
   write_plane nan.obj
   sed -i 's/^v 2 2 0$/v 2 nan 0/' nan.obj

@@ -127,7 +127,6 @@ test_usage_errors_exit_with_2_and_write_nothing() {
   exits 2 selvedge-view
   exits 2 selvedge-view render plane.fabric.exr
   exits 2 selvedge-view render plane.fabric.exr -o k.bmp
-  exits 2 selvedge-view render plane.fabric.exr -o k.png --view 0,0,-1
   exits 2 selvedge-view compare one.png
   exits 2 selvedge-samples
   exits 2 selvedge-samples trousers -o t.glb

@@ -97,6 +97,32 @@ TEST_CASE("a Lambert plane's samples are albedo / pi times the cosine, whatever 
   }
 }
 
+TEST_CASE("a mesh is lit the same at any height") {
+  const Baked level = bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), small_bake());
+  for (const float z : {1e3F, -65536.0F}) {
+    CellMesh mesh = fence(1, 0.5F, 0.6F, 0.3F);
+    for (V3f& p : mesh.positions) p.z += z;
+    const Baked moved = bake_mesh(mesh, small_bake());
+    // Half a millimetre is exact beside these heights, so the cell is the same to the bit.
+    CHECK(moved.level.alpha == level.level.alpha);
+    CHECK(moved.level.radiance == level.level.radiance);
+  }
+}
+
+TEST_CASE("vertices that no triangle uses and whole periods of distance change nothing") {
+  const CellMesh plain = floor_of(2, 1, 0.6F);
+  CellMesh odd = plain;
+  for (V3f& p : odd.positions) p += V3f(2000, -400, 0);
+  odd.positions.emplace_back(50.0F, 0.0F, 3.0F);
+  odd.normals.emplace_back(0.0F, 0.0F, 1.0F);
+  odd.albedo.emplace_back(0.5F, 0.5F, 0.5F);
+  const Baked a = bake_mesh(plain, small_bake());
+  const Baked b = bake_mesh(odd, small_bake());
+  CHECK(a.header.thickness_mm == b.header.thickness_mm);
+  CHECK(a.level.alpha == b.level.alpha);
+  CHECK(a.level.radiance == b.level.radiance);
+}
+
 TEST_CASE("holes are where there is no yarn, and radiance is not multiplied by opacity") {
   BakeOptions o = small_bake();
   o.views = 1;  // straight from above
@@ -202,6 +228,10 @@ TEST_CASE("bad input is refused before anything is written") {
   SUBCASE("no samples") { o.samples = 0; }
   SUBCASE("an empty mesh") {
     mesh.triangles.clear();
+    expected = Code::mesh_empty;
+  }
+  SUBCASE("triangles without area") {
+    for (V3f& p : mesh.positions) p.y = p.x;
     expected = Code::mesh_empty;
   }
   SUBCASE("NaN in a vertex") {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "../format/files.h"
 #include "converter/stitch_library.h"
 #include "converter/stitch_mesh.h"
 #include "format/atomic_file.h"
@@ -362,4 +363,38 @@ TEST_CASE("reads a mesh of somebody else's whole") {
   REQUIRE(mesh);
   CHECK(mesh->positions.size() == vertices);
   CHECK(mesh->triangles.size() == triangles);
+}
+
+TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of line end are read") {
+  const std::string plain = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+  const std::string marked =
+      "\xef\xbb\xbfv 0 0 0 # corner\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 4 # quad\n";
+  const std::string old = "v 0 0 0\rv 1 0 0\rv 1 1 0\rv 0 1 0\rf 1 2 3 4\r";
+  const test::Folder folder;
+  MeshImportOptions options;
+  options.period = V2d(1, 1);
+  for (const std::string& text : {plain, marked, old}) {
+    test::write_bytes(folder / "a.obj", text);
+    const auto mesh = read_mesh(folder / "a.obj", options);
+    REQUIRE_MESSAGE(mesh, (mesh ? "" : to_line(mesh.error())));
+    CHECK(mesh->positions.size() == 4);
+    CHECK(mesh->triangles.size() == 2);
+  }
+}
+
+TEST_CASE("an OBJ file keeps the albedo that it was written with") {
+  const test::Folder folder;
+  CellMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.normals.assign(3, V3f(0, 0, 1));
+  mesh.albedo = {{0.1F, 0.2F, 0.3F}, {0.4F, 0.5F, 0.6F}, {0.7F, 0.8F, 0.9F}};
+  mesh.triangles.emplace_back(0, 1, 2);
+  REQUIRE(write_mesh(folder / "a.obj", mesh));
+  MeshImportOptions options;
+  options.period = V2d(1, 1);
+  const auto read = read_mesh(folder / "a.obj", options);
+  REQUIRE_MESSAGE(read, (read ? "" : to_line(read.error())));
+  for (std::size_t v = 0; v < 3; ++v) {
+    for (unsigned c = 0; c < 3; ++c) CHECK(read->albedo[v][c] == doctest::Approx(mesh.albedo[v][c]));
+  }
 }

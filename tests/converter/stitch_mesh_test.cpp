@@ -205,7 +205,7 @@ TEST_CASE("refuses grids too coarse, too fine or out of range") {
   const auto coarse = mesh_stitch(plain_knit(), {5});
   REQUIRE_FALSE(coarse);
   CHECK(to_line(coarse.error()) ==
-        "plain-knit: cells across: 5 are too few for a yarn of radius 0.65 mm, at least 8 "
+        "plain-knit: --grid: 5 are too few for a yarn of radius 0.65 mm, at least 8 "
         "[OPTION_OUT_OF_RANGE]");
   const auto fine = mesh_stitch(plain_knit(), {1000});
   REQUIRE_FALSE(fine);

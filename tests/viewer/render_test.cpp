@@ -116,6 +116,24 @@ TEST_CASE("a material with alpha mode OPAQUE ignores the fabric's opacity") {
   CHECK(middle(frame).w == 1);
 }
 
+TEST_CASE("a single-sided fabric is not seen from behind") {
+  Scene scene;
+  SceneMaterial single = test::material(0);
+  single.double_sided = false;
+  ScenePrimitive turned = test::square(5, 0);
+  std::swap(turned.indices[1], turned.indices[2]);
+  std::swap(turned.indices[4], turned.indices[5]);
+  test::add(scene, turned, single);
+  const RenderOptions options = small({{V3d(0, 0, 1), V3f(1, 1, 1)}});
+  const auto middle_of = [&] {
+    return middle(
+        render_or_fail(scene, {test::lambert_fabric(4, V3f(1, 0, 0))}, camera_for(scene, options), options));
+  };
+  CHECK(middle_of().w == 0);
+  scene.materials[0].double_sided = true;
+  CHECK(middle_of().w == 1);
+}
+
 TEST_CASE("layers behind each other are shown nearest first, as many as asked for") {
   Scene scene;
   // The order of drawing is not the order in depth.
