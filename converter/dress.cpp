@@ -21,6 +21,7 @@
 #include "format/gltf_geometry.h"
 #include "format/gltf_scene.h"
 #include "format/gltf_tangents.h"
+#include "format/names.h"
 
 namespace selvedge {
 namespace {
@@ -213,9 +214,15 @@ class Dresser {
       if (!textures) return tl::unexpected<Error>(std::move(textures.error()));
       textures_ = std::move(*textures);
     }
+    // TANGENT belongs to the UV set of the normal texture: one made for another set has to go.
+    const Json& normal =
+        member(document_.json["materials"][static_cast<std::size_t>(material)], "normalTexture");
+    const Json& set = member(normal, names::gltf::tex_coord);
+    const bool stale = (set.is_number_integer() ? set.get<int>() : 0) != options_.tex_coord;
     set_fallback(document_, material, *textures_, reference);
     if (textures_->normal < 0) return {};
     for (const auto& [mesh, primitive] : places) {
+      if (stale) drop_tangents(document_, mesh, primitive);
       const Result<bool> added = add_tangents(document_, mesh, primitive, options_.tex_coord);
       if (!added) return tl::unexpected<Error>(added.error());
       if (*added) ++report_.tangents_added;

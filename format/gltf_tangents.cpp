@@ -60,6 +60,15 @@ Result<void> gather_all(GltfDocument& document, Json& attributes, const std::vec
 
 }  // namespace
 
+void drop_tangents(GltfDocument& document, int mesh, int primitive) {
+  Json& json =
+      document
+          .json["meshes"][static_cast<std::size_t>(mesh)]["primitives"][static_cast<std::size_t>(primitive)];
+  json["attributes"].erase("TANGENT");
+  if (!json.contains("targets")) return;
+  for (Json& target : json["targets"]) target.erase("TANGENT");
+}
+
 Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord) {
   const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
   Json json =

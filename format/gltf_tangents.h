@@ -12,4 +12,7 @@ namespace selvedge {
 /// other primitives may share are left alone.
 Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord);
 
+/// Removes TANGENT from a primitive and its morph targets; the accessors stay in the file.
+void drop_tangents(GltfDocument& document, int mesh, int primitive);
+
 }  // namespace selvedge

@@ -142,6 +142,21 @@ TEST_CASE("dress: the fallback is a core material on the same UV set and transfo
   }
 }
 
+TEST_CASE("dress: tangents of another UV set than the fabric's are made anew") {
+  Workshop workshop;
+  REQUIRE(workshop.dress(everything));
+  workshop.garment = workshop.folder / "again.glb";
+  fs::copy_file(workshop.output, workshop.garment);
+  workshop.edit([](Json& json) {
+    Json& attributes = json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
+  });
+  CHECK(workshop.dress({.all = true})->tangents_added == 0);
+  CHECK(workshop.dress({.all = true, .tex_coord = 1})->tangents_added == 1);
+  fs::copy_file(workshop.output, workshop.garment, fs::copy_options::overwrite_existing);
+  CHECK(workshop.dress({.all = true, .tex_coord = 1})->tangents_added == 0);
+}
+
 TEST_CASE("dress: what the fallback replaces goes and the rest stays") {
   Workshop workshop;
   workshop.edit([](Json& json) {
