@@ -30,7 +30,6 @@ V3f in_half_precision(const V3f& v) { return {Imath::half(v.x), Imath::half(v.y)
 struct ChannelFit {
   std::vector<double> parameters;
   std::vector<double> table;
-  double error = 0;
   int rounds = 0;
   bool converged = false;
 };
@@ -65,11 +64,11 @@ ChannelFit fit_channel(const TexelSamples& samples, int channel, const FitOption
   LobeFitOptions lobe_options;
   lobe_options.lobes = options.lobes;
   out.parameters = start_parameters(options.lobes, scale_of(samples, channel));
-  const double peak = peak_limit(samples, channel, lobe_options.headroom);
+  const double peak = peak_limit(samples, channel);
   ViewTableOptions table_options;
   table_options.damping = options.damping;
   while (true) {
-    out.error = fit_lobes(samples, channel, out.table, peak, lobe_options, out.parameters);
+    fit_lobes(samples, channel, out.table, peak, lobe_options, out.parameters);
     ++out.rounds;
     if (!options.view_table) {
       out.converged = true;

@@ -149,14 +149,14 @@ std::vector<double> start_parameters(int lobes, double scale) {
   return p;
 }
 
-double peak_limit(const TexelSamples& samples, int channel, double headroom) {
+double peak_limit(const TexelSamples& samples, int channel) {
   constexpr float least_cosine = 0.25F;
   float largest = 0;
   const std::vector<float>& radiance = samples.radiance[static_cast<std::size_t>(channel)];
   for (std::size_t i = 0; i < samples.size(); ++i) {
     largest = std::max(largest, radiance[i] / std::max(samples.cosine[i], least_cosine));
   }
-  return headroom * static_cast<double>(largest);
+  return static_cast<double>(largest);
 }
 
 double fit_lobes(const TexelSamples& samples, int channel, const std::vector<double>& table, double peak,

@@ -11,7 +11,6 @@ namespace selvedge {
 struct LobeFitOptions {
   int lobes = 2;
   int max_iterations = 50;
-  double headroom = 1;        ///< of peak_limit()
   double max_exponent = 200;  ///< sharper than a lobe that 64 x 64 directions can show
 };
 
@@ -20,9 +19,9 @@ struct LobeFitOptions {
 /// second one (the paper's ratio is not readable; ours is 0.9). [parameter_count(lobes)]
 std::vector<double> start_parameters(int lobes, double scale);
 
-/// The most that a lobe may reach anywhere, for one channel: `headroom` times the largest radiance over
-/// cosine (cosine taken as at least 0.25: near the texel's horizon the ratio says nothing).
-double peak_limit(const TexelSamples& samples, int channel, double headroom);
+/// The most that a lobe may reach anywhere, for one channel: the largest radiance over cosine (cosine taken
+/// as at least 0.25: near the texel's horizon the ratio says nothing).
+double peak_limit(const TexelSamples& samples, int channel);
 
 /// Improves `parameters` (layout of lafortune.h) for one channel: minimises
 ///   sum_v weight_v sum_l (T_v g(l, v) - r(l, v))^2  +  a ridge on the C's
