@@ -366,6 +366,12 @@ Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std
   auto state = std::make_unique<State>();
   state->name = name;
   state->limits = limits;
+  std::error_code unknown;
+  const std::uint64_t file_bytes =
+      bytes.data() != nullptr ? bytes.size() : std::filesystem::file_size(name, unknown);
+  if (!unknown && file_bytes < limits.bytes_per_read / std::max<std::uint64_t>(limits.expansion, 1)) {
+    state->limits.bytes_per_read = file_bytes * limits.expansion;
+  }
   try {
     if (bytes.data() != nullptr) {
       state->stream = std::make_unique<MemoryStream>(bytes, name);

@@ -44,7 +44,9 @@ struct ExrPixels {
 /// Bounds on what is read, checked against the header before anything is allocated.
 struct ExrLimits {
   std::uint64_t pixels_per_part = std::uint64_t{1} << 30;
-  std::uint64_t bytes_per_read = std::uint64_t{1} << 34;  ///< of decoded floats
+  std::uint64_t bytes_per_read = std::uint64_t{1}
+                                 << 32;  ///< of decoded floats; never more than expansion x file
+  std::uint64_t expansion = 2200;  ///< decoded floats per byte of file: halves of zeros under ZIP reach 2,064
   int parts = 64;
   int channels = 1 << 15;
 };

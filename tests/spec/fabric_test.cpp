@@ -158,7 +158,8 @@ TEST_CASE("the stated limits are those of the code") {
   CHECK(limits.texels_per_side == 4096);
   CHECK(limits.directions == 4096);
   CHECK(exr.pixels_per_part == std::uint64_t{1} << 30);
-  CHECK(exr.bytes_per_read == std::uint64_t{1} << 34);
+  CHECK(exr.bytes_per_read == std::uint64_t{1} << 32);
+  CHECK(exr.expansion == 2200);
   CHECK(text.find("| lobes | " + std::to_string(limits.lobes) + " |") != std::string::npos);
   CHECK(text.find("| parts in the file | " + std::to_string(exr.parts) + " |") != std::string::npos);
   CHECK(exr.channels == 32768);
