@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "format/program.h"
 #include "viewer/camera.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"
@@ -35,10 +36,6 @@ struct CompareCommand {
   std::string second;
   std::optional<double> max;  ///< largest difference that is still good
   bool json = false;
-};
-
-struct ExitNow {
-  int status = 0;  ///< 0 after help or version, 2 after a usage error; everything has been said
 };
 
 using Command = std::variant<ExitNow, RenderCommand, CompareCommand>;

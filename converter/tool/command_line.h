@@ -13,6 +13,7 @@
 #include "converter/stitch_mesh.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
+#include "format/program.h"
 
 namespace selvedge {
 
@@ -86,10 +87,6 @@ struct EvaluateCommand {
 struct CompareCommand {
   CommonOptions common;
   std::vector<std::string> files;  ///< fabrics, then the samples
-};
-
-struct ExitNow {
-  int status = 0;  ///< 0 after help or version, 2 after a usage error; everything has been said
 };
 
 using Command = std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand,

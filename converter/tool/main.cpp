@@ -1,16 +1,6 @@
 #include "converter/tool/commands.h"
 #include "format/program.h"
 
-namespace {
-
-struct Run {
-  int operator()(const selvedge::ExitNow& exit) const { return exit.status; }
-  int operator()(const auto& command) const { return selvedge::run(command); }
-};
-
-}  // namespace
-
 int main(int argc, char** argv) {
-  return selvedge::run_program(
-      "selvedge", [&] { return selvedge::parse_command_line(argc, argv); }, Run{});
+  return selvedge::run_program("selvedge", selvedge::parse_command_line, argc, argv);
 }
