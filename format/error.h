@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <vector>
 
 namespace selvedge {
 
@@ -31,12 +32,28 @@ enum class Code {
   samples_not_finite,
   fabric_malformed,
   fabric_version,
+  fabric_unsupported,
+  fabric_member,
+  fabric_part,
+  fabric_channel,
+  fabric_lossy,
   fabric_not_finite,
   fabric_digest,
   fabric_mismatch,
+  fabric_peak,
+  fabric_energy,
+  fabric_levels,
+  fabric_advice,
   gltf_malformed,
   gltf_unsupported,
+  gltf_accessor,
+  gltf_extension,
   gltf_reference,
+  gltf_fallback,
+  gltf_alpha,
+  gltf_transform,
+  gltf_mirror,
+  gltf_advice,
   material_missing,
   garment_no_uvs,
   garment_empty,
@@ -46,9 +63,14 @@ enum class Code {
   graphics_unavailable,
 };
 
-/// One row of the table of codes.
+/// An error: the file must not be used. A warning: it may, but something in it is unwise or will not be seen
+/// as it was meant.
+enum class Severity { error, warning };
+
+/// One row of the table of codes. A code has one severity wherever it appears.
 struct CodeRow {
   Code code;
+  Severity severity;
   std::string_view name;     ///< as printed: upper case, underscores
   std::string_view meaning;  ///< one sentence for spec/issues.md
 };
@@ -56,6 +78,8 @@ struct CodeRow {
 /// All rows, in the order of the enumeration.
 std::span<const CodeRow> code_table();
 std::string_view name_of(Code code);
+Severity severity_of(Code code);
+std::string_view name_of(Severity severity);
 
 struct Error {
   Code code = Code::file_unreadable;
@@ -66,6 +90,12 @@ struct Error {
 
 /// "file: place: message [CODE]", always a single line.
 std::string to_line(const Error& error);
+
+/// Everything that is wrong with a file, in the order in which it was found.
+using Issues = std::vector<Error>;
+
+/// Whether any of the issues is an error.
+bool has_error(const Issues& issues);
 
 template <class T>
 using Result = tl::expected<T, Error>;

@@ -11,7 +11,10 @@ inline std::string issues_markdown() {
   std::string text =
       "# Issues\n"
       "\n"
-      "Every error has one of these codes. It is one line, without the parts that do not apply:\n"
+      "Every issue has one of these codes. An error says that a file must not be used, a warning that "
+      "something "
+      "in it is\nunwise or will not be seen as it was meant. An issue is one line, without the parts that do "
+      "not apply:\n"
       "\n"
       "```text\n"
       "file: place: message [CODE]\n"
@@ -20,10 +23,16 @@ inline std::string issues_markdown() {
       "`place` is where in the file: a JSON pointer, a part with its level, channel or pixel, a line, or the "
       "option.\n"
       "\n"
-      "| code | meaning |\n"
-      "|---|---|\n";
+      "| code | severity | meaning |\n"
+      "|---|---|---|\n";
   for (const CodeRow& row : code_table()) {
-    text.append("| `").append(row.name).append("` | ").append(row.meaning).append(" |\n");
+    text.append("| `")
+        .append(row.name)
+        .append("` | ")
+        .append(name_of(row.severity))
+        .append(" | ")
+        .append(row.meaning)
+        .append(" |\n");
   }
   text +=
       "\n"
