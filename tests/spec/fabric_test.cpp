@@ -87,6 +87,25 @@ TEST_CASE("digests are made of the bytes that the page states") {
   CHECK(names(text, digest));
 }
 
+TEST_CASE("the bytes of the small file are those that the page shows") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "example.exr", example()));
+  const std::string file = bytes_of(folder / "example.exr");
+  const std::string text = page("fabric.md");
+  CHECK(file.size() == 2690);
+  CHECK(text.find("2,690 bytes") != std::string::npos);
+  const std::regex row(R"(\n\| (\d+) \| `((?:[0-9a-f]{2} ?)+)` \|)");
+  int rows = 0;
+  for (auto i = std::sregex_iterator(text.begin(), text.end(), row); i != std::sregex_iterator(); ++i) {
+    std::string expected;
+    std::istringstream bytes((*i)[2]);
+    for (std::string byte; bytes >> byte;) expected += static_cast<char>(std::stoi(byte, nullptr, 16));
+    CHECK_MESSAGE(file.substr(std::stoul((*i)[1]), expected.size()) == expected, "offset ", (*i)[1]);
+    ++rows;
+  }
+  CHECK(rows > 40);
+}
+
 TEST_CASE("every member, attribute and channel of a fabric file is in the page") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "all.exr", random_fabric(4, 4, {2, 2}, 2, 1)));

@@ -1,0 +1,32 @@
+// Reads a fabric file and prints the reflectance of the middle texel of each level, lit from 45 degrees and
+// seen from straight above.
+#include <selvedge/selvedge.h>
+
+#include <cmath>
+#include <cstdio>
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: fabric-reader FABRIC.exr\n");
+    return 2;
+  }
+  selvedge::FabricProblem problem;
+  const auto fabric = selvedge::FabricFile::open(argv[1], &problem);
+  if (!fabric) {
+    std::fprintf(stderr, "%s: %s: %s [%s]\n", problem.file.c_str(), problem.place.c_str(),
+                 problem.message.c_str(), problem.code.c_str());
+    return 1;
+  }
+  const float slanted = std::sqrt(0.5F);
+  for (int k = 0; k < fabric->facts().levels; ++k) {
+    const auto data = fabric->level(k);
+    const auto answer =
+        fabric->evaluate(k, data.width / 2, data.height / 2, {slanted, 0, slanted}, {0, 0, 1});
+    if (!answer) return 1;
+    std::printf("level %d, %dx%d texels, %d lobes: rgb %.6g %.6g %.6g, alpha %.6g\n", k, data.width,
+                data.height, data.lobes, static_cast<double>(answer->rgb[0]),
+                static_cast<double>(answer->rgb[1]), static_cast<double>(answer->rgb[2]),
+                static_cast<double>(answer->alpha));
+  }
+  return 0;
+}

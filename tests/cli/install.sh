@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# The installed library: a program outside of the tree finds it, reads a fabric and evaluates it.
+# shellcheck source=tests/cli/lib.sh
+. "$(dirname "${BASH_SOURCE[0]}")/lib.sh" "$@"
+build=$(cd "$bin/.." && pwd)
+
+installed() { cmake --install "$build" --prefix "$scratch/prefix" --component library >"$scratch/out"; }
+
+test_a_program_outside_of_the_tree_reads_a_fabric_through_the_installed_library() {
+  installed
+  selvedge make plain-weave "${small[@]}" -o f.exr --quiet
+  cmake -S "$root/samples/reader" -B reader -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/out"
+  cmake --build reader >"$scratch/out"
+  reader/fabric-reader f.exr >read.txt
+  [ "$(wc -l <read.txt)" = 4 ] || fail "not the four levels of 8x8 texels: $(cat read.txt)"
+  local level
+  for level in 0 1 2 3; do
+    exits 0 selvedge evaluate f.exr --level "$level" --texel "$((4 >> level)),$((4 >> level))" --light 1,0,1
+    node -e 'const fs = require("fs");
+      const [, line, answer] = process.argv;
+      const expected = JSON.parse(fs.readFileSync(answer, "utf8"));
+      const [r, g, b, alpha] = line.match(/rgb (\S+) (\S+) (\S+), alpha (\S+)/).slice(1).map(Number);
+      // Six digits are printed.
+      const near = (x, y) => Math.abs(x - y) <= 1e-5 * Math.abs(y);
+      const good = near(r, expected.rgb[0]) && near(g, expected.rgb[1]) && near(b, expected.rgb[2]) &&
+        near(alpha, expected.alpha);
+      if (!good || !(r > 0)) { console.error(line, expected); process.exit(1); }' \
+      "$(sed -n "$((level + 1))p" read.txt)" "$scratch/out"
+  done
+  head -c 300 f.exr >short.exr
+  exits 1 reader/fabric-reader short.exr
+  grep -q '\[[A-Z_]*\]' "$scratch/err" || fail "no code: $(cat "$scratch/err")"
+}
+
+test_the_installed_library_shows_nothing_but_its_header() {
+  installed
+  [ "$(find "$scratch/prefix" -name '*.h' | wc -l)" = 1 ] || fail "more than one header"
+  local foreign
+  foreign=$(nm -DC --defined-only "$scratch"/prefix/lib*/*/libselvedge.so "$scratch"/prefix/lib*/libselvedge.so \
+    2>/dev/null | awk '$2 == "T"' | grep -vE ' selvedge::(FabricFile::|check_fabric_file)' || true)
+  [ -z "$foreign" ] || fail "also visible: $foreign"
+}
+
+"$2"
