@@ -40,6 +40,11 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
                 fmt::format("{} positions, but {} normals and {} albedos", count, mesh.normals.size(),
                             mesh.albedo.size()));
   }
+  if (mesh.fibres.size() != mesh.gloss.size() || (!mesh.gloss.empty() && mesh.gloss.size() != count)) {
+    return fail(Code::mesh_invalid, name, "",
+                fmt::format("{} positions, but {} fibres and {} values of gloss", count, mesh.fibres.size(),
+                            mesh.gloss.size()));
+  }
   for (std::size_t v = 0; v < count; ++v) {
     const auto place = [&] { return fmt::format("vertex {}", v); };
     if (!is_finite(mesh.positions[v])) {
@@ -47,6 +52,17 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
     }
     if (!is_finite(mesh.normals[v])) {
       return fail(Code::mesh_not_finite, name, place(), "the normal is NaN or infinite");
+    }
+    if (!mesh.gloss.empty()) {
+      if (!is_finite(mesh.fibres[v])) {
+        return fail(Code::mesh_not_finite, name, place(), "the fibre direction is NaN or infinite");
+      }
+      const Gloss& gloss = mesh.gloss[v];
+      if (!(gloss.weight >= 0 && gloss.weight <= 1) || !(gloss.roughness > 0 && gloss.roughness <= 1)) {
+        return fail(Code::mesh_invalid, name, place(),
+                    fmt::format("gloss must have a weight in [0, 1] and a roughness in (0, 1], has {} and {}",
+                                gloss.weight, gloss.roughness));
+      }
     }
     for (unsigned i = 0; i < 3; ++i) {
       if (!(mesh.albedo[v][i] >= 0 && mesh.albedo[v][i] <= 1)) {

@@ -13,11 +13,20 @@
 
 namespace selvedge {
 
+/// The highlight of fibres, added to the diffuse light of a yarn.
+struct Gloss {
+  float weight = 0;  ///< share of the light that the fibres' surface reflects, in [0, 1]; 0: Lambert alone
+  float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
+  bool operator==(const Gloss&) const = default;
+};
+
 struct CellMesh {
   V2d period{1, 1};            ///< mm
   std::vector<V3f> positions;  ///< mm
   std::vector<V3f> normals;    ///< unit, per vertex, out of the yarn
   std::vector<V3f> albedo;     ///< per vertex, linear, in [0, 1]
+  std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (sign free); empty: nothing is glossy
+  std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
 };
 

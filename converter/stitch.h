@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "converter/bezier.h"
+#include "converter/mesh.h"
 #include "format/error.h"
 #include "format/vec.h"
 
@@ -21,6 +22,7 @@ struct Yarn {
   double radius_mm = 0.5;
   V3f albedo{0.5F, 0.5F, 0.5F};  ///< linear, in [0, 1]
   std::vector<BezierSegment> segments;
+  Gloss gloss;
 };
 
 struct StitchPattern {
