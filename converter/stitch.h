@@ -22,7 +22,7 @@ struct Yarn {
   double radius_mm = 0.5;
   V3f albedo{0.5F, 0.5F, 0.5F};  ///< linear, in [0, 1]
   std::vector<BezierSegment> segments;
-  Gloss gloss;
+  Gloss gloss{};
 };
 
 struct StitchPattern {
