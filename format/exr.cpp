@@ -23,10 +23,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <utility>
 
 #include "format/atomic_file.h"
+#include "format/exr_layout.h"
+#include "format/exr_source.h"
 #include "format/fabric.h"
 
 namespace selvedge {
@@ -36,20 +37,28 @@ constexpr float largest_half = 65504.0F;
 
 Imf::PixelType pixel_type(const ExrChannel& channel) { return channel.half ? Imf::HALF : Imf::FLOAT; }
 
-/// One tile per level where it fits; 32 to 64 pixels a side.
-unsigned tile_size(const ExrPart& part) { return std::max(part.width, part.height) > 32 ? 64 : 32; }
+/// The part with all that the writer may choose: one tile per level where it fits, 32 to 64 pixels a side.
+ExrPart completed(ExrPart part) {
+  part.tiled = part.tiled || part.mipmapped;
+  part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
+  const int side = std::max(part.width, part.height) > 32 ? 64 : 32;
+  if (part.tile_width == 0) part.tile_width = side;
+  if (part.tile_height == 0) part.tile_height = side;
+  return part;
+}
 
 /// `display` is the first part's: OpenEXR wants one display window in the whole file.
 Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
   Imf::Header header(part.width, part.height);
   header.displayWindow() = Imath::Box2i({0, 0}, {display.width - 1, display.height - 1});
   header.setName(part.name);
-  header.setType(part.mipmapped ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
-  // Scanline parts are read in any range of rows: no more is decoded than asked for.
-  header.compression() = part.mipmapped ? Imf::ZIP_COMPRESSION : Imf::ZIPS_COMPRESSION;
-  if (part.mipmapped) {
+  header.setType(part.tiled ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+  header.compression() = static_cast<Imf::Compression>(exr_compression_index(part.compression));
+  header.lineOrder() = part.increasing_y ? Imf::INCREASING_Y : Imf::DECREASING_Y;
+  if (part.tiled) {
     header.setTileDescription(
-        Imf::TileDescription(tile_size(part), tile_size(part), Imf::MIPMAP_LEVELS, Imf::ROUND_DOWN));
+        Imf::TileDescription(static_cast<unsigned>(part.tile_width), static_cast<unsigned>(part.tile_height),
+                             part.mipmapped ? Imf::MIPMAP_LEVELS : Imf::ONE_LEVEL, Imf::ROUND_DOWN));
   }
   for (const ExrChannel& channel : part.channels) {
     header.channels().insert(channel.name, Imf::Channel(pixel_type(channel)));
@@ -126,25 +135,23 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
   return stored;
 }
 
-class MemoryStream : public Imf::IStream {
+class SourceStream : public Imf::IStream {
  public:
-  MemoryStream(std::span<const std::uint8_t> bytes, const std::string& name)
-      : IStream(name.c_str()), bytes_(bytes) {}
+  SourceStream(ExrSource& source, const std::string& name) : IStream(name.c_str()), source_(source) {}
   bool isMemoryMapped() const override { return false; }
   bool read(char c[], int n) override {
-    const auto count = static_cast<std::uint64_t>(n);
-    if (count > bytes_.size() - position_) throw Iex::InputExc("unexpected end of file");
-    std::memcpy(c, bytes_.data() + position_, count);
+    const auto count = static_cast<std::size_t>(n);
+    if (!source_.read(position_, {reinterpret_cast<std::uint8_t*>(c), count})) {
+      throw Iex::InputExc("unexpected end of file");
+    }
     position_ += count;
-    return position_ < bytes_.size();
+    return position_ < source_.size();
   }
   std::uint64_t tellg() override { return position_; }
-  void seekg(std::uint64_t position) override {
-    position_ = std::min<std::uint64_t>(position, bytes_.size());
-  }
+  void seekg(std::uint64_t position) override { position_ = position; }
 
  private:
-  std::span<const std::uint8_t> bytes_;
+  ExrSource& source_;
   std::uint64_t position_ = 0;
 };
 
@@ -205,6 +212,16 @@ ExrWriter& ExrWriter::operator=(ExrWriter&&) noexcept = default;
 ExrWriter::~ExrWriter() = default;
 
 Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
+  for (ExrPart& part : parts) {
+    if (exr_compression_index(part.compression) < 0 || is_lossy(part.compression)) {
+      return fail(Code::option_out_of_range, path, part.name,
+                  fmt::format("compression '{}' is lossy or unknown", part.compression));
+    }
+    part = completed(std::move(part));
+    if (!part.tiled && !part.increasing_y) {
+      return fail(Code::option_out_of_range, path, part.name, "scanlines are written from the top down");
+    }
+  }
   auto file = AtomicFile::create(path);
   if (!file) return tl::unexpected(file.error());
   try {
@@ -223,7 +240,7 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
 
 Result<void> ExrWriter::write_level(int part_index, int level, const ExrPixels& pixels) {
   const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
-  if (!part.mipmapped) return write_rows(part_index, pixels);
+  if (!part.tiled) return write_rows(part_index, pixels);
   const std::string& file = state_->file.path();
   const auto stored = stored_planes(part, pixels, 0, file);
   if (!stored) return tl::unexpected(stored.error());
@@ -264,7 +281,8 @@ Result<void> ExrWriter::commit() {
 struct ExrReader::State {
   std::string name;
   ExrLimits limits;
-  std::unique_ptr<MemoryStream> stream;
+  ExrSource source;
+  std::unique_ptr<SourceStream> stream;
   std::unique_ptr<Imf::MultiPartInputFile> in;
   std::vector<ExrPart> parts;
 };
@@ -275,6 +293,8 @@ ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
 ExrReader::~ExrReader() = default;
 const std::string& ExrReader::name() const { return state_->name; }
 const std::vector<ExrPart>& ExrReader::parts() const { return state_->parts; }
+
+std::uint64_t ExrReader::bytes_read() const { return state_->source.bytes_read(); }
 
 int ExrReader::find_part(const std::string& part_name) const {
   const auto& parts = state_->parts;
@@ -313,9 +333,15 @@ Result<ExrPart> part_of(const Imf::Header& header, const std::string& file, cons
         (tiles.mode != Imf::MIPMAP_LEVELS || tiles.roundingMode != Imf::ROUND_DOWN)) {
       return fail(Code::exr_unsupported, file, place, "levels other than mip maps rounded down are not read");
     }
-    part.mipmapped = true;
-    part.levels = tiles.mode == Imf::ONE_LEVEL ? 1 : level_count(part.width, part.height);
+    part.tiled = true;
+    part.mipmapped = tiles.mode == Imf::MIPMAP_LEVELS;
+    part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
+    part.tile_width = static_cast<int>(tiles.xSize);
+    part.tile_height = static_cast<int>(tiles.ySize);
   }
+  part.compression = exr_compressions.at(static_cast<std::size_t>(header.compression())).name;
+  part.increasing_y = header.lineOrder() == Imf::INCREASING_Y;
+  part.display_is_data = header.displayWindow() == window;
   for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
     const Imf::Channel& channel = c.channel();
     const std::string where = fmt::format("{}/{}", part.name, c.name());
@@ -352,33 +378,36 @@ Imf::FrameBuffer frame_buffer_of(const ExrPart& part, ExrPixels& pixels, int fir
   return buffer;
 }
 
+/// B44 and DWA are what hostile files have broken most often; no file that Selvedge reads may be lossy.
+Result<void> decodable(const ExrPart& part, const std::string& file) {
+  if (!is_lossy(part.compression)) return {};
+  return fail(Code::exr_unsupported, file, part.name,
+              fmt::format("pixels in the lossy compression '{}' are not read", part.compression));
+}
+
 }  // namespace
 
 Result<ExrReader> ExrReader::open(const std::string& path, const ExrLimits& limits) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) return fail(Code::file_missing, path, {}, "no such file");
-  if (std::filesystem::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
-  return open({}, path, limits);
+  auto source = ExrSource::open(path);
+  if (!source) return tl::unexpected(source.error());
+  return open(std::make_unique<State>(State{path, limits, std::move(*source), {}, {}, {}}));
 }
 
 Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
                                   const ExrLimits& limits) {
-  auto state = std::make_unique<State>();
-  state->name = name;
-  state->limits = limits;
-  std::error_code unknown;
-  const std::uint64_t file_bytes =
-      bytes.data() != nullptr ? bytes.size() : std::filesystem::file_size(name, unknown);
-  if (!unknown && file_bytes < limits.bytes_per_read / std::max<std::uint64_t>(limits.expansion, 1)) {
-    state->limits.bytes_per_read = file_bytes * limits.expansion;
+  return open(std::make_unique<State>(State{name, limits, ExrSource(bytes), {}, {}, {}}));
+}
+
+Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
+  const std::string& name = state->name;
+  ExrLimits& limits = state->limits;
+  const std::uint64_t file_bytes = state->source.size();
+  if (file_bytes < limits.bytes_per_read / std::max<std::uint64_t>(limits.expansion, 1)) {
+    limits.bytes_per_read = file_bytes * limits.expansion;
   }
   try {
-    if (bytes.data() != nullptr) {
-      state->stream = std::make_unique<MemoryStream>(bytes, name);
-      state->in = std::make_unique<Imf::MultiPartInputFile>(*state->stream, 1, false);
-    } else {
-      state->in = std::make_unique<Imf::MultiPartInputFile>(name.c_str(), 1, false);
-    }
+    state->stream = std::make_unique<SourceStream>(state->source, name);
+    state->in = std::make_unique<Imf::MultiPartInputFile>(*state->stream, 1, false);
     if (state->in->parts() > limits.parts) {
       return fail(Code::file_too_large, name, {}, fmt::format("{} parts", state->in->parts()));
     }
@@ -395,7 +424,8 @@ Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std
 
 Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
-  if (!part.mipmapped) return read_rows(part_index, 0, part.height);
+  if (!part.tiled) return read_rows(part_index, 0, part.height);
+  if (auto ok = decodable(part, state_->name); !ok) return tl::unexpected(ok.error());
   const int width = level_size(part.width, level);
   const int height = level_size(part.height, level);
   const std::uint64_t bytes = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
@@ -416,6 +446,7 @@ Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
 
 Result<ExrPixels> ExrReader::read_rows(int part_index, int first, int count) {
   const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
+  if (auto ok = decodable(part, state_->name); !ok) return tl::unexpected(ok.error());
   const std::uint64_t bytes = static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(count) *
                               part.channels.size() * sizeof(float);
   if (bytes > state_->limits.bytes_per_read) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -28,11 +29,22 @@ struct ExrPart {
   std::string name;
   int width = 0;
   int height = 0;
-  bool mipmapped = false;
+  bool tiled = false;      ///< else scanlines
+  bool mipmapped = false;  ///< implies tiled; every level down to 1 x 1
   int levels = 1;
+  int tile_width = 0;  ///< of a tiled part; 0: the writer chooses
+  int tile_height = 0;
+  /// One of none, rle, zips, zip, piz (lossless), pxr24, b44, b44a, dwaa, dwab (lossy).
+  std::string compression = "zip";
+  bool increasing_y = true;  ///< line order; else decreasing or, for tiles, any
+  /// Whether the display window is the data window. Only read: the writer gives every part the first one's.
+  bool display_is_data = true;
   std::vector<ExrChannel> channels;  ///< names unique within the part; read back in the file's order
   std::map<std::string, ExrValue> attributes;
 };
+
+/// Whether pixels may come back changed. PXR24 keeps halves but shortens floats, so it counts as lossy.
+bool is_lossy(std::string_view compression);
 
 /// Pixels of one level: planes[channel][y * width + x], channels in the order of ExrPart::channels.
 struct ExrPixels {
@@ -52,9 +64,10 @@ struct ExrLimits {
 };
 
 /// Writes parts in their order; each level or row exactly once, rows from top to bottom. The file appears at
-/// `path` with commit() and not before. ZIP compression, whole-file bytes independent of thread counts.
+/// `path` with commit() and not before. Whole-file bytes independent of thread counts.
 class ExrWriter {
  public:
+  /// A lossy or unknown compression is OPTION_OUT_OF_RANGE.
   static Result<ExrWriter> create(const std::string& path, std::vector<ExrPart> parts);
   ExrWriter(ExrWriter&&) noexcept;
   ExrWriter& operator=(ExrWriter&&) noexcept;
@@ -88,6 +101,9 @@ class ExrReader {
   const std::vector<ExrPart>& parts() const;
   /// Index of the part of that name, or -1.
   int find_part(const std::string& part_name) const;
+  /// Bytes asked of the file so far, header included.
+  std::uint64_t bytes_read() const;
+  /// Parts in a lossy compression are described, but their pixels are EXR_UNSUPPORTED.
   Result<ExrPixels> read_level(int part, int level = 0);
   /// Rows [first, first + count) of a scanline part.
   Result<ExrPixels> read_rows(int part, int first, int count);
@@ -95,6 +111,7 @@ class ExrReader {
  private:
   struct State;
   explicit ExrReader(std::unique_ptr<State> state);
+  static Result<ExrReader> open(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 

@@ -62,6 +62,7 @@ ExrPart scanline_part(const char* name, int width, int height, std::vector<ExrCh
   part.name = name;
   part.width = width;
   part.height = height;
+  part.compression = "zips";  // no more rows are decoded than asked for
   part.channels = std::move(channels);
   return part;
 }
@@ -223,7 +224,7 @@ Result<int> part_index(const ExrReader& reader, const char* name, int width, int
   const int index = reader.find_part(name);
   if (index < 0) return malformed(reader.name(), name, "the part is missing");
   const ExrPart& part = reader.parts()[static_cast<std::size_t>(index)];
-  if (part.mipmapped || part.width != width || part.height != height) {
+  if (part.tiled || part.width != width || part.height != height) {
     return malformed(reader.name(), name,
                      fmt::format("is not a scanline part of {}x{} pixels", width, height));
   }
