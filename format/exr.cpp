@@ -6,7 +6,6 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
-#include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfMultiPartOutputFile.h>
@@ -19,6 +18,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -27,7 +27,7 @@
 
 #include "format/atomic_file.h"
 #include "format/exr_layout.h"
-#include "format/exr_source.h"
+#include "format/exr_unpack.h"
 #include "format/fabric.h"
 
 namespace selvedge {
@@ -79,19 +79,6 @@ Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
   return header;
 }
 
-std::map<std::string, ExrValue> attributes_of(const Imf::Header& header) {
-  std::map<std::string, ExrValue> result;
-  for (auto i = header.begin(); i != header.end(); ++i) {
-    const Imf::Attribute& a = i.attribute();
-    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a)) result[i.name()] = text->value();
-    if (const auto* whole = dynamic_cast<const Imf::IntAttribute*>(&a)) result[i.name()] = whole->value();
-    if (const auto* real = dynamic_cast<const Imf::FloatAttribute*>(&a)) result[i.name()] = real->value();
-    if (const auto* v2 = dynamic_cast<const Imf::V2fAttribute*>(&a)) result[i.name()] = v2->value();
-    if (const auto* v3 = dynamic_cast<const Imf::V3fAttribute*>(&a)) result[i.name()] = v3->value();
-  }
-  return result;
-}
-
 /// A slice over one plane whose first row is scanline `first_row`.
 Imf::Slice slice_of(Imf::PixelType type, const void* plane, int width, int first_row, std::size_t size) {
   const std::size_t row_bytes = size * static_cast<std::size_t>(width);
@@ -134,26 +121,6 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
   }
   return stored;
 }
-
-class SourceStream : public Imf::IStream {
- public:
-  SourceStream(ExrSource& source, const std::string& name) : IStream(name.c_str()), source_(source) {}
-  bool isMemoryMapped() const override { return false; }
-  bool read(char c[], int n) override {
-    const auto count = static_cast<std::size_t>(n);
-    if (!source_.read(position_, {reinterpret_cast<std::uint8_t*>(c), count})) {
-      throw Iex::InputExc("unexpected end of file");
-    }
-    position_ += count;
-    return position_ < source_.size();
-  }
-  std::uint64_t tellg() override { return position_; }
-  void seekg(std::uint64_t position) override { position_ = position; }
-
- private:
-  ExrSource& source_;
-  std::uint64_t position_ = 0;
-};
 
 /// A plain file that remembers a failed write: OpenEXR finishes a file in a destructor, which keeps errors to
 /// itself.
@@ -278,190 +245,79 @@ Result<void> ExrWriter::commit() {
   return state_->file.commit();
 }
 
-struct ExrReader::State {
-  std::string name;
-  ExrLimits limits;
-  ExrSource source;
-  std::unique_ptr<SourceStream> stream;
-  std::unique_ptr<Imf::MultiPartInputFile> in;
-  std::vector<ExrPart> parts;
-};
-
-ExrReader::ExrReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
-ExrReader::ExrReader(ExrReader&&) noexcept = default;
-ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
-ExrReader::~ExrReader() = default;
-const std::string& ExrReader::name() const { return state_->name; }
-const std::vector<ExrPart>& ExrReader::parts() const { return state_->parts; }
-
-std::uint64_t ExrReader::bytes_read() const { return state_->source.bytes_read(); }
-
-int ExrReader::find_part(const std::string& part_name) const {
-  const auto& parts = state_->parts;
-  const auto found =
-      std::find_if(parts.begin(), parts.end(), [&](const ExrPart& part) { return part.name == part_name; });
-  return found == parts.end() ? -1 : static_cast<int>(found - parts.begin());
-}
-
 namespace {
 
-Result<ExrPart> part_of(const Imf::Header& header, const std::string& file, const ExrLimits& limits) {
-  ExrPart part;
-  part.name = header.hasName() ? header.name() : std::string();
-  const std::string& place = part.name;
-  const std::string type = header.hasType() ? header.type() : std::string();
-  const bool tiled = header.hasTileDescription();
-  if (!type.empty() && type != Imf::SCANLINEIMAGE && type != Imf::TILEDIMAGE) {
-    return fail(Code::exr_unsupported, file, place, fmt::format("part type '{}' is not read", type));
-  }
-  const Imath::Box2i& window = header.dataWindow();
-  const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
-  const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
-  if (width < 1 || height < 1) return fail(Code::exr_malformed, file, place, "empty data window");
-  if (static_cast<std::uint64_t>(width) > limits.pixels_per_part ||
-      static_cast<std::uint64_t>(height) > limits.pixels_per_part / static_cast<std::uint64_t>(width)) {
-    return fail(Code::file_too_large, file, place, fmt::format("{}x{} pixels", width, height));
-  }
-  if (window.min.x != 0 || window.min.y != 0) {
-    return fail(Code::exr_unsupported, file, place, "the data window does not begin at 0,0");
-  }
-  part.width = static_cast<int>(width);
-  part.height = static_cast<int>(height);
-  if (tiled) {
-    const Imf::TileDescription& tiles = header.tileDescription();
-    if (tiles.mode != Imf::ONE_LEVEL &&
-        (tiles.mode != Imf::MIPMAP_LEVELS || tiles.roundingMode != Imf::ROUND_DOWN)) {
-      return fail(Code::exr_unsupported, file, place, "levels other than mip maps rounded down are not read");
-    }
-    part.tiled = true;
-    part.mipmapped = tiles.mode == Imf::MIPMAP_LEVELS;
-    part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
-    part.tile_width = static_cast<int>(tiles.xSize);
-    part.tile_height = static_cast<int>(tiles.ySize);
-  }
-  part.compression = exr_compressions.at(static_cast<std::size_t>(header.compression())).name;
-  part.increasing_y = header.lineOrder() == Imf::INCREASING_Y;
-  part.display_is_data = header.displayWindow() == window;
-  for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-    const Imf::Channel& channel = c.channel();
-    const std::string where = fmt::format("{}/{}", part.name, c.name());
-    if (channel.xSampling != 1 || channel.ySampling != 1) {
-      return fail(Code::exr_unsupported, file, where, "sub-sampled channels are not read");
-    }
-    if (channel.type != Imf::HALF && channel.type != Imf::FLOAT) {
-      return fail(Code::exr_unsupported, file, where, "only half and float channels are read");
-    }
-    part.channels.push_back({c.name(), channel.type == Imf::HALF});
-    if (static_cast<int>(part.channels.size()) > limits.channels) {
-      return fail(Code::file_too_large, file, place, "too many channels");
-    }
-  }
-  part.attributes = attributes_of(header);
-  return part;
-}
+/// A file in memory, first written, then read.
+class MemoryFile : public Imf::OStream, public Imf::IStream {
+ public:
+  MemoryFile() : OStream("chunk"), IStream("chunk") {}
+  void write(const char c[], int n) override { bytes_.append(c, static_cast<std::size_t>(n)); }
+  std::uint64_t tellp() override { return bytes_.size(); }
+  void seekp(std::uint64_t /*position*/) override { throw Iex::IoExc("is written in one go"); }
 
-ExrPixels pixels_for(const ExrPart& part, int width, int height) {
-  ExrPixels pixels;
-  pixels.width = width;
-  pixels.height = height;
-  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  pixels.planes.assign(part.channels.size(), std::vector<float>(count));
-  return pixels;
-}
-
-Imf::FrameBuffer frame_buffer_of(const ExrPart& part, ExrPixels& pixels, int first_row) {
-  Imf::FrameBuffer buffer;
-  for (std::size_t c = 0; c < part.channels.size(); ++c) {
-    buffer.insert(part.channels[c].name,
-                  slice_of(Imf::FLOAT, pixels.planes[c].data(), pixels.width, first_row, sizeof(float)));
+  bool isMemoryMapped() const override { return false; }
+  bool read(char c[], int n) override {
+    if (n < 0 || static_cast<std::size_t>(n) > bytes_.size() - position_) throw Iex::InputExc("end of chunk");
+    std::memcpy(c, bytes_.data() + position_, static_cast<std::size_t>(n));
+    position_ += static_cast<std::size_t>(n);
+    return position_ < bytes_.size();
   }
-  return buffer;
-}
+  std::uint64_t tellg() override { return position_; }
+  void seekg(std::uint64_t position) override {
+    position_ = std::min<std::uint64_t>(position, bytes_.size());
+  }
 
-/// B44 and DWA are what hostile files have broken most often; no file that Selvedge reads may be lossy.
-Result<void> decodable(const ExrPart& part, const std::string& file) {
-  if (!is_lossy(part.compression)) return {};
-  return fail(Code::exr_unsupported, file, part.name,
-              fmt::format("pixels in the lossy compression '{}' are not read", part.compression));
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
+template <class T>
+void write_number(MemoryFile& file, T value) {
+  std::array<char, sizeof(T)> bytes{};
+  for (std::size_t i = 0; i < sizeof(T); ++i) bytes.at(i) = static_cast<char>(value >> (8 * i) & 0xFF);
+  file.write(bytes.data(), sizeof(T));
 }
 
 }  // namespace
 
-Result<ExrReader> ExrReader::open(const std::string& path, const ExrLimits& limits) {
-  auto source = ExrSource::open(path);
-  if (!source) return tl::unexpected(source.error());
-  return open(std::make_unique<State>(State{path, limits, std::move(*source), {}, {}, {}}));
-}
-
-Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
-                                  const ExrLimits& limits) {
-  return open(std::make_unique<State>(State{name, limits, ExrSource(bytes), {}, {}, {}}));
-}
-
-Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
-  const std::string& name = state->name;
-  ExrLimits& limits = state->limits;
-  const std::uint64_t file_bytes = state->source.size();
-  if (file_bytes < limits.bytes_per_read / std::max<std::uint64_t>(limits.expansion, 1)) {
-    limits.bytes_per_read = file_bytes * limits.expansion;
-  }
+bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> packed,
+                    std::span<std::uint8_t> pixels) {
+  if (pixels.size() > std::size_t{1} << 30) return false;  // OpenEXR counts in int
+  ExrPart one;
+  one.tiled = true;
+  one.width = one.tile_width = chunk.width;
+  one.height = one.tile_height = chunk.height;
+  one.compression = "piz";
+  one.channels = part.channels;
   try {
-    state->stream = std::make_unique<SourceStream>(state->source, name);
-    state->in = std::make_unique<Imf::MultiPartInputFile>(*state->stream, 1, false);
-    if (state->in->parts() > limits.parts) {
-      return fail(Code::file_too_large, name, {}, fmt::format("{} parts", state->in->parts()));
+    MemoryFile file;
+    write_number<std::uint32_t>(file, 20000630);
+    write_number<std::uint32_t>(file, 2 | 0x200 | 0x400);  // version 2, tiled, long names
+    header_of(one, one).writeTo(file, true);
+    write_number<std::uint64_t>(file, file.tellp() + 8);
+    for (int i = 0; i < 4; ++i) write_number<std::uint32_t>(file, 0);  // tile 0,0 of level 0,0
+    write_number<std::uint32_t>(file, static_cast<std::uint32_t>(packed.size()));
+    file.write(reinterpret_cast<const char*>(packed.data()), static_cast<int>(packed.size()));
+
+    Imf::MultiPartInputFile in(file, 0, false);
+    Imf::FrameBuffer buffer;
+    const std::size_t row_bytes = exr_pixel_bytes(part) * static_cast<std::size_t>(chunk.width);
+    std::size_t offset = 0;
+    for (const ExrChannel& channel : part.channels) {
+      const std::size_t size = channel.half ? 2 : 4;
+      buffer.insert(
+          channel.name,
+          Imf::Slice(pixel_type(channel), reinterpret_cast<char*>(pixels.data()) + offset, size, row_bytes));
+      offset += size * static_cast<std::size_t>(chunk.width);
     }
-    for (int i = 0; i < state->in->parts(); ++i) {
-      auto part = part_of(state->in->header(i), name, limits);
-      if (!part) return tl::unexpected(part.error());
-      state->parts.push_back(std::move(*part));
-    }
-  } catch (const std::exception& e) {
-    return fail(Code::exr_malformed, name, {}, e.what());
+    Imf::TiledInputPart tile(in, 0);
+    tile.setFrameBuffer(buffer);
+    tile.readTile(0, 0);
+  } catch (const std::exception&) {
+    return false;
   }
-  return ExrReader(std::move(state));
-}
-
-Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
-  const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
-  if (!part.tiled) return read_rows(part_index, 0, part.height);
-  if (auto ok = decodable(part, state_->name); !ok) return tl::unexpected(ok.error());
-  const int width = level_size(part.width, level);
-  const int height = level_size(part.height, level);
-  const std::uint64_t bytes = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
-                              part.channels.size() * sizeof(float);
-  if (bytes > state_->limits.bytes_per_read) {
-    return fail(Code::file_too_large, state_->name, part.name, fmt::format("a level of {} bytes", bytes));
-  }
-  ExrPixels pixels = pixels_for(part, width, height);
-  try {
-    Imf::TiledInputPart in(*state_->in, part_index);
-    in.setFrameBuffer(frame_buffer_of(part, pixels, 0));
-    in.readTiles(0, in.numXTiles(level) - 1, 0, in.numYTiles(level) - 1, level);
-  } catch (const std::exception& e) {
-    return fail(Code::file_damaged, state_->name, fmt::format("{}/level {}", part.name, level), e.what());
-  }
-  return pixels;
-}
-
-Result<ExrPixels> ExrReader::read_rows(int part_index, int first, int count) {
-  const ExrPart& part = state_->parts[static_cast<std::size_t>(part_index)];
-  if (auto ok = decodable(part, state_->name); !ok) return tl::unexpected(ok.error());
-  const std::uint64_t bytes = static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(count) *
-                              part.channels.size() * sizeof(float);
-  if (bytes > state_->limits.bytes_per_read) {
-    return fail(Code::file_too_large, state_->name, part.name, fmt::format("rows of {} bytes", bytes));
-  }
-  ExrPixels pixels = pixels_for(part, part.width, count);
-  try {
-    Imf::InputPart in(*state_->in, part_index);
-    in.setFrameBuffer(frame_buffer_of(part, pixels, first));
-    in.readPixels(first, first + count - 1);
-  } catch (const std::exception& e) {
-    return fail(Code::file_damaged, state_->name,
-                fmt::format("{}/rows {}-{}", part.name, first, first + count - 1), e.what());
-  }
-  return pixels;
+  return true;
 }
 
 }  // namespace selvedge

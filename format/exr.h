@@ -1,6 +1,6 @@
-// OpenEXR, as little of it as the project needs: multi-part files of named float or half channels, either
-// scanline parts or tiled parts with mip levels. The only place that includes OpenEXR's headers is exr.cpp;
-// its exceptions become errors there.
+// OpenEXR files, as little of them as the project needs: named float or half channels in one part or several,
+// either scanline parts or tiled parts with mip levels. They are written through OpenEXR (exr.cpp) and read
+// by code of our own (exr_reader.cpp), which trusts nothing that a file says.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ struct ExrPart {
   /// Whether the display window is the data window. Only read: the writer gives every part the first one's.
   bool display_is_data = true;
   std::vector<ExrChannel> channels;  ///< names unique within the part; read back in the file's order
-  std::map<std::string, ExrValue> attributes;
+  std::map<std::string, ExrValue> attributes;  ///< without those that every EXR file has
 };
 
 /// Whether pixels may come back changed. PXR24 keeps halves but shortens floats, so it counts as lossy.
@@ -55,12 +55,14 @@ struct ExrPixels {
 
 /// Bounds on what is read, checked against the header before anything is allocated.
 struct ExrLimits {
+  std::uint64_t header_bytes = std::uint64_t{1} << 24;  ///< of all headers, without the offset tables
   std::uint64_t pixels_per_part = std::uint64_t{1} << 30;
-  std::uint64_t bytes_per_read = std::uint64_t{1}
-                                 << 32;  ///< of decoded floats; never more than expansion x file
-  std::uint64_t expansion = 2200;  ///< decoded floats per byte of file: halves of zeros under ZIP reach 2,064
+  std::uint64_t bytes_per_read = std::uint64_t{1} << 32;  ///< of decoded floats
+  std::uint64_t expansion =
+      2200;  ///< decoded floats per byte of a chunk: halves of zeros under ZIP reach 2,064
   int parts = 64;
   int channels = 1 << 15;
+  int attributes = 1 << 12;  ///< of a part
 };
 
 /// Writes parts in their order; each level or row exactly once, rows from top to bottom. The file appears at
@@ -85,8 +87,10 @@ class ExrWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Reads headers at once and pixels on demand. Rejects deep parts, sub-sampled channels, unsigned channels
-/// and other level modes than one level or mip maps rounded down.
+/// Checks the whole structure of the file when it is opened (exr_scan.h) and reads pixels on demand. Rejects
+/// deep parts, sub-sampled channels, unsigned channels, windows that do not begin at (0, 0) and other level
+/// modes than one level or mip maps rounded down. Two readers of one file share nothing; one reader is for
+/// one thread.
 class ExrReader {
  public:
   static Result<ExrReader> open(const std::string& path, const ExrLimits& limits = {});
@@ -112,6 +116,8 @@ class ExrReader {
   struct State;
   explicit ExrReader(std::unique_ptr<State> state);
   static Result<ExrReader> open(std::unique_ptr<State> state);
+  /// Rows [first, first + height) of a level that is `width` wide.
+  Result<ExrPixels> read(int part, int level, int first, int width, int height);
   std::unique_ptr<State> state_;
 };
 

@@ -1,0 +1,36 @@
+// Little-endian numbers from bytes, and names that may be printed.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace selvedge {
+
+/// Reads numbers one after the other; there must be as many bytes as are asked for.
+class ExrBytes {
+ public:
+  explicit ExrBytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  std::uint8_t byte() { return static_cast<std::uint8_t>(number<1>()); }
+  std::uint32_t u32() { return static_cast<std::uint32_t>(number<4>()); }
+  std::int32_t i32() { return std::bit_cast<std::int32_t>(u32()); }
+  std::uint64_t u64() { return number<8>(); }
+  float f32() { return std::bit_cast<float>(u32()); }
+
+ private:
+  template <std::size_t size>
+  std::uint64_t number() {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < size; ++i) value |= std::uint64_t{bytes_[i]} << (8 * i);
+    bytes_ = bytes_.subspan(size);
+    return value;
+  }
+  std::span<const std::uint8_t> bytes_;
+};
+
+/// UTF-8 without control characters.
+bool is_printable(std::string_view name);
+
+}  // namespace selvedge
