@@ -216,8 +216,10 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t lo
       if (at != list.end()) malformed(part, "the list of channels ends before its attribute does");
       break;
     }
-    const std::string place = is_printable(name) ? fmt::format("{}/{}", part, name) : part;
-    if (place == part || name.size() > longest_name) malformed(part, "a channel's name is no name");
+    if (!is_printable(name) || name.size() > longest_name) {
+      malformed(part, "a channel's name is too long or not printable UTF-8");
+    }
+    const std::string place = exr_place(part, name);
     if (list.end() - at < 16) malformed(place, "the channel is cut short");
     ExrBytes entry{std::span(list).subspan(static_cast<std::size_t>(at - list.begin()), 16)};
     at += 16;

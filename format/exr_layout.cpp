@@ -71,4 +71,8 @@ std::uint64_t exr_pixel_bytes(const ExrPart& part) {
   return bytes;
 }
 
+std::string exr_place(const std::string& part, const std::string& what) {
+  return part.empty() || what.empty() ? part + what : part + "/" + what;
+}
+
 }  // namespace selvedge

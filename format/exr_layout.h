@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -45,5 +46,8 @@ std::vector<ExrChunk> exr_chunks(const ExrPart& part);
 
 /// Decoded bytes of one pixel of all channels.
 std::uint64_t exr_pixel_bytes(const ExrPart& part);
+
+/// "part/what" for messages; a file of one part need not name it.
+std::string exr_place(const std::string& part, const std::string& what);
 
 }  // namespace selvedge

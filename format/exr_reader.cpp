@@ -111,9 +111,7 @@ Result<ExrPixels> ExrReader::read(int part_index, int level, int first, int widt
   const auto index = static_cast<std::size_t>(part_index);
   const ExrPart& part = parts()[index];
   const auto refused = [&](Code code, const std::string& where, std::string message) {
-    const std::string place =
-        part.name.empty() || where.empty() ? part.name + where : part.name + "/" + where;
-    return fail(code, name(), place, std::move(message));
+    return fail(code, name(), exr_place(part.name, where), std::move(message));
   };
   if (level < 0 || level >= part.levels || first < 0 || height < 0 ||
       first > level_size(part.height, level) - height) {

@@ -50,8 +50,7 @@ class ChunkHeads {
     const auto damaged = [&](std::string message) {
       const std::string which = part.tiled ? fmt::format("level {}/tile {},{}", chunk.level, chunk.x, chunk.y)
                                            : fmt::format("row {}", chunk.y);
-      const std::string place = part.name.empty() ? which : fmt::format("{}/{}", part.name, which);
-      return fail(Code::file_damaged, file_, place, std::move(message));
+      return fail(Code::file_damaged, file_, exr_place(part.name, which), std::move(message));
     };
     std::array<std::int32_t, 5> expected{};
     std::size_t count = 0;

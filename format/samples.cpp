@@ -256,10 +256,15 @@ bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
 
 }  // namespace
 
-Result<SamplesReader> SamplesReader::open(const std::string& path) {
-  auto reader = ExrReader::open(path);
+Result<SamplesReader> SamplesReader::open(const std::string& path) { return open(ExrReader::open(path)); }
+
+Result<SamplesReader> SamplesReader::open(std::span<const std::uint8_t> bytes, const std::string& name) {
+  return open(ExrReader::open(bytes, name));
+}
+
+Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
   if (!reader) return tl::unexpected(reader.error());
-  if (reader->parts().empty()) return malformed(path, {}, "no parts");
+  const std::string path = reader->name();
   const auto& attributes = reader->parts().front().attributes;
   const auto found = attributes.find(names::attribute_samples);
   const auto* text = found == attributes.end() ? nullptr : std::get_if<std::string>(&found->second);

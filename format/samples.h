@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -91,6 +92,8 @@ class SamplesWriter {
 class SamplesReader {
  public:
   static Result<SamplesReader> open(const std::string& path);
+  /// From memory; `name` is used in messages. The bytes must outlive the reader.
+  static Result<SamplesReader> open(std::span<const std::uint8_t> bytes, const std::string& name);
   const SamplesHeader& header() const { return header_; }
   const std::string& name() const { return reader_.name(); }
   /// Level 0, whole.
@@ -99,6 +102,7 @@ class SamplesReader {
 
  private:
   SamplesReader(ExrReader reader, SamplesHeader header);
+  static Result<SamplesReader> open(Result<ExrReader> reader);
   ExrReader reader_;
   SamplesHeader header_;
 };
