@@ -1,5 +1,6 @@
 #include "format/atomic_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,29 +15,40 @@
 #include <utility>
 
 namespace selvedge {
+namespace {}  // namespace
+
+// What a signal handler may touch: a list that only grows, of plain pointers to strings that live until they
+// are taken out. As many entries as files were ever unfinished at once.
+struct UnfinishedFile {
+  std::atomic<char*> path{nullptr};
+  UnfinishedFile* next = nullptr;
+};
+
 namespace {
 
-// What a signal handler may touch: plain pointers to strings that live until they are taken out.
-constexpr int slots = 64;
-std::array<std::atomic<char*>, slots> unfinished{};
+std::atomic<UnfinishedFile*> unfinished{nullptr};
 
-int enlist(const std::string& path) {
+UnfinishedFile* enlist(const std::string& path) {
   char* copy = strdup(path.c_str());
-  for (int i = 0; i < slots; ++i) {
+  for (UnfinishedFile* entry = unfinished.load(); entry != nullptr; entry = entry->next) {
     char* expected = nullptr;
-    if (unfinished[static_cast<std::size_t>(i)].compare_exchange_strong(expected, copy)) return i;
+    if (entry->path.compare_exchange_strong(expected, copy)) return entry;
   }
-  std::free(copy);
-  return -1;
+  auto* entry = new UnfinishedFile;
+  entry->path = copy;
+  entry->next = unfinished.load();
+  while (!unfinished.compare_exchange_weak(entry->next, entry)) {
+  }
+  return entry;
 }
 
-void delist(int slot) {
-  if (slot >= 0) std::free(unfinished[static_cast<std::size_t>(slot)].exchange(nullptr));
+void delist(UnfinishedFile* entry) {
+  if (entry != nullptr) std::free(entry->path.exchange(nullptr));
 }
 
 extern "C" void on_signal(int number) {
-  for (auto& slot : unfinished) {
-    if (const char* path = slot.load()) unlink(path);
+  for (const UnfinishedFile* entry = unfinished.load(); entry != nullptr; entry = entry->next) {
+    if (const char* path = entry->path.load()) unlink(path);
   }
   std::signal(number, SIG_DFL);
   std::raise(number);
@@ -68,32 +80,38 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
       fs::is_symlink(path, ignored) ? fs::weakly_canonical(fs::absolute(path), ignored) : fs::path();
   const std::string target = resolved.empty() ? path : resolved.string();
   static std::atomic<int> counter{0};
-  const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
-  const int slot = enlist(temporary);
-  std::FILE* file = std::fopen(temporary.c_str(), "wb");
-  if (file == nullptr) {
-    const std::string why = reason();
-    delist(slot);
-    return fail(Code::file_unwritable, path, {}, why);
+  // What is there already, a link above all, was made by someone else: the next name is tried.
+  for (int attempt = 0;; ++attempt) {
+    const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
+    UnfinishedFile* entry = enlist(temporary);
+    const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file >= 0) {
+      close(file);
+      return AtomicFile(target, temporary, entry);
+    }
+    const int error = errno;
+    delist(entry);
+    constexpr int most_attempts = 100;
+    if (error != EEXIST || attempt == most_attempts) {
+      return fail(Code::file_unwritable, path, {}, std::strerror(error));
+    }
   }
-  std::fclose(file);
-  return AtomicFile(target, temporary, slot);
 }
 
-AtomicFile::AtomicFile(std::string path, std::string temporary, int slot)
-    : path_(std::move(path)), temporary_(std::move(temporary)), slot_(slot) {}
+AtomicFile::AtomicFile(std::string path, std::string temporary, UnfinishedFile* entry)
+    : path_(std::move(path)), temporary_(std::move(temporary)), entry_(entry) {}
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : path_(std::move(other.path_)),
       temporary_(std::exchange(other.temporary_, {})),
-      slot_(std::exchange(other.slot_, -1)) {}
+      entry_(std::exchange(other.entry_, nullptr)) {}
 
 AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
   if (this != &other) {
     discard();
     path_ = std::move(other.path_);
     temporary_ = std::exchange(other.temporary_, {});
-    slot_ = std::exchange(other.slot_, -1);
+    entry_ = std::exchange(other.entry_, nullptr);
   }
   return *this;
 }
@@ -103,7 +121,7 @@ AtomicFile::~AtomicFile() { discard(); }
 void AtomicFile::discard() {
   if (!temporary_.empty()) unlink(temporary_.c_str());
   temporary_.clear();
-  delist(std::exchange(slot_, -1));
+  delist(std::exchange(entry_, nullptr));
 }
 
 Result<void> AtomicFile::commit() {
@@ -113,7 +131,7 @@ Result<void> AtomicFile::commit() {
     return fail(Code::file_unwritable, path_, {}, why);
   }
   temporary_.clear();
-  delist(std::exchange(slot_, -1));
+  delist(std::exchange(entry_, nullptr));
   return {};
 }
 

@@ -9,6 +9,8 @@
 
 namespace selvedge {
 
+struct UnfinishedFile;
+
 /// A file being written. The temporary file is made at once (so that an unwritable folder is found before
 /// the work begins) and is removed by the destructor, by SIGINT and by SIGTERM, unless committed.
 class AtomicFile {
@@ -28,12 +30,12 @@ class AtomicFile {
   Result<void> commit();
 
  private:
-  AtomicFile(std::string path, std::string temporary, int slot);
+  AtomicFile(std::string path, std::string temporary, UnfinishedFile* entry);
   void discard();
 
   std::string path_;
   std::string temporary_;
-  int slot_ = -1;
+  UnfinishedFile* entry_ = nullptr;  ///< what a signal would remove
 };
 
 /// Writes all bytes as one file, atomically.

@@ -2,6 +2,11 @@
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <vector>
 
 #include "files.h"
 
@@ -53,4 +58,47 @@ TEST_CASE("a place that cannot be written to is named") {
   REQUIRE_FALSE(file);
   CHECK(file.error().code == Code::file_unwritable);
   CHECK(file.error().file == folder / "absent/a");
+}
+
+TEST_CASE("a file or a link in the place of the temporary one is left as it is") {
+  const Folder folder;
+  // The name of the next temporary file, from that of this one.
+  const auto first = AtomicFile::create(folder / "a");
+  REQUIRE(first);
+  const std::string name = first->temporary();
+  const std::size_t dash = name.rfind('-');
+  const std::string next = name.substr(0, dash + 1) + std::to_string(std::stoi(name.substr(dash + 1)) + 1);
+  test::write_bytes(folder / "other", "untouched");
+  std::filesystem::create_symlink(folder / "other", next);
+  auto second = AtomicFile::create(folder / "a");
+  REQUIRE(second);
+  CHECK(second->temporary() != next);
+  test::write_bytes(second->temporary(), "whole");
+  REQUIRE(second->commit());
+  CHECK(test::bytes_of(folder / "other") == "untouched");
+  CHECK(std::filesystem::is_symlink(next));
+  CHECK(test::bytes_of(folder / "a") == "whole");
+}
+
+TEST_CASE("a signal removes every unfinished file, however many there are") {
+  const Folder folder;
+  const pid_t child = fork();
+  if (child == 0) {
+    remove_unfinished_files_on_signal();
+    std::vector<AtomicFile> files;
+    for (int i = 0; i < 200; ++i) {
+      auto file = AtomicFile::create(folder / std::to_string(i));
+      if (!file) _exit(3);
+      files.push_back(std::move(*file));
+    }
+    test::write_bytes(folder / "count", std::to_string(folder.files()));
+    raise(SIGTERM);
+    _exit(4);
+  }
+  REQUIRE(child > 0);
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(WIFSIGNALED(status));
+  CHECK(test::bytes_of(folder / "count") == "200");
+  CHECK(folder.files() == 1);
 }
