@@ -60,10 +60,10 @@ V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V
 
 }  // namespace
 
-Shading evaluate(const Fabric& fabric, int level_index, int x, int y, const V3f& light, const V3f& view) {
-  const FabricLevel& level = fabric.levels[static_cast<std::size_t>(level_index)];
+Shading evaluate(const FabricLevel& level, const DirectionGrid& views, int x, int y, const V3f& light,
+                 const V3f& view) {
   const int texel = y * level.width + x;
-  const ViewFactors factors = view_factors(level, fabric.views, texel, view);
+  const ViewFactors factors = view_factors(level, views, texel, view);
   Shading shading;
   shading.alpha = factors.alpha;
   if (light.z > 0 && view.z > 0) {
@@ -72,6 +72,16 @@ Shading evaluate(const Fabric& fabric, int level_index, int x, int y, const V3f&
       shading.radiance[c] = std::min(shading.radiance[c], std::numeric_limits<float>::max());
   }
   return shading;
+}
+
+Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view) {
+  return evaluate(fabric.levels[static_cast<std::size_t>(level)], fabric.views, x, y, light, view);
+}
+
+LevelBlend level_blend(double level, int count) {
+  const double clamped = level > 0 ? std::min(level, static_cast<double>(count - 1)) : 0;
+  const int lower = static_cast<int>(clamped);
+  return {lower, static_cast<float>(clamped - lower)};
 }
 
 int wrap_texel(double c, int size) {
@@ -89,16 +99,13 @@ Shading blend(const Shading& a, const Shading& b, float weight_of_b) {
 }
 
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view) {
-  const int last = static_cast<int>(fabric.levels.size()) - 1;
-  const double clamped = std::clamp(level, 0.0, static_cast<double>(last));
-  const int lower = static_cast<int>(clamped);
+  const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()));
   const auto at = [&](int k) {
     const FabricLevel& of = fabric.levels[static_cast<std::size_t>(k)];
-    return evaluate(fabric, k, wrap_texel(uv.x, of.width), wrap_texel(uv.y, of.height), light, view);
+    return evaluate(of, fabric.views, wrap_texel(uv.x, of.width), wrap_texel(uv.y, of.height), light, view);
   };
-  const Shading near = at(lower);
-  const auto weight = static_cast<float>(clamped - lower);
-  return weight > 0 ? blend(near, at(lower + 1), weight) : near;
+  const Shading near = at(levels.lower);
+  return levels.weight > 0 ? blend(near, at(levels.lower + 1), levels.weight) : near;
 }
 
 }  // namespace selvedge

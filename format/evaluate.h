@@ -18,6 +18,18 @@ struct Shading {
 /// Precondition: `level` exists and (x, y) lies within it.
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view);
 
+/// The same of a level by itself; `views` is the grid of its view table and opacity.
+Shading evaluate(const FabricLevel& level, const DirectionGrid& views, int x, int y, const V3f& light,
+                 const V3f& view);
+
+/// A fractional level as the two it lies between: the lower, and the weight of the next, 0 where there is
+/// none. Levels are clamped to the `count` that exist, NaN to 0.
+struct LevelBlend {
+  int lower = 0;
+  float weight = 0;
+};
+LevelBlend level_blend(double level, int count);
+
 /// The same at texture coordinates: the texel that contains (u, v) (repeating), and for a fractional level
 /// the alpha-weighted blend of its two neighbours. Levels are clamped to those that exist.
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view);

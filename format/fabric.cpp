@@ -4,6 +4,9 @@
 
 #include <cmath>
 
+#include "format/fabric_layout.h"
+#include "format/fabric_values.h"
+
 namespace selvedge {
 namespace {
 
@@ -11,77 +14,34 @@ tl::unexpected<Error> broken(int level, const char* layer, std::string message) 
   return fail(Code::fabric_malformed, {}, fmt::format("level {}/{}", level, layer), std::move(message));
 }
 
-tl::unexpected<Error> not_finite(int level, const char* layer, std::size_t texel, const FabricLevel& size,
-                                 std::string message) {
-  const auto width = static_cast<std::size_t>(size.width);
-  return fail(Code::fabric_not_finite, {},
-              fmt::format("level {}/{}/texel {},{}", level, layer, texel % width, texel / width),
-              std::move(message));
-}
-
-bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
-Result<void> validate_lobes(const FabricLevel& level, int k, const FabricLimits& limits) {
-  const LobeLayer& layer = *level.lobes;
-  if (layer.lobes < 0 || layer.lobes > limits.lobes) {
-    return broken(k, "lobes", fmt::format("{} lobes; 0 to {} are allowed", layer.lobes, limits.lobes));
-  }
-  const auto stride = static_cast<std::size_t>(3 * parameter_count(layer.lobes));
-  if (layer.parameters.size() != stride * static_cast<std::size_t>(level.texels())) {
-    return broken(k, "lobes", "wrong number of values");
-  }
-  for (std::size_t i = 0; i < layer.parameters.size(); ++i) {
-    const float value = layer.parameters[i];
-    const std::size_t within = i % (stride / 3);
-    if (!std::isfinite(value)) return not_finite(k, "lobes", i / stride, level, "value is not finite");
-    const bool is_exponent = within != 0 && (within - 1) % 4 == 3;
-    if ((within == 0 || is_exponent) && value < 0) {
-      return not_finite(k, "lobes", i / stride, level,
-                        is_exponent ? "exponent is negative" : "diffuse term is negative");
-    }
-  }
-  return {};
-}
-
-Result<void> validate_frame(const FabricLevel& level, int k) {
-  const FrameLayer& layer = *level.frame;
+/// Whether the arrays of a layer are as long as its values are many.
+bool is_complete(const FabricLevel& level, Layer layer, std::size_t views) {
   const auto texels = static_cast<std::size_t>(level.texels());
-  if (layer.normal.size() != texels || layer.tangent.size() != texels) {
-    return broken(k, "frame", "wrong number of values");
+  switch (layer) {
+    case Layer::lobes:
+      return level.lobes->parameters.size() ==
+             texels * channel_count(layer, level.lobes->lobes, static_cast<int>(views));
+    case Layer::frame:
+      return level.frame->normal.size() == texels && level.frame->tangent.size() == texels;
+    case Layer::table:
+      return level.view_table->colour.size() == texels * views;
+    case Layer::opacity:
+      break;
   }
-  // Half precision leaves 3 digits; a frame worse than this was not written as a frame.
-  constexpr float tolerance = 0.01F;
-  for (std::size_t i = 0; i < texels; ++i) {
-    const V3f& n = layer.normal[i];
-    const V3f& t = layer.tangent[i];
-    if (!is_finite(n) || !is_finite(t)) return not_finite(k, "frame", i, level, "value is not finite");
-    if (std::abs(n.length() - 1) > tolerance || std::abs(t.length() - 1) > tolerance ||
-        std::abs(n.dot(t)) > tolerance) {
-      return not_finite(k, "frame", i, level, "normal and tangent are not unit and perpendicular");
-    }
-  }
-  return {};
+  return level.opacity->opacity.size() == texels * views;
 }
 
-Result<void> validate_tables(const FabricLevel& level, int k, std::size_t views) {
-  const std::size_t entries = static_cast<std::size_t>(level.texels()) * views;
-  if (level.view_table) {
-    if (level.view_table->colour.size() != entries) return broken(k, "table", "wrong number of values");
-    for (std::size_t i = 0; i < entries; ++i) {
-      const V3f& c = level.view_table->colour[i];
-      if (!is_finite(c) || c.x < 0 || c.y < 0 || c.z < 0) {
-        return not_finite(k, "table", i / views, level, "value is negative or not finite");
-      }
-    }
+Result<void> validate_layer(const FabricLevel& level, int k, Layer layer, int views,
+                            const FabricLimits& limits) {
+  if (layer == Layer::lobes && (level.lobes->lobes < 0 || level.lobes->lobes > limits.lobes)) {
+    return broken(k, "lobes", fmt::format("{} lobes; 0 to {} are allowed", level.lobes->lobes, limits.lobes));
   }
-  if (level.opacity) {
-    if (level.opacity->opacity.size() != entries) return broken(k, "opacity", "wrong number of values");
-    for (std::size_t i = 0; i < entries; ++i) {
-      const float a = level.opacity->opacity[i];
-      if (!(a >= 0 && a <= 1))
-        return not_finite(k, "opacity", i / views, level, "value is outside of [0, 1]");
-    }
+  if (!is_complete(level, layer, static_cast<std::size_t>(views))) {
+    return broken(k, name_of(layer), "wrong number of values");
   }
+  IssueSink sink({});
+  check_values(level, k, layer, views, sink);
+  if (sink.has_error()) return tl::unexpected(sink.first_error());
   return {};
 }
 
@@ -135,13 +95,10 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
     if (level.width != level_size(base.width, k) || level.height != level_size(base.height, k)) {
       return broken(k, "size", fmt::format("{}x{} does not follow from level 0", level.width, level.height));
     }
-    if (level.lobes) {
-      if (auto ok = validate_lobes(level, k, limits); !ok) return ok;
+    for (const Layer layer : all_layers) {
+      if (!has_layer(level, layer)) continue;
+      if (auto ok = validate_layer(level, k, layer, views.count(), limits); !ok) return ok;
     }
-    if (level.frame) {
-      if (auto ok = validate_frame(level, k); !ok) return ok;
-    }
-    if (auto ok = validate_tables(level, k, static_cast<std::size_t>(views.count())); !ok) return ok;
   }
   return {};
 }

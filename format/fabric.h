@@ -85,7 +85,8 @@ int level_count(int width, int height);
 /// `normal`; the y axis takes x's place where the normal lies along x.
 V3f tangent_of(const V3f& normal);
 
-/// Array sizes, ranges and finiteness of everything in the fabric. Place: "level/layer/texel".
+/// Array sizes, ranges and finiteness of everything in the fabric. Place: "level 1/lobes", or that of a
+/// value, "table/level 2/table.0003.red/5,7".
 Result<void> validate(const Fabric& fabric, const FabricLimits& limits = {});
 
 }  // namespace selvedge

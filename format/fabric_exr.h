@@ -5,19 +5,61 @@
 #include <span>
 #include <string>
 
+#include "format/exr.h"
 #include "format/fabric.h"
+#include "format/fabric_header.h"
+#include "format/fabric_layout.h"
 
 namespace selvedge {
 
 struct FabricWriteOptions {
-  bool half_lobes = false;    ///< under a large exponent half precision ruins a lobe: 32 bits by default
-  bool float_tables = false;  ///< view table, opacity and frames in 32 bits instead of 16
+  /// Layers in 16 bits, the others in 32. Under a large exponent half precision ruins a lobe.
+  LayerSet half = table_layers;
+  /// none, rle, zips, zip or piz. Lossy ones are refused, and what no codec is called: OPTION_OUT_OF_RANGE.
+  std::string codec = "zip";
 };
 
 /// Writes atomically. Same fabric and options, same bytes. Refuses an invalid fabric and values that do not
 /// fit into the chosen precision.
 Result<void> write_fabric(const std::string& path, const Fabric& fabric,
                           const FabricWriteOptions& options = {});
+
+/// A fabric file of which parts are read on demand: a level, or some layers of it, costs the bytes and the
+/// time of that part alone.
+class FabricReader {
+ public:
+  /// Reads and checks the headers; no pixels.
+  static Result<FabricReader> open(const std::string& path, const FabricLimits& limits = {});
+  /// From memory; `name` is used in messages. The bytes must outlive the reader.
+  static Result<FabricReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
+                                   const FabricLimits& limits = {});
+
+  const FabricHeader& header() const { return header_; }
+  /// The attribute text as it stands in the file: a JSON object.
+  const std::string& text() const { return text_; }
+  /// The layers that the file has in 16 bits, all channels of their parts.
+  LayerSet half() const;
+
+  /// A level with those of the wanted layers that it has; digests and values are checked.
+  /// Precondition: 0 <= level < header().levels.
+  Result<FabricLevel> read_level(int level, LayerSet layers = LayerSet::all());
+  /// Levels `first` to `last` as a fabric, `first` being its level 0. Precondition: both exist, in this
+  /// order.
+  Result<Fabric> read_levels(int first, int last, LayerSet layers = LayerSet::all());
+  /// Everything.
+  Result<Fabric> read() { return read_levels(0, header_.levels - 1); }
+
+  /// Bytes of the file that were read so far, headers included.
+  std::uint64_t bytes_read() const { return file_.bytes_read(); }
+
+ private:
+  FabricReader(ExrReader file, FabricHeader header, std::string text);
+  static Result<FabricReader> open(Result<ExrReader> file, const FabricLimits& limits);
+
+  ExrReader file_;
+  FabricHeader header_;
+  std::string text_;
+};
 
 /// Reads all levels and layers, verifies every digest and validates every value.
 Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits = {});

@@ -1,8 +1,8 @@
-// Every name of a fabric file and of a samples file: parts, channels, attributes (spec/fabric.md).
+// Every name of a fabric file and of a samples file: parts, channels, attributes, members of the JSON texts
+// (spec/fabric.md, spec/samples.md).
 #pragma once
 
 #include <array>
-#include <string_view>
 
 namespace selvedge::names {
 
@@ -17,10 +17,12 @@ inline constexpr const char* part_table = "table";
 inline constexpr const char* part_opacity = "opacity";
 
 // Channels. No data channel ends in R, G, B, A or Y: tools apply colour transforms to those.
+inline constexpr std::array<const char*, 4> preview_channels{"R", "G", "B", "A"};
 inline constexpr std::array<const char*, 3> colour_suffix{"red", "green", "blue"};
 inline constexpr std::array<const char*, 6> frame_channels{"frame.nx", "frame.ny", "frame.nz",
                                                            "frame.tx", "frame.ty", "frame.tz"};
 inline constexpr std::array<const char*, 4> lobe_parameters{"cx", "cy", "cz", "n"};
+inline constexpr std::array<char, 5> colour_endings{'R', 'G', 'B', 'A', 'Y'};
 
 // Attributes of part 0: one JSON text, its digest, and flat mirrors of what people look for.
 inline constexpr const char* attribute_fabric = "selvedge.fabric";
@@ -34,6 +36,8 @@ inline constexpr const char* attribute_wrap = "wrapmodes";
 
 inline constexpr const char* wrap_periodic = "periodic,periodic";
 inline constexpr const char* layout_equal_area = "equal-area";
+inline constexpr const char* precision_half = "half";
+inline constexpr const char* precision_float = "float";
 
 // Parts of a samples file.
 inline constexpr const char* part_radiance = "radiance";
@@ -43,3 +47,35 @@ inline constexpr const char* part_held_out = "held-out";
 inline constexpr const char* part_rim = "rim";
 
 }  // namespace selvedge::names
+
+/// Members of the JSON texts. Those of `layers` and `digests` are called as their parts.
+namespace selvedge::names::member {
+
+inline constexpr const char* version = "version";
+inline constexpr const char* model = "model";
+inline constexpr const char* texels = "texels";
+inline constexpr const char* levels = "levels";
+inline constexpr const char* mm_per_repeat = "mmPerRepeat";
+inline constexpr const char* reference_height = "referenceHeight";
+inline constexpr const char* thickness = "thickness";
+inline constexpr const char* views = "views";
+inline constexpr const char* layout = "layout";
+inline constexpr const char* columns = "columns";
+inline constexpr const char* rows = "rows";
+inline constexpr const char* layers = "layers";
+inline constexpr const char* lobes = "lobes";
+inline constexpr const char* precision = "precision";
+inline constexpr const char* optional = "optional";
+inline constexpr const char* digests = "digests";
+inline constexpr const char* provenance = "provenance";
+
+// Of a samples file alone.
+inline constexpr const char* lights = "lights";
+inline constexpr const char* directions = "directions";
+inline constexpr const char* samples_per_texel = "samplesPerTexel";
+inline constexpr const char* truth_samples = "truthSamples";
+inline constexpr const char* pairs = "pairs";
+inline constexpr const char* light = "light";
+inline constexpr const char* view = "view";
+
+}  // namespace selvedge::names::member

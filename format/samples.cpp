@@ -3,15 +3,16 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "format/fabric.h"
 #include "format/fabric_names.h"
+#include "format/json_text.h"
 
 namespace selvedge {
 namespace {
 
 using nlohmann::json;
+namespace member = names::member;
 
 constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out,
                                                 names::part_rim};
@@ -21,38 +22,36 @@ std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
 
 json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
-json grid_json(const DirectionGrid& grid) {
+/// A grid with its directions, for people.
+json grid_with_directions(const DirectionGrid& grid) {
   json directions = json::array();
   for (const V3f& d : directions_of(grid)) directions.push_back(list_of(d));
-  return {{"layout", names::layout_equal_area},
-          {"columns", grid.columns},
-          {"rows", grid.rows},
-          {"directions", directions}};
+  json result = grid_json(grid);
+  result[member::directions] = directions;
+  return result;
 }
 
 std::string header_text(const SamplesHeader& header) {
-  json provenance = json::parse(header.provenance, nullptr, false);
-  if (!provenance.is_object()) provenance = json::object();
   json pairs = json::object();
   for (const PairKind kind : all_pair_kinds) {
     json list = json::array();
     for (const DirectionPair& pair : header.pairs[index_of(kind)]) {
-      list.push_back({{"light", list_of(pair.light)}, {"view", list_of(pair.view)}});
+      list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
     }
     pairs[pair_parts[index_of(kind)]] = list;
   }
   return json{
-      {"version", samples_version},
-      {"texels", {header.width, header.height}},
-      {"mmPerRepeat", {header.period_mm.x, header.period_mm.y}},
-      {"referenceHeight", header.reference_height},
-      {"thickness", header.thickness_mm},
-      {"views", grid_json(header.views)},
-      {"lights", grid_json(header.lights)},
-      {"samplesPerTexel", header.samples_per_texel},
-      {"truthSamples", header.truth_samples},
-      {"pairs", pairs},
-      {"provenance", provenance},
+      {member::version, samples_version},
+      {member::texels, {header.width, header.height}},
+      {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
+      {member::reference_height, header.reference_height},
+      {member::thickness, header.thickness_mm},
+      {member::views, grid_with_directions(header.views)},
+      {member::lights, grid_with_directions(header.lights)},
+      {member::samples_per_texel, header.samples_per_texel},
+      {member::truth_samples, header.truth_samples},
+      {member::pairs, pairs},
+      {member::provenance, provenance_json(header.provenance)},
   }
       .dump();
 }
@@ -179,43 +178,38 @@ float length_from(const json& number, const char* name, bool may_be_zero) {
   return length;
 }
 
-DirectionGrid grid_from(const json& grid, const std::string& name) {
-  DirectionGrid result{grid.at("columns").get<int>(), grid.at("rows").get<int>()};
-  constexpr int limit = 4096;
-  if (grid.at("layout") != names::layout_equal_area) throw std::runtime_error(name + ": unknown layout");
-  if (result.columns < 1 || result.rows < 1 || result.columns > limit ||
-      result.rows > limit / result.columns) {
-    throw std::runtime_error(fmt::format("{}: not 1 to {} directions", name, limit));
-  }
-  return result;
+DirectionGrid views_or_lights(const json& text, const char* name) {
+  const auto grid = grid_from(text.at(name), FabricLimits{}.directions);
+  if (!grid) throw std::runtime_error(name + grid.error().place + ": " + grid.error().message);
+  return *grid;
 }
 
 /// Throws on anything that is not as it should be; the caller makes it an error.
 SamplesHeader header_from(const json& text) {
   SamplesHeader header;
-  if (text.at("version") != samples_version) throw std::runtime_error("version is not 1");
-  header.width = text.at("texels").at(0).get<int>();
-  header.height = text.at("texels").at(1).get<int>();
+  if (text.at(member::version) != samples_version) throw std::runtime_error("version is not 1");
+  header.width = text.at(member::texels).at(0).get<int>();
+  header.height = text.at(member::texels).at(1).get<int>();
   const int limit = FabricLimits{}.texels_per_side;
   if (header.width < 1 || header.height < 1 || header.width > limit || header.height > limit) {
     throw std::runtime_error(fmt::format("texels: not 1 to {} a side", limit));
   }
-  header.period_mm = {length_from(text.at("mmPerRepeat").at(0), "mmPerRepeat", false),
-                      length_from(text.at("mmPerRepeat").at(1), "mmPerRepeat", false)};
-  header.reference_height = text.at("referenceHeight").get<float>();
+  header.period_mm = {length_from(text.at(member::mm_per_repeat).at(0), member::mm_per_repeat, false),
+                      length_from(text.at(member::mm_per_repeat).at(1), member::mm_per_repeat, false)};
+  header.reference_height = text.at(member::reference_height).get<float>();
   if (!std::isfinite(header.reference_height)) throw std::runtime_error("referenceHeight: not finite");
-  header.thickness_mm = length_from(text.at("thickness"), "thickness", true);
-  header.views = grid_from(text.at("views"), "views");
-  header.lights = grid_from(text.at("lights"), "lights");
-  header.samples_per_texel = text.at("samplesPerTexel").get<int>();
-  header.truth_samples = text.at("truthSamples").get<int>();
+  header.thickness_mm = length_from(text.at(member::thickness), member::thickness, true);
+  header.views = views_or_lights(text, member::views);
+  header.lights = views_or_lights(text, member::lights);
+  header.samples_per_texel = text.at(member::samples_per_texel).get<int>();
+  header.truth_samples = text.at(member::truth_samples).get<int>();
   for (const PairKind kind : all_pair_kinds) {
-    for (const json& pair : text.at("pairs").at(pair_parts[index_of(kind)])) {
+    for (const json& pair : text.at(member::pairs).at(pair_parts[index_of(kind)])) {
       header.pairs[index_of(kind)].push_back(
-          {direction_from(pair.at("light")), direction_from(pair.at("view"))});
+          {direction_from(pair.at(member::light)), direction_from(pair.at(member::view))});
     }
   }
-  header.provenance = text.at("provenance").dump();
+  header.provenance = text.at(member::provenance).dump();
   return header;
 }
 
@@ -271,8 +265,10 @@ Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
   if (text == nullptr) {
     return malformed(path, names::attribute_samples, "attribute is missing: not a samples file");
   }
+  const json members = parse_json(*text);
+  if (!members.is_object()) return malformed(path, names::attribute_samples, "is not a JSON object");
   try {
-    return SamplesReader(std::move(*reader), header_from(json::parse(*text)));
+    return SamplesReader(std::move(*reader), header_from(members));
   } catch (const std::exception& e) {
     return malformed(path, names::attribute_samples, e.what());
   }

@@ -140,8 +140,13 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
       ->group(group);
-  app.add_flag("--half-lobes", command.write.half_lobes, "Lobes in 16 instead of 32 bits")->group(group);
-  app.add_flag("--float-tables", command.write.float_tables, "Tables and frames in 32 instead of 16 bits")
+  app.add_flag_callback(
+         "--half-lobes", [&command] { command.write.half.insert(Layer::lobes); },
+         "Lobes in 16 instead of 32 bits")
+      ->group(group);
+  app.add_flag_callback(
+         "--float-tables", [&command] { command.write.half.erase(table_layers); },
+         "Tables and frames in 32 instead of 16 bits")
       ->group(group);
 }
 

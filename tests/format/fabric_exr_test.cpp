@@ -130,7 +130,7 @@ TEST_CASE("values that half precision cannot hold are refused with their place, 
   CHECK(written.error().place == "table/table.0001.green/pixel 1,0");
   CHECK(folder.files() == 0);
   FabricWriteOptions wide;
-  wide.float_tables = true;
+  wide.half = {};
   CHECK(write_fabric(folder / "a.exr", fabric, wide));
 }
 

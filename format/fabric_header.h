@@ -1,0 +1,44 @@
+// What a fabric file says of itself in its attribute text (spec/fabric.md), as a type.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "format/fabric.h"
+#include "format/fabric_layout.h"
+
+namespace selvedge {
+
+/// One layer of the file.
+struct LayerHeader {
+  std::vector<int> levels;           ///< that have the layer; strictly increasing, at least one
+  std::vector<std::string> digests;  ///< of the pixels of each of these levels
+  bool half = true;                  ///< as the text says, for people: the part's channels decide
+  int lobes = 0;                     ///< number of lobes; of Layer::lobes only
+};
+
+struct FabricHeader {
+  std::string model;  ///< for people
+  int width = 1;      ///< texels of level 0
+  int height = 1;
+  int levels = 1;
+  V2f period_mm{1, 1};
+  float reference_height = 0;
+  float thickness_mm = 0;
+  DirectionGrid views;
+  std::array<std::optional<LayerHeader>, 4> layers;  ///< by Layer
+  std::string provenance = "{}";
+
+  const std::optional<LayerHeader>& layer(Layer which) const { return layers[index_of(which)]; }
+  std::optional<LayerHeader>& layer(Layer which) { return layers[index_of(which)]; }
+};
+
+/// The layer's entry for a level, an index into its levels and digests; -1 where the level does not have it.
+int entry_of(const std::optional<LayerHeader>& layer, int level);
+
+/// A fabric of that header, as yet without levels.
+Fabric without_levels(const FabricHeader& header);
+
+}  // namespace selvedge

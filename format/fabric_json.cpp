@@ -1,0 +1,321 @@
+#include "format/fabric_json.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+
+#include "format/fabric_names.h"
+#include "format/json_text.h"
+
+namespace selvedge {
+namespace {
+
+using nlohmann::json;
+namespace member = names::member;
+
+/// A JSON pointer one step further; "/" and "~" of the key are escaped.
+std::string pointer_to(const std::string& parent, const std::string& key) {
+  std::string pointer = parent + "/";
+  for (const char c : key) {
+    if (c == '~') {
+      pointer += "~0";
+    } else if (c == '/') {
+      pointer += "~1";
+    } else {
+      pointer += c;
+    }
+  }
+  return pointer;
+}
+
+/// A member on its way out of the text: where it is, and the value, null where it is missing.
+struct Member {
+  const json* value = nullptr;
+  std::string place;
+  IssueSink* sink = nullptr;
+
+  explicit operator bool() const { return value != nullptr; }
+  void refuse(std::string message) const { sink->add(Code::fabric_member, place, std::move(message)); }
+};
+
+/// A member that has to be there.
+Member require(const json& object, const std::string& parent, const char* key, IssueSink& sink) {
+  const auto found = object.find(key);
+  Member result{nullptr, pointer_to(parent, key), &sink};
+  if (found == object.end()) {
+    result.refuse("is missing");
+  } else {
+    result.value = &*found;
+  }
+  return result;
+}
+
+/// The same of a certain type; `type` is for the message.
+Member require(const json& object, const std::string& parent, const char* key, json::value_t type,
+               const char* type_name, IssueSink& sink) {
+  Member result = require(object, parent, key, sink);
+  if (result && result.value->type() != type) {
+    result.refuse(fmt::format("is not {}", type_name));
+    result.value = nullptr;
+  }
+  return result;
+}
+
+Member require_object(const json& object, const std::string& parent, const char* key, IssueSink& sink) {
+  return require(object, parent, key, json::value_t::object, "an object", sink);
+}
+
+Member require_array(const json& object, const std::string& parent, const char* key, IssueSink& sink) {
+  return require(object, parent, key, json::value_t::array, "an array", sink);
+}
+
+std::optional<int> whole_number(const Member& from, int least, int most) {
+  if (!from) return std::nullopt;
+  if (!from.value->is_number_integer()) {
+    from.refuse("is not a whole number");
+  } else if (*from.value < least || *from.value > most) {
+    from.refuse(fmt::format("{} is outside of {} to {}", from.value->dump(), least, most));
+  } else {
+    return from.value->get<int>();
+  }
+  return std::nullopt;
+}
+
+/// Rounded to single precision, in which it has to be finite and, if `positive`, above 0.
+std::optional<float> real_number(const Member& from, bool positive = false) {
+  if (!from) return std::nullopt;
+  const double value = from.value->is_number() ? from.value->get<double>() : 0;
+  if (!from.value->is_number()) {
+    from.refuse("is not a number");
+  } else if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
+    from.refuse("is beyond single precision");
+  } else if (positive && !(static_cast<float>(value) > 0)) {
+    from.refuse(fmt::format("{} is not positive", from.value->dump()));
+  } else {
+    return static_cast<float>(value);
+  }
+  return std::nullopt;
+}
+
+/// Both items of an array of two; their values are null where it is not that.
+std::array<Member, 2> require_pair(const json& object, const char* key, IssueSink& sink) {
+  const Member list = require_array(object, {}, key, sink);
+  std::array<Member, 2> items;
+  if (list && list.value->size() != 2) list.refuse("does not have two items");
+  if (!list || list.value->size() != 2) return items;
+  for (std::size_t i = 0; i < 2; ++i)
+    items[i] = {&(*list.value)[i], fmt::format("{}/{}", list.place, i), &sink};
+  return items;
+}
+
+void advise_on_members(const json& object, const std::string& place, std::initializer_list<const char*> known,
+                       IssueSink& sink) {
+  for (const auto& item : object.items()) {
+    if (std::none_of(known.begin(), known.end(), [&](const char* k) { return item.key() == k; })) {
+      sink.add(Code::fabric_advice, pointer_to(place, item.key()), "is not known and is ignored");
+    }
+  }
+}
+
+std::vector<int> levels_from(const Member& list, int levels) {
+  std::vector<int> result;
+  if (!list) return result;
+  if (list.value->empty()) list.refuse("names no level");
+  for (std::size_t i = 0; i < list.value->size(); ++i) {
+    const Member item{&(*list.value)[i], fmt::format("{}/{}", list.place, i), list.sink};
+    const auto level = whole_number(item, 0, levels - 1);
+    if (!level) return {};
+    if (!result.empty() && *level <= result.back()) {
+      item.refuse(fmt::format("{} does not come after {}", *level, result.back()));
+      return {};
+    }
+    result.push_back(*level);
+  }
+  return result;
+}
+
+/// Strings, one for each of the layer's levels.
+std::vector<std::string> digests_from(const Member& list, std::size_t count) {
+  std::vector<std::string> result;
+  if (!list) return result;
+  if (list.value->size() != count) {
+    list.refuse(fmt::format("has {} items, the layer {} levels", list.value->size(), count));
+    return result;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const json& digest = (*list.value)[i];
+    if (!digest.is_string()) {
+      list.sink->add(Code::fabric_member, fmt::format("{}/{}", list.place, i), "is not a string");
+      return {};
+    }
+    result.push_back(digest.get<std::string>());
+  }
+  return result;
+}
+
+std::optional<LayerHeader> layer_from(Layer which, const Member& layers, const Member& digests,
+                                      const FabricHeader& header, const FabricLimits& limits,
+                                      IssueSink& sink) {
+  const char* name = name_of(which);
+  const std::size_t errors_before = sink.errors();
+  const Member object = require_object(*layers.value, layers.place, name, sink);
+  if (!object) return std::nullopt;
+  const json& layer = *object.value;
+  LayerHeader result;
+  result.levels = levels_from(require_array(layer, object.place, member::levels, sink), header.levels);
+  if (which == Layer::lobes) {
+    advise_on_members(layer, object.place,
+                      {member::levels, member::precision, member::optional, member::lobes}, sink);
+    result.lobes =
+        whole_number(require(layer, object.place, member::lobes, sink), 0, limits.lobes).value_or(0);
+  } else {
+    advise_on_members(layer, object.place, {member::levels, member::precision, member::optional}, sink);
+  }
+  const auto precision = layer.find(member::precision);
+  if (precision == layer.end() ||
+      (*precision != names::precision_half && *precision != names::precision_float)) {
+    sink.add(Code::fabric_advice, pointer_to(object.place, member::precision), "is neither half nor float");
+  } else {
+    result.half = *precision == names::precision_half;
+  }
+  if (digests && !result.levels.empty()) {
+    result.digests =
+        digests_from(require_array(*digests.value, digests.place, name, sink), result.levels.size());
+  }
+  if (!digests || sink.errors() > errors_before) return std::nullopt;
+  return result;
+}
+
+void layers_from(const json& text, FabricHeader& header, const FabricLimits& limits, IssueSink& sink) {
+  const Member layers = require_object(text, {}, member::layers, sink);
+  const Member digests = require_object(text, {}, member::digests, sink);
+  if (!layers) return;
+  for (const auto& item : layers.value->items()) {
+    if (const auto which = layer_named(item.key())) {
+      header.layer(*which) = layer_from(*which, layers, digests, header, limits, sink);
+      continue;
+    }
+    const json& layer = item.value();
+    const std::string place = pointer_to(layers.place, item.key());
+    if (layer.is_object() && layer.contains(member::optional) && layer[member::optional] == true) {
+      sink.add(Code::fabric_advice, place, "is not known; it is optional and is ignored");
+    } else {
+      sink.add(Code::fabric_unsupported, place, "is a layer that is not known, and it is not optional");
+    }
+  }
+  if (!digests) return;
+  for (const auto& item : digests.value->items()) {
+    if (!layers.value->contains(item.key())) {
+      sink.add(Code::fabric_advice, pointer_to(digests.place, item.key()), "is of no layer and is ignored");
+    }
+  }
+}
+
+}  // namespace
+
+std::string text_of(const FabricHeader& header) {
+  json layers = json::object();
+  json digests = json::object();
+  for (const Layer which : all_layers) {
+    const auto& layer = header.layer(which);
+    if (!layer) continue;
+    const char* name = name_of(which);
+    layers[name] = {{member::levels, layer->levels},
+                    {member::precision, layer->half ? names::precision_half : names::precision_float}};
+    if (which == Layer::lobes) layers[name][member::lobes] = layer->lobes;
+    digests[name] = layer->digests;
+  }
+  const json text = {
+      {member::version, {names::fabric_version_major, names::fabric_version_minor}},
+      {member::model, header.model},
+      {member::texels, {header.width, header.height}},
+      {member::levels, header.levels},
+      {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
+      {member::reference_height, header.reference_height},
+      {member::thickness, header.thickness_mm},
+      {member::views, grid_json(header.views)},
+      {member::layers, layers},
+      {member::digests, digests},
+      {member::provenance, provenance_json(header.provenance)},
+  };
+  return text.dump();
+}
+
+std::optional<json> parse_fabric_text(const std::string& text, IssueSink& sink) {
+  json parsed = parse_json(text);
+  if (!parsed.is_object()) {
+    sink.add(Code::fabric_malformed, names::attribute_fabric, "is not a JSON object");
+    return std::nullopt;
+  }
+  const auto version = require_pair(parsed, member::version, sink);
+  if (!version[0]) return std::nullopt;
+  for (const Member& number : version) {
+    if (number.value->is_number_integer()) continue;
+    number.refuse("is not a whole number");
+    return std::nullopt;
+  }
+  if (*version[0].value != names::fabric_version_major) {
+    sink.add(Code::fabric_version, "/version",
+             fmt::format("version {} is not understood; this program reads version {}",
+                         parsed[member::version].dump(), names::fabric_version_major));
+    return std::nullopt;
+  }
+  return parsed;
+}
+
+std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limits, IssueSink& sink) {
+  FabricHeader header;
+  const json& minor = text[member::version][1];
+  if (minor != names::fabric_version_minor) {
+    sink.add(Code::fabric_advice, "/version/1",
+             fmt::format("minor version {}; what it may have added is not known", minor.dump()));
+  }
+  advise_on_members(text, {},
+                    {member::version, member::model, member::texels, member::levels, member::mm_per_repeat,
+                     member::reference_height, member::thickness, member::views, member::layers,
+                     member::digests, member::provenance},
+                    sink);
+  const auto model = text.find(member::model);
+  if (model == text.end() || !model->is_string()) {
+    sink.add(Code::fabric_advice, "/model", "is missing or not a string");
+  } else {
+    header.model = model->get<std::string>();
+  }
+  const auto texels = require_pair(text, member::texels, sink);
+  const auto width = whole_number(texels[0], 1, limits.texels_per_side);
+  const auto height = whole_number(texels[1], 1, limits.texels_per_side);
+  const auto period = require_pair(text, member::mm_per_repeat, sink);
+  header.period_mm.x = real_number(period[0], true).value_or(1);
+  header.period_mm.y = real_number(period[1], true).value_or(1);
+  header.reference_height = real_number(require(text, {}, member::reference_height, sink)).value_or(0);
+  const Member thickness = require(text, {}, member::thickness, sink);
+  header.thickness_mm = real_number(thickness).value_or(0);
+  if (header.thickness_mm < 0) thickness.refuse("is negative");
+  const Member views = require(text, {}, member::views, sink);
+  Result<DirectionGrid> grid;
+  if (views) {
+    grid = grid_from(*views.value, limits.directions);
+    if (!grid) sink.add(grid.error().code, views.place + grid.error().place, grid.error().message);
+    if (views.value->is_object()) {
+      advise_on_members(*views.value, views.place, {member::layout, member::columns, member::rows}, sink);
+    }
+  }
+  if (const Member provenance = require_object(text, {}, member::provenance, sink)) {
+    header.provenance = provenance.value->dump();
+  }
+  const Member levels = require(text, {}, member::levels, sink);
+  if (!width || !height || !views || !grid) return std::nullopt;
+  header.width = *width;
+  header.height = *height;
+  header.views = *grid;
+  const auto count = whole_number(levels, 1, level_count(*width, *height));
+  if (!count) return std::nullopt;
+  header.levels = *count;
+  layers_from(text, header, limits, sink);
+  return header;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,117 @@
+#include "format/fabric_surroundings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "format/fabric_names.h"
+#include "format/fabric_rules.h"
+
+namespace selvedge {
+namespace {
+
+void check_channel_names(const std::vector<ExrPart>& parts, IssueSink& sink) {
+  std::set<std::string> seen;
+  for (const ExrPart& part : parts) {
+    for (const ExrChannel& channel : part.channels) {
+      const std::string place = fmt::format("{}/{}", part.name, channel.name);
+      if (!seen.insert(channel.name).second) {
+        sink.add(Code::fabric_channel, place, "another part has a channel of that name");
+      }
+      const char last = channel.name.empty() ? ' ' : channel.name.back();
+      const auto& endings = names::colour_endings;
+      if (part.name != names::part_preview &&
+          std::find(endings.begin(), endings.end(), last) != endings.end()) {
+        sink.add(Code::fabric_channel, place,
+                 fmt::format("ends in {}: tools change such channels as colours", last));
+      }
+    }
+  }
+}
+
+/// That all channels are known and have one precision, which is that of the text.
+void check_layer_channels(const ExrPart& part, const FabricHeader& header, Layer layer, IssueSink& sink) {
+  const std::vector<std::string> names = channel_names(header, layer);
+  const std::set<std::string> known(names.begin(), names.end());
+  const bool half = header.layer(layer)->half;
+  bool differs = false;
+  for (const ExrChannel& channel : part.channels) {
+    differs = differs || channel.half != half;
+    if (known.contains(channel.name)) continue;
+    sink.add(Code::fabric_advice, fmt::format("{}/{}", part.name, channel.name),
+             "the channel is not known and is ignored");
+  }
+  if (differs) {
+    sink.add(Code::fabric_advice, fmt::format("/layers/{}/precision", part.name),
+             "the part's channels are not all of that precision");
+  }
+}
+
+void check_preview(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+  if (part.width != header.width || part.height != header.height) {
+    sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
+  }
+  if (!part.display_is_data) sink.add(Code::fabric_part, part.name, "display window and data window differ");
+  if (part.tiled) sink.add(Code::fabric_advice, part.name, "is tiled: some viewers read scanlines only");
+  for (const char* name : names::preview_channels) {
+    if (std::none_of(part.channels.begin(), part.channels.end(),
+                     [&](const ExrChannel& channel) { return channel.name == name; })) {
+      sink.add(Code::fabric_advice, fmt::format("{}/{}", part.name, name), "the preview has no such channel");
+    }
+  }
+}
+
+void check_mirrors(const ExrPart& first, const FabricHeader& header, IssueSink& sink) {
+  for (const auto& [name, value] : mirrors_of(header)) {
+    const auto found = first.attributes.find(name);
+    if (found == first.attributes.end() || found->second != value) {
+      sink.add(Code::fabric_advice, name, "the mirror is missing or differs from the attribute text");
+    }
+  }
+}
+
+void check_levels(const FabricHeader& header, IssueSink& sink) {
+  const int complete = level_count(header.width, header.height);
+  if (header.levels < complete) {
+    sink.add(Code::fabric_levels, "/levels",
+             fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
+  }
+  for (const Layer layer : all_layers) {
+    const auto& entry = header.layer(layer);
+    if (!entry || static_cast<int>(entry->levels.size()) == header.levels) continue;
+    sink.add(Code::fabric_levels, fmt::format("/layers/{}/levels", name_of(layer)),
+             fmt::format("{} of the {} levels: on the others the layer counts as 1", entry->levels.size(),
+                         header.levels));
+  }
+}
+
+}  // namespace
+
+void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
+  const auto& parts = file.parts();
+  check_mirrors(parts.front(), header, sink);
+  if (parts.front().name != names::part_preview) {
+    sink.add(Code::fabric_advice, parts.front().name, "the first part is not the preview");
+  }
+  check_channel_names(parts, sink);
+  for (const ExrPart& part : parts) {
+    const auto wrap = part.attributes.find(names::attribute_wrap);
+    if (wrap == part.attributes.end() || wrap->second != ExrValue(std::string(names::wrap_periodic))) {
+      sink.add(Code::fabric_advice, fmt::format("{}/{}", part.name, names::attribute_wrap),
+               fmt::format("is not {}: tools will not repeat the pictures", names::wrap_periodic));
+    }
+    const auto layer = layer_named(part.name);
+    if (part.name == names::part_preview) {
+      check_preview(part, header, sink);
+    } else if (layer && header.layer(*layer)) {
+      check_layer_channels(part, header, *layer, sink);
+    } else {
+      check_data_part(part, header, sink);
+      sink.add(Code::fabric_advice, part.name, "the part is of no known layer and is ignored");
+    }
+  }
+  check_levels(header, sink);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,14 @@
+// What in a fabric file no reader of its layers depends on, but other programs and people do.
+#pragma once
+
+#include "format/exr.h"
+#include "format/fabric_header.h"
+#include "format/issue_sink.h"
+
+namespace selvedge {
+
+/// Parts and channels that are not known, names that tools take for colours, the preview, mirrors of the
+/// attribute text, levels that are missing.
+void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink);
+
+}  // namespace selvedge

@@ -1,0 +1,129 @@
+#include "format/fabric_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "format/evaluate.h"
+#include "format/fabric_layout.h"
+#include "format/fabric_names.h"
+#include "format/fabric_values.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double largest_half = 65504;
+
+/// A value and where it stands: the worst of a level.
+struct Worst {
+  double value = 0;
+  std::size_t texel = 0;
+  std::size_t channel = 0;  ///< as in channel_names
+  void take(double other, std::size_t at_texel, std::size_t at_channel) {
+    if (other > value) *this = {other, at_texel, at_channel};
+  }
+};
+
+float largest_exponent(const FabricLevel& level) {
+  float largest = 0;
+  if (!level.lobes) return largest;
+  const auto stride = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+  for (std::size_t i = 0; i < level.lobes->parameters.size(); ++i) {
+    if (i % stride != 0 && i % stride % 4 == 0) largest = std::max(largest, level.lobes->parameters[i]);
+  }
+  return largest;
+}
+
+/// Integral over the outgoing hemisphere of alpha f v_z, per channel, of one texel.
+V3d radiosity_of(const FabricLevel& level, const DirectionGrid& views, int texel, const V3f& light,
+                 const std::vector<V3f>& directions) {
+  V3d sum(0, 0, 0);
+  for (const V3f& view : directions) {
+    const Shading s = evaluate(level, views, texel % level.width, texel / level.width, light, view);
+    sum += V3d(s.radiance) * static_cast<double>(s.alpha * view.z);
+  }
+  return sum * (2 * std::numbers::pi / static_cast<double>(directions.size()));
+}
+
+}  // namespace
+
+double lobe_peak(const float* lobe) {
+  const float base = std::max({std::abs(lobe[0]), std::abs(lobe[1]), lobe[2], 0.0F});
+  return base > 0 ? std::pow(static_cast<double>(base), static_cast<double>(lobe[3])) : 0;
+}
+
+void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink) {
+  if (!level.lobes) return;
+  const int lobes = level.lobes->lobes;
+  const auto stride = static_cast<std::size_t>(parameter_count(lobes));
+  Worst peak;
+  Worst exponent;
+  for (std::size_t texel = 0; texel < static_cast<std::size_t>(level.texels()); ++texel) {
+    for (std::size_t colour = 0; colour < 3; ++colour) {
+      for (std::size_t j = 0; j < static_cast<std::size_t>(lobes); ++j) {
+        const float* lobe = &level.lobes->parameters[(texel * 3 + colour) * stride + 1 + 4 * j];
+        const std::size_t channel = colour * stride + 4 + 4 * j;
+        peak.take(lobe_peak(lobe), texel, channel);
+        exponent.take(static_cast<double>(lobe[3]), texel, channel);
+      }
+    }
+  }
+  const auto place = [&](const Worst& worst) {
+    return place_of(Layer::lobes, level_index, channel_names(Layer::lobes, lobes, 0)[worst.channel],
+                    worst.texel, level.width);
+  };
+  if (peak.value > largest_half) {
+    sink.add(Code::fabric_peak, place(peak),
+             fmt::format("the lobe's peak is {:.3g}, beyond {} of half precision", peak.value, largest_half));
+  }
+  if (half && exponent.value > static_cast<double>(largest_half_exponent)) {
+    sink.add(Code::fabric_peak, place(exponent),
+             fmt::format("exponent {:.4g} in half precision: the peak may be off by {:.0f} %", exponent.value,
+                         100 * exponent.value / 2048));
+  }
+}
+
+void warn_of_energy(const FabricLevel& level, const DirectionGrid& views, int level_index, IssueSink& sink) {
+  constexpr double allowed = 1.01;
+  constexpr std::size_t most_pairs = 65536;
+  const int side =
+      std::clamp(static_cast<int>(1.3 * std::sqrt(static_cast<double>(largest_exponent(level)))), 16, 128);
+  const std::vector<V3f> directions = directions_of({side, side});
+  const std::size_t tried = most_pairs / directions.size();
+  const auto texels = static_cast<std::size_t>(level.texels());
+  // Odd, so that where a side is a power of two no column is left out.
+  const std::size_t step = texels <= tried ? 1 : (texels / tried) | 1;
+  const float low = std::sqrt(0.75F);
+  Worst single;
+  Worst mean;
+  for (const V3f& light :
+       {V3f(0, 0, 1), V3f(low, 0, 0.5F), V3f(-low, 0, 0.5F), V3f(0, low, 0.5F), V3f(0, -low, 0.5F)}) {
+    V3d sum(0, 0, 0);
+    double count = 0;
+    for (std::size_t texel = 0; texel < texels; texel += step) {
+      const V3d out = radiosity_of(level, views, static_cast<int>(texel), light, directions);
+      for (int c = 0; c < 3; ++c) single.take(out[c], texel, static_cast<std::size_t>(c));
+      sum += out;
+      ++count;
+    }
+    for (int c = 0; c < 3; ++c) {
+      mean.take(sum[c] / count / static_cast<double>(light.z), 0, static_cast<std::size_t>(c));
+    }
+  }
+  if (single.value > allowed) {
+    const auto width = static_cast<std::size_t>(level.width);
+    sink.add(
+        Code::fabric_energy,
+        fmt::format("level {}/{}/{},{}", level_index, names::colour_suffix[single.channel],
+                    single.texel % width, single.texel / width),
+        fmt::format("sends out {:.3g} times what a surface that faces the light receives", single.value));
+  }
+  if (mean.value > allowed) {
+    sink.add(Code::fabric_energy, fmt::format("level {}/{}", level_index, names::colour_suffix[mean.channel]),
+             fmt::format("the cloth sends out {:.3g} times the light that falls on it", mean.value));
+  }
+}
+
+}  // namespace selvedge

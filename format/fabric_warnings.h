@@ -1,0 +1,37 @@
+// What a level's values may be, but had better not: peaks that half precision cannot hold, more light going
+// out than comes in.
+#pragma once
+
+#include "format/directions.h"
+#include "format/fabric.h"
+#include "format/issue_sink.h"
+
+namespace selvedge {
+
+/// The largest value of a lobe over all pairs of directions of the hemisphere, without the cosine:
+/// max(|cx|, |cy|, cz, 0)^n. The base is a bilinear form with a diagonal matrix, so its largest value over
+/// unit vectors is the matrix's largest entry; -cz would need a light or a view below the horizon.
+double lobe_peak(const float* lobe);
+
+/// The largest exponent under which a lobe whose cx, cy and cz are rounded to half precision keeps its peak
+/// within 5 %: rounding to 11 bits changes C by a share of up to 2^-11, C^n by about n times that.
+inline constexpr float largest_half_exponent = 0.05F * 2048;
+
+/// FABRIC_PEAK, at most one of each kind for the level: a lobe's peak is beyond 65,504; or `half` (the lobes
+/// are stored in 16 bits) and an exponent beyond largest_half_exponent.
+void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink);
+
+/// FABRIC_ENERGY, at most one of each kind for the level, for light along the normal and from four sides at
+/// 60 degrees, always by more than 1 %:
+/// - a texel sends out more than a surface that faces the light receives: integral of alpha f v_z dv > 1;
+/// - so does the mean of the texels by what falls on the cloth: > l_z. Single texels may, where relief faces
+/// the
+///   light.
+///
+/// The integral is a sum over the cells of an equal-area grid of N x N directions. N is 1.3 sqrt(n) for the
+/// level's largest exponent n, 16 to 128: cells half as wide as the narrowest lobe, for which the sum is
+/// right to about 1 % up to n = 10,000. Not all texels are tried where they are many, but each so-many-th: no
+/// more than 65,536 pairs of a texel and a direction for each light.
+void warn_of_energy(const FabricLevel& level, const DirectionGrid& views, int level_index, IssueSink& sink);
+
+}  // namespace selvedge

@@ -1,0 +1,160 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <optional>
+
+#include "format/evaluate.h"
+#include "format/fabric_exr.h"
+#include "format/fabric_json.h"
+#include "format/fabric_names.h"
+#include "format/fabric_rules.h"
+
+namespace selvedge {
+namespace {
+
+/// Of the levels that have lobes; 0 where none has.
+Result<int> common_lobe_count(const Fabric& fabric) {
+  std::optional<int> lobes;
+  for (const FabricLevel& level : fabric.levels) {
+    if (!level.lobes) continue;
+    if (lobes && level.lobes->lobes != *lobes) {
+      return fail(Code::fabric_malformed, {}, "lobes", "levels differ in their number of lobes");
+    }
+    lobes = level.lobes->lobes;
+  }
+  return lobes.value_or(0);
+}
+
+ExrPart part_of(const Fabric& fabric, const char* name, const FabricWriteOptions& options) {
+  ExrPart part;
+  part.name = name;
+  part.width = fabric.levels.front().width;
+  part.height = fabric.levels.front().height;
+  part.compression = options.codec;
+  part.attributes[names::attribute_wrap] = std::string(names::wrap_periodic);
+  return part;
+}
+
+ExrPart data_part(const Fabric& fabric, Layer layer, int lobes, const FabricWriteOptions& options) {
+  ExrPart part = part_of(fabric, name_of(layer), options);
+  part.tiled = true;
+  part.mipmapped = true;
+  part.levels = level_count(part.width, part.height);
+  for (const std::string& channel : channel_names(layer, lobes, fabric.views.count())) {
+    part.channels.push_back({channel, options.half.contains(layer)});
+  }
+  return part;
+}
+
+ExrPart preview_part(const Fabric& fabric, const FabricWriteOptions& options) {
+  ExrPart part = part_of(fabric, names::part_preview, options);
+  for (const char* channel : names::preview_channels) part.channels.push_back({channel});
+  return part;
+}
+
+/// What every EXR viewer shows: level 0 seen along the normal under a white light from the upper left,
+/// premultiplied, at the exposure under which a white Lambert cloth facing the light is 1.
+ExrPixels preview_of(const Fabric& fabric) {
+  const FabricLevel& level = fabric.levels.front();
+  ExrPixels pixels{level.width, level.height, std::vector<std::vector<float>>(4)};
+  const V3f light = V3f(-0.4F, 0.5F, 0.8F).normalized();
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      const Shading s = evaluate(fabric, 0, x, y, light, {0, 0, 1});
+      const V3f colour = s.radiance * (s.alpha * std::numbers::pi_v<float>);
+      for (int c = 0; c < 3; ++c) {
+        pixels.planes[static_cast<std::size_t>(c)].push_back(std::min(colour[c], 1000.0F));
+      }
+      pixels.planes[3].push_back(s.alpha);
+    }
+  }
+  return pixels;
+}
+
+std::string model_of(const Fabric& fabric) {
+  const FabricLevel& base = fabric.levels.front();
+  std::string model = base.lobes ? "lafortune" : "constant";
+  if (base.view_table) model += "-view-table";
+  return model;
+}
+
+FabricHeader header_of(const Fabric& fabric) {
+  FabricHeader header;
+  header.model = model_of(fabric);
+  header.width = fabric.levels.front().width;
+  header.height = fabric.levels.front().height;
+  header.levels = static_cast<int>(fabric.levels.size());
+  header.period_mm = fabric.period_mm;
+  header.reference_height = fabric.reference_height;
+  header.thickness_mm = fabric.thickness_mm;
+  header.views = fabric.views;
+  header.provenance = fabric.provenance;
+  return header;
+}
+
+/// The pixels of a level of the part, zeros where the fabric has no such level or layer.
+ExrPixels pixels_at(const Fabric& fabric, Layer layer, int lobes, int level) {
+  if (level < static_cast<int>(fabric.levels.size())) {
+    return pixels_of(fabric.levels[static_cast<std::size_t>(level)], layer, lobes, fabric.views.count());
+  }
+  FabricLevel absent;
+  absent.width = level_size(fabric.levels.front().width, level);
+  absent.height = level_size(fabric.levels.front().height, level);
+  return pixels_of(absent, layer, lobes, fabric.views.count());
+}
+
+/// The layer's entry in the header, with the digests of its pixels.
+LayerHeader entry_for(const Fabric& fabric, Layer layer, int lobes, const ExrPart& part) {
+  LayerHeader entry;
+  entry.half = part.channels.empty() || part.channels.front().half;
+  entry.lobes = lobes;
+  for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
+    if (!has_layer(fabric.levels[static_cast<std::size_t>(k)], layer)) continue;
+    entry.levels.push_back(k);
+    entry.digests.push_back(digest_of(part, pixels_at(fabric, layer, lobes, k)));
+  }
+  return entry;
+}
+
+}  // namespace
+
+Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
+  const auto named = [&](Error error) {
+    error.file = path;
+    return tl::unexpected(std::move(error));
+  };
+  if (auto ok = validate(fabric); !ok) return named(ok.error());
+  const auto lobes = common_lobe_count(fabric);
+  if (!lobes) return named(lobes.error());
+
+  FabricHeader header = header_of(fabric);
+  std::vector<ExrPart> parts{preview_part(fabric, options)};
+  std::vector<Layer> layers;
+  for (const Layer layer : all_layers) {
+    const auto has = [&](const FabricLevel& level) { return has_layer(level, layer); };
+    if (std::none_of(fabric.levels.begin(), fabric.levels.end(), has)) continue;
+    layers.push_back(layer);
+    parts.push_back(data_part(fabric, layer, *lobes, options));
+    header.layer(layer) = entry_for(fabric, layer, *lobes, parts.back());
+  }
+  const std::string text = text_of(header);
+  const std::string digest = header_digest(text, parts);
+  auto& attributes = parts.front().attributes;
+  attributes[names::attribute_fabric] = text;
+  attributes[names::attribute_digest] = digest;
+  attributes.merge(mirrors_of(header));
+
+  auto writer = ExrWriter::create(path, parts);
+  if (!writer) return tl::unexpected(writer.error());
+  if (auto ok = writer->write_level(0, 0, preview_of(fabric)); !ok) return ok;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    for (int k = 0; k < parts[i + 1].levels; ++k) {
+      const ExrPixels pixels = pixels_at(fabric, layers[i], *lobes, k);
+      if (auto ok = writer->write_level(static_cast<int>(i) + 1, k, pixels); !ok) return ok;
+    }
+  }
+  return writer->commit();
+}
+
+}  // namespace selvedge

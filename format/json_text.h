@@ -1,0 +1,27 @@
+// JSON as it stands in the attributes of our files: what the texts of fabrics and of samples share.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "format/directions.h"
+#include "format/error.h"
+
+namespace selvedge {
+
+/// Parses a text of which nothing is known. is_discarded() where it is no JSON, or nests deeper than 64: what
+/// walks through the value may then do so recursively.
+nlohmann::json parse_json(std::string_view text);
+
+/// The JSON object that a provenance is; {} where it is none.
+nlohmann::json provenance_json(const std::string& provenance);
+
+/// `layout`, `columns` and `rows`.
+nlohmann::json grid_json(const DirectionGrid& grid);
+
+/// The inverse, for grids of 1 to `most` directions. FABRIC_UNSUPPORTED where the layout is unknown, else
+/// FABRIC_MEMBER; the place is a JSON pointer from the grid on.
+Result<DirectionGrid> grid_from(const nlohmann::json& grid, int most);
+
+}  // namespace selvedge
