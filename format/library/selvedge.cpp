@@ -11,10 +11,13 @@
 namespace selvedge {
 
 struct FabricFile::State {
-  Fabric fabric;
+  Fabric fabric;  // its level 0 is first_level of the file
   FabricFacts facts;
   int first_level = 0;
-  int last_level = 0;
+
+  /// Null where the file is refused.
+  static std::shared_ptr<const State> read(Result<FabricReader> reader, FabricProblem* problem,
+                                           const FabricReadOptions& options);
 };
 
 namespace {
@@ -24,9 +27,13 @@ FabricProblem problem_of(const Error& error) {
           error.place, error.message};
 }
 
-FabricFacts facts_of(const Fabric& fabric) {
-  return {{fabric.period_mm.x, fabric.period_mm.y}, fabric.reference_height, fabric.thickness_mm,
-          static_cast<int>(fabric.levels.size()),   fabric.views.columns,    fabric.views.rows};
+FabricFacts facts_of(const FabricHeader& header) {
+  return {{header.period_mm.x, header.period_mm.y},
+          header.reference_height,
+          header.thickness_mm,
+          header.levels,
+          header.views.columns,
+          header.views.rows};
 }
 
 // Imath's vectors are three floats without padding.
@@ -47,29 +54,52 @@ bool is_finite(const std::array<float, 3>& a) {
 
 FabricFile::FabricFile(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
-std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
-                                           const FabricReadOptions& /*options*/) {
-  auto fabric = read_fabric(path);
-  if (!fabric) {
-    if (problem != nullptr) *problem = problem_of(fabric.error());
-    return {};
-  }
+std::shared_ptr<const FabricFile::State> FabricFile::State::read(Result<FabricReader> reader,
+                                                                 FabricProblem* problem,
+                                                                 const FabricReadOptions& options) {
+  const auto refuse = [&](const Error& error) {
+    if (problem != nullptr) *problem = problem_of(error);
+    return nullptr;
+  };
+  if (!reader) return refuse(reader.error());
   auto state = std::make_shared<State>();
-  state->facts = facts_of(*fabric);
-  state->fabric = std::move(*fabric);
+  state->facts = facts_of(reader->header());
+  state->first_level = std::max(options.first_level, 0);
+  const int last = std::min(options.last_level, state->facts.levels - 1);
+  if (state->first_level <= last) {
+    auto fabric = reader->read_levels(state->first_level, last);
+    if (!fabric) return refuse(fabric.error());
+    state->fabric = std::move(*fabric);
+  }
+  return state;
+}
+
+std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
+                                           const FabricReadOptions& options) {
+  auto state = State::read(FabricReader::open(path), problem, options);
+  if (state == nullptr) return {};
+  return FabricFile(std::move(state));
+}
+
+std::optional<FabricFile> FabricFile::open(std::span<const std::byte> bytes, const std::string& name,
+                                           FabricProblem* problem, const FabricReadOptions& options) {
+  const std::span unsigned_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  auto state = State::read(FabricReader::open(unsigned_bytes, name), problem, options);
+  if (state == nullptr) return {};
   return FabricFile(std::move(state));
 }
 
 const FabricFacts& FabricFile::facts() const { return state_->facts; }
 
 bool FabricFile::has_level(int level) const {
-  return level >= state_->first_level && level <= state_->last_level;
+  const auto read = static_cast<std::ptrdiff_t>(state_->fabric.levels.size());
+  return level >= state_->first_level && level - state_->first_level < read;
 }
 
 FabricLevelData FabricFile::level(int level) const {
   FabricLevelData data;
   if (!has_level(level)) return data;
-  const FabricLevel& of = state_->fabric.levels[static_cast<std::size_t>(level)];
+  const FabricLevel& of = state_->fabric.levels[static_cast<std::size_t>(level - state_->first_level)];
   data.width = of.width;
   data.height = of.height;
   if (of.lobes) {
@@ -88,9 +118,10 @@ FabricLevelData FabricFile::level(int level) const {
 std::optional<FabricRadiance> FabricFile::evaluate(int level, int x, int y, const std::array<float, 3>& light,
                                                    const std::array<float, 3>& view) const {
   if (!has_level(level) || !is_finite(light) || !is_finite(view)) return {};
-  const FabricLevel& of = state_->fabric.levels[static_cast<std::size_t>(level)];
+  const FabricLevel& of = state_->fabric.levels[static_cast<std::size_t>(level - state_->first_level)];
   if (x < 0 || y < 0 || x >= of.width || y >= of.height) return {};
-  return radiance_of(selvedge::evaluate(state_->fabric, level, x, y, vector_of(light), vector_of(view)));
+  return radiance_of(selvedge::evaluate(state_->fabric, level - state_->first_level, x, y, vector_of(light),
+                                        vector_of(view)));
 }
 
 std::optional<FabricRadiance> FabricFile::evaluate_at(double level, double u, double v,
@@ -102,8 +133,8 @@ std::optional<FabricRadiance> FabricFile::evaluate_at(double level, double u, do
   if (!has_level(static_cast<int>(std::floor(clamped))) || !has_level(static_cast<int>(std::ceil(clamped)))) {
     return {};
   }
-  return radiance_of(
-      selvedge::evaluate(state_->fabric, clamped, V2d(u, v), vector_of(light), vector_of(view)));
+  return radiance_of(selvedge::evaluate(state_->fabric, clamped - state_->first_level, V2d(u, v),
+                                        vector_of(light), vector_of(view)));
 }
 
 std::vector<FabricProblem> check_fabric_file(const std::string& path) {
