@@ -99,8 +99,10 @@ void place_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std
 
 Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   const ExrPart& part = parts()[static_cast<std::size_t>(part_index)];
-  const int height = level_size(part.height, level);
-  return read(part_index, level, 0, level_size(part.width, level), height);
+  // A level that is not there has no size either: read() refuses it.
+  const bool exists = level >= 0 && level < part.levels;
+  const int width = exists ? level_size(part.width, level) : 0;
+  return read(part_index, level, 0, width, exists ? level_size(part.height, level) : 0);
 }
 
 Result<ExrPixels> ExrReader::read_rows(int part_index, int first, int count) {
