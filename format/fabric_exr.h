@@ -34,6 +34,7 @@ class FabricReader {
   static Result<FabricReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
                                    const FabricLimits& limits = {});
 
+  const std::string& name() const { return file_.name(); }
   const FabricHeader& header() const { return header_; }
   /// The attribute text as it stands in the file: a JSON object.
   const std::string& text() const { return text_; }

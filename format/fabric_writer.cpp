@@ -1,3 +1,4 @@
+#include <Imath/half.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,15 +54,31 @@ ExrPart preview_part(const Fabric& fabric, const FabricWriteOptions& options) {
   return part;
 }
 
+/// Level 0 as it will be read: layers that are stored in 16 bits are rounded. So the file does not depend on
+/// digits that it does not hold.
+FabricLevel stored_base(const Fabric& fabric, int lobes, const LayerSet& half) {
+  FabricLevel level = fabric.levels.front();
+  for (const Layer layer : all_layers) {
+    if (!has_layer(level, layer) || !half.contains(layer)) continue;
+    ExrPixels pixels = pixels_of(level, layer, lobes, fabric.views.count());
+    std::vector<const std::vector<float>*> planes;
+    for (std::vector<float>& plane : pixels.planes) {
+      for (float& value : plane) value = Imath::half(value);
+      planes.push_back(&plane);
+    }
+    set_layer(level, layer, lobes, planes);
+  }
+  return level;
+}
+
 /// What every EXR viewer shows: level 0 seen along the normal under a white light from the upper left,
 /// premultiplied, at the exposure under which a white Lambert cloth facing the light is 1.
-ExrPixels preview_of(const Fabric& fabric) {
-  const FabricLevel& level = fabric.levels.front();
+ExrPixels preview_of(const FabricLevel& level, const DirectionGrid& views) {
   ExrPixels pixels{level.width, level.height, std::vector<std::vector<float>>(4)};
   const V3f light = V3f(-0.4F, 0.5F, 0.8F).normalized();
   for (int y = 0; y < level.height; ++y) {
     for (int x = 0; x < level.width; ++x) {
-      const Shading s = evaluate(fabric, 0, x, y, light, {0, 0, 1});
+      const Shading s = evaluate(level, views, x, y, light, {0, 0, 1});
       const V3f colour = s.radiance * (s.alpha * std::numbers::pi_v<float>);
       for (int c = 0; c < 3; ++c) {
         pixels.planes[static_cast<std::size_t>(c)].push_back(std::min(colour[c], 1000.0F));
@@ -147,7 +164,8 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
 
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
-  if (auto ok = writer->write_level(0, 0, preview_of(fabric)); !ok) return ok;
+  const FabricLevel base = stored_base(fabric, *lobes, options.half);
+  if (auto ok = writer->write_level(0, 0, preview_of(base, fabric.views)); !ok) return ok;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     for (int k = 0; k < parts[i + 1].levels; ++k) {
       const ExrPixels pixels = pixels_at(fabric, layers[i], *lobes, k);

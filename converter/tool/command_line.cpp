@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <sstream>
 
 #include "format/option_text.h"
 
@@ -167,6 +168,8 @@ struct Verbs {
   CheckCommand check;
   InfoCommand info;
   EvaluateCommand evaluate;
+  AnswerCommand answer;
+  RepackCommand repack;
   CompareCommand compare;
 };
 
@@ -241,6 +244,49 @@ void add_dress_verb(CLI::App& app, DressCommand& command) {
       "--no-fallback", [&command] { command.dress.fallback = false; }, "Leave the core material alone");
 }
 
+LayerSet layers_from(const std::string& text) {
+  LayerSet layers;
+  std::stringstream names(text);
+  for (std::string name; std::getline(names, name, ',');) {
+    const auto layer = layer_named(name);
+    if (!layer) throw CLI::ValidationError("--layers", fmt::format("\"{}\" is not a layer", name));
+    layers.insert(*layer);
+  }
+  return layers;
+}
+
+void add_repack_verb(CLI::App& app, RepackCommand& command) {
+  CLI::App* verb =
+      add_verb(app, "repack", "Write a fabric again: other precision, codec, levels or layers",
+               "selvedge repack k.fabric.exr -o small.fabric.exr --levels 1-3 --layers lobes,opacity");
+  add_common(*verb, command.common);
+  verb->add_option("fabric", command.input, "The fabric file; what it has that is not known is left out")
+      ->required()
+      ->type_name("FILE");
+  add_output(*verb, command.output, "The fabric file to write");
+  const auto add_precision = [&](const char* half, const char* whole, const LayerSet& layers,
+                                 const char* what) {
+    auto* flag = verb->add_flag_callback(
+        half, [&command, layers] { command.to_half.insert(layers); }, fmt::format("{} in 16 bits", what));
+    verb->add_flag_callback(
+            whole, [&command, layers] { command.to_float.insert(layers); },
+            fmt::format("{} in 32 bits", what))
+        ->excludes(flag);
+  };
+  add_precision("--half-lobes", "--float-lobes", {Layer::lobes}, "Lobes");
+  add_precision("--half-tables", "--float-tables", table_layers, "Tables and frames");
+  verb->add_option("--codec", command.codec, "none, rle, zips, zip or piz")
+      ->type_name("NAME")
+      ->capture_default_str();
+  add_text(*verb, "--levels", "A-B", "Only these levels; A becomes level 0",
+           [&command](const std::string& t) {
+             const auto n = whole_numbers("--levels", t, '-', 1, 2, "1-3");
+             command.levels = V2i(n.front(), n.back());
+           });
+  add_text(*verb, "--layers", "NAMES", "Only these layers: lobes,frame,table,opacity",
+           [&command](const std::string& t) { command.layers = layers_from(t); });
+}
+
 void add_reading_verbs(CLI::App& app, Verbs& verbs) {
   CLI::App* check = add_verb(app, "check", "Check fabric, samples and glTF files",
                              "selvedge check k.fabric.exr dressed.glb");
@@ -278,6 +324,10 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
   add_direction("--light", e.light, "Towards the light, in the fabric's frame (0,0,1); made a unit vector");
   add_direction("--view", e.view, "Towards the viewer (0,0,1)");
 
+  CLI::App* answer = add_verb(app, "answer", "Answer queries on standard input, one JSON object per line",
+                              "selvedge answer < queries.jsonl");
+  add_common(*answer, verbs.answer.common);
+
   CLI::App* compare = add_verb(app, "compare", "Error of fabrics against held-out samples, per level",
                                "selvedge compare k.fabric.exr k.samples.exr");
   add_common(*compare, verbs.compare.common);
@@ -300,6 +350,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_fit_verb(app, verbs.fit);
   add_make_verb(app, verbs.make);
   add_dress_verb(app, verbs.dress);
+  add_repack_verb(app, verbs.repack);
   add_reading_verbs(app, verbs);
   try {
     app.parse(argc, argv);
@@ -325,6 +376,8 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (verb == "check") return verbs.check;
   if (verb == "info") return verbs.info;
   if (verb == "evaluate") return verbs.evaluate;
+  if (verb == "answer") return verbs.answer;
+  if (verb == "repack") return verbs.repack;
   return verbs.compare;
 }
 

@@ -84,13 +84,29 @@ struct EvaluateCommand {
   V3d view{0, 0, 1};
 };
 
+struct AnswerCommand {
+  CommonOptions common;  ///< its answers are JSON in any case
+};
+
+struct RepackCommand {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  LayerSet to_half;   ///< what is to be stored in 16 bits
+  LayerSet to_float;  ///< in 32 bits; layers in neither stay as they are
+  LayerSet layers = LayerSet::all();
+  std::optional<V2i> levels;  ///< first and last; all where it is not given
+  std::string codec = FabricWriteOptions{}.codec;
+};
+
 struct CompareCommand {
   CommonOptions common;
   std::vector<std::string> files;  ///< fabrics, then the samples
 };
 
-using Command = std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand,
-                             CheckCommand, InfoCommand, EvaluateCommand, CompareCommand>;
+using Command =
+    std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand, CheckCommand,
+                 InfoCommand, EvaluateCommand, AnswerCommand, RepackCommand, CompareCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

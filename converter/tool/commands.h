@@ -14,6 +14,8 @@ int run(const DressCommand& command);
 int run(const CheckCommand& command);
 int run(const InfoCommand& command);
 int run(const EvaluateCommand& command);
+int run(const AnswerCommand& command);
+int run(const RepackCommand& command);
 int run(const CompareCommand& command);
 
 }  // namespace selvedge

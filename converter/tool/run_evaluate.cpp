@@ -2,36 +2,29 @@
 #include <fmt/format.h>
 
 #include "converter/tool/commands.h"
+#include "converter/tool/fabric_query.h"
 #include "converter/tool/report.h"
 #include "format/compare.h"
-#include "format/evaluate.h"
 
 namespace selvedge {
 namespace {
 
 Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
-/// The level and texel that were asked for must exist; texture coordinates repeat and levels between are
-/// blended.
-Result<Shading> shading_at(const Fabric& fabric, const EvaluateCommand& command, const V3f& light,
-                           const V3f& view) {
-  const int levels = static_cast<int>(fabric.levels.size());
-  if (!(command.level >= 0 && command.level <= levels - 1)) {
+/// The level that was asked for must exist, here with texture coordinates too: a wrong number is a slip.
+Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
+  auto fabric = QueriedFabric::open(command.fabric);
+  if (!fabric) return tl::unexpected(fabric.error());
+  const int last = fabric->levels() - 1;
+  if (!(query.level >= 0 && query.level <= last)) {
     return fail(Code::option_out_of_range, command.fabric, "--level",
-                fmt::format("{} is outside of 0 to {}", command.level, levels - 1));
+                fmt::format("{} is outside of 0 to {}", query.level, last));
   }
-  if (command.uv) return evaluate(fabric, command.level, *command.uv, light, view);
-  const int level = static_cast<int>(command.level);
-  const FabricLevel& of = fabric.levels[static_cast<std::size_t>(level)];
-  if (level != command.level) {
-    return fail(Code::option_out_of_range, command.fabric, "--level", "a texel is of one whole level");
+  auto shading = fabric->shade(query);
+  if (!shading && shading.error().code == Code::option_out_of_range) {
+    shading.error().place.insert(0, "--");
   }
-  if (command.texel->x < 0 || command.texel->y < 0 || command.texel->x >= of.width ||
-      command.texel->y >= of.height) {
-    return fail(Code::option_out_of_range, command.fabric, "--texel",
-                fmt::format("level {} has {}x{} texels", level, of.width, of.height));
-  }
-  return evaluate(fabric, level, command.texel->x, command.texel->y, light, view);
+  return shading;
 }
 
 Json comparison_json(const Comparison& c) {
@@ -64,17 +57,15 @@ std::string comparison_text(const Comparison& c) {
 
 int run(const EvaluateCommand& command) {
   apply(command.common);
-  const auto fabric = read_fabric(command.fabric);
-  if (!fabric) return report_error(fabric.error());
-  const V3f light(command.light.normalized());
-  const V3f view(command.view.normalized());
-  const auto shading = shading_at(*fabric, command, light, view);
+  const FabricQuery query{command.level, command.texel, command.uv, V3f(command.light.normalized()),
+                          V3f(command.view.normalized())};
+  const auto shading = shading_at(command, query);
   if (!shading) return report_error(shading.error());
   Json json = {{"level", command.level}};
   if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
   if (command.uv) json["uv"] = {command.uv->x, command.uv->y};
-  json["light"] = list_of(light);
-  json["view"] = list_of(view);
+  json["light"] = list_of(query.light);
+  json["view"] = list_of(query.view);
   json["rgb"] = list_of(shading->radiance);
   json["alpha"] = shading->alpha;
   // The answer is JSON in any case; --json adds the frame that all reports have.

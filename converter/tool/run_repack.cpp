@@ -1,0 +1,69 @@
+// repack: a fabric file read and written again, as it was or in another precision, codec, choice of levels or
+// layers.
+#include <fmt/format.h>
+
+#include "converter/tool/commands.h"
+#include "converter/tool/report.h"
+#include "format/atomic_file.h"
+
+namespace selvedge {
+namespace {
+
+/// The levels to keep, which have to exist.
+Result<V2i> levels_to_keep(const RepackCommand& command, int levels) {
+  if (!command.levels) return V2i(0, levels - 1);
+  const V2i& range = *command.levels;
+  if (range.x < 0 || range.y < range.x || range.y >= levels) {
+    return fail(Code::option_out_of_range, command.input, "--levels",
+                fmt::format("{}-{} is not within 0-{}", range.x, range.y, levels - 1));
+  }
+  return range;
+}
+
+/// What is in the written fabric, and in which precision.
+Json layers_json(const Fabric& fabric, const FabricWriteOptions& options) {
+  Json layers = Json::object();
+  for (const Layer layer : all_layers) {
+    for (const FabricLevel& level : fabric.levels) {
+      if (has_layer(level, layer)) layers[name_of(layer)] = options.half.contains(layer) ? "half" : "float";
+    }
+  }
+  return layers;
+}
+
+}  // namespace
+
+int run(const RepackCommand& command) {
+  apply(command.common);
+  // Said before the work, not after it.
+  if (const auto writable = AtomicFile::create(command.output); !writable) {
+    return report_error(writable.error());
+  }
+  auto reader = FabricReader::open(command.input);
+  if (!reader) return report_error(reader.error());
+  const auto levels = levels_to_keep(command, reader->header().levels);
+  if (!levels) return report_error(levels.error());
+  FabricWriteOptions options;
+  options.codec = command.codec;
+  options.half = reader->half();
+  options.half.insert(command.to_half);
+  options.half.erase(command.to_float);
+  const auto fabric = reader->read_levels(levels->x, levels->y, command.layers);
+  if (!fabric) return report_error(fabric.error());
+  if (auto ok = write_fabric(command.output, *fabric, options); !ok) return report_error(ok.error());
+  const FabricLevel& base = fabric->levels.front();
+  const auto before = size_of_file(command.input);
+  const auto after = size_of_file(command.output);
+  report(command.common, "repack",
+         {{"output", command.output},
+          {"bytes", after},
+          {"bytesBefore", before},
+          {"texels", {base.width, base.height}},
+          {"levels", fabric->levels.size()},
+          {"layers", layers_json(*fabric, options)},
+          {"codec", options.codec}},
+         fmt::format("{} bytes -> {} ({} bytes)\n", before, command.output, after));
+  return 0;
+}
+
+}  // namespace selvedge
