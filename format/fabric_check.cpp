@@ -30,6 +30,7 @@ class Checker {
       for (const Layer layer : all_layers) {
         if (header_->layer(layer) && check_layer_part(file_, *header_, layer, sink_)) readable_.insert(layer);
       }
+      understood_ = !sink_.has_error();
       check_surroundings(file_, *header_, sink_);
     }
     int levels = 0;
@@ -58,7 +59,8 @@ class Checker {
         take_pixels(part, *pixels, *layer, k, level);
       }
     }
-    if (!header_ || k >= header_->levels || sink_.errors() > errors_before) return;
+    // Of a fabric that is not whole the light says nothing.
+    if (!understood_ || k >= header_->levels || sink_.errors() > errors_before) return;
     warn_of_peaks(level, k, half_lobes(), sink_);
     warn_of_energy(level, header_->views, k, sink_);
   }
@@ -83,6 +85,7 @@ class Checker {
   IssueSink sink_;
   std::optional<FabricHeader> header_;
   LayerSet readable_;
+  bool understood_ = false;  ///< every layer of the header is readable
 };
 
 Issues issues_of(Result<ExrReader> file, const FabricLimits& limits) {

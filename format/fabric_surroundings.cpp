@@ -53,6 +53,10 @@ void check_preview(const ExrPart& part, const FabricHeader& header, IssueSink& s
     sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
   }
   if (!part.display_is_data) sink.add(Code::fabric_part, part.name, "display window and data window differ");
+  if (is_lossy(part.compression)) {
+    sink.add(Code::fabric_advice, part.name,
+             fmt::format("compression '{}' is lossy; the pixels were not checked", part.compression));
+  }
   if (part.tiled) sink.add(Code::fabric_advice, part.name, "is tiled: some viewers read scanlines only");
   for (const char* name : names::preview_channels) {
     if (std::none_of(part.channels.begin(), part.channels.end(),

@@ -36,15 +36,45 @@ float largest_exponent(const FabricLevel& level) {
   return largest;
 }
 
+/// A direction of the outgoing hemisphere, and its share of the integral of v_z over it, which is pi.
+struct WeightedDirection {
+  V3f direction;
+  double weight = 0;
+};
+
+/// Cells of a square grid over the unit disc, each with the mean of its points within the disc.
+std::vector<WeightedDirection> disc_directions(int side) {
+  constexpr int points = 8;  // a side, of a cell
+  std::vector<WeightedDirection> result;
+  double total = 0;
+  for (int cell = 0; cell < side * side; ++cell) {
+    V2d sum(0, 0);
+    double inside = 0;
+    for (int point = 0; point < points * points; ++point) {
+      const V2d p(2 * (cell % side + (point % points + 0.5) / points) / side - 1,
+                  2 * (cell / side + (point / points + 0.5) / points) / side - 1);
+      if (p.length2() >= 1) continue;
+      sum += p;
+      ++inside;
+    }
+    if (inside == 0) continue;
+    const V2d mean = sum / inside;
+    result.push_back({V3f(V3d(mean.x, mean.y, std::sqrt(1 - mean.length2()))), inside});
+    total += inside;
+  }
+  for (WeightedDirection& d : result) d.weight *= std::numbers::pi / total;
+  return result;
+}
+
 /// Integral over the outgoing hemisphere of alpha f v_z, per channel, of one texel.
 V3d radiosity_of(const FabricLevel& level, const DirectionGrid& views, int texel, const V3f& light,
-                 const std::vector<V3f>& directions) {
+                 const std::vector<WeightedDirection>& directions) {
   V3d sum(0, 0, 0);
-  for (const V3f& view : directions) {
+  for (const auto& [view, weight] : directions) {
     const Shading s = evaluate(level, views, texel % level.width, texel / level.width, light, view);
-    sum += V3d(s.radiance) * static_cast<double>(s.alpha * view.z);
+    sum += V3d(s.radiance) * (static_cast<double>(s.alpha) * weight);
   }
-  return sum * (2 * std::numbers::pi / static_cast<double>(directions.size()));
+  return sum;
 }
 
 }  // namespace
@@ -87,10 +117,10 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
 
 void warn_of_energy(const FabricLevel& level, const DirectionGrid& views, int level_index, IssueSink& sink) {
   constexpr double allowed = 1.01;
-  constexpr std::size_t most_pairs = 65536;
-  const int side =
-      std::clamp(static_cast<int>(1.3 * std::sqrt(static_cast<double>(largest_exponent(level)))), 16, 128);
-  const std::vector<V3f> directions = directions_of({side, side});
+  constexpr std::size_t most_pairs = 131072;
+  const double wanted = std::ceil(2.5 * std::sqrt(static_cast<double>(largest_exponent(level))));
+  const std::vector<WeightedDirection> directions =
+      disc_directions(static_cast<int>(std::clamp(wanted, 24.0, 256.0)));
   const std::size_t tried = most_pairs / directions.size();
   const auto texels = static_cast<std::size_t>(level.texels());
   // Odd, so that where a side is a power of two no column is left out.

@@ -28,10 +28,12 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
 /// the
 ///   light.
 ///
-/// The integral is a sum over the cells of an equal-area grid of N x N directions. N is 1.3 sqrt(n) for the
-/// level's largest exponent n, 16 to 128: cells half as wide as the narrowest lobe, for which the sum is
-/// right to about 1 % up to n = 10,000. Not all texels are tried where they are many, but each so-many-th: no
-/// more than 65,536 pairs of a texel and a direction for each light.
+/// The integral is one over the unit disc, alpha f dx dy with (x, y) = (v_x, v_y) (Nusselt's analog), and
+/// that is a sum over an N x N grid, each cell being weighted by its share within the disc and the weights
+/// scaled to the area pi: exact for a Lambert texel. N is 2.5 sqrt(n) for the level's largest exponent n, 24
+/// to 256. For the mirror lobe of these lights the sum is then right to 1 % up to n = 10,000. Not all texels
+/// are tried where they are many, but each so-many-th: no more than 131,072 pairs of a texel and a direction
+/// for each light.
 void warn_of_energy(const FabricLevel& level, const DirectionGrid& views, int level_index, IssueSink& sink);
 
 }  // namespace selvedge

@@ -1,0 +1,121 @@
+#include <doctest/doctest.h>
+
+#include <functional>
+
+#include "fabric_files.h"
+#include "fabrics.h"
+#include "files.h"
+#include "format/fabric_exr.h"
+
+using namespace selvedge;
+using test::Folder;
+
+namespace {
+
+FabricReader open_reader(const std::string& path) {
+  auto reader = FabricReader::open(path);
+  REQUIRE_MESSAGE(reader, to_line(reader.error()));
+  return std::move(*reader);
+}
+
+/// Bytes beside those of opening that a read takes.
+std::uint64_t cost(const std::string& path, const std::function<void(FabricReader&)>& read) {
+  FabricReader reader = open_reader(path);
+  const std::uint64_t opened = reader.bytes_read();
+  read(reader);
+  return reader.bytes_read() - opened;
+}
+
+}  // namespace
+
+TEST_CASE("a level read by itself is that of the whole") {
+  const Folder folder;
+  const Fabric fabric = test::random_fabric(9, 4, {2, 3}, 2, 8);
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  FabricReader reader = open_reader(folder / "a.exr");
+  CHECK(reader.header().levels == 4);
+  CHECK(reader.header().views == fabric.views);
+  CHECK(reader.half() == table_layers);
+  for (int k = 3; k >= 0; --k) {
+    const auto level = reader.read_level(k);
+    REQUIRE(level);
+    const FabricLevel& expected = fabric.levels[static_cast<std::size_t>(k)];
+    CHECK(level->width == expected.width);
+    CHECK(level->height == expected.height);
+    CHECK(level->lobes->parameters == expected.lobes->parameters);
+    CHECK(level->frame->tangent == expected.frame->tangent);
+    CHECK(level->view_table->colour == expected.view_table->colour);
+    CHECK(level->opacity->opacity == expected.opacity->opacity);
+  }
+}
+
+TEST_CASE("layers that were not asked for are not there") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(4, 4, {2, 2}, 1, 8)));
+  FabricReader reader = open_reader(folder / "a.exr");
+  const auto level = reader.read_level(1, {Layer::lobes, Layer::opacity});
+  REQUIRE(level);
+  CHECK(level->lobes);
+  CHECK(level->opacity);
+  CHECK_FALSE(level->frame);
+  CHECK_FALSE(level->view_table);
+}
+
+TEST_CASE("a range of levels is a fabric whose level 0 is its first") {
+  const Folder folder;
+  const Fabric fabric = test::random_fabric(11, 5, {2, 2}, 1, 8);
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  const auto upper = open_reader(folder / "a.exr").read_levels(1, 2);
+  REQUIRE(upper);
+  REQUIRE(upper->levels.size() == 2);
+  CHECK(upper->levels[0].width == 5);
+  CHECK(upper->levels[1].height == 1);
+  CHECK(upper->period_mm == fabric.period_mm);
+  CHECK(upper->levels[1].lobes->parameters == fabric.levels[2].lobes->parameters);
+  CHECK(validate(*upper));
+}
+
+TEST_CASE("level 3 of a large fabric costs a fiftieth of its bytes, its lobes less") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(128, 128, {4, 4}, 2, 8)));
+  const std::string path = folder / "a.exr";
+  const auto whole = static_cast<double>(std::filesystem::file_size(path));
+  const auto all = cost(path, [](FabricReader& reader) { REQUIRE(reader.read()); });
+  const auto level = cost(path, [](FabricReader& reader) { REQUIRE(reader.read_level(3)); });
+  const auto lobes = cost(path, [](FabricReader& reader) { REQUIRE(reader.read_level(3, {Layer::lobes})); });
+  CHECK(static_cast<double>(all) > 0.9 * whole);  // all but the preview
+  // Level 3 has a 64th of the texels of level 0.
+  CHECK(static_cast<double>(level) < 0.02 * whole);
+  CHECK(static_cast<double>(lobes) < 0.7 * static_cast<double>(level));
+  // And the headers are no great part of the whole.
+  CHECK(static_cast<double>(open_reader(path).bytes_read()) < 0.05 * whole);
+}
+
+TEST_CASE("damage to one level is an error of that level and of no other") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "good.exr", test::random_fabric(4, 4, {2, 2}, 1, 8)));
+  test::OpenedFabric file = test::open_fabric(folder / "good.exr");
+  file.plane("table", 1, "table.0002.blue")[3] += 1;
+  test::save_fabric(folder / "bad.exr", file);
+  FabricReader reader = open_reader(folder / "bad.exr");
+  CHECK(reader.read_level(0));
+  CHECK(reader.read_level(2));
+  CHECK(reader.read_level(1, {Layer::lobes, Layer::frame, Layer::opacity}));
+  const auto bad = reader.read_level(1);
+  REQUIRE_FALSE(bad);
+  CHECK(bad.error().code == Code::fabric_digest);
+  CHECK(bad.error().place == "table/level 1");
+  CHECK(bad.error().file == folder / "bad.exr");
+  CHECK_FALSE(reader.read());
+}
+
+TEST_CASE("a bad header is found on opening, before any level is read") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "good.exr", test::random_fabric(4, 4, {2, 2}, 1, 8)));
+  test::OpenedFabric file = test::open_fabric(folder / "good.exr");
+  file.drop("frame");
+  test::save_fabric(folder / "bad.exr", file);
+  const auto reader = FabricReader::open(folder / "bad.exr");
+  REQUIRE_FALSE(reader);
+  CHECK(reader.error().code == Code::fabric_part);
+}
