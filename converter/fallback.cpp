@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "format/evaluate.h"
+#include "format/holes.h"
 #include "format/parallel.h"
 
 namespace selvedge {
@@ -128,11 +129,7 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
       pixel[3] = evaluate(fabric, level, x, y, up, up).alpha;
     }
   });
-  int open = 0;
-  for (std::size_t i = 3; i < fallback.base_color.pixels.size(); i += 4) {
-    if (fallback.base_color.pixels[i] < 0.5F) ++open;
-  }
-  fallback.holes = open * 1000 > of.texels();
+  fallback.holes = has_holes(fabric, level);
   fill_holes(fallback.base_color);
   if (of.frame) fallback.normal = normals_of(of);
   estimate_sheen(fabric, lights, fallback);

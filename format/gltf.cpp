@@ -11,104 +11,19 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <filesystem>
-#include <optional>
 #include <string_view>
 
 #include "format/atomic_file.h"
 #include "format/gltf_access.h"
+#include "format/gltf_container.h"
 #include "format/gltf_draco.h"
 #include "format/names.h"
 
 namespace selvedge {
-namespace {
-
-static_assert(std::endian::native == std::endian::little, "glTF's numbers are little-endian");
-
-/// The two parts of a file: JSON text, and the binary chunk of a GLB.
-struct Container {
-  std::string_view json;
-  std::optional<std::string_view> binary;
-};
-
-std::uint32_t word(std::string_view bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
-}
-
-Result<Container> split(std::string_view bytes, const std::string& file) {
-  if (bytes.substr(0, 4) != "glTF") return Container{bytes, std::nullopt};
-  if (bytes.size() < 20) return fail(Code::file_damaged, file, "header", "cut short");
-  if (word(bytes, 4) != 2) {
-    return fail(Code::gltf_unsupported, file, "header", fmt::format("GLB version {}", word(bytes, 4)));
-  }
-  const std::size_t length = word(bytes, 8);
-  if (length > bytes.size()) {
-    return fail(Code::file_damaged, file, "header",
-                fmt::format("cut short: {} of {} bytes", bytes.size(), length));
-  }
-  Container container;
-  bool first = true;
-  for (std::size_t at = 12; at < length;) {
-    if (length - at < 8) return fail(Code::file_damaged, file, fmt::format("byte {}", at), "chunk cut short");
-    const std::size_t size = word(bytes, at);
-    const std::uint32_t type = word(bytes, at + 4);
-    if (size > length - at - 8) {
-      return fail(Code::file_damaged, file, fmt::format("byte {}", at),
-                  "chunk reaches beyond the end of the file");
-    }
-    const std::string_view data = bytes.substr(at + 8, size);
-    if (first != (type == 0x4E4F534A)) {
-      return fail(Code::gltf_malformed, file, fmt::format("byte {}", at), "chunks are out of order");
-    }
-    if (first) container.json = data;
-    if (type == 0x004E4942 && !container.binary) container.binary = data;
-    first = false;
-    at += 8 + size;
-  }
-  if (first) return fail(Code::file_damaged, file, "header", "no JSON chunk");
-  return container;
-}
-
-/// Deep nesting would exhaust the stack of whoever walks over the JSON recursively.
-int nesting_of(std::string_view text) {
-  int depth = 0;
-  int deepest = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '{' || c == '[') {
-      deepest = std::max(deepest, ++depth);
-    } else if (c == '}' || c == ']') {
-      --depth;
-    }
-  }
-  return deepest;
-}
-
-Result<Json> parse(std::string_view text, const std::string& file, const GltfLimits& limits) {
-  if (nesting_of(text) > limits.nesting) {
-    return fail(Code::gltf_malformed, file, "",
-                fmt::format("JSON is nested deeper than {} levels", limits.nesting));
-  }
-  try {
-    Json json = Json::parse(text.begin(), text.end());
-    if (!json.is_object()) return fail(Code::gltf_malformed, file, "", "the JSON is not an object");
-    return json;
-  } catch (const nlohmann::json::exception& error) {
-    return fail(Code::json_malformed, file, "", error.what());
-  }
-}
+namespace {}  // namespace
 
 bool is_read(std::string_view extension) {
   // Looks only: the geometry is the same without them.
@@ -120,6 +35,8 @@ bool is_read(std::string_view extension) {
                      [&](std::string_view prefix) { return extension.substr(0, prefix.size()) == prefix; });
 }
 
+namespace {
+
 Result<void> check_root(const GltfDocument& document) {
   const Json& version = member(member(document.json, "asset"), "version");
   if (!version.is_string()) {
@@ -128,6 +45,10 @@ Result<void> check_root(const GltfDocument& document) {
   if (version.get_ref<const std::string&>().substr(0, 2) != "2.") {
     return fail(Code::gltf_unsupported, document.file, "/asset/version",
                 "glTF version " + version.get<std::string>());
+  }
+  const Json& least = member(member(document.json, "asset"), "minVersion");
+  if (!least.is_null() && least != "2.0") {
+    return fail(Code::gltf_unsupported, document.file, "/asset/minVersion", "at least glTF " + least.dump());
   }
   const Json& required = member(document.json, "extensionsRequired");
   for (std::size_t i = 0; required.is_array() && i < required.size(); ++i) {
@@ -151,9 +72,10 @@ void write_integers_as_such(Json& json) {
   }
 }
 
-/// What tinygltf gets to see: the geometry. Its own Draco decoder trusts the file, and it refuses compressed
-/// index lists without one, so those are hidden; each buffer's URI is its number, see `read_buffer`.
-Json geometry_of(const Json& json) {
+/// What tinygltf gets to see: the geometry. It refuses index lists that are compressed or all zeros, so those
+/// are hidden, and empty buffers, which get a byte; each buffer's URI is its number, see `hand_over_buffer`.
+Json geometry_of(const GltfDocument& document) {
+  const Json& json = document.json;
   Json lean = Json::object();
   for (const char* key :
        {"asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews", "buffers"}) {
@@ -161,16 +83,15 @@ Json geometry_of(const Json& json) {
   }
   if (member(lean, "buffers").is_array()) {
     for (std::size_t i = 0; i < lean["buffers"].size(); ++i) {
-      if (lean["buffers"][i].is_object()) lean["buffers"][i]["uri"] = std::to_string(i);
+      lean["buffers"][i]["uri"] = std::to_string(i);
+      lean["buffers"][i]["byteLength"] = std::max<std::size_t>(document.buffers[i].size(), 1);
     }
   }
   if (member(lean, "meshes").is_array()) {
     for (Json& mesh : lean["meshes"]) {
       if (!member(mesh, "primitives").is_array()) continue;
       for (Json& primitive : mesh["primitives"]) {
-        if (!member(member(primitive, "extensions"), names::gltf::draco).is_null()) {
-          primitive.erase("indices");
-        }
+        if (primitive.is_object()) primitive.erase("indices");
       }
     }
   }
@@ -178,48 +99,23 @@ Json geometry_of(const Json& json) {
   return lean;
 }
 
-struct BufferSource {
-  const GltfDocument* document;
-  std::optional<std::string_view> binary;
-  std::optional<Error> error;
+struct BufferShelf {
+  std::vector<std::vector<std::uint8_t>>& buffers;
 };
 
-/// tinygltf's callback: the bytes of the buffer whose number is the file name, cut to its byteLength (files
-/// may be longer than that; tinygltf would refuse them).
-bool read_buffer(std::vector<unsigned char>* out, std::string*, const std::string& path, void* user) {
-  auto& source = *static_cast<BufferSource*>(user);
-  const int index = std::stoi(path.substr(path.find_last_of('/') + 1));
-  const std::string place = fmt::format("/buffers/{}", index);
-  const Json& buffer = source.document->json["buffers"][static_cast<std::size_t>(index)];
-  const Json& uri = member(buffer, "uri");
-  const Json& length = member(buffer, "byteLength");
-  const auto refuse = [&](Code code, std::string message) {
-    source.error = Error{code, source.document->file, place, std::move(message)};
-    return false;
-  };
-  const std::optional<std::size_t> size = size_of(length);
-  if (!size) return refuse(Code::gltf_malformed, "no byteLength");
-  if (uri.is_string()) {
-    Result<std::vector<std::uint8_t>> bytes = read_uri(*source.document, uri.get<std::string>(), place);
-    if (!bytes) {
-      source.error = std::move(bytes.error());
-      return false;
-    }
-    *out = std::move(*bytes);
-  } else if (index == 0 && source.binary) {
-    out->assign(source.binary->begin(), source.binary->end());
-  } else {
-    return refuse(Code::gltf_malformed, "neither a uri nor a binary chunk");
-  }
-  if (out->size() < *size) {
-    return refuse(Code::file_damaged, fmt::format("cut short: {} of {} bytes", out->size(), *size));
-  }
-  out->resize(*size);
+/// tinygltf's callback: the bytes of the buffer whose number is the file name. They have been read already.
+bool hand_over_buffer(std::vector<unsigned char>* out, std::string*, const std::string& path, void* user) {
+  auto& shelf = *static_cast<BufferShelf*>(user);
+  *out = std::move(shelf.buffers[std::stoul(path.substr(path.find_last_of('/') + 1))]);
+  if (out->empty()) out->push_back(0);
   return true;
 }
 
-Result<void> load_buffers(GltfDocument& document, std::optional<std::string_view> binary) {
-  BufferSource source{&document, binary, std::nullopt};
+/// A second opinion on what our own checks have passed.
+Result<void> pass_tinygltf(GltfDocument& document) {
+  std::vector<std::size_t> sizes;
+  for (const std::vector<std::uint8_t>& buffer : document.buffers) sizes.push_back(buffer.size());
+  BufferShelf shelf{document.buffers};
   tinygltf::Model model;
   std::string errors;
   std::string warnings;
@@ -227,20 +123,21 @@ Result<void> load_buffers(GltfDocument& document, std::optional<std::string_view
   try {
     tinygltf::TinyGLTF loader;
     loader.SetFsCallbacks({[](const std::string&, void*) { return true; },
-                           [](const std::string& path, void*) { return path; }, read_buffer, nullptr,
-                           &source});
-    const std::string text = geometry_of(document.json).dump();
+                           [](const std::string& path, void*) { return path; }, hand_over_buffer, nullptr,
+                           &shelf});
+    const std::string text = geometry_of(document).dump();
     good = loader.LoadASCIIFromString(&model, &errors, &warnings, text.data(),
                                       static_cast<unsigned int>(text.size()), "");
   } catch (const std::exception& error) {
     errors += error.what();
   }
-  if (source.error) return tl::unexpected<Error>(std::move(*source.error));
   if (!good) {
     while (!errors.empty() && (errors.back() == '\n' || errors.back() == '.')) errors.pop_back();
     return fail(Code::gltf_malformed, document.file, "", errors.empty() ? "not a glTF document" : errors);
   }
-  for (tinygltf::Buffer& buffer : model.buffers) document.buffers.push_back(std::move(buffer.data));
+  for (std::size_t i = 0; i < document.buffers.size(); ++i) {
+    if (sizes[i] > 0) document.buffers[i] = std::move(model.buffers[i].data);
+  }
   return {};
 }
 
@@ -249,24 +146,66 @@ Result<void> load_buffers(GltfDocument& document, std::optional<std::string_view
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits) {
   const Result<std::string> bytes = read_file(path, limits.file_bytes);
   if (!bytes) return tl::unexpected<Error>(bytes.error());
-  const Result<Container> container = split(*bytes, path);
-  if (!container) return tl::unexpected<Error>(container.error());
-  Result<Json> json = parse(container->json, path, limits);
-  if (!json) return tl::unexpected<Error>(std::move(json.error()));
+  return load_gltf({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, path, limits);
+}
 
+Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
+                               const GltfLimits& limits) {
+  Issues issues;
+  std::optional<GltfContainer> container = read_container(bytes, path, limits, issues);
+  for (Error& issue : issues) {
+    if (severity_of(issue.code) == Severity::error) return tl::unexpected<Error>(std::move(issue));
+  }
+  GltfDocument document = document_of(path, std::move(container->json), limits);
+  if (Result<void> good = check_root(document); !good) return tl::unexpected<Error>(std::move(good.error()));
+  const Json& buffers = member(document.json, "buffers");
+  std::uint64_t room = limits.buffer_bytes;
+  for (std::size_t i = 0; buffers.is_array() && i < buffers.size(); ++i) {
+    auto buffer = read_buffer(document, *container, static_cast<int>(i), room);
+    if (!buffer) return tl::unexpected<Error>(std::move(buffer.error()));
+    document.buffers.push_back(std::move(*buffer));
+  }
+  if (Result<void> good = expand(document); !good) return tl::unexpected<Error>(std::move(good.error()));
+  return document;
+}
+
+GltfDocument document_of(const std::string& path, Json json, const GltfLimits& limits) {
   GltfDocument document;
   document.file = path;
   document.folder = std::filesystem::path(path).parent_path().string();
-  document.json = std::move(*json);
-  if (Result<void> good = check_root(document); !good) return tl::unexpected<Error>(std::move(good.error()));
-  if (Result<void> good = load_buffers(document, container->binary); !good) {
-    return tl::unexpected<Error>(std::move(good.error()));
-  }
-  if (Result<void> good = expand_draco(document); !good) {
-    return tl::unexpected<Error>(std::move(good.error()));
-  }
+  document.external_files = limits.external_files;
+  document.json = std::move(json);
   return document;
 }
+
+Result<void> expand(GltfDocument& document) {
+  if (Result<void> good = pass_tinygltf(document); !good) return good;
+  return expand_draco(document);
+}
+
+namespace {
+
+/// "%20" becomes a space; "+" stays what it is.
+std::string percent_decoded(const std::string& text) {
+  const auto digit = [&](std::size_t at) {
+    const char c = at < text.size() ? text[at] : '\0';
+    if (c >= '0' && c <= '9') return c - '0';
+    const char lower = static_cast<char>(c | 0x20);
+    return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+  };
+  std::string decoded;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%' && digit(i + 1) >= 0 && digit(i + 2) >= 0) {
+      decoded += static_cast<char>(digit(i + 1) * 16 + digit(i + 2));
+      i += 2;
+    } else {
+      decoded += text[i];
+    }
+  }
+  return decoded;
+}
+
+}  // namespace
 
 Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
                                 const std::string& place) {
@@ -274,29 +213,39 @@ Result<std::string> resolve_uri(const GltfDocument& document, const std::string&
   if (colon != std::string::npos && colon < uri.find('/')) {
     return fail(Code::gltf_unsupported, document.file, place, "a URI with a scheme: " + uri.substr(0, 40));
   }
-  const std::filesystem::path relative(tinygltf::dlib::urldecode(uri));
+  const std::filesystem::path relative(percent_decoded(uri));
   return (std::filesystem::path(document.folder) / relative).lexically_normal().string();
 }
 
 Result<std::vector<std::uint8_t>> read_uri(const GltfDocument& document, const std::string& uri,
-                                           const std::string& place) {
+                                           const std::string& place, std::uint64_t limit) {
   if (uri.substr(0, 5) == "data:") {
     const std::size_t comma = uri.find(',');
-    if (comma == std::string::npos || uri.substr(0, comma).find(";base64") == std::string::npos) {
-      return fail(Code::gltf_malformed, document.file, place, "a data URI that is not base64");
+    if (comma == std::string::npos) {
+      return fail(Code::gltf_malformed, document.file, place, "a data URI without a comma");
     }
-    const std::string text = uri.substr(comma + 1);
-    const std::string bytes = tinygltf::base64_decode(text);
-    const std::size_t digits = text.find_last_not_of('=') + 1;
+    const std::string text = percent_decoded(uri.substr(comma + 1));
+    if (!uri.substr(0, comma).ends_with(";base64"))
+      return std::vector<std::uint8_t>(text.begin(), text.end());
+    constexpr const char* alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const std::size_t digits = std::min(text.find_first_not_of(alphabet), text.size());
     // The decoder stops silently at the first character that is not base64.
-    if (bytes.size() != digits * 3 / 4) {
+    if (digits % 4 == 1 || text.find_first_not_of('=', digits) != std::string::npos) {
       return fail(Code::gltf_malformed, document.file, place, "a data URI with broken base64");
     }
+    const std::string bytes = tinygltf::base64_decode(text);
     return std::vector<std::uint8_t>(bytes.begin(), bytes.end());
   }
   const Result<std::string> path = resolve_uri(document, uri, place);
   if (!path) return tl::unexpected<Error>(path.error());
-  const Result<std::string> bytes = read_file(*path);
+  if (!document.external_files) {
+    return fail(Code::gltf_unsupported, document.file, place, "other files are not to be opened");
+  }
+  std::error_code ignored;
+  if (std::filesystem::is_other(*path, ignored)) {
+    return fail(Code::file_unreadable, document.file, place, uri.substr(0, 200) + ": is no plain file");
+  }
+  const Result<std::string> bytes = read_file(*path, limit);
   if (!bytes) {
     return fail(bytes.error().code, document.file, place,
                 fmt::format("{}: {}", uri.substr(0, 200), bytes.error().message));

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,27 +19,36 @@ namespace selvedge {
 using Json = nlohmann::ordered_json;
 
 struct GltfDocument {
-  std::string file;    ///< as the user named it
-  std::string folder;  ///< what relative URIs are relative to
-  Json json;           ///< an object; plain geometry: Draco is expanded on loading
+  std::string file;            ///< as the user named it
+  std::string folder;          ///< what relative URIs are relative to
+  bool external_files = true;  ///< as GltfLimits said
+  Json json;                   ///< an object; plain geometry: Draco is expanded on loading
   std::vector<std::vector<std::uint8_t>> buffers;  ///< one per entry of json["buffers"]
 };
 
 /// Stated limits; beyond them a file is refused.
 struct GltfLimits {
   std::uint64_t file_bytes = std::uint64_t{1} << 31;
-  int nesting = 128;  ///< of JSON brackets
+  std::uint64_t buffer_bytes = std::uint64_t{1} << 32;  ///< of all buffers together
+  int nesting = 128;                                    ///< of JSON brackets
+  int members = 4096;          ///< of one JSON object, whose members are looked up one after the other
+  bool external_files = true;  ///< false: a URI that is not a data URI is refused, no other file is opened
 };
 
 /// Loads .gltf (with external or data URIs) or .glb, told apart by content. Missing pictures are no error.
 /// KHR_draco_mesh_compression is expanded and its name removed. Refused: anything cut short, versions other
 /// than 2.x, required extensions that change the geometry and are not read (meshopt compression).
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
+/// From memory; `path` is used in messages and for what relative URIs are relative to.
+Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
+                               const GltfLimits& limits = {});
 
-/// The bytes of a "uri" member: a base64 data URI, or a file relative to the document's folder. `place` is
-/// the JSON pointer of the object that holds the URI.
+/// The bytes of a "uri" member: a base64 data URI, or a file relative to the document's folder (a plain one:
+/// no device, no pipe). `place` is the JSON pointer of the object that holds the URI; more than `limit` bytes
+/// are FILE_TOO_LARGE.
 Result<std::vector<std::uint8_t>> read_uri(const GltfDocument& document, const std::string& uri,
-                                           const std::string& place);
+                                           const std::string& place,
+                                           std::uint64_t limit = std::uint64_t{1} << 32);
 
 /// The file that a relative URI means: percent-decoded and resolved against the document's folder. An error
 /// for data URIs and for schemes such as http.

@@ -10,9 +10,6 @@
 namespace selvedge {
 namespace {
 
-/// Without data behind it (sparse accessors) an element costs a file nothing: a limit of our own.
-constexpr std::size_t largest_zero_filled = std::size_t{1} << 24;
-
 std::string at(const char* array, int index) { return fmt::format("/{}/{}", array, index); }
 
 std::size_t offset_of(const Json& object, const char* key) {
@@ -28,25 +25,36 @@ int components_of(const std::string& type) {
   return 0;
 }
 
-/// Copies `count` elements of `size` bytes out of a view, with every bound checked.
-Result<void> gather(const GltfDocument& document, int view, std::size_t offset, std::size_t count,
-                    std::size_t size, const std::string& place, std::uint8_t* out) {
-  const auto bytes = bytes_of_view(document, view, place);
+/// A run of `count` elements of `size` bytes each, with every bound checked.
+Result<ElementRun> run_of(const GltfDocument& document, int view, std::size_t offset, std::size_t count,
+                          std::size_t size, const std::string& place) {
+  const auto json = view_of(document, view, place);
+  if (!json) return tl::unexpected<Error>(json.error());
+  ElementRun run{view, offset, count, size, offset_of(**json, "byteStride")};
+  if (run.stride == 0) run.stride = size;
+  if (run.stride < size || run.stride > 252) {
+    return fail(Code::gltf_accessor, document.file, place,
+                fmt::format("byteStride {} for elements of {} bytes", run.stride, size));
+  }
+  const std::size_t length = offset_of(**json, "byteLength");
+  if (count > 0 &&
+      (offset > length || size > length - offset || count - 1 > (length - offset - size) / run.stride)) {
+    return fail(Code::gltf_accessor, document.file, place,
+                fmt::format("{} elements of {} bytes from byte {} on reach beyond buffer view {} of {} bytes",
+                            count, size, offset, view, length));
+  }
+  return run;
+}
+
+/// Copies the elements of a run, without gaps.
+Result<void> gather(const GltfDocument& document, const ElementRun& run, const std::string& place,
+                    std::vector<std::uint8_t>& out) {
+  out.assign(run.count * run.size, 0);
+  if (run.view < 0) return {};
+  const auto bytes = bytes_of_view(document, run.view, place);
   if (!bytes) return tl::unexpected<Error>(bytes.error());
-  const Json& json = document.json["bufferViews"][static_cast<std::size_t>(view)];
-  std::size_t stride = offset_of(json, "byteStride");
-  if (stride == 0) stride = size;
-  if (stride < size || stride > 252) {
-    return fail(Code::gltf_malformed, document.file, at("bufferViews", view),
-                fmt::format("byteStride {} for elements of {} bytes", stride, size));
-  }
-  if (count > 0 && (offset > bytes->size() || size > bytes->size() - offset ||
-                    count - 1 > (bytes->size() - offset - size) / stride)) {
-    return fail(Code::gltf_malformed, document.file, place,
-                fmt::format("{} elements reach beyond buffer view {}", count, view));
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    std::memcpy(out + i * size, bytes->data() + offset + i * stride, size);
+  for (std::size_t i = 0; i < run.count; ++i) {
+    std::memcpy(out.data() + i * run.size, bytes->data() + run.offset + i * run.stride, run.size);
   }
   return {};
 }
@@ -89,35 +97,18 @@ float float_at(const std::uint8_t* bytes, int component_type, bool normalized) {
   }
 }
 
-Result<void> apply_sparse(const GltfDocument& document, const Json& sparse, const AccessorShape& shape,
+Result<void> apply_sparse(const GltfDocument& document, const SparseRuns& sparse, std::size_t count,
                           const std::string& place, std::vector<std::uint8_t>& elements) {
-  const std::string where = place + "/sparse";
-  const std::optional<std::size_t> count = size_of(member(sparse, "count"));
-  const Json& indices = member(sparse, "indices");
-  const Json& values = member(sparse, "values");
-  const int type = index_of(member(indices, "componentType"));
-  if (!count || *count > shape.count || (type != 5121 && type != 5123 && type != 5125)) {
-    return fail(Code::gltf_malformed, document.file, where, "wrong count or component type");
-  }
-  const std::size_t size = component_size(shape.component_type) * static_cast<std::size_t>(shape.components);
-  const std::size_t index_size = component_size(type);
-  std::vector<std::uint8_t> targets(*count * index_size);
-  std::vector<std::uint8_t> replacements(*count * size);
-  if (Result<void> good = gather(document, index_of(member(indices, "bufferView")),
-                                 offset_of(indices, "byteOffset"), *count, index_size, where, targets.data());
-      !good) {
-    return good;
-  }
-  if (Result<void> good = gather(document, index_of(member(values, "bufferView")),
-                                 offset_of(values, "byteOffset"), *count, size, where, replacements.data());
-      !good) {
-    return good;
-  }
-  for (std::size_t i = 0; i < *count; ++i) {
-    const std::size_t target = unsigned_at(targets.data() + i * index_size, type);
-    if (target >= shape.count) {
-      return fail(Code::gltf_malformed, document.file, where,
-                  fmt::format("index {} is out of range", target));
+  std::vector<std::uint8_t> targets;
+  std::vector<std::uint8_t> replacements;
+  if (Result<void> good = gather(document, sparse.indices, place, targets); !good) return good;
+  if (Result<void> good = gather(document, sparse.values, place, replacements); !good) return good;
+  const std::size_t size = sparse.values.size;
+  for (std::size_t i = 0; i < sparse.indices.count; ++i) {
+    const std::size_t target = unsigned_at(targets.data() + i * sparse.indices.size, sparse.index_type);
+    if (target >= count) {
+      return fail(Code::gltf_accessor, document.file, place + "/sparse",
+                  fmt::format("index {} of {} elements", target, count));
     }
     std::memcpy(elements.data() + target * size, replacements.data() + i * size, size);
   }
@@ -158,27 +149,99 @@ Result<const Json*> entry_of(const GltfDocument& document, const char* array, in
   const Json& entries = member(document.json, array);
   if (!entries.is_array() || index < 0 || static_cast<std::size_t>(index) >= entries.size() ||
       !entries[static_cast<std::size_t>(index)].is_object()) {
-    return fail(Code::gltf_malformed, document.file, place, fmt::format("there is no {}", at(array, index)));
+    return fail(Code::gltf_accessor, document.file, place, fmt::format("there is no {}", at(array, index)));
   }
   return &entries[static_cast<std::size_t>(index)];
 }
 
-Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document, int view,
-                                                    const std::string& place) {
+Result<const Json*> view_of(const GltfDocument& document, int view, const std::string& place) {
   const auto json = entry_of(document, "bufferViews", view, place);
-  if (!json) return tl::unexpected<Error>(json.error());
-  const int buffer = index_of(member(**json, "buffer"));
+  if (!json) return json;
+  const auto buffer =
+      entry_of(document, "buffers", index_of(member(**json, "buffer")), at("bufferViews", view));
+  if (!buffer) return buffer;
   const std::size_t offset = offset_of(**json, "byteOffset");
   const std::optional<std::size_t> length = size_of(member(**json, "byteLength"));
-  if (buffer < 0 || static_cast<std::size_t>(buffer) >= document.buffers.size() || !length) {
-    return fail(Code::gltf_malformed, document.file, at("bufferViews", view), "no buffer or no byteLength");
+  const std::size_t available = offset_of(**buffer, "byteLength");
+  if (!length) return fail(Code::gltf_malformed, document.file, at("bufferViews", view), "no byteLength");
+  if (offset > available || *length > available - offset) {
+    return fail(Code::gltf_accessor, document.file, at("bufferViews", view),
+                fmt::format("bytes {} to {} of a buffer of {}", offset, offset + *length, available));
   }
-  const std::vector<std::uint8_t>& bytes = document.buffers[static_cast<std::size_t>(buffer)];
-  if (offset > bytes.size() || *length > bytes.size() - offset) {
-    return fail(Code::gltf_malformed, document.file, at("bufferViews", view),
-                fmt::format("bytes {} to {} of a buffer of {}", offset, offset + *length, bytes.size()));
+  return json;
+}
+
+Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document, int view,
+                                                    const std::string& place) {
+  const auto json = view_of(document, view, place);
+  if (!json) return tl::unexpected<Error>(json.error());
+  const auto buffer = static_cast<std::size_t>(index_of(member(**json, "buffer")));
+  const std::size_t offset = offset_of(**json, "byteOffset");
+  const std::size_t length = offset_of(**json, "byteLength");
+  const std::size_t present = buffer < document.buffers.size() ? document.buffers[buffer].size() : 0;
+  if (offset + length > present) {
+    return fail(Code::gltf_accessor, document.file, at("bufferViews", view),
+                fmt::format("buffer {} is not there", buffer));
   }
-  return std::span<const std::uint8_t>(bytes).subspan(offset, *length);
+  return std::span<const std::uint8_t>(document.buffers[buffer]).subspan(offset, length);
+}
+
+std::size_t unbacked_elements(const GltfDocument& document) {
+  std::size_t bytes = 0;
+  for (const std::vector<std::uint8_t>& buffer : document.buffers) bytes += buffer.size();
+  return (std::size_t{1} << 20) + 32 * bytes;
+}
+
+Result<ElementRun> elements_of(const GltfDocument& document, int accessor, const std::string& place) {
+  const Result<AccessorShape> shape = shape_of(document, accessor, place);
+  if (!shape) return tl::unexpected<Error>(shape.error());
+  const Json& json = document.json["accessors"][static_cast<std::size_t>(accessor)];
+  const std::string where = at("accessors", accessor);
+  const std::size_t size =
+      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
+  const Json& view = member(json, "bufferView");
+  if (!view.is_null()) {
+    return run_of(document, index_of(view), offset_of(json, "byteOffset"), shape->count, size, where);
+  }
+  if (shape->count > unbacked_elements(document)) {
+    return fail(Code::file_too_large, document.file, where,
+                fmt::format("{} elements without a buffer view", shape->count));
+  }
+  return ElementRun{-1, 0, shape->count, size, size};
+}
+
+Result<std::optional<SparseRuns>> sparse_of(const GltfDocument& document, int accessor,
+                                            const std::string& place) {
+  const Result<AccessorShape> shape = shape_of(document, accessor, place);
+  if (!shape) return tl::unexpected<Error>(shape.error());
+  const Json& sparse = member(document.json["accessors"][static_cast<std::size_t>(accessor)], "sparse");
+  if (sparse.is_null()) return std::optional<SparseRuns>{};
+  const std::string where = at("accessors", accessor) + "/sparse";
+  const std::optional<std::size_t> count = size_of(member(sparse, "count"));
+  const Json& indices = member(sparse, "indices");
+  const Json& values = member(sparse, "values");
+  SparseRuns runs;
+  runs.index_type = index_of(member(indices, "componentType"));
+  if (!count || *count > shape->count) {
+    return fail(Code::gltf_accessor, document.file, where + "/count",
+                fmt::format("more replacements than the {} elements there are", shape->count));
+  }
+  if (runs.index_type != 5121 && runs.index_type != 5123 && runs.index_type != 5125) {
+    return fail(Code::gltf_malformed, document.file, where + "/indices", "wrong componentType");
+  }
+  const auto run_at = [&](const Json& part, std::size_t size, const char* name) {
+    return run_of(document, index_of(member(part, "bufferView")), offset_of(part, "byteOffset"), *count, size,
+                  where + name);
+  };
+  const std::size_t size =
+      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
+  const Result<ElementRun> where_to = run_at(indices, component_size(runs.index_type), "/indices");
+  if (!where_to) return tl::unexpected<Error>(where_to.error());
+  const Result<ElementRun> what = run_at(values, size, "/values");
+  if (!what) return tl::unexpected<Error>(what.error());
+  runs.indices = *where_to;
+  runs.values = *what;
+  return std::optional(runs);
 }
 
 std::size_t component_size(int component_type) {
@@ -216,34 +279,17 @@ Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const
 
 Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
                                                 const std::string& place) {
-  const Result<AccessorShape> shape = shape_of(document, accessor, place);
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  const Json& json = document.json["accessors"][static_cast<std::size_t>(accessor)];
+  const Result<ElementRun> run = elements_of(document, accessor, place);
+  if (!run) return tl::unexpected<Error>(run.error());
+  const Result<std::optional<SparseRuns>> sparse = sparse_of(document, accessor, place);
+  if (!sparse) return tl::unexpected<Error>(sparse.error());
   const std::string where = at("accessors", accessor);
-  const std::size_t size =
-      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
-  const Json& view = member(json, "bufferView");
-  // Checked before the allocation: the data cannot be larger than all there is.
-  std::size_t available = largest_zero_filled;
-  if (!view.is_null()) {
-    const auto bytes = bytes_of_view(document, index_of(view), where);
-    if (!bytes) return tl::unexpected<Error>(bytes.error());
-    available = bytes->size();
+  std::vector<std::uint8_t> elements;
+  if (Result<void> good = gather(document, *run, where, elements); !good) {
+    return tl::unexpected<Error>(std::move(good.error()));
   }
-  if (shape->count > available) {
-    return fail(Code::gltf_malformed, document.file, where,
-                fmt::format("{} elements have no room in their buffer view", shape->count));
-  }
-  std::vector<std::uint8_t> elements(shape->count * size);
-  if (!view.is_null()) {
-    if (Result<void> good = gather(document, index_of(view), offset_of(json, "byteOffset"), shape->count,
-                                   size, where, elements.data());
-        !good) {
-      return tl::unexpected<Error>(std::move(good.error()));
-    }
-  }
-  if (const Json& sparse = member(json, "sparse"); !sparse.is_null()) {
-    if (Result<void> good = apply_sparse(document, sparse, *shape, where, elements); !good) {
+  if (*sparse) {
+    if (Result<void> good = apply_sparse(document, **sparse, run->count, where, elements); !good) {
       return tl::unexpected<Error>(std::move(good.error()));
     }
   }

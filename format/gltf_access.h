@@ -28,6 +28,9 @@ double number_of(const Json& value, double otherwise);
 Result<const Json*> entry_of(const GltfDocument& document, const char* array, int index,
                              const std::string& place);
 
+/// Checks a buffer view against the declared size of its buffer, and gives back its entry.
+Result<const Json*> view_of(const GltfDocument& document, int view, const std::string& place);
+
 /// Bytes of a buffer view. EXT_meshopt_compression is not decoded: its fallback is read.
 Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document, int view,
                                                     const std::string& place);
@@ -40,6 +43,34 @@ struct AccessorShape {
 };
 
 Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const std::string& place);
+
+/// Elements in a buffer view, every one of them within its bounds.
+struct ElementRun {
+  int view = -1;  ///< -1: none, all zeros
+  std::size_t offset = 0;
+  std::size_t count = 0;
+  std::size_t size = 0;  ///< bytes of one element
+  std::size_t stride = 0;
+};
+
+/// Elements that replace others.
+struct SparseRuns {
+  ElementRun indices;
+  int index_type = 5125;
+  ElementRun values;
+};
+
+/// Where an accessor's elements lie. Not read, but checked against the declared sizes of view and buffer.
+/// An accessor without a view costs a file nothing: it has at most `unbacked_elements`.
+Result<ElementRun> elements_of(const GltfDocument& document, int accessor, const std::string& place);
+
+/// Where the accessor's sparse replacements lie, checked likewise; nothing where it has none.
+Result<std::optional<SparseRuns>> sparse_of(const GltfDocument& document, int accessor,
+                                            const std::string& place);
+
+/// How many vertices or elements a document may make up that no bytes of its own stand behind (shared views,
+/// accessors without one): a million, and 32 for every byte of its buffers.
+std::size_t unbacked_elements(const GltfDocument& document);
 
 /// All elements as floats, `shape_of().components` each: sparse values applied, normalised integers mapped
 /// as glTF 2.0 section 3.11 says, plain integers as they are. Vectors only, not matrices.

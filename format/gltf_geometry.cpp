@@ -107,9 +107,7 @@ Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocum
     }
   }
   if (mode == triangles) {
-    if (list.size() % 3 != 0) {
-      return fail(Code::gltf_malformed, document.file, place, fmt::format("{} indices", list.size()));
-    }
+    list.resize(list.size() / 3 * 3);
     return Triangles(std::move(list));
   }
   std::vector<std::uint32_t> expanded;
@@ -129,24 +127,22 @@ Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& documen
   ScenePrimitive result;
   result.material = index_of(member(primitive, "material"));
   const Json& position = member(member(primitive, "attributes"), "POSITION");
-  if (position.is_null()) {
-    return fail(Code::gltf_malformed, document.file, place + "/attributes", "no POSITION");
-  }
-  const Result<AccessorShape> shape = shape_of(document, index_of(position), place + "/attributes/POSITION");
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  if (shape->count > vertex_limit)
-    return fail(Code::file_too_large, document.file, place, "too many vertices");
+  if (position.is_null()) return std::optional<ScenePrimitive>{};
+  const Result<ElementRun> run = elements_of(document, index_of(position), place + "/attributes/POSITION");
+  if (!run) return tl::unexpected<Error>(run.error());
+  const std::size_t vertices = run->count;
+  if (vertices > vertex_limit) return fail(Code::file_too_large, document.file, place, "too many vertices");
 
-  auto indices = read_triangles(document, primitive, place, shape->count);
+  auto indices = read_triangles(document, primitive, place, vertices);
   if (!indices) return tl::unexpected<Error>(std::move(indices.error()));
   if (!*indices) return std::optional<ScenePrimitive>{};
   result.indices = std::move(**indices);
 
   auto positions = read_vectors<V3f>(document, primitive, "POSITION", 3, 0, place);
-  auto normals = read_vectors<V3f>(document, primitive, "NORMAL", 3, shape->count, place);
-  auto tangents = read_vectors<V4f>(document, primitive, "TANGENT", 4, shape->count, place);
-  auto uv0 = read_vectors<V2d>(document, primitive, "TEXCOORD_0", 2, shape->count, place);
-  auto uv1 = read_vectors<V2d>(document, primitive, "TEXCOORD_1", 2, shape->count, place);
+  auto normals = read_vectors<V3f>(document, primitive, "NORMAL", 3, vertices, place);
+  auto tangents = read_vectors<V4f>(document, primitive, "TANGENT", 4, vertices, place);
+  auto uv0 = read_vectors<V2d>(document, primitive, "TEXCOORD_0", 2, vertices, place);
+  auto uv1 = read_vectors<V2d>(document, primitive, "TEXCOORD_1", 2, vertices, place);
   if (!positions) return tl::unexpected<Error>(std::move(positions.error()));
   if (!normals) return tl::unexpected<Error>(std::move(normals.error()));
   if (!tangents) return tl::unexpected<Error>(std::move(tangents.error()));

@@ -9,13 +9,14 @@
 
 namespace selvedge {
 
-/// The vertices and triangles of a primitive; nothing for points and lines. `place` is its JSON pointer,
-/// `vertex_limit` what it may have. Material and name are the caller's to check and to set.
+/// The vertices and triangles of a primitive; nothing for points and lines, or without POSITION. `place` is
+/// its JSON pointer, `vertex_limit` what it may have. Material and name are the caller's to check and to set.
 Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& document, const Json& primitive,
                                                      const std::string& place, std::size_t vertex_limit);
 
 /// Vertex numbers of the triangles of a primitive with `vertices` vertices, three each: strips and fans are
-/// expanded, a missing index list counted up, and every index checked. Nothing for points and lines.
+/// expanded, a missing index list counted up, every index checked, and an incomplete triangle left out.
+/// Nothing for points and lines.
 Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocument& document,
                                                                  const Json& primitive,
                                                                  const std::string& place,

@@ -23,7 +23,9 @@ std::string text_of(const Json& value) {
 
 class Reader {
  public:
-  Reader(const GltfDocument& document, const SceneLimits& limits) : document_(document), limits_(limits) {}
+  Reader(const GltfDocument& document, const SceneLimits& limits) : document_(document), limits_(limits) {
+    limits_.vertices = std::min(limits_.vertices, unbacked_elements(document));
+  }
 
   Result<Scene> read() {
     scene_.file = document_.file;
@@ -40,6 +42,8 @@ class Reader {
   }
 
   void remark(std::string text) {
+    constexpr std::size_t most = 100;
+    if (scene_.remarks.size() >= most) return;
     if (std::find(scene_.remarks.begin(), scene_.remarks.end(), text) == scene_.remarks.end()) {
       scene_.remarks.push_back(std::move(text));
     }
@@ -102,16 +106,18 @@ class Reader {
       const std::string uri = text_of(member(**json, "uri"));
       std::string failure;
       if (!uri.empty()) {
-        auto bytes = read_uri(document_, uri, place);
+        auto bytes = read_uri(document_, uri, place, limits_.image_bytes);
         if (bytes) image.bytes = std::move(*bytes);
         if (!bytes) failure = bytes.error().message;
         if (image.name.empty() && !uri.starts_with("data:")) image.name = uri;
       } else {
         const auto bytes = bytes_of_view(document_, index_of(member(**json, "bufferView")), place);
-        if (bytes) image.bytes.assign(bytes->begin(), bytes->end());
+        if (bytes && bytes->size() <= limits_.image_bytes) image.bytes.assign(bytes->begin(), bytes->end());
+        if (bytes && bytes->size() > limits_.image_bytes) failure = "the pictures are too large";
         if (!bytes) failure = bytes.error().message;
       }
       if (failure.empty()) {
+        limits_.image_bytes -= image.bytes.size();
         result = static_cast<int>(scene_.images.size());
         scene_.images.push_back(std::move(image));
       } else {
@@ -136,7 +142,7 @@ class Reader {
           read_primitive(document_, primitives[p], place, limits_.vertices - vertices_);
       if (!primitive) return tl::unexpected<Error>(std::move(primitive.error()));
       if (!*primitive) {
-        remark(fmt::format("{}: points and lines are left out", place));
+        remark(fmt::format("{}: left out, for it has no triangles or no POSITION", place));
         continue;
       }
       if (!member(primitives[p], "targets").is_null()) remark("morph targets are not applied");
@@ -149,6 +155,10 @@ class Reader {
       const std::string name = text_of(member(**json, "name"));
       good.name = fmt::format("{}/{}", name.empty() ? fmt::format("mesh {}", mesh) : name, p);
       vertices_ += good.positions.size();
+      indices_ += good.indices.size();
+      if (indices_ / indices_per_vertex > limits_.vertices) {
+        return fail(Code::file_too_large, document_.file, place, "too many triangles");
+      }
       result.push_back(static_cast<int>(scene_.primitives.size()));
       scene_.primitives.push_back(std::move(good));
     }
@@ -221,7 +231,9 @@ class Reader {
   const GltfDocument& document_;
   SceneLimits limits_;
   Scene scene_;
+  static constexpr std::size_t indices_per_vertex = 6;  ///< of a closed mesh
   std::size_t vertices_ = 0;
+  std::size_t indices_ = 0;
   std::map<int, int> images_;
   std::map<int, std::vector<int>> meshes_;
 };

@@ -1,6 +1,7 @@
 // glTF -> Scene.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "format/error.h"
@@ -9,8 +10,10 @@
 namespace selvedge {
 
 struct SceneLimits {
-  std::size_t vertices = std::size_t{1} << 27;  ///< of all primitives together, after expansion
+  /// Of all primitives together, after expansion; no more than unbacked_elements in any case.
+  std::size_t vertices = std::size_t{1} << 27;
   std::size_t instances = std::size_t{1} << 20;
+  std::uint64_t image_bytes = std::uint64_t{1} << 30;  ///< of all encoded pictures; beyond, they are left out
 };
 
 struct GltfDocument;

@@ -20,6 +20,7 @@ inline constexpr const char* offset = "offset";
 inline constexpr const char* rotation = "rotation";
 inline constexpr const char* scale = "scale";
 
+inline constexpr const char* variants = "KHR_materials_variants";
 inline constexpr const char* draco = "KHR_draco_mesh_compression";
 
 }  // namespace selvedge::names::gltf

@@ -292,6 +292,7 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
                              "selvedge check k.fabric.exr dressed.glb");
   add_common(*check, verbs.check.common);
   check->add_option("files", verbs.check.files, "Files")->required()->type_name("FILE...");
+  check->add_flag("--warnings-as-errors", verbs.check.warnings_as_errors, "Exit status 1 for a warning, too");
 
   CLI::App* info =
       add_verb(app, "info", "What is in a fabric, samples or glTF file", "selvedge info k.fabric.exr");

@@ -67,6 +67,7 @@ struct DressCommand {
 struct CheckCommand {
   CommonOptions common;
   std::vector<std::string> files;
+  bool warnings_as_errors = false;
 };
 
 struct InfoCommand {

@@ -13,6 +13,18 @@ int report_error(const Error& error) {
   return 1;
 }
 
+void report_issue(const Error& issue) {
+  fmt::print(stderr, "selvedge: {}: {}\n", name_of(severity_of(issue.code)), to_line(issue));
+}
+
+Json to_json(const Error& issue) {
+  return {{"code", name_of(issue.code)},
+          {"severity", name_of(severity_of(issue.code))},
+          {"file", issue.file},
+          {"place", issue.place},
+          {"message", issue.message}};
+}
+
 void apply(const CommonOptions& common) { set_threads(common.threads); }
 
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text) {

@@ -14,6 +14,12 @@ using Json = nlohmann::ordered_json;
 /// Prints "selvedge: file: place: reason [CODE]" to standard error and gives back the exit status 1.
 int report_error(const Error& error);
 
+/// The same with "error: " or "warning: " before the file: for a verb that says both.
+void report_issue(const Error& issue);
+
+/// Code, severity, file, place and message.
+Json to_json(const Error& issue);
+
 /// Threads, before any work.
 void apply(const CommonOptions& common);
 

@@ -1,56 +1,40 @@
 // check and info: what is in a file, and whether it is as it should be.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "converter/tool/commands.h"
 #include "converter/tool/file_kind.h"
 #include "converter/tool/report.h"
+#include "format/fabric_check.h"
+#include "format/gltf_check.h"
 #include "format/gltf_scene.h"
 
 namespace selvedge {
 namespace {
 
-Result<void> without_value(const auto& result) {
-  if (!result) return tl::unexpected(result.error());
-  return {};
-}
+Issues issues_of(const auto& result) { return result ? Issues{} : Issues{result.error()}; }
 
-Result<void> check_samples(const std::string& path) {
+Issues check_samples(const std::string& path) {
   auto reader = SamplesReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  if (auto level = reader->read_level(); !level) return tl::unexpected(level.error());
+  if (!reader) return {reader.error()};
+  if (Issues issues = issues_of(reader->read_level()); !issues.empty()) return issues;
   for (const PairKind kind : all_pair_kinds) {
-    if (auto pairs = reader->read_pairs(kind); !pairs) return tl::unexpected(pairs.error());
+    if (Issues issues = issues_of(reader->read_pairs(kind)); !issues.empty()) return issues;
   }
   return {};
 }
 
-Result<Fabric> open_fabric(const SceneFabric& fabric, const std::string& gltf) {
-  if (fabric.path.empty()) return read_fabric(fabric.bytes, gltf + "#" + fabric.name);
-  return read_fabric(fabric.path);
+Issues check_file(const std::string& path, const Result<FileKind>& kind) {
+  if (!kind) return {kind.error()};
+  if (*kind == FileKind::fabric) return check_fabric(path);
+  if (*kind == FileKind::samples) return check_samples(path);
+  return check_gltf(path);
 }
 
-Result<void> check_gltf(const std::string& path) {
-  const auto scene = read_scene(path);
-  if (!scene) return tl::unexpected(scene.error());
-  for (std::size_t i = 0; i < scene->fabrics.size(); ++i) {
-    const auto fabric = open_fabric(scene->fabrics[i], path);
-    if (fabric) continue;
-    const Error& why = fabric.error();
-    return fail(why.code == Code::file_missing ? Code::gltf_reference : why.code, path,
-                fmt::format("/extensions/SELVEDGE_materials_fabric/fabrics/{}", i), to_line(why));
-  }
-  return {};
-}
-
-Result<FileKind> check_file(const std::string& path) {
-  auto kind = kind_of(path);
-  if (!kind) return kind;
-  Result<void> outcome;
-  if (*kind == FileKind::fabric) outcome = without_value(read_fabric(path));
-  if (*kind == FileKind::samples) outcome = check_samples(path);
-  if (*kind == FileKind::gltf) outcome = check_gltf(path);
-  if (!outcome) return tl::unexpected(outcome.error());
-  return kind;
+std::string praise(std::size_t warnings) {
+  if (warnings == 0) return "good";
+  return fmt::format("good, {} warning{}", warnings, warnings == 1 ? "" : "s");
 }
 
 Result<Json> fabric_info(const std::string& path) {
@@ -113,23 +97,30 @@ int run(const CheckCommand& command) {
   apply(command.common);
   Json files = Json::array();
   std::string text;
-  int status = 0;
+  bool all_good = true;
   for (const std::string& path : command.files) {
-    const auto kind = check_file(path);
-    if (kind) {
-      files.push_back({{"file", path}, {"kind", name_of(*kind)}, {"good", true}});
-      text += fmt::format("{}: {}, good\n", path, name_of(*kind));
-      continue;
+    const Result<FileKind> kind = kind_of(path);
+    const Issues issues = check_file(path, kind);
+    const auto warnings =
+        static_cast<std::size_t>(std::count_if(issues.begin(), issues.end(), [](const Error& e) {
+          return severity_of(e.code) == Severity::warning;
+        }));
+    const bool good = command.warnings_as_errors ? issues.empty() : warnings == issues.size();
+    all_good = all_good && good;
+    Json list = Json::array();
+    for (const Error& issue : issues) {
+      list.push_back(to_json(issue));
+      // In a report and in quiet, only what makes the status 1 is said as well.
+      const bool failing = command.warnings_as_errors || severity_of(issue.code) == Severity::error;
+      if (failing || !(command.common.quiet || command.common.json)) report_issue(issue);
     }
-    status = report_error(kind.error());
-    files.push_back({{"file", path},
-                     {"good", false},
-                     {"code", name_of(kind.error().code)},
-                     {"place", kind.error().place},
-                     {"message", kind.error().message}});
+    Json entry = {{"file", path}, {"good", good}, {"issues", std::move(list)}};
+    if (kind) entry["kind"] = name_of(*kind);
+    files.push_back(std::move(entry));
+    if (good) text += fmt::format("{}: {}, {}\n", path, name_of(*kind), praise(warnings));
   }
-  report(command.common, "check", {{"good", status == 0}, {"files", files}}, text);
-  return status;
+  report(command.common, "check", {{"good", all_good}, {"files", files}}, text);
+  return all_good ? 0 : 1;
 }
 
 int run(const InfoCommand& command) {

@@ -155,7 +155,7 @@ test_check_tells_good_files_from_bad_ones() {
   holds "r.good && r.files.map(f => f.kind).join() === 'fabric,samples,gltf,gltf' && r.files.every(f => f.good)"
   cut_short plane.fabric.exr short.fabric.exr
   exits 1 selvedge check plane.fabric.exr short.fabric.exr quad.glb missing.glb --json
-  holds "!r.good && r.files.map(f => f.good).join() === 'true,false,true,false' && r.files[3].code === 'FILE_MISSING'"
+  holds "!r.good && r.files.map(f => f.good).join() === 'true,false,true,false' && r.files[3].issues[0].code === 'FILE_MISSING'"
   [ "$(wc -l <"$scratch/err")" = 2 ] || fail "not a line for each bad file: $(cat "$scratch/err")"
   exits 1 selvedge check short.fabric.exr plane.fabric.exr
   grep -q '^plane.fabric.exr: fabric, good$' "$scratch/out"
