@@ -7,13 +7,14 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <set>
 
+#include "converter/fabric_source.h"
 #include "converter/fallback.h"
 #include "converter/fallback_material.h"
+#include "converter/material_uses.h"
 #include "converter/measure.h"
-#include "format/atomic_file.h"
+#include "converter/mirror.h"
 #include "format/fabric_exr.h"
 #include "format/gltf.h"
 #include "format/gltf_access.h"
@@ -26,41 +27,6 @@
 namespace selvedge {
 namespace {
 
-using Place = std::pair<int, int>;            ///< mesh, primitive
-using Uses = std::map<int, std::set<Place>>;  ///< material -> where it is used
-constexpr const char* variants = "KHR_materials_variants";
-
-bool is_made_of_triangles(const Json& primitive) {
-  const Json& mode = member(primitive, "mode");
-  return mode.is_null() || index_of(mode) >= 4;
-}
-
-template <class F>
-void for_each_primitive(const Json& json, const F& visit) {
-  const Json& meshes = member(json, "meshes");
-  for (std::size_t m = 0; meshes.is_array() && m < meshes.size(); ++m) {
-    const Json& primitives = member(meshes[m], "primitives");
-    for (std::size_t p = 0; primitives.is_array() && p < primitives.size(); ++p) {
-      if (is_made_of_triangles(primitives[p])) {
-        visit(Place(static_cast<int>(m), static_cast<int>(p)), primitives[p]);
-      }
-    }
-  }
-}
-
-/// Materials by where they are used, directly or in a variant.
-Uses uses_of(const Json& json) {
-  Uses uses;
-  for_each_primitive(json, [&](const Place& place, const Json& primitive) {
-    uses[index_of(member(primitive, "material"))].insert(place);
-    const Json& mappings = member(member(member(primitive, "extensions"), variants), "mappings");
-    for (std::size_t i = 0; mappings.is_array() && i < mappings.size(); ++i) {
-      uses[index_of(member(mappings[i], "material"))].insert(place);
-    }
-  });
-  return uses;
-}
-
 std::string name_of(const Json& material) {
   const Json& name = member(material, "name");
   return name.is_string() ? name.get<std::string>() : std::string();
@@ -68,16 +34,20 @@ std::string name_of(const Json& material) {
 
 /// Triangles without a material get a new one.
 void add_missing_material(GltfDocument& document) {
-  std::vector<Place> bare;
-  for_each_primitive(document.json, [&](const Place& place, const Json& primitive) {
-    if (member(primitive, "material").is_null()) bare.push_back(place);
+  const Uses uses = uses_of(document.json);
+  const auto bare = uses.find(-1);
+  if (bare == uses.end()) return;
+  const auto primitive_at = [&](const Place& place) -> Json& {
+    return document.json["meshes"][static_cast<std::size_t>(place.first)]["primitives"]
+                        [static_cast<std::size_t>(place.second)];
+  };
+  std::vector<Place> places(bare->second.begin(), bare->second.end());
+  std::erase_if(places, [&](const Place& place) {
+    return !member(primitive_at(place), "material").is_null();  // there is something, but no index
   });
-  if (bare.empty()) return;
+  if (places.empty()) return;
   document.json["materials"].push_back(Json{{"name", "fabric"}});
-  for (const auto& [mesh, primitive] : bare) {
-    document.json["meshes"][static_cast<std::size_t>(mesh)]["primitives"][static_cast<std::size_t>(primitive)]
-                 ["material"] = document.json["materials"].size() - 1;
-  }
+  for (const Place& place : places) primitive_at(place)["material"] = document.json["materials"].size() - 1;
 }
 
 Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& options) {
@@ -115,25 +85,13 @@ Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& opti
   return std::vector<int>(chosen.begin(), chosen.end());
 }
 
-Result<void> check_uvs(const GltfDocument& document, const std::set<Place>& places, int tex_coord) {
-  for (const auto& [mesh, primitive] : places) {
-    const Json& json = document.json["meshes"][static_cast<std::size_t>(mesh)]["primitives"]
-                                    [static_cast<std::size_t>(primitive)];
-    const std::string semantic = fmt::format("TEXCOORD_{}", tex_coord);
-    if (member(member(json, "attributes"), semantic.c_str()).is_null()) {
-      return fail(Code::garment_no_uvs, document.file,
-                  fmt::format("/meshes/{}/primitives/{}/attributes", mesh, primitive), "no " + semantic);
-    }
-  }
-  return {};
-}
-
 class Dresser {
  public:
   Dresser(GltfDocument& document, const Fabric& fabric, const DressOptions& options)
       : document_(document), fabric_(fabric), options_(options) {}
 
-  Result<DressReport> dress(const FabricSource& source) {
+  Result<DressReport> dress(const FabricSource& source, const std::string& digest) {
+    digest_ = digest;
     const Result<std::vector<int>> chosen = choose(document_, options_);
     if (!chosen) return tl::unexpected<Error>(chosen.error());
     const Result<Scene> scene = read_scene(document_);
@@ -204,6 +162,7 @@ class Dresser {
     if (options_.fallback) {
       if (Result<void> good = write_fallback(material, reference, places); !good) return good;
     }
+    complete_mirror(document_, material, digest_);
     report_.materials.push_back(std::move(dressed));
     return {};
   }
@@ -233,6 +192,7 @@ class Dresser {
   GltfDocument& document_;
   const Fabric& fabric_;
   const DressOptions& options_;
+  std::string digest_;
   Uses uses_;
   std::optional<FallbackTextures> textures_;
   DressReport report_;
@@ -251,27 +211,6 @@ Result<void> check_options(const DressOptions& options) {
     }
   }
   return {};
-}
-
-Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed) {
-  namespace fs = std::filesystem;
-  FabricSource source;
-  source.name = fs::path(fabric_path).stem().string();
-  std::error_code ignored;
-  if (!fs::is_regular_file(fabric_path, ignored)) {
-    return fail(Code::file_missing, fabric_path, "", "no such file");
-  }
-  if (fs::equivalent(fabric_path, output_path, ignored)) {
-    return fail(Code::file_unwritable, output_path, "", "is the fabric");
-  }
-  if (!embed) {
-    source.uri = relative_uri(fabric_path, fs::path(output_path).parent_path().string());
-    return source;
-  }
-  const Result<std::string> bytes = read_file(fabric_path);
-  if (!bytes) return tl::unexpected<Error>(bytes.error());
-  source.bytes.assign(bytes->begin(), bytes->end());
-  return source;
 }
 
 bool ends_in_glb(const std::string& path) {
@@ -293,10 +232,12 @@ Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
   const Result<FabricSource> source =
       source_of(fabric_path, output_path, options.embed.value_or(ends_in_glb(output_path)));
   if (!source) return tl::unexpected<Error>(source.error());
+  const Result<std::string> digest = digest_of_fabric(fabric_path);
+  if (!digest) return tl::unexpected<Error>(digest.error());
   try {
     // First, so that the fabric's URI and those that were there are relative to the same folder.
     move_document(*document, std::filesystem::path(output_path).parent_path().string());
-    Result<DressReport> report = Dresser(*document, fabric, options).dress(*source);
+    Result<DressReport> report = Dresser(*document, fabric, options).dress(*source, *digest);
     if (!report) return report;
     const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());

@@ -258,15 +258,16 @@ void move_document(GltfDocument& document, const std::string& folder) {
     return fs::weakly_canonical(fs::absolute(name.empty() ? fs::path(".") : fs::path(name)), ignored);
   };
   if (whole(document.folder) != whole(folder)) {
+    const auto move_one = [&](Json& entry) {
+      const Json& uri = member(entry, names::gltf::uri);
+      if (!uri.is_string() || uri.get_ref<const std::string&>().starts_with("data:")) return;
+      // An address on the network stays what it is.
+      const Result<std::string> path = resolve_uri(document, uri.get<std::string>(), "");
+      if (path) entry[names::gltf::uri] = relative_uri(*path, folder);
+    };
     const auto move = [&](Json& entries) {
       if (!entries.is_array()) return;
-      for (Json& entry : entries) {
-        const Json& uri = member(entry, names::gltf::uri);
-        if (!uri.is_string() || uri.get_ref<const std::string&>().starts_with("data:")) continue;
-        // An address on the network stays what it is.
-        const Result<std::string> path = resolve_uri(document, uri.get<std::string>(), "");
-        if (path) entry[names::gltf::uri] = relative_uri(*path, folder);
-      }
+      for (Json& entry : entries) move_one(entry);
     };
     for (const char* list : {"buffers", "images"}) {
       if (document.json.contains(list)) move(document.json[list]);
@@ -274,6 +275,12 @@ void move_document(GltfDocument& document, const std::string& folder) {
     const Json& extension = member(member(document.json, "extensions"), names::gltf::fabric_extension);
     if (!member(extension, names::gltf::fabrics).is_null()) {
       move(document.json["extensions"][names::gltf::fabric_extension][names::gltf::fabrics]);
+    }
+    // The mirrors of the materials' references hold the same URIs.
+    const Json& materials = member(document.json, "materials");
+    for (std::size_t i = 0; materials.is_array() && i < materials.size(); ++i) {
+      if (member(member(materials[i], "extras"), names::gltf::fabric_extension).is_null()) continue;
+      move_one(document.json["materials"][i]["extras"][names::gltf::fabric_extension]);
     }
   }
   document.folder = folder;

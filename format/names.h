@@ -13,6 +13,8 @@ inline constexpr const char* uri = "uri";
 inline constexpr const char* buffer_view = "bufferView";
 inline constexpr const char* index = "index";
 inline constexpr const char* tex_coord = "texCoord";
+inline constexpr const char* digest = "digest";                        ///< in the mirror
+inline constexpr const char* base_color_texture = "baseColorTexture";  ///< core glTF, and in the mirror
 inline constexpr const char* fabric_mime_type = "image/x-exr";
 
 inline constexpr const char* texture_transform = "KHR_texture_transform";

@@ -165,6 +165,7 @@ struct Verbs {
   FitCommand fit;
   MakeCommand make;
   DressCommand dress;
+  ReattachCommand reattach;
   CheckCommand check;
   InfoCommand info;
   EvaluateCommand evaluate;
@@ -287,6 +288,27 @@ void add_repack_verb(CLI::App& app, RepackCommand& command) {
            [&command](const std::string& t) { command.layers = layers_from(t); });
 }
 
+void add_reattach_verb(CLI::App& app, ReattachCommand& command) {
+  CLI::App* verb = add_verb(app, "reattach", "Restore the fabrics that an optimiser has dropped",
+                            "selvedge reattach packed.glb -o restored.glb --fabric k.fabric.exr");
+  add_common(*verb, command.common);
+  verb->add_option("garment", command.input, "A glTF file (.gltf .glb) whose materials kept their extras")
+      ->required()
+      ->type_name("FILE");
+  add_output(*verb, command.output, "The garment with its fabrics (.gltf .glb)");
+  verb->add_option("--fabric", command.reattach.fabrics,
+                   "A fabric file that is not where it was, such as one that was embedded; may be repeated")
+      ->type_name("[NAME=]FILE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  auto* embed = verb->add_flag_callback(
+      "--embed", [&command] { command.reattach.embed = true; },
+      "The fabrics inside of the glTF (default for those that were)");
+  verb->add_flag_callback(
+          "--external", [&command] { command.reattach.embed = false; }, "The fabrics beside the glTF")
+      ->excludes(embed);
+}
+
 void add_reading_verbs(CLI::App& app, Verbs& verbs) {
   CLI::App* check = add_verb(app, "check", "Check fabric, samples and glTF files",
                              "selvedge check k.fabric.exr dressed.glb");
@@ -352,6 +374,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_make_verb(app, verbs.make);
   add_dress_verb(app, verbs.dress);
   add_repack_verb(app, verbs.repack);
+  add_reattach_verb(app, verbs.reattach);
   add_reading_verbs(app, verbs);
   try {
     app.parse(argc, argv);
@@ -374,6 +397,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (verb == "fit") return verbs.fit;
   if (verb == "make") return verbs.make;
   if (verb == "dress") return verbs.dress;
+  if (verb == "reattach") return verbs.reattach;
   if (verb == "check") return verbs.check;
   if (verb == "info") return verbs.info;
   if (verb == "evaluate") return verbs.evaluate;

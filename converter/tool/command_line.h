@@ -10,6 +10,7 @@
 #include "converter/bake.h"
 #include "converter/dress.h"
 #include "converter/mesh_file.h"
+#include "converter/reattach.h"
 #include "converter/stitch_mesh.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
@@ -64,6 +65,13 @@ struct DressCommand {
   DressOptions dress;
 };
 
+struct ReattachCommand {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  ReattachOptions reattach;
+};
+
 struct CheckCommand {
   CommonOptions common;
   std::vector<std::string> files;
@@ -105,9 +113,9 @@ struct CompareCommand {
   std::vector<std::string> files;  ///< fabrics, then the samples
 };
 
-using Command =
-    std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand, CheckCommand,
-                 InfoCommand, EvaluateCommand, AnswerCommand, RepackCommand, CompareCommand>;
+using Command = std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand,
+                             ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand, AnswerCommand,
+                             RepackCommand, CompareCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

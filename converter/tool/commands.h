@@ -11,6 +11,7 @@ int run(const BakeCommand& command);
 int run(const FitCommand& command);
 int run(const MakeCommand& command);
 int run(const DressCommand& command);
+int run(const ReattachCommand& command);
 int run(const CheckCommand& command);
 int run(const InfoCommand& command);
 int run(const EvaluateCommand& command);
