@@ -15,6 +15,7 @@
 #include "converter/material_uses.h"
 #include "converter/measure.h"
 #include "converter/mirror.h"
+#include "converter/usd.h"
 #include "format/fabric_exr.h"
 #include "format/gltf.h"
 #include "format/gltf_access.h"
@@ -23,6 +24,7 @@
 #include "format/gltf_scene.h"
 #include "format/gltf_tangents.h"
 #include "format/names.h"
+#include "format/option_text.h"
 
 namespace selvedge {
 namespace {
@@ -213,11 +215,14 @@ Result<void> check_options(const DressOptions& options) {
   return {};
 }
 
-bool ends_in_glb(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return ending == ".glb";
+/// The files of the USD layer, not yet in their places; none where none is asked for.
+Result<std::vector<AtomicFile>> stage_usd(const GltfDocument& document, const std::string& path,
+                                          DressReport& report) {
+  if (path.empty()) return std::vector<AtomicFile>();
+  Result<UsdFiles> files = usd_of(document, path);
+  if (!files) return tl::unexpected<Error>(std::move(files.error()));
+  report.warnings.insert(report.warnings.end(), files->remarks.begin(), files->remarks.end());
+  return stage(*files);
 }
 
 }  // namespace
@@ -230,7 +235,7 @@ Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
   Result<GltfDocument> document = load_gltf(garment_path);
   if (!document) return tl::unexpected<Error>(std::move(document.error()));
   const Result<FabricSource> source =
-      source_of(fabric_path, output_path, options.embed.value_or(ends_in_glb(output_path)));
+      source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb")));
   if (!source) return tl::unexpected<Error>(source.error());
   const Result<std::string> digest = digest_of_fabric(fabric_path);
   if (!digest) return tl::unexpected<Error>(digest.error());
@@ -239,9 +244,15 @@ Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
     move_document(*document, std::filesystem::path(output_path).parent_path().string());
     Result<DressReport> report = Dresser(*document, fabric, options).dress(*source, *digest);
     if (!report) return report;
+    Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, *report);
+    if (!usd) return tl::unexpected<Error>(std::move(usd.error()));
     const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());
     report->bytes = *bytes;
+    for (AtomicFile& file : *usd) {
+      if (Result<void> good = file.commit(); !good) return tl::unexpected<Error>(std::move(good.error()));
+      report->usd_files.push_back(file.path());
+    }
     return report;
   } catch (const nlohmann::json::exception& error) {
     // An array where glTF wants an object, or the like, in a part that nobody has checked.

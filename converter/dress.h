@@ -27,7 +27,8 @@ struct DressOptions {
   std::optional<V2d> repeats = {};          ///< per unit of the raw UVs, instead of the physical size
   std::optional<bool> embed = {};  ///< the fabric inside of the glTF; as it is: yes for .glb, no for .gltf
   bool fallback = true;
-  int tex_coord = 0;  ///< 0 or 1
+  int tex_coord = 0;     ///< 0 or 1
+  std::string usd = {};  ///< also write this .usda layer and what it needs beside it (see usd.h)
 };
 
 struct DressedMaterial {
@@ -42,8 +43,9 @@ struct DressedMaterial {
 struct DressReport {
   std::vector<DressedMaterial> materials;
   bool embedded = false;
-  int tangents_added = 0;   ///< primitives
-  std::uint64_t bytes = 0;  ///< written, the fabric included if it is embedded
+  int tangents_added = 0;              ///< primitives
+  std::uint64_t bytes = 0;             ///< of the glTF, the fabric included if it is embedded
+  std::vector<std::string> usd_files;  ///< written for DressOptions::usd, the layer last
   std::vector<std::string> warnings;
 };
 

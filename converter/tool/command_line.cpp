@@ -243,6 +243,9 @@ void add_dress_verb(CLI::App& app, DressCommand& command) {
       ->excludes(embed);
   verb->add_flag_callback(
       "--no-fallback", [&command] { command.dress.fallback = false; }, "Leave the core material alone");
+  verb->add_option("--usda", command.dress.usd,
+                   "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
+      ->type_name("FILE");
 }
 
 LayerSet layers_from(const std::string& text) {

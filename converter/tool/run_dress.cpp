@@ -30,10 +30,12 @@ int run(const DressCommand& command) {
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
                       dressed->embedded ? "embedded" : "beside", dressed->tangents_added, command.output,
                       dressed->bytes);
+  for (const std::string& file : dressed->usd_files) text += fmt::format("USD: {}\n", file);
   report(command.common, "dress",
          {{"output", command.output},
           {"bytes", dressed->bytes},
           {"embedded", dressed->embedded},
+          {"usd", dressed->usd_files},
           {"tangentsAdded", dressed->tangents_added},
           {"materials", materials},
           {"warnings", dressed->warnings}},
