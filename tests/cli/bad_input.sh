@@ -164,6 +164,28 @@ test_refuses_a_material_that_is_not_there() {
     selvedge dress quad.gltf plane.fabric.exr -o o.gltf --material cloth --material Silk
 }
 
+test_refuses_to_reattach_where_nothing_is_lost_or_nothing_is_found() {
+  make_plane_fabric
+  write_quad quad.gltf
+  refuses MATERIAL_MISSING quad.gltf selvedge reattach quad.gltf -o o.glb
+  selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
+  refuses MATERIAL_MISSING quad.glb selvedge reattach quad.glb -o o.glb
+  make_packed quad.glb packed.glb
+  refuses GLTF_REFERENCE 'packed.glb: /materials/0/extras/SELVEDGE_materials_fabric: ' selvedge reattach packed.glb -o o.glb
+  refuses FILE_MISSING none.exr selvedge reattach packed.glb -o o.glb --fabric none.exr
+  refuses GLTF_REFERENCE plane.fabric.exr selvedge reattach packed.glb -o o.glb --fabric silk=plane.fabric.exr
+  refuses FABRIC_MALFORMED plane.samples.exr selvedge reattach packed.glb -o o.glb --fabric plane.samples.exr
+  refuses FILE_UNWRITABLE none/o.glb selvedge reattach packed.glb -o none/o.glb --fabric plane.fabric.exr
+  refuses FILE_UNWRITABLE plane.fabric.exr selvedge reattach packed.glb -o plane.fabric.exr --fabric plane.fabric.exr
+}
+
+test_refuses_a_usd_layer_that_cannot_be_written_and_leaves_no_gltf_either() {
+  make_plane_fabric
+  write_quad quad.gltf
+  refuses OPTION_OUT_OF_RANGE o.usd selvedge dress quad.gltf plane.fabric.exr -o o.glb --all --usda o.usd
+  refuses FILE_UNWRITABLE none/o selvedge dress quad.gltf plane.fabric.exr -o o.glb --all --usda none/o.usda
+}
+
 test_refuses_a_garment_without_texture_coordinates() {
   make_plane_fabric
   write_quad bare.gltf 'POSITION NORMAL'

@@ -168,6 +168,22 @@ test_dress_embeds_or_refers_as_it_is_told() {
   done
 }
 
+test_dress_writes_usd_with_its_files_beside() {
+  make_plane_fabric
+  write_quad quad.gltf
+  mkdir out
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o out/d.glb --all --usda out/u.usda --json
+  holds "r.usd.join() === 'out/u-image0.png,out/u-image1.png,out/u-fabric0.exr,out/u.usda'"
+  same out/u-fabric0.exr plane.fabric.exr
+  grep -qF 'selvedge:fabric:file = @./u-fabric0.exr@' out/u.usda
+  cp -r out before
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o out/d.glb --all --usda out/u.usda
+  diff -r before out
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o out/e.gltf --all --usda out/e.usda
+  [ ! -e out/e-fabric0.exr ] || fail "a fabric that is a file already was written again"
+  grep -qF 'selvedge:fabric:file = @../plane.fabric.exr@' out/e.usda
+}
+
 test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
   selvedge make plain-weave -o w.fabric.exr --quiet "${small[@]}"
   selvedge-samples tablecloth -o plain.glb

@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake fit make dress check info evaluate compare)
+verbs=(stitch bake fit make dress reattach check info evaluate compare)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -14,6 +14,7 @@ make_example_files() {
   sed 's/"cloth"/"Cotton"/' quad.gltf >shirt.gltf
   selvedge dress shirt.gltf k.fabric.exr -o dressed.glb --all --quiet
   cp dressed.glb shirt.glb
+  make_packed dressed.glb packed.glb
 }
 
 test_help_of_every_verb_has_an_example_that_runs() {
@@ -84,7 +85,10 @@ test_report_of_every_verb_is_json() {
   write_quad quad.gltf
   reports selvedge dress selvedge dress quad.gltf k.fabric.exr -o quad.glb --material cloth
   holds "r.materials.length === 1 && r.materials[0].name === 'cloth' && r.bytes === $(stat -c %s quad.glb)"
-  reports selvedge check selvedge check k.fabric.exr k.samples.exr quad.glb
+  make_packed quad.glb packed.glb
+  reports selvedge reattach selvedge reattach packed.glb -o quad2.glb --fabric k.fabric.exr
+  holds "r.materials.length === 1 && r.embedded === 1 && r.attached.length === 0 && r.bytes === $(stat -c %s quad2.glb)"
+  reports selvedge check selvedge check k.fabric.exr k.samples.exr quad.glb quad2.glb
   reports selvedge info selvedge info k.fabric.exr
   reports selvedge evaluate selvedge evaluate k.fabric.exr --uv 0.5,0.5
   holds "r.rgb.length === 3 && r.alpha >= 0 && r.alpha <= 1"

@@ -1,0 +1,81 @@
+// What the tests over our own garments share: programs, an output folder, a small fabric, garments dressed in it.
+//
+// A test is run as `node TEST.mjs BIN_FOLDER OUTPUT_FOLDER`, and its output folder is gone afterwards. Exit 0: good,
+// 1: not, 77 (skipped): what is installed with npm ci is not there.
+import { execFileSync, spawnSync } from 'node:child_process';
+import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
+import { register } from 'node:module';
+
+const [bin, folder] = process.argv.slice(2);
+
+if (!existsSync(new URL('node_modules/gltf-validator', import.meta.url))) {
+  console.log('skipped: no node_modules');
+  process.exit(77);
+}
+
+// The class in spec/gltf-transform has no node_modules of its own: it takes what is installed here.
+const hooks = `export const resolve = (name, context, next) =>
+  next(name, name.startsWith('@gltf-transform/') ? { ...context, parentURL: ${JSON.stringify(import.meta.url)} } : context);`;
+register(`data:text/javascript,${encodeURIComponent(hooks)}`);
+
+rmSync(folder, { recursive: true, force: true });
+mkdirSync(folder, { recursive: true });
+process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+
+export const path = (name) => `${folder}/${name}`;
+
+/** Runs one of our programs; its report if `options` ask for --json. */
+export function run(program, ...options) {
+  const text = execFileSync(`${bin}/${program}`, options, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
+  return options.includes('--json') ? JSON.parse(text) : text;
+}
+
+/** What one of our programs says of bad input: its exit status and its line on standard error. */
+export function refusal(program, ...options) {
+  const { status, stderr } = spawnSync(`${bin}/${program}`, options, { encoding: 'utf8' });
+  return { status, line: stderr.trim() };
+}
+
+/** The JSON of a .gltf or .glb file. */
+export function json_of(file) {
+  const bytes = readFileSync(file);
+  const binary = bytes.toString('latin1', 0, 4) === 'glTF';
+  return JSON.parse(binary ? bytes.toString('utf8', 20, 20 + bytes.readUInt32LE(12)) : bytes.toString('utf8'));
+}
+
+/** A knit of few texels: knit.fabric.exr. */
+export function make_fabric() {
+  const small = '--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 2'.split(' ');
+  run('selvedge', 'make', 'plain-knit', ...small, '-o', path('knit.fabric.exr'), '--quiet');
+  return path('knit.fabric.exr');
+}
+
+/** A sample garment in that fabric: "<garment>.glb" or ".gltf". */
+export function dress(garment, form, ...options) {
+  if (!existsSync(path(`${garment}-plain.glb`))) run('selvedge-samples', garment, '-o', path(`${garment}-plain.glb`));
+  const dressed = path(`${garment}.${form}`);
+  run('selvedge', 'dress', path(`${garment}-plain.glb`), path('knit.fabric.exr'), '-o', dressed, '--all', '--quiet', ...options);
+  return dressed;
+}
+
+/** Root mean square of the difference between two files' pictures. Files are drawn once. */
+export function difference(one, other) {
+  for (const file of [one, other]) {
+    if (!existsSync(`${file}.png`)) run('selvedge-view', 'render', file, '-o', `${file}.png`, '--size', '320x256', '--quiet');
+  }
+  return run('selvedge-view', 'compare', `${one}.png`, `${other}.png`, '--json').rmse;
+}
+
+let failures = 0;
+
+/** Notes a fact; `what` is printed if it does not hold, with `details`. */
+export function expect(holds, what, details = '') {
+  if (holds) return;
+  failures += 1;
+  console.log(`does not hold: ${what}`, details);
+}
+
+/** To be called last. */
+export function finish() {
+  process.exit(failures > 0 ? 1 : 0);
+}
