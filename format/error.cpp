@@ -85,7 +85,7 @@ constexpr std::array rows{
             "The mirror in extras is missing or differs from the extension."},
     CodeRow{Code::gltf_advice, Severity::warning, "GLTF_ADVICE", "Legal, but unwise: see the message."},
     CodeRow{Code::material_missing, Severity::error, "MATERIAL_MISSING",
-            "The garment has no material of that name."},
+            "The garment has no material of that name, or none to work on."},
     CodeRow{Code::garment_no_uvs, Severity::error, "GARMENT_NO_UVS",
             "The material's triangles have no texture coordinates."},
     CodeRow{Code::garment_empty, Severity::error, "GARMENT_EMPTY",

@@ -193,6 +193,27 @@ TEST_CASE("dress: materials are found by name, all of that name, or by number") 
   CHECK(workshop.dress({}).error().code == Code::material_missing);
 }
 
+TEST_CASE("dress: a material that is worn in a variant only is dressed") {
+  Workshop workshop(square(2));
+  workshop.edit([](Json& json) {
+    json["extensionsUsed"] = {"KHR_materials_variants"};
+    json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "day"}}, {{"name", "night"}}};
+    json["meshes"][0]["primitives"].erase(1);
+    json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
+        {{"material", 0}, {"variants", {0}}}, {{"material", 1}, {"variants", {1}}}};
+  });
+  const Result<DressReport> report = workshop.dress({.materials = {"cloth 1"}});
+  REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
+  CHECK(report->materials[0].primitives == 1);
+  CHECK(report->materials[0].repeats.x == doctest::Approx(200));
+  const Json json = load_gltf(workshop.output)->json;
+  CHECK(json["materials"][1]["extensions"].contains(extension));
+  CHECK_FALSE(json["materials"][0].contains("extensions"));
+  const Json& primitive = json["meshes"][0]["primitives"][0];
+  CHECK(primitive["attributes"].contains("TANGENT"));
+  CHECK(primitive["extensions"]["KHR_materials_variants"]["mappings"].size() == 2);
+}
+
 TEST_CASE("dress: triangles without a material get one when all are dressed") {
   Workshop workshop;
   workshop.edit([](Json& json) {

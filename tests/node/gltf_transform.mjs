@@ -1,7 +1,7 @@
 // glTF-Transform with the class in spec/gltf-transform keeps fabrics through dedup, prune, quantize and meshopt.
 import { readFileSync } from 'node:fs';
 import { MeshoptDecoder, MeshoptEncoder } from 'meshoptimizer';
-import { difference, dress, expect, finish, json_of, make_fabric, path, run } from './workshop.mjs';
+import { blocks_of, difference, dress, expect, finish, json_of, make_fabric, path, run, run_module } from './workshop.mjs';
 import { validate } from './validate.mjs';
 
 const { Logger, NodeIO } = await import('@gltf-transform/core');
@@ -120,4 +120,20 @@ const broken = await io.readAsJSON(path('tablecloth.glb'));
 broken.json.materials[0].extensions[NAME].fabric.index = 1;
 const message = await io.readJSON(broken).then(() => '', (error) => error.message);
 expect(message === `/materials/0/extensions/${NAME}/fabric/index: there is no such fabric`, 'a broken index is refused', message);
+
+// What the class's README shows, with our files.
+const [optimise, config, create] = blocks_of('spec/gltf-transform/README.md', 'js').map((code) =>
+  code.replace("'dressed.glb'", `'${path('tablecloth.glb')}'`).replace("'small.glb'", `'${path('small.glb')}'`)
+    .replace("readFileSync('plain-knit.exr')", `readFileSync('${path('knit.fabric.exr')}')`));
+await run_module(optimise);
+run('selvedge', 'check', path('small.glb'));
+expect((await run_module(config)).default.extensions.includes(MaterialsFabric), 'the configuration has the class');
+const made = await io.read(path('tablecloth-plain.glb'));
+const [material] = made.getRoot().listMaterials();
+const transforms = made.createExtension(ALL_EXTENSIONS.find((one) => one.EXTENSION_NAME === 'KHR_texture_transform'));
+new Function('document', 'material', 'transforms', 'MaterialsFabric', 'readFileSync', create)(made, material, transforms, MaterialsFabric, readFileSync);
+await io.write(path('made.glb'), made);
+run('selvedge', 'check', path('made.glb'));
+const reference = json_of(path('made.glb')).materials[0].extensions[NAME].fabric;
+expect(same(reference, { index: 0, extensions: { KHR_texture_transform: { scale: [200, 250] } } }), 'made by hand', reference);
 finish();

@@ -1,7 +1,7 @@
 // The JSON schemas of SELVEDGE_materials_fabric: what dress writes is valid, what breaks a rule is not.
 import { readFileSync, readdirSync } from 'node:fs';
 import Ajv from 'ajv/dist/2020.js';
-import { dress, expect, finish, json_of, make_fabric, path, run } from './workshop.mjs';
+import { blocks_of, dress, expect, finish, json_of, make_fabric, path, run } from './workshop.mjs';
 
 const NAME = 'SELVEDGE_materials_fabric';
 const folder = new URL('../../spec/SELVEDGE_materials_fabric/', import.meta.url);
@@ -64,8 +64,8 @@ broken(mirror, elsewhere.materials[0].extras[NAME], (e) => { e.digest = 'x'; }, 
 // The examples of the README are as good, and it names every schema.
 const readme = readFileSync(new URL('README.md', folder), 'utf8');
 for (const file of files) expect(readme.includes(`schema/${file}`), `the README names ${file}`);
-const examples = [...readme.matchAll(/```json\n([\s\S]*?)```/g)].map((match) => JSON.parse(`{${match[1]}}`));
-expect(examples.length >= 3, 'the README has examples');
+const examples = blocks_of('spec/SELVEDGE_materials_fabric/README.md', 'json').map((text) => JSON.parse(`{${text}}`));
+expect(examples.length === 3, 'the README has an example of each');
 for (const example of examples) {
   if (example.extensions?.[NAME]) expect(valid(root, example.extensions[NAME]) === '', 'example of the root', valid(root, example.extensions[NAME]));
   for (const one of example.materials ?? []) expect(valid(material, one.extensions[NAME]) === '', 'example of a material', valid(material, one.extensions[NAME]));

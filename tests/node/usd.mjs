@@ -1,7 +1,7 @@
 // The .usda that `selvedge dress --usda` writes, as tinyusdz reads it.
 import { existsSync, readFileSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
-import { dress, expect, finish, json_of, make_fabric, path, run } from './workshop.mjs';
+import { blocks_of, dress, expect, finish, json_of, make_fabric, path, run } from './workshop.mjs';
 import { read_usda, rewrite_usda } from './tinyusdz.mjs';
 
 const { NodeIO } = await import('@gltf-transform/core');
@@ -58,5 +58,10 @@ const text = readFileSync(path('tablecloth.usda'), 'utf8');
 for (const broken of [text.slice(0, text.length * 3 / 4), text.replace('def Scope', 'def def Scope'), text.replace('= [3, 3', '= [3 3')]) {
   expect(read_usda(broken).error?.length > 0, 'broken text is rejected');
 }
+// The example of the page, within what it leaves out.
+const [example] = blocks_of('spec/usd.md', 'usda');
+const whole = `#usda 1.0\n(\n    defaultPrim = "Garment"\n)\ndef Xform "Garment"\n{\ndef Scope "Materials"\n{\n${example}}\n}\n`;
+expect(rewrite_usda(whole).includes('selvedge:fabric:file = @./plain-knit.exr@'), 'the example is read', rewrite_usda(whole).slice(0, 300));
+
 expect(existsSync(path('sweater-fabric0.exr')) && !existsSync(path('tablecloth-fabric0.exr')), 'an embedded fabric is written beside');
 finish();

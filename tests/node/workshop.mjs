@@ -14,9 +14,12 @@ if (!existsSync(new URL('node_modules/gltf-validator', import.meta.url))) {
 }
 
 // The class in spec/gltf-transform has no node_modules of its own: it takes what is installed here.
+const own = new URL('../../spec/gltf-transform/index.mjs', import.meta.url);
 const hooks = `export const resolve = (name, context, next) =>
-  next(name, name.startsWith('@gltf-transform/') ? { ...context, parentURL: ${JSON.stringify(import.meta.url)} } : context);`;
-register(`data:text/javascript,${encodeURIComponent(hooks)}`);
+  name === 'selvedge-gltf-transform' ? next('${own}', context)
+  : next(name, name.startsWith('@gltf-transform/') ? { ...context, parentURL: '${import.meta.url}' } : context);`;
+const module_of = (code) => `data:text/javascript,${encodeURIComponent(code)}`;
+register(module_of(hooks));
 
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
@@ -57,6 +60,15 @@ export function dress(garment, form, ...options) {
   run('selvedge', 'dress', path(`${garment}-plain.glb`), path('knit.fabric.exr'), '-o', dressed, '--all', '--quiet', ...options);
   return dressed;
 }
+
+/** The contents of the fenced blocks of one language in a page of the project, such as "spec/usd.md". */
+export function blocks_of(page, language) {
+  const text = readFileSync(new URL(`../../${page}`, import.meta.url), 'utf8');
+  return [...text.matchAll(/```(\w*)\n([\s\S]*?)```/g)].filter((match) => match[1] === language).map((match) => match[2]);
+}
+
+/** Runs a JavaScript module from its text; gives back what it exports. */
+export const run_module = (code) => import(module_of(code));
 
 /** Root mean square of the difference between two files' pictures. Files are drawn once. */
 export function difference(one, other) {
