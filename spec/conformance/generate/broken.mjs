@@ -244,6 +244,7 @@ const parts = [
     text: (text) => { text.layers.frame = { levels: [0], precision: 'half' }; text.digests.frame = ['0'.repeat(32)]; },
     issues: [{ code: 'FABRIC_PART', place: 'frame' }],
   }),
+  broken('FABRIC_PART', 'preview-missing', 'no preview', 'preview', { before: (list) => list.shift() }),
   broken('FABRIC_PART', 'scan-lines', 'a data part of scan lines', 'opacity',
     data_part('opacity', (part) => { part.tile = null; part.levels.length = 1; }, { layers: { lobes: {}, opacity: { levels: [0] } } })),
   broken('FABRIC_PART', 'one-level', 'a tiled data part without mip levels', 'opacity',

@@ -40,10 +40,12 @@ export const framed = (frame) => (level, channel, t) => {
  *   name, about  what it is for
  *   texels, levels, grid [columns, rows], K     default 3 x 2, all, 2 x 2, 1
  *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by default
+ *   mmPerRepeat, provenance
  *   value        { layer: (level, channel, texel) => number }; undefined: an ordinary value
  */
 export function fabric_of(fixture) {
-  const { name, texels = [3, 2], grid = [2, 2], K = 1, value = {}, provenance = { software: 'conformance kit' } } = fixture;
+  const { name, texels = [3, 2], grid = [2, 2], K = 1, value = {} } = fixture;
+  const { mmPerRepeat = [2.5, 1.25], provenance = { software: 'conformance kit' } } = fixture;
   const chain = Math.floor(Math.log2(Math.max(...texels))) + 1;
   const levels = fixture.levels ?? chain;
   const wanted = Array.isArray(fixture.layers) ? Object.fromEntries(fixture.layers.map((layer) => [layer, {}])) : fixture.layers ?? {};
@@ -58,7 +60,7 @@ export function fabric_of(fixture) {
     };
   }
   return {
-    texels, levels, layers, provenance, mmPerRepeat: [2.5, 1.25], referenceHeight: 0.5, thickness: 0.75,
+    texels, levels, layers, provenance, mmPerRepeat, referenceHeight: 0.5, thickness: 0.75,
     views: { columns: grid[0], rows: grid[1] },
   };
 }

@@ -1,7 +1,7 @@
 // Queries of a valid fabric file with their expected answers and tolerances.
 import { evaluate_texel, evaluate_uv } from '../reference/brdf.mjs';
 import { cell_direction } from '../reference/directions.mjs';
-import { open_fabric, read_fabric_level } from '../reference/fabric.mjs';
+import { header_digest, open_fabric, read_fabric_level } from '../reference/fabric.mjs';
 import { U, bounded_texel, bounded_uv } from './bounds.mjs';
 import { random, random_direction, unit } from './random.mjs';
 
@@ -131,6 +131,8 @@ const ok = ({ rgb, alpha }, result) => rgb.every(({ value, error }, c) => {
 /** The vectors of a file: { file, about, queries }. A query of the fixture that no tolerance fits is an error. */
 export function vectors_of(fixture, bytes) {
   const fabric = open_fabric(bytes);
+  const digests = [header_digest(fabric.file), ...Object.values(fabric.raw.digests).flat()];
+  if (fixture.digests && String(fixture.digests) !== String(digests)) throw new Error(`${fixture.name}: other digests than on the page`);
   const levels = Array.from({ length: fabric.levels }, (_, k) => read_fabric_level(fabric, k));
   const level = (k) => levels[k];
   const queries = [];
@@ -145,7 +147,10 @@ export function vectors_of(fixture, bytes) {
       return;
     }
     const { tolerance, reason } = tolerance_of(bounded, fabric.layers.table || fabric.layers.opacity);
-    const { why, ...asked } = query;
+    const { why, page, ...asked } = query;
+    if (page && [...page.rgb, page.alpha].some((x, i) => Math.abs(x - [...evaluated.rgb, evaluated.alpha][i]) > 1e-6)) {
+      throw new Error(`${fixture.name}: the page says something else`);
+    }
     const round = (x) => Number(x.toPrecision(12));
     queries.push({ ...asked, rgb: evaluated.rgb.map(round), alpha: round(evaluated.alpha), tolerance, why: reason ? `${why}; ${reason}` : why });
   };

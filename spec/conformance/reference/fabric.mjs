@@ -118,6 +118,7 @@ function check_members(text, report) {
 /** How a part has to be laid out, and its channels. */
 function check_parts(file, text, report) {
   const owner = new Map();
+  if (!file.parts.some(({ name }) => name === 'preview')) report('FABRIC_PART', 'preview', 'the part is missing');
   for (const part of file.parts) {
     if (text.texels) {
       const expected = [0, 0, text.texels[0] - 1, text.texels[1] - 1];
