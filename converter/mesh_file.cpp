@@ -127,9 +127,14 @@ std::string ply_of(const CellMesh& mesh) {
 }  // namespace
 
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options) {
-  const std::string format = ending_of(path);
-  auto bytes = read_file(path, max_mesh_file);
+  const auto bytes = read_file(path, max_mesh_file);
   if (!bytes) return tl::unexpected(bytes.error());
+  return read_mesh(*bytes, path, options);
+}
+
+Result<CellMesh> read_mesh(const std::string& bytes, const std::string& path,
+                           const MeshImportOptions& options) {
+  const std::string format = ending_of(path);
   if (format != "obj" && format != "ply" && format != "off" && format != "stl") {
     return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj, .ply, .off or .stl");
   }
@@ -138,7 +143,7 @@ Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& opt
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", options.scale_to_mm));
   }
-  auto raw = format == "ply" ? import_ply(*bytes, path) : import_mesh(*bytes, format, path);
+  auto raw = format == "ply" ? import_ply(bytes, path) : import_mesh(bytes, format, path);
   if (!raw) return tl::unexpected(raw.error());
   auto triangles = triangles_of(*raw, path);
   if (!triangles) return tl::unexpected(triangles.error());

@@ -26,6 +26,9 @@ struct MeshImportOptions {
 /// format, cut-short or damaged files, no triangles, vertices that are not finite, faces that refer to absent
 /// vertices, no or bad period.
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options);
+/// From memory: `name` is used in messages, and its ending says the format.
+Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
+                           const MeshImportOptions& options);
 
 /// Writes OBJ (with linear colours behind the positions) or binary PLY (colours as 8-bit sRGB), by the path's
 /// ending. The file appears whole or not at all. The period is kept in a comment of both; reading does not

@@ -252,8 +252,9 @@ bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
 
 Result<SamplesReader> SamplesReader::open(const std::string& path) { return open(ExrReader::open(path)); }
 
-Result<SamplesReader> SamplesReader::open(std::span<const std::uint8_t> bytes, const std::string& name) {
-  return open(ExrReader::open(bytes, name));
+Result<SamplesReader> SamplesReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
+                                          const ExrLimits& limits) {
+  return open(ExrReader::open(bytes, name, limits));
 }
 
 Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {

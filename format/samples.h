@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -93,7 +94,8 @@ class SamplesReader {
  public:
   static Result<SamplesReader> open(const std::string& path);
   /// From memory; `name` is used in messages. The bytes must outlive the reader.
-  static Result<SamplesReader> open(std::span<const std::uint8_t> bytes, const std::string& name);
+  static Result<SamplesReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
+                                    const ExrLimits& limits = {});
   const SamplesHeader& header() const { return header_; }
   const std::string& name() const { return reader_.name(); }
   /// Level 0, whole.

@@ -1,0 +1,264 @@
+#include "tests/fuzz/corpus_gltf.h"
+
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
+
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "tests/format/gltf_fixtures.h"
+
+namespace selvedge::fuzz {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using test::glb;
+
+template <class T>
+std::string bytes_of(const std::vector<T>& values) {
+  std::string bytes(values.size() * sizeof(T), '\0');
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
+}
+
+/// A document and its one buffer.
+struct Builder {
+  Json json{{"asset", {{"version", "2.0"}}},
+            {"scene", 0},
+            {"scenes", {{{"nodes", {0}}}}},
+            {"nodes", {{{"mesh", 0}}}}};
+  std::string binary;
+
+  int view(const std::string& bytes, int stride = 0) {
+    binary.resize((binary.size() + 3) / 4 * 4, '\0');
+    Json view{{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", bytes.size()}};
+    if (stride > 0) view["byteStride"] = stride;
+    binary += bytes;
+    json["bufferViews"].push_back(view);
+    return static_cast<int>(json["bufferViews"].size()) - 1;
+  }
+  int accessor(int view, int component_type, std::size_t count, const char* type, std::size_t offset = 0) {
+    Json accessor{{"componentType", component_type}, {"count", count}, {"type", type}};
+    if (view >= 0) accessor["bufferView"] = view;
+    if (offset > 0) accessor["byteOffset"] = offset;
+    json["accessors"].push_back(accessor);
+    return static_cast<int>(json["accessors"].size()) - 1;
+  }
+  std::string as_glb() {
+    json["buffers"] = {{{"byteLength", binary.size()}}};
+    return glb(json.dump(), binary);
+  }
+};
+
+const std::vector<float> positions{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+const std::vector<float> normals{0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+const std::vector<float> coordinates{0, 0, 1, 0, 1, 1, 0, 1};
+const std::vector<std::uint16_t> corners{0, 1, 2, 0, 2, 3};
+
+/// A square with everything that a garment needs.
+Builder quad() {
+  Builder b;
+  const int position = b.accessor(b.view(bytes_of(positions)), 5126, 4, "VEC3");
+  b.json["accessors"][0]["min"] = {0, 0, 0};
+  b.json["accessors"][0]["max"] = {1, 1, 0};
+  const int normal = b.accessor(b.view(bytes_of(normals)), 5126, 4, "VEC3");
+  const int uv = b.accessor(b.view(bytes_of(coordinates)), 5126, 4, "VEC2");
+  const int indices = b.accessor(b.view(bytes_of(corners)), 5123, 6, "SCALAR");
+  b.json["meshes"] = {{{"name", "square"},
+                       {"primitives",
+                        {{{"attributes", {{"POSITION", position}, {"NORMAL", normal}, {"TEXCOORD_0", uv}}},
+                          {"indices", indices},
+                          {"material", 0}}}}}};
+  b.json["materials"] = {{{"name", "cloth"}, {"doubleSided", true}}};
+  return b;
+}
+
+Json& primitive_of(Builder& b) { return b.json["meshes"][0]["primitives"][0]; }
+
+std::string dressed(const std::string& fabric) {
+  Builder b = quad();
+  const int view = b.view(fabric);
+  b.json["extensionsUsed"] = {"SELVEDGE_materials_fabric", "KHR_texture_transform"};
+  b.json["extensions"]["SELVEDGE_materials_fabric"]["fabrics"] = {
+      {{"name", "knit"}, {"mimeType", "image/x-exr"}, {"bufferView", view}}};
+  const Json transform{{"KHR_texture_transform",
+                        {{"offset", {0.25, 0.5}}, {"rotation", 0.5}, {"scale", {4, 5}}, {"texCoord", 0}}}};
+  b.json["textures"] = {{{"source", 0}}};
+  b.json["images"] = {{{"uri", "data:image/png;base64,iVBORw0KGgo="}, {"name", "colour"}}};
+  Json& material = b.json["materials"][0];
+  material["alphaMode"] = "MASK";
+  material["alphaCutoff"] = 0.5;
+  material["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", 0}, {"extensions", transform}}},
+                                      {"baseColorFactor", {1, 0.5, 0.25, 1}},
+                                      {"metallicFactor", 0}};
+  const Json info{{"index", 0}, {"texCoord", 0}, {"extensions", transform}};
+  material["extensions"]["SELVEDGE_materials_fabric"]["fabric"] = info;
+  material["extras"]["SELVEDGE_materials_fabric"] = info;
+  return b.as_glb();
+}
+
+/// A data URI instead of a binary chunk.
+std::string as_text(const std::string& uri) {
+  Builder b = quad();
+  b.json["buffers"] = {{{"byteLength", b.binary.size()}, {"uri", uri}}};
+  return b.json.dump(1);
+}
+
+std::string base64(const std::string& bytes) {
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      word = word << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += i + k > bytes.size() ? '=' : digits[word >> (18 - 6 * k) & 63U];
+    }
+  }
+  return text;
+}
+
+/// Strip, fan and points over one interleaved view, 8-bit indices, no normals, nodes in a tree.
+std::string modes() {
+  Builder b;
+  std::vector<float> rows;
+  for (std::size_t v = 0; v < 4; ++v) {
+    rows.insert(rows.end(), positions.begin() + static_cast<std::ptrdiff_t>(3 * v),
+                positions.begin() + static_cast<std::ptrdiff_t>(3 * v + 3));
+    rows.insert(rows.end(), coordinates.begin() + static_cast<std::ptrdiff_t>(2 * v),
+                coordinates.begin() + static_cast<std::ptrdiff_t>(2 * v + 2));
+  }
+  const int view = b.view(bytes_of(rows), 20);
+  const int position = b.accessor(view, 5126, 4, "VEC3");
+  const int uv = b.accessor(view, 5126, 4, "VEC2", 12);
+  const int indices = b.accessor(b.view(bytes_of(std::vector<std::uint8_t>{0, 1, 3, 2})), 5121, 4, "SCALAR");
+  b.json["meshes"] = {{{"primitives", Json::array()}}};
+  for (const int mode : {5, 6, 0, 4}) {
+    Json primitive{{"attributes", {{"POSITION", position}, {"TEXCOORD_1", uv}}}, {"mode", mode}};
+    if (mode == 4) primitive["attributes"]["POSITION"] = b.accessor(view, 5126, 3, "VEC3", 0);
+    if (mode == 4) primitive["attributes"].erase("TEXCOORD_1");
+    if (mode != 4) primitive["indices"] = indices;
+    b.json["meshes"][0]["primitives"].push_back(primitive);
+  }
+  b.json["nodes"] = {{{"children", {1, 2}}, {"translation", {1, 2, 3}}, {"rotation", {0, 0, 1, 0}}},
+                     {{"mesh", 0}, {"scale", {2, 2, 2}}},
+                     {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1}}}};
+  return b.as_glb();
+}
+
+std::string sparse() {
+  Builder b = quad();
+  const int indices = b.view(bytes_of(std::vector<std::uint16_t>{1, 3}));
+  const int values = b.view(bytes_of(std::vector<float>{1, 0, 0.5F, 0, 1, 0.5F}));
+  b.json["accessors"][0]["sparse"] = {{"count", 2},
+                                      {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                      {"values", {{"bufferView", values}}}};
+  b.json["accessors"][1].erase("bufferView");  // zeros, and two of them replaced
+  b.json["accessors"][1]["sparse"] = b.json["accessors"][0]["sparse"];
+  return b.as_glb();
+}
+
+std::string quantized() {
+  Builder b = quad();
+  b.json["extensionsUsed"] = {"KHR_mesh_quantization"};
+  b.json["extensionsRequired"] = {"KHR_mesh_quantization"};
+  const int position = b.accessor(
+      b.view(bytes_of(std::vector<std::uint16_t>{0, 0, 0, 0, 9, 0, 0, 0, 9, 9, 0, 0, 0, 9, 0, 0}), 8), 5123,
+      4, "VEC3");
+  const int normal = b.accessor(
+      b.view(bytes_of(std::vector<std::int8_t>{0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0}), 4),
+      5120, 4, "VEC3");
+  b.json["accessors"][static_cast<std::size_t>(normal)]["normalized"] = true;
+  primitive_of(b)["attributes"]["POSITION"] = position;
+  primitive_of(b)["attributes"]["NORMAL"] = normal;
+  return b.as_glb();
+}
+
+/// What dressing has to carry along: tangents, a morph target, a skin, an animation, a variant.
+std::string company() {
+  Builder b = quad();
+  const std::vector<float> tangents{1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};
+  primitive_of(b)["attributes"]["TANGENT"] = b.accessor(b.view(bytes_of(tangents)), 5126, 4, "VEC4");
+  primitive_of(b)["targets"] = {{{"POSITION", 0}, {"NORMAL", 1}}};
+  primitive_of(b)["extensions"]["KHR_materials_variants"]["mappings"] = {
+      {{"material", 0}, {"variants", {0}}}};
+  b.json["extensionsUsed"] = {"KHR_materials_variants"};
+  b.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "red"}}};
+  b.json["nodes"][0]["skin"] = 0;
+  b.json["skins"] = {{{"joints", {0}}}};
+  b.json["animations"] = {{{"channels", Json::array()}, {"samplers", Json::array()}}};
+  return b.as_glb();
+}
+
+/// The square as a Draco mesh.
+std::string compressed(bool edgebreaker, int bits) {
+  draco::TriangleSoupMeshBuilder soup;
+  soup.Start(2);
+  const int position = soup.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  const int normal = soup.AddAttribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32);
+  const int uv = soup.AddAttribute(draco::GeometryAttribute::TEX_COORD, 2, draco::DT_FLOAT32);
+  for (std::uint32_t f = 0; f < 2; ++f) {
+    const auto corner = [&](const std::vector<float>& values, std::size_t k, std::size_t components) {
+      return values.data() + corners[3 * f + k] * components;
+    };
+    const draco::FaceIndex face(f);
+    soup.SetAttributeValuesForFace(position, face, corner(positions, 0, 3), corner(positions, 1, 3),
+                                   corner(positions, 2, 3));
+    soup.SetAttributeValuesForFace(normal, face, corner(normals, 0, 3), corner(normals, 1, 3),
+                                   corner(normals, 2, 3));
+    soup.SetAttributeValuesForFace(uv, face, corner(coordinates, 0, 2), corner(coordinates, 1, 2),
+                                   corner(coordinates, 2, 2));
+  }
+  const auto mesh = soup.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  encoder.SetEncodingMethod(edgebreaker ? draco::MESH_EDGEBREAKER_ENCODING : draco::MESH_SEQUENTIAL_ENCODING);
+  encoder.SetSpeedOptions(edgebreaker ? 0 : 5, 5);
+  for (const int id : {position, normal, uv}) {
+    if (bits > 0) encoder.SetAttributeQuantization(id, bits);
+  }
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeToBuffer(&buffer).ok()) return {};
+
+  Builder b;
+  const int view = b.view({buffer.data(), buffer.size()});
+  const int a = b.accessor(-1, 5126, mesh->num_points(), "VEC3");
+  const int n = b.accessor(-1, 5126, mesh->num_points(), "VEC3");
+  const int t = b.accessor(-1, 5126, mesh->num_points(), "VEC2");
+  const int i = b.accessor(-1, 5123, 6, "SCALAR");
+  const auto id_of = [&](int attribute) { return mesh->attribute(attribute)->unique_id(); };
+  b.json["meshes"] = {{{"primitives",
+                        {{{"attributes", {{"POSITION", a}, {"NORMAL", n}, {"TEXCOORD_0", t}}},
+                          {"indices", i},
+                          {"extensions",
+                           {{"KHR_draco_mesh_compression",
+                             {{"bufferView", view},
+                              {"attributes",
+                               {{"POSITION", id_of(position)},
+                                {"NORMAL", id_of(normal)},
+                                {"TEXCOORD_0", id_of(uv)}}}}}}}}}}}};
+  b.json["extensionsUsed"] = {"KHR_draco_mesh_compression"};
+  b.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  return b.as_glb();
+}
+
+}  // namespace
+
+std::map<std::string, std::string> gltf_seeds(const std::string& fabric) {
+  Builder plain = quad();
+  return {{"company.glb", company()},
+          {"data-uri.gltf", as_text("data:application/octet-stream;base64," + base64(quad().binary))},
+          {"draco-edgebreaker.glb", compressed(true, 10)},
+          {"draco-sequential.glb", compressed(false, 8)},
+          {"draco-unquantized.glb", compressed(false, 0)},
+          {"dressed.glb", dressed(fabric)},
+          {"external.gltf", as_text("../missing%20buffer.bin")},
+          {"modes.glb", modes()},
+          {"quad.glb", plain.as_glb()},
+          {"quantized.glb", quantized()},
+          {"sparse.glb", sparse()}};
+}
+
+}  // namespace selvedge::fuzz

@@ -1,0 +1,26 @@
+// Bytes -> read_fabric, check_fabric, and the evaluation of what they let pass.
+#include <cmath>
+
+#include "format/evaluate.h"
+#include "format/fabric_check.h"
+#include "format/fabric_exr.h"
+#include "tests/fuzz/target.h"
+
+using namespace selvedge;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  // Small, so that an execution is short; the checks against them are those of any other limit.
+  const FabricLimits limits{.texels_per_side = 32, .directions = 64, .lobes = 4};
+  const std::span<const std::uint8_t> bytes(data, size);
+  const Result<Fabric> fabric = read_fabric(bytes, "input", limits);
+  const Issues issues = check_fabric(bytes, "input", limits);
+  fuzz::require(fabric.has_value() == !has_error(issues), "reader and checker agree");
+  if (!fabric) return 0;
+  for (int k = 0; k < static_cast<int>(fabric->levels.size()); ++k) {
+    const FabricLevel& level = fabric->levels[static_cast<std::size_t>(k)];
+    const Shading s =
+        evaluate(*fabric, k, level.width - 1, level.height - 1, {0, 0.6F, 0.8F}, {0.6F, 0, 0.8F});
+    fuzz::require(s.alpha >= 0 && s.alpha <= 1, "alpha is in [0, 1]");
+  }
+  return 0;
+}

@@ -1,0 +1,47 @@
+// Bytes -> load_gltf (Draco included), read_scene, and the tangents that dressing adds. No other file is
+// opened.
+#include <algorithm>
+
+#include "format/gltf_access.h"
+#include "format/gltf_scene.h"
+#include "format/gltf_tangents.h"
+#include "tests/fuzz/target.h"
+
+using namespace selvedge;
+
+namespace {
+
+void check_scene(const Scene& scene) {
+  for (const ScenePrimitive& primitive : scene.primitives) {
+    const std::size_t vertices = primitive.positions.size();
+    fuzz::require(primitive.indices.size() % 3 == 0, "triangles have three corners");
+    fuzz::require(std::all_of(primitive.indices.begin(), primitive.indices.end(),
+                              [&](std::uint32_t i) { return i < vertices; }),
+                  "indices are below the number of vertices");
+    fuzz::require(primitive.normals.size() == vertices, "every vertex has a normal");
+    fuzz::require(primitive.material < static_cast<int>(scene.materials.size()), "materials exist");
+  }
+  for (const SceneInstance& instance : scene.instances) {
+    fuzz::require(
+        instance.primitive >= 0 && static_cast<std::size_t>(instance.primitive) < scene.primitives.size(),
+        "instances are of primitives that exist");
+  }
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const GltfLimits limits{.file_bytes = 1 << 20, .nesting = 64, .external_files = false};
+  Result<GltfDocument> document = load_gltf({data, size}, "folder/input.gltf", limits);
+  if (!document) return 0;
+  const Result<Scene> scene = read_scene(*document, {.vertices = 1 << 16, .instances = 1 << 10});
+  if (!scene) return 0;
+  check_scene(*scene);
+  const int meshes = static_cast<int>(member(document->json, "meshes").size());
+  for (int mesh = 0; mesh < std::min(meshes, 2); ++mesh) {
+    const int primitives = static_cast<int>(
+        member(document->json["meshes"][static_cast<std::size_t>(mesh)], "primitives").size());
+    if (primitives > 0) static_cast<void>(add_tangents(*document, mesh, 0, 0));
+  }
+  return 0;
+}

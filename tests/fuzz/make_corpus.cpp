@@ -1,0 +1,176 @@
+// Writes the seed corpus: small files of every kind, by our own writers. Same program, same bytes.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <string>
+
+#include "converter/mesh_file.h"
+#include "converter/stitch_json.h"
+#include "converter/stitch_library.h"
+#include "converter/stitch_mesh.h"
+#include "format/atomic_file.h"
+#include "format/fabric_exr.h"
+#include "format/samples.h"
+#include "tests/format/fabrics.h"
+#include "tests/fuzz/corpus_gltf.h"
+
+namespace fs = std::filesystem;
+using namespace selvedge;
+
+namespace {
+
+template <class T>
+T checked(Result<T> result) {
+  if (result) return std::move(*result);
+  std::cerr << to_line(result.error()) << "\n";
+  std::exit(1);
+}
+
+void checked(const Result<void>& result) {
+  if (result) return;
+  std::cerr << to_line(result.error()) << "\n";
+  std::exit(1);
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void put(const fs::path& path, const std::string& bytes) { checked(write_file(path.string(), bytes)); }
+
+fs::path folder(const fs::path& root, const char* name) {
+  fs::create_directories(root / name);
+  return root / name;
+}
+
+/// Only some of the layers, and those on some of the levels.
+Fabric without(Fabric fabric, bool table, bool frame, std::size_t levels) {
+  fabric.levels.resize(std::min(levels, fabric.levels.size()));
+  for (FabricLevel& level : fabric.levels) {
+    if (!table) level.view_table.reset();
+    if (!table) level.opacity.reset();
+    if (!frame) level.frame.reset();
+  }
+  return fabric;
+}
+
+void make_fabrics(const fs::path& path) {
+  const Fabric whole = test::random_fabric(3, 2, {2, 2}, 2, 1);
+  const std::map<std::string, std::pair<Fabric, FabricWriteOptions>> fabrics{
+      {"all-layers.exr", {whole, {}}},
+      {"all-float.exr", {whole, {.float_tables = true}}},
+      {"half-lobes.exr", {test::random_fabric(2, 2, {1, 2}, 1, 2), {.half_lobes = true}}},
+      {"lobes-only.exr", {without(test::random_fabric(4, 4, {1, 1}, 1, 3), false, false, 2), {}}},
+      {"no-table.exr", {without(test::random_fabric(5, 1, {1, 1}, 2, 4), false, true, 3), {}}},
+      {"one-texel.exr", {test::lambert_fabric(1, 1, {0.5F, 0.25F, 0.125F}), {}}},
+      {"two-tiles.exr", {without(test::lambert_fabric(33, 3, {0.5F, 0.5F, 0.5F}), false, false, 9), {}}},
+  };
+  for (const auto& [name, fabric] : fabrics) {
+    checked(write_fabric((path / name).string(), fabric.first, fabric.second));
+  }
+}
+
+void make_samples(const fs::path& path, const std::string& name, const SamplesHeader& header) {
+  auto writer = checked(SamplesWriter::create((path / name).string(), header));
+  const auto texels = static_cast<std::size_t>(header.texels());
+  const auto lights = static_cast<std::size_t>(header.lights.count());
+  for (int v = 0; v < header.views.count(); ++v) {
+    ViewSamples view{std::vector<float>(texels, 0.75F), std::vector<V3f>(texels, V3f(0, 0.6F, 0.8F)),
+                     std::vector<V3f>(texels * lights, V3f(0.25F, 0.125F, 0.0625F))};
+    checked(writer.write_view(view));
+  }
+  for (const PairKind kind : all_pair_kinds) {
+    PairSamples pairs;
+    pairs.pairs = header.pairs[static_cast<std::size_t>(kind)];
+    const std::size_t count = pairs.pairs.size() * texels;
+    pairs.alpha.assign(count, 0.5F);
+    pairs.alpha_noise.assign(count, -0.25F);
+    pairs.radiance.assign(count, V3f(1, 2, 3));
+    pairs.noise.assign(count, V3f(0.5F, -0.5F, 0));
+    checked(writer.write_pairs(kind, pairs));
+  }
+  checked(writer.commit());
+}
+
+void make_samples(const fs::path& path) {
+  SamplesHeader header;
+  header.width = 2;
+  header.height = 1;
+  header.views = {1, 2};
+  header.lights = {1, 2};
+  make_samples(path, "no-pairs.exr", header);
+  for (std::size_t k = 0; k < header.pairs.size(); ++k) header.pairs[k] = random_pairs(2, 0.15, k);
+  make_samples(path, "all-pairs.exr", header);
+}
+
+void make_stitches(const fs::path& path) {
+  PlainKnitOptions knit;
+  knit.segments = 4;
+  put(path / "plain-knit.json", to_json(plain_knit(knit)));
+  put(path / "plain-weave.json", to_json(plain_weave()));
+  put(path / "smallest.json",
+      R"({"selvedge_stitch":1,"name":"a","period_mm":[1,1],"yarns":[{"radius_mm":0.25,"albedo":[0,1,0.5],)"
+      R"("segments":[[[0,0,0],[0.3,0,0],[0.6,0,0],[1,0,0]]]}]})");
+}
+
+/// The first byte chooses the reader: 0 OBJ, 1 PLY, 2 OFF, 3 STL (mesh_target.cpp).
+void put_mesh(const fs::path& path, char format, const std::string& bytes) {
+  std::string all(1, format);
+  all += bytes;
+  put(path, all);
+}
+
+void make_meshes(const fs::path& path) {
+  CellMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.5F}, {0, 1, 0}};
+  mesh.normals.assign(4, V3f(0, 0, 1));
+  mesh.albedo.assign(4, V3f(0.5F, 0.25F, 0.125F));
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  for (const std::string ending : {"obj", "ply"}) {
+    const std::string file = (path / ("written." + ending)).string();
+    checked(write_mesh(file, mesh));
+    put_mesh(file, ending == "obj" ? '0' : '1', bytes_of(file));
+  }
+  put_mesh(path / "corners.obj", '0',
+           "v 0 0 0\nv 1 0 0 1\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0\nvt 0 0\nvn 0 0 1\n"
+           "f 1/1/1 2/1/1 3/1/1\nf -4 -2 \\\n-1 # joined\n");
+  put_mesh(
+      path / "ascii.ply", '1',
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double y\nproperty int z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
+      "property list uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n");
+  put_mesh(path / "plain.off", '2', "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  put_mesh(path / "coloured.off", '2',
+           "COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n3 0 1 2\n");
+  put_mesh(path / "text.stl", '3',
+           "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+           "endfacet\nendsolid a\n");
+  std::string binary(84, '\0');
+  binary[80] = 1;
+  for (const float value : {0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F}) {
+    binary.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  binary.append(2, '\0');
+  put_mesh(path / "binary.stl", '3', binary);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: make_fuzz_corpus FOLDER\n";
+    return 2;
+  }
+  const fs::path root = argv[1];
+  make_fabrics(folder(root, "fabric"));
+  make_samples(folder(root, "samples"));
+  make_stitches(folder(root, "stitch"));
+  make_meshes(folder(root, "mesh"));
+  const fs::path gltf = folder(root, "gltf");
+  for (const auto& [name, bytes] : fuzz::gltf_seeds(bytes_of(root / "fabric" / "one-texel.exr"))) {
+    put(gltf / name, bytes);
+  }
+}

@@ -1,0 +1,23 @@
+// Bytes -> read_mesh. The first byte chooses the format, the rest is the file.
+#include <array>
+#include <string>
+
+#include "converter/mesh_file.h"
+#include "tests/fuzz/target.h"
+
+using namespace selvedge;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const std::array<std::string, 4> names{"input.obj", "input.ply", "input.off", "input.stl"};
+  if (size == 0) return 0;
+  const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  MeshImportOptions options;
+  options.period = V2d(1, 1);
+  const Result<CellMesh> mesh = read_mesh(bytes, names[data[0] % names.size()], options);
+  if (!mesh) return 0;
+  fuzz::require(validate(*mesh, "input").has_value(), "a mesh that was read is valid");
+  fuzz::require(
+      mesh->normals.size() == mesh->positions.size() && mesh->albedo.size() == mesh->positions.size(),
+      "every vertex has a normal and an albedo");
+  return 0;
+}
