@@ -210,6 +210,9 @@ std::string plain_obj(std::string_view text) {
   return plain + owed;
 }
 
+/// What separates words for OpenMesh's streams, line ends apart.
+constexpr std::string_view blanks = " \t\r\v\f";
+
 Result<void> check_lines(std::string_view text, const std::string& file, LineCheck check) {
   int number = 0;
   while (!text.empty()) {
@@ -217,8 +220,8 @@ Result<void> check_lines(std::string_view text, const std::string& file, LineChe
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
-    line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
-    const std::size_t space = std::min(line.find_first_of(" \t\r"), line.size());
+    line.remove_prefix(std::min(line.find_first_not_of(blanks), line.size()));
+    const std::size_t space = std::min(line.find_first_of(blanks), line.size());
     auto sound = check(line.substr(0, space), line.substr(space), file, fmt::format("line {}", number));
     if (!sound) return sound;
   }
