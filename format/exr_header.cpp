@@ -261,7 +261,7 @@ std::map<std::string, ExrValue> user_values(const Attributes& attributes) {
   std::map<std::string, ExrValue> values;
   for (const auto& [name, attribute] : attributes) {
     if (std::any_of(standard_attributes.begin(), standard_attributes.end(),
-                    [&](const StandardAttribute& standard) { return standard.name == name; })) {
+                    [&name = name](const StandardAttribute& standard) { return standard.name == name; })) {
       continue;
     }
     ExrBytes value(attribute.value);
