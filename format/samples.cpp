@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "format/fabric.h"
 #include "format/fabric_names.h"
@@ -170,6 +171,14 @@ V3f direction_from(const json& list) {
   return v;
 }
 
+int whole_from(const json& number, const char* name) {
+  constexpr std::int64_t limit = std::numeric_limits<int>::max();
+  if (!number.is_number_integer() || number < 0 || number > limit) {
+    throw std::runtime_error(fmt::format("{}: not a whole number", name));
+  }
+  return number.get<int>();
+}
+
 float length_from(const json& number, const char* name, bool may_be_zero) {
   const auto length = number.get<float>();
   if (!std::isfinite(length) || length < 0 || (length == 0 && !may_be_zero)) {
@@ -188,8 +197,8 @@ DirectionGrid views_or_lights(const json& text, const char* name) {
 SamplesHeader header_from(const json& text) {
   SamplesHeader header;
   if (text.at(member::version) != samples_version) throw std::runtime_error("version is not 1");
-  header.width = text.at(member::texels).at(0).get<int>();
-  header.height = text.at(member::texels).at(1).get<int>();
+  header.width = whole_from(text.at(member::texels).at(0), member::texels);
+  header.height = whole_from(text.at(member::texels).at(1), member::texels);
   const int limit = FabricLimits{}.texels_per_side;
   if (header.width < 1 || header.height < 1 || header.width > limit || header.height > limit) {
     throw std::runtime_error(fmt::format("texels: not 1 to {} a side", limit));
@@ -201,8 +210,8 @@ SamplesHeader header_from(const json& text) {
   header.thickness_mm = length_from(text.at(member::thickness), member::thickness, true);
   header.views = views_or_lights(text, member::views);
   header.lights = views_or_lights(text, member::lights);
-  header.samples_per_texel = text.at(member::samples_per_texel).get<int>();
-  header.truth_samples = text.at(member::truth_samples).get<int>();
+  header.samples_per_texel = whole_from(text.at(member::samples_per_texel), member::samples_per_texel);
+  header.truth_samples = whole_from(text.at(member::truth_samples), member::truth_samples);
   for (const PairKind kind : all_pair_kinds) {
     for (const json& pair : text.at(member::pairs).at(pair_parts[index_of(kind)])) {
       header.pairs[index_of(kind)].push_back(
