@@ -61,8 +61,8 @@ void make_fabrics(const fs::path& path) {
   const Fabric whole = test::random_fabric(3, 2, {2, 2}, 2, 1);
   const std::map<std::string, std::pair<Fabric, FabricWriteOptions>> fabrics{
       {"all-layers.exr", {whole, {}}},
-      {"all-float.exr", {whole, {.float_tables = true}}},
-      {"half-lobes.exr", {test::random_fabric(2, 2, {1, 2}, 1, 2), {.half_lobes = true}}},
+      {"all-float.exr", {whole, {.half = {}}}},
+      {"half-lobes.exr", {test::random_fabric(2, 2, {1, 2}, 1, 2), {.half = LayerSet::all()}}},
       {"lobes-only.exr", {without(test::random_fabric(4, 4, {1, 1}, 1, 3), false, false, 2), {}}},
       {"no-table.exr", {without(test::random_fabric(5, 1, {1, 1}, 2, 4), false, true, 3), {}}},
       {"one-texel.exr", {test::lambert_fabric(1, 1, {0.5F, 0.25F, 0.125F}), {}}},
