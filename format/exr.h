@@ -58,8 +58,7 @@ struct ExrLimits {
   std::uint64_t header_bytes = std::uint64_t{1} << 24;  ///< of all headers, without the offset tables
   std::uint64_t pixels_per_part = std::uint64_t{1} << 30;
   std::uint64_t bytes_per_read = std::uint64_t{1} << 32;  ///< of decoded floats
-  std::uint64_t expansion =
-      2200;  ///< decoded floats per byte of a chunk: halves of zeros under ZIP reach 2,064
+  std::uint64_t expansion = 2200;  ///< decoded floats per byte of a chunk; ZIP of black halves: 2,064
   int parts = 64;
   int channels = 1 << 15;
   int attributes = 1 << 12;  ///< of a part

@@ -257,13 +257,15 @@ void read_tiles(const Attributes& attributes, ExrPart& part) {
   part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
 }
 
+bool is_standard(const std::string& name) {
+  return std::any_of(standard_attributes.begin(), standard_attributes.end(),
+                     [&](const StandardAttribute& standard) { return standard.name == name; });
+}
+
 std::map<std::string, ExrValue> user_values(const Attributes& attributes) {
   std::map<std::string, ExrValue> values;
   for (const auto& [name, attribute] : attributes) {
-    if (std::any_of(standard_attributes.begin(), standard_attributes.end(),
-                    [&name = name](const StandardAttribute& standard) { return standard.name == name; })) {
-      continue;
-    }
+    if (is_standard(name)) continue;
     ExrBytes value(attribute.value);
     if (attribute.type == "string") values[name] = text_of(attribute);
     if (attribute.type == "int") values[name] = value.i32();
