@@ -13,6 +13,12 @@ std::size_t index_of(int a, int b, int size_of_b) {
   return static_cast<std::size_t>(a) * static_cast<std::size_t>(size_of_b) + static_cast<std::size_t>(b);
 }
 
+/// Values that overflow are held at the largest number: no infinity spreads.
+V3f held(V3f radiance) {
+  for (int c = 0; c < 3; ++c) radiance[c] = std::min(radiance[c], std::numeric_limits<float>::max());
+  return radiance;
+}
+
 /// T(v) and alpha(v) of one texel: two layers, one interpolation.
 struct ViewFactors {
   V3f colour{1, 1, 1};
@@ -32,7 +38,7 @@ ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, in
     if (level.view_table) colour += weight * level.view_table->colour[entry];
   }
   if (level.opacity) result.alpha = std::min(alpha, 1.0F);
-  if (level.view_table) result.colour = alpha > 0 ? colour / alpha : V3f(0, 0, 0);
+  if (level.view_table) result.colour = alpha > 0 ? held(colour / alpha) : V3f(0, 0, 0);
   return result;
 }
 
@@ -53,9 +59,9 @@ V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V
     const float* parameters =
         level.lobes->parameters.data() + index_of(texel * 3 + channel, 0, parameter_count(lobes));
     // A lobe may overflow; held at the largest number it stays 0 where T or opacity are 0.
-    radiance[channel] = std::min(lafortune(parameters, lobes, &l.x, &v.x), std::numeric_limits<float>::max());
+    radiance[channel] = lafortune(parameters, lobes, &l.x, &v.x);
   }
-  return radiance;
+  return held(radiance);
 }
 
 }  // namespace
@@ -67,9 +73,7 @@ Shading evaluate(const FabricLevel& level, const DirectionGrid& views, int x, in
   Shading shading;
   shading.alpha = factors.alpha;
   if (light.z > 0 && view.z > 0) {
-    shading.radiance = factors.colour * lobe_radiance(level, texel, light, view);
-    for (int c = 0; c < 3; ++c)
-      shading.radiance[c] = std::min(shading.radiance[c], std::numeric_limits<float>::max());
+    shading.radiance = held(factors.colour * lobe_radiance(level, texel, light, view));
   }
   return shading;
 }
@@ -94,7 +98,7 @@ Shading blend(const Shading& a, const Shading& b, float weight_of_b) {
   const float of_b = weight_of_b * b.alpha;
   Shading result;
   result.alpha = of_a + of_b;
-  if (result.alpha > 0) result.radiance = (of_a * a.radiance + of_b * b.radiance) / result.alpha;
+  if (result.alpha > 0) result.radiance = held((of_a * a.radiance + of_b * b.radiance) / result.alpha);
   return result;
 }
 

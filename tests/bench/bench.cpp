@@ -15,6 +15,7 @@
 #include "format/fabric_exr.h"
 #include "format/parallel.h"
 #include "format/random.h"
+#include "tests/format/fabrics.h"
 
 namespace {
 
@@ -95,6 +96,29 @@ void read_knit(benchmark::State& state) {
   for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(need(read_fabric(scratch("fabric.exr"))));
 }
 
+/// A fabric of 128 x 128 texels and 64 views with all layers on all levels, of random numbers.
+const std::string& large_fabric() {
+  static const std::string path = [] {
+    std::string written = scratch("large.exr");
+    if (!write_fabric(written, test::random_fabric(128, 128, {8, 8}, 2, 1))) std::exit(1);
+    return written;
+  }();
+  return path;
+}
+
+/// Opens the file anew each time; "bytes" is what was read of it, headers included.
+template <class Read>
+void read_large(benchmark::State& state, const Read& read) {
+  const std::string& path = large_fabric();
+  std::uint64_t bytes = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    FabricReader reader = need(FabricReader::open(path));
+    benchmark::DoNotOptimize(need(read(reader)));
+    bytes = reader.bytes_read();
+  }
+  state.counters["bytes"] = static_cast<double>(bytes);
+}
+
 /// One evaluation of all three channels on one thread: range(0) = 0 without table and opacity, 1 with.
 void evaluate_knit(benchmark::State& state) {
   Fabric fabric = need(read_fabric(scratch("fabric.exr")));
@@ -118,6 +142,13 @@ BENCHMARK(bake_knit)->Unit(benchmark::kSecond)->UseRealTime()->Iterations(1);
 BENCHMARK(trace_shadow_rays)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(fit_knit)->Unit(benchmark::kSecond)->UseRealTime()->Iterations(1);
 BENCHMARK(read_knit)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(read_large, all, [](FabricReader& r) { return r.read(); })->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_large, level_3, [](FabricReader& r) {
+  return r.read_level(3);
+})->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_large, level_3_lobes, [](FabricReader& r) {
+  return r.read_level(3, {Layer::lobes});
+})->Unit(benchmark::kMillisecond);
 BENCHMARK(evaluate_knit)->Arg(0)->Arg(1)->Unit(benchmark::kNanosecond);
 
 }  // namespace

@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake fit make dress reattach check info evaluate compare)
+verbs=(stitch bake fit make dress reattach repack check info evaluate answer compare)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -15,6 +15,7 @@ make_example_files() {
   selvedge dress shirt.gltf k.fabric.exr -o dressed.glb --all --quiet
   cp dressed.glb shirt.glb
   make_packed dressed.glb packed.glb
+  echo '{"op":"check","file":"k.fabric.exr"}' >queries.jsonl
 }
 
 test_help_of_every_verb_has_an_example_that_runs() {
@@ -92,6 +93,8 @@ test_report_of_every_verb_is_json() {
   reports selvedge info selvedge info k.fabric.exr
   reports selvedge evaluate selvedge evaluate k.fabric.exr --uv 0.5,0.5
   holds "r.rgb.length === 3 && r.alpha >= 0 && r.alpha <= 1"
+  reports selvedge repack selvedge repack k.fabric.exr -o r.fabric.exr
+  holds "r.bytes === $(stat -c %s r.fabric.exr) && r.bytesBefore === $(stat -c %s k.fabric.exr)"
   reports selvedge compare selvedge compare k.fabric.exr k.samples.exr
   reports selvedge-view render selvedge-view render quad.glb -o quad.png --size 64x64 --quiet
   holds "r.width === 64 && r.fabrics === 1"
@@ -127,6 +130,7 @@ test_usage_errors_exit_with_2_and_write_nothing() {
   exits 2 selvedge info
   exits 2 selvedge evaluate plane.fabric.exr
   exits 2 selvedge evaluate plane.fabric.exr --uv 0,0 --light 0,0,0
+  exits 2 selvedge answer plane.fabric.exr
   exits 2 selvedge compare plane.samples.exr
   exits 2 selvedge-view
   exits 2 selvedge-view render plane.fabric.exr

@@ -2,6 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <limits>
+
 #include <numbers>
 
 #include "fabrics.h"
@@ -79,6 +82,30 @@ TEST_CASE("blending two levels weights radiance by alpha") {
   CHECK(s.alpha == doctest::Approx(0.625));
   CHECK(s.radiance.x == doctest::Approx((0.75 * 0.5 * 1 + 0.25 * 1 * 3) / 0.625));
   CHECK(blend({{7, 7, 7}, 0}, {{8, 8, 8}, 0}, 0.5F).radiance == V3f(0, 0, 0));
+}
+
+TEST_CASE("no weights turn the largest number into an infinity") {
+  const float most = std::numeric_limits<float>::max();
+  for (float weight = 0; weight < 1; weight += 0.01F) {
+    const Shading s = blend({V3f(most, 0, 1), 0.3F}, {V3f(most, 0, 1), 0.7F}, weight);
+    CHECK(std::isfinite(s.radiance.x));
+    CHECK(s.radiance.y == 0);
+  }
+  Fabric fabric;
+  fabric.views = {2, 2};
+  FabricLevel level;
+  level.width = 1;
+  level.height = 1;
+  level.lobes = LobeLayer{0, {0, 1, most}};
+  level.view_table = ViewTableLayer{std::vector<V3f>(4, V3f(most, most, most))};
+  level.opacity = OpacityLayer{{0.1F, 0.7F, 0.3F, 0.9F}};
+  fabric.levels.push_back(level);
+  for (const DirectionPair& pair : random_pairs(1000, 0.05, 3)) {
+    const Shading s = evaluate(fabric, 0, 0, 0, pair.light, pair.view);
+    CHECK(s.radiance.x == 0);
+    CHECK(std::isfinite(s.radiance.y));
+    CHECK(std::isfinite(s.radiance.z));
+  }
 }
 
 TEST_CASE("texture coordinates repeat, rows run downwards") {

@@ -1,0 +1,138 @@
+#!/usr/bin/env bash
+# Fabric files written again, and questions asked of them.
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+make_knit_fabric() { selvedge make plain-knit -o k.fabric.exr --quiet "${small[@]}"; }
+
+# says FILE EXPRESSION: prints a part of the attribute text, `t`.
+says() {
+  selvedge info "$1" --json |
+    node -p 'const t = JSON.parse(require("fs").readFileSync(0)).content; JSON.stringify(eval(process.argv[1]))' "$2"
+}
+
+digests_of() { says "$1" t.digests; }
+precisions_of() { says "$1" 'Object.values(t.layers).map(l => l.precision).join()'; }
+
+test_repack_without_options_changes_neither_values_nor_precision() {
+  make_knit_fabric
+  for options in '' '--half-lobes' '--float-tables' '--half-lobes --float-tables'; do
+    # shellcheck disable=SC2086
+    exits 0 selvedge repack k.fabric.exr -o a.exr $options
+    exits 0 selvedge repack a.exr -o b.exr
+    same a.exr b.exr
+    exits 0 selvedge repack b.exr -o b.exr
+    same a.exr b.exr
+  done
+  exits 0 selvedge repack k.fabric.exr -o a.exr --json
+  holds "r.layers.lobes === 'float' && r.layers.table === 'half' && r.bytes > 1000 && r.levels === 4 && r.codec === 'zip'"
+  [ "$(digests_of k.fabric.exr)" = "$(digests_of a.exr)" ]
+}
+
+test_repack_to_another_precision_and_codec() {
+  make_knit_fabric
+  selvedge repack k.fabric.exr -o half.exr --half-lobes --quiet
+  [ "$(precisions_of half.exr)" = '"half,half,half,half"' ]
+  selvedge repack k.fabric.exr -o float.exr --float-tables --quiet
+  [ "$(precisions_of float.exr)" = '"float,float,float,float"' ]
+  # What 16 bits hold comes through 32 bits and back.
+  selvedge repack float.exr -o back.exr --half-tables --quiet
+  [ "$(digests_of back.exr)" = "$(digests_of k.fabric.exr)" ]
+  for codec in none rle zips piz; do
+    exits 0 selvedge repack k.fabric.exr -o other.exr --codec $codec
+    exits 0 selvedge check other.exr
+    [ "$(digests_of other.exr)" = "$(digests_of k.fabric.exr)" ]
+  done
+}
+
+test_repack_of_some_levels_and_layers() {
+  make_knit_fabric
+  exits 0 selvedge repack k.fabric.exr -o upper.exr --levels 1-2 --json
+  holds "r.texels.join() === '4,4' && r.levels === 2"
+  exits 0 selvedge check upper.exr
+  for level in 0 1; do
+    selvedge evaluate upper.exr --level $level --texel 1,1 --light 1,2,3 --view -1,0,2 --json >upper.json
+    selvedge evaluate k.fabric.exr --level $((level + 1)) --texel 1,1 --light 1,2,3 --view -1,0,2 --json >whole.json
+    [ "$(grep -A 99 '"texel"' upper.json)" = "$(grep -A 99 '"texel"' whole.json)" ] || fail "level $level differs"
+  done
+  exits 0 selvedge repack k.fabric.exr -o one.exr --levels 3 --layers lobes,opacity
+  [ "$(says one.exr 'Object.keys(t.layers).join()')" = '"lobes,opacity"' ]
+  [ "$(says one.exr t.texels)" = '[1,1]' ]
+}
+
+test_repack_refuses_what_it_cannot_do() {
+  make_knit_fabric
+  cut_short k.fabric.exr short.exr
+  for codec in pxr24 b44 b44a dwaa dwab; do
+    refuses OPTION_OUT_OF_RANGE "'$codec' is lossy" selvedge repack k.fabric.exr -o o.exr --codec $codec
+  done
+  refuses OPTION_OUT_OF_RANGE --levels selvedge repack k.fabric.exr -o o.exr --levels 2-4
+  refuses OPTION_OUT_OF_RANGE --levels selvedge repack k.fabric.exr -o o.exr --levels 2-1
+  refuses '(FILE_DAMAGED|EXR_MALFORMED)' short.exr selvedge repack short.exr -o o.exr
+  refuses FILE_MISSING none.exr selvedge repack none.exr -o o.exr
+  refuses FILE_UNWRITABLE absent selvedge repack k.fabric.exr -o absent/o.exr
+  exits 2 selvedge repack k.fabric.exr
+  exits 2 selvedge repack k.fabric.exr -o o.exr --half-lobes --float-lobes
+  exits 2 selvedge repack k.fabric.exr -o o.exr --layers lobes,glitter
+  exits 2 selvedge repack k.fabric.exr -o o.exr --levels a-b
+}
+
+# answers EXPRESSION LINE...: what answer says to these lines is true of `r`, the list of its answers.
+answers() {
+  local expression=$1
+  shift
+  printf '%s\n' "$@" >queries.jsonl
+  exits 0 selvedge answer <queries.jsonl
+  [ "$(wc -l <"$scratch/out")" = $# ] || fail "not one answer for each of: $*"
+  sed '1s/^/[/; $!s/$/,/; $s/$/]/' "$scratch/out" >answers.json
+  holds "$expression" answers.json
+}
+
+test_answers_are_those_of_evaluate() {
+  make_knit_fabric
+  local n=0 where
+  for at in '0 texel 3,5' '2 texel 1,0' '3 texel 0,0' '0.75 uv 0.3,-7.9' '2.5 uv 0.999,0.5' '3 uv 9,9'; do
+    read -r level how where <<<"$at"
+    selvedge evaluate k.fabric.exr --level "$level" --"$how" "$where" --light 0,0.6,0.8 --view 0.6,0,0.8 \
+      >$n.json
+    n=$((n + 1))
+    echo "{\"op\":\"evaluate\",\"file\":\"k.fabric.exr\",\"level\":$level,\"$how\":[$where]," \
+      '"light":[0,0.6,0.8],"view":[0.6,0,0.8]}'
+  done >queries.jsonl
+  mapfile -t queries <queries.jsonl
+  answers 'r.length === 6 && r.every((a, i) => {
+    const e = JSON.parse(require("fs").readFileSync(i + ".json"));
+    return a.alpha === e.alpha && a.rgb.join() === e.rgb.join(); })' "${queries[@]}"
+}
+
+test_answer_clamps_levels_between_texels_and_refuses_texels_that_are_not_there() {
+  make_knit_fabric
+  local ask='{"op":"evaluate","file":"k.fabric.exr","light":[0,0,1],"view":[0,0,1],'
+  answers 'r[0].alpha === r[1].alpha && r[0].rgb.join() === r[1].rgb.join() && r[2].alpha >= 0 &&
+    r.slice(3).every(a => a.error === "OPTION_OUT_OF_RANGE" && a.message && !a.rgb)' \
+    "$ask\"level\":3,\"uv\":[0.5,0.5]}" "$ask\"level\":99.5,\"uv\":[0.5,0.5]}" "$ask\"level\":-1,\"uv\":[1e300,0]}" \
+    "$ask\"level\":4,\"texel\":[0,0]}" "$ask\"level\":0.5,\"texel\":[0,0]}" "$ask\"level\":0,\"texel\":[8,0]}" \
+    "$ask\"level\":0,\"texel\":[0,-1]}" "$ask\"level\":-1,\"texel\":[0,0]}"
+}
+
+test_answer_goes_on_after_lines_that_it_does_not_understand() {
+  make_knit_fabric
+  local good='{"op":"evaluate","file":"k.fabric.exr","level":0,"uv":[0,0],"light":[0,0,1],"view":[0,0,1]}'
+  answers 'r.length === 14 && r[13].rgb.length === 3 &&
+    r.slice(0, 13).every(a => /^[A-Z_]+$/.test(a.error) && typeof a.message === "string")' \
+    '' 'hello' '[]' '{}' '{"op":"knit","file":"k.fabric.exr"}' "$(printf '[%.0s' {1..3000})" \
+    '{"op":"evaluate","file":7}' '{"op":"check"}' "${good/0,0,1/0,0,2}" "${good/\[0,0,1\]/[0,1]}" \
+    "${good/\"uv\"/\"texel\":[0,0],\"uv\"}" "${good/\[0,0\]/[0.5,\"a\"]}" \
+    '{"op":"evaluate","file":"none.exr","level":0,"uv":[0,0],"light":[0,0,1],"view":[0,0,1]}' "$good"
+}
+
+test_answer_checks_files() {
+  make_plane_fabric
+  cut_short plane.fabric.exr short.exr
+  answers 'r[0].issues.length === 0 && r[1].issues.some(i => i.severity === "error" && i.code && i.message) &&
+    r[2].issues.length === 1 && r[2].issues[0].code === "FILE_MISSING" &&
+    r[3].issues[0].code === "FABRIC_MALFORMED"' \
+    '{"op":"check","file":"plane.fabric.exr"}' '{"op":"check","file":"short.exr"}' \
+    '{"op":"check","file":"none.exr"}' '{"op":"check","file":"plane.samples.exr"}'
+}
+
+"$2"
