@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
-// Pictures, animations and the like are never shown to tinygltf, so it needs no decoders for them.
+// Pictures, animations and the like are never shown to tinygltf, so it needs no decoders for them. Another name
+// for its namespace: a program that links with us may have a tinygltf of its own.
+#define tinygltf tinygltf_of_selvedge
 #define TINYGLTF_IMPLEMENTATION
 #define TINYGLTF_NO_STB_IMAGE
 #define TINYGLTF_NO_STB_IMAGE_WRITE
