@@ -169,7 +169,7 @@ std::string pointer_to(const std::string& object, const std::string& name) {
   return pointer;
 }
 
-Issues check_gltf(const std::string& path, const GltfCheckLimits& limits) {
+Issues check_gltf(const std::string& path, const GltfCheckLimits& limits, Scene* scene) {
   const Result<std::string> file = read_file(path, limits.read.file_bytes);
   if (!file) return {file.error()};
   Issues outer;
@@ -194,8 +194,10 @@ Issues check_gltf(const std::string& path, const GltfCheckLimits& limits) {
   // What is left can only be seen by reading it: compressed data, and tinygltf's opinion.
   if (Result<void> good = expand(document); !good) {
     issues.add(good.error());
-  } else if (const Result<Scene> scene = read_scene(document); !scene) {
-    issues.add(scene.error());
+  } else if (Result<Scene> read = read_scene(document); !read) {
+    issues.add(read.error());
+  } else if (scene != nullptr) {
+    *scene = std::move(*read);
   }
   return issues.take();
 }

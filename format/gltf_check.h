@@ -6,6 +6,7 @@
 
 #include "format/error.h"
 #include "format/gltf.h"
+#include "format/scene.h"
 
 namespace selvedge {
 
@@ -18,7 +19,7 @@ struct GltfCheckLimits {
 /// concerns what can be seen of a mesh that stands still, and the rules of SELVEDGE_materials_fabric; opens
 /// the files that it refers to, fabrics among them (check_fabric). Places are JSON pointers. The issues of an
 /// embedded fabric have "/extensions/SELVEDGE_materials_fabric/fabrics/N" before their own place, those of a
-/// fabric file have that file's name. No issues: a good file, which read_scene reads.
-Issues check_gltf(const std::string& path, const GltfCheckLimits& limits = {});
+/// fabric file have that file's name. No errors: a file that read_scene reads; `scene` is then what it gives.
+Issues check_gltf(const std::string& path, const GltfCheckLimits& limits = {}, Scene* scene = nullptr);
 
 }  // namespace selvedge

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "converter/dressed_check.h"
 #include "converter/tool/commands.h"
 #include "converter/tool/file_kind.h"
 #include "converter/tool/report.h"
@@ -25,11 +26,19 @@ Issues check_samples(const std::string& path) {
   return {};
 }
 
+Issues check_garment(const std::string& path) {
+  Scene scene;
+  Issues issues = check_gltf(path, {}, &scene);
+  const Issues more = check_dressed(scene);
+  issues.insert(issues.end(), more.begin(), more.end());
+  return issues;
+}
+
 Issues check_file(const std::string& path, const Result<FileKind>& kind) {
   if (!kind) return {kind.error()};
   if (*kind == FileKind::fabric) return check_fabric(path);
   if (*kind == FileKind::samples) return check_samples(path);
-  return check_gltf(path);
+  return check_garment(path);
 }
 
 std::string praise(std::size_t warnings) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 
 #include "converter/fallback.h"
 #include "format/atomic_file.h"
@@ -256,6 +257,41 @@ TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no
   CHECK_FALSE(fallback.holes);
   CHECK_FALSE(fallback.normal.has_value());
   CHECK(fallback.sheen_color == V3f(0, 0, 0));
+}
+
+TEST_CASE("fallback: a lobe's base colour is its directional albedo along the normal, in closed form") {
+  // f = l.z (Cz l.z v.z)^n; seen along the normal, its integral over the hemisphere is 2 pi Cz^n / (n + 2).
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 1, V3f(0, 0, 0));
+  fabric.levels[0].lobes = LobeLayer{1, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}};
+  const Fallback fallback = bake_fallback(fabric);
+  const double pi = std::numbers::pi;
+  // The integral is a sum over 256 directions of equal solid angle.
+  CHECK(fallback.base_color.pixels[0] == doctest::Approx(2 * pi * 0.36 / 4).epsilon(4e-3));
+  CHECK(fallback.base_color.pixels[1] == doctest::Approx(2 * pi * 0.125 / 5).epsilon(4e-3));
+  CHECK(fallback.base_color.pixels[2] == doctest::Approx(2 * pi * 0.0256 / 6).epsilon(4e-3));
+}
+
+TEST_CASE("dress: the picture of the fallback holds the albedo sRGB-encoded, and the opacity as it is") {
+  const Workshop workshop;
+  REQUIRE(workshop.dress(everything));
+  const Result<Scene> scene = read_scene(workshop.output);
+  REQUIRE(scene);
+  const SceneMaterial& material = scene->materials[0];
+  CHECK(material.alpha_mode == AlphaMode::mask);
+  CHECK(material.alpha_cutoff == 0.5F);
+  const SceneImage& encoded = scene->images[static_cast<std::size_t>(material.base_color_texture.image)];
+  const Result<Image> stored = decode_image(encoded.bytes, "stored", Transfer::keep);
+  REQUIRE(stored);
+  const Fallback fallback = bake_fallback(test::net_fabric(V2d(5, 4)));
+  const Image& linear = fallback.base_color;
+  REQUIRE(stored->pixels.size() == linear.pixels.size());
+  for (std::size_t i = 0; i < linear.pixels.size(); ++i) {
+    // IEC 61966-2-1, written out.
+    const double value = linear.pixels[i];
+    const double srgb = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
+    CHECK(std::abs(stored->pixels[i] - (i % 4 == 3 ? value : srgb)) <=
+          0.5 / 255 + 1e-6);  // rounded to 8 bits
+  }
 }
 
 TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of that colour") {

@@ -89,19 +89,25 @@ TEST_CASE("a Lambertian sphere shows albedo / pi * cosine * irradiance, as fabri
 }
 
 TEST_CASE("through a half transparent cloth half of what lies behind is seen") {
-  Scene scene;
-  test::add(scene, test::square(5, 0.5F), test::material(0));
-  test::add(scene, test::square(5, 0), test::material(-1, V4f(0, 1, 0, 1)));
-  const RenderOptions options = small({{V3d(0, 0, 1), V3f(1, 1, 1)}});
-  RenderStats stats;
-  const Frame frame = render_or_fail(scene, {test::lambert_fabric(4, V3f(1, 0, 0), 0.5F)},
-                                     camera_for(scene, options), options, &stats);
-  const V4f pixel = middle(frame);
-  CHECK(pixel.x == doctest::Approx(0.5 / std::numbers::pi));
-  CHECK(pixel.y == doctest::Approx(0.5 / std::numbers::pi));
-  CHECK(pixel.z == 0);
-  CHECK(pixel.w == 1);
-  CHECK(stats.layers == 2);
+  // The cutoff of MASK is the fallback's alone: a fabric blends all the same.
+  for (const AlphaMode mode : {AlphaMode::mask, AlphaMode::blend}) {
+    Scene scene;
+    SceneMaterial cloth = test::material(0);
+    cloth.alpha_mode = mode;
+    cloth.alpha_cutoff = 0.9F;
+    test::add(scene, test::square(5, 0.5F), cloth);
+    test::add(scene, test::square(5, 0), test::material(-1, V4f(0, 1, 0, 1)));
+    const RenderOptions options = small({{V3d(0, 0, 1), V3f(1, 1, 1)}});
+    RenderStats stats;
+    const Frame frame = render_or_fail(scene, {test::lambert_fabric(4, V3f(1, 0, 0), 0.5F)},
+                                       camera_for(scene, options), options, &stats);
+    const V4f pixel = middle(frame);
+    CHECK(pixel.x == doctest::Approx(0.5 / std::numbers::pi));
+    CHECK(pixel.y == doctest::Approx(0.5 / std::numbers::pi));
+    CHECK(pixel.z == 0);
+    CHECK(pixel.w == 1);
+    CHECK(stats.layers == 2);
+  }
 }
 
 TEST_CASE("a material with alpha mode OPAQUE ignores the fabric's opacity") {
