@@ -83,7 +83,7 @@ function compare(query, answer) {
 
 async function run_vectors(name, ask) {
   const { file, queries } = JSON.parse(readFileSync(join(here, 'vectors', name), 'utf8'));
-  const row = { kind: 'vectors', name: file, queries: queries.length, worst: 0, failures: [] };
+  const row = { kind: 'vectors', name: `vectors/${name}`, queries: queries.length, worst: 0, failures: [] };
   for (const query of queries) {
     const { rgb, alpha, tolerance, why, error, ...asked } = query;
     const answer = await ask({ op: 'evaluate', file: join(here, file), ...asked });
@@ -116,8 +116,9 @@ function judge(found, expected, kind, codes_only) {
 }
 
 /** A file that must be found good, or a fixture with its expected issues. */
-async function run_check(kind, name, file, expected, ask, codes_only) {
-  const row = { kind, name, queries: 1, worst: 0, failures: [] };
+async function run_check(kind, name, expected, ask, codes_only) {
+  const row = { kind, name: `${kind}/${name}`, queries: 1, worst: 0, failures: [] };
+  const file = join(here, kind, name);
   const answer = await ask({ op: 'check', file });
   if (answer.unsupported === true) row.unsupported = true;
   else if (!Array.isArray(answer.issues)) row.failures.push({ failure: `no list of issues: ${JSON.stringify(answer)}` });
@@ -137,18 +138,17 @@ async function run_all({ command, only, codes_only }) {
   const wanted = (name) => name.includes(only);
   const rows = [];
   for (const name of readdirSync(join(here, 'vectors')).sort()) {
-    if (wanted(`vectors/${name}`)) rows.push(await run_vectors(name, ask));
+    if (wanted(`vectors/${name.replace(/json$/, 'exr')}`)) rows.push(await run_vectors(name, ask));
   }
   for (const name of readdirSync(join(here, 'valid')).sort()) {
-    const path = join(here, 'valid', name, name.endsWith('.exr') ? '' : 'garment.gltf').replace(/\/$/, '');
-    if (wanted(`valid/${name}`)) rows.push(await run_check('valid', `valid/${name}`, path, SOUND, ask, codes_only));
+    const file = name.endsWith('.exr') ? name : `${name}/garment.gltf`;
+    if (wanted(`valid/${file}`)) rows.push(await run_check('valid', file, SOUND, ask, codes_only));
   }
   for (const kind of ['invalid', 'warnings']) {
     for (const name of readdirSync(join(here, kind)).sort()) {
-      if (!wanted(`${kind}/${name}`)) continue;
-      const folder = join(here, kind, name);
-      const expected = JSON.parse(readFileSync(join(folder, 'expected.json'), 'utf8'));
-      rows.push(await run_check(kind, `${kind}/${name}`, join(folder, expected.file), expected, ask, codes_only));
+      const expected = JSON.parse(readFileSync(join(here, kind, name, 'expected.json'), 'utf8'));
+      const file = `${name}/${expected.file}`;
+      if (wanted(`${kind}/${file}`)) rows.push(await run_check(kind, file, expected, ask, codes_only));
     }
   }
   stop();

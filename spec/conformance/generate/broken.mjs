@@ -33,12 +33,15 @@ const chunk_at = (bytes, part, level = 0) => {
 const changed = (bytes, at, ...values) => { const copy = Buffer.from(bytes); copy.set(values, at); return copy; };
 const i32_changed = (bytes, at, value) => { const copy = Buffer.from(bytes); copy.writeInt32LE(value, at); return copy; };
 
+/** All parts share their display window; a part of another size has another data window only. */
+const display = () => ({ displayWindow: attribute.box2i(0, 0, 2, 1) });
+
 // A chunk of a tiled part: the part's number, four coordinates, the size, the data.
 const TILE_SIZE = 20, TILE_DATA = 24;
 
 const exr = [
   broken('EXR_MALFORMED', 'not-exr', 'a text file', '', { bytes: () => Buffer.from('This is not a picture.\n'), others: 'allowed' }),
-  broken('EXR_MALFORMED', 'empty', 'no byte at all', '', { bytes: () => Buffer.alloc(0), others: 'allowed' }),
+  broken(['EXR_MALFORMED', 'FILE_DAMAGED'], 'empty', 'no byte at all', '', { bytes: () => Buffer.alloc(0), others: 'allowed' }),
   broken(['EXR_MALFORMED', 'FILE_DAMAGED'], 'header-cut', 'the file ends within the header', '', { bytes: (b) => b.subarray(0, 700) }),
   broken(['EXR_MALFORMED', 'FILE_DAMAGED'], 'attribute-longer-than-file', 'the size of an attribute is 2^31 - 1', '', {
     bytes: (b) => i32_changed(b, find_attribute(b, 0, 'wrapmodes').at - 4, 0x7FFFFFFF),
@@ -73,7 +76,10 @@ const exr = [
   broken(['EXR_UNSUPPORTED', 'EXR_MALFORMED'], 'sub-sampled', 'a channel with every second pixel only', '', {
     bytes: (b) => i32_changed(b, find_attribute(b, 2, 'channels').at + 'opacity.0000\0'.length + 8, 2), others: 'allowed',
   }),
-  broken(['EXR_UNSUPPORTED', 'EXR_MALFORMED'], 'deep', 'a file that says it is deep', '', { bytes: (b) => changed(b, 5, b[5] | 8), others: 'allowed' }),
+  broken(['EXR_UNSUPPORTED', 'EXR_MALFORMED'], 'deep', 'a part of deep tiles', '', {
+    after: (parts) => { part_of(parts, 'opacity').attributes.type = attribute.string('deeptile'); },
+    bytes: (b) => changed(b, 5, b[5] | 8), others: 'allowed',
+  }),
   broken(['EXR_UNSUPPORTED', 'FABRIC_PART', 'EXR_MALFORMED'], 'rip-map', 'a part with rip maps', '', {
     bytes: (b) => changed(b, find_attribute(b, 2, 'tiles').at + 8, 2), others: 'allowed',
   }),
@@ -115,8 +121,13 @@ const exr = [
     before: (parts) => { part_of(parts, 'lobes').compression = 'rle'; },
     bytes: (b) => i32_changed(b, chunk_at(b, 1) + TILE_SIZE, b.readInt32LE(chunk_at(b, 1) + TILE_SIZE) - 2),
   }),
-  broken('FILE_TOO_LARGE', 'pixels', 'a data window of 2^31 x 2^31 pixels', '', {
-    after: (parts) => { part_of(parts, 'opacity').attributes.dataWindow = attribute.box2i(0, 0, 0x7FFFFFFE, 0x7FFFFFFE); }, others: 'allowed',
+  broken('FILE_TOO_LARGE', 'pixels', 'a data window of 65,536 x 32,768 pixels', '', {
+    after: (parts) => {
+      const part = part_of(parts, 'opacity');
+      Object.assign(part.attributes, display(), { dataWindow: attribute.box2i(0, 0, 65535, 32767) });
+      part.tile = { width: 65536, height: 32768 };
+      part.levels = Array.from({ length: 17 }, () => ({ width: 1, height: 1, values: new Map(part.channels.map(({ name }) => [name, Buffer.alloc(2)])) }));
+    }, others: 'allowed',
   }),
   broken('FILE_TOO_LARGE', 'parts', '65 parts', '', {
     before: (parts) => {
@@ -168,15 +179,17 @@ const malformed = [
 const member = (what, pointer, change, extra = {}) =>
   broken('FABRIC_MEMBER', what, `${pointer}: ${what.replaceAll('-', ' ')}`, pointer, { text: change, ...extra });
 const others = { others: 'allowed' };
-const unread = { evaluate: null };                      // a reader does not need the member
+/** Of a member that readers do not use, the pages do not say whether it is an error. */
+const for_people = (pointer) => ({ ...unread, issues: [{ code: ['FABRIC_MEMBER', 'FABRIC_ADVICE'], place: pointer }] });
+const unread = { evaluate: null };                      // a reader may not notice
 
 const members = [
   ...['version', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'layers', 'digests', 'provenance', 'model'].map((name) =>
-    member(`${name}-missing`, `/${name}`, (text) => { delete text[name]; }, { ...others, ...(name === 'model' ? unread : {}) })),
+    member(`${name}-missing`, `/${name}`, (text) => { delete text[name]; }, { ...others, ...(name === 'model' ? for_people('/model') : {}) })),
   member('version-text', '/version', (text) => { text.version = '1.0'; }),
   member('version-of-one-number', '/version', (text) => { text.version = [1]; }),
   member('version-fraction', '/version', (text) => { text.version = [1, 0.5]; }),
-  member('model-number', '/model', (text) => { text.model = 1; }, unread),
+  member('model-number', '/model', (text) => { text.model = 1; }, for_people('/model')),
   member('texels-of-one-number', '/texels', (text) => { text.texels = [3]; }, others),
   member('texels-none', '/texels', (text) => { text.texels = [0, 2]; }, others),
   member('texels-too-many', '/texels', (text) => { text.texels = [4097, 2]; }, others),
@@ -210,8 +223,8 @@ const members = [
   member('layer-levels-negative', '/layers/opacity/levels', (text) => { text.layers.opacity.levels = [-1, 0]; }, others),
   member('layer-levels-fraction', '/layers/opacity/levels', (text) => { text.layers.opacity.levels = [0, 0.5]; }, others),
   member('layer-levels-number', '/layers/opacity/levels', (text) => { text.layers.opacity.levels = 0; }, others),
-  member('layer-precision-missing', '/layers/opacity/precision', (text) => { delete text.layers.opacity.precision; }, unread),
-  member('layer-precision-unknown', '/layers/opacity/precision', (text) => { text.layers.opacity.precision = 'double'; }, unread),
+  member('layer-precision-missing', '/layers/opacity/precision', (text) => { delete text.layers.opacity.precision; }, for_people('/layers/opacity/precision')),
+  member('layer-precision-unknown', '/layers/opacity/precision', (text) => { text.layers.opacity.precision = 'double'; }, for_people('/layers/opacity/precision')),
   member('lobes-missing', '/layers/lobes/lobes', (text) => { delete text.layers.lobes.lobes; }, others),
   member('lobes-negative', '/layers/lobes/lobes', (text) => { text.layers.lobes.lobes = -1; }, others),
   member('lobes-too-many', '/layers/lobes/lobes', (text) => { text.layers.lobes.lobes = 17; }, others),
@@ -237,6 +250,12 @@ const members = [
   }),
 ];
 
+/** A part that a reader does not know, laid out as data parts are. */
+const unknown_part = (name, channel) => ({
+  name, compression: 'none', tile: { width: 32, height: 32 }, mipmap: true, attributes: {}, channels: [{ name: channel, type: 'half' }],
+  levels: [[3, 2], [1, 1]].map(([width, height]) => ({ width, height, values: new Map([[channel, Buffer.alloc(2 * width * height)]]) })),
+});
+
 const data_part = (name, change, extra) => ({ before: (parts) => change(part_of(parts, name)), ...extra });
 
 const parts = [
@@ -244,7 +263,7 @@ const parts = [
     text: (text) => { text.layers.frame = { levels: [0], precision: 'half' }; text.digests.frame = ['0'.repeat(32)]; },
     issues: [{ code: 'FABRIC_PART', place: 'frame' }],
   }),
-  broken('FABRIC_PART', 'preview-missing', 'no preview', 'preview', { before: (list) => list.shift() }),
+  broken('FABRIC_PART', 'preview-missing', 'no preview', 'preview', { before: (list) => list.shift(), ...unread }),
   broken('FABRIC_PART', 'scan-lines', 'a data part of scan lines', 'opacity',
     data_part('opacity', (part) => { part.tile = null; part.levels.length = 1; }, { layers: { lobes: {}, opacity: { levels: [0] } } })),
   broken('FABRIC_PART', 'one-level', 'a tiled data part without mip levels', 'opacity',
@@ -258,22 +277,24 @@ const parts = [
   }),
   broken('FABRIC_PART', 'preview-of-another-size', 'the preview is larger than the data', 'preview', {
     before: (list) => {
-      const { channels, levels } = part_of(list, 'preview');
+      const { attributes, channels, levels } = part_of(list, 'preview');
+      Object.assign(attributes, display());
       levels[0] = { width: 4, height: 4, values: new Map(channels.map(({ name }) => [name, Buffer.alloc(32)])) };
     },
-    others: 'allowed',
+    others: 'allowed', ...unread,
   }),
   broken('FABRIC_PART', 'part-of-another-size', 'a data part is smaller than the others', 'opacity',
     data_part('opacity', (part) => {
+      Object.assign(part.attributes, display());
       part.levels = [{ width: 2, height: 2 }, { width: 1, height: 1 }].map((size) => ({
         ...size, values: new Map(part.channels.map(({ name, type }) => [name, pack_values(Array(size.width * size.height).fill(1), type)])),
       }));
     }, { others: 'allowed' })),
   broken('FABRIC_PART', 'unknown-part-of-another-size', 'a part that is not known has another data window', 'seams', {
     before: (list) => list.push({
-      name: 'seams', compression: 'none', tile: null, attributes: {}, channels: [{ name: 'seams.depth', type: 'half' }],
+      name: 'seams', compression: 'none', tile: null, attributes: display(), channels: [{ name: 'seams.depth', type: 'half' }],
       levels: [{ width: 5, height: 5, values: new Map([['seams.depth', Buffer.alloc(50)]]) }],
-    }), others: 'allowed',
+    }), others: 'allowed', ...unread,
   }),
   broken('FABRIC_PART', 'display-window', 'display windows that are not the data windows', '', {
     before: (list) => list.forEach((part) => { part.attributes.displayWindow = attribute.box2i(0, 0, 7, 7); }), others: 'allowed',
@@ -295,12 +316,10 @@ const parts = [
     data_part('opacity', ({ channels, levels }) => {
       channels.push({ name: `opacity.${letter}`, type: 'half' });
       levels.forEach(({ width, height, values }) => values.set(`opacity.${letter}`, Buffer.alloc(2 * width * height)));
-    }))),
+    }, unread))),
   broken('FABRIC_CHANNEL', 'name-in-two-parts', 'a channel name in two parts', 'opacity.0000', {
-    before: (list) => list.push({
-      name: 'seams', compression: 'none', tile: null, attributes: {}, channels: [{ name: 'opacity.0000', type: 'half' }],
-      levels: [{ width: 3, height: 2, values: new Map([['opacity.0000', Buffer.alloc(12)]]) }],
-    }),
+    before: (list) => list.push(unknown_part('seams', 'opacity.0000')),
+    ...unread,
   }),
   // The chunks are too small to shrink, so they are stored as they are: their pixels are right, the codec is not.
   ...['pxr24', 'b44', 'b44a', 'dwaa', 'dwab'].map((compression) =>
@@ -376,10 +395,7 @@ const digests = [
     bytes: (b) => changed(b, b.indexOf('opacity.mean\0') + 11, 0x74),
   }),
   broken('FABRIC_DIGEST', 'part-renamed', 'an unknown part was renamed after the digest was made', 'selvedge.digest', {
-    before: (list) => list.push({
-      name: 'seams', compression: 'none', tile: null, attributes: {}, channels: [{ name: 'seams.depth', type: 'half' }],
-      levels: [{ width: 3, height: 2, values: new Map([['seams.depth', Buffer.alloc(12)]]) }],
-    }),
+    before: (list) => list.push(unknown_part('seams', 'seams.depth')),
     after: (list) => { part_of(list, 'seams').name = 'sewed'; },
   }),
   broken('FABRIC_DIGEST', 'part-order', 'two parts changed their places after the digest was made', 'selvedge.digest', { after: (list) => list.push(list.splice(1, 1)[0]) }),
@@ -400,7 +416,7 @@ export const warnings = [
   warning('FABRIC_PEAK', 'beyond-half', 'a peak of 265,000, brought down by the table', 'lobes', {
     layers: ['lobes', 'table'], K: 1, value: { lobes: lobe(0.125, 1.0025, 5000), table: everywhere(2 ** -12) },
   }),
-  warning('FABRIC_ENERGY', 'rho', 'rho = 2: more than six times the light comes back', 'lobes', { value: { lobes: lobe(2, 0.5, 2), opacity: everywhere(1) } }),
+  warning('FABRIC_ENERGY', 'rho', 'rho = 2: more than six times the light comes back', 'level 0', { value: { lobes: lobe(2, 0.5, 2), opacity: everywhere(1) } }),
   warning('FABRIC_LEVELS', 'chain', 'two of four levels', '/levels', { texels: [8, 4], levels: 2 }),
   warning('FABRIC_LEVELS', 'layer', 'opacity at level 0 only', '/layers/opacity', { layers: { lobes: {}, opacity: { levels: [0] } } }),
   warning('FABRIC_ADVICE', 'unlisted-level-not-zero', 'a level beyond those of the fabric that is not zero', 'lobes level 2', {

@@ -53,10 +53,10 @@ function garment() {
     images: [{ uri: data_uri('image/png', png()) }],
     accessors: [
       { bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] },
-      { bufferView: 0, byteOffset: 36, componentType: 5126, count: 3, type: 'VEC3' },
-      { bufferView: 1, componentType: 5126, count: 3, type: 'VEC2' },
+      { bufferView: 1, componentType: 5126, count: 3, type: 'VEC3' },
+      { bufferView: 2, componentType: 5126, count: 3, type: 'VEC2' },
     ],
-    bufferViews: [{ buffer: 0, byteLength: 72, target: 34962 }, { buffer: 0, byteOffset: 72, byteLength: 24, target: 34962 }],
+    bufferViews: [[0, 36], [36, 36], [72, 24]].map(([byteOffset, byteLength]) => ({ buffer: 0, byteOffset, byteLength, target: 34962 })),
     buffers: [{ byteLength: 96, uri: data_uri('application/octet-stream', vertices) }],
   };
 }
@@ -67,7 +67,7 @@ function embed(gltf, bytes) {
   gltf.bufferViews.push({ buffer: 1, byteLength: bytes.length });
   const [item] = gltf.extensions[NAME].fabrics;
   delete item.uri;
-  item.bufferView = 2;
+  item.bufferView = 3;
   delete gltf.materials[0].extras[NAME].uri;
   return item;
 }
@@ -108,12 +108,12 @@ export const invalid = [
   extension('name-number', 'a name that is a number', `${root}/0/name`, (g) => { item_of(g).name = 7; }, allowed),
   fixture(['GLTF_EXTENSION', 'GLTF_ACCESSOR'], 'buffer-view-not-there', 'a buffer view that does not exist', `${root}/0/bufferView`,
     (g) => { embed(g, FABRIC).bufferView = 9; return nothing; }, allowed),
-  extension('buffer-view-with-stride', 'a buffer view with byteStride', '', (g) => { embed(g, FABRIC); g.bufferViews[2].byteStride = 4; return nothing; }, allowed),
-  extension('material-not-an-object', 'the extension of a material is true', material, (g) => { g.materials[0].extensions[NAME] = true; }),
+  extension('buffer-view-with-stride', 'a buffer view with byteStride', '', (g) => { embed(g, FABRIC); g.bufferViews[3].byteStride = 4; return nothing; }, allowed),
+  extension('material-not-an-object', 'the extension of a material is true', material, (g) => { g.materials[0].extensions[NAME] = true; }, allowed),
   extension('fabric-missing', 'a material without fabric', material, (g) => { delete g.materials[0].extensions[NAME].fabric; }),
   extension('index-missing', 'a reference without index', `${material}/fabric`, (g) => { delete reference_of(g).index; }),
-  extension('index-beyond', 'an index beyond fabrics', `${material}/fabric/index`, (g) => { reference_of(g).index = 1; }),
-  extension('index-negative', 'a negative index', `${material}/fabric/index`, (g) => { reference_of(g).index = -1; }),
+  fixture(['GLTF_EXTENSION', 'GLTF_REFERENCE'], 'index-beyond', 'an index beyond fabrics', `${material}/fabric/index`, (g) => { reference_of(g).index = 1; }),
+  fixture(['GLTF_EXTENSION', 'GLTF_REFERENCE'], 'index-negative', 'a negative index', `${material}/fabric/index`, (g) => { reference_of(g).index = -1; }),
   extension('index-text', 'an index that is a text', `${material}/fabric/index`, (g) => { reference_of(g).index = '0'; }),
   extension('tex-coord-negative', 'a negative texCoord', `${material}/fabric/texCoord`, (g) => { reference_of(g).texCoord = -1; }),
   fixture(['GARMENT_NO_UVS', 'GLTF_EXTENSION'], 'uv-set-not-there', 'a UV set that the triangle lacks', '', (g) => {
@@ -121,10 +121,10 @@ export const invalid = [
     g.materials[0].pbrMetallicRoughness.baseColorTexture.texCoord = 1;
   }, allowed),
   fixture('GLTF_REFERENCE', 'file-not-there', 'a fabric file that is not there', `${root}/0`, () => nothing),
-  fixture('GLTF_REFERENCE', 'data-uri', 'a data URI that is not base64', `${root}/0`, (g) => { item_of(g).uri = 'data:image/x-exr;base64,@@@@'; return nothing; }, allowed),
-  fixture('GLTF_ACCESSOR', 'buffer-view-beyond-its-buffer', 'the buffer view of the fabric is longer than its buffer', '/bufferViews/2', (g) => {
+  fixture(['GLTF_REFERENCE', 'GLTF_MALFORMED'], 'data-uri', 'a data URI that is not base64', `${root}/0`, (g) => { item_of(g).uri = 'data:image/x-exr;base64,@@@@'; return nothing; }, allowed),
+  fixture('GLTF_ACCESSOR', 'buffer-view-beyond-its-buffer', 'the buffer view of the fabric is longer than its buffer', '/bufferViews/3', (g) => {
     embed(g, FABRIC);
-    ++g.bufferViews[2].byteLength;
+    ++g.bufferViews[3].byteLength;
     return nothing;
   }, allowed),
   fixture('FABRIC_NOT_FINITE', 'in-a-fabric-beside', 'the fabric file beside the garment is broken', '', () => {}, { fabric: BROKEN }),
