@@ -3,24 +3,28 @@
 //   node generate.mjs          writes valid/, vectors/, invalid/ and warnings/ anew
 //   node generate.mjs --check  compares them with what would be written; exit 1 if they differ
 //
-// Files are the same byte by byte on every machine: the generator has its own random numbers and its own packer.
-// Only the numbers in vectors/ pass through Math.pow and the like, whose last digit differs between engines; there
+// Files are the same byte by byte on every machine: the generator has its own random numbers and its own
+// packer. Only the numbers in vectors/ pass through Math.pow and the like, whose last digit differs between
+// engines; there
 // --check allows a relative 1e-9 (5 % for tolerances, which are given with two digits).
-import { mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
-import { dirname, join, relative } from 'node:path';
-import { fileURLToPath } from 'node:url';
-import * as broken from './generate/broken.mjs';
-import { valid } from './generate/fabrics.mjs';
+import {mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync} from 'node:fs';
+import {dirname, join, relative} from 'node:path';
+import {fileURLToPath} from 'node:url';
+import {broken_files} from './generate/broken/files.mjs';
+import {broken_members} from './generate/broken/members.mjs';
+import {broken_parts} from './generate/broken/parts.mjs';
+import {unwise_fabrics} from './generate/broken/warnings.mjs';
+import {valid} from './generate/fabrics.mjs';
 import * as garments from './generate/garments.mjs';
-import { file_of } from './generate/make.mjs';
-import { vectors_of } from './generate/vectors.mjs';
+import {file_of} from './generate/make.mjs';
+import {vectors_of} from './generate/vectors.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const FOLDERS = ['valid', 'vectors', 'invalid', 'warnings'];
 const files = new Map();
 
 const lines = (object, list) => {
-  const { [list]: items, ...rest } = object;
+  const {[list]: items, ...rest} = object;
   const head = JSON.stringify(rest).slice(0, -1);
   return Buffer.from(`${head},"${list}":[\n${items.map((item) => JSON.stringify(item)).join(',\n')}\n]}\n`);
 };
@@ -30,20 +34,22 @@ for (const fixture of valid) {
   files.set(`valid/${fixture.name}.exr`, bytes);
   files.set(`vectors/${fixture.name}.json`, lines(vectors_of(fixture, bytes), 'queries'));
 }
-for (const { name, files: own } of garments.valid) {
+for (const {name, files: own} of garments.valid) {
   for (const [file, bytes] of Object.entries(own)) files.set(`valid/${name}/${file}`, bytes);
 }
 
 /** One folder per rule: the file, or files, and what a checker has to say. */
-function add_fixture(kind, { name, about, issues, others = 'none', evaluate, ...rest }) {
-  const own = rest.files ?? { 'fabric.exr': file_of({ name, ...rest }) };
-  const expected = { file: Object.keys(own)[0], about, issues, others, ...(evaluate ? { evaluate } : {}) };
+function add_fixture(kind, {name, about, issues, others = 'none', evaluate, ...rest}) {
+  const own = rest.files ?? {'fabric.exr': file_of({name, ...rest})};
+  const expected = {file: Object.keys(own)[0], about, issues, others, ...(evaluate ? {evaluate} : {})};
   if (files.has(`${kind}/${name}/expected.json`)) throw new Error(`two fixtures ${name}`);
   for (const [file, bytes] of Object.entries(own)) files.set(`${kind}/${name}/${file}`, bytes);
   files.set(`${kind}/${name}/expected.json`, Buffer.from(JSON.stringify(expected, null, 2) + '\n'));
 }
-for (const fixture of [...broken.invalid, ...garments.invalid]) add_fixture('invalid', fixture);
-for (const fixture of [...broken.warnings, ...garments.warnings]) add_fixture('warnings', fixture);
+for (const fixture of [...broken_files, ...broken_members, ...broken_parts, ...garments.invalid]) {
+  add_fixture('invalid', fixture);
+}
+for (const fixture of [...unwise_fabrics, ...garments.warnings]) add_fixture('warnings', fixture);
 
 /** Whether two JSON values are the same, but for the last digits of numbers. */
 function alike(a, b, slack = 1e-9) {
@@ -55,8 +61,10 @@ function alike(a, b, slack = 1e-9) {
 }
 
 function check() {
-  const stored = FOLDERS.flatMap((folder) => readdirSync(join(here, folder), { recursive: true, withFileTypes: true })
-    .filter((entry) => entry.isFile()).map((entry) => relative(here, join(entry.path, entry.name))));
+  const stored = FOLDERS.flatMap(
+    (folder) => readdirSync(join(here, folder), {recursive: true, withFileTypes: true})
+                  .filter((entry) => entry.isFile())
+                  .map((entry) => relative(here, join(entry.path, entry.name))));
   const differing = [...new Set([...stored, ...files.keys()])].filter((file) => {
     if (!stored.includes(file) || !files.has(file)) return true;
     const bytes = readFileSync(join(here, file));
@@ -71,10 +79,10 @@ function check() {
 if (process.argv[2] === '--check') {
   process.exitCode = check() ? 0 : 1;
 } else {
-  for (const folder of FOLDERS) rmSync(join(here, folder), { recursive: true, force: true });
+  for (const folder of FOLDERS) rmSync(join(here, folder), {recursive: true, force: true});
   let size = 0;
   for (const [file, bytes] of files) {
-    mkdirSync(dirname(join(here, file)), { recursive: true });
+    mkdirSync(dirname(join(here, file)), {recursive: true});
     writeFileSync(join(here, file), bytes);
     size += bytes.length;
   }

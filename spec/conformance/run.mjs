@@ -2,16 +2,17 @@
 //
 //   node run.mjs [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...
 //
-// Starts the command once, asks it all vectors and all checks over the query protocol, and prints a table. Exit 0 if
-// every answer is right, 1 if not, 2 if the command line is wrong or the program cannot be spoken to.
-import { spawn } from 'node:child_process';
-import { existsSync, readFileSync, readdirSync } from 'node:fs';
-import { dirname, join } from 'node:path';
-import { createInterface } from 'node:readline';
-import { fileURLToPath } from 'node:url';
+// Starts the command once, asks it all vectors and all checks over the query protocol, and prints a table.
+// Exit 0 if every answer is right, 1 if not, 2 if the command line is wrong or the program cannot be spoken
+// to.
+import {spawn} from 'node:child_process';
+import {existsSync, readFileSync, readdirSync} from 'node:fs';
+import {dirname, join} from 'node:path';
+import {createInterface} from 'node:readline';
+import {fileURLToPath} from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const SECONDS = 60;                                     // for one answer
+const SECONDS = 60;  // for one answer
 
 function usage(message) {
   console.error(`${message}\nnode run.mjs [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...`);
@@ -19,45 +20,58 @@ function usage(message) {
 }
 
 function parse_arguments([...words]) {
-  const options = { only: '', json: false, codes_only: false };
+  const options = {only: '', json: false, codes_only: false};
   for (let word; (word = words.shift()) !== '--';) {
-    if (word === '--only' && words.length > 0) options.only = words.shift();
-    else if (word === '--json') options.json = true;
-    else if (word === '--codes-only') options.codes_only = true;
-    else usage(word === undefined ? 'no command' : `unknown option ${word}`);
+    if (word === '--only' && words.length > 0)
+      options.only = words.shift();
+    else if (word === '--json')
+      options.json = true;
+    else if (word === '--codes-only')
+      options.codes_only = true;
+    else
+      usage(word === undefined ? 'no command' : `unknown option ${word}`);
   }
   if (words.length === 0) usage('no command');
-  return { ...options, command: words };
+  return {...options, command: words};
 }
 
 /** A program that answers: ask(query) gives its answer. */
 function start([command, ...args]) {
-  const program = spawn(command, args, { stdio: ['pipe', 'pipe', 'inherit'] });
-  const give_up = (message) => { console.error(message); program.kill(); process.exit(2); };
+  const program = spawn(command, args, {stdio: ['pipe', 'pipe', 'inherit']});
+  const give_up = (message) => {
+    console.error(message);
+    program.kill();
+    process.exit(2);
+  };
   program.on('error', (error) => give_up(`${command}: ${error.message}`));
-  program.stdin.on('error', () => {});                  // the end of the program says more
+  program.stdin.on('error', () => {});  // the end of the program says more
   let waiting = null;
   let last = '';
-  const expect_no_end = (code, signal) => give_up(`${command} ended (${signal ?? code}) instead of answering ${last}`);
+  const expect_no_end = (code, signal) =>
+    give_up(`${command} ended (${signal ?? code}) instead of answering ${last}`);
   program.on('exit', expect_no_end);
-  createInterface({ input: program.stdout }).on('line', (line) => {
+  createInterface({input: program.stdout}).on('line', (line) => {
     if (!waiting) give_up(`an answer without a question: ${line}`);
     const take = waiting;
     waiting = null;
     try {
       take(JSON.parse(line));
-    } catch {
-      give_up(`not JSON: ${line}\nas the answer to ${last}`);
-    }
+    } catch { give_up(`not JSON: ${line}\nas the answer to ${last}`); }
   });
   const ask = (query) => new Promise((resolve) => {
     last = JSON.stringify(query);
     const timer = setTimeout(() => give_up(`no answer in ${SECONDS} s to ${last}`), SECONDS * 1000);
-    waiting = (answer) => { clearTimeout(timer); resolve(answer); };
+    waiting = (answer) => {
+      clearTimeout(timer);
+      resolve(answer);
+    };
     program.stdin.write(last + '\n');
   });
-  const stop = () => { program.off('exit', expect_no_end); program.stdin.end(); };
-  return { ask, stop };
+  const stop = () => {
+    program.off('exit', expect_no_end);
+    program.stdin.end();
+  };
+  return {ask, stop};
 }
 
 /** How far a number is from the expected one, in units of its tolerance. */
@@ -70,32 +84,38 @@ function distance(given, expected, allowed) {
 /** { worst, failure }: the worst error as a multiple of the tolerance; what is wrong, if anything. */
 function compare(query, answer) {
   if (query.error) {
-    return typeof answer.error === 'string' ? { worst: 0 } : { worst: 0, failure: 'an error was due' };
+    return typeof answer.error === 'string' ? {worst: 0} : {worst: 0, failure: 'an error was due'};
   }
-  if (answer.error !== undefined) return { worst: 0, failure: `refused: ${answer.error} ${answer.message ?? ''}` };
-  if (!Array.isArray(answer.rgb) || answer.rgb.length !== 3) return { worst: Infinity, failure: 'no rgb' };
-  const { relative, absolute, alpha } = query.tolerance;
-  const worst = Math.max(distance(answer.alpha, query.alpha, alpha),
-    ...query.rgb.map((expected, c) => distance(answer.rgb[c], expected, relative * Math.abs(expected) + absolute)));
-  if (worst <= 1) return { worst };
-  return { worst, failure: `rgb ${answer.rgb} alpha ${answer.alpha} instead of rgb ${query.rgb} alpha ${query.alpha}` };
+  if (answer.error !== undefined)
+    return {worst: 0, failure: `refused: ${answer.error} ${answer.message ?? ''}`};
+  if (!Array.isArray(answer.rgb) || answer.rgb.length !== 3) return {worst: Infinity, failure: 'no rgb'};
+  const {relative, absolute, alpha} = query.tolerance;
+  const worst = Math.max(
+    distance(answer.alpha, query.alpha, alpha),
+    ...query.rgb.map(
+      (expected, c) => distance(answer.rgb[c], expected, relative * Math.abs(expected) + absolute)));
+  if (worst <= 1) return {worst};
+  return {
+    worst,
+    failure: `rgb ${answer.rgb} alpha ${answer.alpha} instead of rgb ${query.rgb} alpha ${query.alpha}`
+  };
 }
 
 async function run_vectors(name, ask) {
-  const { file, queries } = JSON.parse(readFileSync(join(here, 'vectors', name), 'utf8'));
-  const row = { kind: 'vectors', name: `vectors/${name}`, queries: queries.length, worst: 0, failures: [] };
+  const {file, queries} = JSON.parse(readFileSync(join(here, 'vectors', name), 'utf8'));
+  const row = {kind: 'vectors', name: `vectors/${name}`, queries: queries.length, worst: 0, failures: []};
   for (const query of queries) {
-    const { rgb, alpha, tolerance, why, error, ...asked } = query;
-    const answer = await ask({ op: 'evaluate', file: join(here, file), ...asked });
-    const { worst, failure } = compare(query, answer);
+    const {rgb, alpha, tolerance, why, error, ...asked} = query;
+    const answer = await ask({op: 'evaluate', file: join(here, file), ...asked});
+    const {worst, failure} = compare(query, answer);
     row.worst = Math.max(row.worst, worst);
-    if (failure) row.failures.push({ query: asked, why, failure });
+    if (failure) row.failures.push({query: asked, why, failure});
   }
   return row;
 }
 
 const words = (text) => text.split(' ').filter((word) => word !== '');
-const fits = (issue, { code, place }, codes_only) => [code].flat().includes(issue.code) &&
+const fits = (issue, {code, place}, codes_only) => [code].flat().includes(issue.code) &&
   (codes_only || words(place).every((word) => `${issue.place ?? ''} ${issue.message ?? ''}`.includes(word)));
 
 /** What is wrong with the issues that a check found. */
@@ -104,37 +124,50 @@ function judge(found, expected, kind, codes_only) {
   const failures = [];
   for (const wanted of expected.issues) {
     const i = left.findIndex((issue) => fits(issue, wanted, codes_only));
-    if (i >= 0) left.splice(i, 1);
-    else failures.push(`no ${[wanted.code].flat().join(' or ')} at "${wanted.place}"`);
+    if (i >= 0)
+      left.splice(i, 1);
+    else
+      failures.push(`no ${[wanted.code].flat().join(' or ')} at "${wanted.place}"`);
   }
-  const codes = expected.issues.flatMap(({ code }) => code);
-  const too_many = kind === 'warnings' ? left.filter(({ code }) => !codes.includes(code)) :
-    expected.others === 'none' ? left.filter(({ code, severity }) => severity === 'error' && !codes.includes(code)) : [];
-  for (const { code, place, message } of too_many) failures.push(`besides: ${code} at "${place}": ${message}`);
-  if (failures.length > 0) failures.push(`found: ${found.map(({ code, place }) => `${code} at "${place}"`).join(', ') || 'nothing'}`);
+  const codes = expected.issues.flatMap(({code}) => code);
+  const too_many = kind === 'warnings' ?
+    left.filter(({code}) => !codes.includes(code)) :
+    expected.others === 'none' ?
+    left.filter(({code, severity}) => severity === 'error' && !codes.includes(code)) :
+    [];
+  for (const {code, place, message} of too_many) failures.push(`besides: ${code} at "${place}": ${message}`);
+  if (failures.length > 0)
+    failures.push(`found: ${found.map(({code, place}) => `${code} at "${place}"`).join(', ') || 'nothing'}`);
   return failures;
 }
 
 /** A file that must be found good, or a fixture with its expected issues. */
 async function run_check(kind, name, expected, ask, codes_only) {
-  const row = { kind, name: `${kind}/${name}`, queries: 1, worst: 0, failures: [] };
+  const row = {kind, name: `${kind}/${name}`, queries: 1, worst: 0, failures: []};
   const file = join(here, kind, name);
-  const answer = await ask({ op: 'check', file });
-  if (answer.unsupported === true) row.unsupported = true;
-  else if (!Array.isArray(answer.issues)) row.failures.push({ failure: `no list of issues: ${JSON.stringify(answer)}` });
-  else row.failures.push(...judge(answer.issues, expected, kind, codes_only).map((failure) => ({ failure })));
+  const answer = await ask({op: 'check', file});
+  if (answer.unsupported === true)
+    row.unsupported = true;
+  else if (!Array.isArray(answer.issues))
+    row.failures.push({failure: `no list of issues: ${JSON.stringify(answer)}`});
+  else
+    row.failures.push(...judge(answer.issues, expected, kind, codes_only).map((failure) => ({failure})));
   if (expected.evaluate) {
     ++row.queries;
-    const { error, rgb } = await ask({ op: 'evaluate', file, ...expected.evaluate });
-    if (typeof error !== 'string') row.failures.push({ query: expected.evaluate, failure: `evaluated to ${rgb}, an error was due` });
+    const {error, rgb} = await ask({op: 'evaluate', file, ...expected.evaluate});
+    if (typeof error !== 'string')
+      row.failures.push({query: expected.evaluate, failure: `evaluated to ${rgb}, an error was due`});
   }
   return row;
 }
 
-const SOUND = { issues: [], others: 'none' };
+const SOUND = {
+  issues: [],
+  others: 'none'
+};
 
-async function run_all({ command, only, codes_only }) {
-  const { ask, stop } = start(command);
+async function run_all({command, only, codes_only}) {
+  const {ask, stop} = start(command);
   const wanted = (name) => name.includes(only);
   const rows = [];
   for (const name of readdirSync(join(here, 'vectors')).sort()) {
@@ -156,13 +189,13 @@ async function run_all({ command, only, codes_only }) {
 }
 
 function print_table(rows) {
-  const width = Math.max(...rows.map(({ name }) => name.length));
+  const width = Math.max(...rows.map(({name}) => name.length));
   console.log(`${'file'.padEnd(width)}  queries   worst  verdict`);
-  for (const { kind, name, queries, worst, failures, unsupported } of rows) {
+  for (const {kind, name, queries, worst, failures, unsupported} of rows) {
     const error = kind === 'vectors' ? worst.toFixed(3) : '';
     const verdict = failures.length > 0 ? 'WRONG' : unsupported ? 'not checked' : 'good';
     console.log(`${name.padEnd(width)}  ${String(queries).padStart(7)}  ${error.padStart(6)}  ${verdict}`);
-    for (const { query, why, failure } of failures) {
+    for (const {query, why, failure} of failures) {
       if (query) console.log(`    ${JSON.stringify(query)}`);
       if (why) console.log(`    ${why}`);
       console.log(`    ${failure}`);
@@ -184,10 +217,12 @@ const report = {
 };
 if (options.json) {
   // JSON has no infinity: a number that is not there, or where no error is allowed, counts as null.
-  console.log(JSON.stringify({ ...report, rows }, null, 1));
+  console.log(JSON.stringify({...report, rows}, null, 1));
 } else {
   print_table(rows);
-  console.log(`${report.files} files, ${report.queries} queries, ${report.wrong} files wrong, ${report.unsupported} not checked; ` +
+  console.log(
+    `${report.files} files, ${report.queries} queries, ${report.wrong} files wrong, ${
+      report.unsupported} not checked; ` +
     `worst error ${report.worst.toFixed(3)} of its tolerance`);
 }
 process.exitCode = report.wrong > 0 ? 1 : 0;

@@ -1,22 +1,27 @@
-// How far single precision may be from the value of spec/brdf.md: the evaluation once more, each number with a bound
-// of its error. This is where the tolerances of the vectors come from.
+// How far single precision may be from the value of spec/brdf.md: the evaluation once more, each number with
+// a bound of its error. This is where the tolerances of the vectors come from.
 //
-// The model of the arithmetic: light, view and level are rounded to single precision first; every operation and
-// square root is within 1 unit of rounding U = 2^-24 (relative); logarithm, exponential and arc tangent are within
-// 4 U of their result, a power is exp2(n log2(x)). Results below the smallest normal number may become 0.
-import { direction_to_square, square_to_grid } from '../reference/directions.mjs';
-import { LARGEST, look_up, texel_at } from '../reference/brdf.mjs';
+// The model of the arithmetic: light, view and level are rounded to single precision first; every operation
+// and square root is within 1 unit of rounding U = 2^-24 (relative); logarithm, exponential and arc tangent
+// are within 4 U of their result, a power is exp2(n log2(x)). Results below the smallest normal number may
+// become 0.
+import {direction_to_square, square_to_grid} from '../reference/directions.mjs';
+import {LARGEST, look_up, texel_at} from '../reference/brdf.mjs';
 
 export const U = 2 ** -24;
 const SMALLEST = 2 ** -126;
 
 /** A value and a bound of the error of its single-precision twin. */
 class Bounded {
-  constructor(value, error = 0) { this.value = value; this.error = error; }
+  constructor(value, error = 0) {
+    this.value = value;
+    this.error = error;
+  }
 }
 const exact = (x) => new Bounded(x);
 const rounded = (x) => new Bounded(x, U * Math.abs(x));
-const add = (a, b) => new Bounded(a.value + b.value, a.error + b.error + U * (Math.abs(a.value + b.value) + a.error + b.error));
+const add = (a, b) =>
+  new Bounded(a.value + b.value, a.error + b.error + U * (Math.abs(a.value + b.value) + a.error + b.error));
 const times = (a, b) => {
   const error = Math.abs(a.value) * b.error + Math.abs(b.value) * a.error + a.error * b.error;
   return new Bounded(a.value * b.value, error + U * (Math.abs(a.value * b.value) + error));
@@ -36,11 +41,13 @@ const root = (a) => {
 const arc = (y, x) => {
   const q = x.value ** 2 + y.value ** 2;
   const value = Math.atan2(y.value, x.value);
-  return new Bounded(value, (Math.abs(x.value) * y.error + Math.abs(y.value) * x.error) / q + 4 * U * Math.abs(value));
+  return new Bounded(
+    value, (Math.abs(x.value) * y.error + Math.abs(y.value) * x.error) / q + 4 * U * Math.abs(value));
 };
 const held_above_0 = (a) => a.value > 0 ? a : new Bounded(0, Math.max(0, a.value + a.error));
 const dot = (a, b) => add(add(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]));
-const cross = (a, b) => [[1, 2], [2, 0], [0, 1]].map(([i, j]) => add(times(a[i], b[j]), minus(times(a[j], b[i]))));
+const cross =
+  (a, b) => [[1, 2], [2, 0], [0, 1]].map(([i, j]) => add(times(a[i], b[j]), minus(times(a[j], b[i]))));
 
 /** max(0, x)^n as the lobes have it: 0 for x <= 0. */
 function lobe_power(base, n) {
@@ -59,20 +66,23 @@ function bounded_square(view) {
   const [x, y] = view.map(rounded);
   const z = view[2] > 0 ? rounded(view[2]) : exact(0);
   const point = direction_to_square(view);
-  if (view[0] === 0 && view[1] === 0) return { point, error: 0 };
+  if (view[0] === 0 && view[1] === 0) return {point, error: 0};
   const p = root(add(times(x, x), times(y, y))), q = root(add(times(p, p), times(z, z)));
   const r = divide(divide(p, q), root(add(exact(1), divide(z, q))));
   // a or b is r, the other r times (phi - a multiple of pi/2) / (pi/4), whose factor is at most 1.
   const phi = arc(y, x);
   const turn = phi.error + 3 * U * 2 * Math.PI;
   const other = r.error + r.value * (turn / (Math.PI / 4) + 3 * U);
-  return { point, error: Math.max(r.error, other) / 2 + 4 * U };
+  return {point, error: Math.max(r.error, other) / 2 + 4 * U};
 }
 
-/** alpha and T with their bounds: over the box of the points that rounding may give, and the rounding of the sums. */
+/**
+ * alpha and T with their bounds: over the box of the points that rounding may give, and the rounding of the
+ * sums.
+ */
 function bounded_look_up(level, texel, view) {
-  const { views } = level;
-  const { point, error } = bounded_square(view);
+  const {views} = level;
+  const {point, error} = bounded_square(view);
   const here = look_up(level, texel, square_to_grid(views, point));
   let alpha = 0;
   const T = [0, 0, 0];
@@ -85,7 +95,9 @@ function bounded_look_up(level, texel, view) {
     for (const t of near(point[1], views.rows)) {
       const there = look_up(level, texel, square_to_grid(views, [s, t]));
       alpha = Math.max(alpha, Math.abs(there.alpha - here.alpha));
-      there.T.forEach((value, c) => { T[c] = Math.max(T[c], Math.abs(value - here.T[c])); });
+      there.T.forEach((value, c) => {
+        T[c] = Math.max(T[c], Math.abs(value - here.T[c]));
+      });
     }
   }
   return {
@@ -94,22 +106,24 @@ function bounded_look_up(level, texel, view) {
   };
 }
 
-/** { rgb, alpha, powers } of a texel, bounded; `powers` is the largest n * (relative error of the base) met. */
+/**
+ * { rgb, alpha, powers } of a texel, bounded; `powers` is the largest n * (relative error of the base) met.
+ */
 export function bounded_texel(level, [i, j], light, view) {
   const texel = j * level.width + i;
-  const { alpha, T } = bounded_look_up(level, texel, view);
-  if (light[2] <= 0 || view[2] <= 0) return { rgb: [exact(0), exact(0), exact(0)], alpha, powers: 0 };
+  const {alpha, T} = bounded_look_up(level, texel, view);
+  if (light[2] <= 0 || view[2] <= 0) return {rgb: [exact(0), exact(0), exact(0)], alpha, powers: 0};
   let l = light.map(rounded), v = view.map(rounded);
   if (level.frame) {
-    const { normal, tangent } = level.frame(texel);
+    const {normal, tangent} = level.frame(texel);
     const n = normal.map(exact), t = tangent.map(exact), b = cross(n, t);
     [l, v] = [l, v].map((d) => [dot(d, t), dot(d, b), dot(d, n)]);
   }
   let powers = 0;
-  const g = !level.lobes ? [1, 1, 1].map(exact) : level.lobes(texel).map(({ rho, lobes }) => {
+  const g = !level.lobes ? [1, 1, 1].map(exact) : level.lobes(texel).map(({rho, lobes}) => {
     if (l[2].value <= 0) return new Bounded(0, l[2].value + l[2].error > 0 ? Infinity : 0);
     let sum = exact(rho);
-    for (const { cx, cy, cz, n } of lobes) {
+    for (const {cx, cy, cz, n} of lobes) {
       const products = [cx, cy, cz].map((c, k) => times(times(exact(c), l[k]), v[k]));
       const base = add(add(products[0], products[1]), products[2]);
       const power = lobe_power(base, n);
@@ -125,9 +139,10 @@ export function bounded_texel(level, [i, j], light, view) {
   };
   const rgb = g.map((value, c) => {
     const f = hold(times(T[c], hold(value)));
-    return new Bounded(f.value, f.error + (f.value === 0 && f.error === 0 ? 0 : SMALLEST * Math.max(1, T[c].value)));
+    return new Bounded(
+      f.value, f.error + (f.value === 0 && f.error === 0 ? 0 : SMALLEST * Math.max(1, T[c].value)));
   });
-  return { rgb, alpha, powers };
+  return {rgb, alpha, powers};
 }
 
 /** The same at (u, v) and a fractional level. */
@@ -142,7 +157,9 @@ export function bounded_uv(level, levels, fractional, uv, light, view) {
   const rest = add(exact(1), minus(s));
   const share_a = times(rest, a.alpha), share_b = times(s, b.alpha);
   const alpha = add(share_a, share_b);
-  const rgb = a.rgb.map((value, c) => alpha.value === 0 && alpha.error === 0 ? exact(0) :
-    divide(add(times(share_a, value), times(share_b, b.rgb[c])), alpha));
-  return { rgb, alpha, powers: Math.max(a.powers, b.powers) };
+  const rgb = a.rgb.map(
+    (value, c) => alpha.value === 0 && alpha.error === 0 ?
+      exact(0) :
+      divide(add(times(share_a, value), times(share_b, b.rgb[c])), alpha));
+  return {rgb, alpha, powers: Math.max(a.powers, b.powers)};
 }

@@ -1,5 +1,5 @@
-// A small zlib encoder, fixed codes only. The packers of zlib differ between its versions and forks; this one gives
-// the same bytes everywhere, so that the fixtures can be compared byte by byte.
+// A small zlib encoder, fixed codes only. The packers of zlib differ between its versions and forks; this one
+// gives the same bytes everywhere, so that the fixtures can be compared byte by byte.
 
 const LENGTH_BASE = [], LENGTH_BITS = [], DISTANCE_BASE = [], DISTANCE_BITS = [];
 for (let code = 0, base = 3; code < 28; ++code) {
@@ -14,10 +14,18 @@ for (let code = 0, base = 1; code < 30; ++code) {
   DISTANCE_BASE[code] = base;
   base += 1 << DISTANCE_BITS[code];
 }
-const code_of = (bases, value) => { let code = bases.length - 1; while (bases[code] > value) --code; return code; };
+const code_of = (bases, value) => {
+  let code = bases.length - 1;
+  while (bases[code] > value) --code;
+  return code;
+};
 
 class Bits {
-  constructor() { this.bytes = []; this.held = 0; this.count = 0; }
+  constructor() {
+    this.bytes = [];
+    this.held = 0;
+    this.count = 0;
+  }
   put(value, n) {
     this.held |= value << this.count;
     for (this.count += n; this.count >= 8; this.count -= 8) {
@@ -26,12 +34,18 @@ class Bits {
     }
   }
   // Huffman codes go in from their highest bit.
-  put_code(value, n) { for (let i = n - 1; i >= 0; --i) this.put((value >> i) & 1, 1); }
+  put_code(value, n) {
+    for (let i = n - 1; i >= 0; --i) this.put((value >> i) & 1, 1);
+  }
   put_symbol(s) {
-    if (s < 144) this.put_code(0x30 + s, 8);
-    else if (s < 256) this.put_code(0x190 + s - 144, 9);
-    else if (s < 280) this.put_code(s - 256, 7);
-    else this.put_code(0xC0 + s - 280, 8);
+    if (s < 144)
+      this.put_code(0x30 + s, 8);
+    else if (s < 256)
+      this.put_code(0x190 + s - 144, 9);
+    else if (s < 280)
+      this.put_code(s - 256, 7);
+    else
+      this.put_code(0xC0 + s - 280, 8);
   }
 }
 
@@ -44,9 +58,9 @@ function match_length(data, from, at) {
 /** The zlib stream of a Buffer. */
 export function deflate(data) {
   const bits = new Bits();
-  bits.put(1, 1);                                        // the last block,
-  bits.put(1, 2);                                        // with fixed codes
-  const seen = new Map();                                // three bytes -> where they stood last
+  bits.put(1, 1);          // the last block,
+  bits.put(1, 2);          // with fixed codes
+  const seen = new Map();  // three bytes -> where they stood last
   for (let at = 0; at < data.length;) {
     const key = data[at] << 16 | data[at + 1] << 8 | data[at + 2];
     const from = at + 2 < data.length ? seen.get(key) : undefined;

@@ -1,17 +1,22 @@
 // From a short description of a fixture to the bytes of its file.
-import { write_exr } from '../reference/exr_write.mjs';
-import { LAYERS } from '../reference/fabric.mjs';
-import { fabric_parts, fabric_text, seal } from '../reference/fabric_write.mjs';
-import { deflate } from './deflate.mjs';
-import { random, unit } from './random.mjs';
+import {write_exr} from '../reference/exr_write.mjs';
+import {LAYERS} from '../reference/fabric.mjs';
+import {fabric_parts, fabric_text, seal} from '../reference/fabric_write.mjs';
+import {deflate} from './deflate.mjs';
+import {random, unit} from './random.mjs';
 
-const PRECISION = { lobes: 'float', frame: 'half', table: 'half', opacity: 'half' };
+const PRECISION = {
+  lobes: 'float',
+  frame: 'half',
+  table: 'half',
+  opacity: 'half'
+};
 
 /** An orthonormal frame around a normal, the tangent being the x axis made perpendicular. */
 export function frame_of(normal) {
   const n = unit(normal);
   const along = n[0];
-  return { n, t: unit([1 - along * n[0], -along * n[1], -along * n[2]]) };
+  return {n, t: unit([1 - along * n[0], -along * n[1], -along * n[2]])};
 }
 
 /** An ordinary value of a channel at a texel. */
@@ -25,43 +30,58 @@ function ordinary(name, level, channel, t) {
   if (channel.startsWith('table')) return between(0.2, 2);
   if (channel.startsWith('opacity')) return r() < 0.3 ? 1 : r() < 0.2 ? 0 : r();
   const tilt = random(`${name} ${level} frame ${t}`);
-  const { n, t: tangent } = frame_of([tilt() - 0.5, tilt() - 0.5, 0.3 + tilt()]);
-  return { nx: n[0], ny: n[1], nz: n[2], tx: tangent[0], ty: tangent[1], tz: tangent[2] }[channel.slice(6)];
+  const {n, t: tangent} = frame_of([tilt() - 0.5, tilt() - 0.5, 0.3 + tilt()]);
+  return {nx: n[0], ny: n[1], nz: n[2], tx: tangent[0], ty: tangent[1], tz: tangent[2]}[channel.slice(6)];
 }
 
 /** The values of `frame` channels from a function (level, texel) -> { n, t }; for `value` of a fixture. */
 export const framed = (frame) => (level, channel, t) => {
-  const { n, t: tangent } = frame(level, t);
-  return { nx: n[0], ny: n[1], nz: n[2], tx: tangent[0], ty: tangent[1], tz: tangent[2] }[channel.slice(6)];
+  const {n, t: tangent} = frame(level, t);
+  return {nx: n[0], ny: n[1], nz: n[2], tx: tangent[0], ty: tangent[1], tz: tangent[2]}[channel.slice(6)];
 };
 
 /**
  * The fabric of a fixture:
  *   name, about  what it is for
  *   texels, levels, grid [columns, rows], K     default 3 x 2, all, 2 x 2, 1
- *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by default
- *   mmPerRepeat, provenance
- *   value        { layer: (level, channel, texel) => number }; undefined: an ordinary value
+ *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by
+ * default mmPerRepeat, provenance value        { layer: (level, channel, texel) => number }; undefined: an
+ * ordinary value
  */
 export function fabric_of(fixture) {
-  const { name, texels = [3, 2], grid = [2, 2], K = 1, value = {} } = fixture;
-  const { mmPerRepeat = [2.5, 1.25], provenance = { software: 'conformance kit' } } = fixture;
+  const {name, texels = [3, 2], grid = [2, 2], K = 1, value = {}} = fixture;
+  const {
+    mmPerRepeat = [2.5, 1.25],
+    provenance =
+    {
+      software: 'conformance kit'
+    }
+  } = fixture;
   const chain = Math.floor(Math.log2(Math.max(...texels))) + 1;
   const levels = fixture.levels ?? chain;
-  const wanted = Array.isArray(fixture.layers) ? Object.fromEntries(fixture.layers.map((layer) => [layer, {}])) : fixture.layers ?? {};
+  const wanted = Array.isArray(fixture.layers) ?
+    Object.fromEntries(fixture.layers.map((layer) => [layer, {}])) :
+    fixture.layers ?? {};
   const layers = {};
   for (const layer of LAYERS.filter((l) => wanted[l])) {
     layers[layer] = {
-      levels: wanted[layer].levels ?? Array.from({ length: levels }, (_, k) => k),
+      levels: wanted[layer].levels ?? Array.from({length: levels}, (_, k) => k),
       precision: wanted[layer].precision ?? PRECISION[layer],
-      ...(layer === 'lobes' ? { lobes: K } : {}),
-      values: (level, channel, { width, height }) => Float64Array.from({ length: width * height },
+      ...(layer === 'lobes' ? {lobes: K} : {}),
+      values: (level, channel, {width, height}) => Float64Array.from(
+        {length: width * height},
         (_, t) => value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t)),
     };
   }
   return {
-    texels, levels, layers, provenance, mmPerRepeat, referenceHeight: 0.5, thickness: 0.75,
-    views: { columns: grid[0], rows: grid[1] },
+    texels,
+    levels,
+    layers,
+    provenance,
+    mmPerRepeat,
+    referenceHeight: 0.5,
+    thickness: 0.75,
+    views: {columns: grid[0], rows: grid[1]},
   };
 }
 
@@ -83,7 +103,7 @@ export function file_of(fixture) {
   fixture.text?.(text);
   seal(parts, fixture.string ? fixture.string(text) : JSON.stringify(text), fabric);
   fixture.after?.(parts);
-  const bytes = write_exr({ multipart: !fixture.plain, parts, order: fixture.order }, deflate);
+  const bytes = write_exr({multipart: !fixture.plain, parts, order: fixture.order}, deflate);
   return fixture.bytes?.(bytes) ?? bytes;
 }
 

@@ -1,22 +1,22 @@
 // The reflectance of spec/brdf.md in double precision.
 //
-// A level, as read_fabric_level gives it: { width, height, views, lobes, frame, table, opacity }, a layer being null
-// where the level lacks it, else a function of the texel's index:
+// A level, as read_fabric_level gives it: { width, height, views, lobes, frame, table, opacity }, a layer
+// being null where the level lacks it, else a function of the texel's index:
 //   lobes(t)      [{ rho, lobes: [{ cx, cy, cz, n }, ...] } for red, green and blue]
 //   frame(t)      { normal, tangent }
 //   table(t, k)   [red, green, blue] for the view k
 //   opacity(t, k) alpha for the view k
-import { direction_to_square, grid_weights, square_to_grid } from './directions.mjs';
+import {direction_to_square, grid_weights, square_to_grid} from './directions.mjs';
 
 /** The largest finite number of single precision. */
 export const LARGEST = 3.4028234663852886e38;
 
-const { floor, max, min } = Math;
+const {floor, max, min} = Math;
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 /** A direction of the fabric frame in the frame of a texel. */
-function to_texel({ normal, tangent }, d) {
+function to_texel({normal, tangent}, d) {
   return [dot(d, tangent), dot(d, cross(normal, tangent)), dot(d, normal)];
 }
 
@@ -27,17 +27,20 @@ export function look_up(level, texel, point) {
   for (const [k, weight] of grid_weights(level.views, point)) {
     const share = weight * (level.opacity ? level.opacity(texel, k) : 1);
     alpha += share;
-    if (level.table) level.table(texel, k).forEach((value, c) => { sum[c] += share * value; });
+    if (level.table)
+      level.table(texel, k).forEach((value, c) => {
+        sum[c] += share * value;
+      });
   }
   const T = level.table ? sum.map((s) => alpha === 0 ? 0 : s / alpha) : [1, 1, 1];
-  return { alpha: level.opacity ? min(1, alpha) : 1, T };
+  return {alpha: level.opacity ? min(1, alpha) : 1, T};
 }
 
 /** g of formula (2) for one channel; l and v in the frame of the texel. */
-function lobes_times_cosine({ rho, lobes }, l, v) {
+function lobes_times_cosine({rho, lobes}, l, v) {
   if (l[2] <= 0) return 0;
   let sum = rho;
-  for (const { cx, cy, cz, n } of lobes) {
+  for (const {cx, cy, cz, n} of lobes) {
     const base = cx * l[0] * v[0] + cy * l[1] * v[1] + cz * l[2] * v[2];
     if (base > 0) sum += base ** n;
   }
@@ -47,17 +50,17 @@ function lobes_times_cosine({ rho, lobes }, l, v) {
 /** { rgb, alpha } of texel (i, j) of a level. */
 export function evaluate_texel(level, [i, j], light, view) {
   const texel = j * level.width + i;
-  const { alpha, T } = look_up(level, texel, square_to_grid(level.views, direction_to_square(view)));
-  if (light[2] <= 0 || view[2] <= 0) return { rgb: [0, 0, 0], alpha };
+  const {alpha, T} = look_up(level, texel, square_to_grid(level.views, direction_to_square(view)));
+  if (light[2] <= 0 || view[2] <= 0) return {rgb: [0, 0, 0], alpha};
   const frame = level.frame && level.frame(texel);
   const l = frame ? to_texel(frame, light) : light;
   const v = frame ? to_texel(frame, view) : view;
   const g = level.lobes ? level.lobes(texel).map((channel) => lobes_times_cosine(channel, l, v)) : [1, 1, 1];
-  return { rgb: g.map((value, c) => min(T[c] * value, LARGEST)), alpha };
+  return {rgb: g.map((value, c) => min(T[c] * value, LARGEST)), alpha};
 }
 
 /** The texel that contains (u, v). */
-export function texel_at({ width, height }, [u, v]) {
+export function texel_at({width, height}, [u, v]) {
   return [min(floor((u - floor(u)) * width), width - 1), min(floor((v - floor(v)) * height), height - 1)];
 }
 
@@ -71,5 +74,5 @@ export function evaluate_uv(level, levels, fractional, uv, light, view) {
   const b = at(floor(L) + 1);
   const alpha = (1 - s) * a.alpha + s * b.alpha;
   const blend = (c) => ((1 - s) * a.alpha * a.rgb[c] + s * b.alpha * b.rgb[c]) / alpha;
-  return { rgb: [0, 1, 2].map((c) => alpha === 0 ? 0 : blend(c)), alpha };
+  return {rgb: [0, 1, 2].map((c) => alpha === 0 ? 0 : blend(c)), alpha};
 }

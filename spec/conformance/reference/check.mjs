@@ -1,15 +1,18 @@
 // Every broken rule of a fabric file, and what is legal but unwise (codes of spec/issues.md).
-import { evaluate_texel } from './brdf.mjs';
-import { cell_direction } from './directions.mjs';
-import { chain_length, read_level } from './exr.mjs';
-import { LAYERS, LOSSY, make_level, open_fabric, read_layer } from './fabric.mjs';
-import { Issue } from './issue.mjs';
+import {evaluate_texel} from './brdf.mjs';
+import {cell_direction} from './directions.mjs';
+import {chain_length, read_level} from './exr.mjs';
+import {LAYERS, LOSSY, make_level, open_fabric, read_layer} from './fabric.mjs';
+import {Issue} from './issue.mjs';
 
-const MEMBERS = ['version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'layers', 'digests', 'provenance'];
+const MEMBERS = [
+  'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'layers',
+  'digests', 'provenance'
+];
 const LAYER_MEMBERS = ['levels', 'precision', 'lobes', 'optional'];
-const LARGE_EXPONENT = 100;                             // from here on halves cost a lobe's peak some per cent
+const LARGE_EXPONENT = 100;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;
-const ENERGY_SLACK = 1.05;                              // the albedo is a sum over a grid of lights
+const ENERGY_SLACK = 1.05;  // the albedo is a sum over a grid of lights
 
 /** Runs `work`; an Issue that it throws becomes one of the list. */
 function collect(issues, work) {
@@ -17,55 +20,66 @@ function collect(issues, work) {
     work();
   } catch (error) {
     if (!(error instanceof Issue)) throw error;
-    issues.push({ code: error.code, severity: 'error', place: error.place, message: error.message });
+    issues.push({code: error.code, severity: 'error', place: error.place, message: error.message});
   }
 }
 
 function check_text(fabric, advise) {
-  const { raw, file } = fabric;
+  const {raw, file} = fabric;
   const unknown = (object, known, at) => {
-    for (const name of Object.keys(object ?? {})) if (!known.includes(name)) advise(`${at}/${name}`, 'is not known');
+    for (const name of Object.keys(object ?? {}))
+      if (!known.includes(name)) advise(`${at}/${name}`, 'is not known');
   };
   unknown(raw, MEMBERS, '');
   unknown(raw.views, ['layout', 'columns', 'rows'], '/views');
   unknown(raw.digests, LAYERS, '/digests');
   for (const [name, layer] of Object.entries(raw.layers ?? {})) {
-    if (LAYERS.includes(name)) unknown(layer, LAYER_MEMBERS, `/layers/${name}`);
-    else advise(`/layers/${name}`, 'is not known');
+    if (LAYERS.includes(name))
+      unknown(layer, LAYER_MEMBERS, `/layers/${name}`);
+    else
+      advise(`/layers/${name}`, 'is not known');
     const part = file.parts.find((p) => p.name === name);
-    if (LAYERS.includes(name) && part?.channels.some(({ type }) => type !== layer.precision)) {
+    if (LAYERS.includes(name) && part?.channels.some(({type}) => type !== layer.precision)) {
       advise(`/layers/${name}/precision`, 'is not that of the channels');
     }
   }
   const mirror = (name, type, same) => {
     const attribute = file.parts[0].attributes.get(`selvedge.${name}`);
-    if (attribute?.type !== type || !same(attribute.value)) advise(`selvedge.${name}`, 'differs from the attribute text');
+    if (attribute?.type !== type || !same(attribute.value))
+      advise(`selvedge.${name}`, 'differs from the attribute text');
   };
   const single = Math.fround;
   mirror('version', 'string', (v) => v.toString() === raw.version?.join('.'));
   mirror('model', 'string', (v) => v.toString() === raw.model);
-  mirror('mmPerRepeat', 'v2f', (v) => [0, 1].every((i) => v.readFloatLE(4 * i) === single(raw.mmPerRepeat?.[i])));
+  mirror(
+    'mmPerRepeat', 'v2f', (v) => [0, 1].every((i) => v.readFloatLE(4 * i) === single(raw.mmPerRepeat?.[i])));
   mirror('referenceHeight', 'float', (v) => v.readFloatLE(0) === single(raw.referenceHeight));
 }
 
 function check_levels(fabric, warn) {
   const chain = fabric.texels ? chain_length(...fabric.texels) : 0;
   if (fabric.levels < chain) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
-  for (const [name, { levels }] of Object.entries(fabric.layers)) {
-    if (levels.length < fabric.levels) warn('FABRIC_LEVELS', `/layers/${name}/levels`, 'only some of the levels');
+  for (const [name, {levels}] of Object.entries(fabric.layers)) {
+    if (levels.length < fabric.levels)
+      warn('FABRIC_LEVELS', `/layers/${name}/levels`, 'only some of the levels');
   }
 }
 
-/** The largest share of its light that a texel sends back to a grid of views, with all light from one direction. */
+/**
+ * The largest share of its light that a texel sends back to a grid of views, with all light from one
+ * direction.
+ */
 function largest_albedo(level, texel) {
-  const grid = { columns: 16, rows: 16 };
-  const lights = Array.from({ length: 256 }, (_, k) => cell_direction(grid, k));
-  const views = [[0, 0, 1], ...Array.from({ length: 16 }, (_, k) => cell_direction({ columns: 4, rows: 4 }, k))];
+  const grid = {columns: 16, rows: 16};
+  const lights = Array.from({length: 256}, (_, k) => cell_direction(grid, k));
+  const views = [[0, 0, 1], ...Array.from({length: 16}, (_, k) => cell_direction({columns: 4, rows: 4}, k))];
   return Math.max(...views.map((view) => {
     const sums = [0, 0, 0];
     for (const light of lights) {
-      const { rgb, alpha } = evaluate_texel(level, texel, light, view);
-      rgb.forEach((f, c) => { sums[c] += alpha * f * 2 * Math.PI / 256; });
+      const {rgb, alpha} = evaluate_texel(level, texel, light, view);
+      rgb.forEach((f, c) => {
+        sums[c] += alpha * f * 2 * Math.PI / 256;
+      });
     }
     return Math.max(...sums);
   }));
@@ -74,50 +88,64 @@ function largest_albedo(level, texel) {
 function check_lobes(fabric, level, k, half, warn) {
   let peak = 0, exponent = 0;
   for (let t = 0; t < level.width * level.height; ++t) {
-    for (const { lobes } of level.lobes(t)) {
-      for (const { cx, cy, cz, n } of lobes) {
+    for (const {lobes} of level.lobes(t)) {
+      for (const {cx, cy, cz, n} of lobes) {
         peak = Math.max(peak, Math.max(Math.abs(cx), Math.abs(cy), cz) ** n);
         exponent = Math.max(exponent, n);
       }
     }
   }
   if (peak > LARGEST_HALF) warn('FABRIC_PEAK', `lobes level ${k}`, `a peak of ${peak.toPrecision(3)}`);
-  if (half && exponent >= LARGE_EXPONENT) warn('FABRIC_PEAK', `lobes level ${k}`, `an exponent of ${exponent} in half precision`);
+  if (half && exponent >= LARGE_EXPONENT)
+    warn('FABRIC_PEAK', `lobes level ${k}`, `an exponent of ${exponent} in half precision`);
 }
 
 /** The issues of the bytes of a fabric file: { code, severity, place, message }. */
 export function check_fabric(bytes) {
   const issues = [];
-  const warn = (code, place, message) => issues.push({ code, severity: 'warning', place, message });
+  const warn = (code, place, message) => issues.push({code, severity: 'warning', place, message});
   const advise = (place, message) => warn('FABRIC_ADVICE', place, message);
-  const report = (code, place, message) => { issues.push({ code, severity: 'error', place, message }); };
+  const report = (code, place, message) => {
+    issues.push({code, severity: 'error', place, message});
+  };
   let fabric;
-  collect(issues, () => { fabric = open_fabric(bytes, report); });
+  collect(issues, () => {
+    fabric = open_fabric(bytes, report);
+  });
   if (!fabric) return issues;
   for (const part of fabric.file.parts) {
     if (LOSSY.includes(part.compression)) continue;
     part.levels.forEach((_, k) => {
       if (fabric.layers[part.name]?.levels.includes(k)) return;
       collect(issues, () => {
-        const zero = [...read_level(fabric.file, part, k).values()].every(({ bytes: data }) => data.every((b) => b === 0));
-        if (!zero && fabric.layers[part.name]) advise(`${part.name} level ${k}`, 'is not listed, but not zero');
+        const zero =
+          [...read_level(fabric.file, part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
+        if (!zero && fabric.layers[part.name])
+          advise(`${part.name} level ${k}`, 'is not listed, but not zero');
       });
     });
   }
   check_levels(fabric, warn);
-  if (issues.some(({ severity }) => severity === 'error') === false) check_text(fabric, advise);
+  if (issues.some(({severity}) => severity === 'error') === false) check_text(fabric, advise);
   for (let k = 0; k < (fabric.levels ?? 0); ++k) {
     const before = issues.length;
     const layers = {};
-    for (const name of LAYERS) collect(issues, () => { layers[name] = read_layer(fabric, name, k, report); });
-    if (issues.slice(before).some(({ severity }) => severity === 'error') || !layers.lobes || !fabric.views) continue;
-    const level = make_level({ texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes.lobes }, k, layers);
-    const half = fabric.layers.lobes.part.channels.some(({ type }) => type === 'half');
+    for (const name of LAYERS)
+      collect(issues, () => {
+        layers[name] = read_layer(fabric, name, k, report);
+      });
+    if (issues.slice(before).some(({severity}) => severity === 'error') || !layers.lobes || !fabric.views)
+      continue;
+    const level =
+      make_level({texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes.lobes}, k, layers);
+    const half = fabric.layers.lobes.part.channels.some(({type}) => type === 'half');
     check_lobes(fabric, level, k, half, warn);
     for (let t = 0; t < level.width * level.height; ++t) {
       const albedo = largest_albedo(level, [t % level.width, Math.floor(t / level.width)]);
       if (albedo <= ENERGY_SLACK) continue;
-      warn('FABRIC_ENERGY', `lobes level ${k} (${t % level.width}, ${Math.floor(t / level.width)})`, `${albedo.toPrecision(3)} of the light`);
+      warn(
+        'FABRIC_ENERGY', `lobes level ${k} (${t % level.width}, ${Math.floor(t / level.width)})`,
+        `${albedo.toPrecision(3)} of the light`);
       break;
     }
   }

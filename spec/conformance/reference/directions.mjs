@@ -1,6 +1,6 @@
 // Directions of the hemisphere on the unit square (spec/fabric.md, Layout of directions).
 
-const { PI, abs, atan2, cos, floor, max, min, sin, sqrt } = Math;
+const {PI, abs, atan2, cos, floor, max, min, sin, sqrt} = Math;
 
 /** The direction of a point (s, t) of the unit square. */
 export function square_to_direction(s, t) {
@@ -20,29 +20,43 @@ export function direction_to_square([x, y, below]) {
   let phi = atan2(y, x);
   if (phi < -PI / 4) phi += 2 * PI;
   let a, b;
-  if (phi < PI / 4) { a = r; b = a * phi / (PI / 4); }
-  else if (phi < 3 * PI / 4) { b = r; a = -b * (phi - PI / 2) / (PI / 4); }
-  else if (phi < 5 * PI / 4) { a = -r; b = a * (phi - PI) / (PI / 4); }
-  else { b = -r; a = -b * (phi - 3 * PI / 2) / (PI / 4); }
+  if (phi < PI / 4) {
+    a = r;
+    b = a * phi / (PI / 4);
+  } else if (phi < 3 * PI / 4) {
+    b = r;
+    a = -b * (phi - PI / 2) / (PI / 4);
+  } else if (phi < 5 * PI / 4) {
+    a = -r;
+    b = a * (phi - PI) / (PI / 4);
+  } else {
+    b = -r;
+    a = -b * (phi - 3 * PI / 2) / (PI / 4);
+  }
   return [(a + 1) / 2, (b + 1) / 2];
 }
 
 /** The direction of a cell of a grid. */
-export const cell_direction = ({ columns, rows }, index) =>
+export const cell_direction = ({columns, rows}, index) =>
   square_to_direction((index % columns + 0.5) / columns, (floor(index / columns) + 0.5) / rows);
 
-/** A point of the square in units of cells: [0, columns - 1] x [0, rows - 1]; cell centres have whole numbers. */
-export const square_to_grid = ({ columns, rows }, [s, t]) => [
-  min(max(s * columns - 0.5, 0), columns - 1),
-  min(max(t * rows - 0.5, 0), rows - 1),
+/**
+ * A point of the square in units of cells: [0, columns - 1] x [0, rows - 1]; cell centres have whole
+ * numbers.
+ */
+export const square_to_grid = ({columns, rows}, [s, t]) =>
+  [min(max(s * columns - 0.5, 0), columns - 1),
+   min(max(t * rows - 0.5, 0), rows - 1),
 ];
 
 /** The four cells around a point of the grid, and their weights: [[index, weight], ...]. */
-export function grid_weights({ columns, rows }, [x, y]) {
+export function grid_weights({columns, rows}, [x, y]) {
   const c0 = floor(x), r0 = floor(y), fx = x - c0, fy = y - r0;
   const c1 = min(c0 + 1, columns - 1), r1 = min(r0 + 1, rows - 1);
   return [
-    [r0 * columns + c0, (1 - fx) * (1 - fy)], [r0 * columns + c1, fx * (1 - fy)],
-    [r1 * columns + c0, (1 - fx) * fy], [r1 * columns + c1, fx * fy],
+    [r0 * columns + c0, (1 - fx) * (1 - fy)],
+    [r0 * columns + c1, fx * (1 - fy)],
+    [r1 * columns + c0, (1 - fx) * fy],
+    [r1 * columns + c1, fx * fy],
   ];
 }

@@ -1,13 +1,35 @@
-// Reads OpenEXR 2 files as far as fabrics need it: scanline and tiled parts, one level or mip levels rounded down,
-// half and float channels, compression NONE, RLE, ZIPS and ZIP. One level of one part is decoded at a time.
-import { inflateSync } from 'node:zlib';
-import { Issue } from './issue.mjs';
+// Reads OpenEXR 2 files as far as fabrics need it: scanline and tiled parts, one level or mip levels rounded
+// down, half and float channels, compression NONE, RLE, ZIPS and ZIP. One level of one part is decoded at a
+// time.
+import {inflateSync} from 'node:zlib';
+import {Issue} from './issue.mjs';
 
 export const COMPRESSIONS = ['none', 'rle', 'zips', 'zip', 'piz', 'pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
-export const LINES_PER_CHUNK = { none: 1, rle: 1, zips: 1, zip: 16, piz: 32, pxr24: 16, b44: 32, b44a: 32, dwaa: 32, dwab: 256 };
+export const LINES_PER_CHUNK = {
+  none: 1,
+  rle: 1,
+  zips: 1,
+  zip: 16,
+  piz: 32,
+  pxr24: 16,
+  b44: 32,
+  b44a: 32,
+  dwaa: 32,
+  dwab: 256
+};
 export const PIXEL_TYPES = ['uint', 'half', 'float'];
-export const BYTES = { uint: 4, half: 2, float: 4 };
-export const LIMITS = { parts: 64, channels: 32768, pixels: 2 ** 30, levelBytes: 2 ** 32, levelBytesPerFileByte: 2200 };
+export const BYTES = {
+  uint: 4,
+  half: 2,
+  float: 4
+};
+export const LIMITS = {
+  parts: 64,
+  channels: 32768,
+  pixels: 2 ** 30,
+  levelBytes: 2 ** 32,
+  levelBytesPerFileByte: 2200
+};
 
 const MULTIPART = 0x1000, DEEP = 0x800, LONG_NAMES = 0x400, TILED = 0x200;
 
@@ -19,13 +41,21 @@ export const chain_length = (w, h) => Math.floor(Math.log2(Math.max(w, h))) + 1;
 
 /** A cursor over the header that never leaves the file. */
 class Cursor {
-  constructor(bytes) { this.bytes = bytes; this.at = 0; }
+  constructor(bytes) {
+    this.bytes = bytes;
+    this.at = 0;
+  }
   take(n) {
-    if (n < 0 || this.at + n > this.bytes.length) throw new Issue('EXR_MALFORMED', '', 'the header is cut short');
+    if (n < 0 || this.at + n > this.bytes.length)
+      throw new Issue('EXR_MALFORMED', '', 'the header is cut short');
     return this.bytes.subarray(this.at, this.at += n);
   }
-  u8() { return this.take(1)[0]; }
-  i32() { return this.take(4).readInt32LE(0); }
+  u8() {
+    return this.take(1)[0];
+  }
+  i32() {
+    return this.take(4).readInt32LE(0);
+  }
   text() {
     const end = this.bytes.indexOf(0, this.at);
     if (end < 0) throw new Issue('EXR_MALFORMED', '', 'a name is not ended');
@@ -45,13 +75,18 @@ function parse_channels(bytes, place) {
     const sampling = [cursor.i32(), cursor.i32()];
     if (!type) throw new Issue('EXR_MALFORMED', place, `channel ${name} has an unknown pixel type`);
     if (type === 'uint') throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} holds integers`);
-    if (sampling[0] !== 1 || sampling[1] !== 1) throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} is sub-sampled`);
-    channels.push({ name, type });
+    if (sampling[0] !== 1 || sampling[1] !== 1)
+      throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} is sub-sampled`);
+    channels.push({name, type});
   }
-  if (cursor.at !== bytes.length) throw new Issue('EXR_MALFORMED', place, 'bytes follow the list of channels');
+  if (cursor.at !== bytes.length)
+    throw new Issue('EXR_MALFORMED', place, 'bytes follow the list of channels');
   for (let i = 1; i < channels.length; ++i) {
-    if (Buffer.compare(Buffer.from(channels[i - 1].name, 'latin1'), Buffer.from(channels[i].name, 'latin1')) >= 0) {
-      throw new Issue('EXR_MALFORMED', place, `channels are not sorted, or ${channels[i].name} is there twice`);
+    if (
+      Buffer.compare(Buffer.from(channels[i - 1].name, 'latin1'), Buffer.from(channels[i].name, 'latin1')) >=
+      0) {
+      throw new Issue(
+        'EXR_MALFORMED', place, `channels are not sorted, or ${channels[i].name} is there twice`);
     }
   }
   return channels;
@@ -62,8 +97,9 @@ function parse_header(cursor, index, version) {
   for (let name; (name = cursor.text()) !== '';) {
     const type = cursor.text();
     const value = cursor.take(cursor.i32());
-    if (attributes.has(name)) throw new Issue('EXR_MALFORMED', `part ${index}`, `attribute ${name} is there twice`);
-    attributes.set(name, { type, value });
+    if (attributes.has(name))
+      throw new Issue('EXR_MALFORMED', `part ${index}`, `attribute ${name} is there twice`);
+    attributes.set(name, {type, value});
   }
   const string = (name) => attributes.get(name)?.value.toString('latin1');
   const place = string('name') ?? `part ${index}`;
@@ -82,7 +118,9 @@ function parse_header(cursor, index, version) {
   if (multipart) ['name', 'type'].forEach((name) => need(name, 'string'));
   const kind = multipart ? string('type') : version & TILED ? 'tiledimage' : 'scanlineimage';
   if (kind !== 'scanlineimage' && kind !== 'tiledimage') {
-    throw new Issue(kind.startsWith('deep') ? 'EXR_UNSUPPORTED' : 'EXR_MALFORMED', place, `parts of type ${kind} are not read`);
+    throw new Issue(
+      kind.startsWith('deep') ? 'EXR_UNSUPPORTED' : 'EXR_MALFORMED', place,
+      `parts of type ${kind} are not read`);
   }
   const dataWindow = window('dataWindow'), displayWindow = window('displayWindow');
   need('pixelAspectRatio', 'float', 4);
@@ -91,25 +129,28 @@ function parse_header(cursor, index, version) {
   const channels = parse_channels(need('channels', 'chlist'), place);
   const compression = COMPRESSIONS[need('compression', 'compression', 1)[0]];
   const lineOrder = ['increasing', 'decreasing', 'random'][need('lineOrder', 'lineOrder', 1)[0]];
-  if (!compression || !lineOrder) throw new Issue('EXR_MALFORMED', place, 'unknown compression or line order');
+  if (!compression || !lineOrder)
+    throw new Issue('EXR_MALFORMED', place, 'unknown compression or line order');
   const [x0, y0, x1, y1] = dataWindow;
   const width = x1 - x0 + 1, height = y1 - y0 + 1;
   if (width < 1 || height < 1) throw new Issue('EXR_MALFORMED', place, 'the data window is empty');
   if (width * height > LIMITS.pixels) throw new Issue('FILE_TOO_LARGE', place, `${width} x ${height} pixels`);
-  if (channels.length > LIMITS.channels) throw new Issue('FILE_TOO_LARGE', place, `${channels.length} channels`);
+  if (channels.length > LIMITS.channels)
+    throw new Issue('FILE_TOO_LARGE', place, `${channels.length} channels`);
 
-  let tile = null, levels = [{ width, height }];
+  let tile = null, levels = [{width, height}];
   if (kind === 'tiledimage') {
     const v = need('tiles', 'tiledesc', 9);
-    tile = { width: v.readUInt32LE(0), height: v.readUInt32LE(4), mode: v[8] & 15, rounding: v[8] >> 4 };
+    tile = {width: v.readUInt32LE(0), height: v.readUInt32LE(4), mode: v[8] & 15, rounding: v[8] >> 4};
     if (tile.width < 1 || tile.height < 1) throw new Issue('EXR_MALFORMED', place, 'the tiles are empty');
     if (tile.mode > 2 || tile.rounding > 1) throw new Issue('EXR_MALFORMED', place, 'unknown mode of tiles');
     if (tile.mode === 2 || (tile.mode === 1 && tile.rounding === 1)) {
       throw new Issue('EXR_UNSUPPORTED', place, 'rip maps, and levels rounded up, are not read');
     }
     if (tile.mode === 1) {
-      levels = Array.from({ length: chain_length(width, height) },
-        (_, k) => ({ width: level_size(width, k), height: level_size(height, k) }));
+      levels = Array.from(
+        {length: chain_length(width, height)},
+        (_, k) => ({width: level_size(width, k), height: level_size(height, k)}));
     }
   }
   const chunks = [];
@@ -120,21 +161,35 @@ function parse_header(cursor, index, version) {
     }
     for (let y = 0; y < size.height; y += step_y) {
       for (let x = 0; x < size.width; x += step_x) {
-        chunks.push({ level, x, y, width: Math.min(step_x, size.width - x), height: Math.min(step_y, size.height - y) });
+        chunks.push(
+          {level, x, y, width: Math.min(step_x, size.width - x), height: Math.min(step_y, size.height - y)});
       }
     }
   });
   if (multipart && need('chunkCount', 'int', 4).readInt32LE(0) !== chunks.length) {
     throw new Issue('EXR_MALFORMED', place, 'chunkCount is not the number of chunks');
   }
-  return { name: string('name') ?? '', index, kind, attributes, channels, compression, lineOrder, dataWindow, displayWindow,
-    tile, levels, chunks };
+  return {
+    name: string('name') ?? '',
+    index,
+    kind,
+    attributes,
+    channels,
+    compression,
+    lineOrder,
+    dataWindow,
+    displayWindow,
+    tile,
+    levels,
+    chunks
+  };
 }
 
 /** Headers and chunk tables of a file (a Buffer): { bytes, multipart, parts }. */
 export function read_headers(bytes) {
   const cursor = new Cursor(bytes);
-  if (bytes.length < 8 || cursor.i32() !== 20000630) throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
+  if (bytes.length < 8 || cursor.i32() !== 20000630)
+    throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
   const version = cursor.i32();
   if ((version & 0xFF) !== 2) throw new Issue('EXR_MALFORMED', '', `OpenEXR version ${version & 0xFF}`);
   if (version & DEEP || version & ~(0xFF | MULTIPART | DEEP | LONG_NAMES | TILED)) {
@@ -143,7 +198,8 @@ export function read_headers(bytes) {
   const multipart = (version & MULTIPART) !== 0;
   const parts = [];
   do {
-    if (parts.length === LIMITS.parts) throw new Issue('FILE_TOO_LARGE', '', `more than ${LIMITS.parts} parts`);
+    if (parts.length === LIMITS.parts)
+      throw new Issue('FILE_TOO_LARGE', '', `more than ${LIMITS.parts} parts`);
     parts.push(parse_header(cursor, parts.length, version));
   } while (multipart && (cursor.at >= bytes.length || bytes[cursor.at] !== 0));
   if (multipart) cursor.u8();
@@ -156,7 +212,7 @@ export function read_headers(bytes) {
     }
     for (const chunk of part.chunks) chunk.offset = Number(cursor.take(8).readBigUInt64LE(0));
   }
-  return { bytes, multipart, parts };
+  return {bytes, multipart, parts};
 }
 
 function unpack_rle(packed, size) {
@@ -166,8 +222,10 @@ function unpack_rle(packed, size) {
     const count = packed.readInt8(i++);
     const n = count < 0 ? -count : count + 1;
     if (at + n > size || i + (count < 0 ? n : 1) > packed.length) return null;
-    if (count < 0) packed.copy(out, at, i, i += n);
-    else out.fill(packed[i++], at, at + n);
+    if (count < 0)
+      packed.copy(out, at, i, i += n);
+    else
+      out.fill(packed[i++], at, at + n);
     at += n;
   }
   return at === size ? out : null;
@@ -183,7 +241,7 @@ function undo_filter(data) {
 }
 
 function unpack(packed, size, compression) {
-  if (packed.length === size) return packed;        // what does not shrink is stored as it is, whatever the codec
+  if (packed.length === size) return packed;  // what does not shrink is stored as it is, whatever the codec
   if (packed.length > size) return null;
   if (compression === 'rle') {
     const data = unpack_rle(packed, size);
@@ -191,25 +249,25 @@ function unpack(packed, size, compression) {
   }
   if (compression === 'zip' || compression === 'zips') {
     try {
-      const data = inflateSync(packed, { maxOutputLength: size });
+      const data = inflateSync(packed, {maxOutputLength: size});
       return data.length === size ? undo_filter(data) : null;
-    } catch {
-      return null;
-    }
+    } catch { return null; }
   }
   return null;
 }
 
 function read_chunk(file, part, chunk, place) {
-  const { bytes, multipart } = file;
+  const {bytes, multipart} = file;
   const damaged = (message) => new Issue('FILE_DAMAGED', place, message);
   const head = (multipart ? 4 : 0) + (part.tile ? 20 : 8);
   let at = chunk.offset;
   if (at + head > bytes.length) throw damaged('a chunk lies beyond the end of the file');
   const next = () => bytes.readInt32LE((at += 4) - 4);
   if (multipart && next() !== part.index) throw damaged('a chunk belongs to another part');
-  const where = part.tile ? [chunk.x / part.tile.width, chunk.y / part.tile.height, chunk.level, chunk.level] : [chunk.y];
-  for (const expected of where) if (next() !== expected) throw damaged('a chunk has the wrong coordinates');
+  const where =
+    part.tile ? [chunk.x / part.tile.width, chunk.y / part.tile.height, chunk.level, chunk.level] : [chunk.y];
+  for (const expected of where)
+    if (next() !== expected) throw damaged('a chunk has the wrong coordinates');
   const size = next();
   if (size < 0 || at + size > bytes.length) throw damaged('a chunk is cut short');
   const pixel = part.channels.reduce((sum, channel) => sum + BYTES[channel.type], 0);
@@ -219,27 +277,28 @@ function read_chunk(file, part, chunk, place) {
 }
 
 /**
- * One level of one part: a Map from channel names, in the order of the header, to { type, bytes }, where `bytes` are
- * the values row by row from the top, little-endian, without padding.
+ * One level of one part: a Map from channel names, in the order of the header, to { type, bytes }, where
+ * `bytes` are the values row by row from the top, little-endian, without padding.
  */
 export function read_level(file, part, level) {
-  const { width, height } = part.levels[level];
+  const {width, height} = part.levels[level];
   const place = part.levels.length > 1 ? `${part.name} level ${level}` : part.name;
   if (!['none', 'rle', 'zips', 'zip'].includes(part.compression)) {
     throw new Issue('EXR_UNSUPPORTED', place, `compression ${part.compression} is not read`);
   }
   const floats = 4 * part.channels.length * width * height;
   if (floats > LIMITS.levelBytes || floats > LIMITS.levelBytesPerFileByte * file.bytes.length) {
-    throw new Issue('FILE_TOO_LARGE', place, 'the decoded level is too large, or too large for so small a file');
+    throw new Issue(
+      'FILE_TOO_LARGE', place, 'the decoded level is too large, or too large for so small a file');
   }
-  const channels = new Map(part.channels.map(({ name, type }) =>
-    [name, { type, bytes: Buffer.alloc(width * height * BYTES[type]) }]));
+  const channels = new Map(
+    part.channels.map(({name, type}) => [name, {type, bytes: Buffer.alloc(width * height * BYTES[type])}]));
   for (const chunk of part.chunks) {
     if (chunk.level !== level) continue;
     const data = read_chunk(file, part, chunk, place);
     let at = 0;
     for (let y = chunk.y; y < chunk.y + chunk.height; ++y) {
-      for (const { type, bytes } of channels.values()) {
+      for (const {type, bytes} of channels.values()) {
         const row = chunk.width * BYTES[type];
         data.copy(bytes, (y * width + chunk.x) * BYTES[type], at, at += row);
       }
@@ -256,7 +315,8 @@ export function half_to_number(bits) {
 }
 
 /** The values of a channel of read_level, exact in double precision. */
-export function channel_values({ type, bytes }) {
-  return Float64Array.from({ length: bytes.length / BYTES[type] },
+export function channel_values({type, bytes}) {
+  return Float64Array.from(
+    {length: bytes.length / BYTES[type]},
     (_, i) => type === 'half' ? half_to_number(bytes.readUInt16LE(2 * i)) : bytes.readFloatLE(4 * i));
 }

@@ -1,10 +1,18 @@
 // Writes OpenEXR 2 files of the kinds that exr.mjs reads.
-import { deflateSync } from 'node:zlib';
-import { BYTES, COMPRESSIONS, LINES_PER_CHUNK, PIXEL_TYPES } from './exr.mjs';
+import {deflateSync} from 'node:zlib';
+import {BYTES, COMPRESSIONS, LINES_PER_CHUNK, PIXEL_TYPES} from './exr.mjs';
 
 const text = (s) => Buffer.from(s + '\0', 'latin1');
-const i32 = (...values) => { const b = Buffer.alloc(4 * values.length); values.forEach((v, i) => b.writeInt32LE(v, 4 * i)); return b; };
-const f32 = (...values) => { const b = Buffer.alloc(4 * values.length); values.forEach((v, i) => b.writeFloatLE(v, 4 * i)); return b; };
+const i32 = (...values) => {
+  const b = Buffer.alloc(4 * values.length);
+  values.forEach((v, i) => b.writeInt32LE(v, 4 * i));
+  return b;
+};
+const f32 = (...values) => {
+  const b = Buffer.alloc(4 * values.length);
+  values.forEach((v, i) => b.writeFloatLE(v, 4 * i));
+  return b;
+};
 
 /** Attribute values: [type, bytes]. */
 export const attribute = {
@@ -21,7 +29,7 @@ export function number_to_half(x) {
   if (Number.isNaN(x)) return 0x7E00;
   if (size >= 65520) return sign | 0x7C00;
   const exponent = size < 2 ** -14 ? -14 : Math.floor(Math.log2(size));
-  const steps = size / 2 ** (exponent - 10);            // exact; 1,024 to 2,047, or less for a subnormal half
+  const steps = size / 2 ** (exponent - 10);  // exact; 1,024 to 2,047, or less for a subnormal half
   let whole = Math.floor(steps);
   if (steps - whole > 0.5 || (steps - whole === 0.5 && whole % 2 === 1)) ++whole;
   return sign | (whole < 1024 ? whole : whole + (exponent + 14) * 1024);
@@ -30,7 +38,8 @@ export function number_to_half(x) {
 /** Numbers as the bytes of a channel. */
 export function pack_values(values, type) {
   const bytes = Buffer.alloc(values.length * BYTES[type]);
-  values.forEach((x, i) => type === 'half' ? bytes.writeUInt16LE(number_to_half(x), 2 * i) : bytes.writeFloatLE(x, 4 * i));
+  values.forEach(
+    (x, i) => type === 'half' ? bytes.writeUInt16LE(number_to_half(x), 2 * i) : bytes.writeFloatLE(x, 4 * i));
   return bytes;
 }
 
@@ -52,7 +61,9 @@ function pack_rle(data) {
       i += run;
     } else {
       let n = 1;
-      while (n < 127 && i + n < data.length && !(data[i + n] === data[i + n + 1] && data[i + n] === data[i + n + 2])) ++n;
+      while (n < 127 && i + n < data.length &&
+             !(data[i + n] === data[i + n + 1] && data[i + n] === data[i + n + 2]))
+        ++n;
       out.push(256 - n, ...data.subarray(i, i + n));
       i += n;
     }
@@ -61,28 +72,29 @@ function pack_rle(data) {
 }
 
 function pack(data, compression, deflate) {
-  const packed = compression === 'rle' ? pack_rle(do_filter(data)) :
-    compression === 'zip' || compression === 'zips' ? deflate(do_filter(data)) : data;
+  const packed = compression === 'rle'              ? pack_rle(do_filter(data)) :
+    compression === 'zip' || compression === 'zips' ? deflate(do_filter(data)) :
+                                                      data;
   return packed.length < data.length ? packed : data;
 }
 
 /** The chunks of a part: { level, x, y, head, data } with the coordinates that stand before the data. */
 function part_chunks(part, deflate) {
-  const { tile, channels, compression } = part;
+  const {tile, channels, compression} = part;
   const chunks = [];
-  part.levels.forEach(({ width, height, values }, level) => {
+  part.levels.forEach(({width, height, values}, level) => {
     const step_x = tile ? tile.width : width, step_y = tile ? tile.height : LINES_PER_CHUNK[compression];
     for (let y = 0; y < height; y += step_y) {
       for (let x = 0; x < width; x += step_x) {
         const rows = [];
         for (let row = y; row < Math.min(y + step_y, height); ++row) {
-          for (const { name, type } of channels) {
+          for (const {name, type} of channels) {
             const first = row * width + x, end = row * width + Math.min(x + step_x, width);
             rows.push(values.get(name).subarray(first * BYTES[type], end * BYTES[type]));
           }
         }
         const head = tile ? i32(x / step_x, y / step_y, level, level) : i32(y);
-        chunks.push({ head, data: pack(Buffer.concat(rows), compression, deflate) });
+        chunks.push({head, data: pack(Buffer.concat(rows), compression, deflate)});
       }
     }
   });
@@ -90,17 +102,22 @@ function part_chunks(part, deflate) {
 }
 
 function channel_list(channels) {
-  const entries = channels.map(({ name, type }) =>
-    Buffer.concat([text(name), i32(PIXEL_TYPES.indexOf(type), 0, 1, 1)]));
+  const entries =
+    channels.map(({name, type}) => Buffer.concat([text(name), i32(PIXEL_TYPES.indexOf(type), 0, 1, 1)]));
   return ['chlist', Buffer.concat([...entries, Buffer.from([0])])];
 }
 
 function part_attributes(part, chunk_count, multipart) {
-  const { width, height } = part.levels[0];
+  const {width, height} = part.levels[0];
   const window = attribute.box2i(0, 0, width - 1, height - 1);
   const attributes = {
     name: attribute.string(part.name),
-    ...(multipart ? { type: attribute.string(part.tile ? 'tiledimage' : 'scanlineimage'), chunkCount: attribute.int(chunk_count) } : {}),
+    ...(
+      multipart ? {
+        type: attribute.string(part.tile ? 'tiledimage' : 'scanlineimage'),
+        chunkCount: attribute.int(chunk_count)
+      } :
+                  {}),
     channels: channel_list(part.channels),
     compression: ['compression', Buffer.from([COMPRESSIONS.indexOf(part.compression)])],
     dataWindow: window,
@@ -109,7 +126,14 @@ function part_attributes(part, chunk_count, multipart) {
     pixelAspectRatio: attribute.float(1),
     screenWindowCenter: attribute.v2f(0, 0),
     screenWindowWidth: attribute.float(1),
-    ...(part.tile ? { tiles: ['tiledesc', Buffer.concat([i32(part.tile.width, part.tile.height), Buffer.from([part.mipmap ? 1 : 0])])] } : {}),
+    ...(
+      part.tile ? {
+        tiles: [
+          'tiledesc',
+          Buffer.concat([i32(part.tile.width, part.tile.height), Buffer.from([part.mipmap ? 1 : 0])])
+        ]
+      } :
+                  {}),
     ...part.attributes,
   };
   return Object.entries(attributes).filter(([, value]) => value !== null);
@@ -124,11 +148,14 @@ function part_attributes(part, chunk_count, multipart) {
  *     levels     [{ width, height, values }]; values: a Map from channel names to bytes (pack_values)
  *     tile       { width, height }, or null for scan lines; mipmap: whether the levels are mip levels
  *     attributes { name: [type, bytes] }, added to those that OpenEXR asks for; null takes one away
- *   order      the order of the chunks in the file: takes and gives a list of { part, ... }; as they come if absent
+ *   order      the order of the chunks in the file: takes and gives a list of { part, ... }; as they come if
+ * absent
  */
-export function write_exr({ multipart = true, parts, order = (chunks) => chunks }, deflate = deflateSync) {
+export function write_exr({multipart = true, parts, order = (chunks) => chunks}, deflate = deflateSync) {
   const chunks = parts.map((part) => part_chunks(part, deflate));
-  const long = parts.some((part) => [...part.channels.map((c) => c.name), ...Object.keys(part.attributes ?? {})].some((n) => n.length > 31));
+  const long = parts.some(
+    (part) => [...part.channels.map((c) => c.name), ...Object.keys(part.attributes ?? {})].some(
+      (n) => n.length > 31));
   const flags = (multipart ? 0x1000 : parts[0].tile ? 0x200 : 0) | (long ? 0x400 : 0);
   const head = [i32(20000630, 2 | flags)];
   parts.forEach((part, i) => {
@@ -139,14 +166,15 @@ export function write_exr({ multipart = true, parts, order = (chunks) => chunks 
   });
   if (multipart) head.push(Buffer.from([0]));
 
-  const all = chunks.flatMap((list, part) => list.map((chunk) => ({ part, ...chunk })));
+  const all = chunks.flatMap((list, part) => list.map((chunk) => ({part, ...chunk})));
   const tables = Buffer.alloc(8 * all.length);
   const body = [];
   let at = head.reduce((sum, b) => sum + b.length, 0) + tables.length;
   const entries = new Map(all.map((chunk, i) => [chunk, i]));
   for (const chunk of order(all)) {
     tables.writeBigUInt64LE(BigInt(at), 8 * entries.get(chunk));
-    const bytes = Buffer.concat([...(multipart ? [i32(chunk.part)] : []), chunk.head, i32(chunk.data.length), chunk.data]);
+    const bytes = Buffer.concat(
+      [...(multipart ? [i32(chunk.part)] : []), chunk.head, i32(chunk.data.length), chunk.data]);
     body.push(bytes);
     at += bytes.length;
   }

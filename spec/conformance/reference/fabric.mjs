@@ -1,17 +1,24 @@
-// Reads fabric files (spec/fabric.md): headers and attribute text first, then one level of one layer at a time.
+// Reads fabric files (spec/fabric.md): headers and attribute text first, then one level of one layer at a
+// time.
 //
-// Every function that finds fault calls `report(code, place, message)`. A reader throws there; a checker takes a note
-// and goes on.
-import { chain_length, channel_values, level_size, read_headers, read_level } from './exr.mjs';
-import { Issue } from './issue.mjs';
-import { xxh3_128 } from './xxh3.mjs';
+// Every function that finds fault calls `report(code, place, message)`. A reader throws there; a checker
+// takes a note and goes on.
+import {chain_length, channel_values, level_size, read_headers, read_level} from './exr.mjs';
+import {Issue} from './issue.mjs';
+import {xxh3_128} from './xxh3.mjs';
 
 export const LAYERS = ['lobes', 'frame', 'table', 'opacity'];
-export const LIMITS = { texels: 4096, views: 4096, lobes: 16 };
+export const LIMITS = {
+  texels: 4096,
+  views: 4096,
+  lobes: 16
+};
 export const LOSSY = ['pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
 const COLOURS = ['red', 'green', 'blue'];
 
-export function throw_issue(code, place, message) { throw new Issue(code, place, message); }
+export function throw_issue(code, place, message) {
+  throw new Issue(code, place, message);
+}
 
 const is_object = (x) => typeof x === 'object' && x !== null && !Array.isArray(x);
 const is_integer = Number.isInteger;
@@ -22,24 +29,31 @@ const view_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '
 
 /** The channels that a layer needs. */
 export function layer_channels(layer, K, V) {
-  const each = (n, names) => Array.from({ length: n }, (_, i) => names(i)).flat();
+  const each = (n, names) => Array.from({length: n}, (_, i) => names(i)).flat();
   switch (layer) {
-    case 'lobes': return ['lobes.diffuse', ...each(K, (j) => ['cx', 'cy', 'cz', 'n'].map((p) => `lobes.${j}.${p}`))]
-      .flatMap((name) => COLOURS.map((c) => `${name}.${c}`));
-    case 'frame': return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
-    case 'table': return each(V, (k) => COLOURS.map((c) => view_name('table', k, `.${c}`)));
-    case 'opacity': return each(V, (k) => view_name('opacity', k));
+    case 'lobes':
+      return [
+        'lobes.diffuse', ...each(K, (j) => ['cx', 'cy', 'cz', 'n'].map((p) => `lobes.${j}.${p}`))
+      ].flatMap((name) => COLOURS.map((c) => `${name}.${c}`));
+    case 'frame':
+      return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
+    case 'table':
+      return each(V, (k) => COLOURS.map((c) => view_name('table', k, `.${c}`)));
+    case 'opacity':
+      return each(V, (k) => view_name('opacity', k));
   }
 }
 
 /** The digest of the pixels of read_level. */
-export const pixel_digest = (channels) => xxh3_128(Buffer.concat([...channels.values()].map((channel) => channel.bytes)));
+export const pixel_digest = (channels) =>
+  xxh3_128(Buffer.concat([...channels.values()].map((channel) => channel.bytes)));
 
 /** The header digest of a file of read_headers. */
 export function header_digest(file) {
-  const names = file.parts.map((part) =>
-    `\n${part.name}` + part.channels.map(({ name, type }) => `\n${name} ${type}`).join(''));
-  return xxh3_128(Buffer.concat([file.parts[0].attributes.get('selvedge.fabric').value, Buffer.from(names.join(''), 'latin1')]));
+  const names = file.parts.map(
+    (part) => `\n${part.name}` + part.channels.map(({name, type}) => `\n${name} ${type}`).join(''));
+  return xxh3_128(Buffer.concat(
+    [file.parts[0].attributes.get('selvedge.fabric').value, Buffer.from(names.join(''), 'latin1')]));
 }
 
 function parse_text(file) {
@@ -48,26 +62,27 @@ function parse_text(file) {
   if (attribute?.type !== 'string') fail('part 0 has no attribute text');
   let text;
   try {
-    text = JSON.parse(new TextDecoder('utf-8', { fatal: true, ignoreBOM: true }).decode(attribute.value));
-  } catch (error) {
-    fail(`the attribute text is not JSON: ${error.message}`);
-  }
+    text = JSON.parse(new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(attribute.value));
+  } catch (error) { fail(`the attribute text is not JSON: ${error.message}`); }
   if (!is_object(text)) fail('the attribute text is not an object');
   return text;
 }
 
 /** The members of the text: types and ranges. The result has only members that were good. */
 function check_members(text, report) {
-  const good = { layers: {} };
+  const good = {layers: {}};
   const member = (holder, at, name, test, what) => {
     if (!Object.hasOwn(holder, name)) return report('FABRIC_MEMBER', `${at}/${name}`, 'is missing');
     if (!test(holder[name])) return report('FABRIC_MEMBER', `${at}/${name}`, `is not ${what}`);
     return true;
   };
-  const take = (name, test, what) => { if (member(text, '', name, test, what)) good[name] = text[name]; };
+  const take = (name, test, what) => {
+    if (member(text, '', name, test, what)) good[name] = text[name];
+  };
 
   take('version', pair_of((x) => is_integer(x) && x >= 0), 'two integers');
-  if (good.version && good.version[0] !== 1) throw_issue('FABRIC_VERSION', '/version', `major version ${good.version[0]}`);
+  if (good.version && good.version[0] !== 1)
+    throw_issue('FABRIC_VERSION', '/version', `major version ${good.version[0]}`);
   take('model', (x) => typeof x === 'string', 'a string');
   take('texels', pair_of(in_range(1, LIMITS.texels)), `two integers of 1 to ${LIMITS.texels}`);
   const chain = good.texels ? chain_length(...good.texels) : 13;
@@ -80,12 +95,15 @@ function check_members(text, report) {
   take('digests', is_object, 'an object');
 
   if (good.views) {
-    const { views } = good;
+    const {views} = good;
     const count = in_range(1, LIMITS.views);
     let fine = member(views, '/views', 'layout', (x) => typeof x === 'string', 'a string');
-    if (fine && views.layout !== 'equal-area') fine = report('FABRIC_UNSUPPORTED', '/views/layout', views.layout);
-    for (const name of ['columns', 'rows']) fine = member(views, '/views', name, count, 'an integer of 1 to 4,096') && fine;
-    if (fine && views.columns * views.rows > LIMITS.views) fine = report('FABRIC_MEMBER', '/views', 'more than 4,096 views');
+    if (fine && views.layout !== 'equal-area')
+      fine = report('FABRIC_UNSUPPORTED', '/views/layout', views.layout);
+    for (const name of ['columns', 'rows'])
+      fine = member(views, '/views', name, count, 'an integer of 1 to 4,096') && fine;
+    if (fine && views.columns * views.rows > LIMITS.views)
+      fine = report('FABRIC_MEMBER', '/views', 'more than 4,096 views');
     if (!fine) delete good.views;
   }
 
@@ -93,7 +111,8 @@ function check_members(text, report) {
   for (const [name, layer] of Object.entries(text.layers)) {
     const at = `/layers/${name}`;
     if (!LAYERS.includes(name)) {
-      if (!is_object(layer) || layer.optional !== true) report('FABRIC_UNSUPPORTED', at, 'a layer that is not known');
+      if (!is_object(layer) || layer.optional !== true)
+        report('FABRIC_UNSUPPORTED', at, 'a layer that is not known');
       continue;
     }
     if (!is_object(layer)) {
@@ -105,12 +124,16 @@ function check_members(text, report) {
     let fine = member(layer, at, 'levels', levels, 'a rising list of the fabric\'s levels');
     member(layer, at, 'precision', (x) => x === 'half' || x === 'float', '"half" or "float"');
     if (name === 'lobes') {
-      fine = member(layer, at, 'lobes', in_range(0, LIMITS.lobes), `an integer of 0 to ${LIMITS.lobes}`) && fine;
+      fine =
+        member(layer, at, 'lobes', in_range(0, LIMITS.lobes), `an integer of 0 to ${LIMITS.lobes}`) && fine;
     }
-    const digests = (x) => Array.isArray(x) && x.every((d) => typeof d === 'string' && /^[0-9a-f]{32}$/.test(d)) &&
+    const digests = (x) => Array.isArray(x) &&
+      x.every((d) => typeof d === 'string' && /^[0-9a-f]{32}$/.test(d)) &&
       (!fine || x.length === layer.levels.length);
-    if (good.digests) fine = member(good.digests, '/digests', name, digests, 'a digest for each level of the layer') && fine;
-    if (fine && good.digests) good.layers[name] = { levels: layer.levels, digests: good.digests[name], lobes: layer.lobes };
+    if (good.digests)
+      fine = member(good.digests, '/digests', name, digests, 'a digest for each level of the layer') && fine;
+    if (fine && good.digests)
+      good.layers[name] = {levels: layer.levels, digests: good.digests[name], lobes: layer.lobes};
   }
   return good;
 }
@@ -118,16 +141,19 @@ function check_members(text, report) {
 /** How a part has to be laid out, and its channels. */
 function check_parts(file, text, report) {
   const owner = new Map();
-  if (!file.parts.some(({ name }) => name === 'preview')) report('FABRIC_PART', 'preview', 'the part is missing');
+  if (!file.parts.some(({name}) => name === 'preview'))
+    report('FABRIC_PART', 'preview', 'the part is missing');
   for (const part of file.parts) {
     if (text.texels) {
       const expected = [0, 0, text.texels[0] - 1, text.texels[1] - 1];
       for (const name of ['dataWindow', 'displayWindow']) {
-        if (part[name].some((x, i) => x !== expected[i])) report('FABRIC_PART', part.name, `the ${name} is not that of the texels`);
+        if (part[name].some((x, i) => x !== expected[i]))
+          report('FABRIC_PART', part.name, `the ${name} is not that of the texels`);
       }
     }
-    for (const { name } of part.channels) {
-      if (owner.has(name)) report('FABRIC_CHANNEL', `${part.name} ${name}`, `also in part ${owner.get(name)}`);
+    for (const {name} of part.channels) {
+      if (owner.has(name))
+        report('FABRIC_CHANNEL', `${part.name} ${name}`, `also in part ${owner.get(name)}`);
       owner.set(name, part.name);
       if (part.name !== 'preview' && /[RGBAY]$/.test(name)) {
         report('FABRIC_CHANNEL', `${part.name} ${name}`, 'a name that tools take for a colour');
@@ -142,7 +168,7 @@ function check_parts(file, text, report) {
       delete text.layers[name];
       continue;
     }
-    const { tile, lineOrder, compression } = part;
+    const {tile, lineOrder, compression} = part;
     let fine = true;
     if (tile?.mode !== 1) fine = report('FABRIC_PART', name, 'is not tiled with mip levels');
     if (lineOrder !== 'increasing') fine = report('FABRIC_PART', name, 'the line order is not INCREASING_Y');
@@ -156,7 +182,9 @@ function check_parts(file, text, report) {
         if (!has.has(channel)) fine = report('FABRIC_CHANNEL', `${name} ${channel}`, 'is missing');
       }
     }
-    if (!fine || !text.texels || part.levels[0].width !== text.texels[0] || part.levels[0].height !== text.texels[1]) {
+    if (
+      !fine || !text.texels || part.levels[0].width !== text.texels[0] ||
+      part.levels[0].height !== text.texels[1]) {
       delete text.layers[name];
     }
   }
@@ -176,12 +204,13 @@ export function open_fabric(bytes, report = throw_issue) {
   }
   const text = check_members(raw, report);
   check_parts(file, text, report);
-  return { file, raw, ...text };
+  return {file, raw, ...text};
 }
 
 /** A stored value must be finite and within its range; `values` is what fabric_layer gives. */
 function check_values(layer, values, width, place, report) {
-  const bad = (t, message) => report('FABRIC_NOT_FINITE', `${place} (${t % width}, ${Math.floor(t / width)})`, message);
+  const bad = (t, message) =>
+    report('FABRIC_NOT_FINITE', `${place} (${t % width}, ${Math.floor(t / width)})`, message);
   const length = ([x, y, z]) => Math.hypot(x, y, z);
   for (const [name, numbers] of values) {
     const unsigned = layer === 'table' || layer === 'opacity' || /^lobes\.(diffuse|\d+\.n)\./.test(name);
@@ -193,8 +222,9 @@ function check_values(layer, values, width, place, report) {
   const at = (t, names) => names.map((name) => values.get(`frame.${name}`)[t]);
   for (let t = 0; t < values.get('frame.nx').length; ++t) {
     const n = at(t, ['nx', 'ny', 'nz']), d = at(t, ['tx', 'ty', 'tz']);
-    if (Math.abs(length(n) - 1) > 0.01 || Math.abs(length(d) - 1) > 0.01 ||
-        Math.abs(n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) > 0.01) {
+    if (
+      Math.abs(length(n) - 1) > 0.01 || Math.abs(length(d) - 1) > 0.01 ||
+      Math.abs(n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) > 0.01) {
       return bad(t, 'normal and tangent are not unit and perpendicular');
     }
   }
@@ -202,43 +232,56 @@ function check_values(layer, values, width, place, report) {
 }
 
 /**
- * The numbers of a layer at a level, a Map from channel names to Float64Array, after the digest and the values have
- * been checked; null where the level lacks the layer.
+ * The numbers of a layer at a level, a Map from channel names to Float64Array, after the digest and the
+ * values have been checked; null where the level lacks the layer.
  */
 export function read_layer(fabric, layer, level, report = throw_issue) {
   const entry = fabric.layers[layer]?.levels.indexOf(level) ?? -1;
   if (entry < 0) return null;
-  const { part, digests, lobes } = fabric.layers[layer];
+  const {part, digests, lobes} = fabric.layers[layer];
   const place = `${layer} level ${level}`;
   const channels = read_level(fabric.file, part, level);
-  if (pixel_digest(channels) !== digests[entry]) report('FABRIC_DIGEST', place, 'the pixels do not have the stored digest');
+  if (pixel_digest(channels) !== digests[entry])
+    report('FABRIC_DIGEST', place, 'the pixels do not have the stored digest');
   const V = fabric.views ? fabric.views.columns * fabric.views.rows : 0;
-  const values = new Map(layer_channels(layer, lobes, V).map((name) => [name, channel_values(channels.get(name))]));
+  const values =
+    new Map(layer_channels(layer, lobes, V).map((name) => [name, channel_values(channels.get(name))]));
   check_values(layer, values, part.levels[level].width, place, report);
   return values;
 }
 
-/** A level as brdf.mjs wants it, from the numbers of its layers: { lobes, frame, table, opacity }, null where absent. */
-export function make_level({ texels, views, K }, level, { lobes, frame, table, opacity }) {
+/**
+ * A level as brdf.mjs wants it, from the numbers of its layers: { lobes, frame, table, opacity }, null where
+ * absent.
+ */
+export function make_level({texels, views, K}, level, {lobes, frame, table, opacity}) {
   const of = (values, ...names) => names.map((name) => values.get(name));
   const rgb = (values, name) => of(values, ...COLOURS.map((c) => `${name}.${c}`));
-  const each_view = Array.from({ length: views.columns * views.rows }, (_, k) => k);
+  const each_view = Array.from({length: views.columns * views.rows}, (_, k) => k);
   const result = {
-    width: level_size(texels[0], level), height: level_size(texels[1], level), views,
-    lobes: null, frame: null, table: null, opacity: null,
+    width: level_size(texels[0], level),
+    height: level_size(texels[1], level),
+    views,
+    lobes: null,
+    frame: null,
+    table: null,
+    opacity: null,
   };
   if (lobes) {
     const rho = rgb(lobes, 'lobes.diffuse');
-    const lists = Array.from({ length: K }, (_, j) =>
-      Object.fromEntries(['cx', 'cy', 'cz', 'n'].map((p) => [p, rgb(lobes, `lobes.${j}.${p}`)])));
-    result.lobes = (t) => COLOURS.map((_, c) => ({
-      rho: rho[c][t],
-      lobes: lists.map(({ cx, cy, cz, n }) => ({ cx: cx[c][t], cy: cy[c][t], cz: cz[c][t], n: n[c][t] })),
-    }));
+    const lists = Array.from(
+      {length: K},
+      (_, j) => Object.fromEntries(['cx', 'cy', 'cz', 'n'].map((p) => [p, rgb(lobes, `lobes.${j}.${p}`)])));
+    result.lobes = (t) => COLOURS.map(
+      (_, c) => ({
+        rho: rho[c][t],
+        lobes: lists.map(({cx, cy, cz, n}) => ({cx: cx[c][t], cy: cy[c][t], cz: cz[c][t], n: n[c][t]})),
+      }));
   }
   if (frame) {
-    const normal = of(frame, 'frame.nx', 'frame.ny', 'frame.nz'), tangent = of(frame, 'frame.tx', 'frame.ty', 'frame.tz');
-    result.frame = (t) => ({ normal: normal.map((x) => x[t]), tangent: tangent.map((x) => x[t]) });
+    const normal = of(frame, 'frame.nx', 'frame.ny', 'frame.nz'),
+          tangent = of(frame, 'frame.tx', 'frame.ty', 'frame.tz');
+    result.frame = (t) => ({normal: normal.map((x) => x[t]), tangent: tangent.map((x) => x[t])});
   }
   if (table) {
     const lists = each_view.map((k) => rgb(table, view_name('table', k)));
@@ -254,5 +297,6 @@ export function make_level({ texels, views, K }, level, { lobes, frame, table, o
 /** Level `level` of a fabric of open_fabric, as brdf.mjs wants it. */
 export function read_fabric_level(fabric, level) {
   const layers = Object.fromEntries(LAYERS.map((layer) => [layer, read_layer(fabric, layer, level)]));
-  return make_level({ texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes?.lobes }, level, layers);
+  return make_level(
+    {texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes?.lobes}, level, layers);
 }

@@ -1,28 +1,38 @@
 // Writes fabric files (spec/fabric.md).
-import { channel_values, chain_length, level_size } from './exr.mjs';
-import { attribute, pack_values, write_exr } from './exr_write.mjs';
-import { evaluate_texel } from './brdf.mjs';
-import { LAYERS, header_digest, layer_channels, make_level, pixel_digest } from './fabric.mjs';
+import {channel_values, chain_length, level_size} from './exr.mjs';
+import {attribute, pack_values, write_exr} from './exr_write.mjs';
+import {evaluate_texel} from './brdf.mjs';
+import {LAYERS, header_digest, layer_channels, make_level, pixel_digest} from './fabric.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
 
 /** The part of a layer: all levels of the chain, zeros where the layer is not listed. */
 function layer_part(fabric, name) {
-  const { texels: [w, h], views, layers } = fabric;
+  const {texels: [w, h], views, layers} = fabric;
   const layer = layers[name];
   const channels = layer_channels(name, layer.lobes, views.columns * views.rows)
-    .map((channel) => ({ name: channel, type: layer.precision })).sort(byte_order);
+                     .map((channel) => ({name: channel, type: layer.precision}))
+                     .sort(byte_order);
   const side = Math.max(w, h) > 32 ? 64 : 32;
   return {
-    name, channels, compression: 'zip', tile: { width: side, height: side }, mipmap: true,
-    attributes: { wrapmodes: attribute.string('periodic,periodic') },
-    levels: Array.from({ length: chain_length(w, h) }, (_, k) => {
-      const size = { width: level_size(w, k), height: level_size(h, k) };
-      const zeros = new Float64Array(size.width * size.height);
-      const values = new Map(channels.map((channel) => [channel.name,
-        pack_values(layer.levels.includes(k) ? layer.values(k, channel.name, size) : zeros, channel.type)]));
-      return { ...size, values };
-    }),
+    name,
+    channels,
+    compression: 'zip',
+    tile: {width: side, height: side},
+    mipmap: true,
+    attributes: {wrapmodes: attribute.string('periodic,periodic')},
+    levels: Array.from(
+      {length: chain_length(w, h)},
+      (_, k) => {
+        const size = {width: level_size(w, k), height: level_size(h, k)};
+        const zeros = new Float64Array(size.width * size.height);
+        const values = new Map(channels.map(
+          (channel) =>
+            [channel.name,
+             pack_values(
+               layer.levels.includes(k) ? layer.values(k, channel.name, size) : zeros, channel.type)]));
+        return {...size, values};
+      }),
   };
 }
 
@@ -30,25 +40,37 @@ function layer_part(fabric, name) {
 export function stored_level(fabric, parts, k) {
   const layers = Object.fromEntries(LAYERS.map((name) => {
     const part = fabric.layers[name]?.levels.includes(k) ? parts.find((p) => p.name === name) : null;
-    const numbers = part && new Map(part.channels.map(({ name: channel, type }) =>
-      [channel, channel_values({ type, bytes: part.levels[k].values.get(channel) })]));
+    const numbers = part &&
+      new Map(part.channels.map(
+        ({name: channel,
+          type}) => [channel, channel_values({type, bytes: part.levels[k].values.get(channel)})]));
     return [name, numbers];
   }));
-  return make_level({ texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes?.lobes }, k, layers);
+  return make_level({texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes?.lobes}, k, layers);
 }
 
 function preview_part(fabric, parts) {
   const level = stored_level(fabric, parts, 0);
-  const { width, height } = level;
+  const {width, height} = level;
   const length = Math.hypot(-0.4, 0.5, 0.8);
-  const pixels = Array.from({ length: width * height }, (_, t) =>
-    evaluate_texel(level, [t % width, Math.floor(t / width)], [-0.4 / length, 0.5 / length, 0.8 / length], [0, 0, 1]));
-  const channels = ['A', 'B', 'G', 'R'].map((name) => ({ name, type: 'half' }));
-  const colour = (c) => pack_values(pixels.map(({ rgb, alpha }) => Math.min(1000, Math.PI * alpha * rgb[c])), 'half');
-  const values = new Map([['A', pack_values(pixels.map(({ alpha }) => alpha), 'half')], ['B', colour(2)], ['G', colour(1)], ['R', colour(0)]]);
+  const pixels = Array.from(
+    {length: width * height},
+    (_, t) => evaluate_texel(
+      level, [t % width, Math.floor(t / width)], [-0.4 / length, 0.5 / length, 0.8 / length], [0, 0, 1]));
+  const channels = ['A', 'B', 'G', 'R'].map((name) => ({name, type: 'half'}));
+  const colour = (c) =>
+    pack_values(pixels.map(({rgb, alpha}) => Math.min(1000, Math.PI * alpha * rgb[c])), 'half');
+  const values = new Map([
+    ['A', pack_values(pixels.map(({alpha}) => alpha), 'half')], ['B', colour(2)], ['G', colour(1)],
+    ['R', colour(0)]
+  ]);
   return {
-    name: 'preview', channels, compression: 'zip', tile: null, levels: [{ width, height, values }],
-    attributes: { wrapmodes: attribute.string('periodic,periodic') },
+    name: 'preview',
+    channels,
+    compression: 'zip',
+    tile: null,
+    levels: [{width, height, values}],
+    attributes: {wrapmodes: attribute.string('periodic,periodic')},
   };
 }
 
@@ -58,22 +80,31 @@ export function fabric_parts(fabric) {
   return [preview_part(fabric, parts), ...parts];
 }
 
-const model_of = ({ layers }) => (layers.lobes?.levels.includes(0) ? 'lafortune' : 'constant') +
+const model_of = ({layers}) => (layers.lobes?.levels.includes(0) ? 'lafortune' : 'constant') +
   (layers.table?.levels.includes(0) ? '-view-table' : '');
 
 /** The attribute text as an object, with the digests of the parts. */
 export function fabric_text(fabric, parts) {
-  const { texels, levels, mmPerRepeat, referenceHeight, thickness, views, provenance } = fabric;
+  const {texels, levels, mmPerRepeat, referenceHeight, thickness, views, provenance} = fabric;
   const used = LAYERS.filter((name) => fabric.layers[name]);
-  const entries = (make) => Object.fromEntries(used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
+  const entries = (make) => Object.fromEntries(
+    used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
   return {
     version: [1, 0],
     model: model_of(fabric),
-    texels, levels, mmPerRepeat, referenceHeight, thickness,
-    views: { layout: 'equal-area', columns: views.columns, rows: views.rows },
-    layers: entries(({ levels: listed, precision, lobes }) => ({ levels: listed, precision, ...(lobes === undefined ? {} : { lobes }) })),
-    digests: entries((layer, part) => layer.levels.map((k) => pixel_digest(
-      new Map(part.channels.map(({ name }) => [name, { bytes: part.levels[k].values.get(name) }]))))),
+    texels,
+    levels,
+    mmPerRepeat,
+    referenceHeight,
+    thickness,
+    views: {layout: 'equal-area', columns: views.columns, rows: views.rows},
+    layers: entries(
+      ({levels: listed, precision, lobes}) =>
+        ({levels: listed, precision, ...(lobes === undefined ? {} : {lobes})})),
+    digests: entries(
+      (layer, part) => layer.levels.map(
+        (k) => pixel_digest(
+          new Map(part.channels.map(({name}) => [name, {bytes: part.levels[k].values.get(name)}]))))),
     provenance,
   };
 }
@@ -87,19 +118,22 @@ export function seal(parts, text, fabric) {
     'selvedge.mmPerRepeat': attribute.v2f(...fabric.mmPerRepeat),
     'selvedge.referenceHeight': attribute.float(fabric.referenceHeight),
   };
-  const digest = header_digest({ parts: [{ ...parts[0], attributes: new Map([['selvedge.fabric', { value: value[1] }]]) }, ...parts.slice(1)] });
-  Object.assign(parts[0].attributes, { 'selvedge.fabric': value, 'selvedge.digest': attribute.string(digest), ...mirrors });
+  const digest = header_digest({
+    parts: [{...parts[0], attributes: new Map([['selvedge.fabric', {value: value[1]}]])}, ...parts.slice(1)]
+  });
+  Object.assign(
+    parts[0].attributes, {'selvedge.fabric': value, 'selvedge.digest': attribute.string(digest), ...mirrors});
 }
 
 /**
  * The bytes of a fabric file.
  *
- * A fabric: { texels, levels, mmPerRepeat, referenceHeight, thickness, views: { columns, rows }, provenance, layers }
- * with layers: { name: { levels, precision, lobes?, values(level, channel, { width, height }) } }, values giving the
- * numbers of a channel row by row.
+ * A fabric: { texels, levels, mmPerRepeat, referenceHeight, thickness, views: { columns, rows }, provenance,
+ * layers } with layers: { name: { levels, precision, lobes?, values(level, channel, { width, height }) } },
+ * values giving the numbers of a channel row by row.
  */
 export function write_fabric(fabric, deflate) {
   const parts = fabric_parts(fabric);
   seal(parts, JSON.stringify(fabric_text(fabric, parts)), fabric);
-  return write_exr({ multipart: parts.length > 1, parts }, deflate);
+  return write_exr({multipart: parts.length > 1, parts}, deflate);
 }

@@ -4,11 +4,12 @@
 
 const SECRET = Buffer.from(
   'b8fe6c3923a44bbe7c01812cf721ad1cded46de9839097db7240a4a4b7b3671f' +
-  'cb79e64eccc0e578825ad07dccff7221b8084674f743248ee03590e6813a264c' +
-  '3c2852bb91c300cb88d0658b1b532ea371644897a20df94e3819ef46a9deacd8' +
-  'a8fa763fe39c343ff9dcbbc7c70b4f1d8a51e04bcdb45931c89f7ec9d9787364' +
-  'eac5ac8334d3ebc3c581a0fffa1363eb170ddd51b7f0da49d316552629d4689e' +
-  '2b16be587d47a1fc8ff8b8d17ad031ce45cb3a8f95160428afd7fbcabb4b407e', 'hex');
+    'cb79e64eccc0e578825ad07dccff7221b8084674f743248ee03590e6813a264c' +
+    '3c2852bb91c300cb88d0658b1b532ea371644897a20df94e3819ef46a9deacd8' +
+    'a8fa763fe39c343ff9dcbbc7c70b4f1d8a51e04bcdb45931c89f7ec9d9787364' +
+    'eac5ac8334d3ebc3c581a0fffa1363eb170ddd51b7f0da49d316552629d4689e' +
+    '2b16be587d47a1fc8ff8b8d17ad031ce45cb3a8f95160428afd7fbcabb4b407e',
+  'hex');
 const P32_1 = 0x9E3779B1n, P32_2 = 0x85EBCA77n, P32_3 = 0xC2B2AE3Dn;
 const P64_1 = 0x9E3779B185EBCA87n, P64_2 = 0xC2B2AE3D27D4EB4Fn, P64_3 = 0x165667B19E3779F9n;
 const P64_4 = 0x85EBCA77C2B2AE63n, P64_5 = 0x27D4EB2F165667C5n;
@@ -16,7 +17,10 @@ const MIX_1 = 0x165667919E3779F9n, MIX_2 = 0x9FB21C651E98DF25n;
 
 const u64 = (x) => BigInt.asUintN(64, x);
 const secret = (at) => SECRET.readBigUInt64LE(at);
-const fold = (a, b) => { const m = a * b; return u64(m) ^ (m >> 64n); };
+const fold = (a, b) => {
+  const m = a * b;
+  return u64(m) ^ (m >> 64n);
+};
 
 function avalanche(x) {
   x ^= x >> 37n;
@@ -108,13 +112,15 @@ function any_length(data) {
     add_stripe(at, 8 * stripe);
     if (++stripe < 16) continue;
     // The end of a block of 16 stripes, unless the data ends here: then only the last stripe follows.
-    if (at + 64 < n) for (let i = 0; i < 8; ++i) sums[i] = u64((sums[i] ^ (sums[i] >> 47n) ^ secret(128 + 8 * i)) * P32_1);
+    if (at + 64 < n)
+      for (let i = 0; i < 8; ++i) sums[i] = u64((sums[i] ^ (sums[i] >> 47n) ^ secret(128 + 8 * i)) * P32_1);
     stripe = 0;
   }
   add_stripe(n - 64, 192 - 64 - 7);
   const merge = (key, start) => {
     let sum = start;
-    for (let i = 0; i < 4; ++i) sum += fold(sums[2 * i] ^ secret(key + 16 * i), sums[2 * i + 1] ^ secret(key + 16 * i + 8));
+    for (let i = 0; i < 4; ++i)
+      sum += fold(sums[2 * i] ^ secret(key + 16 * i), sums[2 * i + 1] ^ secret(key + 16 * i + 8));
     return avalanche(u64(sum));
   };
   return [merge(11, u64(BigInt(n) * P64_1)), merge(192 - 64 - 11, u64(~(BigInt(n) * P64_2)))];
@@ -123,11 +129,12 @@ function any_length(data) {
 /** The digest of a Buffer as 32 lower-case hexadecimal digits: the high 64 bits, then the low 64 bits. */
 export function xxh3_128(data) {
   const n = data.length;
-  const [low, high] =
-    n === 0 ? [avalanche_64(secret(64) ^ secret(72)), avalanche_64(secret(80) ^ secret(88))] :
-    n <= 3 ? up_to_3(data) :
-    n <= 8 ? up_to_8(data) :
-    n <= 16 ? up_to_16(data) :
-    n <= 240 ? up_to_240(data) : any_length(data);
+  const [low, high] = n === 0 ?
+    [avalanche_64(secret(64) ^ secret(72)), avalanche_64(secret(80) ^ secret(88))] :
+    n <= 3   ? up_to_3(data) :
+    n <= 8   ? up_to_8(data) :
+    n <= 16  ? up_to_16(data) :
+    n <= 240 ? up_to_240(data) :
+               any_length(data);
   return high.toString(16).padStart(16, '0') + low.toString(16).padStart(16, '0');
 }

@@ -1,0 +1,113 @@
+// What the broken files have in common. A fixture: { name: 'CODE-what', about, issues, others, evaluate }
+// besides what make.mjs takes.
+//
+//   issues    what a checker must find: { code or [codes of which one fits], place }
+//   others    'none' or 'allowed': whether errors beside these may be reported
+//   evaluate  the query that a reader must refuse; null where a reader may not notice
+import {read_headers} from '../../reference/exr.mjs';
+
+const UP = [0, 0, 1];
+export const ask = (level, texel = [0, 0]) => ({level, texel, light: UP, view: UP});
+export const everywhere = (value) => () => value;
+
+/** Values of lobes of C = (xy, xy, z) for every colour. */
+export const lobe = ({rho, xy = 0, z, n}) => (level, channel) => {
+  if (channel.startsWith('lobes.diffuse')) return rho;
+  return {cx: xy, cy: xy, cz: z, n}[channel.split('.')[2]];
+};
+
+/** The file that the rules are broken in: sound in all else, and no reason for a warning. */
+export const base = {
+  layers: ['lobes', 'opacity'],
+  K: 0,
+  grid: [2, 1],
+  value: {lobes: lobe({rho: 0.1, xy: -0.25, z: 0.5, n: 2})},
+};
+export const all_layers = {
+  ...base,
+  K: 1,
+  layers: ['lobes', 'frame', 'table', 'opacity']
+};
+export const opacity_on_0 = {
+  layers: {lobes: {}, opacity: {levels: [0]}}
+};
+
+export const broken = (code, what, about, place, changes, from = base) => ({
+  ...from,
+  name: `${[code].flat()[0]}-${what}`,
+  about,
+  issues: [{code, place}],
+  others: 'none',
+  evaluate: ask(0),
+  ...changes,
+});
+export const others = {
+  others: 'allowed'
+};
+export const unread = {
+  evaluate: null
+};
+
+/** Sets the member of an object that a JSON pointer names; undefined takes it away. */
+export const set = (pointer, value) => (object) => {
+  const names = pointer.split('/').slice(1);
+  const last = names.pop();
+  const holder = names.reduce((part, name) => part[name], object);
+  if (value === undefined)
+    delete holder[last];
+  else
+    holder[last] = value;
+};
+
+/** Several changes one after the other. */
+export const all = (...changes) => (object) => changes.forEach((change) => change(object));
+
+/** Where the value of an attribute of a part begins, and its size. */
+export function find_attribute(bytes, part, name) {
+  const {value} = read_headers(bytes).parts[part].attributes.get(name);
+  return {at: value.byteOffset - bytes.byteOffset, size: value.length};
+}
+
+/** Where the first chunk of a level of a part begins. */
+export const chunk_at = (bytes, part, level = 0) =>
+  read_headers(bytes).parts[part].chunks.find((chunk) => chunk.level === level).offset;
+
+/** The bytes with others from `at` on. */
+export function with_bytes(bytes, at, ...values) {
+  const copy = Buffer.from(bytes);
+  copy.set(values, at);
+  return copy;
+}
+
+/** The bytes with another 32-bit integer at `at`. */
+export function with_i32(bytes, at, value) {
+  const copy = Buffer.from(bytes);
+  copy.writeInt32LE(value, at);
+  return copy;
+}
+
+// A chunk of a tiled part: the part's number, four coordinates, the size, the data.
+export const TILE_LEVEL = 12, TILE_SIZE = 20, TILE_DATA = 24;
+
+/** The bytes of zeros for all channels of a part. */
+export const zeros = (channels, width, height) => ({
+  width,
+  height,
+  values:
+    new Map(channels.map(({name, type}) => [name, Buffer.alloc(width * height * (type === 'half' ? 2 : 4))]))
+});
+
+/** A part that a reader does not know, laid out as data parts are. */
+export function unknown_part(name, channel) {
+  const channels = [{name: channel, type: 'half'}];
+  const levels = [zeros(channels, 3, 2), zeros(channels, 1, 1)];
+  return {
+    name,
+    compression: 'none',
+    tile: {width: 32, height: 32},
+    mipmap: true,
+    attributes: {},
+    channels,
+    levels
+  };
+}

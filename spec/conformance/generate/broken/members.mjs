@@ -1,0 +1,129 @@
+// Attribute texts with a member that is missing, of the wrong type or out of range.
+import {all, broken, others, set, unread} from './common.mjs';
+
+/**
+ * A member that is `value`, or missing where that is undefined; `value` may be a change of the text instead.
+ */
+const member = (what, pointer, value, extra = others) =>
+  broken('FABRIC_MEMBER', what, `${pointer}: ${what.replaceAll('-', ' ')}`, pointer, {
+    text: typeof value === 'function' ? value : set(pointer, value),
+    ...extra,
+  });
+const missing = undefined;
+const alone = {};  // no other error follows
+const code_of = (pointer, code, more) => ({...others, issues: [{code, place: pointer}], ...more});
+/** Of a member that readers do not use, the pages do not say whether it is an error. */
+const for_people = (pointer) => code_of(pointer, ['FABRIC_MEMBER', 'FABRIC_ADVICE'], unread);
+const digest = (layer) => code_of(layer, ['FABRIC_MEMBER', 'FABRIC_DIGEST']);
+
+const LEVELS = '/layers/opacity/levels', PRECISION = '/layers/opacity/precision',
+      LOBES = '/layers/lobes/lobes';
+const DIGESTS = '/digests/opacity';
+
+export const broken_members = [
+  ...
+    ['version', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'layers',
+     'digests', 'provenance']
+      .map((name) => member(`${name}-missing`, `/${name}`, missing)),
+  member('version-text', '/version', '1.0', alone),
+  member('version-of-one-number', '/version', [1], alone),
+  member('version-fraction', '/version', [1, 0.5], alone),
+  member('model-missing', '/model', missing, for_people('/model')),
+  member('model-number', '/model', 1, for_people('/model')),
+  member('texels-of-one-number', '/texels', [3]),
+  member('texels-none', '/texels', [0, 2]),
+  member('texels-too-many', '/texels', [4097, 2]),
+  member('texels-fraction', '/texels', [2.5, 2]),
+  member('levels-none', '/levels', 0),
+  member('levels-beyond-the-chain', '/levels', 3, alone),
+  member('levels-text', '/levels', '2'),
+  member('levels-fraction', '/levels', 1.5),
+  member('mm-zero', '/mmPerRepeat', [0, 1], alone),
+  member('mm-negative', '/mmPerRepeat', [1, -1], alone),
+  member('mm-text', '/mmPerRepeat', ['1', '1'], alone),
+  member('mm-of-three-numbers', '/mmPerRepeat', [1, 1, 1], alone),
+  member('mm-beyond-single-precision', '/mmPerRepeat', [1e39, 1], alone),
+  member('reference-height-null', '/referenceHeight', null, alone),
+  member('reference-height-text', '/referenceHeight', '0.5', alone),
+  member('thickness-negative', '/thickness', -0.25, alone),
+  member('views-array', '/views', [2, 1]),
+  member('views-layout-missing', '/views/layout', missing),
+  member('views-columns-none', '/views/columns', 0),
+  member('views-rows-fraction', '/views/rows', 2.5),
+  member('views-rows-missing', '/views/rows', missing),
+  member('views-too-many', '/views', {layout: 'equal-area', columns: 65, rows: 64}),
+  member('layers-array', '/layers', []),
+  member('layer-not-an-object', '/layers/opacity', [0, 1]),
+  member('layer-levels-missing', LEVELS, missing),
+  member('layer-levels-empty', LEVELS, all(set(LEVELS, []), set(DIGESTS, []))),
+  member(
+    'layer-levels-falling', LEVELS,
+    (text) => {
+      text.layers.opacity.levels.reverse();
+      text.digests.opacity.reverse();
+    }),
+  member('layer-levels-twice', LEVELS, [0, 0]),
+  member('layer-levels-beyond', LEVELS, [0, 2]),
+  member(
+    'layer-levels-beyond-the-fabric', LEVELS,
+    all(
+      set('/levels', 1), set('/layers/lobes/levels', [0]),
+      (text) => {
+        text.digests.lobes.pop();
+      })),
+  member('layer-levels-negative', LEVELS, [-1, 0]),
+  member('layer-levels-fraction', LEVELS, [0, 0.5]),
+  member('layer-levels-number', LEVELS, 0),
+  member('layer-precision-missing', PRECISION, missing, for_people(PRECISION)),
+  member('layer-precision-unknown', PRECISION, 'double', for_people(PRECISION)),
+  member('lobes-missing', LOBES, missing),
+  member('lobes-negative', LOBES, -1),
+  member('lobes-too-many', LOBES, 17),
+  member('lobes-fraction', LOBES, 0.5),
+  member(
+    'digests-array', '/digests',
+    (text) => {
+      text.digests = Object.values(text.digests);
+    }),
+  member('digests-of-a-layer-missing', DIGESTS, missing),
+  member(
+    'digests-too-few', DIGESTS,
+    (text) => {
+      text.digests.opacity.pop();
+    }),
+  member(
+    'digests-too-many', DIGESTS,
+    (text) => {
+      text.digests.opacity.push(text.digests.opacity[0]);
+    }),
+  member(
+    'digest-number', DIGESTS,
+    (text) => {
+      text.digests.opacity[0] = 12;
+    }),
+  member(
+    'digest-too-short', DIGESTS,
+    (text) => {
+      text.digests.opacity[0] = 'abc';
+    },
+    digest('opacity')),
+  member(
+    'digest-upper-case', '/digests/lobes',
+    (text) => {
+      text.digests.lobes[0] = text.digests.lobes[0].toUpperCase();
+    },
+    digest('lobes')),
+  member('provenance-text', '/provenance', 'unknown', alone),
+  broken('FABRIC_UNSUPPORTED', 'view-layout', 'a layout of views that is not known', '/views/layout', {
+    text: set('/views/layout', 'octahedral'),
+    ...others,
+  }),
+  broken('FABRIC_UNSUPPORTED', 'layer', 'a layer that is not known', '/layers/heights', {
+    text: set('/layers/heights', {levels: [0]}),
+  }),
+  broken(
+    'FABRIC_UNSUPPORTED', 'layer-not-optional', 'a layer that is not known, marked as not optional',
+    '/layers/heights', {
+      text: set('/layers/heights', {levels: [0], optional: false}),
+    }),
+];
