@@ -114,9 +114,11 @@ async function run_vectors(name, ask) {
   return row;
 }
 
-const words = (text) => text.split(' ').filter((word) => word !== '');
+/**
+ * Whether an issue is the wanted one; the place may stand in the message, as what is not a place of a file.
+ */
 const fits = (issue, {code, place}, codes_only) => [code].flat().includes(issue.code) &&
-  (codes_only || words(place).every((word) => `${issue.place ?? ''} ${issue.message ?? ''}`.includes(word)));
+  (codes_only || `${issue.place ?? ''}\n${issue.message ?? ''}`.includes(place));
 
 /** What is wrong with the issues that a check found. */
 function judge(found, expected, kind, codes_only) {

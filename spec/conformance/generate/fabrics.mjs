@@ -3,6 +3,7 @@
 import {attribute, pack_values} from '../reference/exr_write.mjs';
 import {LAYERS} from '../reference/fabric.mjs';
 import {ask, by_texel, extremes} from './extremes.mjs';
+import {unknown_part} from './broken/common.mjs';
 import {framed, part_of} from './make.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
@@ -140,17 +141,6 @@ const grids = [[1, 1], [1, 7], [2, 2], [3, 2], [8, 8], [8, 16], [16, 16]].map(
     },
   }));
 
-/** Another part that a reader does not know. */
-const unknown_part = ([w, h]) => ({
-  name: 'seams',
-  compression: 'zip',
-  tile: null,
-  attributes: {},
-  channels: [{name: 'seams.depth', type: 'float'}],
-  levels:
-    [{width: w, height: h, values: new Map([['seams.depth', pack_values(Array(w * h).fill(NaN), 'float')]])}],
-});
-
 const unknowns = [
   {
     name: 'unknown-members',
@@ -185,9 +175,9 @@ const unknowns = [
   },
   {
     name: 'unknown-part',
-    about: 'a part that a reader does not know, its pixels NaN; the header digest has it',
+    about: 'a part that a reader does not know, between those that it does; the header digest has it',
     layers: ['lobes'],
-    before: (parts, {texels}) => parts.splice(1, 0, unknown_part(texels)),
+    before: (parts) => parts.splice(1, 0, unknown_part('seams', 'seams.depth')),
   },
   {
     name: 'unknown-channels',

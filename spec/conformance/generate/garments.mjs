@@ -1,4 +1,5 @@
 // glTF files that use the extension against its rules, or unwisely: one triangle each.
+import {read_headers} from '../reference/exr.mjs';
 import {file_of} from './make.mjs';
 import {deflate} from './deflate.mjs';
 
@@ -62,7 +63,7 @@ function garment() {
     materials: [{
       pbrMetallicRoughness: {baseColorTexture: {index: 0, extensions: transform()}, metallicFactor: 0},
       extensions: {[NAME]: {fabric: {index: 0, texCoord: 0, extensions: transform()}}},
-      extras: {[NAME]: {index: 0, name: 'cloth', uri: 'cloth.fabric.exr'}},
+      extras: {[NAME]: {index: 0, extensions: transform(), name: 'cloth', uri: 'cloth.fabric.exr'}},
     }],
     textures: [{source: 0}],
     images: [{uri: data_uri('image/png', png())}],
@@ -93,9 +94,15 @@ const material = `/materials/0/extensions/${NAME}`;
 const item_of = (gltf) => gltf.extensions[NAME].fabrics[0];
 const reference_of = (gltf) => gltf.materials[0].extensions[NAME].fabric;
 
+/** The header digest that a fabric file says it has. */
+const open_digest = (bytes) =>
+  read_headers(bytes).parts[0].attributes.get('selvedge.digest').value.toString();
+
 /** A fixture: { name, about, issues, others, files }. */
 function fixture(code, what, about, place, change, {fabric = FABRIC, others = 'none'} = {}) {
   const gltf = garment();
+  const mirror = gltf.materials[0].extras[NAME];
+  mirror.digest = open_digest(fabric);
   const beside = change(gltf) ?? {'cloth.fabric.exr': fabric};
   return {
     name: `${[code].flat()[0]}-${what}`,
@@ -206,6 +213,14 @@ export const invalid = [
     },
     allowed),
   extension(
+    'buffer-view-with-target', 'a buffer view with a target', '',
+    (g) => {
+      embed(g, FABRIC);
+      g.bufferViews[3].target = 34962;
+      return nothing;
+    },
+    allowed),
+  extension(
     'material-not-an-object', 'the extension of a material is true', material,
     (g) => {
       g.materials[0].extensions[NAME] = true;
@@ -296,6 +311,7 @@ export const warnings = [
     'GLTF_FALLBACK', 'no-texture', 'a material with no baseColorTexture', '/materials/0',
     (g) => {
       delete g.materials[0].pbrMetallicRoughness.baseColorTexture;
+      g.materials[0].extras[NAME].baseColorTexture = null;
     }),
   fixture(
     'GLTF_ALPHA', 'opaque-with-holes', 'alphaMode OPAQUE over a fabric with holes', '/materials/0', () => {},
@@ -308,12 +324,16 @@ export const warnings = [
   fixture(
     'GLTF_TRANSFORM', 'scale', 'fallback and fabric repeat at different rates', '/materials/0',
     (g) => {
+      const mirror = g.materials[0].extras[NAME];
       reference_of(g).extensions.KHR_texture_transform.scale = [5, 5];
+      mirror.baseColorTexture = {extensions: mirror.extensions};
+      mirror.extensions = reference_of(g).extensions;
     }),
   fixture(
     'GLTF_TRANSFORM', 'none-on-the-fallback', 'the fallback has no transform', '/materials/0',
     (g) => {
       delete g.materials[0].pbrMetallicRoughness.baseColorTexture.extensions;
+      g.materials[0].extras[NAME].baseColorTexture = {};
     }),
   fixture(
     'GLTF_MIRROR', 'missing', 'no mirror in extras', '/materials/0',
@@ -324,6 +344,16 @@ export const warnings = [
     'GLTF_MIRROR', 'differs', 'the mirror names another file', '/materials/0',
     (g) => {
       g.materials[0].extras[NAME].uri = 'other.exr';
+    }),
+  fixture(
+    'GLTF_MIRROR', 'digest', 'the mirror has the digest of another file', '/materials/0',
+    (g) => {
+      g.materials[0].extras[NAME].digest = open_digest(HOLED);
+    }),
+  fixture(
+    'GLTF_MIRROR', 'transform', 'the mirror has another transform than the reference', '/materials/0',
+    (g) => {
+      g.materials[0].extras[NAME].extensions.KHR_texture_transform.scale = [2, 2];
     }),
 ];
 

@@ -2,7 +2,7 @@
 import {evaluate_texel} from './brdf.mjs';
 import {cell_direction} from './directions.mjs';
 import {chain_length, read_level} from './exr.mjs';
-import {LAYERS, LOSSY, make_level, open_fabric, read_layer} from './fabric.mjs';
+import {LAYERS, LOSSY, check_layout, check_windows, make_level, open_fabric, read_layer} from './fabric.mjs';
 import {Issue} from './issue.mjs';
 
 const MEMBERS = [
@@ -10,9 +10,11 @@ const MEMBERS = [
   'digests', 'provenance'
 ];
 const LAYER_MEMBERS = ['levels', 'precision', 'lobes', 'optional'];
-const LARGE_EXPONENT = 100;  // from here on halves cost a lobe's peak some per cent
+const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;
-const ENERGY_SLACK = 1.05;  // the albedo is a sum over a grid of lights
+const ENERGY_LIMIT = 1.01;
+const ENERGY_VIEWS = Array.from({length: 256}, (_, k) => cell_direction({columns: 16, rows: 16}, k));
+const ENERGY_LIGHTS = [[0, 0, 1], [0.6, 0, 0.8], [-0.6, 0, 0.8], [0, 0.8, 0.6], [0, -0.8, 0.6]];
 
 /** Runs `work`; an Issue that it throws becomes one of the list. */
 function collect(issues, work) {
@@ -56,6 +58,26 @@ function check_text(fabric, advise) {
   mirror('referenceHeight', 'float', (v) => v.readFloatLE(0) === single(raw.referenceHeight));
 }
 
+/** What does not keep a reader from reading right: parts of no listed layer, names of channels. */
+function check_surroundings({file, texels, raw}, report) {
+  const {parts} = file;
+  if (!parts.some(({name}) => name === 'preview')) report('FABRIC_PART', 'preview', 'the part is missing');
+  const owner = new Map();
+  for (const part of parts) {
+    if (part.name === 'preview')
+      check_windows(part, texels, report);
+    else if (!LAYERS.includes(part.name) || !raw.layers?.[part.name])
+      check_layout(part, texels, report);
+    for (const {name} of part.channels) {
+      const place = `${part.name}/${name}`;
+      if (owner.has(name)) report('FABRIC_CHANNEL', place, `also in part ${owner.get(name)}`);
+      owner.set(name, part.name);
+      if (part.name !== 'preview' && /[RGBAY]$/.test(name))
+        report('FABRIC_CHANNEL', place, 'a name that tools take for a colour');
+    }
+  }
+}
+
 function check_levels(fabric, warn) {
   const chain = fabric.texels ? chain_length(...fabric.texels) : 0;
   if (fabric.levels < chain) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
@@ -65,24 +87,38 @@ function check_levels(fabric, warn) {
   }
 }
 
-/**
- * The largest share of its light that a texel sends back to a grid of views, with all light from one
- * direction.
- */
-function largest_albedo(level, texel) {
-  const grid = {columns: 16, rows: 16};
-  const lights = Array.from({length: 256}, (_, k) => cell_direction(grid, k));
-  const views = [[0, 0, 1], ...Array.from({length: 16}, (_, k) => cell_direction({columns: 4, rows: 4}, k))];
-  return Math.max(...views.map((view) => {
-    const sums = [0, 0, 0];
-    for (const light of lights) {
-      const {rgb, alpha} = evaluate_texel(level, texel, light, view);
-      rgb.forEach((f, c) => {
-        sums[c] += alpha * f * 2 * Math.PI / 256;
+/** What of the light from `light` a texel sends to all views: the integral of alpha f v_z, per channel. */
+function reflected(level, texel, light) {
+  const sums = [0, 0, 0];
+  for (const view of ENERGY_VIEWS) {
+    const {rgb, alpha} = evaluate_texel(level, texel, light, view);
+    rgb.forEach((f, c) => {
+      sums[c] += alpha * f * view[2] * 2 * Math.PI / ENERGY_VIEWS.length;
+    });
+  }
+  return sums;
+}
+
+function check_energy(level, k, warn) {
+  const count = level.width * level.height;
+  for (const light of ENERGY_LIGHTS) {
+    const mean = [0, 0, 0];
+    for (let t = 0; t < count; ++t) {
+      const i = t % level.width, j = Math.floor(t / level.width);
+      const sums = reflected(level, [i, j], light);
+      sums.forEach((sum, c) => {
+        mean[c] += sum / count;
       });
+      const most = Math.max(...sums);
+      if (most > ENERGY_LIMIT)
+        return warn(
+          'FABRIC_ENERGY', `level ${k}/${i},${j}`, `sends ${most.toPrecision(3)} of its light back`);
     }
-    return Math.max(...sums);
-  }));
+    const most = Math.max(...mean);
+    if (most > ENERGY_LIMIT * light[2])
+      return warn(
+        'FABRIC_ENERGY', `level ${k}`, `sends ${(most / light[2]).toPrecision(3)} of its light back`);
+  }
 }
 
 function check_lobes(fabric, level, k, half, warn) {
@@ -95,9 +131,9 @@ function check_lobes(fabric, level, k, half, warn) {
       }
     }
   }
-  if (peak > LARGEST_HALF) warn('FABRIC_PEAK', `lobes level ${k}`, `a peak of ${peak.toPrecision(3)}`);
-  if (half && exponent >= LARGE_EXPONENT)
-    warn('FABRIC_PEAK', `lobes level ${k}`, `an exponent of ${exponent} in half precision`);
+  if (peak > LARGEST_HALF) warn('FABRIC_PEAK', `lobes/level ${k}`, `a peak of ${peak.toPrecision(3)}`);
+  if (half && exponent > LARGE_EXPONENT)
+    warn('FABRIC_PEAK', `lobes/level ${k}`, `an exponent of ${exponent} in half precision`);
 }
 
 /** The issues of the bytes of a fabric file: { code, severity, place, message }. */
@@ -113,6 +149,7 @@ export function check_fabric(bytes) {
     fabric = open_fabric(bytes, report);
   });
   if (!fabric) return issues;
+  check_surroundings(fabric, report);
   for (const part of fabric.file.parts) {
     if (LOSSY.includes(part.compression)) continue;
     part.levels.forEach((_, k) => {
@@ -121,7 +158,7 @@ export function check_fabric(bytes) {
         const zero =
           [...read_level(fabric.file, part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
         if (!zero && fabric.layers[part.name])
-          advise(`${part.name} level ${k}`, 'is not listed, but not zero');
+          advise(`${part.name}/level ${k}`, 'is not listed, but not zero');
       });
     });
   }
@@ -140,14 +177,7 @@ export function check_fabric(bytes) {
       make_level({texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes.lobes}, k, layers);
     const half = fabric.layers.lobes.part.channels.some(({type}) => type === 'half');
     check_lobes(fabric, level, k, half, warn);
-    for (let t = 0; t < level.width * level.height; ++t) {
-      const albedo = largest_albedo(level, [t % level.width, Math.floor(t / level.width)]);
-      if (albedo <= ENERGY_SLACK) continue;
-      warn(
-        'FABRIC_ENERGY', `lobes level ${k} (${t % level.width}, ${Math.floor(t / level.width)})`,
-        `${albedo.toPrecision(3)} of the light`);
-      break;
-    }
+    check_energy(level, k, warn);
   }
   return issues;
 }

@@ -282,7 +282,7 @@ function read_chunk(file, part, chunk, place) {
  */
 export function read_level(file, part, level) {
   const {width, height} = part.levels[level];
-  const place = part.levels.length > 1 ? `${part.name} level ${level}` : part.name;
+  const place = part.levels.length > 1 ? `${part.name}/level ${level}` : part.name;
   if (!['none', 'rle', 'zips', 'zip'].includes(part.compression)) {
     throw new Issue('EXR_UNSUPPORTED', place, `compression ${part.compression} is not read`);
   }

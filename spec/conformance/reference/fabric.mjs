@@ -138,55 +138,42 @@ function check_members(text, report) {
   return good;
 }
 
-/** How a part has to be laid out, and its channels. */
-function check_parts(file, text, report) {
-  const owner = new Map();
-  if (!file.parts.some(({name}) => name === 'preview'))
-    report('FABRIC_PART', 'preview', 'the part is missing');
-  for (const part of file.parts) {
-    if (text.texels) {
-      const expected = [0, 0, text.texels[0] - 1, text.texels[1] - 1];
-      for (const name of ['dataWindow', 'displayWindow']) {
-        if (part[name].some((x, i) => x !== expected[i]))
-          report('FABRIC_PART', part.name, `the ${name} is not that of the texels`);
-      }
-    }
-    for (const {name} of part.channels) {
-      if (owner.has(name))
-        report('FABRIC_CHANNEL', `${part.name} ${name}`, `also in part ${owner.get(name)}`);
-      owner.set(name, part.name);
-      if (part.name !== 'preview' && /[RGBAY]$/.test(name)) {
-        report('FABRIC_CHANNEL', `${part.name} ${name}`, 'a name that tools take for a colour');
-      }
-    }
+/** How a data part has to be laid out; whether it is. `texels` may be missing where the text was wrong. */
+export function check_layout(part, texels, report) {
+  const {name, tile, lineOrder, compression} = part;
+  let fine = true;
+  if (tile?.mode !== 1) fine = report('FABRIC_PART', name, 'is not tiled with mip levels');
+  if (lineOrder !== 'increasing') fine = report('FABRIC_PART', name, 'the line order is not INCREASING_Y');
+  if (LOSSY.includes(compression)) fine = report('FABRIC_LOSSY', name, `compression ${compression}`);
+  return check_windows(part, texels, report) && fine;
+}
+
+/** Whether data window and display window of a part are the texels of level 0. */
+export function check_windows(part, texels, report) {
+  if (!texels) return false;
+  const expected = [0, 0, texels[0] - 1, texels[1] - 1];
+  let fine = true;
+  for (const name of ['dataWindow', 'displayWindow']) {
+    if (part[name].some((x, i) => x !== expected[i]))
+      fine = report('FABRIC_PART', part.name, `the ${name} is not that of the texels`);
   }
-  for (const name of LAYERS) {
-    const layer = text.layers[name];
-    const part = file.parts.find((p) => p.name === name);
-    if (!part) {
-      if (layer) report('FABRIC_PART', name, 'the part is missing');
-      delete text.layers[name];
-      continue;
-    }
-    const {tile, lineOrder, compression} = part;
-    let fine = true;
-    if (tile?.mode !== 1) fine = report('FABRIC_PART', name, 'is not tiled with mip levels');
-    if (lineOrder !== 'increasing') fine = report('FABRIC_PART', name, 'the line order is not INCREASING_Y');
-    if (LOSSY.includes(compression)) fine = report('FABRIC_LOSSY', name, `compression ${compression}`);
-    if (!layer) continue;
-    layer.part = part;
-    if (name === 'lobes' || text.views) {
-      const has = new Set(part.channels.map((channel) => channel.name));
+  return fine;
+}
+
+/** The parts of the listed layers. A layer whose part is not fine is taken out of `text.layers`. */
+function check_parts(file, text, report) {
+  for (const [name, layer] of Object.entries(text.layers)) {
+    layer.part = file.parts.find((part) => part.name === name);
+    let fine = layer.part ? check_layout(layer.part, text.texels, report) :
+                            report('FABRIC_PART', name, 'the part is missing');
+    if (layer.part && (name === 'lobes' || name === 'frame' || text.views)) {
+      const has = new Set(layer.part.channels.map((channel) => channel.name));
       const V = text.views ? text.views.columns * text.views.rows : 0;
       for (const channel of layer_channels(name, layer.lobes, V)) {
-        if (!has.has(channel)) fine = report('FABRIC_CHANNEL', `${name} ${channel}`, 'is missing');
+        if (!has.has(channel)) fine = report('FABRIC_CHANNEL', `${name}/${channel}`, 'is missing');
       }
     }
-    if (
-      !fine || !text.texels || part.levels[0].width !== text.texels[0] ||
-      part.levels[0].height !== text.texels[1]) {
-      delete text.layers[name];
-    }
+    if (!fine) delete text.layers[name];
   }
 }
 
@@ -209,14 +196,14 @@ export function open_fabric(bytes, report = throw_issue) {
 
 /** A stored value must be finite and within its range; `values` is what fabric_layer gives. */
 function check_values(layer, values, width, place, report) {
-  const bad = (t, message) =>
-    report('FABRIC_NOT_FINITE', `${place} (${t % width}, ${Math.floor(t / width)})`, message);
+  const bad = (t, channel, message) =>
+    report('FABRIC_NOT_FINITE', `${place}${channel}/${t % width},${Math.floor(t / width)}`, message);
   const length = ([x, y, z]) => Math.hypot(x, y, z);
   for (const [name, numbers] of values) {
     const unsigned = layer === 'table' || layer === 'opacity' || /^lobes\.(diffuse|\d+\.n)\./.test(name);
     const largest = layer === 'opacity' ? 1 : Infinity;
     const t = numbers.findIndex((x) => !Number.isFinite(x) || (unsigned && x < 0) || x > largest);
-    if (t >= 0) return bad(t, `${name} is ${numbers[t]}`);
+    if (t >= 0) return bad(t, `/${name}`, `is ${numbers[t]}`);
   }
   if (layer !== 'frame') return true;
   const at = (t, names) => names.map((name) => values.get(`frame.${name}`)[t]);
@@ -225,7 +212,7 @@ function check_values(layer, values, width, place, report) {
     if (
       Math.abs(length(n) - 1) > 0.01 || Math.abs(length(d) - 1) > 0.01 ||
       Math.abs(n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) > 0.01) {
-      return bad(t, 'normal and tangent are not unit and perpendicular');
+      return bad(t, '', 'normal and tangent are not unit and perpendicular');
     }
   }
   return true;
@@ -239,7 +226,7 @@ export function read_layer(fabric, layer, level, report = throw_issue) {
   const entry = fabric.layers[layer]?.levels.indexOf(level) ?? -1;
   if (entry < 0) return null;
   const {part, digests, lobes} = fabric.layers[layer];
-  const place = `${layer} level ${level}`;
+  const place = `${layer}/level ${level}`;
   const channels = read_level(fabric.file, part, level);
   if (pixel_digest(channels) !== digests[entry])
     report('FABRIC_DIGEST', place, 'the pixels do not have the stored digest');

@@ -4,7 +4,7 @@
 import {readFileSync} from 'node:fs';
 import {dirname, resolve} from 'node:path';
 import {check_fabric} from './check.mjs';
-import {LAYERS, open_fabric, read_layer} from './fabric.mjs';
+import {LAYERS, header_digest, open_fabric, read_layer} from './fabric.mjs';
 import {Issue} from './issue.mjs';
 
 const NAME = 'SELVEDGE_materials_fabric';
@@ -85,8 +85,8 @@ function check_item(file, parsed, item, place, issues) {
     const view = is_index(item.bufferView) ? parsed.gltf.bufferViews?.[item.bufferView] : null;
     if (!view)
       wrong('/bufferView', 'is not a buffer view');
-    else if (view.byteStride !== undefined)
-      wrong('/bufferView', 'has a byteStride');
+    else if (view.byteStride !== undefined || view.target !== undefined)
+      wrong('/bufferView', 'has a byteStride or a target');
   }
   if (issues.length > before) return null;
   try {
@@ -146,14 +146,19 @@ function check_material(gltf, material, i, fabrics, items, issues) {
     if (!same(transform(fallback), transform(reference)))
       warn('GLTF_TRANSFORM', place, 'fallback and fabric do not lie alike');
   }
-  const item = items[reference.index];
-  const mirror = material.extras?.[NAME];
-  if (
-    !is_object(mirror) || mirror.index !== reference.index || mirror.name !== item.name ||
-    mirror.uri !== item.uri) {
-    warn('GLTF_MIRROR', place, mirror ? 'the mirror in extras differs' : 'no mirror in extras');
-  }
   const fabric = fabrics[reference.index];
+  const mirror = material.extras?.[NAME];
+  if (!is_object(mirror)) {
+    warn('GLTF_MIRROR', place, 'no mirror in extras');
+  } else {
+    const {name, uri} = items[reference.index];
+    const here = {...reference, name, uri, digest: mirror.digest && fabric && header_digest(fabric.file)};
+    for (const member of ['index', 'texCoord', 'extensions', 'name', 'uri', 'digest']) {
+      const fallback_value = member === 'texCoord' ? 0 : undefined;
+      if (!same(mirror[member] ?? fallback_value, here[member] ?? fallback_value))
+        warn('GLTF_MIRROR', `${place}/extras/${NAME}/${member}`, 'differs from what it mirrors');
+    }
+  }
   if (fabric) {
     const opaque = (material.alphaMode ?? 'OPAQUE') === 'OPAQUE';
     if (opaque && has_holes(fabric))

@@ -97,10 +97,10 @@ export const zeros = (channels, width, height) => ({
     new Map(channels.map(({name, type}) => [name, Buffer.alloc(width * height * (type === 'half' ? 2 : 4))]))
 });
 
-/** A part that a reader does not know, laid out as data parts are. */
-export function unknown_part(name, channel) {
+/** A part that a reader does not know, laid out as the data parts of a fabric of 3 x 2 texels are. */
+export function unknown_part(name, channel, level_count = 2) {
   const channels = [{name: channel, type: 'half'}];
-  const levels = [zeros(channels, 3, 2), zeros(channels, 1, 1)];
+  const levels = [zeros(channels, 3, 2), zeros(channels, 1, 1)].slice(0, level_count);
   return {
     name,
     compression: 'none',

@@ -74,6 +74,10 @@ const layouts = [
       part.levels = [zeros(part.channels, 2, 2), zeros(part.channels, 1, 1)];
     },
     others),
+  broken('FABRIC_PART', 'unknown-part-of-scan-lines', 'an unknown part of scan lines', 'seams', {
+    before: (parts) => parts.push({...unknown_part('seams', 'seams.depth', 1), tile: null, mipmap: false}),
+    ...unread,
+  }),
   broken(
     'FABRIC_PART', 'unknown-part-of-another-size', 'a part that is not known has another data window',
     'seams', {
@@ -153,7 +157,7 @@ const not_finite = (what, channel, number) => {
   const layer = channel.split('.')[0];
   const value = (k, c, t) => k === 0 && c === channel && t === 1 ? number : base.value[layer]?.(k, c, t);
   return broken(
-    'FABRIC_NOT_FINITE', what, `${channel} is ${number} at a texel`, `${layer} level 0`, {
+    'FABRIC_NOT_FINITE', what, `${channel} is ${number} at a texel`, `${layer}/level 0`, {
       value: {...base.value, [layer]: value},
       evaluate: ask(0, [1, 0]),
     },
@@ -162,7 +166,7 @@ const not_finite = (what, channel, number) => {
 const bad_frame =
   (what, about, frame) =>
     broken(
-      'FABRIC_NOT_FINITE', what, about, 'frame level 0', {
+      'FABRIC_NOT_FINITE', what, about, 'frame/level 0', {
         value:
           {...base.value, frame: framed((k, t) => k === 0 && t === 1 ? frame : {n: [0, 0, 1], t: [1, 0, 0]})},
         evaluate: ask(0, [1, 0]),
@@ -190,7 +194,7 @@ const values = [
     'frame-not-perpendicular', 'a tangent at 60 degrees to the normal',
     {n: [0, 0, 1], t: [0.75 ** 0.5, 0, 0.5]}),
   bad_frame('frame-nan', 'a normal of NaN', {n: [NaN, 0, 1], t: [1, 0, 0]}),
-  broken('FABRIC_NOT_FINITE', 'at-a-coarse-level', 'a negative opacity at level 1', 'opacity level 1', {
+  broken('FABRIC_NOT_FINITE', 'at-a-coarse-level', 'a negative opacity at level 1', 'opacity/level 1', {
     value: {...base.value, opacity: (k) => k === 1 ? -1 : undefined},
     evaluate: ask(1),
   }),
@@ -202,7 +206,7 @@ const channel_of = (parts, level, name) => part_of(parts, 'opacity').levels[leve
 
 const pixels_of = (level) => broken(
   'FABRIC_DIGEST', `pixels-of-level-${level}`,
-  `a value of level ${level} is not the one that the digest was made of`, `opacity level ${level}`, {
+  `a value of level ${level} is not the one that the digest was made of`, `opacity/level ${level}`, {
     after: (parts) => pack_values([0.625], 'half').copy(channel_of(parts, level, 'opacity.0001')),
     evaluate: ask(level),
   });
@@ -212,9 +216,9 @@ const digests = [
   pixels_of(1),
   broken('FABRIC_DIGEST', 'levels-swapped', 'the digests of two levels are swapped', '', {
     text: (text) => text.digests.lobes.reverse(),
-    issues: [0, 1].map((level) => ({code: 'FABRIC_DIGEST', place: `lobes level ${level}`})),
+    issues: [0, 1].map((level) => ({code: 'FABRIC_DIGEST', place: `lobes/level ${level}`})),
   }),
-  broken('FABRIC_DIGEST', 'negative-zero', 'one 0 is stored as -0: other bytes', 'opacity level 0', {
+  broken('FABRIC_DIGEST', 'negative-zero', 'one 0 is stored as -0: other bytes', 'opacity/level 0', {
     value: {...base.value, opacity: everywhere(0)},
     after: (parts) => channel_of(parts, 0, 'opacity.0000').writeUInt16LE(0x8000, 0),
   }),

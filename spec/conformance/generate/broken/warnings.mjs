@@ -32,7 +32,7 @@ export const unwise_fabrics = [
     texels: [4, 4],
     levels: 3,
     layers: ['lobes'],
-    issues: [{code: 'FABRIC_ADVICE', place: 'lobes level 2'}, {code: 'FABRIC_LEVELS', place: '/levels'}],
+    issues: [{code: 'FABRIC_ADVICE', place: 'lobes/level 2'}, {code: 'FABRIC_LEVELS', place: '/levels'}],
     text: all(set('/levels', 2), set('/layers/lobes/levels', [0, 1]), (text) => text.digests.lobes.pop()),
   }),
   warning('FABRIC_ADVICE', 'unknown-member', 'a member that is not known', '/layers/opacity/colour', {
