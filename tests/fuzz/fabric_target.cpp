@@ -14,7 +14,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span<const std::uint8_t> bytes(data, size);
   const Result<Fabric> fabric = read_fabric(bytes, "input", limits);
   const Issues issues = check_fabric(bytes, "input", limits);
-  fuzz::require(fabric.has_value() == !has_error(issues), "reader and checker agree");
+  // The checker alone looks at parts and levels that a reader has no use for.
+  fuzz::require(fabric.has_value() || has_error(issues),
+                "the checker finds fault with what the reader refuses");
   if (!fabric) return 0;
   for (int k = 0; k < static_cast<int>(fabric->levels.size()); ++k) {
     const FabricLevel& level = fabric->levels[static_cast<std::size_t>(k)];
