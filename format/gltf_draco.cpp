@@ -9,13 +9,19 @@
 #include <exception>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 
+#include "format/draco_header.h"
 #include "format/gltf_access.h"
 #include "format/names.h"
 
 namespace selvedge {
 namespace {
+
+/// A regular mesh takes a bit or two for each face and little more: this is far beyond any real one.
+constexpr std::size_t free_elements = std::size_t{1} << 16;
+constexpr std::size_t elements_per_byte = 64;
 
 template <class T>
 bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute, std::uint8_t* out) {
@@ -126,6 +132,15 @@ Result<std::unique_ptr<draco::Mesh>> decode(const GltfDocument& document, int vi
                                             const std::string& place) {
   const auto bytes = bytes_of_view(document, view, place);
   if (!bytes) return tl::unexpected<Error>(bytes.error());
+  const std::optional<DracoCounts> counts = draco_counts(*bytes);
+  if (!counts)
+    return fail(Code::file_damaged, document.file, place, "Draco: no mesh, or its header is damaged");
+  if (const std::size_t most = free_elements + elements_per_byte * bytes->size();
+      counts->faces > most || counts->points > most) {
+    return fail(Code::file_too_large, document.file, place,
+                fmt::format("Draco: {} faces and {} points of {} bytes", counts->faces, counts->points,
+                            bytes->size()));
+  }
   try {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bytes->data()), bytes->size());
