@@ -5,8 +5,10 @@
 
 #include "converter/tool/commands.h"
 #include "converter/tool/fabric_query.h"
+#include "converter/tool/file_kind.h"
 #include "converter/tool/report.h"
 #include "format/fabric_check.h"
+#include "format/gltf_check.h"
 #include "format/json_text.h"
 
 namespace selvedge {
@@ -95,7 +97,9 @@ class Answerer {
 
   static Result<Json> check(const std::string& file) {
     Json issues = Json::array();
-    for (const Error& issue : check_fabric(file)) {
+    const auto kind = kind_of(file);
+    const bool is_gltf = kind && *kind == FileKind::gltf;
+    for (const Error& issue : is_gltf ? check_gltf(file) : check_fabric(file)) {
       issues.push_back({{"code", name_of(issue.code)},
                         {"severity", name_of(severity_of(issue.code))},
                         {"place", issue.place},
