@@ -1,5 +1,5 @@
-// A fabric that selvedge makes, read by the conformance kit's reference: all digests, all values, and what both say at
-// random.
+// A fabric that selvedge makes, read by the conformance kit's reference: all digests, all values, and what
+// both say at random.
 //
 //   node made_fabric.mjs PROGRAMS_FOLDER OUTPUT_FOLDER
 import assert from 'node:assert/strict';
@@ -33,7 +33,8 @@ const queries = Array.from({ length: 500 }, (_, n) => {
   return { level: k, texel: [Math.floor(next() * width), Math.floor(next() * height)], light, view };
 });
 const input = queries.map((query) => JSON.stringify({ op: 'evaluate', file, ...query })).join('\n') + '\n';
-const answers = execFileSync(selvedge, ['answer'], { input, encoding: 'utf8' }).trim().split('\n').map((line) => JSON.parse(line));
+const output = execFileSync(selvedge, ['answer'], { input, encoding: 'utf8' });
+const answers = output.trim().split('\n').map((line) => JSON.parse(line));
 assert.equal(answers.length, queries.length);
 let worst = 0, lit = 0;
 queries.forEach((query, i) => {

@@ -31,7 +31,7 @@ function crc(bytes) {
   return (sum ^ 0xFFFFFFFF) >>> 0;
 }
 
-/** A grey PNG of 1 x 1 pixel: the fallback's picture. */
+/** The fallback's picture, 1 x 1 pixel: the albedo pi rho = 0.39, sRGB-encoded. */
 function png() {
   const chunk = (type, data) => {
     const body = Buffer.concat([Buffer.from(type), data]);
@@ -43,15 +43,18 @@ function png() {
   const head = Buffer.from([0, 0, 0, 1, 0, 0, 0, 1, 8, 2, 0, 0, 0]);
   return Buffer.concat([
     Buffer.from([0x89, 0x50, 0x4E, 0x47, 0x0D, 0x0A, 0x1A, 0x0A]), chunk('IHDR', head),
-    chunk('IDAT', deflate(Buffer.from([0, 160, 160, 160]))), chunk('IEND', Buffer.alloc(0))
+    chunk('IDAT', deflate(Buffer.from([0, 168, 168, 168]))), chunk('IEND', Buffer.alloc(0))
   ]);
 }
 
 /** A sound garment: a triangle whose material has the fabric, with fallback and mirror. */
 function garment() {
   const transform = () => ({KHR_texture_transform: {scale: [4, 4]}});
-  const vertices = Buffer.from(
-    new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 1, 1, 0, 0]).buffer);
+  // Four repeats of 2.5 x 1.25 mm along each side: positions, normals, texture coordinates.
+  const vertices =
+    Buffer.from(new Float32Array([
+                  0, 0, 0, 0.01, 0, 0, 0, 0.005, 0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 1, 1, 0, 0,
+                ]).buffer);
   return {
     asset: {version: '2.0'},
     extensionsUsed: [NAME, 'KHR_texture_transform'],
@@ -68,7 +71,14 @@ function garment() {
     textures: [{source: 0}],
     images: [{uri: data_uri('image/png', png())}],
     accessors: [
-      {bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0]},
+      {
+        bufferView: 0,
+        componentType: 5126,
+        count: 3,
+        type: 'VEC3',
+        min: [0, 0, 0],
+        max: [0.01, 0.005, 0].map(Math.fround)
+      },
       {bufferView: 1, componentType: 5126, count: 3, type: 'VEC3'},
       {bufferView: 2, componentType: 5126, count: 3, type: 'VEC2'},
     ],
@@ -324,10 +334,9 @@ export const warnings = [
   fixture(
     'GLTF_TRANSFORM', 'scale', 'fallback and fabric repeat at different rates', '/materials/0',
     (g) => {
-      const mirror = g.materials[0].extras[NAME];
-      reference_of(g).extensions.KHR_texture_transform.scale = [5, 5];
-      mirror.baseColorTexture = {extensions: mirror.extensions};
-      mirror.extensions = reference_of(g).extensions;
+      const {baseColorTexture} = g.materials[0].pbrMetallicRoughness;
+      baseColorTexture.extensions.KHR_texture_transform.scale = [5, 5];
+      g.materials[0].extras[NAME].baseColorTexture = {extensions: baseColorTexture.extensions};
     }),
   fixture(
     'GLTF_TRANSFORM', 'none-on-the-fallback', 'the fallback has no transform', '/materials/0',
