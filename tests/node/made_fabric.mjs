@@ -15,8 +15,8 @@ const [programs, folder] = process.argv.slice(2);
 const selvedge = join(programs, 'selvedge');
 mkdirSync(folder, { recursive: true });
 const file = join(folder, 'made.fabric.exr');
-const options = ['--texels', '12x8', '--views', '16', '--lights', '16', '--threads', '1', '--quiet', '-o', file];
-execFileSync(selvedge, ['make', 'plain-knit', ...options]);
+const options = '--texels 12x8 --views 16 --lights 16 --threads 1 --quiet'.split(' ');
+execFileSync(selvedge, ['make', 'plain-knit', ...options, '-o', file]);
 
 const bytes = readFileSync(file);
 assert.deepEqual(check_fabric(bytes).filter(({ severity }) => severity === 'error'), []);
@@ -28,7 +28,8 @@ const level = (k) => levels[k];
 const next = random('made fabric');
 const queries = Array.from({ length: 500 }, (_, n) => {
   const light = random_direction(next), view = random_direction(next);
-  if (n % 2 === 0) return { level: next() * (fabric.levels - 1), uv: [4 * next() - 2, 4 * next() - 2], light, view };
+  const uv = [4 * next() - 2, 4 * next() - 2];
+  if (n % 2 === 0) return { level: next() * (fabric.levels - 1), uv, light, view };
   const k = n % fabric.levels, { width, height } = level(k);
   return { level: k, texel: [Math.floor(next() * width), Math.floor(next() * height)], light, view };
 });

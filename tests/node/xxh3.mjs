@@ -1,4 +1,5 @@
-// The digest of the conformance kit's reference against xxHash itself, for every length that takes a way of its own.
+// The digest of the conformance kit's reference against xxHash itself, for every length that takes a way of
+// its own.
 //
 //   node xxh3.mjs
 //
