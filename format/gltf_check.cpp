@@ -172,9 +172,13 @@ std::string pointer_to(const std::string& object, const std::string& name) {
 Issues check_gltf(const std::string& path, const GltfCheckLimits& limits, Scene* scene) {
   const Result<std::string> file = read_file(path, limits.read.file_bytes);
   if (!file) return {file.error()};
+  return check_gltf({reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, limits, scene);
+}
+
+Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, const GltfCheckLimits& limits,
+                  Scene* scene) {
   Issues outer;
-  std::optional<GltfContainer> container = read_container(
-      {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, limits.read, outer);
+  std::optional<GltfContainer> container = read_container(bytes, path, limits.read, outer);
   IssueList issues(path, limits.issues);
   issues.add(outer);
   if (!container) return issues.take();

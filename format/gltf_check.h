@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 
 #include "format/error.h"
@@ -21,5 +23,8 @@ struct GltfCheckLimits {
 /// embedded fabric have "/extensions/SELVEDGE_materials_fabric/fabrics/N" before their own place, those of a
 /// fabric file have that file's name. No errors: a file that read_scene reads; `scene` is then what it gives.
 Issues check_gltf(const std::string& path, const GltfCheckLimits& limits = {}, Scene* scene = nullptr);
+/// From memory; `path` is used in messages and for what relative URIs are relative to.
+Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
+                  const GltfCheckLimits& limits = {}, Scene* scene = nullptr);
 
 }  // namespace selvedge

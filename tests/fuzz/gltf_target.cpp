@@ -1,7 +1,8 @@
-// Bytes -> load_gltf (Draco included), read_scene, and the tangents that dressing adds. No other file is
-// opened.
+// Bytes -> check_gltf, load_gltf (Draco included), read_scene, and the tangents that dressing adds. No other
+// file is opened.
 #include <algorithm>
 
+#include "format/gltf_check.h"
 #include "format/gltf_scene.h"
 #include "format/gltf_tangents.h"
 #include "tests/fuzz/target.h"
@@ -31,9 +32,13 @@ void check_scene(const Scene& scene) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const GltfLimits limits{.file_bytes = 1 << 20, .nesting = 64, .external_files = false};
-  Result<GltfDocument> document = load_gltf({data, size}, "folder/input.gltf", limits);
+  const std::span<const std::uint8_t> bytes(data, size);
+  const bool good = !has_error(check_gltf(bytes, "folder/input.gltf", {.read = limits}));
+  Result<GltfDocument> document = load_gltf(bytes, "folder/input.gltf", limits);
+  fuzz::require(document.has_value() || !good, "what the checker lets pass is loaded");
   if (!document) return 0;
-  const Result<Scene> scene = read_scene(*document, {.vertices = 1 << 16, .instances = 1 << 10});
+  const Result<Scene> scene = read_scene(*document);
+  fuzz::require(scene.has_value() || !good, "what the checker lets pass is read");
   if (!scene) return 0;
   check_scene(*scene);
   for (const ScenePrimitive& primitive : scene->primitives) {

@@ -58,16 +58,16 @@ Fabric without(Fabric fabric, bool table, bool frame, std::size_t levels) {
 }
 
 void make_fabrics(const fs::path& path) {
-  const Fabric whole = test::random_fabric(3, 2, {2, 2}, 2, 1);
+  const Fabric whole = test::random_fabric(3, 2, {1, 2}, 1, 1);
   const std::map<std::string, std::pair<Fabric, FabricWriteOptions>> fabrics{
       {"all-layers.exr", {whole, {}}},
       {"all-float.exr", {whole, {.half = {}}}},
-      {"half-lobes.exr", {test::random_fabric(2, 2, {1, 2}, 1, 2), {.half = LayerSet::all()}}},
+      {"half-lobes.exr", {test::random_fabric(2, 1, {1, 1}, 1, 2), {.half = LayerSet::all()}}},
       {"rle.exr", {without(test::random_fabric(2, 1, {1, 1}, 1, 5), true, false, 1), {.codec = "rle"}}},
       {"piz.exr", {without(test::random_fabric(4, 4, {1, 1}, 1, 6), false, true, 1), {.codec = "piz"}}},
       {"uncompressed.exr", {test::lambert_fabric(2, 2, {0.5F, 0.5F, 0.5F}), {.codec = "none"}}},
-      {"lobes-only.exr", {without(test::random_fabric(4, 4, {1, 1}, 1, 3), false, false, 2), {}}},
-      {"no-table.exr", {without(test::random_fabric(5, 1, {1, 1}, 2, 4), false, true, 3), {}}},
+      {"lobes-only.exr", {without(test::random_fabric(4, 4, {1, 1}, 2, 3), false, false, 2), {}}},
+      {"no-table.exr", {without(test::random_fabric(5, 1, {1, 1}, 1, 4), false, true, 3), {}}},
       {"one-texel.exr", {test::lambert_fabric(1, 1, {0.5F, 0.25F, 0.125F}), {}}},
       {"two-tiles.exr", {without(test::lambert_fabric(33, 3, {0.5F, 0.5F, 0.5F}), false, false, 9), {}}},
   };
