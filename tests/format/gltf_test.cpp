@@ -155,6 +155,24 @@ TEST_CASE("gltf: missing files, other versions, required extensions and deep nes
         Code::file_missing);
 }
 
+TEST_CASE("gltf: a document that is not to open other files refuses their URIs, and data URIs are its own") {
+  const Folder folder("selvedge_gltf");
+  test::put(folder / "three.bin", "abc");
+  const auto load = [&](const std::string& uri, bool external_files) {
+    const std::string text =
+        R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":3,"uri":")" + uri + R"("}]})";
+    return load_gltf({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
+                     folder / "memory.gltf", {.external_files = external_files});
+  };
+  const std::vector<std::vector<std::uint8_t>> abc{{'a', 'b', 'c'}};
+  REQUIRE(load("three.bin", true));
+  CHECK(load("three.bin", true)->buffers == abc);
+  REQUIRE_FALSE(load("three.bin", false));
+  CHECK(load("three.bin", false).error().code == Code::gltf_unsupported);
+  REQUIRE(load("data:application/octet-stream;base64,YWJj", false));
+  CHECK(load("data:application/octet-stream;base64,YWJj", false)->buffers == abc);
+}
+
 TEST_CASE("gltf: nodes that are their own ancestors are refused") {
   const Folder folder("gltf_test");
   REQUIRE(write_file(folder / "cycle.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],)"

@@ -100,6 +100,17 @@ TEST_CASE("negative samples are refused with their place") {
   CHECK(level.error().place == "radiance/pixel 8,1");
 }
 
+TEST_CASE("a count that does not fit into an int is refused") {
+  const std::string file =
+      std::string(SELVEDGE_SOURCE_DIR) + "/tests/fuzz/regressions/samples/direction-count-beyond-an-int.exr";
+  const std::string bytes = test::bytes_of(file);
+  const auto reader =
+      SamplesReader::open({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory");
+  REQUIRE_FALSE(reader);
+  CHECK(reader.error().code == Code::samples_malformed);
+  CHECK(reader.error().file == "memory");
+}
+
 TEST_CASE("NaN is not written, and nothing is left") {
   const Folder folder;
   CHECK_FALSE(write(folder / "s.exr", small_header(), std::nanf("")));
