@@ -38,6 +38,8 @@ class FabricReader {
   const FabricHeader& header() const { return header_; }
   /// The attribute text as it stands in the file: a JSON object.
   const std::string& text() const { return text_; }
+  /// The header digest, which tells files apart.
+  std::string digest() const;
   /// The layers that the file has in 16 bits, all channels of their parts.
   LayerSet half() const;
 

@@ -43,6 +43,8 @@ LayerSet FabricReader::half() const {
   return result;
 }
 
+std::string FabricReader::digest() const { return header_digest(text_, file_.parts()); }
+
 Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   FabricLevel result;
   result.width = level_size(header_.width, level);

@@ -48,11 +48,15 @@ void check_layer_channels(const ExrPart& part, const FabricHeader& header, Layer
   }
 }
 
-void check_preview(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
   if (part.width != header.width || part.height != header.height) {
     sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
   }
   if (!part.display_is_data) sink.add(Code::fabric_part, part.name, "display window and data window differ");
+}
+
+void check_preview(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+  check_windows(part, header, sink);
   if (is_lossy(part.compression)) {
     sink.add(Code::fabric_advice, part.name,
              fmt::format("compression '{}' is lossy; the pixels were not checked", part.compression));
@@ -95,7 +99,9 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
 void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
   const auto& parts = file.parts();
   check_mirrors(parts.front(), header, sink);
-  if (parts.front().name != names::part_preview) {
+  if (file.find_part(names::part_preview) < 0) {
+    sink.add(Code::fabric_part, names::part_preview, "the part is missing");
+  } else if (parts.front().name != names::part_preview) {
     sink.add(Code::fabric_advice, parts.front().name, "the first part is not the preview");
   }
   check_channel_names(parts, sink);
@@ -111,7 +117,7 @@ void check_surroundings(const ExrReader& file, const FabricHeader& header, Issue
     } else if (layer && header.layer(*layer)) {
       check_layer_channels(part, header, *layer, sink);
     } else {
-      check_data_part(part, header, sink);
+      check_windows(part, header, sink);
       sink.add(Code::fabric_advice, part.name, "the part is of no known layer and is ignored");
     }
   }

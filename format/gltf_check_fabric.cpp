@@ -40,8 +40,14 @@ bool close(const UvTransform& a, const UvTransform& b) {
          close(a.scale.y, b.scale.y) && close(a.rotation, b.rotation);
 }
 
-/// Whether the fabric of an entry of the root array has holes; nothing if it cannot be read.
-using Entry = std::optional<bool>;
+/// What the fabric of an entry of the root array says of the materials that use it.
+struct FabricFacts {
+  bool holes = false;
+  std::string digest;  ///< of its header
+};
+
+/// Nothing if the fabric cannot be read.
+using Entry = std::optional<FabricFacts>;
 
 class FabricCheck {
  public:
@@ -127,7 +133,7 @@ class FabricCheck {
     files_[*path] = entries_.size();
     const Issues found = check_fabric(*path);
     issues_.add(found);
-    return has_error(found) ? Entry() : holes_of(read_fabric(*path));
+    return has_error(found) ? Entry() : facts_of(FabricReader::open(*path));
   }
 
   Entry check_view(const Json& value, const std::string& place) {
@@ -140,6 +146,9 @@ class FabricCheck {
     }
     if (!member(views[static_cast<std::size_t>(view)], "byteStride").is_null()) {
       wrong(where, fmt::format("buffer view {} has a byteStride", view));
+    }
+    if (!member(views[static_cast<std::size_t>(view)], "target").is_null()) {
+      wrong(where, fmt::format("buffer view {} has a target, which is for vertices and indices", view));
     }
     const auto bytes = bytes_of_view(document_, view, where);
     if (!bytes) return {};  // reported with the views
@@ -155,11 +164,14 @@ class FabricCheck {
       issue.place = issue.place.empty() ? place : place + ": " + issue.place;
     }
     issues_.add(found);
-    return has_error(found) ? Entry() : holes_of(read_fabric(bytes, document_.file));
+    return has_error(found) ? Entry() : facts_of(FabricReader::open(bytes, document_.file));
   }
 
-  static Entry holes_of(const Result<Fabric>& fabric) {
-    return fabric ? Entry(has_holes(*fabric, 0)) : std::nullopt;
+  static Entry facts_of(Result<FabricReader> reader) {
+    if (!reader) return {};
+    const auto fabric = reader->read_levels(0, 0, {Layer::opacity});
+    if (!fabric) return {};
+    return FabricFacts{has_holes(*fabric, 0), reader->digest()};
   }
 
   /// Primitives of triangles by material, directly or in a variant.
@@ -203,8 +215,8 @@ class FabricCheck {
     }
     check_fallback(material, place, reference);
     check_mirror(material, place, reference);
-    if (const Entry& holes = entries_[static_cast<std::size_t>(reference.fabric)]) {
-      check_alpha(material, place, *holes);
+    if (const Entry& facts = entries_[static_cast<std::size_t>(reference.fabric)]) {
+      check_alpha(material, place, facts->holes);
     }
   }
 
@@ -273,15 +285,23 @@ class FabricCheck {
       return issues_.add(Code::gltf_mirror, where,
                          "is missing: tools that drop the extension lose the fabric");
     }
-    const Json& entry =
-        root_["extensions"][fabric_extension][fabrics][static_cast<std::size_t>(reference.fabric)];
-    if (index_of(member(mirror, names::gltf::index)) != reference.fabric) {
-      issues_.add(Code::gltf_mirror, where + "/" + names::gltf::index, "differs from the extension's");
+    const auto differs = [&](const std::string& key) {
+      issues_.add(Code::gltf_mirror, where + "/" + key, "differs from the extension's");
+    };
+    if (index_of(member(mirror, names::gltf::index)) != reference.fabric) differs(names::gltf::index);
+    int set = std::max(0, index_of(member(mirror, tex_coord)));
+    const UvTransform transform = read_uv_transform(mirror, set);
+    if (set != reference.tex_coord) differs(tex_coord);
+    if (!close(transform, reference.transform)) differs("extensions");
+    const auto fabric_index = static_cast<std::size_t>(reference.fabric);
+    const Json& entry = root_["extensions"][fabric_extension][fabrics][fabric_index];
+    if (mirror.contains(name) && mirror[name] != member(entry, name)) differs(name);
+    if (member(mirror, uri) != member(entry, uri) && !text_of(member(entry, uri)).starts_with("data:")) {
+      differs(uri);
     }
-    for (const char* key : {name, uri}) {
-      if (member(mirror, key) != member(entry, key)) {
-        issues_.add(Code::gltf_mirror, where + "/" + key, "differs from the fabric's");
-      }
+    const Entry& facts = entries_[fabric_index];
+    if (facts && mirror.contains(digest) && mirror[digest] != facts->digest) {
+      issues_.add(Code::gltf_mirror, where + "/" + digest, "is that of another fabric");
     }
   }
 

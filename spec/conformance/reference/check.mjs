@@ -2,7 +2,7 @@
 import {evaluate_texel} from './brdf.mjs';
 import {cell_direction} from './directions.mjs';
 import {chain_length, read_level} from './exr.mjs';
-import {LAYERS, LOSSY, check_layout, check_windows, make_level, open_fabric, read_layer} from './fabric.mjs';
+import {LAYERS, LOSSY, check_windows, make_level, open_fabric, read_layer} from './fabric.mjs';
 import {Issue} from './issue.mjs';
 
 const MEMBERS = [
@@ -14,7 +14,8 @@ const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some pe
 const LARGEST_HALF = 65504;
 const ENERGY_LIMIT = 1.01;
 const ENERGY_VIEWS = Array.from({length: 256}, (_, k) => cell_direction({columns: 16, rows: 16}, k));
-const ENERGY_LIGHTS = [[0, 0, 1], [0.6, 0, 0.8], [-0.6, 0, 0.8], [0, 0.8, 0.6], [0, -0.8, 0.6]];
+const LOW = Math.sqrt(0.75);
+const ENERGY_LIGHTS = [[0, 0, 1], [LOW, 0, 0.5], [-LOW, 0, 0.5], [0, LOW, 0.5], [0, -LOW, 0.5]];
 
 /** Runs `work`; an Issue that it throws becomes one of the list. */
 function collect(issues, work) {
@@ -59,15 +60,17 @@ function check_text(fabric, advise) {
 }
 
 /** What does not keep a reader from reading right: parts of no listed layer, names of channels. */
-function check_surroundings({file, texels, raw}, report) {
+function check_surroundings({file, texels, raw}, report, advise) {
   const {parts} = file;
   if (!parts.some(({name}) => name === 'preview')) report('FABRIC_PART', 'preview', 'the part is missing');
   const owner = new Map();
   for (const part of parts) {
     if (part.name === 'preview')
       check_windows(part, texels, report);
-    else if (!LAYERS.includes(part.name) || !raw.layers?.[part.name])
-      check_layout(part, texels, report);
+    else if (!LAYERS.includes(part.name) || !raw.layers?.[part.name]) {
+      check_windows(part, texels, report);
+      advise(part.name, 'the part is of no known layer');
+    }
     for (const {name} of part.channels) {
       const place = `${part.name}/${name}`;
       if (owner.has(name)) report('FABRIC_CHANNEL', place, `also in part ${owner.get(name)}`);
@@ -149,7 +152,7 @@ export function check_fabric(bytes) {
     fabric = open_fabric(bytes, report);
   });
   if (!fabric) return issues;
-  check_surroundings(fabric, report);
+  check_surroundings(fabric, report, advise);
   for (const part of fabric.file.parts) {
     if (LOSSY.includes(part.compression)) continue;
     part.levels.forEach((_, k) => {

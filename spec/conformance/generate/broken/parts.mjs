@@ -74,10 +74,6 @@ const layouts = [
       part.levels = [zeros(part.channels, 2, 2), zeros(part.channels, 1, 1)];
     },
     others),
-  broken('FABRIC_PART', 'unknown-part-of-scan-lines', 'an unknown part of scan lines', 'seams', {
-    before: (parts) => parts.push({...unknown_part('seams', 'seams.depth', 1), tile: null, mipmap: false}),
-    ...unread,
-  }),
   broken(
     'FABRIC_PART', 'unknown-part-of-another-size', 'a part that is not known has another data window',
     'seams', {

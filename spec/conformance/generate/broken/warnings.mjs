@@ -1,6 +1,6 @@
 // Fabric files that are legal but unwise.
 import {attribute} from '../../reference/exr_write.mjs';
-import {all, base, everywhere, lobe, opacity_on_0, set} from './common.mjs';
+import {all, base, everywhere, lobe, opacity_on_0, set, unknown_part} from './common.mjs';
 
 const warning = (code, what, about, place, changes) =>
   ({...base, name: `${code}-${what}`, about, issues: [{code, place}], ...changes});
@@ -37,6 +37,9 @@ export const unwise_fabrics = [
   }),
   warning('FABRIC_ADVICE', 'unknown-member', 'a member that is not known', '/layers/opacity/colour', {
     text: set('/layers/opacity/colour', 'grey'),
+  }),
+  warning('FABRIC_ADVICE', 'unknown-part-of-scan-lines', 'a part that is not known, of scan lines', 'seams', {
+    before: (parts) => parts.push({...unknown_part('seams', 'seams.depth', 1), tile: null, mipmap: false}),
   }),
   mirror('version', attribute.string('1.1')),
   mirror('model', attribute.string('constant')),
