@@ -16,8 +16,9 @@ Result<ExrSource> ExrSource::open(const std::string& path) {
   // Not blocking: opening a pipe that nobody writes to would wait for ever.
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) {
-    const Code code = errno == ENOENT ? Code::file_missing : Code::file_unreadable;
-    return fail(code, path, {}, errno == ENOENT ? "no such file" : std::strerror(errno));
+    const int reason = errno;
+    if (reason == ENOENT || reason == ENOTDIR) return fail(Code::file_missing, path, {}, "no such file");
+    return fail(Code::file_unreadable, path, {}, std::strerror(reason));
   }
   auto file = std::make_unique<File>(descriptor);
   struct stat status {};

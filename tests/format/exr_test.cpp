@@ -1,6 +1,7 @@
 #include "format/exr.h"
 
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
 #include "files.h"
 
@@ -97,4 +98,13 @@ TEST_CASE("more than the limit is refused before anything is allocated") {
   CHECK(refused({.bytes_per_read = 511}));
   CHECK(refused({.expansion = 0}));
   CHECK(refused({.channels = 1}));
+}
+
+TEST_CASE("what has no places to read at is refused and not waited for") {
+  const Folder folder;
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  CHECK(ExrReader::open(folder / "pipe").error().code == Code::file_unreadable);
+  CHECK(ExrReader::open("/dev/null").error().code == Code::file_unreadable);
+  CHECK(ExrReader::open(folder / "pipe/a.exr").error().code == Code::file_missing);
+  CHECK(ExrReader::open(folder / "").error().code == Code::file_unreadable);
 }
