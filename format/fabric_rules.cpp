@@ -76,17 +76,16 @@ std::vector<std::string> channel_names(const FabricHeader& header, Layer layer) 
   return channel_names(layer, header.layer(layer)->lobes, header.views.count());
 }
 
-void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
-  const auto refuse = [&](const char* message) { sink.add(Code::fabric_part, part.name, message); };
-  if (!part.mipmapped) refuse("is not tiled with mip levels");
-  if (!part.increasing_y) refuse("line order is not INCREASING_Y");
-  if (!part.display_is_data) refuse("display window and data window differ");
+void check_any_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
   if (part.width != header.width || part.height != header.height) {
-    refuse("the data window is not the texels of level 0");
+    sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
   }
-  if (is_lossy(part.compression)) {
-    sink.add(Code::fabric_lossy, part.name, fmt::format("compression '{}' is lossy", part.compression));
-  }
+  if (!part.display_is_data) sink.add(Code::fabric_part, part.name, "display window and data window differ");
+}
+
+void check_lossless(const ExrPart& part, IssueSink& sink) {
+  if (!is_lossy(part.compression)) return;
+  sink.add(Code::fabric_lossy, part.name, fmt::format("compression '{}' is lossy", part.compression));
 }
 
 bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer layer, IssueSink& sink) {
@@ -101,7 +100,10 @@ bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer l
     return false;
   }
   const ExrPart& part = parts[static_cast<std::size_t>(file.find_part(name))];
-  check_data_part(part, header, sink);
+  check_any_part(part, header, sink);
+  if (!part.mipmapped) sink.add(Code::fabric_part, name, "is not tiled with mip levels");
+  if (!part.increasing_y) sink.add(Code::fabric_part, name, "line order is not INCREASING_Y");
+  check_lossless(part, sink);
   const std::vector<std::string> wanted = channel_names(header, layer);
   const std::vector<int> indices = channel_indices(part, wanted);
   for (std::size_t i = 0; i < wanted.size(); ++i) {

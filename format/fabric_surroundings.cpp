@@ -48,15 +48,8 @@ void check_layer_channels(const ExrPart& part, const FabricHeader& header, Layer
   }
 }
 
-void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
-  if (part.width != header.width || part.height != header.height) {
-    sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
-  }
-  if (!part.display_is_data) sink.add(Code::fabric_part, part.name, "display window and data window differ");
-}
-
 void check_preview(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
-  check_windows(part, header, sink);
+  check_any_part(part, header, sink);
   if (is_lossy(part.compression)) {
     sink.add(Code::fabric_advice, part.name,
              fmt::format("compression '{}' is lossy; the pixels were not checked", part.compression));
@@ -117,7 +110,7 @@ void check_surroundings(const ExrReader& file, const FabricHeader& header, Issue
     } else if (layer && header.layer(*layer)) {
       check_layer_channels(part, header, *layer, sink);
     } else {
-      check_windows(part, header, sink);
+      check_any_part(part, header, sink);
       sink.add(Code::fabric_advice, part.name, "the part is of no known layer and is ignored");
     }
   }

@@ -113,9 +113,9 @@ struct CompareCommand {
   std::vector<std::string> files;  ///< fabrics, then the samples
 };
 
-using Command = std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand,
-                             ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand, AnswerCommand,
-                             RepackCommand, CompareCommand>;
+using Command =
+    std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand, ReattachCommand,
+                 CheckCommand, InfoCommand, EvaluateCommand, AnswerCommand, RepackCommand, CompareCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

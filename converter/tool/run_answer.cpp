@@ -3,13 +3,12 @@
 #include <iostream>
 #include <map>
 
+#include "converter/tool/check_file.h"
 #include "converter/tool/commands.h"
 #include "converter/tool/fabric_query.h"
-#include "converter/tool/file_kind.h"
 #include "converter/tool/report.h"
-#include "format/fabric_check.h"
-#include "format/gltf_check.h"
 #include "format/json_text.h"
+#include "format/option_text.h"
 
 namespace selvedge {
 namespace {
@@ -96,10 +95,11 @@ class Answerer {
   }
 
   static Result<Json> check(const std::string& file) {
+    // What is so broken that it is of no kind goes by its name.
+    const bool named_gltf = has_ending(file, ".gltf") || has_ending(file, ".glb");
+    const FileKind kind = kind_of(file).value_or(named_gltf ? FileKind::gltf : FileKind::fabric);
     Json issues = Json::array();
-    const auto kind = kind_of(file);
-    const bool is_gltf = kind && *kind == FileKind::gltf;
-    for (const Error& issue : is_gltf ? check_gltf(file) : check_fabric(file)) {
+    for (const Error& issue : check_file(file, kind)) {
       issues.push_back({{"code", name_of(issue.code)},
                         {"severity", name_of(severity_of(issue.code))},
                         {"place", issue.place},

@@ -3,43 +3,13 @@
 
 #include <algorithm>
 
-#include "converter/dressed_check.h"
+#include "converter/tool/check_file.h"
 #include "converter/tool/commands.h"
-#include "converter/tool/file_kind.h"
 #include "converter/tool/report.h"
-#include "format/fabric_check.h"
-#include "format/gltf_check.h"
 #include "format/gltf_scene.h"
 
 namespace selvedge {
 namespace {
-
-Issues issues_of(const auto& result) { return result ? Issues{} : Issues{result.error()}; }
-
-Issues check_samples(const std::string& path) {
-  auto reader = SamplesReader::open(path);
-  if (!reader) return {reader.error()};
-  if (Issues issues = issues_of(reader->read_level()); !issues.empty()) return issues;
-  for (const PairKind kind : all_pair_kinds) {
-    if (Issues issues = issues_of(reader->read_pairs(kind)); !issues.empty()) return issues;
-  }
-  return {};
-}
-
-Issues check_garment(const std::string& path) {
-  Scene scene;
-  Issues issues = check_gltf(path, {}, &scene);
-  const Issues more = check_dressed(scene);
-  issues.insert(issues.end(), more.begin(), more.end());
-  return issues;
-}
-
-Issues check_file(const std::string& path, const Result<FileKind>& kind) {
-  if (!kind) return {kind.error()};
-  if (*kind == FileKind::fabric) return check_fabric(path);
-  if (*kind == FileKind::samples) return check_samples(path);
-  return check_garment(path);
-}
 
 std::string praise(std::size_t warnings) {
   if (warnings == 0) return "good";
@@ -109,7 +79,7 @@ int run(const CheckCommand& command) {
   bool all_good = true;
   for (const std::string& path : command.files) {
     const Result<FileKind> kind = kind_of(path);
-    const Issues issues = check_file(path, kind);
+    const Issues issues = kind ? check_file(path, *kind) : Issues{kind.error()};
     const auto warnings =
         static_cast<std::size_t>(std::count_if(issues.begin(), issues.end(), [](const Error& e) {
           return severity_of(e.code) == Severity::warning;

@@ -125,14 +125,20 @@ test_answer_goes_on_after_lines_that_it_does_not_understand() {
     '{"op":"evaluate","file":"none.exr","level":0,"uv":[0,0],"light":[0,0,1],"view":[0,0,1]}' "$good"
 }
 
-test_answer_checks_files() {
+test_answer_checks_files_of_every_kind() {
   make_plane_fabric
   cut_short plane.fabric.exr short.exr
-  answers 'r[0].issues.length === 0 && r[1].issues.some(i => i.severity === "error" && i.code && i.message) &&
-    r[2].issues.length === 1 && r[2].issues[0].code === "FILE_MISSING" &&
-    r[3].issues[0].code === "FABRIC_MALFORMED"' \
-    '{"op":"check","file":"plane.fabric.exr"}' '{"op":"check","file":"short.exr"}' \
-    '{"op":"check","file":"none.exr"}' '{"op":"check","file":"plane.samples.exr"}'
+  echo hello | tee text.exr >text.gltf
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
+  answers 'r.slice(0, 3).every(a => a.issues.length === 0) &&
+    ["(FILE_DAMAGED|EXR_MALFORMED)", "FILE_MISSING", "EXR_MALFORMED", "[A-Z]+_MALFORMED"].every((code, i) => {
+      const issues = r[i + 3].issues;
+      return issues.length >= 1 && issues.every(j => j.severity === "error" && j.message && "place" in j) &&
+        issues.some(j => RegExp("^" + code + "$").test(j.code)); })' \
+    '{"op":"check","file":"plane.fabric.exr"}' '{"op":"check","file":"plane.samples.exr"}' \
+    '{"op":"check","file":"quad.glb"}' '{"op":"check","file":"short.exr"}' '{"op":"check","file":"none.exr"}' \
+    '{"op":"check","file":"text.exr"}' '{"op":"check","file":"text.gltf"}'
 }
 
 "$2"

@@ -305,10 +305,8 @@ TEST_CASE("what only other programs stumble over is reported and read all the sa
         file.copy_part("opacity", "dust");
         file.part("dust").channels[0].name = "dust.Y";
         file.part("dust").channels[1].name = "table.0000.red";
-        file.part("dust").increasing_y = false;
       },
-      {"FABRIC_CHANNEL dust/dust.Y", "FABRIC_CHANNEL dust/table.0000.red", "FABRIC_PART dust",
-       "FABRIC_ADVICE dust"});
+      {"FABRIC_CHANNEL dust/dust.Y", "FABRIC_CHANNEL dust/table.0000.red", "FABRIC_ADVICE dust"});
   accepted(
       [](OpenedFabric& file) {
         file.add_channel("opacity", {"opacity.extra"});
@@ -332,6 +330,36 @@ TEST_CASE("what only other programs stumble over is reported and read all the sa
   accepted([](OpenedFabric& file) { file.text.erase("model"); },
            {"FABRIC_ADVICE /model", "FABRIC_ADVICE selvedge.model"});
   accepted([](OpenedFabric& file) { file.text["digests"]["dust"] = {"x"}; }, {"FABRIC_ADVICE /digests/dust"});
+}
+
+TEST_CASE("a part that is not known may be of scanlines or of one level, but not of another size") {
+  accepted(
+      [](OpenedFabric& file) {
+        file.copy_part("opacity", "dust");
+        file.part("dust").tiled = false;
+        file.part("dust").mipmapped = false;
+        file.pixels.back().resize(1);
+      },
+      {"FABRIC_ADVICE dust"});
+  accepted(
+      [](OpenedFabric& file) {
+        file.copy_part("opacity", "dust");
+        file.part("dust").width = 8;
+        file.part("dust").mipmapped = false;
+        file.pixels.back().resize(1);
+        file.pixels.back()[0].width = 8;
+        for (auto& plane : file.pixels.back()[0].planes) plane.resize(24);
+      },
+      {"FABRIC_PART dust", "FABRIC_PART dust", "FABRIC_ADVICE dust"});
+}
+
+TEST_CASE("a fabric without its preview breaks a rule, but is read") {
+  Changed changed;
+  changed.file.parts[1].attributes.insert(changed.file.parts[0].attributes.begin(),
+                                          changed.file.parts[0].attributes.end());
+  changed.file.drop("preview");
+  CHECK(joined(lines_of(changed.issues())) == "FABRIC_PART preview\n");
+  CHECK(changed.is_read());
 }
 
 TEST_CASE("the order of the parts is free, but a preview that is not the first is remarked on") {

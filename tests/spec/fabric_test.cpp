@@ -179,13 +179,16 @@ TEST_CASE("the stated limits are those of the code") {
   CHECK(exr.pixels_per_part == std::uint64_t{1} << 30);
   CHECK(exr.bytes_per_read == std::uint64_t{1} << 32);
   CHECK(exr.expansion == 2200);
+  CHECK(exr.header_bytes == std::uint64_t{1} << 24);
+  CHECK(exr.attributes == 4096);
   CHECK(text.find("| lobes | " + std::to_string(limits.lobes) + " |") != std::string::npos);
   CHECK(text.find("| parts in the file | " + std::to_string(exr.parts) + " |") != std::string::npos);
   CHECK(exr.channels == 32768);
   for (const char* row :
        {"| texels along a side | 4,096 |", "| views, `columns` x `rows` | 4,096 |",
-        "| channels in a part | 32,768 |", "| pixels in a part | 2^30 |",
-        "| decoded level of one part, as 32-bit floats | 2^32 bytes, and 2200 times the file |"}) {
+        "| channels in a part | 32,768 |", "| pixels in a part | 2^30 |", "| all headers | 2^24 bytes |",
+        "| attributes in a part | 4,096 |", "| decoded level of one part, as 32-bit floats | 2^32 bytes |",
+        "| decoded chunk, as 32-bit floats | 2200 times its packed bytes |"}) {
     CHECK_MESSAGE(text.find(row) != std::string::npos, row);
   }
 }
