@@ -76,16 +76,20 @@ std::vector<std::string> channel_names(const FabricHeader& header, Layer layer) 
   return channel_names(layer, header.layer(layer)->lobes, header.views.count());
 }
 
-void check_any_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
   if (part.width != header.width || part.height != header.height) {
     sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
   }
   if (!part.display_is_data) sink.add(Code::fabric_part, part.name, "display window and data window differ");
 }
 
-void check_lossless(const ExrPart& part, IssueSink& sink) {
-  if (!is_lossy(part.compression)) return;
-  sink.add(Code::fabric_lossy, part.name, fmt::format("compression '{}' is lossy", part.compression));
+void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+  check_windows(part, header, sink);
+  if (!part.mipmapped) sink.add(Code::fabric_part, part.name, "is not tiled with mip levels");
+  if (!part.increasing_y) sink.add(Code::fabric_part, part.name, "line order is not INCREASING_Y");
+  if (is_lossy(part.compression)) {
+    sink.add(Code::fabric_lossy, part.name, fmt::format("compression '{}' is lossy", part.compression));
+  }
 }
 
 bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer layer, IssueSink& sink) {
@@ -100,10 +104,7 @@ bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer l
     return false;
   }
   const ExrPart& part = parts[static_cast<std::size_t>(file.find_part(name))];
-  check_any_part(part, header, sink);
-  if (!part.mipmapped) sink.add(Code::fabric_part, name, "is not tiled with mip levels");
-  if (!part.increasing_y) sink.add(Code::fabric_part, name, "line order is not INCREASING_Y");
-  check_lossless(part, sink);
+  check_data_part(part, header, sink);
   const std::vector<std::string> wanted = channel_names(header, layer);
   const std::vector<int> indices = channel_indices(part, wanted);
   for (std::size_t i = 0; i < wanted.size(); ++i) {

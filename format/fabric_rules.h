@@ -26,11 +26,11 @@ const std::string* fabric_text(const std::vector<ExrPart>& parts);
 /// Attribute text, version, header digest, members. Nothing where a layout cannot be had from them.
 std::optional<FabricHeader> check_header(const ExrReader& file, const FabricLimits& limits, IssueSink& sink);
 
-/// What holds for every part, the preview and those that are not known too: its windows.
-void check_any_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink);
+/// What holds for every part, the preview too: data window and display window are the texels.
+void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink);
 
-/// What holds for every part but the preview.
-void check_lossless(const ExrPart& part, IssueSink& sink);
+/// What holds for every other part, known or not: that, tiles, order, no lossy compression.
+void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink);
 
 /// The part of a layer that the header has. Whether its levels can be read and understood.
 bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer layer, IssueSink& sink);

@@ -49,7 +49,7 @@ void check_layer_channels(const ExrPart& part, const FabricHeader& header, Layer
 }
 
 void check_preview(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
-  check_any_part(part, header, sink);
+  check_windows(part, header, sink);
   if (is_lossy(part.compression)) {
     sink.add(Code::fabric_advice, part.name,
              fmt::format("compression '{}' is lossy; the pixels were not checked", part.compression));
@@ -110,7 +110,7 @@ void check_surroundings(const ExrReader& file, const FabricHeader& header, Issue
     } else if (layer && header.layer(*layer)) {
       check_layer_channels(part, header, *layer, sink);
     } else {
-      check_any_part(part, header, sink);
+      check_windows(part, header, sink);
       sink.add(Code::fabric_advice, part.name, "the part is of no known layer and is ignored");
     }
   }
