@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-// Pictures, animations and the like are never shown to tinygltf, so it needs no decoders for them. Another name
-// for its namespace: a program that links with us may have a tinygltf of its own.
+// Pictures, animations and the like are never shown to tinygltf, so it needs no decoders for them. Another
+// name for its namespace: a program that links with us may have a tinygltf of its own.
 #define tinygltf tinygltf_of_selvedge
 #define TINYGLTF_IMPLEMENTATION
 #define TINYGLTF_NO_STB_IMAGE

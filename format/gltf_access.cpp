@@ -155,10 +155,9 @@ Result<const Json*> entry_of(const GltfDocument& document, const char* array, in
 }
 
 Result<const Json*> view_of(const GltfDocument& document, int view, const std::string& place) {
-  const auto json = entry_of(document, "bufferViews", view, place);
+  auto json = entry_of(document, "bufferViews", view, place);
   if (!json) return json;
-  const auto buffer =
-      entry_of(document, "buffers", index_of(member(**json, "buffer")), at("bufferViews", view));
+  auto buffer = entry_of(document, "buffers", index_of(member(**json, "buffer")), at("bufferViews", view));
   if (!buffer) return buffer;
   const std::size_t offset = offset_of(**json, "byteOffset");
   const std::optional<std::size_t> length = size_of(member(**json, "byteLength"));
