@@ -17,11 +17,11 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Dresses the workshop's garment and gives back the files of its USD layer, the layer as a text.
-struct Layer {
+struct UsdLayer {
   UsdFiles files;
   std::string text;
 
-  explicit Layer(const Workshop& workshop, const DressOptions& options = {.all = true}) {
+  explicit UsdLayer(const Workshop& workshop, const DressOptions& options = {.all = true}) {
     REQUIRE(workshop.dress(options));
     const Result<GltfDocument> document = load_gltf(workshop.output);
     REQUIRE(document);
@@ -64,7 +64,7 @@ TEST_CASE("usd: the transform takes (u, 1 - v) to where glTF's takes (u, v), v t
 
 TEST_CASE("usd: a square in the net has its corners, its holes, and its fabric beside") {
   const Workshop workshop;
-  const Layer layer(workshop);
+  const UsdLayer layer(workshop);
   CHECK(layer.text.starts_with("#usda 1.0\n"));
   CHECK(layer.has("upAxis = \"Y\""));
   CHECK(layer.has("point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]"));
@@ -93,7 +93,7 @@ TEST_CASE("usd: nodes, the second UV set and single-sidedness are kept") {
     Json& attributes = json["meshes"][0]["primitives"][0]["attributes"];
     attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
   });
-  const Layer layer(workshop, {.all = true, .tex_coord = 1});
+  const UsdLayer layer(workshop, {.all = true, .tex_coord = 1});
   CHECK(layer.has("matrix4d xformOp:transform = ( (2, 0, 0, 0), (0, 2, 0, 0), (0, 0, 2, 0), (1, 2, 3, 1) )"));
   CHECK(layer.has("texCoord2f[] primvars:st1 = "));
   CHECK(layer.has("string inputs:varname = \"st1\""));
@@ -106,7 +106,7 @@ TEST_CASE("usd: names become identifiers, each its own") {
   garment.materials[0].name = "Größe 1";
   garment.materials[1].name = "2 \"quoted\"";
   garment.materials[2].name = garment.materials[1].name;
-  const Layer layer{Workshop(garment)};
+  const UsdLayer layer{Workshop(garment)};
   CHECK(layer.has("def Material \"Gr____e_1\""));
   CHECK(layer.has("def Material \"_2__quoted_\""));
   CHECK(layer.has("def Material \"_2__quoted__1\""));
@@ -117,7 +117,7 @@ TEST_CASE("usd: names become identifiers, each its own") {
 TEST_CASE("usd: a material without a fabric is a UsdPreviewSurface like any other") {
   Garment garment = square(2);
   garment.materials[1].base_color = V4f(0.5F, 0.25F, 0.125F, 1);
-  const Layer layer(Workshop(garment), {.materials = {"cloth 0"}});
+  const UsdLayer layer(Workshop(garment), {.materials = {"cloth 0"}});
   CHECK(layer.has("color3f inputs:diffuseColor = (0.5, 0.25, 0.125)"));
   const std::size_t second = layer.text.find("def Material \"cloth_1\"");
   REQUIRE(second != std::string::npos);
@@ -139,7 +139,7 @@ TEST_CASE("usd: pictures that are files stay where they are, and none is overwri
   REQUIRE(save_gltf(*load_gltf(workshop.folder / "garment.glb"), workshop.garment));
   workshop.output = workshop.folder / "dressed.gltf";
   with_image("wood.png");
-  CHECK(Layer(workshop, {.materials = {"cloth 0"}}).has("asset inputs:file = @./wood.png@"));
+  CHECK(UsdLayer(workshop, {.materials = {"cloth 0"}}).has("asset inputs:file = @./wood.png@"));
   with_image("layer-image1.png");
   REQUIRE(workshop.dress({.materials = {"cloth 0"}}));
   const Result<UsdFiles> files = usd_of(*load_gltf(workshop.output), workshop.folder / "layer.usda");
@@ -154,7 +154,7 @@ TEST_CASE("usd: pictures that USD does not know are left out with a remark") {
     json["textures"] = Json::array({Json{{"source", 0}}});
     json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
   });
-  const Layer layer(workshop, {.materials = {"cloth 0"}});
+  const UsdLayer layer(workshop, {.materials = {"cloth 0"}});
   CHECK(layer.files.remarks.size() == 1);
 }
 
