@@ -31,7 +31,7 @@ struct GltfLimits {
   std::uint64_t file_bytes = std::uint64_t{1} << 31;
   std::uint64_t buffer_bytes = std::uint64_t{1} << 32;  ///< of all buffers together
   int nesting = 128;                                    ///< of JSON brackets
-  int members = 4096;          ///< of one JSON object, whose members are looked up one after the other
+  int members = 1024;          ///< of one JSON object, whose members are looked up one after the other
   bool external_files = true;  ///< false: a URI that is not a data URI is refused, no other file is opened
 };
 
