@@ -3,8 +3,10 @@
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 
+#include <array>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -193,13 +195,19 @@ std::string company() {
   return b.as_glb();
 }
 
-/// The square as a Draco mesh.
-std::string compressed(bool edgebreaker, int bits) {
+/// The square as a Draco mesh; `company`: with joints, colours and metadata.
+std::string compressed(bool edgebreaker, int bits, bool company = false) {
   draco::TriangleSoupMeshBuilder soup;
   soup.Start(2);
   const int position = soup.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
   const int normal = soup.AddAttribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32);
   const int uv = soup.AddAttribute(draco::GeometryAttribute::TEX_COORD, 2, draco::DT_FLOAT32);
+  int joints = 0;
+  int colour = 0;
+  if (company) {
+    joints = soup.AddAttribute(draco::GeometryAttribute::GENERIC, 4, draco::DT_UINT16);
+    colour = soup.AddAttribute(draco::GeometryAttribute::COLOR, 4, draco::DT_UINT8);
+  }
   for (std::uint32_t f = 0; f < 2; ++f) {
     const auto corner = [&](const std::vector<float>& values, std::size_t k, std::size_t components) {
       return values.data() + corners[3 * f + k] * components;
@@ -211,8 +219,22 @@ std::string compressed(bool edgebreaker, int bits) {
                                    corner(normals, 2, 3));
     soup.SetAttributeValuesForFace(uv, face, corner(coordinates, 0, 2), corner(coordinates, 1, 2),
                                    corner(coordinates, 2, 2));
+    if (company) {
+      const std::array<std::uint16_t, 4> joint{0, static_cast<std::uint16_t>(f), 2, 300};
+      const std::array<std::uint8_t, 4> red{255, 0, static_cast<std::uint8_t>(f), 255};
+      soup.SetAttributeValuesForFace(joints, face, joint.data(), joint.data(), joint.data());
+      soup.SetAttributeValuesForFace(colour, face, red.data(), red.data(), red.data());
+    }
   }
   const auto mesh = soup.Finalize();
+  if (company) {
+    auto metadata = std::make_unique<draco::GeometryMetadata>();
+    metadata->AddEntryString("made by", "us");
+    mesh->AddMetadata(std::move(metadata));
+    auto of_joints = std::make_unique<draco::AttributeMetadata>();
+    of_joints->AddEntryInt("joints", 4);
+    mesh->AddAttributeMetadata(joints, std::move(of_joints));
+  }
   draco::ExpertEncoder encoder(*mesh);
   encoder.SetEncodingMethod(edgebreaker ? draco::MESH_EDGEBREAKER_ENCODING : draco::MESH_SEQUENTIAL_ENCODING);
   encoder.SetSpeedOptions(edgebreaker ? 0 : 5, 5);
@@ -239,6 +261,14 @@ std::string compressed(bool edgebreaker, int bits) {
                                {{"POSITION", id_of(position)},
                                 {"NORMAL", id_of(normal)},
                                 {"TEXCOORD_0", id_of(uv)}}}}}}}}}}}};
+  if (company) {
+    Json& ids = primitive_of(b)["extensions"]["KHR_draco_mesh_compression"]["attributes"];
+    ids["JOINTS_0"] = id_of(joints);
+    ids["COLOR_0"] = id_of(colour);
+    primitive_of(b)["attributes"]["JOINTS_0"] = b.accessor(-1, 5123, mesh->num_points(), "VEC4");
+    primitive_of(b)["attributes"]["COLOR_0"] = b.accessor(-1, 5121, mesh->num_points(), "VEC4");
+    b.json["accessors"].back()["normalized"] = true;
+  }
   b.json["extensionsUsed"] = {"KHR_draco_mesh_compression"};
   b.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
   return b.as_glb();
@@ -250,6 +280,7 @@ std::map<std::string, std::string> gltf_seeds(const std::string& fabric) {
   Builder plain = quad();
   return {{"company.glb", company()},
           {"data-uri.gltf", as_text("data:application/octet-stream;base64," + base64(quad().binary))},
+          {"draco-company.glb", compressed(true, 12, true)},
           {"draco-edgebreaker.glb", compressed(true, 10)},
           {"draco-sequential.glb", compressed(false, 8)},
           {"draco-unquantized.glb", compressed(false, 0)},
