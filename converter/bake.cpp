@@ -2,282 +2,357 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
-#include "converter/ray_scene.h"
-#include "format/fabric.h"
-#include "format/parallel.h"
+#include "converter/bake_journal.h"
+#include "converter/bake_plan.h"
+#include "converter/bake_texels.h"
+#include "converter/reference_height.h"
+#include "format/atomic_file.h"
 #include "format/random.h"
 
 namespace selvedge {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 // The seed's independent uses.
 constexpr std::uint64_t stream_views = 1;
 constexpr std::uint64_t stream_pairs = 2;
-constexpr std::uint64_t stream_directions = 3;
+constexpr std::uint64_t stream_transport = 4;
 
-/// What the rays of one texel and view have gathered.
-struct Gather {
-  int rays = 0;
-  int hits = 0;
-  V3d normal{0, 0, 0};
-  std::vector<V3d> radiance;  // sum over hits, per light
+/// Lights that are solved for at a time: more would not stay in the processor's caches.
+constexpr std::size_t lights_at_once = 64;
 
-  explicit Gather(std::size_t lights) : radiance(lights, V3d(0, 0, 0)) {}
-  void clear() {
-    rays = hits = 0;
-    normal = V3d(0, 0, 0);
-    std::fill(radiance.begin(), radiance.end(), V3d(0, 0, 0));
-  }
-};
-
-/// The additive recurrence of the plastic number (Roberts 2018): evenly spread for any number of points.
-V2d spread_point(int i, const V2d& shift) {
-  constexpr double g = 1.32471795724474602596;
-  const double x = shift.x + i / g;
-  const double y = shift.y + i / (g * g);
-  return {x - std::floor(x), y - std::floor(y)};
+std::uint64_t seed_of(const BakeOptions& o, std::uint64_t stream, std::uint64_t index) {
+  return mix(mix(o.seed ^ mix(stream)) ^ mix(index));
 }
 
-V3d cosine_direction(const V3d& normal, Random& random) {
-  const double r2 = random.uniform();
-  const double phi = 2 * pi * random.uniform();
-  const V3d side = std::abs(normal.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
-  const V3d t = normal.cross(side).normalized();
-  const V3d b = normal.cross(t);
-  const double r = std::sqrt(r2);
-  return (t * (r * std::cos(phi)) + b * (r * std::sin(phi)) + normal * std::sqrt(1 - r2)).normalized();
+std::uint64_t stream_of(PairKind kind) { return stream_pairs + 16 * (static_cast<std::uint64_t>(kind) + 1); }
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-class Baker {
+/// A bake under way: the scene, the lights and what is computed once for all of them.
+class Bake {
  public:
-  Baker(const RayScene& scene, const BakeOptions& options, double plane_z)
-      : scene_(scene), options_(options), plane_z_(plane_z) {}
-
-  /// Adds `count` rays through the texel along `view` to `gather`.
-  void sample(int x, int y, const V3f& view, std::span<const V3f> lights, int count, Random random,
-              Gather& gather) const {
-    const V3d towards = -V3d(view);
-    const V2d shift(random.uniform(), random.uniform());
-    std::uint64_t rays = 0;
-    for (int i = 0; i < count; ++i) {
-      const V2d within = spread_point(i, shift);
-      // y points up, rows of texels run down.
-      const V3d on_plane((x + within.x) / options_.width * scene_.period().x,
-                         (1 - (y + within.y) / options_.height) * scene_.period().y, plane_z_);
-      ++gather.rays;
-      ++rays;
-      SurfacePoint point;
-      // From above everything: the plane may lie within the yarn.
-      const double above = (scene_.bounds().max.z - plane_z_ + scene_.period().x) / view.z;
-      if (!scene_.trace(on_plane - towards * above, towards, point)) continue;
-      ++gather.hits;
-      gather.normal += V3d(point.vertex_normal);
-      rays += follow(point, lights, random, gather);
+  /// `plane`: height of the texels, in units of the scene.
+  Bake(const RayScene& scene, const BakeOptions& options, const SamplesHeader& header, double plane)
+      : scene_(scene), options_(options), lights_(directions_of(header.lights)),
+        views_(directions_of(header.views)), header_(header) {
+    if (options.indirect == IndirectLight::cached) {
+      transport_ = LightTransport::build(scene, seed_of(options, stream_transport, 0));
     }
-    rays_.fetch_add(rays, std::memory_order_relaxed);
+    baker_.emplace(scene, transport_ ? &*transport_ : nullptr, options.bounces,
+                   V2i(options.width, options.height), plane);
   }
 
-  std::uint64_t rays() const { return rays_; }
+  ViewSamples view(std::size_t index, int samples, NoiseSum& noise) {
+    if (transport_ && indirect_.empty()) solve_for_views();
+    return baker_->bake_view(views_[index], {lights_, indirect_}, samples,
+                             seed_of(options_, stream_views, index), noise);
+  }
+
+  /// Pairs in any order; those of neighbouring indices are prepared together.
+  PairSamples pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise) {
+    const auto& pairs = header_.pairs[static_cast<std::size_t>(kind)];
+    if (transport_) solve_for_pair(kind, index);
+    return baker_->bake_pair(pairs[index], {{&pairs[index].light, 1}, pair_indirect_, false}, samples,
+                             seed_of(options_, stream_of(kind), index), noise);
+  }
+
+  /// What the grid's lights needed goes when the views are done.
+  void end_views() { indirect_ = {}; }
+
+  std::uint64_t rays() const { return baker_->rays() + (transport_ ? transport_->rays() : 0); }
 
  private:
-  /// Light of all directions that reaches the eye over a path which begins at `point`.
-  std::uint64_t follow(SurfacePoint point, std::span<const V3f> lights, Random& random,
-                       Gather& gather) const {
-    V3d throughput(1, 1, 1);
-    std::uint64_t rays = 0;
-    for (int bounce = 0;; ++bounce) {
-      throughput *= V3d(point.albedo);
-      for (std::size_t l = 0; l < lights.size(); ++l) {
-        const double cosine = point.face_normal.dot(lights[l]);
-        if (cosine <= 0) continue;
-        ++rays;
-        if (!scene_.occluded(point, lights[l])) gather.radiance[l] += throughput * (cosine / pi);
+  void solve_for_views() {
+    const auto points = static_cast<std::size_t>(transport_->points());
+    const std::size_t n = lights_.size();
+    indirect_.resize(points * 3 * n);
+    for (std::size_t first = 0; first < n; first += lights_at_once) {
+      const auto some = std::span(lights_).subspan(first, std::min(lights_at_once, n - first));
+      const std::vector<float> part = transport_->solve(scene_, some, options_.bounces);
+      for (std::size_t row = 0; row < points * 3; ++row) {
+        std::copy_n(&part[row * some.size()], some.size(), &indirect_[row * n + first]);
       }
-      if (bounce == options_.bounces) return rays;
-      const V3d direction = cosine_direction(V3d(point.face_normal), random);
-      ++rays;
-      if (!scene_.trace(scene_.leave(point), direction, point)) return rays;
+    }
+  }
+
+  void solve_for_pair(PairKind kind, std::size_t index) {
+    const auto& pairs = header_.pairs[static_cast<std::size_t>(kind)];
+    const std::size_t first = index / lights_at_once * lights_at_once;
+    const std::size_t count = std::min(lights_at_once, pairs.size() - first);
+    if (solved_.empty() || solved_kind_ != kind || solved_first_ != first) {
+      std::vector<V3f> lights;
+      for (std::size_t p = first; p < first + count; ++p) lights.push_back(pairs[p].light);
+      solved_ = transport_->solve(scene_, lights, options_.bounces);
+      solved_kind_ = kind;
+      solved_first_ = first;
+    }
+    pair_indirect_.resize(static_cast<std::size_t>(transport_->points()) * 3);
+    for (std::size_t i = 0; i < pair_indirect_.size(); ++i) {
+      pair_indirect_[i] = solved_[i * count + index - first];
     }
   }
 
   const RayScene& scene_;
   const BakeOptions& options_;
-  double plane_z_;
-  mutable std::atomic<std::uint64_t> rays_{0};
+  std::vector<V3f> lights_;
+  std::vector<V3f> views_;
+  const SamplesHeader& header_;
+  std::optional<LightTransport> transport_;
+  std::optional<TexelBaker> baker_;
+  std::vector<float> indirect_;
+  std::vector<float> solved_;  // of the pairs from solved_first_ on
+  PairKind solved_kind_ = PairKind::validation;
+  std::size_t solved_first_ = 0;
+  std::vector<float> pair_indirect_;
 };
 
-Result<void> check_options(const BakeOptions& o, const std::string& name) {
-  const auto in_range = [&](const char* option, int value, int least, int most) -> Result<void> {
-    if (value >= least && value <= most) return {};
-    return fail(Code::option_out_of_range, name, option,
-                fmt::format("{} is outside of {} to {}", value, least, most));
+/// The fewest samples that keep the noise of a few views below the target.
+int samples_for_noise(Bake& bake, std::size_t views, double target) {
+  constexpr std::size_t most_pilots = 8;
+  constexpr int most_samples = 1 << 16;
+  const std::size_t pilots = std::min(most_pilots, views);
+  int samples = 2;
+  for (; samples < most_samples; samples *= 2) {
+    NoiseSum noise;
+    for (std::size_t p = 0; p < pilots; ++p) bake.view((2 * p + 1) * views / (2 * pilots), samples, noise);
+    if (noise.relative() <= target) break;
+  }
+  return samples;
+}
+
+/// Scales both counts of samples to the time that is left.
+void scale_to_budget(Bake& bake, BakeOptions& o, const SamplesHeader& header,
+                     std::chrono::steady_clock::time_point start) {
+  constexpr int pilot_samples = 16;
+  // Compressing and writing, per value; measured on one slow core.
+  constexpr double seconds_per_value = 60e-9;
+  NoiseSum ignored;
+  const auto views = static_cast<std::size_t>(header.views.count());
+  bake.view(views / 2, 1, ignored);  // what is computed once for all views is not the views' cost
+  const auto before_view = std::chrono::steady_clock::now();
+  bake.view(views / 2, pilot_samples, ignored);
+  double seconds = seconds_since(before_view) / pilot_samples * o.samples * static_cast<double>(views);
+  for (const PairKind kind : all_pair_kinds) {
+    const auto& pairs = header.pairs[static_cast<std::size_t>(kind)];
+    if (pairs.empty()) continue;
+    bake.pair(kind, 0, 2, ignored);
+    const auto before_pair = std::chrono::steady_clock::now();
+    bake.pair(kind, 0, pilot_samples, ignored);
+    seconds += seconds_since(before_pair) / pilot_samples * o.truth_samples * static_cast<double>(pairs.size());
+  }
+  const double values = 3.0 * header.texels() * header.views.count() * header.lights.count();
+  const double left = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
+  const double scale = std::max(0.0, left / seconds);
+  const auto scaled = [&](int count, int least) {
+    return static_cast<int>(std::clamp(std::floor(count * scale), static_cast<double>(least), 65536.0));
   };
-  const FabricLimits limits;
-  for (const auto& ok :
-       {in_range("texels", o.width, 1, limits.texels_per_side),
-        in_range("texels", o.height, 1, limits.texels_per_side),
-        in_range("views", o.views, 1, limits.directions), in_range("lights", o.lights, 1, limits.directions),
-        in_range("samples", o.samples, 1, 1 << 20), in_range("bounces", o.bounces, 0, 64),
-        in_range("validation-pairs", o.validation_pairs, 0, 65536),
-        in_range("held-out-pairs", o.held_out_pairs, 0, 65536), in_range("rim-pairs", o.rim_pairs, 0, 65536),
-        in_range("truth-samples", o.truth_samples, 2, 1 << 20)}) {
-    if (!ok) return ok;
-  }
-  const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights;
-  const double limit = static_cast<double>(ExrLimits{}.pixels_per_part);
-  if (pixels > limit) {
-    return fail(Code::option_out_of_range, name, "texels",
-                fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed", pixels, limit));
-  }
-  if (o.reference_height && !std::isfinite(*o.reference_height)) {
-    return fail(Code::option_out_of_range, name, "reference-height", "is not finite");
-  }
-  return {};
+  o.samples = scaled(o.samples, 1);
+  o.truth_samples = scaled(o.truth_samples, 2) / 2 * 2;
 }
 
-SamplesHeader header_of(const RayScene& scene, const BakeOptions& o, double reference_height,
-                        const std::string& provenance) {
-  SamplesHeader header;
-  header.width = o.width;
-  header.height = o.height;
-  header.period_mm = V2f(scene.period());
-  header.reference_height = static_cast<float>(reference_height);
-  header.thickness_mm = scene.bounds().max.z;
-  header.views = grid_of(o.views);
-  header.lights = grid_of(o.lights);
-  header.samples_per_texel = o.samples;
-  header.truth_samples = o.truth_samples / 2 * 2;
-  const std::uint64_t seed = mix(o.seed ^ mix(stream_directions));
-  header.pairs[0] = random_pairs(o.validation_pairs, rim_z, seed);
-  header.pairs[1] = random_pairs(o.held_out_pairs, rim_z, seed + 1);
-  header.pairs[2] = random_rim_pairs(o.rim_pairs, rim_z, seed + 2);
-  nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
-  if (!text.is_object()) text = nlohmann::json::object();
-  text["bake"] = {{"bounces", o.bounces}, {"samples", o.samples}, {"seed", o.seed}};
-  header.provenance = text.dump();
-  return header;
+/// Height of the plane in mm, from a scene whose unit is `mm`.
+Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::string& name,
+                        const BakeOptions& o, double mm) {
+  const double thickness = static_cast<double>(scene.bounds().max.z) * mm;
+  switch (o.reference.kind) {
+    case ReferencePlane::Kind::top: return thickness;
+    case ReferencePlane::Kind::mean: return mean_height(scene) * mm;
+    case ReferencePlane::Kind::best: return best_reference_height(mesh, name, o);
+    case ReferencePlane::Kind::at: break;
+  }
+  const double reach = thickness + std::max(mesh.period.x, mesh.period.y);
+  if (std::abs(o.reference.mm) > 4 * reach) {
+    return fail(Code::option_out_of_range, name, "reference-height",
+                fmt::format("{} mm is far from a cell of {:.3g} mm", o.reference.mm, thickness));
+  }
+  return o.reference.mm;
 }
 
-ViewSamples bake_view(const Baker& baker, const BakeOptions& o, int view_index, const V3f& view,
-                      std::span<const V3f> lights) {
-  const auto texels = static_cast<std::size_t>(o.width * o.height);
-  ViewSamples out{std::vector<float>(texels), std::vector<V3f>(texels, V3f(0, 0, 0)),
-                  std::vector<V3f>(texels * lights.size(), V3f(0, 0, 0))};
-  parallel_for(0, o.height, [&](int y) {
-    Gather gather(lights.size());
-    for (int x = 0; x < o.width; ++x) {
-      const auto texel = static_cast<std::size_t>(y * o.width + x);
-      gather.clear();
-      const Random random(o.seed, stream_views, static_cast<std::uint64_t>(view_index), texel);
-      baker.sample(x, y, view, lights, o.samples, random, gather);
-      if (gather.hits == 0) continue;
-      out.alpha[texel] = static_cast<float>(gather.hits) / static_cast<float>(gather.rays);
-      out.normal[texel] = V3f(gather.normal / gather.rays);
-      for (std::size_t l = 0; l < lights.size(); ++l) {
-        out.radiance[l * texels + texel] = V3f(gather.radiance[l] / gather.hits);
-      }
+Result<BakeReport> assemble(std::span<BakeJournal> journals, const std::string& output) {
+  SamplesHeader header = journals.front().header();
+  const std::vector<BakeUnit> units = units_of(header);
+  std::vector<BakeJournal*> holder(units.size(), nullptr);
+  NoiseSum noise;
+  NoiseSum truth_noise;
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    for (BakeJournal& journal : journals) {
+      if (journal.has(u)) holder[u] = &journal;
     }
-  });
-  return out;
+    if (holder[u] == nullptr) {
+      return fail(Code::samples_malformed, journals.front().path(), "journal",
+                  fmt::format("unit {} of {} is in none of the shards", u, units.size()));
+    }
+    (units[u].is_view ? noise : truth_noise) += holder[u]->noise(u);
+  }
+  nlohmann::json provenance = nlohmann::json::parse(header.provenance);
+  provenance["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", truth_noise.relative()}};
+  header.provenance = provenance.dump();
+
+  auto writer = SamplesWriter::create(output, header);
+  if (!writer) return tl::unexpected(writer.error());
+  BakeReport report;
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    if (units[u].is_view) {
+      const auto samples = holder[u]->read_view(u);
+      if (!samples) return tl::unexpected(samples.error());
+      for (const float alpha : samples->alpha) report.coverage += static_cast<double>(alpha);
+      if (auto ok = writer->write_view(*samples); !ok) return tl::unexpected(ok.error());
+      continue;
+    }
+    const auto& pairs = header.pairs[static_cast<std::size_t>(units[u].kind)];
+    const auto samples = holder[u]->read_pair(u, pairs[units[u].index]);
+    if (!samples) return tl::unexpected(samples.error());
+    if (auto ok = writer->write_pairs(units[u].kind, *samples); !ok) return tl::unexpected(ok.error());
+  }
+  if (auto ok = writer->commit(); !ok) return tl::unexpected(ok.error());
+  report.coverage /= static_cast<double>(header.views.count()) * header.texels();
+  report.noise = noise.relative();
+  report.truth_noise = truth_noise.relative();
+  report.samples = header.samples_per_texel;
+  report.truth_samples = header.truth_samples;
+  report.reference_height = static_cast<double>(header.reference_height);
+  return report;
 }
 
-/// The truth of one pair, from two independent halves whose difference tells its noise.
-PairSamples bake_pair(const Baker& baker, const BakeOptions& o, PairKind kind, std::size_t pair,
-                      const DirectionPair& directions) {
-  const auto texels = static_cast<std::size_t>(o.width * o.height);
-  PairSamples out;
-  out.width = o.width;
-  out.height = o.height;
-  out.pairs = {directions};
-  out.alpha.assign(texels, 0);
-  out.alpha_noise.assign(texels, 0);
-  out.radiance.assign(texels, V3f(0, 0, 0));
-  out.noise.assign(texels, V3f(0, 0, 0));
-  parallel_for(0, o.height, [&](int y) {
-    std::array<Gather, 2> half{Gather(1), Gather(1)};
-    for (int x = 0; x < o.width; ++x) {
-      const auto texel = static_cast<std::size_t>(y * o.width + x);
-      for (std::size_t h = 0; h < 2; ++h) {
-        half[h].clear();
-        const Random random(o.seed, stream_pairs + 16 * (static_cast<std::uint64_t>(kind) + 1), 2 * pair + h,
-                            texel);
-        baker.sample(x, y, directions.view, {&directions.light, 1}, o.truth_samples / 2, random, half[h]);
-      }
-      const int rays = half[0].rays + half[1].rays;
-      const int hits = half[0].hits + half[1].hits;
-      out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(rays);
-      out.alpha_noise[texel] = static_cast<float>(half[0].hits - half[1].hits) / static_cast<float>(rays);
-      out.noise[texel] = V3f((half[0].radiance[0] - half[1].radiance[0]) / rays);
-      if (hits > 0) out.radiance[texel] = V3f((half[0].radiance[0] + half[1].radiance[0]) / hits);
+/// Bakes the shard's units that `journal_path` does not have yet.
+Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, BakeOptions o,
+                               const std::string& provenance, const BakeShard& shard,
+                               const std::string& journal_path, const BakeWatcher& watcher,
+                               BakeReport& report) {
+  const auto start = std::chrono::steady_clock::now();
+  if (auto ok = check_options(o, name); !ok) return tl::unexpected(ok.error());
+  if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
+  const ScaledMesh scaled = scaled_to_unit(mesh);
+  const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
+  const auto scene = RayScene::create(scaled.mesh, name, ground);
+  if (!scene) return tl::unexpected(scene.error());
+  const auto plane = plane_of(mesh, *scene, name, o, scaled.mm);
+  if (!plane) return tl::unexpected(plane.error());
+  const double thickness = static_cast<double>(scene->bounds().max.z) * scaled.mm;
+
+  SamplesHeader header = header_of(mesh, o, *plane, thickness, provenance);
+  Bake bake(*scene, o, header, *plane / scaled.mm);
+  if (o.noise || o.time_budget) {
+    // What a journal of the same bake was begun with counts, however fast the machine is now.
+    const auto begun = BakeJournal::read_header(journal_path);
+    if (begun) {
+      o.samples = begun->samples_per_texel;
+      o.truth_samples = begun->truth_samples;
     }
-  });
-  return out;
+    if (!begun || text_of(header_of(mesh, o, *plane, thickness, provenance)) != text_of(*begun)) {
+      if (o.noise) o.samples = samples_for_noise(bake, static_cast<std::size_t>(o.views), *o.noise);
+      if (o.time_budget) scale_to_budget(bake, o, header, start);
+    }
+    header = header_of(mesh, o, *plane, thickness, provenance);
+  }
+  auto journal = BakeJournal::open(journal_path, header, shard, o.resumable);
+  if (!journal) return journal;
+
+  const std::vector<BakeUnit> units = units_of(header);
+  // In rays of one light: what the bar of progress goes by.
+  const auto cost = [&](const BakeUnit& unit) {
+    return unit.is_view ? static_cast<double>(o.lights) * o.samples : static_cast<double>(o.truth_samples);
+  };
+  double total = 0;
+  double done = 0;
+  NoiseSum noise;
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    if (static_cast<int>(u % static_cast<std::size_t>(shard.count)) != shard.index) continue;
+    total += cost(units[u]);
+    if (journal->has(u)) done += cost(units[u]);
+  }
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    if (static_cast<int>(u % static_cast<std::size_t>(shard.count)) != shard.index) continue;
+    if (journal->has(u)) {
+      ++report.resumed;
+      if (units[u].is_view) noise += journal->noise(u);
+      continue;
+    }
+    if (!units[u].is_view) bake.end_views();
+    NoiseSum own;
+    const auto added =
+        units[u].is_view
+            ? journal->append(u, bake.view(units[u].index, o.samples, own), own)
+            : journal->append(u, bake.pair(units[u].kind, units[u].index, header.truth_samples, own), own);
+    if (!added) return tl::unexpected(added.error());
+    ++report.units;
+    if (units[u].is_view) noise += own;
+    done += cost(units[u]);
+    if (watcher) {
+      watcher({done / total, static_cast<double>(bake.rays()) / seconds_since(start), noise.relative()});
+    }
+  }
+  report.rays = bake.rays();
+  report.seconds = seconds_since(start);
+  report.noise = noise.relative();
+  report.samples = header.samples_per_texel;
+  report.truth_samples = header.truth_samples;
+  report.reference_height = *plane;
+  return journal;
 }
+
+std::string journal_of(const std::string& output) { return output + ".journal"; }
 
 }  // namespace
 
 Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                        const std::string& provenance, const std::string& output, const Progress& progress) {
-  if (auto ok = check_options(options, name); !ok) return tl::unexpected(ok.error());
-  if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
+                        const std::string& provenance, const std::string& output, const BakeWatcher& watcher) {
   const auto start = std::chrono::steady_clock::now();
-  const auto scene = RayScene::create(mesh, name);
-  if (!scene) return tl::unexpected(scene.error());
+  // Said before the work, not after it.
+  if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
+  BakeReport run;
+  auto journal = bake_units(mesh, name, options, provenance, {}, journal_of(output), watcher, run);
+  if (!journal) return tl::unexpected(journal.error());
+  auto report = assemble({&*journal, 1}, output);
+  if (!report) return report;
+  journal->remove();
+  report->rays = run.rays;
+  report->units = run.units;
+  report->resumed = run.resumed;
+  report->seconds = seconds_since(start);
+  return report;
+}
 
-  const auto thickness = static_cast<double>(scene->bounds().max.z);
-  const double reference_height = options.reference_height.value_or(thickness);
-  const double reach = thickness + std::max(scene->period().x, scene->period().y);
-  if (std::abs(reference_height) > 4 * reach) {
-    return fail(Code::option_out_of_range, name, "reference-height",
-                fmt::format("{} mm is far from a cell of {:.3g} mm", reference_height, thickness));
+Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
+                              const std::string& provenance, const BakeShard& shard,
+                              const std::string& output, const BakeWatcher& watcher) {
+  if (shard.count < 1 || shard.index < 0 || shard.index >= shard.count) {
+    return fail(Code::option_out_of_range, name, "shard",
+                fmt::format("{}/{} is not one of its parts", shard.index, shard.count));
   }
-  const SamplesHeader header = header_of(*scene, options, reference_height, provenance);
-  auto writer = SamplesWriter::create(output, header);
-  if (!writer) return tl::unexpected(writer.error());
-
-  const Baker baker(*scene, options, reference_height);
-  const std::vector<V3f> views = directions_of(header.views);
-  const std::vector<V3f> lights = directions_of(header.lights);
-  std::size_t pair_total = 0;
-  for (const auto& pairs : header.pairs) pair_total += pairs.size();
-  // Cost, in rays of one light: what the bar of progress goes by.
-  const double total =
-      static_cast<double>(views.size()) * static_cast<double>(lights.size()) * options.samples +
-      static_cast<double>(pair_total) * options.truth_samples;
-  double done = 0;
-  const auto advance = [&](double cost) {
-    done += cost;
-    if (progress) progress(done / total);
-  };
-
+  if (options.time_budget) {
+    return fail(Code::option_out_of_range, name, "time-budget", "shards would differ in their samples");
+  }
+  if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
   BakeReport report;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const ViewSamples samples = bake_view(baker, options, static_cast<int>(v), views[v], lights);
-    if (auto ok = writer->write_view(samples); !ok) return tl::unexpected(ok.error());
-    for (const float alpha : samples.alpha) report.coverage += alpha;
-    advance(static_cast<double>(lights.size()) * options.samples);
-  }
-  report.coverage /= static_cast<double>(views.size()) * header.texels();
+  auto journal = bake_units(mesh, name, options, provenance, shard, journal_of(output), watcher, report);
+  if (!journal) return tl::unexpected(journal.error());
+  if (auto ok = journal->rename(output); !ok) return tl::unexpected(ok.error());
+  return report;
+}
 
-  for (const PairKind kind : all_pair_kinds) {
-    const auto& pairs = header.pairs[static_cast<std::size_t>(kind)];
-    for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
-      const PairSamples truth = bake_pair(baker, options, kind, pair, pairs[pair]);
-      if (auto ok = writer->write_pairs(kind, truth); !ok) return tl::unexpected(ok.error());
-      advance(options.truth_samples);
+Result<BakeReport> merge_shards(std::span<const std::string> shards, const std::string& output) {
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<BakeJournal> journals;
+  for (const std::string& path : shards) {
+    auto journal = BakeJournal::read(path);
+    if (!journal) return tl::unexpected(journal.error());
+    if (!journals.empty() && text_of(journal->header()) != text_of(journals.front().header())) {
+      return fail(Code::samples_malformed, path, "journal",
+                  fmt::format("is of another bake than {}", journals.front().path()));
     }
+    journals.push_back(std::move(*journal));
   }
-  if (auto ok = writer->commit(); !ok) return tl::unexpected(ok.error());
-  report.rays = baker.rays();
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (journals.empty()) return fail(Code::file_missing, {}, {}, "no shards are given");
+  auto report = assemble(journals, output);
+  if (report) report->seconds = seconds_since(start);
   return report;
 }
 

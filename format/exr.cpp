@@ -12,6 +12,7 @@
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
 #include <OpenEXR/ImfTiledInputPart.h>
 #include <OpenEXR/ImfTiledOutputPart.h>
 #include <OpenEXR/ImfVecAttribute.h>
@@ -29,6 +30,7 @@
 #include "format/exr_layout.h"
 #include "format/exr_unpack.h"
 #include "format/fabric.h"
+#include "format/parallel.h"
 
 namespace selvedge {
 namespace {
@@ -192,6 +194,8 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
   auto file = AtomicFile::create(path);
   if (!file) return tl::unexpected(file.error());
   try {
+    // Compression is most of the work of writing; the bytes do not depend on who does it.
+    if (Imf::globalThreadCount() != thread_count()) Imf::setGlobalThreadCount(thread_count());
     std::vector<Imf::Header> headers;
     for (const ExrPart& part : parts) headers.push_back(header_of(part, parts.front()));
     auto stream = std::make_unique<FileStream>(file->temporary(), path);

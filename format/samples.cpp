@@ -32,31 +32,6 @@ json grid_with_directions(const DirectionGrid& grid) {
   return result;
 }
 
-std::string header_text(const SamplesHeader& header) {
-  json pairs = json::object();
-  for (const PairKind kind : all_pair_kinds) {
-    json list = json::array();
-    for (const DirectionPair& pair : header.pairs[index_of(kind)]) {
-      list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
-    }
-    pairs[pair_parts[index_of(kind)]] = list;
-  }
-  return json{
-      {member::version, samples_version},
-      {member::texels, {header.width, header.height}},
-      {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
-      {member::reference_height, header.reference_height},
-      {member::thickness, header.thickness_mm},
-      {member::views, grid_with_directions(header.views)},
-      {member::lights, grid_with_directions(header.lights)},
-      {member::samples_per_texel, header.samples_per_texel},
-      {member::truth_samples, header.truth_samples},
-      {member::pairs, pairs},
-      {member::provenance, provenance_json(header.provenance)},
-  }
-      .dump();
-}
-
 ExrPart scanline_part(const char* name, int width, int height, std::vector<ExrChannel> channels) {
   ExrPart part;
   part.name = name;
@@ -93,6 +68,31 @@ tl::unexpected<Error> malformed(const std::string& file, std::string place, std:
 
 const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 
+std::string text_of(const SamplesHeader& header) {
+  json pairs = json::object();
+  for (const PairKind kind : all_pair_kinds) {
+    json list = json::array();
+    for (const DirectionPair& pair : header.pairs[index_of(kind)]) {
+      list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
+    }
+    pairs[pair_parts[index_of(kind)]] = list;
+  }
+  return json{
+      {member::version, samples_version},
+      {member::texels, {header.width, header.height}},
+      {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
+      {member::reference_height, header.reference_height},
+      {member::thickness, header.thickness_mm},
+      {member::views, grid_with_directions(header.views)},
+      {member::lights, grid_with_directions(header.lights)},
+      {member::samples_per_texel, header.samples_per_texel},
+      {member::truth_samples, header.truth_samples},
+      {member::pairs, pairs},
+      {member::provenance, provenance_json(header.provenance)},
+  }
+      .dump();
+}
+
 SamplesWriter::SamplesWriter(ExrWriter writer, SamplesHeader header)
     : writer_(std::move(writer)), header_(std::move(header)) {}
 
@@ -109,7 +109,7 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
     const char* name = name_of(kind);
     parts.push_back(scanline_part(name, header.width, header.height * count, pair_channels(name)));
   }
-  parts.front().attributes[names::attribute_samples] = header_text(header);
+  parts.front().attributes[names::attribute_samples] = text_of(header);
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
   return SamplesWriter(std::move(*writer), header);
@@ -259,6 +259,16 @@ bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
 
 }  // namespace
 
+Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file) {
+  const json members = parse_json(text);
+  if (!members.is_object()) return malformed(file, names::attribute_samples, "is not a JSON object");
+  try {
+    return header_from(members);
+  } catch (const std::exception& e) {
+    return malformed(file, names::attribute_samples, e.what());
+  }
+}
+
 Result<SamplesReader> SamplesReader::open(const std::string& path) { return open(ExrReader::open(path)); }
 
 Result<SamplesReader> SamplesReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
@@ -275,13 +285,9 @@ Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
   if (text == nullptr) {
     return malformed(path, names::attribute_samples, "attribute is missing: not a samples file");
   }
-  const json members = parse_json(*text);
-  if (!members.is_object()) return malformed(path, names::attribute_samples, "is not a JSON object");
-  try {
-    return SamplesReader(std::move(*reader), header_from(members));
-  } catch (const std::exception& e) {
-    return malformed(path, names::attribute_samples, e.what());
-  }
+  auto header = samples_header_of(*text, path);
+  if (!header) return tl::unexpected(header.error());
+  return SamplesReader(std::move(*reader), std::move(*header));
 }
 
 Result<SampleLevel> SamplesReader::read_level() {

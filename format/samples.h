@@ -43,6 +43,11 @@ struct SamplesHeader {
   int texels() const { return width * height; }
 };
 
+/// The header as the file's attribute has it, and back; `file` is for messages. Refuses (samples_malformed)
+/// what is not as spec/samples.md has it.
+std::string text_of(const SamplesHeader& header);
+Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file);
+
 /// Everything seen from one view. Index of a texel as in fabric.h.
 struct ViewSamples {
   std::vector<float> alpha;   ///< [texel], share of the rays that met yarn

@@ -107,10 +107,6 @@ void add_bake(CLI::App& app, BakeOptions& bake) {
   add("--held-out-pairs", bake.held_out_pairs, "Random pairs to judge by");
   add("--rim-pairs", bake.rim_pairs, "Random pairs near the horizon, judged apart");
   add("--truth-samples", bake.truth_samples, "Rays per texel and pair, rounded down to even");
-  app.add_option("--reference-height", bake.reference_height,
-                 "Height of the texels' plane above the cell's lowest point (the top face)")
-      ->type_name("MM")
-      ->group(group);
   app.add_option("--seed", bake.seed, "Same seed, same bytes")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)

@@ -22,7 +22,7 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
                            {"triangles", mesh->triangles.size()}};
   return bake(*mesh, command.input, command.bake,
               provenance.dump(-1, ' ', false, Json::error_handler_t::replace), command.output,
-              progress.callback());
+              {});
 }
 
 Json bake_json(const BakeReport& r, const std::string& output) {
@@ -31,7 +31,9 @@ Json bake_json(const BakeReport& r, const std::string& output) {
           {"seconds", r.seconds},
           {"rays", r.rays},
           {"raysPerSecond", static_cast<double>(r.rays) / r.seconds},
-          {"coverage", r.coverage}};
+          {"coverage", r.coverage},
+          {"noise", r.noise},
+          {"truthNoise", r.truth_noise}};
 }
 
 /// Without an output nothing is said of it.

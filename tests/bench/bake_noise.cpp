@@ -1,0 +1,130 @@
+// The error of a bake against a bake of 64 times the samples along paths, beside that of a plain loop over
+// single rays with independent samples: root mean square of opacity * radiance over all texels, views, lights
+// and channels, as a share of the root mean square of the truth.
+//
+//   selvedge-bake-noise [STITCH [TEXELS VIEWS LIGHTS [GRID]]]
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+
+#include "converter/bake.h"
+#include "converter/cell_source.h"
+#include "format/parallel.h"
+#include "format/random.h"
+
+namespace {
+
+using namespace selvedge;
+
+template <class T>
+T need(Result<T> result) {
+  if (!result) {
+    fmt::print(stderr, "bake_noise: {}\n", to_line(result.error()));
+    std::exit(1);
+  }
+  return std::move(*result);
+}
+
+/// opacity * radiance: [(texel * views + view) * lights + light].
+using Seen = std::vector<V3f>;
+
+Seen baked(const CellMesh& mesh, const BakeOptions& options, BakeReport& report) {
+  const std::string path = (std::filesystem::temp_directory_path() / "selvedge-bake-noise.exr").string();
+  report = need(bake(mesh, "mesh", options, "{}", path));
+  SampleLevel level = need(need(SamplesReader::open(path)).read_level());
+  std::filesystem::remove(path);
+  for (std::size_t i = 0; i < level.radiance.size(); ++i) {
+    level.radiance[i] *= level.alpha[i / static_cast<std::size_t>(options.lights)];
+  }
+  return std::move(level.radiance);
+}
+
+/// Independent samples, a ray at a time: what a bake without ideas does.
+Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
+  const RayScene scene = need(RayScene::create(mesh, "mesh"));
+  const PathTracer tracer(scene, o.bounces);
+  const std::vector<V3f> views = directions_of(grid_of(o.views));
+  const std::vector<V3f> lights = directions_of(grid_of(o.lights));
+  const double top = static_cast<double>(scene.bounds().max.z);
+  Seen seen(static_cast<std::size_t>(o.width * o.height) * views.size() * lights.size(), V3f(0, 0, 0));
+  parallel_for(0, o.width * o.height, [&](int texel) {
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      std::vector<V3d> sum(lights.size(), V3d(0, 0, 0));
+      const V3d view(views[v]);
+      for (int i = 0; i < o.samples; ++i) {
+        Random random(7, static_cast<std::uint64_t>(texel), v, static_cast<std::uint64_t>(i));
+        const V3d at((texel % o.width + random.uniform()) / o.width * mesh.period.x,
+                     (1 - (texel / o.width + random.uniform()) / o.height) * mesh.period.y, top);
+        SurfacePoint point;
+        if (!scene.trace(at + view * (mesh.period.x / view.z), -view, point)) continue;
+        const YarnSurface surface = surface_at(scene, point);
+        for (std::size_t l = 0; l < lights.size(); ++l) {
+          const V3d light(lights[l]);
+          if (surface.normal.dot(light) <= 0 || scene.occluded(point, lights[l])) continue;
+          sum[l] += reflectance(surface, light, view) * surface.normal.dot(light);
+        }
+        PathSampler sampler(0, random.next());
+        tracer.add_indirect(point, view, lights, sampler, sum);
+      }
+      for (std::size_t l = 0; l < lights.size(); ++l) {
+        seen[(static_cast<std::size_t>(texel) * views.size() + v) * lights.size() + l] = V3f(sum[l] / o.samples);
+      }
+    }
+  });
+  return seen;
+}
+
+double error_of(const Seen& seen, const Seen& truth) {
+  double error = 0;
+  double signal = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    error += static_cast<double>((seen[i] - truth[i]).length2());
+    signal += static_cast<double>(truth[i].length2());
+  }
+  return std::sqrt(error / signal);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
+  MeshOptions meshing;
+  meshing.cells_across = number(5, meshing.cells_across);
+  const auto mesh = need(load_cell(argc > 1 ? argv[1] : "plain-knit", meshing, {}));
+  BakeOptions o;
+  o.width = o.height = number(2, 32);
+  o.views = number(3, 8);
+  o.lights = number(4, 16);
+  o.held_out_pairs = o.validation_pairs = o.rim_pairs = 0;
+  BakeReport report;
+  auto lap = [start = std::chrono::steady_clock::now()]() mutable {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - start).count();
+    start = now;
+    return seconds;
+  };
+  o.samples = 1024;
+  o.indirect = IndirectLight::traced;
+  o.seed = 99;
+  const Seen truth = baked(mesh, o, report);
+  fmt::print("truth: {} samples along paths, {:.1f} s, own noise at most {:.5f}\n", o.samples, lap(), report.noise);
+  o.samples = 16;
+  o.seed = 1;
+  const double independent = error_of(plain_loop(mesh, o), truth);
+  fmt::print("plain loop, 16 independent samples: error {:.5f}, {:.2f} s\n", independent, lap());
+  fmt::print("indirect  samples    error  of the loop's  own estimate  seconds\n");
+  for (const IndirectLight indirect : {IndirectLight::traced, IndirectLight::cached}) {
+    for (const int samples : {4, 8, 12, 16, 32, 64, 256}) {
+      o.indirect = indirect;
+      o.samples = samples;
+      const double error = error_of(baked(mesh, o, report), truth);
+      fmt::print("{:8}  {:7}  {:.5f}  {:13.2f}  {:12.5f}  {:7.2f}\n",
+                 indirect == IndirectLight::traced ? "traced" : "cached", samples, error, error / independent,
+                 report.noise, lap());
+    }
+  }
+  return 0;
+}
