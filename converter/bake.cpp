@@ -40,8 +40,11 @@ class Bake {
  public:
   /// `plane`: height of the texels, in units of the scene.
   Bake(const RayScene& scene, const BakeOptions& options, const SamplesHeader& header, double plane)
-      : scene_(scene), options_(options), lights_(directions_of(header.lights)),
-        views_(directions_of(header.views)), header_(header) {
+      : scene_(scene),
+        options_(options),
+        lights_(directions_of(header.lights)),
+        views_(directions_of(header.views)),
+        header_(header) {
     if (options.indirect == IndirectLight::cached) {
       transport_ = LightTransport::build(scene, seed_of(options, stream_transport, 0));
     }
@@ -145,7 +148,8 @@ void scale_to_budget(Bake& bake, BakeOptions& o, const SamplesHeader& header,
     bake.pair(kind, 0, 2, ignored);
     const auto before_pair = std::chrono::steady_clock::now();
     bake.pair(kind, 0, pilot_samples, ignored);
-    seconds += seconds_since(before_pair) / pilot_samples * o.truth_samples * static_cast<double>(pairs.size());
+    seconds +=
+        seconds_since(before_pair) / pilot_samples * o.truth_samples * static_cast<double>(pairs.size());
   }
   const double values = 3.0 * header.texels() * header.views.count() * header.lights.count();
   const double left = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
@@ -162,17 +166,25 @@ Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::
                         const BakeOptions& o, double mm) {
   const double thickness = static_cast<double>(scene.bounds().max.z) * mm;
   switch (o.reference.kind) {
-    case ReferencePlane::Kind::top: return thickness;
-    case ReferencePlane::Kind::mean: return mean_height(scene) * mm;
-    case ReferencePlane::Kind::best: return best_reference_height(mesh, name, o);
-    case ReferencePlane::Kind::at: break;
+    case ReferencePlane::Kind::top:
+      return thickness;
+    case ReferencePlane::Kind::mean:
+      return mean_height(scene) * mm;
+    case ReferencePlane::Kind::best:
+      return best_reference_height(mesh, name, o);
+    case ReferencePlane::Kind::share:
+      break;
+    case ReferencePlane::Kind::at:
+      break;
   }
+  const bool is_share = o.reference.kind == ReferencePlane::Kind::share;
+  const double height = o.reference.value * (is_share ? thickness : 1);
   const double reach = thickness + std::max(mesh.period.x, mesh.period.y);
-  if (std::abs(o.reference.mm) > 4 * reach) {
+  if (std::abs(height) > 4 * reach) {
     return fail(Code::option_out_of_range, name, "reference-height",
-                fmt::format("{} mm is far from a cell of {:.3g} mm", o.reference.mm, thickness));
+                fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));
   }
-  return o.reference.mm;
+  return height;
 }
 
 Result<BakeReport> assemble(std::span<BakeJournal> journals, const std::string& output) {
@@ -303,7 +315,8 @@ std::string journal_of(const std::string& output) { return output + ".journal"; 
 }  // namespace
 
 Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                        const std::string& provenance, const std::string& output, const BakeWatcher& watcher) {
+                        const std::string& provenance, const std::string& output,
+                        const BakeWatcher& watcher) {
   const auto start = std::chrono::steady_clock::now();
   // Said before the work, not after it.
   if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());

@@ -30,13 +30,15 @@ enum class IndirectLight {
 /// The height at which texels lie, above the cell's lowest point.
 struct ReferencePlane {
   enum class Kind {
-    top,   ///< of the cell's bounding box, as in the paper
-    mean,  ///< of what is seen straight from above
-    best,  ///< of those tried by best_reference_height()
-    at     ///< `mm`
+    top,    ///< of the cell's bounding box, as in the paper
+    mean,   ///< of what is seen straight from above
+    best,   ///< of those tried by best_reference_height()
+    share,  ///< `value` times the thickness
+    at      ///< `value` in mm
   };
-  Kind kind = Kind::top;
-  double mm = 0;
+  /// At this share every built-in stitch comes out best, or near to it: spec/bake.md has the table.
+  Kind kind = Kind::share;
+  double value = 0.9;
 };
 
 /// Every so many-th unit (view or pair) of a bake: units whose index leaves `index` when divided by `count`.
@@ -74,14 +76,14 @@ struct BakeOptions {
 
 struct BakeReport {
   double seconds = 0;
-  std::uint64_t rays = 0;    ///< primary, bounce and shadow rays of this run
-  int units = 0;             ///< views and pairs that were baked in this run
-  int resumed = 0;           ///< and those that a journal had
-  double coverage = 0;       ///< mean opacity over texels and views
-  double noise = 0;          ///< relative error of the samples of the grid (NoiseSum), an upper estimate
-  double truth_noise = 0;    ///< and of the pairs
-  int samples = 0;           ///< rays per texel and view
-  int truth_samples = 0;     ///< and per texel and pair
+  std::uint64_t rays = 0;       ///< primary, bounce and shadow rays of this run
+  int units = 0;                ///< views and pairs that were baked in this run
+  int resumed = 0;              ///< and those that a journal had
+  double coverage = 0;          ///< mean opacity over texels and views
+  double noise = 0;             ///< relative error of the samples of the grid (NoiseSum), an upper estimate
+  double truth_noise = 0;       ///< and of the pairs
+  int samples = 0;              ///< rays per texel and view
+  int truth_samples = 0;        ///< and per texel and pair
   double reference_height = 0;  ///< mm above the lowest point
 };
 

@@ -199,7 +199,8 @@ Result<BakeJournal> BakeJournal::read(const std::string& path) {
   if (!std::filesystem::exists(path, ignored)) return fail(Code::file_missing, path, {}, "no such file");
   auto state = std::make_unique<State>();
   state->path = path;
-  state->file.reset(std::filesystem::is_regular_file(path, ignored) ? std::fopen(path.c_str(), "rb") : nullptr);
+  state->file.reset(std::filesystem::is_regular_file(path, ignored) ? std::fopen(path.c_str(), "rb")
+                                                                    : nullptr);
   if (!state->file) return fail(Code::file_unreadable, path, {}, "cannot be opened as a file");
   auto head = read_head(state->file.get(), path);
   if (!head) return tl::unexpected(head.error());
@@ -306,7 +307,8 @@ Result<ViewSamples> BakeJournal::read_view(std::size_t unit) {
   if (!values) return tl::unexpected(values.error());
   const auto n = static_cast<std::size_t>(state_->header.texels());
   const auto lights = static_cast<std::size_t>(state_->header.lights.count());
-  return ViewSamples{floats_of(*values, 0, n), vectors_of(*values, n, n), vectors_of(*values, 4 * n, n * lights)};
+  return ViewSamples{floats_of(*values, 0, n), vectors_of(*values, n, n),
+                     vectors_of(*values, 4 * n, n * lights)};
 }
 
 Result<PairSamples> BakeJournal::read_pair(std::size_t unit, const DirectionPair& pair) {

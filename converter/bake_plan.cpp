@@ -21,7 +21,7 @@ void append_bytes(std::string& bytes, const std::vector<T>& values) {
 }
 
 const char* name_of(ReferencePlane::Kind kind) {
-  constexpr std::array<const char*, 4> names{"top", "mean", "best", "at"};
+  constexpr std::array<const char*, 5> names{"top", "mean", "best", "share", "at"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -61,10 +61,10 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
   const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights;
   const auto limit = static_cast<double>(ExrLimits{}.pixels_per_part);
   if (pixels > limit) {
-    return refuse("texels",
-                  fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed", pixels, limit));
+    return refuse("texels", fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed",
+                                        pixels, limit));
   }
-  if (!std::isfinite(o.reference.mm)) return refuse("reference-height", "is not finite");
+  if (!std::isfinite(o.reference.value)) return refuse("reference-height", "is not finite");
   return {};
 }
 

@@ -15,7 +15,7 @@ constexpr double pi = std::numbers::pi;
 
 /// target += weight * source. Element by element: the same for any width of the machine's registers.
 __attribute__((target_clones("avx512f", "avx2", "default"))) void add_row(const float* source, float weight,
-                                                                         std::size_t count, float* target) {
+                                                                          std::size_t count, float* target) {
   for (std::size_t i = 0; i < count; ++i) target[i] += weight * source[i];
 }
 

@@ -19,13 +19,16 @@ constexpr int side = 8;
 constexpr double patches_per_period = 20;
 /// Least cosine between a vertex's normal and a triangle's for which the vertex may stand for the triangle.
 constexpr float smooth = 0.8F;
-/// Share of rays from above that may meet backs of triangles before both sides count as outside.
-constexpr double most_backs = 1e-3;
+/// Share of rays that may meet backs of triangles before both sides count as outside.
+constexpr double most_backs = 0.005;
 
 /// target = sum of weight[k] * source[column[k]], vectors of `width` numbers. Element by element in the same
 /// order whatever the width of the machine's registers.
-__attribute__((target_clones("avx512f", "avx2", "default"))) void sum_rows(const float* source, const int* column, const float* weight, std::size_t count,
-                                    std::size_t width, float* target) {
+__attribute__((target_clones("avx512f", "avx2", "default"))) void sum_rows(const float* source,
+                                                                           const int* column,
+                                                                           const float* weight,
+                                                                           std::size_t count,
+                                                                           std::size_t width, float* target) {
   std::fill(target, target + width, 0.0F);
   for (std::size_t k = 0; k < count; ++k) {
     const float* row = source + static_cast<std::size_t>(column[k]) * width;
@@ -34,16 +37,16 @@ __attribute__((target_clones("avx512f", "avx2", "default"))) void sum_rows(const
   }
 }
 
-std::size_t lattice_size(int parts) {
-  return static_cast<std::size_t>((parts + 1) * (parts + 2) / 2);
-}
+std::size_t lattice_size(int parts) { return static_cast<std::size_t>((parts + 1) * (parts + 2) / 2); }
 
 /// Row j of a lattice has parts + 1 - j points.
 int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
 
-/// Whether rays from above see backs of triangles: an open sheet, or one that is wound at random.
+/// Whether light from above comes to backs of triangles: those of open sheets, or wound at random. A few are
+/// met where closed yarns run into each other.
 bool shows_backs(const RayScene& scene) {
   constexpr std::uint32_t count = 4096;
+  constexpr int bounces = 3;
   const V2d period = scene.period();
   const double above = static_cast<double>(scene.bounds().max.z) + period.x;
   int hits = 0;
@@ -51,12 +54,18 @@ bool shows_backs(const RayScene& scene) {
   for (std::uint32_t i = 0; i < count; ++i) {
     PathSampler sampler(i, 0);
     const V2d at = sampler.next();
-    const V3d direction = cosine_direction({0, 0, -1}, sampler.next());
+    V3d origin(at.x * period.x, at.y * period.y, above);
+    V3d direction = cosine_direction({0, 0, -1}, sampler.next());
     SurfacePoint point;
-    if (direction.z > -0.05) continue;
-    if (!scene.trace({at.x * period.x, at.y * period.y, above}, direction, point)) continue;
-    ++hits;
-    backs += point.back ? 1 : 0;
+    for (int k = 0; k <= bounces && scene.trace(origin, direction, point); ++k) {
+      ++hits;
+      if (point.back) {
+        ++backs;
+        break;
+      }
+      origin = scene.leave(point);
+      direction = cosine_direction(V3d(point.face_normal), sampler.next());
+    }
   }
   return backs > most_backs * hits;
 }
@@ -76,7 +85,7 @@ std::optional<LightTransport> LightTransport::build(const RayScene& scene, std::
 void LightTransport::place_points(const RayScene& scene) {
   const CellMesh& mesh = scene.mesh();
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
-  std::vector<SurfacePoint> at;       // of which albedo and gloss are taken
+  std::vector<SurfacePoint> at;  // of which albedo and gloss are taken
   std::vector<V3f> normals;
   std::vector<V3f> positions;
   const auto corner_of = [&](std::size_t t, int k) { return static_cast<std::size_t>(triangles_[t][k]); };
@@ -100,7 +109,7 @@ void LightTransport::place_points(const RayScene& scene) {
     const V3f& c = mesh.positions[corner_of(t, 2)];
     const double edge = static_cast<double>(std::max({(b - a).length(), (c - b).length(), (a - c).length()}));
     const V3f normal = (b - a).cross(c - a).normalized();
-    int parts = static_cast<int>(std::clamp(std::ceil(edge / longest), 1.0, 1e3));
+    int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
     // Where yarns touch a vertex has one yarn's normal and triangles of both.
     for (int k = 0; k < 3; ++k) {
       if (std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth) parts = std::max(parts, 2);
@@ -192,11 +201,12 @@ void LightTransport::gather(const RayScene& scene, std::uint64_t seed) {
         const int x = block % (side / 4) * 4 + k % 4;
         const int y = block / (side / 4) * 4 + k / 4;
         const double dx = random.uniform();
-        directions[static_cast<std::size_t>(k)] = cosine_direction(
-            V3d(from.face_normal), {(x + dx) / side, (y + random.uniform()) / side});
+        directions[static_cast<std::size_t>(k)] =
+            cosine_direction(V3d(from.face_normal), {(x + dx) / side, (y + random.uniform()) / side});
       }
       PointPacket met;
-      for (std::uint32_t left = scene.trace(scene.leave(from), directions, met); left != 0; left &= left - 1) {
+      for (std::uint32_t left = scene.trace(scene.leave(from), directions, met); left != 0;
+           left &= left - 1) {
         TransportTaps sent;
         if (!taps(met[static_cast<std::size_t>(std::countr_zero(left))], sent)) continue;
         for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * share);

@@ -37,6 +37,10 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// cost restarts. One is enough for most rays of a cell that is thinner than wide.
 constexpr int reach = 1;
 
+/// Share of the way through the block after which a ray is shifted back. Less than all: a wall that stands
+/// exactly where the block ends then lies ahead of the ray, not under its feet.
+constexpr double turn = 1 - 1e-4;
+
 /// A ray within 1e-5 of level could be shifted for ever.
 constexpr int most_pieces = 4096;
 
@@ -140,8 +144,9 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
     for (int cx = -reach - extra_x; cx <= reach + extra_x; ++cx) {
       const int first = static_cast<int>(vertices.size());
       for (const V3f& p : state->mesh.positions) {
-        vertices.emplace_back(V3f(V3d(snap_to_wall(static_cast<double>(p.x) + cx * period.x, period.x),
-                                      snap_to_wall(static_cast<double>(p.y) + cy * period.y, period.y), p.z)));
+        vertices.emplace_back(
+            V3f(V3d(snap_to_wall(static_cast<double>(p.x) + cx * period.x, period.x),
+                    snap_to_wall(static_cast<double>(p.y) + cy * period.y, period.y), p.z)));
       }
       for (const V3i& t : state->mesh.triangles) triangles.push_back(t + V3i(first));
     }
@@ -216,7 +221,7 @@ bool walk(const State& s, V3d origin, const V3d& direction, const Step& step) {
                                  leave_interval(origin.y, direction.y, s.block_min.y, s.block_max.y));
     if (step(origin, std::min(out, side))) return true;
     if (out <= side || side == infinity) return false;
-    origin += direction * side;
+    origin += direction * (turn * side);
   }
   return false;
 }
@@ -267,13 +272,13 @@ void walk_packet(const State& s, RayPacket& p, std::uint32_t active, const Step&
         continue;
       }
       const auto move = [&](float origin, float direction, double period) {
-        return static_cast<float>(wrap(static_cast<double>(origin) + static_cast<double>(direction) *
+        return static_cast<float>(wrap(static_cast<double>(origin) + static_cast<double>(direction) * turn *
                                                                          static_cast<double>(side[i]),
                                        period));
       };
       p.x[i] = move(p.x[i], p.dx[i], s.mesh.period.x);
       p.y[i] = move(p.y[i], p.dy[i], s.mesh.period.y);
-      p.z[i] += p.dz[i] * side[i];
+      p.z[i] += p.dz[i] * (static_cast<float>(turn) * side[i]);
     }
   }
 }
@@ -337,7 +342,8 @@ std::uint32_t trace_packet(const State& s, RayPacket& packet, std::uint32_t acti
                   if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
                   done |= 1U << i;
                   const V3d& direction = directions[directions.size() == 1 ? 0 : i];
-                  const V3d at = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
+                  const V3d at =
+                      V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
                   points[i] = point_from(s, at, direction,
                                          V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
                                          query.hit.primID[i], query.hit.u[i], query.hit.v[i]);

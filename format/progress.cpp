@@ -28,8 +28,8 @@ void TerminalProgress::show(double fraction) {
   shown_ = now;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const double left = fraction > 0 ? elapsed / fraction - elapsed : 0;
-  const std::string line =
-      fmt::format("\r\033[K{} {:3.0f} %  {:.0f} s, {:.0f} s left", label_, 100 * fraction, elapsed, left);
+  const std::string line = fmt::format("\r\033[K{} {:3.0f} %  {:.0f} s, {:.0f} s left{}{}", label_,
+                                       100 * fraction, elapsed, left, note_.empty() ? "" : "  ", note_);
   std::fputs(line.c_str(), stderr);
   std::fflush(stderr);
 }

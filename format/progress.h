@@ -22,10 +22,14 @@ class TerminalProgress {
   /// The callback to hand to a stage; valid as long as this object.
   Progress callback();
 
+  /// What to say behind the times from now on.
+  void note(std::string text) { note_ = std::move(text); }
+
  private:
   void show(double fraction);
 
   std::string label_;
+  std::string note_;
   bool active_ = false;
   std::chrono::steady_clock::time_point start_;
   std::chrono::steady_clock::time_point shown_;

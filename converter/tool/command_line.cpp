@@ -89,7 +89,43 @@ void add_cell(CLI::App& app, std::string& input, MeshOptions& mesh, MeshImportOp
       ->group(group);
 }
 
-void add_bake(CLI::App& app, BakeOptions& bake) {
+void add_light(CLI::App& app, BakeOptions& bake, const char* group) {
+  add_text(app, "--bounces", "N|unlimited", "Indirect bounces of light (2)", [&bake](const std::string& t) {
+    bake.bounces =
+        t == "unlimited" ? unlimited_bounces : whole_numbers("--bounces", t, ',', 1, 1, "2 or unlimited")[0];
+    if (t != "unlimited" && bake.bounces < 0) throw CLI::ValidationError("--bounces", "must not be negative");
+  })->group(group);
+  add_text(
+      app, "--indirect", "cached|traced",
+      "Indirect light once per point of the mesh, or along paths: slower, without approximation (cached)",
+      [&bake](const std::string& t) {
+        if (t != "cached" && t != "traced") {
+          throw CLI::ValidationError("--indirect", fmt::format("\"{}\" is neither cached nor traced", t));
+        }
+        bake.indirect = t == "cached" ? IndirectLight::cached : IndirectLight::traced;
+      })
+      ->group(group);
+  app.add_option("--ground", bake.ground, "Albedo of a plane that the cloth lies on; none: black")
+      ->type_name("ALBEDO")
+      ->group(group);
+  add_text(app, "--reference-height", "top|mean|best|P%|MM",
+           "Height of the texels' plane above the cell's lowest point (90% of the thickness)",
+           [&bake](const std::string& t) {
+             using Kind = ReferencePlane::Kind;
+             if (t == "top" || t == "mean" || t == "best") {
+               bake.reference = {t == "top" ? Kind::top : t == "mean" ? Kind::mean : Kind::best, 0};
+               return;
+             }
+             const bool percent = t.ends_with('%');
+             const double value = numbers("--reference-height", t.substr(0, t.size() - (percent ? 1 : 0)),
+                                          ',', 1, 1, "best, 90% or 2.5")[0];
+             bake.reference = {percent ? Kind::share : Kind::at, percent ? value / 100 : value};
+           })
+      ->group(group);
+}
+
+void add_bake(CLI::App& app, BakeCommand& command) {
+  BakeOptions& bake = command.bake;
   const char* group = "Bake";
   add_text(app, "--texels", "N|WxH", "Texels of one repeat (32x32)", [&bake](const std::string& t) {
     const auto n = whole_numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
@@ -97,15 +133,29 @@ void add_bake(CLI::App& app, BakeOptions& bake) {
     bake.height = n.back();
   })->group(group);
   const auto add = [&](const char* name, int& value, const char* help) {
-    app.add_option(name, value, help)->type_name("N")->capture_default_str()->group(group);
+    return app.add_option(name, value, help)->type_name("N")->capture_default_str()->group(group);
   };
   add("--views", bake.views, "View directions");
   add("--lights", bake.lights, "Light directions");
-  add("--samples", bake.samples, "Rays per texel and view");
-  add("--bounces", bake.bounces, "Indirect bounces of light");
-  add("--validation-pairs", bake.validation_pairs, "Random pairs of directions to choose by");
-  add("--held-out-pairs", bake.held_out_pairs, "Random pairs to judge by");
-  add("--rim-pairs", bake.rim_pairs, "Random pairs near the horizon, judged apart");
+  auto* samples = add("--samples", bake.samples, "Rays per texel and view");
+  auto* noise = app.add_option("--noise", bake.noise,
+                               "As many samples as keep the samples' relative noise below this, such as 0.02")
+                    ->type_name("X")
+                    ->group(group)
+                    ->excludes(samples);
+  app.add_option("--time-budget", bake.time_budget, "As many samples as fit into so many seconds")
+      ->type_name("S")
+      ->group(group)
+      ->excludes(samples)
+      ->excludes(noise);
+  add_light(app, bake, group);
+  auto* pairs = app.add_option("--pairs", command.pairs, "Pairs of directions from a file (JSON)")
+                    ->type_name("FILE")
+                    ->group(group);
+  add("--validation-pairs", bake.validation_pairs, "Random pairs of directions to choose by")
+      ->excludes(pairs);
+  add("--held-out-pairs", bake.held_out_pairs, "Random pairs to judge by")->excludes(pairs);
+  add("--rim-pairs", bake.rim_pairs, "Random pairs near the horizon, judged apart")->excludes(pairs);
   add("--truth-samples", bake.truth_samples, "Rays per texel and pair, rounded down to even");
   app.add_option("--seed", bake.seed, "Same seed, same bytes")
       ->capture_default_str()
@@ -158,6 +208,7 @@ CLI::App* add_verb(CLI::App& app, const char* name, const char* what, const char
 struct Verbs {
   StitchCommand stitch;
   BakeCommand bake;
+  MergeCommand merge;
   FitCommand fit;
   MakeCommand make;
   DressCommand dress;
@@ -185,7 +236,23 @@ void add_bake_verb(CLI::App& app, BakeCommand& command) {
                             "selvedge bake plain-knit -o k.samples.exr");
   add_common(*verb, command.common, true);
   add_cell(*verb, command.input, command.mesh, command.import);
-  add_bake(*verb, command.bake);
+  add_bake(*verb, command);
+  add_text(*verb, "--shard", "I/N", "Bake part I (from 0) of N, for selvedge merge",
+           [&command](const std::string& t) {
+             const auto n = whole_numbers("--shard", t, '/', 2, 2, "0/8");
+             command.shard = BakeShard{n[0], n[1]};
+           })
+      ->group("Bake");
+  add_output(*verb, command.output, "The samples file, or with --shard the part");
+}
+
+void add_merge_verb(CLI::App& app, MergeCommand& command) {
+  CLI::App* verb = add_verb(app, "merge", "Join the parts of a bake: shards -> samples",
+                            "selvedge merge k.0.shard k.1.shard -o k.samples.exr");
+  add_common(*verb, command.common);
+  verb->add_option("shards", command.shards, "What bake --shard wrote, in any order")
+      ->required()
+      ->type_name("SHARD...");
   add_output(*verb, command.output, "The samples file");
 }
 
@@ -203,7 +270,7 @@ void add_make_verb(CLI::App& app, MakeCommand& command) {
                             "selvedge make plain-weave -o weave.fabric.exr");
   add_common(*verb, command.fit.common, true);
   add_cell(*verb, command.bake.input, command.bake.mesh, command.bake.import);
-  add_bake(*verb, command.bake.bake);
+  add_bake(*verb, command.bake);
   add_fit(*verb, command.fit);
   verb->add_option("--keep-samples", command.bake.output, "Keep the samples in this file")->type_name("FILE");
   add_output(*verb, command.fit.output, "The fabric file");
@@ -369,6 +436,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   Verbs verbs;
   add_stitch_verb(app, verbs.stitch);
   add_bake_verb(app, verbs.bake);
+  add_merge_verb(app, verbs.merge);
   add_fit_verb(app, verbs.fit);
   add_make_verb(app, verbs.make);
   add_dress_verb(app, verbs.dress);
@@ -393,6 +461,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   const std::string verb = app.get_subcommands().front()->get_name();
   if (verb == "stitch") return verbs.stitch;
   if (verb == "bake") return verbs.bake;
+  if (verb == "merge") return verbs.merge;
   if (verb == "fit") return verbs.fit;
   if (verb == "make") return verbs.make;
   if (verb == "dress") return verbs.dress;

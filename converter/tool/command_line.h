@@ -42,6 +42,14 @@ struct BakeCommand {
   MeshOptions mesh;
   MeshImportOptions import;
   BakeOptions bake;
+  std::string pairs;  ///< file of pairs; empty: random ones
+  std::optional<BakeShard> shard;
+};
+
+struct MergeCommand {
+  CommonOptions common;
+  std::vector<std::string> shards;
+  std::string output;
 };
 
 struct FitCommand {
@@ -113,9 +121,9 @@ struct CompareCommand {
   std::vector<std::string> files;  ///< fabrics, then the samples
 };
 
-using Command =
-    std::variant<ExitNow, StitchCommand, BakeCommand, FitCommand, MakeCommand, DressCommand, ReattachCommand,
-                 CheckCommand, InfoCommand, EvaluateCommand, AnswerCommand, RepackCommand, CompareCommand>;
+using Command = std::variant<ExitNow, StitchCommand, BakeCommand, MergeCommand, FitCommand, MakeCommand,
+                             DressCommand, ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand,
+                             AnswerCommand, RepackCommand, CompareCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

@@ -8,6 +8,7 @@ namespace selvedge {
 
 int run(const StitchCommand& command);
 int run(const BakeCommand& command);
+int run(const MergeCommand& command);
 int run(const FitCommand& command);
 int run(const MakeCommand& command);
 int run(const DressCommand& command);

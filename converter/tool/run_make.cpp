@@ -1,48 +1,12 @@
-// bake, fit, and make, which is both with the mesh before.
+// fit, and make, which is bake and fit with the mesh before.
 #include <fmt/format.h>
 
-#include <chrono>
-#include <filesystem>
-
-#include "converter/cell_source.h"
 #include "converter/tool/commands.h"
-#include "converter/tool/report.h"
+#include "converter/tool/run_bake.h"
 #include "format/atomic_file.h"
 
 namespace selvedge {
 namespace {
-
-Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& common) {
-  const auto mesh = load_cell(command.input, command.mesh, command.import);
-  if (!mesh) return tl::unexpected(mesh.error());
-  TerminalProgress progress("bake", common.quiet);
-  const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
-                           {"stitch", std::filesystem::path(command.input).filename().string()},
-                           {"vertices", mesh->positions.size()},
-                           {"triangles", mesh->triangles.size()}};
-  return bake(*mesh, command.input, command.bake,
-              provenance.dump(-1, ' ', false, Json::error_handler_t::replace), command.output,
-              {});
-}
-
-Json bake_json(const BakeReport& r, const std::string& output) {
-  return {{"output", output},
-          {"bytes", size_of_file(output)},
-          {"seconds", r.seconds},
-          {"rays", r.rays},
-          {"raysPerSecond", static_cast<double>(r.rays) / r.seconds},
-          {"coverage", r.coverage},
-          {"noise", r.noise},
-          {"truthNoise", r.truth_noise}};
-}
-
-/// Without an output nothing is said of it.
-std::string bake_text(const BakeReport& r, const std::string& output) {
-  return fmt::format("baked in {:.1f} s, {:.1f} million rays ({:.1f} million/s), {:.1f} % yarn{}\n",
-                     r.seconds, static_cast<double>(r.rays) * 1e-6,
-                     static_cast<double>(r.rays) * 1e-6 / r.seconds, 100 * r.coverage,
-                     output.empty() ? "" : fmt::format(" -> {} ({} bytes)", output, size_of_file(output)));
-}
 
 Result<FitResult> fit_file(const std::string& samples, const FitCommand& command) {
   // Said before the work, not after it.
@@ -90,14 +54,6 @@ std::string fit_text(const FitResult& r, const std::string& output) {
 
 }  // namespace
 
-int run(const BakeCommand& command) {
-  apply(command.common);
-  const auto result = bake_cell(command, command.common);
-  if (!result) return report_error(result.error());
-  report(command.common, "bake", bake_json(*result, command.output), bake_text(*result, command.output));
-  return 0;
-}
-
 int run(const FitCommand& command) {
   apply(command.common);
   const auto result = fit_file(command.input, command);
@@ -114,7 +70,10 @@ int run(const MakeCommand& command) {
   if (!passing) return report_error(passing.error());
   BakeCommand bake_command = command.bake;
   const bool keep = !bake_command.output.empty();
-  if (!keep) bake_command.output = passing->temporary();
+  if (!keep) {
+    bake_command.output = passing->temporary();
+    bake_command.bake.resumable = false;
+  }
   const auto baked = bake_cell(bake_command, command.fit.common);
   if (!baked) return report_error(baked.error());
   Json bake_report = bake_json(*baked, bake_command.output);

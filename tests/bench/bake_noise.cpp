@@ -70,7 +70,8 @@ Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
         tracer.add_indirect(point, view, lights, sampler, sum);
       }
       for (std::size_t l = 0; l < lights.size(); ++l) {
-        seen[(static_cast<std::size_t>(texel) * views.size() + v) * lights.size() + l] = V3f(sum[l] / o.samples);
+        seen[(static_cast<std::size_t>(texel) * views.size() + v) * lights.size() + l] =
+            V3f(sum[l] / o.samples);
       }
     }
   });
@@ -110,7 +111,8 @@ int main(int argc, char** argv) {
   o.indirect = IndirectLight::traced;
   o.seed = 99;
   const Seen truth = baked(mesh, o, report);
-  fmt::print("truth: {} samples along paths, {:.1f} s, own noise at most {:.5f}\n", o.samples, lap(), report.noise);
+  fmt::print("truth: {} samples along paths, {:.1f} s, own noise at most {:.5f}\n", o.samples, lap(),
+             report.noise);
   o.samples = 16;
   o.seed = 1;
   const double independent = error_of(plain_loop(mesh, o), truth);

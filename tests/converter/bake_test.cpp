@@ -6,42 +6,15 @@
 #include <numbers>
 
 #include "../format/files.h"
+#include "bake_cells.h"
 #include "format/parallel.h"
 
 using namespace selvedge;
-using test::Folder;
+using namespace selvedge::test;
 
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-void add_quad(CellMesh& mesh, const V3f& a, const V3f& b, const V3f& c, const V3f& d, float albedo) {
-  const int first = static_cast<int>(mesh.positions.size());
-  const V3f normal = (b - a).cross(c - a).normalized();
-  for (const V3f& p : {a, b, c, d}) {
-    mesh.positions.push_back(p);
-    mesh.normals.push_back(normal);
-    mesh.albedo.emplace_back(albedo, albedo / 2, 0.0F);
-  }
-  mesh.triangles.emplace_back(first, first + 1, first + 2);
-  mesh.triangles.emplace_back(first, first + 2, first + 3);
-}
-
-/// A floor over the cell's left `share`, `period` mm a side.
-CellMesh floor_of(float period, float share, float albedo) {
-  CellMesh mesh;
-  mesh.period = V2d(period, period);
-  const float x = period * share;
-  add_quad(mesh, {0, 0, 0}, {x, 0, 0}, {x, period, 0}, {0, period, 0}, albedo);
-  return mesh;
-}
-
-/// A floor and a wall of height `height` that stands on it along y at x = 0, both sides alike.
-CellMesh fence(float period, float height, float floor_albedo, float wall_albedo) {
-  CellMesh mesh = floor_of(period, 1, floor_albedo);
-  add_quad(mesh, {0, 0, 0}, {0, period, 0}, {0, period, height}, {0, 0, height}, wall_albedo);
-  return mesh;
-}
 
 BakeOptions small_bake() {
   BakeOptions o;
@@ -107,6 +80,58 @@ TEST_CASE("a mesh is lit the same at any height") {
     CHECK(moved.level.alpha == level.level.alpha);
     CHECK(moved.level.radiance == level.level.radiance);
   }
+}
+
+TEST_CASE("a mesh is lit the same at any size") {
+  const Baked unit = bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), small_bake());
+  for (const double size : {0x1.0p-20, 0x1.0p20, 1e-6, 1e6}) {
+    CellMesh mesh = fence(1, 0.5F, 0.6F, 0.3F);
+    mesh.period *= size;
+    for (V3f& p : mesh.positions) p = V3f(V3d(p) * size);
+    const Baked scaled = bake_mesh(mesh, small_bake());
+    CHECK(static_cast<double>(scaled.header.period_mm.x) == doctest::Approx(size));
+    CHECK(static_cast<double>(scaled.header.reference_height) == doctest::Approx(0.45 * size));
+    const bool exact = std::log2(size) == std::round(std::log2(size));
+    double difference = 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < unit.level.radiance.size(); ++i) {
+      difference += static_cast<double>((scaled.level.radiance[i] - unit.level.radiance[i]).length2());
+      sum += static_cast<double>(unit.level.radiance[i].length2());
+    }
+    // Powers of two round nothing; others round the vertices' last bits, which moves a ray in thousands over
+    // an edge.
+    CHECK(std::sqrt(difference / sum) <= (exact ? 0 : 1e-2));
+  }
+}
+
+TEST_CASE("a mesh is lit the same a million cells away") {
+  const Baked here = bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), small_bake());
+  for (const V3f& away : {V3f(1e6F, 0, 0), V3f(-1e6F, 1e6F, 0), V3f(3, -1e6F, 1e6F)}) {
+    CellMesh mesh = fence(1, 0.5F, 0.6F, 0.3F);
+    for (V3f& p : mesh.positions) p += away;
+    const Baked there = bake_mesh(mesh, small_bake());
+    // Halves are exact beside a million, so the cell is the same to the bit.
+    CHECK(there.level.alpha == here.level.alpha);
+    CHECK(there.level.radiance == here.level.radiance);
+  }
+}
+
+TEST_CASE("the plane of the texels lies at the top, the mean height or where one says") {
+  // Floor at 0 and a wall of height 0.5: seen from above the wall has no width.
+  BakeOptions o = small_bake();
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == 0.45F);
+  o.reference.kind = ReferencePlane::Kind::top;
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == 0.5F);
+  o.reference.kind = ReferencePlane::Kind::mean;
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == doctest::Approx(0).epsilon(0.01));
+  // A groove is half as high in the mean as at its ridges.
+  CHECK(bake_mesh(groove(4, 1, 0.5F), o).header.reference_height == doctest::Approx(1).epsilon(0.02));
+  o.reference = {ReferencePlane::Kind::at, 0.3};
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == 0.3F);
+  o.reference.kind = ReferencePlane::Kind::best;
+  const float best = bake_mesh(groove(4, 1, 0.5F), o).header.reference_height;
+  CHECK(best >= 1);
+  CHECK(best <= 2);
 }
 
 TEST_CASE("vertices that no triangle uses and whole periods of distance change nothing") {
@@ -226,6 +251,13 @@ TEST_CASE("bad input is refused before anything is written") {
   SUBCASE("zero texels") { o.width = 0; }
   SUBCASE("no views") { o.views = 0; }
   SUBCASE("no samples") { o.samples = 0; }
+  SUBCASE("bounces below unlimited") { o.bounces = -2; }
+  SUBCASE("a ground brighter than white") { o.ground = 1.5; }
+  SUBCASE("no noise at all") { o.noise = 0; }
+  SUBCASE("noise and time together") {
+    o.noise = 0.1;
+    o.time_budget = 1;
+  }
   SUBCASE("an empty mesh") {
     mesh.triangles.clear();
     expected = Code::mesh_empty;

@@ -12,8 +12,8 @@ using namespace selvedge::test;
 
 namespace {
 
-const std::vector<std::string> pages{"README.md",  "brdf.md",   "fabric.md", "issues.md",
-                                     "samples.md", "stitch.md", "usd.md"};
+const std::vector<std::string> pages{"README.md", "bake.md",    "brdf.md",   "fabric.md",
+                                     "issues.md", "samples.md", "stitch.md", "usd.md"};
 
 std::vector<std::string> matches(const std::string& text, const std::regex& pattern) {
   std::vector<std::string> found;

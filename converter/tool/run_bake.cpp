@@ -1,0 +1,94 @@
+// bake and merge, and the bake of make.
+#include "converter/tool/run_bake.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "converter/cell_source.h"
+#include "converter/pairs_file.h"
+#include "converter/tool/commands.h"
+
+namespace selvedge {
+
+Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& common) {
+  const auto mesh = load_cell(command.input, command.mesh, command.import);
+  if (!mesh) return tl::unexpected(mesh.error());
+  BakeOptions options = command.bake;
+  if (!command.pairs.empty()) {
+    auto pairs = read_pairs(command.pairs);
+    if (!pairs) return tl::unexpected(pairs.error());
+    options.pairs = std::move(*pairs);
+  }
+  TerminalProgress progress("bake", common.quiet);
+  BakeWatcher watcher;
+  if (const Progress show = progress.callback()) {
+    watcher = [show, &progress](const BakeProgress& p) {
+      progress.note(
+          fmt::format("{:.1f} million rays/s, noise {:.2g} %", p.rays_per_second * 1e-6, 100 * p.noise));
+      show(p.fraction);
+    };
+  }
+  const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
+                           {"stitch", std::filesystem::path(command.input).filename().string()},
+                           {"vertices", mesh->positions.size()},
+                           {"triangles", mesh->triangles.size()}};
+  const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (command.shard) {
+    return bake_shard(*mesh, command.input, options, text, *command.shard, command.output, watcher);
+  }
+  return bake(*mesh, command.input, options, text, command.output, watcher);
+}
+
+Json bake_json(const BakeReport& r, const std::string& output) {
+  return {{"output", output},
+          {"bytes", size_of_file(output)},
+          {"seconds", r.seconds},
+          {"rays", r.rays},
+          {"raysPerSecond", static_cast<double>(r.rays) / r.seconds},
+          {"units", r.units},
+          {"resumed", r.resumed},
+          {"coverage", r.coverage},
+          {"samples", r.samples},
+          {"truthSamples", r.truth_samples},
+          {"noise", r.noise},
+          {"truthNoise", r.truth_noise},
+          {"referenceHeight", r.reference_height}};
+}
+
+/// Without an output nothing is said of it.
+std::string bake_text(const BakeReport& r, const std::string& output) {
+  const double rays = static_cast<double>(r.rays) * 1e-6;
+  return fmt::format(
+      "baked in {:.1f} s, {:.1f} million rays ({:.1f} million/s){}, {} samples, noise {:.2g} %{}\n",
+      r.seconds, rays, rays / r.seconds,
+      r.resumed > 0 ? fmt::format(", {} views and pairs from the journal", r.resumed) : "", r.samples,
+      100 * r.noise, output.empty() ? "" : fmt::format(" -> {} ({} bytes)", output, size_of_file(output)));
+}
+
+int run(const BakeCommand& command) {
+  apply(command.common);
+  const auto result = bake_cell(command, command.common);
+  if (!result) return report_error(result.error());
+  report(command.common, "bake", bake_json(*result, command.output), bake_text(*result, command.output));
+  return 0;
+}
+
+int run(const MergeCommand& command) {
+  apply(command.common);
+  const auto result = merge_shards(command.shards, command.output);
+  if (!result) return report_error(result.error());
+  report(command.common, "merge",
+         {{"output", command.output},
+          {"bytes", size_of_file(command.output)},
+          {"shards", command.shards.size()},
+          {"seconds", result->seconds},
+          {"coverage", result->coverage},
+          {"noise", result->noise},
+          {"truthNoise", result->truth_noise}},
+         fmt::format("{} shards -> {} ({} bytes), noise {:.2g} %\n", command.shards.size(), command.output,
+                     size_of_file(command.output), 100 * result->noise));
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,98 @@
+#!/usr/bin/env bash
+# Bakes that are killed, cut into shards, and told what to aim at.
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+test_a_killed_bake_goes_on_where_it_was() {
+  # A second's work for any machine, in 24 pieces.
+  local sizes=(--texels 12 --views 16 --lights 16 --samples 4096 --held-out-pairs 4 --validation-pairs 2
+    --rim-pairs 2 --truth-samples 64) kills=0 pid
+  selvedge bake plain-knit -o whole.exr "${sizes[@]}" --quiet
+  while [ $kills -lt 3 ]; do
+    selvedge bake plain-knit -o killed.exr "${sizes[@]}" --quiet &
+    pid=$!
+    for _ in $(seq 2000); do
+      # Something new is in the journal.
+      [ "$(stat -c %s killed.exr.journal 2>/dev/null || echo 0)" -le "${seen:-0}" ] || break
+      kill -0 $pid 2>/dev/null || break
+      sleep 0.005
+    done
+    seen=$(stat -c %s killed.exr.journal 2>/dev/null || echo 0)
+    kill -KILL $pid 2>/dev/null || break
+    wait $pid 2>/dev/null || true
+    kills=$((kills + 1))
+    [ ! -e killed.exr ] || break
+  done
+  [ $kills -gt 0 ] || fail "was never killed"
+  rm -f killed.exr.part-* killed.exr.journal.part-*
+  exits 0 selvedge bake plain-knit -o killed.exr "${sizes[@]}" --json
+  holds "r.resumed + r.units === 24 && (r.resumed > 0 || $kills === 0)"
+  same whole.exr killed.exr
+  [ ! -e killed.exr.journal ] || fail "the journal is still there"
+}
+
+test_a_journal_survives_ctrl_c_and_sigterm() {
+  set -m
+  selvedge bake plain-knit -o k.exr --texels 12 --views 64 --lights 16 --samples 4096 --quiet &
+  local pid=$!
+  for _ in $(seq 2000); do
+    [ ! -e k.exr.journal ] || break
+    sleep 0.005
+  done
+  kill -TERM $pid
+  wait $pid || true
+  [ -s k.exr.journal ] || fail "no journal"
+  [ ! -e k.exr ] || fail "a file before its time"
+  [ "$(find . -name '*.part-*' | wc -l)" = 0 ] || fail "left something behind"
+}
+
+test_shards_merge_to_the_bytes_of_the_whole() {
+  selvedge bake plain-weave -o whole.exr "${small[@]}" --quiet
+  for i in 1 0; do
+    exits 0 selvedge bake plain-weave -o "$i.shard" --shard "$i/2" "${small[@]}" --json
+    holds "r.units === 16"
+  done
+  exits 0 selvedge merge 0.shard 1.shard -o merged.exr --json
+  holds "r.verb === 'merge' && r.shards === 2"
+  same whole.exr merged.exr
+  refuses SAMPLES_MALFORMED 'in none of the shards' selvedge merge 0.shard -o other.exr
+  refuses SAMPLES_MALFORMED 'not a journal' selvedge merge whole.exr -o other.exr
+  refuses FILE_MISSING 2.shard selvedge merge 2.shard -o other.exr
+  refuses OPTION_OUT_OF_RANGE shard selvedge bake plain-weave -o 2.shard --shard 2/2 "${small[@]}"
+}
+
+test_bake_aims_at_noise_or_time() {
+  local some=(--texels 8 --views 16 --lights 16 --held-out-pairs 0 --validation-pairs 0 --rim-pairs 0)
+  exits 0 selvedge bake plain-knit -o n.exr --noise 0.1 "${some[@]}" --json
+  holds "r.noise < 0.12 && r.samples >= 2"
+  exits 0 selvedge bake plain-knit -o t.exr --time-budget 0.5 "${some[@]}" --json
+  holds "r.samples >= 1"
+  exits 0 selvedge info t.exr --json
+  holds "r.content.provenance.bake.samples === r.content.samplesPerTexel"
+  exits 2 selvedge bake plain-knit -o t.exr --time-budget 0.5 --samples 4
+  exits 2 selvedge bake plain-knit -o t.exr --bounces -1
+  exits 2 selvedge bake plain-knit -o t.exr --indirect none
+  exits 2 selvedge bake plain-knit -o t.exr --reference-height high
+}
+
+test_bake_takes_light_ground_and_plane() {
+  selvedge bake plain-knit -o black.exr "${small[@]}" --bounces unlimited --reference-height mean --quiet
+  selvedge bake plain-knit -o white.exr "${small[@]}" --bounces unlimited --reference-height mean --ground 1 --quiet
+  differ black.exr white.exr
+  exits 0 selvedge info white.exr --json
+  holds "r.content.provenance.bake.bounces === 'unlimited' && r.content.provenance.bake.ground === 1"
+  holds "r.content.provenance.bake.referencePlane === 'mean' && r.content.referenceHeight < r.content.thickness"
+  exits 0 selvedge bake plain-knit -o traced.exr "${small[@]}" --indirect traced --json
+  holds "r.rays > 0"
+}
+
+test_pairs_come_from_a_file() {
+  echo '{"held-out": [{"light": [0, 0.6, 0.8], "view": [0, 0, 1]}]}' >pairs.json
+  local some=(--texels 8 --views 4 --lights 4)
+  selvedge bake plain-knit -o k.exr --pairs pairs.json "${some[@]}" --quiet
+  exits 0 selvedge info k.exr --json
+  holds "r.content.pairs['held-out'] === 1 && r.content.pairs.rim === 0"
+  echo '{"views": []}' >pairs.json
+  refuses JSON_MALFORMED /views selvedge bake plain-knit -o k.exr --pairs pairs.json "${some[@]}"
+}
+
+"$2"
