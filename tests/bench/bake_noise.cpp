@@ -100,6 +100,7 @@ int main(int argc, char** argv) {
   o.views = number(3, 8);
   o.lights = number(4, 16);
   o.held_out_pairs = o.validation_pairs = o.rim_pairs = 0;
+  o.reference.kind = ReferencePlane::Kind::top;  // where the plain loop has its texels
   BakeReport report;
   auto lap = [start = std::chrono::steady_clock::now()]() mutable {
     const auto now = std::chrono::steady_clock::now();

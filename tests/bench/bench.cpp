@@ -2,7 +2,9 @@
 // in one run, so that their ratios mean something on a machine that is shared with others.
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <atomic>
+#include <bit>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -45,6 +47,51 @@ void bake_knit(benchmark::State& state) {
     report = need(bake(knit(), "plain-knit", BakeOptions{}, "{}", scratch("samples.exr")));
   }
   state.counters["rays_per_s"] = static_cast<double>(report.rays) / report.seconds;
+}
+
+/// The ray tracer's rate for the kind of rays that a bake casts most, and nothing else: shadow rays of 16
+/// neighbouring points, packet by packet, on all threads.
+void trace_shadow_packets(benchmark::State& state) {
+  const RayScene scene = need(RayScene::create(knit(), "plain-knit"));
+  const std::vector<V3f> directions = directions_of({8, 8});
+  std::vector<PointPacket> packets(512);
+  std::vector<std::uint32_t> hits;
+  Random random(1);
+  for (PointPacket& packet : packets) {
+    const V3d view(directions[static_cast<std::size_t>(random.uniform() * 64)]);
+    const V2d corner(random.uniform() * knit().period.x, random.uniform() * knit().period.y);
+    std::array<V3d, packet_size> origins;
+    for (V3d& o : origins) {
+      o = V3d(corner.x + random.uniform() * knit().period.x / 32,
+              corner.y + random.uniform() * knit().period.y / 32, static_cast<double>(scene.bounds().max.z)) +
+          view * 10.0;
+    }
+    hits.push_back(scene.trace(origins, -view, packet));
+  }
+  std::atomic<std::int64_t> rays{0};
+  std::atomic<int> blocked{0};
+  for ([[maybe_unused]] auto _ : state) {
+    parallel_for(0, 32, [&](int chunk) {
+      std::int64_t traced = 0;
+      int dark = 0;
+      for (std::size_t p = static_cast<std::size_t>(chunk) * 16; p < static_cast<std::size_t>(chunk + 1) * 16;
+           ++p) {
+        for (const V3f& light : directions) {
+          std::uint32_t facing = 0;
+          for (std::size_t i = 0; i < packet_size; ++i) {
+            facing |= (packets[p][i].face_normal.dot(light) > 0 ? 1U : 0U) << i;
+          }
+          facing &= hits[p];
+          traced += std::popcount(facing);
+          dark += std::popcount(scene.occluded(packets[p], light, facing));
+        }
+      }
+      rays += traced;
+      blocked += dark;
+    });
+  }
+  benchmark::DoNotOptimize(blocked.load());
+  state.counters["rays_per_s"] = benchmark::Counter(static_cast<double>(rays), benchmark::Counter::kIsRate);
 }
 
 /// The rate of the ray tracer alone: the same kind of shadow rays, nothing else, on all threads.
@@ -139,6 +186,7 @@ void evaluate_knit(benchmark::State& state) {
 
 // In this order: each uses the file of the one before.
 BENCHMARK(bake_knit)->Unit(benchmark::kSecond)->UseRealTime()->Iterations(1);
+BENCHMARK(trace_shadow_packets)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(trace_shadow_rays)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(fit_knit)->Unit(benchmark::kSecond)->UseRealTime()->Iterations(1);
 BENCHMARK(read_knit)->Unit(benchmark::kMillisecond)->UseRealTime();
