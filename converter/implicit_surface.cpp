@@ -56,7 +56,8 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
   surface.period_ = pattern.period_mm;
   surface.reach_ = reach;
   surface.cut(pattern);
-  if (!surface.index(0.5 * least_radius)) {
+  // Bins much smaller than the reach would hold the same pieces over and over.
+  if (!surface.index(std::max(0.5 * least_radius, 0.25 * reach))) {
     return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
   }
   return surface;
@@ -164,6 +165,8 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
   const std::size_t bin = bin_of(wrapped);
   SurfaceSample best;
   best.distance = reach_;
+  const Piece* nearest = nullptr;
+  double parameter = 0;
   for (std::uint32_t e = bin_start_[bin]; e < bin_start_[bin + 1]; ++e) {
     const Entry& entry = entries_[e];
     const Piece& piece = pieces_[static_cast<std::size_t>(entry.piece)];
@@ -174,9 +177,14 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
     const V3d offset = local - point_at(piece.segment, t);
     const double length = offset.length();
     if (length - piece.radius < best.distance) {
-      best = {length - piece.radius, length > 0 ? offset / length : V3d(0, 0, 0), piece.yarn};
+      best.distance = length - piece.radius;
+      best.gradient = length > 0 ? offset / length : V3d(0, 0, 0);
+      best.yarn = piece.yarn;
+      nearest = &piece;
+      parameter = t;
     }
   }
+  if (nearest != nullptr) best.tangent = derivative_at(nearest->segment, parameter).normalized();
   return best;
 }
 

@@ -17,6 +17,7 @@ namespace selvedge {
 struct SurfaceSample {
   double distance = 0;    ///< f, mm
   V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach
+  V3d tangent{0, 0, 0};   ///< unit, along the nearest yarn; zero beyond the reach
   int yarn = -1;          ///< index of the nearest yarn; -1 beyond the reach
 };
 

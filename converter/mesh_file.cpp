@@ -15,6 +15,7 @@
 namespace selvedge {
 namespace {
 
+constexpr std::uintmax_t max_material_file = 16U << 20U;           // bytes
 constexpr std::uintmax_t max_mesh_file = std::uintmax_t{1} << 30;  // bytes
 
 /// The ending of a path in lower case, without the dot.
@@ -43,8 +44,6 @@ V3f albedo_of(const V3f& colour, bool coded, const V3f& fallback) {
   return albedo;
 }
 
-V3f turned(const V3f& v, UpAxis up) { return up == UpAxis::y ? V3f(v.x, -v.z, v.y) : v; }
-
 /// Mean of the faces' normals around each vertex, weighted by area; +z where they cancel or there are none.
 std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector<V3i>& triangles) {
   std::vector<V3d> sums(positions.size(), V3d(0));
@@ -58,8 +57,26 @@ std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector
   return normals;
 }
 
-Result<std::vector<V3i>> triangles_of(const RawMesh& raw, const std::string& path) {
+/// Of the material files beside an OBJ file; what is not there, or lies elsewhere, is passed over.
+MaterialColours materials_of(const std::string& bytes, const std::string& format, const std::string& path) {
+  MaterialColours colours;
+  if (format != "obj") return colours;
+  for (const std::string& name : material_files(bytes)) {
+    if (std::filesystem::path(name).filename() != name) continue;
+    const auto text =
+        read_file(std::filesystem::path(path).replace_filename(name).string(), max_material_file);
+    if (text) read_materials(*text, colours);
+  }
+  return colours;
+}
+
+struct CutFaces {
   std::vector<V3i> triangles;
+  std::vector<std::size_t> face_of;  ///< of each triangle
+};
+
+Result<CutFaces> triangles_of(const RawMesh& raw, const std::string& path) {
+  CutFaces cut;
   const auto count = static_cast<int>(raw.positions.size());
   for (std::size_t f = 0; f < raw.faces.size(); ++f) {
     const std::vector<int>& face = raw.faces[f];
@@ -71,10 +88,49 @@ Result<std::vector<V3i>> triangles_of(const RawMesh& raw, const std::string& pat
     }
     for (std::size_t k = 2; k < face.size(); ++k) {
       const V3i t(face[0], face[k - 1], face[k]);
-      if (t.x != t.y && t.y != t.z && t.z != t.x) triangles.push_back(t);
+      if (t.x == t.y || t.y == t.z || t.z == t.x) continue;
+      cut.triangles.push_back(t);
+      cut.face_of.push_back(f);
     }
   }
-  return triangles;
+  return cut;
+}
+
+/// Gives triangles colours of their own: a vertex whose triangles differ becomes several.
+void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albedo) {
+  constexpr int none = -1;
+  struct Copy {
+    V3f albedo;
+    int vertex;
+    int next;  ///< the next copy of the same vertex
+  };
+  std::vector<Copy> copies;
+  std::vector<int> first(mesh.positions.size(), none);
+  const std::vector<V3f> own = mesh.albedo;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      int& vertex = mesh.triangles[t][k];
+      const auto original = static_cast<std::size_t>(vertex);
+      const V3f colour = albedo[t] ? *albedo[t] : own[original];
+      int copy = first[original];
+      while (copy != none && copies[static_cast<std::size_t>(copy)].albedo != colour) {
+        copy = copies[static_cast<std::size_t>(copy)].next;
+      }
+      if (copy == none) {
+        copies.push_back({colour, vertex, first[original]});
+        if (first[original] == none) {
+          mesh.albedo[original] = colour;
+        } else {
+          copies.back().vertex = static_cast<int>(mesh.positions.size());
+          mesh.positions.push_back(mesh.positions[original]);
+          mesh.normals.push_back(mesh.normals[original]);
+          mesh.albedo.push_back(colour);
+        }
+        copy = first[original] = static_cast<int>(copies.size()) - 1;
+      }
+      vertex = copies[static_cast<std::size_t>(copy)].vertex;
+    }
+  }
 }
 
 template <class T>
@@ -124,35 +180,34 @@ std::string ply_of(const CellMesh& mesh) {
   return out;
 }
 
-}  // namespace
-
-Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options) {
-  const auto bytes = read_file(path, max_mesh_file);
-  if (!bytes) return tl::unexpected(bytes.error());
-  return read_mesh(*bytes, path, options);
-}
-
-Result<CellMesh> read_mesh(const std::string& bytes, const std::string& path,
-                           const MeshImportOptions& options) {
+Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
+                           const MeshImportOptions& options, const MaterialColours& materials,
+                           MeshChoices* chosen) {
   const std::string format = ending_of(path);
   if (format != "obj" && format != "ply" && format != "off" && format != "stl") {
     return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj, .ply, .off or .stl");
   }
-  if (!options.period) return fail(Code::mesh_invalid, path, "", "period missing: give --period WxH in mm");
-  if (!(options.scale_to_mm > 0) || !std::isfinite(options.scale_to_mm)) {
+  if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm))) {
     return fail(Code::option_out_of_range, path, "--unit",
-                fmt::format("must be positive, is {}", options.scale_to_mm));
+                fmt::format("must be positive, is {}", *options.scale_to_mm));
   }
-  auto raw = format == "ply" ? import_ply(bytes, path) : import_mesh(bytes, format, path);
+  auto raw = format == "ply" ? import_ply(bytes, path) : import_mesh(bytes, format, path, materials);
   if (!raw) return tl::unexpected(raw.error());
-  auto triangles = triangles_of(*raw, path);
-  if (!triangles) return tl::unexpected(triangles.error());
+  auto faces = triangles_of(*raw, path);
+  if (!faces) return tl::unexpected(faces.error());
+  auto& [triangles, face_of] = *faces;
+  const MeshChoices choices = choose(*raw, bytes, options.period, options.scale_to_mm, options.up_axis);
+  if (chosen != nullptr) *chosen = choices;
+  if (!options.period && !triangles.empty() && !(choices.period.x > 0 && choices.period.y > 0)) {
+    return fail(Code::mesh_invalid, path, "",
+                "the mesh has no extent to guess its period from: give --period WxH in mm");
+  }
 
   CellMesh mesh;
-  mesh.period = *options.period;
-  mesh.triangles = std::move(*triangles);
+  mesh.period = choices.period;
+  mesh.triangles = std::move(triangles);
   for (std::size_t v = 0; v < raw->positions.size(); ++v) {
-    mesh.positions.emplace_back(V3d(turned(raw->positions[v], options.up_axis)) * options.scale_to_mm);
+    mesh.positions.emplace_back(V3d(turned(raw->positions[v], choices.up_axis)) * choices.scale_to_mm);
     const V3f colour = raw->colours.empty() ? V3f(-1) : raw->colours[v];
     mesh.albedo.push_back(albedo_of(colour, raw->colours_8bit, options.albedo));
   }
@@ -160,12 +215,35 @@ Result<CellMesh> read_mesh(const std::string& bytes, const std::string& path,
     mesh.normals = normals_of(mesh.positions, mesh.triangles);
   } else {
     for (const V3f& n : raw->normals) {
-      const V3f up = turned(n, options.up_axis);
+      const V3f up = turned(n, choices.up_axis);
       mesh.normals.push_back(up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
     }
   }
+  if (!raw->face_colours.empty()) {
+    std::vector<std::optional<V3f>> albedo;
+    for (const std::size_t face : face_of) {
+      const V3f& colour = raw->face_colours[face];
+      albedo.push_back(colour.x >= 0
+                           ? std::optional(albedo_of(colour, raw->face_colours_8bit, options.albedo))
+                           : std::nullopt);
+    }
+    paint_triangles(mesh, albedo);
+  }
   if (auto sound = validate(mesh, path); !sound) return tl::unexpected(sound.error());
   return mesh;
+}
+
+}  // namespace
+
+Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options, MeshChoices* chosen) {
+  const auto bytes = read_file(path, max_mesh_file);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return cell_from(*bytes, path, options, materials_of(*bytes, ending_of(path), path), chosen);
+}
+
+Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
+                           const MeshImportOptions& options) {
+  return cell_from(bytes, name, options, {}, nullptr);
 }
 
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh) {

@@ -67,6 +67,16 @@ class Collector final : public om::IO::BaseImporter {
   }
   void set_color(om::VertexHandle v, const om::Vec3f& c) override { set_colour(v, vector_of(c)); }
   void set_color(om::VertexHandle v, const om::Vec4f& c) override { set_colour(v, V3f(c[0], c[1], c[2])); }
+  void set_color(om::FaceHandle f, const om::Vec3uc& c) override {
+    mesh.face_colours_8bit = true;
+    set_colour(f, V3f(c[0], c[1], c[2]) / 255.0F);
+  }
+  void set_color(om::FaceHandle f, const om::Vec4uc& c) override {
+    mesh.face_colours_8bit = true;
+    set_colour(f, V3f(c[0], c[1], c[2]) / 255.0F);
+  }
+  void set_color(om::FaceHandle f, const om::Vec3f& c) override { set_colour(f, vector_of(c)); }
+  void set_color(om::FaceHandle f, const om::Vec4f& c) override { set_colour(f, V3f(c[0], c[1], c[2])); }
   void reserve(unsigned vertices, unsigned, unsigned faces) override {
     if (vertices > file_size_ || faces > file_size_) throw Stop{"has fewer vertices or faces than it says"};
     said_vertices_ = vertices;
@@ -99,10 +109,6 @@ class Collector final : public om::IO::BaseImporter {
   void set_status(om::EdgeHandle, const om::Attributes::StatusInfo&) override {}
   void set_normal(om::FaceHandle, const om::Vec3f&) override {}
   void set_normal(om::FaceHandle, const om::Vec3d&) override {}
-  void set_color(om::FaceHandle, const om::Vec3uc&) override {}
-  void set_color(om::FaceHandle, const om::Vec4uc&) override {}
-  void set_color(om::FaceHandle, const om::Vec3f&) override {}
-  void set_color(om::FaceHandle, const om::Vec4f&) override {}
   void set_status(om::FaceHandle, const om::Attributes::StatusInfo&) override {}
   void add_texture_information(int, std::string) override {}
 
@@ -115,6 +121,7 @@ class Collector final : public om::IO::BaseImporter {
                      std::find(has_normal_.begin(), has_normal_.end(), false) == has_normal_.end();
     if (all && !split_normals_) mesh.normals = std::move(normals_);
     if (!mesh.colours.empty()) mesh.colours.resize(mesh.positions.size(), V3f(-1));
+    if (!mesh.face_colours.empty()) mesh.face_colours.resize(mesh.faces.size(), V3f(-1));
     return std::move(mesh);
   }
 
@@ -127,6 +134,12 @@ class Collector final : public om::IO::BaseImporter {
     if (!known(v)) return;
     mesh.colours.resize(mesh.positions.size(), V3f(-1));
     mesh.colours[index(v)] = colour;
+  }
+
+  void set_colour(om::FaceHandle f, const V3f& colour) {
+    if (f.idx() < 0 || static_cast<std::size_t>(f.idx()) >= mesh.faces.size()) return;
+    mesh.face_colours.resize(mesh.faces.size(), V3f(-1));
+    mesh.face_colours[static_cast<std::size_t>(f.idx())] = colour;
   }
 
   std::size_t file_size_;
@@ -241,6 +254,35 @@ std::string geometry_of(std::string_view text) {
   return kept;
 }
 
+/// The first word of a line and the rest without blanks around it.
+std::pair<std::string, std::string> words_of(const std::string& line) {
+  std::istringstream in(line);
+  std::string keyword;
+  std::string rest;
+  in >> keyword;
+  std::getline(in >> std::ws, rest);
+  rest.erase(rest.find_last_not_of(" \t\r") + 1);
+  return {keyword, rest};
+}
+
+/// The colour of each face of a plain OBJ text by the material in use; empty where none is known.
+std::vector<V3f> face_colours_of(const std::string& plain, const MaterialColours& materials) {
+  std::vector<V3f> colours;
+  V3f current(-1);
+  bool any = false;
+  std::istringstream lines(plain);
+  for (std::string line; std::getline(lines, line);) {
+    const auto [keyword, rest] = words_of(line);
+    if (keyword == "usemtl") {
+      const auto found = materials.find(rest);
+      current = found == materials.end() ? V3f(-1) : found->second;
+      any = any || found != materials.end();
+    }
+    if (keyword == "f") colours.push_back(current);
+  }
+  return any ? colours : std::vector<V3f>();
+}
+
 constexpr std::size_t stl_header = 84;
 constexpr std::size_t stl_triangle = 50;
 
@@ -272,18 +314,69 @@ Result<void> check_binary_stl(const std::string& bytes, const std::string& file)
   return {};
 }
 
+/// The colours of a binary STL's triangles in their two spare bytes: 5 bits each. In Magics' files ("COLOR="
+/// in the header) red comes first and the top bit says that there is none; in others (VisCAM, SolidView) blue
+/// comes first and the bit says that there is one.
+std::vector<V3f> stl_colours(const std::string& bytes, std::size_t triangles) {
+  const bool magics = std::string_view(bytes).substr(0, 80).find("COLOR=") != std::string_view::npos;
+  std::vector<V3f> colours;
+  bool any = false;
+  for (std::size_t t = 0; t < triangles; ++t) {
+    std::array<std::array<float, 3>, 3> corner{};
+    std::memcpy(&corner, bytes.data() + stl_header + t * stl_triangle + 12, sizeof corner);
+    // OpenMesh leaves these out.
+    if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
+    std::uint16_t bits = 0;
+    std::memcpy(&bits, bytes.data() + stl_header + t * stl_triangle + 48, 2);
+    const V3f first_to_last(static_cast<float>(bits & 31), static_cast<float>(bits >> 5 & 31),
+                            static_cast<float>(bits >> 10 & 31));
+    const bool coloured = (bits >> 15 == 1) != magics;
+    any = any || coloured;
+    const V3f& c = first_to_last;
+    colours.push_back(coloured ? (magics ? c : V3f(c.z, c.y, c.x)) / 31.0F : V3f(-1));
+  }
+  return any ? colours : std::vector<V3f>();
+}
+
 }  // namespace
 
-Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format, const std::string& file) {
+std::vector<std::string> material_files(const std::string& bytes) {
+  std::vector<std::string> files;
+  std::istringstream lines(plain_obj(bytes));
+  for (std::string line; std::getline(lines, line);) {
+    const auto [keyword, rest] = words_of(line);
+    if (keyword == "mtllib") files.push_back(rest);
+  }
+  return files;
+}
+
+void read_materials(const std::string& text, MaterialColours& colours) {
+  std::istringstream lines(plain_obj(text));
+  std::string name;
+  for (std::string line; std::getline(lines, line);) {
+    const auto [keyword, rest] = words_of(line);
+    if (keyword == "newmtl") name = rest;
+    V3f colour;
+    if (keyword != "Kd" || !(std::istringstream(rest) >> colour.x >> colour.y >> colour.z)) continue;
+    if (colour.x >= 0 && colour.y >= 0 && colour.z >= 0) colours[name] = colour;
+  }
+}
+
+Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format, const std::string& file,
+                            const MaterialColours& materials) {
   om::IO::Options options = om::IO::Options::VertexNormal | om::IO::Options::VertexColor;
+  if (format == "off") options += om::IO::Options::FaceColor;
+  std::vector<V3f> face_colours;  // those that OpenMesh does not give
   Result<void> sound;
   std::istringstream in;
   if (format == "obj") {
     const std::string plain = plain_obj(bytes);
     sound = check_lines(plain, file, check_obj_line);
     in.str(geometry_of(plain));
+    face_colours = face_colours_of(plain, materials);
   } else if (format == "stl" && is_binary_stl(bytes)) {
     sound = check_binary_stl(bytes, file);
+    if (sound) face_colours = stl_colours(bytes, (bytes.size() - stl_header) / stl_triangle);
     in.str(bytes);
     options += om::IO::Options::Binary;
   } else if (format == "stl") {
@@ -311,7 +404,11 @@ Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format,
       return damaged(fmt::format("is not a readable {} file", format));
     }
     RawMesh mesh = collector.take();
-    if (options.check(om::IO::Options::ColorFloat)) mesh.colours_8bit = false;
+    if (options.check(om::IO::Options::ColorFloat)) mesh.colours_8bit = mesh.face_colours_8bit = false;
+    if (!face_colours.empty() && face_colours.size() == mesh.faces.size()) {
+      mesh.face_colours = std::move(face_colours);
+      mesh.face_colours_8bit = format == "stl";
+    }
     return mesh;
   } catch (const Stop& stop) {
     return damaged(stop.message);

@@ -179,7 +179,7 @@ class Body {
   Form form_;
 };
 
-/// Where a vertex property goes: 0 to 2 position, 3 to 5 normal, 6 to 8 colour; -1 nowhere.
+/// Where a property goes: 0 to 2 position, 3 to 5 normal, 6 to 8 colour; -1 nowhere.
 int slot_of(const std::string& name) {
   static constexpr std::array<std::array<const char*, 3>, 9> names{{{"x", "", ""},
                                                                     {"y", "", ""},
@@ -196,6 +196,8 @@ int slot_of(const std::string& name) {
   }
   return -1;
 }
+
+constexpr int first_of_colour = 6;
 
 /// What a colour's numbers are divided by.
 double full_scale(Type type) {
@@ -218,11 +220,14 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
   unsigned seen = 0;
   std::vector<int> slots;
   for (const Property& property : element.properties) {
-    const int slot = vertices && !property.length ? slot_of(property.name) : -1;
+    int slot = (vertices || faces) && !property.length ? slot_of(property.name) : -1;
+    if (faces && slot < first_of_colour) slot = -1;
     slots.push_back(slot);
     if (slot < 0) continue;
     seen |= 1U << slot;
-    if (slot >= 6) mesh.colours_8bit = property.type.kind != 'f';
+    if (slot >= first_of_colour) {
+      (vertices ? mesh.colours_8bit : mesh.face_colours_8bit) = property.type.kind != 'f';
+    }
   }
   if (vertices && (seen & 7U) != 7U) return false;
   const bool normals = (seen >> 3 & 7U) == 7U;
@@ -234,7 +239,7 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
       double number = 0;
       if (!property.length) {
         if (!body.read(property.type, number)) return false;
-        if (slots[p] >= 6) number /= full_scale(property.type);
+        if (slots[p] >= first_of_colour) number /= full_scale(property.type);
         if (slots[p] >= 0) values[static_cast<std::size_t>(slots[p])] = number;
         continue;
       }
@@ -248,6 +253,7 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
       }
       if (wanted) mesh.faces.push_back(std::move(indices));
     }
+    if (faces && colours) mesh.face_colours.push_back(vector_at(values, 6));
     if (!vertices) continue;
     mesh.positions.push_back(vector_at(values, 0));
     if (normals) mesh.normals.push_back(vector_at(values, 3));
@@ -274,6 +280,7 @@ Result<RawMesh> import_ply(const std::string& bytes, const std::string& file) {
   // A second element "vertex" may have brought more of the one than of the other.
   if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
   if (mesh.colours.size() != mesh.positions.size()) mesh.colours.clear();
+  if (mesh.face_colours.size() != mesh.faces.size()) mesh.face_colours.clear();
   return mesh;
 }
 

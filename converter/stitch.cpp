@@ -35,6 +35,19 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
                     fmt::format("albedo must lie in [0, 1], is {}", yarn.albedo[i]));
     }
   }
+  if (!(yarn.gloss.weight >= 0 && yarn.gloss.weight <= 1)) {
+    return refuse("/gloss", fmt::format("gloss must lie in [0, 1], is {}", yarn.gloss.weight));
+  }
+  if (!(yarn.gloss.roughness > 0 && yarn.gloss.roughness <= 1)) {
+    return refuse("/roughness", fmt::format("roughness must lie in (0, 1], is {}", yarn.gloss.roughness));
+  }
+  if (yarn.plies < 1 || yarn.plies > limits.plies) {
+    return refuse("/plies", fmt::format("plies must be 1 to {}, are {}", limits.plies, yarn.plies));
+  }
+  if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= limits.twist)) {
+    return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
+                                               yarn.twist_per_mm, limits.twist, yarn.radius_mm));
+  }
   if (yarn.segments.empty()) return refuse("/segments", "the yarn has no segments");
   const double tolerance = chain_tolerance * yarn.radius_mm;
   for (std::size_t s = 0; s < yarn.segments.size(); ++s) {

@@ -15,7 +15,7 @@
 
 namespace selvedge {
 
-/// A round yarn. Its segments are a chain: each starts where the one before ends, and the last ends at the
+/// A yarn. Its segments are a chain: each starts where the one before ends, and the last ends at the
 /// start of the first plus whole periods (the yarn runs on into the next cell), or exactly there (a ring).
 struct Yarn {
   std::string name;
@@ -23,6 +23,11 @@ struct Yarn {
   V3f albedo{0.5F, 0.5F, 0.5F};  ///< linear, in [0, 1]
   std::vector<BezierSegment> segments;
   Gloss gloss{};
+  int plies = 1;  ///< thinner yarns that lie in it twisted about each other, 1 to 8; 1: a round yarn
+  /// Turns of the plies about the yarn, or of the fibres of a round yarn, per mm of its length: Z-twist (a
+  /// right-handed screw) is positive, S-twist negative. Plies meet those of the next repeat: their turns are
+  /// rounded to what does.
+  double twist_per_mm = 0;
 };
 
 struct StitchPattern {
@@ -33,10 +38,12 @@ struct StitchPattern {
 
 /// Stated limits of a pattern; beyond them it is refused before anything is computed from it.
 struct StitchLimits {
-  int segments = 10000;       ///< of all yarns together
+  int segments = 65536;       ///< of all yarns together
   double radius_periods = 2;  ///< radius as a multiple of the shorter period
   double reach_periods =
       64;  ///< how far a control point may lie from the origin, in periods of its axis (z: the longer)
+  int plies = 8;
+  double twist = 1;  ///< turns per length of one radius
 };
 
 /// A chain may miss its next start by this part of the radius: room for rounded decimals, too small to see.

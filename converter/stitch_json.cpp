@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "converter/stitch_settings.h"
 #include "format/atomic_file.h"
 
 namespace selvedge {
@@ -58,6 +59,17 @@ Yarn yarn_of(const Json& json, const std::string& place) {
   if (json.is_object() && json.contains("name")) yarn.name = text_of(json["name"], place + "/name");
   yarn.radius_mm = number(member(json, place, "radius_mm"), place + "/radius_mm");
   yarn.albedo = V3f(vector3(member(json, place, "albedo"), place + "/albedo"));
+  const auto optional = [&](const char* name, double fallback) {
+    return json.contains(name) ? number(json[name], place + "/" + name) : fallback;
+  };
+  yarn.gloss.weight = static_cast<float>(optional("gloss", yarn.gloss.weight));
+  yarn.gloss.roughness = static_cast<float>(optional("roughness", yarn.gloss.roughness));
+  const double plies = optional("plies", yarn.plies);
+  if (plies != std::floor(plies) || std::abs(plies) > 1000) {
+    throw Fault{place + "/plies", fmt::format("must be a whole number of yarns, is {}", plies)};
+  }
+  yarn.plies = static_cast<int>(plies);
+  yarn.twist_per_mm = optional("twist_per_mm", yarn.twist_per_mm);
   const Json& segments = array_of(member(json, place, "segments"), place + "/segments", 0);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     const std::string at = fmt::format("{}/segments/{}", place, s);
@@ -93,9 +105,6 @@ std::string line_of(std::string_view text, std::size_t byte) {
   const std::size_t column = before.size() - (start == std::string_view::npos ? 0 : start + 1) + 1;
   return fmt::format("line {}, column {}", line, column);
 }
-
-/// A float as the double that prints shortest: 0.1F becomes 0.1, not 0.10000000149.
-double shortest(float value) { return std::strtod(fmt::format("{}", value).c_str(), nullptr); }
 
 }  // namespace
 
@@ -134,6 +143,12 @@ std::string to_json(const StitchPattern& pattern) {
     out["name"] = yarn.name;
     out["radius_mm"] = yarn.radius_mm;
     out["albedo"] = {shortest(yarn.albedo.x), shortest(yarn.albedo.y), shortest(yarn.albedo.z)};
+    if (yarn.gloss.weight > 0) {
+      out["gloss"] = shortest(yarn.gloss.weight);
+      out["roughness"] = shortest(yarn.gloss.roughness);
+    }
+    if (yarn.plies != 1) out["plies"] = yarn.plies;
+    if (yarn.twist_per_mm != 0) out["twist_per_mm"] = yarn.twist_per_mm;
     out["segments"] = OrderedJson::array();
     for (const BezierSegment& segment : yarn.segments) {
       OrderedJson points = OrderedJson::array();

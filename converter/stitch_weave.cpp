@@ -44,16 +44,21 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
   StitchPattern pattern;
   pattern.name = name;
   pattern.period_mm = {x.back(), y.back()};
-  // Each gives way by the other's radius.
+  // Low waves, as thin yarns have; each gives way by the other's radius.
+  constexpr double wave = 0.3;
   for (std::size_t i = 0; i < weave.warp.size(); ++i) {
     Yarn yarn = weave.warp[i];
-    const auto height = [&](std::size_t j) { return weave.weft[j].radius_mm * (weave.over(i, j) ? 1 : -1); };
+    const auto height = [&](std::size_t j) {
+      return wave * weave.weft[j].radius_mm * (weave.over(i, j) ? 1 : -1);
+    };
     yarn.segments = waving(y, height, [&](double along, double z) { return V3d(x[i], along, z); });
     pattern.yarns.push_back(std::move(yarn));
   }
   for (std::size_t j = 0; j < weave.weft.size(); ++j) {
     Yarn yarn = weave.weft[j];
-    const auto height = [&](std::size_t i) { return weave.warp[i].radius_mm * (weave.over(i, j) ? -1 : 1); };
+    const auto height = [&](std::size_t i) {
+      return wave * weave.warp[i].radius_mm * (weave.over(i, j) ? -1 : 1);
+    };
     yarn.segments = waving(x, height, [&](double along, double z) { return V3d(along, y[j], z); });
     pattern.yarns.push_back(std::move(yarn));
   }

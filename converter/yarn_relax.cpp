@@ -356,7 +356,17 @@ class Relaxation {
         if (weight > 0) chain.points[i] += moves_[chain.begin + i] * (over_relaxation / weight);
       }
     }
+    press();
     return largest;
+  }
+
+  /// Keeps all yarns between the plates.
+  void press() {
+    if (options_.most_thickness == 0) return;
+    for (Chain& chain : chains_) {
+      const double most = grown_ * std::max(0.0, 0.5 * options_.most_thickness * thickest_ - chain.radius);
+      for (V3d& p : chain.points) p.z = std::clamp(p.z, -most, most);
+    }
   }
 
   RelaxOptions options_;

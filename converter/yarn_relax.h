@@ -16,6 +16,9 @@ struct RelaxOptions {
   double bending = 3;  ///< how stiff the yarns are: the length over which they bend, in radii
   double gap = 0;      ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
   double start = 0.2;  ///< part of the radius that all yarns have at the beginning
+  /// Most thickness of the cloth, in radii of the thickest yarn, as between two plates; 0: any. Without it
+  /// yarns with too little room beside each other climb onto each other.
+  double most_thickness = 0;
   int steps = 240;
   double segment_radii = 0.8;  ///< length of the Bézier segments that come out
 };

@@ -58,29 +58,49 @@ void add_output(CLI::App& app, std::string& output, const char* what, bool requi
   app.add_option("-o,--output", output, what)->required(required)->type_name("FILE");
 }
 
-void add_cell(CLI::App& app, std::string& input, MeshOptions& mesh, MeshImportOptions& import) {
-  app.add_option(
-         "input", input,
-         "A built-in stitch (selvedge stitch --list), a stitch description (.json), or a mesh (.obj .ply "
-         ".stl .off)")
+void add_cell(CLI::App& app, std::string& input, CellOptions& cell) {
+  app.add_option("input", input,
+                 "A built-in stitch (selvedge stitch --list), a stitch description (.json), a weaving draft "
+                 "(.wif), or "
+                 "a mesh (.obj .ply .stl .off)")
       ->type_name("STITCH")
       ->required();
-  app.add_option("--grid", mesh.cells_across, "Stitches: marching cubes along the longer period")
-      ->type_name("N")
-      ->capture_default_str();
+  app.add_option("--grid", cell.mesh.cells_across,
+                 "Stitches: marching cubes along the longer period (as the yarns need)")
+      ->type_name("N");
+  app.add_option_function<std::vector<std::string>>(
+         "--set",
+         [&settings = cell.settings](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             if (parse_setting(text, settings)) continue;
+             throw CLI::ValidationError("--set", fmt::format("\"{}\" is not of the form name=1.5", text));
+           }
+         },
+         "Set a parameter of the stitch (selvedge stitch --list NAME); may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   const char* group = "Meshes from files";
-  add_text(app, "--period", "WxH", "Size of one repeat, mm, such as 5x4", [&import](const std::string& t) {
-    const auto n = numbers("--period", t, 'x', 2, 2, "5x4");
-    import.period = V2d(n[0], n[1]);
-  })->group(group);
-  app.add_option("--unit", import.scale_to_mm, "Millimetres per unit of the file")
-      ->type_name("MM")
-      ->capture_default_str()
+  MeshImportOptions& import = cell.import;
+  add_text(app, "--period", "WxH", "Size of one repeat, mm, such as 5x4 (guessed)",
+           [&import](const std::string& t) {
+             const auto n = numbers("--period", t, 'x', 2, 2, "5x4");
+             import.period = V2d(n[0], n[1]);
+           })
       ->group(group);
-  add_text(app, "--up", "y|z", "The file's axis out of the cloth (z)", [&import](const std::string& t) {
-    if (t != "y" && t != "z") throw CLI::ValidationError("--up", fmt::format("\"{}\" is neither y nor z", t));
-    import.up_axis = t == "y" ? UpAxis::y : UpAxis::z;
-  })->group(group);
+  app.add_option("--unit", import.scale_to_mm, "Millimetres per unit of the file (guessed)")
+      ->type_name("MM")
+      ->group(group);
+  add_text(app, "--up", "x|y|z", "The file's axis out of the cloth (guessed)",
+           [&import](const std::string& t) {
+             for (const UpAxis axis : {UpAxis::x, UpAxis::y, UpAxis::z}) {
+               if (t == name_of(axis)) import.up_axis = axis;
+             }
+             if (t != "x" && t != "y" && t != "z") {
+               throw CLI::ValidationError("--up", fmt::format("\"{}\" is none of x, y and z", t));
+             }
+           })
+      ->group(group);
   add_text(app, "--albedo", "R,G,B", "Linear, where the file has no colours (0.5,0.5,0.5)",
            [&import](const std::string& t) {
              const auto n = numbers("--albedo", t, ',', 3, 3, "0.5,0.5,0.5");
@@ -225,9 +245,10 @@ void add_stitch_verb(CLI::App& app, StitchCommand& command) {
   CLI::App* verb = add_verb(app, "stitch", "Mesh one cell of a stitch, or tell what it is made of",
                             "selvedge stitch plain-knit -o plain-knit.ply");
   add_common(*verb, command.common);
-  add_cell(*verb, command.input, command.mesh, command.import);
+  add_cell(*verb, command.input, command.cell);
   verb->get_option("input")->required(false);
-  verb->add_flag("--list", command.list, "The built-in stitches");
+  verb->add_flag("--list", command.list, "The built-in stitches, or the parameters of one");
+  verb->add_flag("--show", command.show, "The stitch description (JSON) on standard output");
   add_output(*verb, command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)", false);
 }
 
@@ -235,7 +256,7 @@ void add_bake_verb(CLI::App& app, BakeCommand& command) {
   CLI::App* verb = add_verb(app, "bake", "Light a cell from all sides: stitch -> samples",
                             "selvedge bake plain-knit -o k.samples.exr");
   add_common(*verb, command.common, true);
-  add_cell(*verb, command.input, command.mesh, command.import);
+  add_cell(*verb, command.input, command.cell);
   add_bake(*verb, command);
   add_text(*verb, "--shard", "I/N", "Bake part I (from 0) of N, for selvedge merge",
            [&command](const std::string& t) {
@@ -269,7 +290,7 @@ void add_make_verb(CLI::App& app, MakeCommand& command) {
   CLI::App* verb = add_verb(app, "make", "Stitch, bake and fit in one: stitch -> fabric",
                             "selvedge make plain-weave -o weave.fabric.exr");
   add_common(*verb, command.fit.common, true);
-  add_cell(*verb, command.bake.input, command.bake.mesh, command.bake.import);
+  add_cell(*verb, command.bake.input, command.bake.cell);
   add_bake(*verb, command.bake);
   add_fit(*verb, command.fit);
   verb->add_option("--keep-samples", command.bake.output, "Keep the samples in this file")->type_name("FILE");
@@ -448,6 +469,9 @@ Command parse_command_line(int argc, const char* const* argv) {
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
       throw CLI::RequiredError("stitch: a stitch or --list");
     }
+    if (verbs.stitch.show && (verbs.stitch.list || verbs.stitch.input.empty())) {
+      throw CLI::RequiredError("stitch --show: a stitch");
+    }
     if (app.got_subcommand("evaluate") && !verbs.evaluate.texel && !verbs.evaluate.uv) {
       throw CLI::RequiredError("evaluate: --texel or --uv");
     }
@@ -459,6 +483,8 @@ Command parse_command_line(int argc, const char* const* argv) {
     return ExitNow{app.exit(error) == 0 ? 0 : 2};
   }
   const std::string verb = app.get_subcommands().front()->get_name();
+  verbs.bake.texels_given = app.get_subcommand("bake")->count("--texels") > 0;
+  verbs.make.bake.texels_given = app.get_subcommand("make")->count("--texels") > 0;
   if (verb == "stitch") return verbs.stitch;
   if (verb == "bake") return verbs.bake;
   if (verb == "merge") return verbs.merge;

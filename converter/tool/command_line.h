@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "converter/bake.h"
+#include "converter/cell_source.h"
 #include "converter/dress.h"
-#include "converter/mesh_file.h"
 #include "converter/reattach.h"
-#include "converter/stitch_mesh.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
 #include "format/program.h"
@@ -29,21 +28,21 @@ struct CommonOptions {
 struct StitchCommand {
   CommonOptions common;
   bool list = false;
-  std::string input;   ///< built-in name, stitch description or mesh file
+  bool show = false;   ///< the description on standard output
+  std::string input;   ///< built-in name, stitch description, weaving draft or mesh file
   std::string output;  ///< .obj, .ply or .json; empty: report only
-  MeshOptions mesh;
-  MeshImportOptions import;
+  CellOptions cell;
 };
 
 struct BakeCommand {
   CommonOptions common;
   std::string input;
   std::string output;
-  MeshOptions mesh;
-  MeshImportOptions import;
+  CellOptions cell;
   BakeOptions bake;
   std::string pairs;  ///< file of pairs; empty: random ones
   std::optional<BakeShard> shard;
+  bool texels_given = false;  ///< else the stitch may demand more than the default
 };
 
 struct MergeCommand {

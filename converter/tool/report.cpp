@@ -37,6 +37,19 @@ void report(const CommonOptions& common, const char* verb, const Json& json, con
   }
 }
 
+std::vector<std::string> remarks_of(const Cell& cell) {
+  if (cell.stitch) return cell.stitch->remarks;
+  const MeshChoices& c = *cell.choices;
+  return {fmt::format("period {:g} x {:g} mm ({})", c.period.x, c.period.y, c.period_from),
+          fmt::format("{:g} mm per unit ({})", c.scale_to_mm, c.scale_from),
+          fmt::format("axis {} out of the cloth ({})", name_of(c.up_axis), c.up_axis_from)};
+}
+
+void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell) {
+  if (common.json || common.quiet) return;
+  for (const std::string& remark : remarks_of(cell)) fmt::print(stderr, "selvedge: {}: {}\n", input, remark);
+}
+
 std::uint64_t size_of_file(const std::string& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);

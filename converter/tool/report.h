@@ -27,6 +27,12 @@ void apply(const CommonOptions& common);
 /// `text` unless --quiet. Both go to standard output.
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text);
 
+/// What was chosen, guessed or left out for a cell, one line each.
+std::vector<std::string> remarks_of(const Cell& cell);
+
+/// Those lines on standard error, unless --quiet or --json.
+void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell);
+
 /// Size of a file in bytes; 0 if there is none.
 std::uint64_t size_of_file(const std::string& path);
 

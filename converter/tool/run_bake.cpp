@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "converter/cell_source.h"
@@ -10,11 +11,36 @@
 #include "converter/tool/commands.h"
 
 namespace selvedge {
+namespace {
+
+/// As many texels as the stitch demands: taken by themselves, refused where fewer were asked for.
+Result<void> ensure_texels(const Cell& cell, const std::string& input, bool given, BakeOptions& options) {
+  constexpr int most_texels = 4096;
+  if (!cell.stitch) return {};
+  const V2i least = cell.stitch->least_texels;
+  if (!given) {
+    options.width = std::max(options.width, least.x);
+    options.height = std::max(options.height, least.y);
+  }
+  if (options.width >= least.x && options.height >= least.y && std::max(least.x, least.y) <= most_texels) {
+    return {};
+  }
+  return fail(Code::option_out_of_range, input, "--texels",
+              fmt::format("its yarns need {}x{} texels, at most {} a side{}", least.x, least.y, most_texels,
+                          given ? fmt::format("; {}x{} were asked for", options.width, options.height) : ""));
+}
+
+}  // namespace
 
 Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& common) {
-  const auto mesh = load_cell(command.input, command.mesh, command.import);
-  if (!mesh) return tl::unexpected(mesh.error());
+  const auto cell = find_cell(command.input, command.cell);
+  if (!cell) return tl::unexpected(cell.error());
+  report_remarks(common, command.input, *cell);
+  const CellMesh* mesh = &cell->mesh;
   BakeOptions options = command.bake;
+  if (auto enough = ensure_texels(*cell, command.input, command.texels_given, options); !enough) {
+    return tl::unexpected(enough.error());
+  }
   if (!command.pairs.empty()) {
     auto pairs = read_pairs(command.pairs);
     if (!pairs) return tl::unexpected(pairs.error());
