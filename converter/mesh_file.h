@@ -10,10 +10,10 @@
 namespace selvedge {
 
 struct MeshImportOptions {
-  std::optional<V2d> period;          ///< mm
-  std::optional<double> scale_to_mm;  ///< mm per unit of the file
-  V3f albedo{0.5F, 0.5F, 0.5F};       ///< of vertices without a colour, linear
-  std::optional<UpAxis> up_axis;      ///< the file's axis out of the cloth
+  std::optional<V2d> period;            ///< mm
+  std::optional<double> scale_to_mm{};  ///< mm per unit of the file
+  V3f albedo{0.5F, 0.5F, 0.5F};         ///< of vertices without a colour, linear
+  std::optional<UpAxis> up_axis{};      ///< the file's axis out of the cloth
 };
 
 /// The whole mesh, nothing repaired and nothing dropped: faces with more than three sides are cut into fans,

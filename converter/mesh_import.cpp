@@ -67,16 +67,6 @@ class Collector final : public om::IO::BaseImporter {
   }
   void set_color(om::VertexHandle v, const om::Vec3f& c) override { set_colour(v, vector_of(c)); }
   void set_color(om::VertexHandle v, const om::Vec4f& c) override { set_colour(v, V3f(c[0], c[1], c[2])); }
-  void set_color(om::FaceHandle f, const om::Vec3uc& c) override {
-    mesh.face_colours_8bit = true;
-    set_colour(f, V3f(c[0], c[1], c[2]) / 255.0F);
-  }
-  void set_color(om::FaceHandle f, const om::Vec4uc& c) override {
-    mesh.face_colours_8bit = true;
-    set_colour(f, V3f(c[0], c[1], c[2]) / 255.0F);
-  }
-  void set_color(om::FaceHandle f, const om::Vec3f& c) override { set_colour(f, vector_of(c)); }
-  void set_color(om::FaceHandle f, const om::Vec4f& c) override { set_colour(f, V3f(c[0], c[1], c[2])); }
   void reserve(unsigned vertices, unsigned, unsigned faces) override {
     if (vertices > file_size_ || faces > file_size_) throw Stop{"has fewer vertices or faces than it says"};
     said_vertices_ = vertices;
@@ -103,6 +93,10 @@ class Collector final : public om::IO::BaseImporter {
   void set_texcoord(om::HalfedgeHandle, const om::Vec3f&) override {}
   void set_status(om::HalfedgeHandle, const om::Attributes::StatusInfo&) override {}
   void set_color(om::EdgeHandle, const om::Vec3uc&) override {}
+  void set_color(om::FaceHandle, const om::Vec3uc&) override {}
+  void set_color(om::FaceHandle, const om::Vec4uc&) override {}
+  void set_color(om::FaceHandle, const om::Vec3f&) override {}
+  void set_color(om::FaceHandle, const om::Vec4f&) override {}
   void set_color(om::EdgeHandle, const om::Vec4uc&) override {}
   void set_color(om::EdgeHandle, const om::Vec3f&) override {}
   void set_color(om::EdgeHandle, const om::Vec4f&) override {}
@@ -121,7 +115,6 @@ class Collector final : public om::IO::BaseImporter {
                      std::find(has_normal_.begin(), has_normal_.end(), false) == has_normal_.end();
     if (all && !split_normals_) mesh.normals = std::move(normals_);
     if (!mesh.colours.empty()) mesh.colours.resize(mesh.positions.size(), V3f(-1));
-    if (!mesh.face_colours.empty()) mesh.face_colours.resize(mesh.faces.size(), V3f(-1));
     return std::move(mesh);
   }
 
@@ -134,12 +127,6 @@ class Collector final : public om::IO::BaseImporter {
     if (!known(v)) return;
     mesh.colours.resize(mesh.positions.size(), V3f(-1));
     mesh.colours[index(v)] = colour;
-  }
-
-  void set_colour(om::FaceHandle f, const V3f& colour) {
-    if (f.idx() < 0 || static_cast<std::size_t>(f.idx()) >= mesh.faces.size()) return;
-    mesh.face_colours.resize(mesh.faces.size(), V3f(-1));
-    mesh.face_colours[static_cast<std::size_t>(f.idx())] = colour;
   }
 
   std::size_t file_size_;
@@ -314,6 +301,65 @@ Result<void> check_binary_stl(const std::string& bytes, const std::string& file)
   return {};
 }
 
+/// Whether a line of an OFF file says nothing.
+bool is_blank(const std::string& line) {
+  const std::size_t first = line.find_first_not_of(" \t\r");
+  return first == std::string::npos || line[first] == '#';
+}
+
+/// An OFF text whose faces have no colours, which OpenMesh takes for more faces; the colours apart. The text
+/// as it was where its faces do not stand on lines of their own.
+std::string without_face_colours(const std::string& text, RawMesh& colours) {
+  std::istringstream lines(text);
+  std::string plain;
+  std::string line;
+  while (std::getline(lines, line) && is_blank(line)) plain += line + "\n";
+  std::istringstream header(line);
+  std::string keyword;
+  std::size_t vertices = 0;
+  std::size_t faces = 0;
+  header >> keyword;
+  if (!keyword.ends_with("OFF") || line.find("BINARY") != std::string::npos) return text;
+  plain += line + "\n";
+  while (!(header >> vertices >> faces)) {
+    if (!std::getline(lines, line)) return text;
+    plain += line + "\n";
+    if (!is_blank(line)) header = std::istringstream(line);
+  }
+  for (std::size_t left = vertices; left > 0;) {
+    if (!std::getline(lines, line)) return text;
+    plain += line + "\n";
+    if (!is_blank(line)) --left;
+  }
+  bool any = false;
+  while (colours.face_colours.size() < faces) {
+    if (!std::getline(lines, line)) return text;
+    if (is_blank(line)) continue;
+    std::istringstream words(line);
+    std::size_t corners = 0;
+    std::string word;
+    if (!(words >> corners)) return text;
+    plain += std::to_string(corners);
+    for (; corners > 0; --corners) {
+      if (!(words >> word)) return text;
+      plain += " " + word;
+    }
+    plain += "\n";
+    std::vector<std::string> rest;
+    while (words >> word && word.front() != '#') rest.push_back(word);
+    V3f colour(-1);
+    if (rest.size() >= 3) {  // a single number is an index into a table that only some programs have
+      colours.face_colours_8bit = rest[0].find_first_of(".eE") == std::string::npos;
+      for (unsigned i = 0; i < 3; ++i) {
+        colour[i] = std::strtof(rest[i].c_str(), nullptr) / (colours.face_colours_8bit ? 255.0F : 1.0F);
+      }
+      any = true;
+    }
+    colours.face_colours.push_back(colour);
+  }
+  return any ? plain : text;
+}
+
 /// The colours of a binary STL's triangles in their two spare bytes: 5 bits each. In Magics' files ("COLOR="
 /// in the header) red comes first and the top bit says that there is none; in others (VisCAM, SolidView) blue
 /// comes first and the bit says that there is one.
@@ -365,18 +411,18 @@ void read_materials(const std::string& text, MaterialColours& colours) {
 Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format, const std::string& file,
                             const MaterialColours& materials) {
   om::IO::Options options = om::IO::Options::VertexNormal | om::IO::Options::VertexColor;
-  if (format == "off") options += om::IO::Options::FaceColor;
-  std::vector<V3f> face_colours;  // those that OpenMesh does not give
+  RawMesh painted;  // the colours of faces, which OpenMesh does not give
   Result<void> sound;
   std::istringstream in;
   if (format == "obj") {
     const std::string plain = plain_obj(bytes);
     sound = check_lines(plain, file, check_obj_line);
     in.str(geometry_of(plain));
-    face_colours = face_colours_of(plain, materials);
+    painted.face_colours = face_colours_of(plain, materials);
   } else if (format == "stl" && is_binary_stl(bytes)) {
     sound = check_binary_stl(bytes, file);
-    if (sound) face_colours = stl_colours(bytes, (bytes.size() - stl_header) / stl_triangle);
+    if (sound) painted.face_colours = stl_colours(bytes, (bytes.size() - stl_header) / stl_triangle);
+    painted.face_colours_8bit = true;
     in.str(bytes);
     options += om::IO::Options::Binary;
   } else if (format == "stl") {
@@ -386,7 +432,7 @@ Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format,
     }
     in.str(bytes);
   } else {
-    in.str(bytes);
+    in.str(without_face_colours(bytes, painted));
     // Readers of counted formats take what a failed read leaves behind for data: stop at the first one.
     in.exceptions(std::ios::failbit | std::ios::badbit);
   }
@@ -404,10 +450,10 @@ Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format,
       return damaged(fmt::format("is not a readable {} file", format));
     }
     RawMesh mesh = collector.take();
-    if (options.check(om::IO::Options::ColorFloat)) mesh.colours_8bit = mesh.face_colours_8bit = false;
-    if (!face_colours.empty() && face_colours.size() == mesh.faces.size()) {
-      mesh.face_colours = std::move(face_colours);
-      mesh.face_colours_8bit = format == "stl";
+    if (options.check(om::IO::Options::ColorFloat)) mesh.colours_8bit = false;
+    if (!painted.face_colours.empty() && painted.face_colours.size() == mesh.faces.size()) {
+      mesh.face_colours = std::move(painted.face_colours);
+      mesh.face_colours_8bit = painted.face_colours_8bit;
     }
     return mesh;
   } catch (const Stop& stop) {

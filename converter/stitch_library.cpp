@@ -236,7 +236,7 @@ const std::vector<BuiltIn>& library() {
              {}}),
       weave({"twill",
              "2/2 twill, dark warp and light weft",
-             {"##--", "-##-", "--##", "#--#"},
+             {"#--#", "--##", "-##-", "##--"},
              1,
              1,
              0.35,
@@ -315,11 +315,18 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   options.most_thickness = woven_thickness;
   Relaxed result = relax(draw_weave(draft->weave, name), options);
   found.pattern = std::move(result.pattern);
-  if (result.part < 1) {
-    found.remarks.push_back(
-        fmt::format("round yarns have room for {:.2f} of the draft's thickness: thinner", result.part));
-  }
   if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
+  // Of yarns of different thickness the thinner ones may still overlap by more than a little of theirs.
+  const auto clearance = minimum_clearance(found.pattern, path);
+  if (!clearance) return tl::unexpected(clearance.error());
+  double least = found.pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : found.pattern.yarns) least = std::min(least, yarn.radius_mm);
+  const double thinner = std::min(1.0, 1 + 0.5 * *clearance / least);
+  for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= thinner;
+  if (result.part * thinner < 1) {
+    found.remarks.push_back(fmt::format("round yarns have room for {:.2f} of the draft's thickness: thinner",
+                                        result.part * thinner));
+  }
   return found;
 }
 

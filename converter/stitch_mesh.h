@@ -14,7 +14,7 @@ struct MeshOptions {
   /// Cubes of the grid along the longer period, 4 to 1024. Not given: 40, or as many more as make the radius
   /// of the thinnest yarn (or ply) 4 cubes; of a large pattern fewer, down to 1.25 cubes, where the mesh
   /// would have more than about 29,000 triangles.
-  std::optional<int> cells_across;
+  std::optional<int> cells_across{};
 };
 
 /// The yarns' surface of one cell, cut exactly at its walls: a vertex on the wall x = period.x has the same

@@ -47,6 +47,47 @@ inline StitchPattern ring(double period, double ring_radius, double radius, int 
   return pattern;
 }
 
+/// Where two yarns cross in the plane of the cloth, the second one in all its copies nearby.
+struct Crossing {
+  V2d at;
+  double z_a;
+  double z_b;
+};
+
+inline std::vector<Crossing> crossings_of(const StitchPattern& pattern, const Yarn& a, const Yarn& b) {
+  const auto points_of = [](const Yarn& yarn) {
+    std::vector<V3d> points;
+    for (const BezierSegment& segment : yarn.segments) {
+      for (int k = 0; k < 4; ++k) points.push_back(point_at(segment, k / 4.0));
+    }
+    points.push_back(yarn.segments.back()[3]);
+    return points;
+  };
+  const std::vector<V3d> of_a = points_of(a);
+  const std::vector<V3d> of_b = points_of(b);
+  std::vector<Crossing> found;
+  for (int sy = -2; sy <= 2; ++sy) {
+    for (int sx = -2; sx <= 2; ++sx) {
+      const V3d shift(sx * pattern.period_mm.x, sy * pattern.period_mm.y, 0);
+      for (std::size_t i = 0; i + 1 < of_a.size(); ++i) {
+        const V3d along_a = of_a[i + 1] - of_a[i];
+        for (std::size_t j = 0; j + 1 < of_b.size(); ++j) {
+          const V3d along_b = of_b[j + 1] - of_b[j];
+          const V3d between = of_b[j] + shift - of_a[i];
+          const double area = along_a.x * along_b.y - along_a.y * along_b.x;
+          if (area == 0) continue;
+          const double s = (between.x * along_b.y - between.y * along_b.x) / area;
+          const double t = (between.x * along_a.y - between.y * along_a.x) / area;
+          if (s < 0 || s >= 1 || t < 0 || t >= 1) continue;
+          const V3d at = of_a[i] + along_a * s;
+          found.push_back({V2d(at.x, at.y), at.z, of_b[j].z + along_b.z * t});
+        }
+      }
+    }
+  }
+  return found;
+}
+
 inline V3d corner(const CellMesh& mesh, std::size_t triangle, int k) {
   return V3d(mesh.positions[static_cast<std::size_t>(mesh.triangles[triangle][k])]);
 }

@@ -58,6 +58,9 @@ TEST_CASE("a pattern written and read again is the same to the bit") {
   odd.name = "quoted \" and \xC3\xBC";
   odd.yarns[0].segments[0][1] = {4.0 / 3, 2 + 1e-16, -0.1 / 3};
   odd.yarns[0].albedo = {1.0F / 3, 0.1F, 1e-20F};
+  odd.yarns[0].gloss = {0.1F, 1.0F / 3};
+  odd.yarns[0].plies = 3;
+  odd.yarns[0].twist_per_mm = -1.0 / 7;
   for (const StitchPattern& pattern : {plain_knit(), plain_weave(), odd}) {
     const auto again = read_stitch(to_json(pattern), "again");
     REQUIRE(again);
@@ -69,8 +72,36 @@ TEST_CASE("a pattern written and read again is the same to the bit") {
       CHECK(again->yarns[y].radius_mm == pattern.yarns[y].radius_mm);
       CHECK(again->yarns[y].albedo == pattern.yarns[y].albedo);
       CHECK(again->yarns[y].segments == pattern.yarns[y].segments);
+      CHECK(again->yarns[y].gloss == pattern.yarns[y].gloss);
+      CHECK(again->yarns[y].plies == pattern.yarns[y].plies);
+      CHECK(again->yarns[y].twist_per_mm == pattern.yarns[y].twist_per_mm);
     }
   }
+}
+
+TEST_CASE("gloss, plies and twist may be left out: a round dull yarn") {
+  const auto pattern = read_stitch(good, "t.json");
+  REQUIRE(pattern);
+  CHECK(pattern->yarns[0].gloss == Gloss{});
+  CHECK(pattern->yarns[0].plies == 1);
+  CHECK(pattern->yarns[0].twist_per_mm == 0);
+  for (const char* member : {"gloss", "roughness", "plies", "twist_per_mm"}) {
+    CHECK(to_json(*pattern).find(member) == std::string::npos);
+  }
+}
+
+TEST_CASE("gloss, plies and twist out of range are refused") {
+  const auto added = [](const std::string& member) {
+    return refusal(with("\"radius_mm\": 0.5", member + ", \"radius_mm\": 0.5"));
+  };
+  CHECK(added("\"gloss\": 0.5, \"roughness\": 0.2, \"plies\": 2, \"twist_per_mm\": -0.3") == "accepted");
+  CHECK(added("\"gloss\": 1.5") == "STITCH_INVALID /yarns/0/gloss");
+  CHECK(added("\"gloss\": \"much\"") == "STITCH_INVALID /yarns/0/gloss");
+  CHECK(added("\"roughness\": 0") == "STITCH_INVALID /yarns/0/roughness");
+  CHECK(added("\"plies\": 0") == "STITCH_INVALID /yarns/0/plies");
+  CHECK(added("\"plies\": 9") == "STITCH_INVALID /yarns/0/plies");
+  CHECK(added("\"plies\": 2.5") == "STITCH_INVALID /yarns/0/plies");
+  CHECK(added("\"twist_per_mm\": 3") == "STITCH_INVALID /yarns/0/twist_per_mm");
 }
 
 TEST_CASE("writes short floats") { CHECK(to_json(cylinder(4, 0.5)).find("0.125") != std::string::npos); }
