@@ -223,7 +223,7 @@ const std::vector<BuiltIn>& library() {
             5,
             3.8,
             0.6,
-            {{0.62F, 0.55F, 0.52F}}}),
+            {{0.47F, 0.17F, 0.25F}}}),
       weave({"plain-weave",
              "over and under by turns, off-white warp and blue weft",
              {"-#", "#-"},

@@ -182,7 +182,7 @@ TEST_CASE("lace has eyelets: where yarn overs lie a disc of a third of a stitch 
       ++eyelets;
       const auto near = [&](const V2d& other) {
         const V2d d = at - other;
-        return std::hypot(d.x - 20 * std::round(d.x / 20), d.y - 15.2 * std::round(d.y / 15.2)) < 4;
+        return std::hypot(d.x - 20 * std::round(d.x / 20), d.y - 15.2 * std::round(d.y / 15.2)) < 6;
       };
       if (std::none_of(seen.begin(), seen.end(), near)) seen.push_back(at);
     }

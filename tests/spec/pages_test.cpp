@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "converter/stitch_library.h"
 #include "tests/spec/issues_markdown.h"
 #include "tests/spec/spec_text.h"
 
@@ -12,8 +13,8 @@ using namespace selvedge::test;
 
 namespace {
 
-const std::vector<std::string> pages{"README.md", "bake.md",    "brdf.md",   "fabric.md",
-                                     "issues.md", "samples.md", "stitch.md", "usd.md"};
+const std::vector<std::string> pages{"README.md",  "bake.md",   "brdf.md", "fabric.md", "issues.md",
+                                     "samples.md", "stitch.md", "usd.md",  "wif.md"};
 
 std::vector<std::string> matches(const std::string& text, const std::regex& pattern) {
   std::vector<std::string> found;
@@ -62,6 +63,25 @@ TEST_CASE("codes that the pages speak of exist") {
     for (const std::string& code : matches(page(name), std::regex("`([A-Z]+_[A-Z_]+)`"))) {
       const bool of_openexr = code == "INCREASING_Y" || code == "ROUND_DOWN" || code == "MIPMAP_LEVELS";
       CHECK_MESSAGE((of_openexr || test::names(table, code)), name, ": ", code);
+    }
+  }
+}
+
+TEST_CASE("the page of stitches has every built-in stitch with its picture, and every parameter") {
+  const std::string text = page("stitch.md");
+  for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
+    CHECK(text.find("| `" + info.name + "` |") != std::string::npos);
+    const std::string picture = "samples/pictures/stitches/" + info.name + ".png";
+    CHECK(text.find("](../" + picture + ")") != std::string::npos);
+    CHECK(std::filesystem::file_size(std::string(SELVEDGE_SOURCE_DIR) + "/" + picture) <= 60 * 1024);
+    for (const StitchParameter& parameter : info.parameters) {
+      std::string name = parameter.name;
+      for (const std::string prefix : {"second_", "warp_", "weft_"}) {
+        if (name.starts_with(prefix) && text.find("`" + name + "`") == std::string::npos)
+          name.erase(0, prefix.size());
+      }
+      CHECK_MESSAGE(text.find("`" + name + "`") != std::string::npos, parameter.name);
     }
   }
 }
