@@ -21,12 +21,14 @@ namespace {
 
 /// Of woven cloth, in radii: crossings alone take 4.
 constexpr double woven_thickness = 5.5;
+constexpr double woven_hold = 0.05;
 
 struct BuiltIn {
   StitchInfo info;
   /// The yarns as they are drawn, before they are relaxed.
   std::function<StitchPattern(const StitchValues&)> draw;
   double most_thickness = 0;  ///< RelaxOptions
+  double hold = 0;
   /// The parameters that are lengths of the yarns' radii, for a message.
   std::string radii;
 };
@@ -158,6 +160,7 @@ BuiltIn weave(const WeaveLook& look) {
   append(parameters, yarn_parameters("warp_", warp));
   append(parameters, yarn_parameters("weft_", weft));
   stitch.most_thickness = woven_thickness;
+  stitch.hold = woven_hold;
   stitch.radii = "warp_radius_mm, weft_radius_mm";
   stitch.draw = [look, warp, weft](const StitchValues& values) {
     const double warp_spacing = values.number("warp_spacing_mm");
@@ -276,6 +279,7 @@ Result<StitchPattern> relaxed(const BuiltIn& stitch, const StitchSettings& setti
   RelaxOptions options;
   options.gap = values->number("slack");
   options.most_thickness = stitch.most_thickness;
+  options.hold = stitch.hold;
   Relaxed result = relax(drawn, options);
   if (result.part < 1 - touching_overlap) {
     return fail(
@@ -313,6 +317,7 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   RelaxOptions options;
   options.gap = values->number("slack");
   options.most_thickness = woven_thickness;
+  options.hold = woven_hold;
   Relaxed result = relax(draw_weave(draft->weave, name), options);
   found.pattern = std::move(result.pattern);
   if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
@@ -323,7 +328,7 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   for (const Yarn& yarn : found.pattern.yarns) least = std::min(least, yarn.radius_mm);
   const double thinner = std::min(1.0, 1 + 0.5 * *clearance / least);
   for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= thinner;
-  if (result.part * thinner < 1) {
+  if (result.part * thinner < 0.995) {
     found.remarks.push_back(fmt::format("round yarns have room for {:.2f} of the draft's thickness: thinner",
                                         result.part * thinner));
   }

@@ -26,6 +26,8 @@ constexpr double over_relaxation = 1.4;  // of projections that are averaged
 struct Chain {
   std::vector<V3d> points;
   V3d way;
+  V3d across{0, 0, 0};  ///< unit, in the plane across the way; zero of a ring
+  double home = 0;      ///< where it was drawn, along `across`
   double radius = 0;
   std::size_t begin = 0;  ///< index of its first point among all
   double spacing = 0;     ///< of its points, mm, within a factor of two of each
@@ -133,6 +135,10 @@ class Relaxation {
         for (int k = 0; k < fine; ++k)
           chain.points.push_back(point_at(segment, static_cast<double>(k) / fine));
       }
+      if (chain.way.length2() > 0) chain.across = V3d(-chain.way.y, chain.way.x, 0).normalized();
+      for (const V3d& p : chain.points) {
+        chain.home += p.dot(chain.across) / static_cast<double>(chain.points.size());
+      }
       chains_.push_back(chain);
       thickest_ = std::max(thickest_, yarn.radius_mm);
     }
@@ -153,6 +159,8 @@ class Relaxation {
       for (Chain& chain : chains_) {
         const double spacing = chain.length() / static_cast<double>(chain.points.size());
         smooth(chain, kernel_of(chain.points.size(), spacing, chain.radius, time, options_.bending));
+        for (V3d& p : chain.points)
+          p += chain.across * (options_.hold * left * (chain.home - p.dot(chain.across)));
       }
       const double overlap = push_apart(step);
       const bool jammed = overlap > 0.05 * left + 0.01;

@@ -19,6 +19,10 @@ struct RelaxOptions {
   /// Most thickness of the cloth, in radii of the thickest yarn, as between two plates; 0: any. Without it
   /// yarns with too little room beside each other climb onto each other.
   double most_thickness = 0;
+  /// Part of the way back to where they were drawn, across their course in the plane, that yarns go in each
+  /// step: 0 in a knit, whose loops hold themselves; the yarns of a weave are held by reed and beat, or they
+  /// wander.
+  double hold = 0;
   int steps = 240;
   double segment_radii = 0.8;  ///< length of the Bézier segments that come out
 };

@@ -40,9 +40,14 @@ void report(const CommonOptions& common, const char* verb, const Json& json, con
 std::vector<std::string> remarks_of(const Cell& cell) {
   if (cell.stitch) return cell.stitch->remarks;
   const MeshChoices& c = *cell.choices;
-  return {fmt::format("period {:g} x {:g} mm ({})", c.period.x, c.period.y, c.period_from),
-          fmt::format("{:g} mm per unit ({})", c.scale_to_mm, c.scale_from),
-          fmt::format("axis {} out of the cloth ({})", name_of(c.up_axis), c.up_axis_from)};
+  std::vector<std::string> remarks;
+  const auto add = [&](const std::string& remark, const std::string& from) {
+    if (from != "given") remarks.push_back(fmt::format("{} ({})", remark, from));
+  };
+  add(fmt::format("period {:g} x {:g} mm", c.period.x, c.period.y), c.period_from);
+  add(fmt::format("{:g} mm per unit", c.scale_to_mm), c.scale_from);
+  add(fmt::format("axis {} out of the cloth", name_of(c.up_axis)), c.up_axis_from);
+  return remarks;
 }
 
 void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell) {

@@ -25,9 +25,11 @@ Result<void> ensure_texels(const Cell& cell, const std::string& input, bool give
   if (options.width >= least.x && options.height >= least.y && std::max(least.x, least.y) <= most_texels) {
     return {};
   }
+  const bool too_few = std::max(least.x, least.y) <= most_texels;
   return fail(Code::option_out_of_range, input, "--texels",
-              fmt::format("its yarns need {}x{} texels, at most {} a side{}", least.x, least.y, most_texels,
-                          given ? fmt::format("; {}x{} were asked for", options.width, options.height) : ""));
+              fmt::format("its yarns need {}x{} texels; {}", least.x, least.y,
+                          too_few ? fmt::format("{}x{} were asked for", options.width, options.height)
+                                  : fmt::format("at most {} a side are made", most_texels)));
 }
 
 }  // namespace
@@ -35,7 +37,6 @@ Result<void> ensure_texels(const Cell& cell, const std::string& input, bool give
 Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& common) {
   const auto cell = find_cell(command.input, command.cell);
   if (!cell) return tl::unexpected(cell.error());
-  report_remarks(common, command.input, *cell);
   const CellMesh* mesh = &cell->mesh;
   BakeOptions options = command.bake;
   if (auto enough = ensure_texels(*cell, command.input, command.texels_given, options); !enough) {
@@ -60,10 +61,12 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
                            {"vertices", mesh->positions.size()},
                            {"triangles", mesh->triangles.size()}};
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
-  if (command.shard) {
-    return bake_shard(*mesh, command.input, options, text, *command.shard, command.output, watcher);
-  }
-  return bake(*mesh, command.input, options, text, command.output, watcher);
+  auto result = command.shard
+                    ? bake_shard(*mesh, command.input, options, text, *command.shard, command.output, watcher)
+                    : bake(*mesh, command.input, options, text, command.output, watcher);
+  // Behind the work: a refusal is one line.
+  if (result) report_remarks(common, command.input, *cell);
+  return result;
 }
 
 Json bake_json(const BakeReport& r, const std::string& output) {

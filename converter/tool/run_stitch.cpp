@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "converter/cell_source.h"
 #include "converter/implicit_surface.h"
 #include "converter/stitch_json.h"
@@ -90,8 +92,10 @@ int run(const StitchCommand& command) {
     if (!clearance) return report_error(clearance.error());
     json["yarns"] = cell->stitch->pattern.yarns.size();
     json["clearanceMm"] = *clearance;
-    text += fmt::format(", yarns {} {:.2g} mm", *clearance < 0 ? "overlap by" : "apart by at least",
-                        std::abs(*clearance));
+    text += std::abs(*clearance) < 1e-6
+                ? ", yarns touch"
+                : fmt::format(", yarns {} {:.2g} mm", *clearance < 0 ? "overlap by" : "are apart by",
+                              std::abs(*clearance));
   } else {
     const MeshChoices& c = *cell->choices;
     json["guessed"] = {{"period", c.period_from}, {"unit", c.scale_from}, {"up", c.up_axis_from}};

@@ -202,6 +202,19 @@ test_refuses_sizes_of_zero() {
   refuses OPTION_OUT_OF_RANGE samples selvedge bake plain-knit -o o.exr --texels 4 --samples 0
 }
 
+test_refuses_parameters_and_broken_drafts() {
+  refuses OPTION_OUT_OF_RANGE '--set gauge: no such parameter' selvedge bake plain-knit -o o.exr --set gauge=3
+  refuses OPTION_OUT_OF_RANGE '--set radius_mm: the yarns are too thick' selvedge stitch purl -o o.ply --set radius_mm=0.9
+  write_plane plane.obj
+  refuses OPTION_OUT_OF_RANGE '--set' selvedge bake plane.obj -o o.exr --set slack=0
+  refuses STITCH_UNKNOWN cable selvedge stitch cable --list
+  printf '[WIF]\n[WEAVING]\nShafts=2\n[WARP]\nThreads=2\n[WEFT]\nThreads=2\n[THREADING]\n1=1\n2=3\n[LIFTPLAN]\n' >bad.wif
+  refuses STITCH_INVALID 'bad.wif: [THREADING] 2: must lie in 0 to 2, is 3' selvedge make bad.wif -o o.exr
+  : >empty.wif
+  refuses STITCH_INVALID empty.wif selvedge stitch empty.wif -o o.json
+  refuses STITCH_UNKNOWN none.wif selvedge stitch none.wif
+}
+
 test_refuses_a_pattern_without_yarn() {
   echo '{"selvedge_stitch": 1, "name": "nothing", "period_mm": [2, 2], "yarns": []}' >bare.json
   refuses STITCH_INVALID bare.json selvedge bake bare.json -o o.exr

@@ -63,6 +63,57 @@ test_version_is_the_projects() {
   done
 }
 
+test_show_prints_a_description_that_is_read_again_and_set_moves_it() {
+  exits 0 selvedge stitch twill --show --set warp_plies=2 --set weft_albedo=0.5,0.25,0.125
+  holds "r.selvedge_stitch === 1 && r.yarns.length === 8 && r.yarns[0].plies === 2 && r.yarns[4].albedo[1] === 0.25"
+  cp "$scratch/out" twill.json
+  exits 0 selvedge stitch twill.json --show
+  same "$scratch/out" twill.json
+  exits 0 selvedge stitch twill --list --json
+  holds "r.parameters.some(p => p.name === 'warp_plies' && p.value[0] === 1 && p.range[1] === 8)"
+  exits 0 selvedge stitch plain-knit --set wale_mm=2.5 --json --grid 20
+  holds "r.periodMm[0] === 2.5 && Math.abs(r.clearanceMm) < 0.012"
+  exits 2 selvedge stitch twill --set warp_plies
+  exits 2 selvedge stitch --show
+}
+
+# write_twill FILE YARNS: a 2/2 twill of YARNS x YARNS yarns, 1 mm apart, that repeats after 4.
+write_twill() {
+  {
+    printf '[WIF]\n[WEAVING]\nShafts=4\n'
+    for system in WARP WEFT; do printf '[%s]\nThreads=%d\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' $system "$2"; done
+    echo '[THREADING]'
+    for ((i = 1; i <= $2; ++i)); do echo "$i=$(((i - 1) % 4 + 1))"; done
+    echo '[LIFTPLAN]'
+    for ((i = 1; i <= $2; ++i)); do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
+  } >"$1"
+}
+
+test_a_weaving_draft_is_a_stitch() {
+  write_twill twill.wif 8
+  exits 0 selvedge stitch twill.wif --json
+  holds "r.periodMm[0] === 4 && r.yarns === 8 && r.remarks[0] === '8 x 8 yarns, smallest repeat 4 x 4'"
+  exits 0 selvedge make twill.wif -o t.fabric.exr --quiet --texels 16 "${small[@]:2}"
+  exits 0 selvedge info t.fabric.exr --json
+  refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' selvedge bake twill.wif -o o.exr "${small[@]}"
+  # Not asked for a number, it takes what the narrowest yarn needs.
+  printf '[WARP SPACING]\n1=0.03\n5=0.03\n' >>twill.wif
+  exits 0 selvedge bake twill.wif -o t.samples.exr --quiet --views 4 --lights 4 --samples 1 --held-out-pairs 0 \
+    --validation-pairs 0 --rim-pairs 0
+  exits 0 selvedge info t.samples.exr --json
+  holds "JSON.stringify(r).includes('[44,32]')"
+}
+
+test_what_was_guessed_of_a_mesh_is_said() {
+  write_plane plane.obj
+  exits 0 selvedge stitch plane.obj --json
+  holds "r.periodMm[0] === 2 && r.unitMm === 1 && r.up === 'z' && r.guessed.period === 'guessed: the extent of the mesh'"
+  exits 0 selvedge stitch plane.obj --period 3x3 --unit 2 --up y --json
+  holds "r.periodMm[0] === 3 && r.unitMm === 2 && r.up === 'y' && r.guessed.period === 'given' && r.guessed.up === 'given'"
+  exits 0 selvedge bake plane.obj -o p.samples.exr "${small[@]}"
+  grep -q 'plane.obj: period 2 x 2 mm (guessed: the extent of the mesh)' "$scratch/err"
+}
+
 # reports PROGRAM VERB COMMAND...: the report is one JSON text with the frame of all reports, and nothing else is said.
 reports() {
   local program=$1 verb=$2
