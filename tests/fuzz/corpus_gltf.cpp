@@ -48,6 +48,14 @@ struct Builder {
     json["accessors"].push_back(accessor);
     return static_cast<int>(json["accessors"].size()) - 1;
   }
+  /// The corners of the square, or of what else fits into 1 x 1.
+  int position(int view, std::size_t count, int component_type = 5126) {
+    const int index = accessor(view, component_type, count, "VEC3");
+    const int side = component_type == 5126 ? 1 : 9;
+    json["accessors"].back()["min"] = {0, 0, 0};
+    json["accessors"].back()["max"] = {side, side, 0};
+    return index;
+  }
   std::string as_glb() {
     json["buffers"] = {{{"byteLength", binary.size()}}};
     return glb(json.dump(), binary);
@@ -62,9 +70,7 @@ const std::vector<std::uint16_t> corners{0, 1, 2, 0, 2, 3};
 /// A square with everything that a garment needs.
 Builder quad() {
   Builder b;
-  const int position = b.accessor(b.view(bytes_of(positions)), 5126, 4, "VEC3");
-  b.json["accessors"][0]["min"] = {0, 0, 0};
-  b.json["accessors"][0]["max"] = {1, 1, 0};
+  const int position = b.position(b.view(bytes_of(positions)), 4);
   const int normal = b.accessor(b.view(bytes_of(normals)), 5126, 4, "VEC3");
   const int uv = b.accessor(b.view(bytes_of(coordinates)), 5126, 4, "VEC2");
   const int indices = b.accessor(b.view(bytes_of(corners)), 5123, 6, "SCALAR");
@@ -78,35 +84,6 @@ Builder quad() {
 }
 
 Json& primitive_of(Builder& b) { return b.json["meshes"][0]["primitives"][0]; }
-
-std::string dressed(const std::string& fabric) {
-  Builder b = quad();
-  const int view = b.view(fabric);
-  b.json["extensionsUsed"] = {"SELVEDGE_materials_fabric", "KHR_texture_transform"};
-  b.json["extensions"]["SELVEDGE_materials_fabric"]["fabrics"] = {
-      {{"name", "knit"}, {"mimeType", "image/x-exr"}, {"bufferView", view}}};
-  const Json transform{{"KHR_texture_transform",
-                        {{"offset", {0.25, 0.5}}, {"rotation", 0.5}, {"scale", {4, 5}}, {"texCoord", 0}}}};
-  b.json["textures"] = {{{"source", 0}}};
-  b.json["images"] = {{{"uri", "data:image/png;base64,iVBORw0KGgo="}, {"name", "colour"}}};
-  Json& material = b.json["materials"][0];
-  material["alphaMode"] = "MASK";
-  material["alphaCutoff"] = 0.5;
-  material["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", 0}, {"extensions", transform}}},
-                                      {"baseColorFactor", {1, 0.5, 0.25, 1}},
-                                      {"metallicFactor", 0}};
-  const Json info{{"index", 0}, {"texCoord", 0}, {"extensions", transform}};
-  material["extensions"]["SELVEDGE_materials_fabric"]["fabric"] = info;
-  material["extras"]["SELVEDGE_materials_fabric"] = info;
-  return b.as_glb();
-}
-
-/// A data URI instead of a binary chunk.
-std::string as_text(const std::string& uri) {
-  Builder b = quad();
-  b.json["buffers"] = {{{"byteLength", b.binary.size()}, {"uri", uri}}};
-  return b.json.dump(1);
-}
 
 std::string base64(const std::string& bytes) {
   const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -123,6 +100,37 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
+std::string dressed(const std::string& fabric, const std::string& picture) {
+  Builder b = quad();
+  const int view = b.view(fabric);
+  b.json["extensionsUsed"] = {"SELVEDGE_materials_fabric", "KHR_texture_transform"};
+  b.json["extensions"]["SELVEDGE_materials_fabric"]["fabrics"] = {
+      {{"name", "knit"}, {"mimeType", "image/x-exr"}, {"bufferView", view}}};
+  const Json transform{{"KHR_texture_transform",
+                        {{"offset", {0.25, 0.5}}, {"rotation", 0.5}, {"scale", {4, 5}}, {"texCoord", 0}}}};
+  b.json["textures"] = {{{"source", 0}}};
+  b.json["images"] = {{{"uri", "data:image/png;base64," + base64(picture)}, {"name", "colour"}},
+                      {{"bufferView", b.view(picture)}, {"mimeType", "image/png"}}};
+  Json& material = b.json["materials"][0];
+  material["alphaMode"] = "MASK";
+  material["alphaCutoff"] = 0.5;
+  material["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", 0}, {"extensions", transform}}},
+                                      {"baseColorFactor", {1, 0.5, 0.25, 1}},
+                                      {"metallicFactor", 0}};
+  const Json info{{"index", 0}, {"texCoord", 0}, {"extensions", transform}};
+  material["extensions"]["SELVEDGE_materials_fabric"]["fabric"] = info;
+  material["extras"]["SELVEDGE_materials_fabric"] = info;
+  material["extras"]["SELVEDGE_materials_fabric"]["name"] = "knit";
+  return b.as_glb();
+}
+
+/// A data URI instead of a binary chunk.
+std::string as_text(const std::string& uri) {
+  Builder b = quad();
+  b.json["buffers"] = {{{"byteLength", b.binary.size()}, {"uri", uri}}};
+  return b.json.dump(1);
+}
+
 /// Strip, fan and points over one interleaved view, 8-bit indices, no normals, nodes in a tree.
 std::string modes() {
   Builder b;
@@ -134,14 +142,14 @@ std::string modes() {
                 coordinates.begin() + static_cast<std::ptrdiff_t>(2 * v + 2));
   }
   const int view = b.view(bytes_of(rows), 20);
-  const int position = b.accessor(view, 5126, 4, "VEC3");
+  const int position = b.position(view, 4);
   const int uv = b.accessor(view, 5126, 4, "VEC2", 12);
   const int indices = b.accessor(b.view(bytes_of(std::vector<std::uint8_t>{0, 1, 3, 2})), 5121, 4, "SCALAR");
   b.json["meshes"] = {{{"primitives", Json::array()}}};
   for (const int mode : {5, 6, 0, 4}) {
-    Json primitive{{"attributes", {{"POSITION", position}, {"TEXCOORD_1", uv}}}, {"mode", mode}};
-    if (mode == 4) primitive["attributes"]["POSITION"] = b.accessor(view, 5126, 3, "VEC3", 0);
-    if (mode == 4) primitive["attributes"].erase("TEXCOORD_1");
+    Json primitive{{"attributes", {{"POSITION", position}, {"TEXCOORD_0", uv}}}, {"mode", mode}};
+    if (mode == 4) primitive["attributes"]["POSITION"] = b.position(view, 3);
+    if (mode == 4) primitive["attributes"].erase("TEXCOORD_0");
     if (mode != 4) primitive["indices"] = indices;
     b.json["meshes"][0]["primitives"].push_back(primitive);
   }
@@ -154,12 +162,17 @@ std::string modes() {
 std::string sparse() {
   Builder b = quad();
   const int indices = b.view(bytes_of(std::vector<std::uint16_t>{1, 3}));
-  const int values = b.view(bytes_of(std::vector<float>{1, 0, 0.5F, 0, 1, 0.5F}));
-  b.json["accessors"][0]["sparse"] = {{"count", 2},
-                                      {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
-                                      {"values", {{"bufferView", values}}}};
-  b.json["accessors"][1].erase("bufferView");  // zeros, and two of them replaced
-  b.json["accessors"][1]["sparse"] = b.json["accessors"][0]["sparse"];
+  const auto replace = [&](std::size_t accessor, const std::vector<float>& values) {
+    b.json["accessors"][accessor]["sparse"] = {
+        {"count", 2},
+        {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+        {"values", {{"bufferView", b.view(bytes_of(values))}}}};
+  };
+  replace(0, {1, 0, 0.5F, 0, 1, 0.5F});
+  b.json["accessors"][0]["max"][2] = 0.5;
+  replace(1, {0, 0.6F, 0.8F, 0.6F, 0, 0.8F});
+  replace(2, {1, 0, 1, 1});
+  b.json["accessors"][2].erase("bufferView");  // zeros, and two of them replaced
   return b.as_glb();
 }
 
@@ -167,9 +180,9 @@ std::string quantized() {
   Builder b = quad();
   b.json["extensionsUsed"] = {"KHR_mesh_quantization"};
   b.json["extensionsRequired"] = {"KHR_mesh_quantization"};
-  const int position = b.accessor(
-      b.view(bytes_of(std::vector<std::uint16_t>{0, 0, 0, 0, 9, 0, 0, 0, 9, 9, 0, 0, 0, 9, 0, 0}), 8), 5123,
-      4, "VEC3");
+  const int position = b.position(
+      b.view(bytes_of(std::vector<std::uint16_t>{0, 0, 0, 0, 9, 0, 0, 0, 9, 9, 0, 0, 0, 9, 0, 0}), 8), 4,
+      5123);
   const int normal = b.accessor(
       b.view(bytes_of(std::vector<std::int8_t>{0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0}), 4),
       5120, 4, "VEC3");
@@ -191,7 +204,17 @@ std::string company() {
   b.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "red"}}};
   b.json["nodes"][0]["skin"] = 0;
   b.json["skins"] = {{{"joints", {0}}}};
-  b.json["animations"] = {{{"channels", Json::array()}, {"samplers", Json::array()}}};
+  Json& attributes = primitive_of(b)["attributes"];
+  attributes["JOINTS_0"] = b.accessor(b.view(std::string(16, '\0')), 5121, 4, "VEC4");
+  attributes["WEIGHTS_0"] = b.accessor(
+      b.view(bytes_of(std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0})), 5126, 4, "VEC4");
+  const int times = b.accessor(b.view(bytes_of(std::vector<float>{0, 1})), 5126, 2, "SCALAR");
+  b.json["accessors"].back()["min"] = {0};
+  b.json["accessors"].back()["max"] = {1};
+  const int places = b.accessor(b.view(bytes_of(std::vector<float>{0, 0, 0, 1, 1, 1})), 5126, 2, "VEC3");
+  b.json["animations"] = {
+      {{"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
+       {"samplers", {{{"input", times}, {"output", places}}}}}};
   return b.as_glb();
 }
 
@@ -246,7 +269,7 @@ std::string compressed(bool edgebreaker, int bits, bool company = false) {
 
   Builder b;
   const int view = b.view({buffer.data(), buffer.size()});
-  const int a = b.accessor(-1, 5126, mesh->num_points(), "VEC3");
+  const int a = b.position(-1, mesh->num_points());
   const int n = b.accessor(-1, 5126, mesh->num_points(), "VEC3");
   const int t = b.accessor(-1, 5126, mesh->num_points(), "VEC2");
   const int i = b.accessor(-1, 5123, 6, "SCALAR");
@@ -268,6 +291,12 @@ std::string compressed(bool edgebreaker, int bits, bool company = false) {
     primitive_of(b)["attributes"]["JOINTS_0"] = b.accessor(-1, 5123, mesh->num_points(), "VEC4");
     primitive_of(b)["attributes"]["COLOR_0"] = b.accessor(-1, 5121, mesh->num_points(), "VEC4");
     b.json["accessors"].back()["normalized"] = true;
+    const std::vector<float> weights{1, 0, 0, 0};
+    std::vector<float> all;
+    for (std::uint32_t p = 0; p < mesh->num_points(); ++p)
+      all.insert(all.end(), weights.begin(), weights.end());
+    primitive_of(b)["attributes"]["WEIGHTS_0"] =
+        b.accessor(b.view(bytes_of(all)), 5126, mesh->num_points(), "VEC4");
   }
   b.json["extensionsUsed"] = {"KHR_draco_mesh_compression"};
   b.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
@@ -276,7 +305,7 @@ std::string compressed(bool edgebreaker, int bits, bool company = false) {
 
 }  // namespace
 
-std::map<std::string, std::string> gltf_seeds(const std::string& fabric) {
+std::map<std::string, std::string> gltf_seeds(const std::string& fabric, const std::string& picture) {
   Builder plain = quad();
   return {{"company.glb", company()},
           {"data-uri.gltf", as_text("data:application/octet-stream;base64," + base64(quad().binary))},
@@ -284,7 +313,7 @@ std::map<std::string, std::string> gltf_seeds(const std::string& fabric) {
           {"draco-edgebreaker.glb", compressed(true, 10)},
           {"draco-sequential.glb", compressed(false, 8)},
           {"draco-unquantized.glb", compressed(false, 0)},
-          {"dressed.glb", dressed(fabric)},
+          {"dressed.glb", dressed(fabric, picture)},
           {"external.gltf", as_text("../missing%20buffer.bin")},
           {"modes.glb", modes()},
           {"quad.glb", plain.as_glb()},

@@ -6,7 +6,7 @@
 
 namespace selvedge::fuzz {
 
-/// File name -> bytes. `fabric` is a whole fabric file that some of them embed.
-std::map<std::string, std::string> gltf_seeds(const std::string& fabric);
+/// File name -> bytes. `fabric` and `picture` are whole files, EXR and PNG, that some of them embed.
+std::map<std::string, std::string> gltf_seeds(const std::string& fabric, const std::string& picture);
 
 }  // namespace selvedge::fuzz

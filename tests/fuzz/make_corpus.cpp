@@ -12,6 +12,7 @@
 #include "converter/stitch_mesh.h"
 #include "format/atomic_file.h"
 #include "format/fabric_exr.h"
+#include "format/image.h"
 #include "format/samples.h"
 #include "tests/format/fabrics.h"
 #include "tests/fuzz/corpus_gltf.h"
@@ -173,7 +174,9 @@ int main(int argc, char** argv) {
   make_stitches(folder(root, "stitch"));
   make_meshes(folder(root, "mesh"));
   const fs::path gltf = folder(root, "gltf");
-  for (const auto& [name, bytes] : fuzz::gltf_seeds(bytes_of(root / "fabric" / "one-texel.exr"))) {
+  const std::vector<std::uint8_t> png = checked(encode_png({1, 1, 3, {0.5F, 0.25F, 0.125F}}));
+  for (const auto& [name, bytes] :
+       fuzz::gltf_seeds(bytes_of(root / "fabric" / "one-texel.exr"), {png.begin(), png.end()})) {
     put(gltf / name, bytes);
   }
 }
