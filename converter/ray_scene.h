@@ -72,7 +72,8 @@ class RayScene {
   Value interpolate(const std::vector<Value>& values, const SurfacePoint& p) const {
     const V3i& corner = mesh().triangles[static_cast<std::size_t>(p.triangle)];
     return values[static_cast<std::size_t>(corner.x)] * (1 - p.u - p.v) +
-           values[static_cast<std::size_t>(corner.y)] * p.u + values[static_cast<std::size_t>(corner.z)] * p.v;
+           values[static_cast<std::size_t>(corner.y)] * p.u +
+           values[static_cast<std::size_t>(corner.z)] * p.v;
   }
   /// Linear, in [0, 1].
   V3f albedo(const SurfacePoint& point) const { return interpolate(mesh().albedo, point); }

@@ -40,15 +40,13 @@ double gloss_local(const V3d& l, const V3d& v, double r) {
 V3d visible_normal(const V3d& v, double r, const V2d& random) {
   const V3d stretched = V3d(r * v.x, v.y, v.z).normalized();
   const double planar2 = stretched.x * stretched.x + stretched.y * stretched.y;
-  const V3d t1 =
-      planar2 > 0 ? V3d(-stretched.y, stretched.x, 0) / std::sqrt(planar2) : V3d(1, 0, 0);
+  const V3d t1 = planar2 > 0 ? V3d(-stretched.y, stretched.x, 0) / std::sqrt(planar2) : V3d(1, 0, 0);
   const V3d t2 = stretched.cross(t1);
   const double radius = std::sqrt(random.x);
   const double phi = 2 * pi * random.y;
   const double a = radius * std::cos(phi);
   const double lean = (1 + stretched.z) / 2;
-  const double b =
-      (1 - lean) * std::sqrt(std::max(0.0, 1 - a * a)) + lean * radius * std::sin(phi);
+  const double b = (1 - lean) * std::sqrt(std::max(0.0, 1 - a * a)) + lean * radius * std::sin(phi);
   const V3d n = t1 * a + t2 * b + stretched * std::sqrt(std::max(0.0, 1 - a * a - b * b));
   return V3d(r * n.x, n.y, std::max(1e-12, n.z)).normalized();
 }
@@ -153,8 +151,8 @@ __attribute__((target_clones("avx512f", "avx2", "default"))) void GlossPacket::r
     const float hz = z + vz_[i];
     const float q = (hx * hx / r2 + hy * hy + hz * hz) / (hx * hx + hy * hy + hz * hz);
     const float lambda = (std::sqrt(1 + (r2 * x * x + y * y) / (z * z)) - 1) / 2;
-    const float f = weight_[i] / (4 * static_cast<float>(pi) * width_[i] * q * q * (1 + lambda + seen_[i]) *
-                                  z * vz_[i]);
+    const float f =
+        weight_[i] / (4 * static_cast<float>(pi) * width_[i] * q * q * (1 + lambda + seen_[i]) * z * vz_[i]);
     result[i] = z > 0 && weight_[i] > 0 ? f : 0.0F;
   }
 }
@@ -168,7 +166,8 @@ bool choose_light(const YarnSurface& surface, const V3d& view, const V2d& random
   }
   V3d l;
   const V3d v = local(surface, view);
-  const double share = v.z > 0 ? reflect_at_facet(v, width_of(surface.gloss), {random.x / w, random.y}, l) : 0;
+  const double share =
+      v.z > 0 ? reflect_at_facet(v, width_of(surface.gloss), {random.x / w, random.y}, l) : 0;
   if (share == 0) return false;
   choice.direction =
       (surface.fibre * l.x + surface.normal.cross(surface.fibre) * l.y + surface.normal * l.z).normalized();

@@ -337,3 +337,21 @@ TEST_CASE("the error falls at least with the square root of the samples") {
   CHECK(own.relative() > 0.8 * relative);
   CHECK(own.relative() < 2.5 * relative);
 }
+
+TEST_CASE("light that is computed once per point is that of paths, on a glossy knit over a ground") {
+  const RayScene scene = scene_of(glossy_knit(0.3F, 0.3F), 0.5F);
+  auto transport = LightTransport::build(scene, 1);
+  REQUIRE(transport);
+  const std::vector<V3f> lights = directions_of(grid_of(9));
+  const std::vector<float> indirect = transport->solve(scene, lights, unlimited_bounces);
+  const TexelBaker cached(scene, &*transport, unlimited_bounces, {4, 4}, 1);
+  const TexelBaker traced(scene, nullptr, unlimited_bounces, {4, 4}, 1);
+  for (const V3f& view : directions_of(grid_of(4))) {
+    const auto a = cell_means(cached, view, {lights, indirect}, 64, 16);
+    const auto b = cell_means(traced, view, {lights, {}}, 64, 16);
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      // The bias of a cell's mean: below 2 %; on top t with 15 degrees of freedom at 1e-3 / 36: 6.1.
+      CHECK(std::abs(a[l].mean - b[l].mean) <= 0.02 * b[l].mean + 6.1 * std::hypot(a[l].error, b[l].error));
+    }
+  }
+}
