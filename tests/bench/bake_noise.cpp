@@ -93,7 +93,7 @@ double error_of(const Seen& seen, const Seen& truth) {
 int main(int argc, char** argv) {
   const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
   MeshOptions meshing;
-  meshing.cells_across = number(5, meshing.cells_across);
+  if (argc > 5) meshing.cells_across = number(5, 0);
   const auto mesh = need(load_cell(argc > 1 ? argv[1] : "plain-knit", meshing, {}));
   BakeOptions o;
   o.width = o.height = number(2, 32);

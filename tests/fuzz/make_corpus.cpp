@@ -7,8 +7,6 @@
 #include <string>
 
 #include "converter/mesh_file.h"
-#include "converter/stitch_json.h"
-#include "converter/stitch_library.h"
 #include "converter/stitch_mesh.h"
 #include "format/atomic_file.h"
 #include "format/fabric_exr.h"
@@ -111,10 +109,12 @@ void make_samples(const fs::path& path) {
 }
 
 void make_stitches(const fs::path& path) {
-  PlainKnitOptions knit;
-  knit.segments = 4;
-  put(path / "plain-knit.json", to_json(plain_knit(knit)));
-  put(path / "plain-weave.json", to_json(plain_weave()));
+  put(path / "all-members.json",
+      R"({"selvedge_stitch":1,"name":"two","period_mm":[2,1.5],"yarns":[{"name":"wave","radius_mm":0.3,)"
+      R"("albedo":[0.5,0.4,0.3],"gloss":0.25,"roughness":0.4,"plies":3,"twist_per_mm":-0.5,"segments":)"
+      R"([[[0,0.5,0],[0.4,0.6,0.2],[0.7,0.5,0.3],[1,0.5,0.1]],[[1,0.5,0.1],[1.3,0.5,-0.1],[1.6,0.4,0],)"
+      R"([2,0.5,0]]]},{"radius_mm":0.2,"albedo":[0,0,1],"segments":[[[1,0,0.5],[1,0.5,0.5],[1,1,0.5],)"
+      R"([1,1.5,0.5]]]}]})");
   put(path / "smallest.json",
       R"({"selvedge_stitch":1,"name":"a","period_mm":[1,1],"yarns":[{"radius_mm":0.25,"albedo":[0,1,0.5],)"
       R"("segments":[[[0,0,0],[0.3,0,0],[0.6,0,0],[1,0,0]]]}]})");
