@@ -165,11 +165,11 @@ TEST_CASE("every built-in stitch is white in a white furnace") {
   // Only Russian roulette makes noise. Where nothing is lost its variance is the mean of w^2 - w over the
   // weights w that arrive (0 from ended paths): steadier than the usual estimate, which rare losses rule.
   constexpr int side = 5;
-  constexpr std::uint32_t paths = 1024;
+  constexpr std::uint32_t paths = 4096;
   const std::vector<V3f> views = directions_of(grid_of(4));
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
-    auto mesh = load_cell(info.name, {.cells_across = 32});
+    auto mesh = load_cell(info.name);
     REQUIRE(mesh);
     std::fill(mesh->albedo.begin(), mesh->albedo.end(), V3f(1, 1, 1));
     for (Gloss& gloss : mesh->gloss) gloss.weight = 0;
@@ -198,11 +198,11 @@ TEST_CASE("every built-in stitch is white in a white furnace") {
         worst = std::max(worst, std::abs(sum / paths - 1) / std::sqrt(std::max(square, 1e-3)) * paths);
       }
     }
-    // 100 texels and views: the normal quantile at 1e-3 / 100, two-sided, is 4.4; losses are rare, so that
-    // the mean is skewed towards them.
-    CHECK(worst < 1.2 * 4.4);
+    // 100 texels and views of ten stitches: the normal quantile at 1e-3 / 1000, two-sided, is 4.9; losses are
+    // rare, so that the mean is skewed towards them. At 1e-3 / 10 it is 3.9.
+    CHECK(worst < 1.2 * 4.9);
     const double count = static_cast<double>(paths) * side * side * static_cast<double>(views.size());
-    CHECK(std::abs(total / count - 1) < 3.3 * std::sqrt(total_square) / count);
+    CHECK(std::abs(total / count - 1) < 3.9 * std::sqrt(total_square) / count);
   }
 }
 

@@ -55,12 +55,13 @@ struct Crossing {
 };
 
 inline std::vector<Crossing> crossings_of(const StitchPattern& pattern, const Yarn& a, const Yarn& b) {
+  // One period, from points off the ends of segments, where crossings like to lie.
   const auto points_of = [](const Yarn& yarn) {
     std::vector<V3d> points;
     for (const BezierSegment& segment : yarn.segments) {
-      for (int k = 0; k < 4; ++k) points.push_back(point_at(segment, k / 4.0));
+      for (int k = 0; k < 4; ++k) points.push_back(point_at(segment, (k + 0.37) / 4));
     }
-    points.push_back(yarn.segments.back()[3]);
+    points.push_back(points.front() + yarn.segments.back()[3] - yarn.segments.front()[0]);
     return points;
   };
   const std::vector<V3d> of_a = points_of(a);

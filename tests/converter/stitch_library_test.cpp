@@ -65,10 +65,6 @@ std::vector<std::string> drawdown_of(const StitchPattern& pattern, std::size_t w
       int crossings = 0;
       bool over = false;
       for (const Crossing& c : crossings_of(pattern, pattern.yarns[i], pattern.yarns[j])) {
-        if (c.at.y < pattern.yarns[i].segments.front()[0].y ||
-            c.at.y >= pattern.yarns[i].segments.back()[3].y) {
-          continue;
-        }
         ++crossings;
         over = c.z_a > c.z_b;
       }

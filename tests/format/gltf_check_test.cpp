@@ -68,7 +68,8 @@ struct Square {
         "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}},
       "extensions":{"SELVEDGE_materials_fabric":{"fabric":{"index":0,
         "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}},
-      "extras":{"SELVEDGE_materials_fabric":{"index":0,"name":"net","uri":"the%20net.exr"}}})");
+      "extras":{"SELVEDGE_materials_fabric":{"index":0,"name":"net","uri":"the%20net.exr",
+        "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}})");
   }
 
   Json& at(const char* pointer) { return json[Json::json_pointer(pointer)]; }
@@ -482,6 +483,7 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
              s.json["materials"].push_back(s.material());
              s.at("/materials/1/pbrMetallicRoughness").erase("baseColorTexture");
              s.at("/materials/1/extensions/SELVEDGE_materials_fabric/fabric")["texCoord"] = 1;
+             s.at("/materials/1/extras/SELVEDGE_materials_fabric")["texCoord"] = 1;
              s.at("/materials/1/pbrMetallicRoughness")["metallicFactor"] = 0;
              s.at("/materials/1/pbrMetallicRoughness")["baseColorTexture"] = Json::parse(
                  R"({"index":0,"texCoord":1,"extensions":{"KHR_texture_transform":{"scale":[20,25]}}})");
