@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <iterator>
 
+#include "converter/mesh_face_colours.h"
 #include "converter/mesh_import.h"
 #include "converter/mesh_ply.h"
 #include "format/atomic_file.h"

@@ -10,7 +10,7 @@
 namespace selvedge {
 
 struct MeshImportOptions {
-  std::optional<V2d> period;            ///< mm
+  std::optional<V2d> period{};          ///< mm
   std::optional<double> scale_to_mm{};  ///< mm per unit of the file
   V3f albedo{0.5F, 0.5F, 0.5F};         ///< of vertices without a colour, linear
   std::optional<UpAxis> up_axis{};      ///< the file's axis out of the cloth
@@ -23,9 +23,8 @@ struct MeshImportOptions {
 /// curve, floats as linear, clamped to [0, 1]; alpha is ignored. Normals are the file's where it has one and
 /// only one for each vertex, else the area-weighted mean of the faces' around. Vertices stay where they are:
 /// the period alone says how copies follow each other. What is not given is guessed (mesh_choices.h).
-/// Refuses: no such file, unknown
-/// format, cut-short or damaged files, no triangles, vertices that are not finite, faces that refer to absent
-/// vertices, a bad period, and a mesh without extent to guess one from.
+/// Refuses: no such file, unknown format, cut-short or damaged files, no triangles, vertices that are not
+/// finite, faces that refer to absent vertices, a bad period, and a mesh without extent to guess one from.
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options,
                            MeshChoices* choices = nullptr);
 /// From memory: `name` is used in messages, and its ending says the format. No other file is opened.

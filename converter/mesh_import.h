@@ -24,12 +24,6 @@ struct RawMesh {
 /// Diffuse colours of an OBJ file's materials, by name.
 using MaterialColours = std::map<std::string, V3f>;
 
-/// The names of the material files that an OBJ text refers to.
-std::vector<std::string> material_files(const std::string& bytes);
-
-/// Adds the colours (Kd) of a material file's text.
-void read_materials(const std::string& text, MaterialColours& colours);
-
 /// `format` is "obj", "off" or "stl" (PLY: mesh_ply.h). A halfedge mesh is not built, so no face is dropped
 /// for what its neighbours are. Refuses what cannot be decoded to its end (file_damaged) and numbers that are
 /// not finite where the decoder would pass over them (mesh_not_finite). Normals are kept only where all

@@ -7,54 +7,17 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <tuple>
 
 #include "../format/files.h"
 #include "converter/stitch_library.h"
 #include "converter/stitch_mesh.h"
 #include "format/atomic_file.h"
+#include "tests/converter/mesh_texts.h"
 
 using namespace selvedge;
+using namespace selvedge::testing;
 
 namespace {
-
-/// A file that is gone after the test.
-class Temporary {
- public:
-  Temporary(const std::string& name, const std::string& content)
-      : path_((std::filesystem::temp_directory_path() / ("selvedge_" + name)).string()) {
-    REQUIRE(write_file(path_, content));
-  }
-  ~Temporary() { std::filesystem::remove(path_); }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-const MeshImportOptions two_by_two{.period = V2d(2, 2), .up_axis = UpAxis::z};
-
-CellMesh read_text(const std::string& name, const std::string& content,
-                   const MeshImportOptions& options = two_by_two) {
-  const Temporary file(name, content);
-  auto mesh = read_mesh(file.path(), options);
-  INFO((mesh ? std::string("read") : to_line(mesh.error())));
-  REQUIRE(mesh);
-  return *mesh;
-}
-
-Error refusal(const std::string& name, const std::string& content,
-              const MeshImportOptions& options = two_by_two) {
-  const Temporary file(name, content);
-  const auto mesh = read_mesh(file.path(), options);
-  CAPTURE(content);
-  REQUIRE_FALSE(mesh);
-  CHECK(mesh.error().file == file.path());
-  CHECK(to_line(mesh.error()).find('\n') == std::string::npos);
-  return mesh.error();
-}
 
 std::string ply_header(const std::string& format, int vertices, const std::string& properties, int faces,
                        const std::string& list = "list uchar int vertex_indices") {
@@ -224,148 +187,6 @@ TEST_CASE("scale and up axis turn the file's frame into the cell's") {
 TEST_CASE("a bad period is refused") {
   CHECK(refusal("p.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", {.period = V2d(0, 1)}).code ==
         Code::mesh_invalid);
-}
-
-TEST_CASE("a mesh without extent has no period to guess") {
-  CHECK(to_line(refusal("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", {}))
-            .ends_with(
-                "the mesh has no extent to guess its period from: give --period WxH in mm [MESH_INVALID]"));
-}
-
-TEST_CASE("period, unit and axis are guessed where they are not given, and where they come from is said") {
-  const auto chosen = [](const std::string& name, const std::string& text, const MeshImportOptions& options) {
-    const Temporary file(name, text);
-    MeshChoices choices;
-    const auto mesh = read_mesh(file.path(), options, &choices);
-    REQUIRE(mesh);
-    CHECK(mesh->period == choices.period);
-    return choices;
-  };
-  // 6 x 4 x 1, flat along z, y and x; then in metres.
-  const std::string flat_z = "v 0 0 0\nv 6 0 0\nv 0 4 1\nv 6 4 1\nf 1 2 3\nf 3 2 4\n";
-  const std::string flat_y = "v 0 0 0\nv 6 0 0\nv 0 1 4\nv 6 1 4\nf 1 2 3\nf 3 2 4\n";
-  const std::string flat_x = "v 0 0 0\nv 0 6 0\nv 1 0 4\nv 1 6 4\nf 1 2 3\nf 3 2 4\n";
-  const std::string metres = "v 0 0 0\nv .006 0 0\nv 0 .004 .001\nv .006 .004 .001\nf 1 2 3\nf 3 2 4\n";
-  for (const auto& [text, axis] :
-       {std::pair(flat_z, UpAxis::z), std::pair(flat_y, UpAxis::y), std::pair(flat_x, UpAxis::x)}) {
-    const MeshChoices choices = chosen("flat.obj", text, {});
-    CHECK(choices.up_axis == axis);
-    CHECK(choices.period == V2d(6, 4));
-    CHECK(choices.scale_to_mm == 1);
-    CHECK(choices.period_from == "guessed: the extent of the mesh");
-    CHECK(choices.scale_from == "guessed: millimetres");
-    CHECK(choices.up_axis_from.starts_with("guessed: "));
-  }
-  const MeshChoices small = chosen("small.obj", metres, {});
-  CHECK(small.scale_to_mm == 1000);
-  CHECK(small.period.x == doctest::Approx(6));
-  const MeshChoices given =
-      chosen("given.obj", flat_y, {.period = V2d(3, 2), .scale_to_mm = 0.5, .up_axis = UpAxis::z});
-  CHECK(given.period == V2d(3, 2));
-  CHECK(given.scale_to_mm == 0.5);
-  CHECK(given.up_axis == UpAxis::z);
-  for (const std::string& from : {given.period_from, given.scale_from, given.up_axis_from})
-    CHECK(from == "given");
-  const MeshChoices ours = chosen("ours.obj", "# period 5 x 3.8 mm\n" + metres, {});
-  CHECK(ours.period == V2d(5, 3.8));
-  CHECK(ours.scale_to_mm == 1);
-  CHECK(ours.period_from == "a comment in the file");
-}
-
-TEST_CASE("our own meshes are read back without options") {
-  const auto mesh = mesh_stitch(plain_weave(), {16});
-  REQUIRE(mesh);
-  for (const char* ending : {".obj", ".ply"}) {
-    const std::string path = (std::filesystem::temp_directory_path() / "selvedge_own").string() + ending;
-    REQUIRE(write_mesh(path, *mesh));
-    const auto again = read_mesh(path, {});
-    std::filesystem::remove(path);
-    REQUIRE(again);
-    CHECK(again->period == mesh->period);
-    CHECK(again->positions == mesh->positions);
-  }
-}
-
-TEST_CASE("the file's x axis may be the one out of the cloth") {
-  MeshImportOptions options{.period = V2d(2, 2), .up_axis = UpAxis::x};
-  const CellMesh mesh = read_text("x.obj", "v 1 2 3\nv 1 3 3\nv 1 2 4\nf 1 2 3\n", options);
-  CHECK(mesh.positions[0] == V3f(2, 3, 1));
-  CHECK(mesh.normals[0] == V3f(0, 0, 1));
-}
-
-namespace {
-
-/// Two triangles with a common side, red and green.
-void check_red_and_green(const CellMesh& mesh) {
-  REQUIRE(mesh.triangles.size() == 2);
-  CHECK(mesh.positions.size() == 6);  // two of the four corners are of two colours
-  for (std::size_t t = 0; t < 2; ++t) {
-    for (int k = 0; k < 3; ++k) {
-      const V3f& albedo = mesh.albedo[static_cast<std::size_t>(mesh.triangles[t][k])];
-      CHECK(albedo == (t == 0 ? V3f(1, 0, 0) : V3f(0, 1, 0)));
-    }
-  }
-}
-
-std::string stl_with_colours(const std::string& title, const std::vector<std::uint16_t>& colours) {
-  std::string bytes = title;
-  bytes.resize(80, ' ');
-  const auto append = [&](const auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  append(static_cast<std::uint32_t>(colours.size()));
-  for (std::size_t t = 0; t < colours.size(); ++t) {
-    const float x = t == 0 ? 0 : 1;
-    for (const float value : {0.F, 0.F, 1.F, x, 0.F, 0.F, 1.F, x, 0.F, 0.F, 1.F, 0.F}) append(value);
-    append(colours[t]);
-  }
-  return bytes;
-}
-
-}  // namespace
-
-TEST_CASE("colours of faces are kept: OFF, PLY, OBJ with its material file, binary STL of both kinds") {
-  check_red_and_green(
-      read_text("f.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3 0 255 0\n"));
-  check_red_and_green(read_text(
-      "g.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 1.0 0.0 0.0\n3 0 2 3 0.0 1.0 0.0\n"));
-  check_red_and_green(read_text(
-      "f.ply",
-      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-      "element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n"
-      "property uchar blue\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3 0 255 0\n"));
-  const Temporary materials("colours.mtl", "newmtl red one\nKd 1 0 0\n# x\nnewmtl green\nNs 3\nKd 0 1 0\n");
-  check_red_and_green(read_text("f.obj",
-                                "mtllib selvedge_colours.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-                                "usemtl red one\nf 1 2 3\nusemtl green\nf 1 3 4\n"));
-  // Without its material file, and with one elsewhere, an OBJ file is grey.
-  for (const char* name : {"none.mtl", "../selvedge_colours.mtl"}) {
-    CHECK(read_text("grey.obj",
-                    std::string("mtllib ") + name + "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl green\nf 1 2 3\n")
-              .albedo[0] == V3f(0.5F));
-  }
-  for (const auto& [title, red, none] :
-       {std::tuple("plain", std::uint16_t{0x8000 | 31 << 10}, std::uint16_t{0}),
-        std::tuple("COLOR=abcd", std::uint16_t{31}, std::uint16_t{0x8000})}) {
-    CAPTURE(title);
-    const CellMesh mesh = read_text("f.stl", stl_with_colours(title, {red, none}));
-    CHECK(mesh.albedo[static_cast<std::size_t>(mesh.triangles[0].x)] == V3f(1, 0, 0));
-    CHECK(mesh.albedo[static_cast<std::size_t>(mesh.triangles[1].x)] == V3f(0.5F));
-  }
-}
-
-TEST_CASE("a vertex whose faces have one colour stays one, and normals stay those of the whole") {
-  const CellMesh mesh =
-      read_text("same.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0.5\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3 255 0 0\n");
-  CHECK(mesh.positions.size() == 4);
-  const CellMesh split =
-      read_text("split.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0.5\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3 0 0 255\n");
-  REQUIRE(split.positions.size() == 6);
-  for (std::size_t v = 0; v < 6; ++v) {
-    for (std::size_t w = 0; w < 4; ++w) {
-      if (split.positions[v] == mesh.positions[w]) CHECK(split.normals[v] == mesh.normals[w]);
-    }
-  }
 }
 
 TEST_CASE("missing files and unknown endings are refused") {
