@@ -81,6 +81,10 @@ Result<void> expand_attribute(GltfDocument& document, const draco::Mesh& mesh, c
     return fail(Code::gltf_malformed, document.file, place,
                 fmt::format("Draco attribute {} is missing or has the wrong number of components", id));
   }
+  // Any byte may stand where Draco would then read a bool; glTF has none.
+  if (attribute->data_type() == draco::DT_BOOL) {
+    return fail(Code::gltf_malformed, document.file, place, fmt::format("Draco attribute {} is boolean", id));
+  }
   const std::size_t size =
       component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
   shape->count = mesh.num_points();
