@@ -173,7 +173,6 @@ Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::
     case ReferencePlane::Kind::best:
       return best_reference_height(mesh, name, o);
     case ReferencePlane::Kind::share:
-      break;
     case ReferencePlane::Kind::at:
       break;
   }

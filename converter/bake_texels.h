@@ -34,7 +34,8 @@ struct NoiseSum {
 class TexelBaker {
  public:
   /// `transport`: null where paths are traced. Texels lie at height `plane_z` (mm above the lowest point).
-  TexelBaker(const RayScene& scene, const LightTransport* transport, int bounces, V2i texels, double plane_z)
+  TexelBaker(const RayScene& scene, const LightTransport* transport, int bounces, const V2i& texels,
+             double plane_z)
       : scene_(scene), transport_(transport), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
 
   /// All texels from one view, `samples` rays each. `seed` is the view's own.

@@ -140,9 +140,9 @@ void LightTransport::place_points(const RayScene& scene) {
   for (std::size_t p = 0; p < positions.size(); ++p) {
     for (int side = 0; side < sides_; ++side) {
       position_.push_back(positions[p]);
-      const V3f n = normals[p].normalized();
-      normal_.push_back(side == 0 ? n : -n);
-      at[p].face_normal = n;
+      const V3f outward = normals[p].normalized();
+      normal_.push_back(side == 0 ? outward : -outward);
+      at[p].face_normal = outward;
       const YarnSurface surface = surface_at(scene, at[p]);
       const auto w = static_cast<double>(surface.gloss.weight);
       const double reflected = w > 0 ? w * mean_gloss_albedo(surface.gloss.roughness) : 0;

@@ -85,15 +85,15 @@ std::optional<Placement> placement_now(const Mirror& mirror, const std::optional
   if (!scales || before.rotation != now.rotation) return std::nullopt;
   // now = before(D(uv)) with D(uv) = scale uv + offset, which decodes the new coordinates; the fabric's new
   // transform is its old one after D.
-  const V2d scale(now.scale.x / before.scale.x, now.scale.y / before.scale.y);
+  const V2d decoding(now.scale.x / before.scale.x, now.scale.y / before.scale.y);
   UvTransform turn_back;
   turn_back.rotation = -before.rotation;
   const V2d moved = turn_back.apply_linear(now.offset - before.offset);
-  const V2d offset(moved.x / before.scale.x, moved.y / before.scale.y);
+  const V2d shift(moved.x / before.scale.x, moved.y / before.scale.y);
   Placement placement{base_color->tex_coord, mirror.fabric.transform};
-  placement.transform.offset = mirror.fabric.transform.apply(offset);
+  placement.transform.offset = mirror.fabric.transform.apply(shift);
   placement.transform.scale =
-      V2d(mirror.fabric.transform.scale.x * scale.x, mirror.fabric.transform.scale.y * scale.y);
+      V2d(mirror.fabric.transform.scale.x * decoding.x, mirror.fabric.transform.scale.y * decoding.y);
   return placement;
 }
 

@@ -79,7 +79,8 @@ double mean_height(const RayScene& scene) {
   int hits = 0;
   for (int i = 0; i < side * side; ++i) {
     SurfacePoint point;
-    const V3d origin((i % side + 0.5) / side * period.x, (i / side + 0.5) / side * period.y, above);
+    const int row = i / side;
+    const V3d origin((i % side + 0.5) / side * period.x, (row + 0.5) / side * period.y, above);
     if (!scene.trace(origin, {0, 0, -1}, point) || scene.is_ground(point)) continue;
     sum += static_cast<double>(point.position.z);
     ++hits;

@@ -53,7 +53,7 @@ constexpr std::array rows{
     CodeRow{Code::fabric_not_finite, Severity::error, "FABRIC_NOT_FINITE",
             "A stored value is NaN, infinite or out of range."},
     CodeRow{Code::fabric_digest, Severity::error, "FABRIC_DIGEST",
-            "The stored digest differs from the decoded pixels."},
+            "A digest is missing, or differs from the attributes, names or pixels."},
     CodeRow{Code::fabric_mismatch, Severity::error, "FABRIC_MISMATCH",
             "Fabric and samples do not describe the same cell."},
     CodeRow{Code::fabric_peak, Severity::warning, "FABRIC_PEAK",

@@ -51,8 +51,10 @@ std::vector<WeightedDirection> disc_directions(int side) {
     V2d sum(0, 0);
     double inside = 0;
     for (int point = 0; point < points * points; ++point) {
+      const int row = cell / side;
+      const int row_within = point / points;
       const V2d p(2 * (cell % side + (point % points + 0.5) / points) / side - 1,
-                  2 * (cell / side + (point / points + 0.5) / points) / side - 1);
+                  2 * (row + (row_within + 0.5) / points) / side - 1);
       if (p.length2() >= 1) continue;
       sum += p;
       ++inside;

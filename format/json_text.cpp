@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <set>
+#include <string>
+#include <vector>
+
 #include "format/fabric_names.h"
 
 namespace selvedge {
@@ -33,7 +37,19 @@ bool nests_deeper(std::string_view text, int most) {
 json parse_json(std::string_view text) {
   constexpr int most_depth = 64;
   if (nests_deeper(text, most_depth)) return json(json::value_t::discarded);
-  return json::parse(text, nullptr, false);
+  // A member that stands twice would be read differently by different programs.
+  std::vector<std::set<std::string>> open_objects;
+  bool twice = false;
+  const auto watch = [&](int, json::parse_event_t event, json& value) {
+    if (event == json::parse_event_t::object_start) open_objects.emplace_back();
+    if (event == json::parse_event_t::object_end) open_objects.pop_back();
+    if (event == json::parse_event_t::key) {
+      twice = twice || !open_objects.back().insert(value.get<std::string>()).second;
+    }
+    return true;
+  };
+  json parsed = json::parse(text, watch, false);
+  return twice ? json(json::value_t::discarded) : parsed;
 }
 
 json provenance_json(const std::string& provenance) {

@@ -17,9 +17,9 @@ Result<QueriedFabric> QueriedFabric::open(const std::string& path) {
 Result<Shading> QueriedFabric::shade(const FabricQuery& query) {
   if (query.uv) {
     const LevelBlend between = level_blend(query.level, levels());
-    const auto near = shade_at(between.lower, query);
+    auto near = shade_at(between.lower, query);
     if (!near || !(between.weight > 0)) return near;
-    const auto far = shade_at(between.lower + 1, query);
+    auto far = shade_at(between.lower + 1, query);
     if (!far) return far;
     return blend(*near, *far, between.weight);
   }

@@ -18,6 +18,10 @@ Result<FileKind> kind_of(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return fail(Code::file_missing, path, {}, "no such file");
   if (std::filesystem::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
+  // A pipe would be waited for.
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return fail(Code::file_unreadable, path, {}, "is no plain file");
+  }
   std::ifstream file(path, std::ios::binary);
   std::array<char, 4> start{};
   if (!file.read(start.data(), start.size()))

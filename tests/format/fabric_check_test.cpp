@@ -1,4 +1,5 @@
 #include "format/fabric_check.h"
+#include "format/json_text.h"
 
 #include <doctest/doctest.h>
 
@@ -473,4 +474,10 @@ TEST_CASE("what is no EXR file has the one issue of its kind") {
   const Issues issues = check_fabric(folder / "text.exr");
   REQUIRE(issues.size() == 1);
   CHECK(issues[0].code == Code::exr_malformed);
+}
+
+TEST_CASE("a member that stands twice makes a text no JSON") {
+  CHECK(parse_json(R"({"a":{"c":1},"b":[{"c":1},{"c":2}],"c":3})").is_object());
+  CHECK(parse_json(R"({"levels":4,"levels":4})").is_discarded());
+  CHECK(parse_json(R"({"views":{"rows":1,"columns":2,"rows":3}})").is_discarded());
 }

@@ -11,7 +11,7 @@ inline std::string issues_markdown() {
   std::string text =
       "# Issues\n"
       "\n"
-      "Every issue has one of these codes. An error says that a file must not be used, a warning that "
+      "Every issue has one of these codes. An error says that a file breaks a rule, a warning that "
       "something "
       "in it is\nunwise or will not be seen as it was meant. An issue is one line, without the parts that do "
       "not apply:\n"
