@@ -138,10 +138,10 @@ void LightTransport::place_points(const RayScene& scene) {
     }
   }
   for (std::size_t p = 0; p < positions.size(); ++p) {
-    for (int side = 0; side < sides_; ++side) {
+    for (int face = 0; face < sides_; ++face) {
       position_.push_back(positions[p]);
       const V3f outward = normals[p].normalized();
-      normal_.push_back(side == 0 ? outward : -outward);
+      normal_.push_back(face == 0 ? outward : -outward);
       at[p].face_normal = outward;
       const YarnSurface surface = surface_at(scene, at[p]);
       const auto w = static_cast<double>(surface.gloss.weight);
