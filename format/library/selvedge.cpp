@@ -74,9 +74,17 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(Result<FabricRe
   return state;
 }
 
+namespace {
+
+FabricLimits limits_of(const FabricReadOptions& options) {
+  return {options.most_texels_per_side, options.most_directions, options.most_lobes};
+}
+
+}  // namespace
+
 std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
                                            const FabricReadOptions& options) {
-  auto state = State::read(FabricReader::open(path), problem, options);
+  auto state = State::read(FabricReader::open(path, limits_of(options)), problem, options);
   if (state == nullptr) return {};
   return FabricFile(std::move(state));
 }
@@ -84,7 +92,7 @@ std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProble
 std::optional<FabricFile> FabricFile::open(std::span<const std::byte> bytes, const std::string& name,
                                            FabricProblem* problem, const FabricReadOptions& options) {
   const std::span unsigned_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  auto state = State::read(FabricReader::open(unsigned_bytes, name), problem, options);
+  auto state = State::read(FabricReader::open(unsigned_bytes, name, limits_of(options)), problem, options);
   if (state == nullptr) return {};
   return FabricFile(std::move(state));
 }

@@ -95,6 +95,20 @@ TEST_CASE("levels that were not asked for are not there, the others are what the
   CHECK_FALSE(nothing->has_level(0));
 }
 
+TEST_CASE("a fabric beyond the limits that a program sets is refused") {
+  const Written written;
+  FabricProblem problem;
+  FabricReadOptions options;
+  options.most_texels_per_side = 6;
+  CHECK(FabricFile::open(written.path, &problem, options));
+  options.most_texels_per_side = 5;
+  CHECK_FALSE(FabricFile::open(written.path, &problem, options));
+  CHECK(problem.place == "/texels/0");
+  options = {};
+  options.most_lobes = 1;
+  CHECK_FALSE(FabricFile::open(written.path, &problem, options));
+}
+
 TEST_CASE("a file in memory is as good, and a bad one has a problem with a code") {
   const Written written;
   const std::string bytes = bytes_of(written.path);
