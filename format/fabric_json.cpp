@@ -16,21 +16,6 @@ namespace {
 using nlohmann::json;
 namespace member = names::member;
 
-/// A JSON pointer one step further; "/" and "~" of the key are escaped.
-std::string pointer_to(const std::string& parent, const std::string& key) {
-  std::string pointer = parent + "/";
-  for (const char c : key) {
-    if (c == '~') {
-      pointer += "~0";
-    } else if (c == '/') {
-      pointer += "~1";
-    } else {
-      pointer += c;
-    }
-  }
-  return pointer;
-}
-
 /// A member on its way out of the text: where it is, and the value, null where it is missing.
 struct Member {
   const json* value = nullptr;

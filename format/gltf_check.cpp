@@ -155,20 +155,6 @@ Issues IssueList::take() {
   return std::move(issues_);
 }
 
-std::string pointer_to(const std::string& object, const std::string& name) {
-  std::string pointer = object + "/";
-  for (const char c : name) {
-    if (c == '~') {
-      pointer += "~0";
-    } else if (c == '/') {
-      pointer += "~1";
-    } else {
-      pointer += c;
-    }
-  }
-  return pointer;
-}
-
 Issues check_gltf(const std::string& path, const GltfCheckLimits& limits, Scene* scene) {
   const Result<std::string> file = read_file(path, limits.read.file_bytes);
   if (!file) return {file.error()};

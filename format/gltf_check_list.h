@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "format/gltf.h"
+#include "format/json_text.h"
 
 namespace selvedge {
 
@@ -28,9 +29,6 @@ class IssueList {
   std::array<std::size_t, 2> counts_{0, 0};  ///< by severity
   Issues issues_;
 };
-
-/// JSON pointer of a member: the name's "~" and "/" are escaped.
-std::string pointer_to(const std::string& object, const std::string& name);
 
 /// Visits the objects of an array of the root, with their index.
 template <class F>

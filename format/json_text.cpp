@@ -52,6 +52,20 @@ json parse_json(std::string_view text) {
   return twice ? json(json::value_t::discarded) : parsed;
 }
 
+std::string pointer_to(const std::string& object, const std::string& name) {
+  std::string pointer = object + "/";
+  for (const char c : name) {
+    if (c == '~') {
+      pointer += "~0";
+    } else if (c == '/') {
+      pointer += "~1";
+    } else {
+      pointer += c;
+    }
+  }
+  return pointer;
+}
+
 json provenance_json(const std::string& provenance) {
   json parsed = parse_json(provenance);
   return parsed.is_object() ? parsed : json::object();

@@ -14,6 +14,9 @@ namespace selvedge {
 /// deeper than 64: what walks through the value may then do so recursively.
 nlohmann::json parse_json(std::string_view text);
 
+/// The JSON pointer to a member of the object that `object` points to; "/" and "~" of the name are escaped.
+std::string pointer_to(const std::string& object, const std::string& name);
+
 /// The JSON object that a provenance is; {} where it is none.
 nlohmann::json provenance_json(const std::string& provenance);
 
