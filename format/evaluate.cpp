@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "format/lafortune.h"
+#include "format/slabs.h"
 
 namespace selvedge {
 namespace {
@@ -64,22 +65,89 @@ V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V
   return held(radiance);
 }
 
-}  // namespace
+V3f interpolated(const V3f* values, const DirectionTaps& taps) {
+  V3f sum(0, 0, 0);
+  for (std::size_t tap = 0; tap < 4; ++tap) sum += taps.weight[tap] * values[taps.cell[tap]];
+  return sum;
+}
 
-Shading evaluate(const FabricLevel& level, const DirectionGrid& views, int x, int y, const V3f& light,
-                 const V3f& view) {
-  const int texel = y * level.width + x;
-  const ViewFactors factors = view_factors(level, views, texel, view);
+/// The sum of the products of an entry; may be negative.
+V3f product_sum(const FabricLevel& level, const Fabric& of, std::size_t texel, std::size_t entry,
+                const DirectionTaps& views, const DirectionTaps& lights) {
+  const ProductLayer& products = *level.products;
+  const std::size_t count = products.pairs.size();
+  const float* coefficient =
+      &products.coefficient[(texel * static_cast<std::size_t>(products.entries) + entry) * count];
+  V3f sum(0, 0, 0);
+  for (std::size_t m = 0; m < count; ++m) {
+    const V2i& pair = products.pairs[m];
+    float factor = coefficient[m];
+    if (pair.x > 0) {
+      const float* values = &level.bases->view[index_of(pair.x - 1, 0, of.views.count())];
+      float phi = 0;
+      for (std::size_t tap = 0; tap < 4; ++tap) phi += views.weight[tap] * values[views.cell[tap]];
+      factor *= phi;
+    }
+    sum += factor * interpolated(&level.bases->light[index_of(pair.y, 0, of.lights.count())], lights);
+  }
+  return sum;
+}
+
+/// The bracket of the formula: what multiplies g.
+V3f table_radiance(const FabricLevel& level, const Fabric& of, std::size_t texel, std::size_t entry,
+                   const V3f& view_table, const V3f& light, const V3f& view) {
+  if (!level.light_table && !level.products) return view_table;
+  const DirectionTaps lights = interpolate(of.lights, light);
+  V3f sum = level.view_table || level.light_table ? view_table : V3f(0, 0, 0);
+  if (level.light_table) {
+    sum *= interpolated(&level.light_table->value[index_of(static_cast<int>(texel), 0, of.lights.count())],
+                        lights);
+  }
+  if (level.products) sum += product_sum(level, of, texel, entry, interpolate(of.views, view), lights);
+  for (int c = 0; c < 3; ++c) sum[c] = sum[c] > 0 ? sum[c] : 0;  // 0 for NaN as well
+  return held(sum);
+}
+
+/// One entry of a texel.
+Shading shade(const FabricLevel& level, const Fabric& of, std::size_t texel, std::size_t entry,
+              const V3f& light, const V3f& view) {
+  const ViewFactors factors = view_factors(level, of.views, static_cast<int>(texel), view);
   Shading shading;
   shading.alpha = factors.alpha;
   if (light.z > 0 && view.z > 0) {
-    shading.radiance = held(factors.colour * lobe_radiance(level, texel, light, view));
+    shading.radiance = held(table_radiance(level, of, texel, entry, factors.colour, light, view) *
+                            lobe_radiance(level, static_cast<int>(texel), light, view));
   }
   return shading;
 }
 
+}  // namespace
+
+Shading evaluate(const FabricLevel& level, const Fabric& of, int x, int y, const V3f& light,
+                 const V3f& view) {
+  if (!level.heights) return shade(level, of, static_cast<std::size_t>(y * level.width + x), 0, light, view);
+  const SlabMarch march(level, of);
+  const SlabShape& shape = level.heights->shape();
+  const V2d cells(level.width * shape.columns, level.height * shape.rows);
+  const float share = 1.0F / static_cast<float>(shape.columns * shape.rows);
+  Shading sum;
+  for (int row = 0; row < shape.rows; ++row) {
+    for (int column = 0; column < shape.columns; ++column) {
+      const V2d centre(x * shape.columns + column + 0.5, y * shape.rows + row + 0.5);
+      const auto hit = march(centre / cells, view);
+      if (!hit) continue;
+      const Shading of_ray = shade(level, of, hit->texel, hit->entry, light, view);
+      sum.radiance += share * of_ray.alpha * of_ray.radiance;
+      sum.alpha += share * of_ray.alpha;
+    }
+  }
+  sum.radiance = sum.alpha > 0 ? held(sum.radiance / sum.alpha) : V3f(0, 0, 0);
+  sum.alpha = std::min(sum.alpha, 1.0F);
+  return sum;
+}
+
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view) {
-  return evaluate(fabric.levels[static_cast<std::size_t>(level)], fabric.views, x, y, light, view);
+  return evaluate(fabric.levels[static_cast<std::size_t>(level)], fabric, x, y, light, view);
 }
 
 LevelBlend level_blend(double level, int count) {
@@ -106,7 +174,7 @@ Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& l
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()));
   const auto at = [&](int k) {
     const FabricLevel& of = fabric.levels[static_cast<std::size_t>(k)];
-    return evaluate(of, fabric.views, wrap_texel(uv.x, of.width), wrap_texel(uv.y, of.height), light, view);
+    return evaluate(of, fabric, wrap_texel(uv.x, of.width), wrap_texel(uv.y, of.height), light, view);
   };
   const Shading near = at(levels.lower);
   return levels.weight > 0 ? blend(near, at(levels.lower + 1), levels.weight) : near;

@@ -11,16 +11,16 @@ struct Shading {
   float alpha = 0;        ///< opacity in [0, 1]
 };
 
-/// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame.
+/// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame. With
+/// heights: the mean over one ray through the centre of every cell (slabs.h), alpha being the plain mean.
 /// Radiance is 0 for light.z <= 0 and for view.z <= 0 (neither was ever seen by the fit). T(v) and alpha(v)
 /// are interpolated between the four nearest stored views; T's weights are multiplied by the views'
 /// alpha, so that a hole's meaningless colour counts for nothing.
 /// Precondition: `level` exists and (x, y) lies within it.
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view);
 
-/// The same of a level by itself; `views` is the grid of its view table and opacity.
-Shading evaluate(const FabricLevel& level, const DirectionGrid& views, int x, int y, const V3f& light,
-                 const V3f& view);
+/// The same of a level by itself; `of` is the fabric it belongs to, whose own levels do not matter.
+Shading evaluate(const FabricLevel& level, const Fabric& of, int x, int y, const V3f& light, const V3f& view);
 
 /// A fractional level as the two it lies between: the lower, and the weight of the next, 0 where there is
 /// none. Levels are clamped to the `count` that exist, NaN to 0.

@@ -7,12 +7,18 @@
 // u and v and period_mm millimetres of cloth.
 //
 // Reflectance of a texel, for unit light l and view v in the fabric's frame, pointing away from the cloth:
-//   f(l, v) = T(v) * g(l', v')   in 1/sr, the light's cosine included (see lafortune.h),
-// with l', v' in the texel's frame (tangent, normal x tangent, normal). Opacity alpha(v) says which part of
-// the texel is yarn and not a hole; neither f nor T is multiplied by it. An absent layer counts as 1
-// (frame: as the fabric's own frame).
+//   f(l, v) = g(l', v') * max(0, T(v) S(l) + sum_m c_m phi_a(m)(v) psi_b(m)(l))   in 1/sr,
+// with l', v' in the texel's frame (tangent, normal x tangent, normal). g includes the light's cosine (see
+// lafortune.h); without lobes it is 1. Without products the bracket is T S, the paper's model being T alone;
+// with products and neither table it is their sum. Opacity alpha(v) says which part of the texel is yarn and
+// not a hole; neither f nor T is multiplied by it. An absent layer counts as 1 (frame: as the fabric's own
+// frame).
+//
+// With heights a texel owns columns of the cloth instead of a place on the reference plane: the ray from the
+// viewer is marched to the yarn that it meets (slabs.h), and what it meets decides whose products count.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,6 +53,56 @@ struct OpacityLayer {
   std::vector<float> opacity;
 };
 
+/// S(l): value[texel * lights + light], a factor beside T, >= 0.
+struct LightTableLayer {
+  std::vector<V3f> value;
+};
+
+/// How the columns of a texel are divided: cells side by side, `slabs` of yarn one above the other in each.
+struct SlabShape {
+  int columns = 1;
+  int rows = 1;
+  int slabs = 1;
+  /// Entry (slab * rows + row) * columns + column of a texel; row 0 is the texel's top row.
+  int entries() const { return columns * rows * slabs; }
+  bool operator==(const SlabShape&) const = default;
+};
+
+/// Where the yarn of every entry begins and ends: [texel * entries + entry], mm above the cloth's lowest
+/// point. An entry with top <= bottom has no yarn.
+class HeightLayer {
+ public:
+  /// Precondition: `top` and `bottom` have the same length, that of all texels' entries.
+  HeightLayer(const SlabShape& shape, std::vector<float> top, std::vector<float> bottom);
+  const SlabShape& shape() const { return shape_; }
+  const std::vector<float>& top() const { return top_; }
+  const std::vector<float>& bottom() const { return bottom_; }
+  /// Over the entries with yarn; lowest > highest where there are none.
+  float highest() const { return highest_; }
+  float lowest() const { return lowest_; }
+
+ private:
+  SlabShape shape_;
+  std::vector<float> top_;
+  std::vector<float> bottom_;
+  float highest_;
+  float lowest_;
+};
+
+/// Functions of direction that all texels share. phi_0 = 1 and phi_a, a > 0, are numbers over the grid of
+/// views; psi_b are colours over the grid of lights. May be negative.
+struct ProductBases {
+  std::vector<float> view;  ///< phi_a: [(a - 1) * views + view]
+  std::vector<V3f> light;   ///< psi_b: [b * lights + light]
+};
+
+/// c: coefficient[(texel * entries + entry) * pairs.size() + m], one entry unless the level has heights.
+struct ProductLayer {
+  int entries = 1;
+  std::vector<V2i> pairs;  ///< (a, b) of product m
+  std::vector<float> coefficient;
+};
+
 struct FabricLevel {
   int width = 0;
   int height = 0;
@@ -54,6 +110,10 @@ struct FabricLevel {
   std::optional<FrameLayer> frame;
   std::optional<ViewTableLayer> view_table;
   std::optional<OpacityLayer> opacity;
+  std::optional<LightTableLayer> light_table;
+  std::optional<HeightLayer> heights;
+  std::optional<ProductLayer> products;
+  std::shared_ptr<const ProductBases> bases;  ///< where there are products; the same in all levels
 
   int texels() const { return width * height; }
 };
@@ -62,7 +122,8 @@ struct Fabric {
   V2f period_mm{1, 1};         ///< size of one repeat along u and v
   float reference_height = 0;  ///< mm; height of the texels' plane above the cell's lowest point
   float thickness_mm = 0;      ///< mm; height of the cell's bounding box
-  DirectionGrid views;         ///< layout of the view table and of opacity
+  DirectionGrid views;         ///< layout of the view table, of opacity and of phi
+  DirectionGrid lights;        ///< layout of the light table and of psi; without them of no meaning
   std::string provenance;      ///< JSON object: options, seed, software; "{}" where nothing is known
   std::vector<FabricLevel>
       levels;  ///< level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete
@@ -73,6 +134,10 @@ struct FabricLimits {
   int texels_per_side = 4096;
   int directions = 4096;
   int lobes = 16;
+  int cells_per_side = 16;  ///< of a texel
+  int slabs = 8;
+  int functions = 256;  ///< of each basis
+  int products = 256;
 };
 
 /// Size of a mip level that is `level` steps above one of `size` texels (rounded down, at least 1).

@@ -59,10 +59,12 @@ class Checker {
         take_pixels(part, *pixels, *layer, k, level);
       }
     }
+    if (level.bases) bases_ = level.bases;
+    if (level.products) level.bases = bases_;
     // Of a fabric that is not whole the light says nothing.
     if (!understood_ || k >= header_->levels || sink_.errors() > errors_before) return;
     warn_of_peaks(level, k, half_lobes(), sink_);
-    warn_of_energy(level, header_->views, k, sink_);
+    warn_of_energy(level, without_levels(*header_), k, sink_);
   }
 
   void take_pixels(const ExrPart& part, const ExrPixels& pixels, Layer layer, int k, FabricLevel& level) {
@@ -85,6 +87,7 @@ class Checker {
   IssueSink sink_;
   std::optional<FabricHeader> header_;
   LayerSet readable_;
+  std::shared_ptr<const ProductBases> bases_;
   bool understood_ = false;  ///< every layer of the header is readable
 };
 

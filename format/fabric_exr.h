@@ -44,7 +44,7 @@ class FabricReader {
   LayerSet half() const;
 
   /// A level with those of the wanted layers that it has; digests and values are checked.
-  /// Precondition: 0 <= level < header().levels.
+  /// Products come with their bases. Precondition: 0 <= level < header().levels.
   Result<FabricLevel> read_level(int level, LayerSet layers = LayerSet::all());
   /// Levels `first` to `last` as a fabric, `first` being its level 0. Precondition: both exist, in this
   /// order.
@@ -59,8 +59,13 @@ class FabricReader {
   FabricReader(ExrReader file, FabricHeader header, std::string text);
   static Result<FabricReader> open(Result<ExrReader> file, const FabricLimits& limits);
 
+  Result<void> read_layer(Layer layer, int level, FabricLevel& into);
+  /// The functions that all levels share; read once.
+  Result<std::shared_ptr<const ProductBases>> bases();
+
   ExrReader file_;
   FabricHeader header_;
+  std::shared_ptr<const ProductBases> bases_;
   std::string text_;
 };
 

@@ -10,12 +10,37 @@ int entry_of(const std::optional<LayerHeader>& layer, int level) {
   return found == layer->levels.end() ? -1 : static_cast<int>(found - layer->levels.begin());
 }
 
+LayerShape shape_of(const FabricHeader& header) {
+  LayerShape shape;
+  shape.views = header.views.count();
+  shape.lights = header.lights.count();
+  shape.base_texels = header.width * header.height;
+  if (const auto& lobes = header.layer(Layer::lobes)) shape.lobes = lobes->lobes;
+  if (const auto& heights = header.layer(Layer::heights)) shape.cells = heights->cells;
+  if (const auto& bases = header.layer(Layer::bases)) {
+    shape.view_functions = bases->view_functions;
+    shape.light_functions = bases->light_functions;
+  }
+  if (const auto& products = header.layer(Layer::products)) {
+    for (const auto& pairs : products->pairs) {
+      shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
+    }
+  }
+  return shape;
+}
+
+int entries_at(const FabricHeader& header, int level) {
+  const auto& heights = header.layer(Layer::heights);
+  return entry_of(heights, level) >= 0 ? heights->cells.entries() : 1;
+}
+
 Fabric without_levels(const FabricHeader& header) {
   Fabric fabric;
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
   fabric.thickness_mm = header.thickness_mm;
   fabric.views = header.views;
+  fabric.lights = header.lights;
   fabric.provenance = header.provenance;
   return fabric;
 }

@@ -13,10 +13,14 @@ namespace selvedge {
 
 /// One layer of the file.
 struct LayerHeader {
-  std::vector<int> levels;           ///< that have the layer; strictly increasing, at least one
-  std::vector<std::string> digests;  ///< of the pixels of each of these levels
-  bool half = true;                  ///< as the text says, for people: the part's channels decide
-  int lobes = 0;                     ///< number of lobes; of Layer::lobes only
+  std::vector<int> levels;              ///< that have the layer; strictly increasing, at least one
+  std::vector<std::string> digests;     ///< of the pixels of each of these levels
+  bool half = true;                     ///< as the text says, for people: the part's channels decide
+  int lobes = 0;                        ///< number of lobes; of Layer::lobes only
+  SlabShape cells;                      ///< of Layer::heights only
+  std::vector<std::vector<V2i>> pairs;  ///< of each of these levels; of Layer::products only
+  int view_functions = 0;               ///< of Layer::bases only, phi_0 not counted
+  int light_functions = 0;
 };
 
 struct FabricHeader {
@@ -28,7 +32,8 @@ struct FabricHeader {
   float reference_height = 0;
   float thickness_mm = 0;
   DirectionGrid views;
-  std::array<std::optional<LayerHeader>, 4> layers;  ///< by Layer
+  DirectionGrid lights;                                              ///< of light tables and bases
+  std::array<std::optional<LayerHeader>, all_layers.size()> layers;  ///< by Layer
   std::string provenance = "{}";
 
   const std::optional<LayerHeader>& layer(Layer which) const { return layers[index_of(which)]; }
@@ -37,6 +42,11 @@ struct FabricHeader {
 
 /// The layer's entry for a level, an index into its levels and digests; -1 where the level does not have it.
 int entry_of(const std::optional<LayerHeader>& layer, int level);
+
+LayerShape shape_of(const FabricHeader& header);
+
+/// Entries of a texel's products at a level: those of its heights, or one.
+int entries_at(const FabricHeader& header, int level);
 
 /// A fabric of that header, as yet without levels.
 Fabric without_levels(const FabricHeader& header);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 
 #include "format/fabric_names.h"
@@ -96,7 +95,7 @@ std::array<Member, 2> require_pair(const json& object, const char* key, IssueSin
   return items;
 }
 
-void advise_on_members(const json& object, const std::string& place, std::initializer_list<const char*> known,
+void advise_on_members(const json& object, const std::string& place, const std::vector<const char*>& known,
                        IssueSink& sink) {
   for (const auto& item : object.items()) {
     if (std::none_of(known.begin(), known.end(), [&](const char* k) { return item.key() == k; })) {
@@ -141,6 +140,105 @@ std::vector<std::string> digests_from(const Member& list, std::size_t count) {
   return result;
 }
 
+/// Levels' lists of pairs of functions, one for each of the layer's levels.
+std::vector<std::vector<V2i>> pairs_from(const Member& lists, std::size_t count, const FabricLimits& limits) {
+  std::vector<std::vector<V2i>> result;
+  if (!lists) return result;
+  if (lists.value->size() != count) {
+    lists.refuse(fmt::format("has {} items, the layer {} levels", lists.value->size(), count));
+    return result;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Member list{&(*lists.value)[i], fmt::format("{}/{}", lists.place, i), lists.sink};
+    const bool fits = list.value->is_array() && !list.value->empty() &&
+                      list.value->size() <= static_cast<std::size_t>(limits.products);
+    if (!fits) {
+      list.refuse(fmt::format("is not an array of 1 to {} pairs", limits.products));
+      return result;
+    }
+    std::vector<V2i> pairs;
+    for (std::size_t m = 0; m < list.value->size(); ++m) {
+      const json& pair = (*list.value)[m];
+      const Member item{&pair, fmt::format("{}/{}", list.place, m), lists.sink};
+      if (!pair.is_array() || pair.size() != 2) {
+        item.refuse("is not a pair of whole numbers");
+        return result;
+      }
+      const auto view = whole_number({&pair[0], item.place + "/0", item.sink}, 0, limits.functions);
+      const auto light = whole_number({&pair[1], item.place + "/1", item.sink}, 0, limits.functions - 1);
+      if (!view || !light) return result;
+      pairs.emplace_back(*view, *light);
+    }
+    result.push_back(std::move(pairs));
+  }
+  return result;
+}
+
+/// What only some layers have besides levels and precision.
+void own_members_from(Layer which, const Member& object, const FabricLimits& limits, LayerHeader& result,
+                      IssueSink& sink) {
+  const json& layer = *object.value;
+  const auto number = [&](const char* name, int least, int most) {
+    return whole_number(require(layer, object.place, name, sink), least, most).value_or(least);
+  };
+  if (which == Layer::lobes) result.lobes = number(member::lobes, 0, limits.lobes);
+  if (which == Layer::heights) {
+    result.cells.columns = number(member::columns, 1, limits.cells_per_side);
+    result.cells.rows = number(member::rows, 1, limits.cells_per_side);
+    result.cells.slabs = number(member::slabs, 1, limits.slabs);
+  }
+  if (which == Layer::products) {
+    result.pairs =
+        pairs_from(require_array(layer, object.place, member::pairs, sink), result.levels.size(), limits);
+  }
+  if (which == Layer::bases) {
+    const Member functions = require_object(layer, object.place, member::functions, sink);
+    if (result.levels != std::vector{0}) {
+      sink.add(Code::fabric_member, pointer_to(object.place, member::levels), "is not level 0 alone");
+    }
+    if (!functions) return;
+    result.view_functions =
+        whole_number(require(*functions.value, functions.place, member::views, sink), 0, limits.functions)
+            .value_or(0);
+    result.light_functions =
+        whole_number(require(*functions.value, functions.place, member::lights, sink), 1, limits.functions)
+            .value_or(1);
+  }
+}
+
+/// Members of a layer that are known.
+std::vector<const char*> members_of(Layer which) {
+  std::vector<const char*> known{member::levels, member::precision, member::optional};
+  if (which == Layer::lobes) known.push_back(member::lobes);
+  if (which == Layer::heights) known.insert(known.end(), {member::columns, member::rows, member::slabs});
+  if (which == Layer::products) known.push_back(member::pairs);
+  if (which == Layer::bases) known.push_back(member::functions);
+  return known;
+}
+
+/// Layers that others need: products have bases, and name functions that these have.
+void check_bases(FabricHeader& header, IssueSink& sink) {
+  auto& products = header.layer(Layer::products);
+  const auto& bases = header.layer(Layer::bases);
+  if (!products) return;
+  const std::string place = fmt::format("/{}/{}", member::layers, name_of(Layer::products));
+  if (!bases) {
+    sink.add(Code::fabric_member, place, fmt::format("there is no layer {}", name_of(Layer::bases)));
+    products.reset();
+    return;
+  }
+  for (std::size_t i = 0; i < products->pairs.size(); ++i) {
+    for (std::size_t m = 0; m < products->pairs[i].size(); ++m) {
+      const V2i& pair = products->pairs[i][m];
+      if (pair.x <= bases->view_functions && pair.y < bases->light_functions) continue;
+      sink.add(Code::fabric_member, fmt::format("{}/{}/{}/{}", place, member::pairs, i, m),
+               fmt::format("({}, {}) is not a pair of the bases' functions", pair.x, pair.y));
+      products.reset();
+      return;
+    }
+  }
+}
+
 std::optional<LayerHeader> layer_from(Layer which, const Member& layers, const Member& digests,
                                       const FabricHeader& header, const FabricLimits& limits,
                                       IssueSink& sink) {
@@ -151,14 +249,8 @@ std::optional<LayerHeader> layer_from(Layer which, const Member& layers, const M
   const json& layer = *object.value;
   LayerHeader result;
   result.levels = levels_from(require_array(layer, object.place, member::levels, sink), header.levels);
-  if (which == Layer::lobes) {
-    advise_on_members(layer, object.place,
-                      {member::levels, member::precision, member::optional, member::lobes}, sink);
-    result.lobes =
-        whole_number(require(layer, object.place, member::lobes, sink), 0, limits.lobes).value_or(0);
-  } else {
-    advise_on_members(layer, object.place, {member::levels, member::precision, member::optional}, sink);
-  }
+  advise_on_members(layer, object.place, members_of(which), sink);
+  own_members_from(which, object, limits, result, sink);
   const auto precision = layer.find(member::precision);
   if (precision == layer.end() ||
       (*precision != names::precision_half && *precision != names::precision_float)) {
@@ -199,6 +291,44 @@ void layers_from(const json& text, FabricHeader& header, const FabricLimits& lim
   }
 }
 
+void add_own_members(Layer which, const LayerHeader& layer, json& text) {
+  if (which == Layer::lobes) text[member::lobes] = layer.lobes;
+  if (which == Layer::heights) {
+    text[member::columns] = layer.cells.columns;
+    text[member::rows] = layer.cells.rows;
+    text[member::slabs] = layer.cells.slabs;
+  }
+  if (which == Layer::products) {
+    text[member::pairs] = json::array();
+    for (const auto& pairs : layer.pairs) {
+      json list = json::array();
+      for (const V2i& pair : pairs) list.push_back({pair.x, pair.y});
+      text[member::pairs].push_back(std::move(list));
+    }
+  }
+  if (which == Layer::bases) {
+    text[member::functions] = {{member::views, layer.view_functions},
+                               {member::lights, layer.light_functions}};
+  }
+}
+
+/// Whether a layer of the file is laid out over lights.
+bool has_lights(const FabricHeader& header) {
+  return header.layer(Layer::light).has_value() || header.layer(Layer::bases).has_value();
+}
+
+/// A grid of directions; the sink says why there is none.
+std::optional<DirectionGrid> grid_member(const Member& grid, const FabricLimits& limits) {
+  if (!grid) return std::nullopt;
+  const auto result = grid_from(*grid.value, limits.directions);
+  if (!result) {
+    grid.sink->add(result.error().code, grid.place + result.error().place, result.error().message);
+    return std::nullopt;
+  }
+  advise_on_members(*grid.value, grid.place, {member::layout, member::columns, member::rows}, *grid.sink);
+  return *result;
+}
+
 }  // namespace
 
 std::string text_of(const FabricHeader& header) {
@@ -210,10 +340,10 @@ std::string text_of(const FabricHeader& header) {
     const char* name = name_of(which);
     layers[name] = {{member::levels, layer->levels},
                     {member::precision, layer->half ? names::precision_half : names::precision_float}};
-    if (which == Layer::lobes) layers[name][member::lobes] = layer->lobes;
+    add_own_members(which, *layer, layers[name]);
     digests[name] = layer->digests;
   }
-  const json text = {
+  json text = {
       {member::version, {names::fabric_version_major, names::fabric_version_minor}},
       {member::model, header.model},
       {member::texels, {header.width, header.height}},
@@ -226,6 +356,7 @@ std::string text_of(const FabricHeader& header) {
       {member::digests, digests},
       {member::provenance, provenance_json(header.provenance)},
   };
+  if (has_lights(header)) text[member::lights] = grid_json(header.lights);
   return text.dump();
 }
 
@@ -260,8 +391,8 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
   }
   advise_on_members(text, {},
                     {member::version, member::model, member::texels, member::levels, member::mm_per_repeat,
-                     member::reference_height, member::thickness, member::views, member::layers,
-                     member::digests, member::provenance},
+                     member::reference_height, member::thickness, member::views, member::lights,
+                     member::layers, member::digests, member::provenance},
                     sink);
   const auto model = text.find(member::model);
   if (model == text.end() || !model->is_string()) {
@@ -279,27 +410,25 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
   const Member thickness = require(text, {}, member::thickness, sink);
   header.thickness_mm = real_number(thickness).value_or(0);
   if (header.thickness_mm < 0) thickness.refuse("is negative");
-  const Member views = require(text, {}, member::views, sink);
-  Result<DirectionGrid> grid;
-  if (views) {
-    grid = grid_from(*views.value, limits.directions);
-    if (!grid) sink.add(grid.error().code, views.place + grid.error().place, grid.error().message);
-    if (views.value->is_object()) {
-      advise_on_members(*views.value, views.place, {member::layout, member::columns, member::rows}, sink);
-    }
-  }
+  const auto views = grid_member(require(text, {}, member::views, sink), limits);
   if (const Member provenance = require_object(text, {}, member::provenance, sink)) {
     header.provenance = provenance.value->dump();
   }
   const Member levels = require(text, {}, member::levels, sink);
-  if (!width || !height || !views || !grid) return std::nullopt;
+  if (!width || !height || !views) return std::nullopt;
   header.width = *width;
   header.height = *height;
-  header.views = *grid;
+  header.views = *views;
   const auto count = whole_number(levels, 1, level_count(*width, *height));
   if (!count) return std::nullopt;
   header.levels = *count;
   layers_from(text, header, limits, sink);
+  if (has_lights(header)) {
+    const auto lights = grid_member(require(text, {}, member::lights, sink), limits);
+    if (!lights) return std::nullopt;
+    header.lights = *lights;
+  }
+  check_bases(header, sink);
   return header;
 }
 

@@ -15,6 +15,10 @@ inline constexpr const char* part_lobes = "lobes";
 inline constexpr const char* part_frame = "frame";
 inline constexpr const char* part_table = "table";
 inline constexpr const char* part_opacity = "opacity";
+inline constexpr const char* part_light = "light";
+inline constexpr const char* part_heights = "heights";
+inline constexpr const char* part_products = "products";
+inline constexpr const char* part_bases = "bases";
 
 // Channels. No data channel ends in R, G, B, A or Y: tools apply colour transforms to those.
 inline constexpr std::array<const char*, 4> preview_channels{"R", "G", "B", "A"};
@@ -22,6 +26,7 @@ inline constexpr std::array<const char*, 3> colour_suffix{"red", "green", "blue"
 inline constexpr std::array<const char*, 6> frame_channels{"frame.nx", "frame.ny", "frame.nz",
                                                            "frame.tx", "frame.ty", "frame.tz"};
 inline constexpr std::array<const char*, 4> lobe_parameters{"cx", "cy", "cz", "n"};
+inline constexpr std::array<const char*, 2> height_ends{"top", "bottom"};
 inline constexpr std::array<char, 5> colour_endings{'R', 'G', 'B', 'A', 'Y'};
 
 // Attributes of part 0: one JSON text, its digest, and flat mirrors of what people look for.
@@ -64,17 +69,19 @@ inline constexpr const char* columns = "columns";
 inline constexpr const char* rows = "rows";
 inline constexpr const char* layers = "layers";
 inline constexpr const char* lobes = "lobes";
+inline constexpr const char* slabs = "slabs";
+inline constexpr const char* functions = "functions";
 inline constexpr const char* precision = "precision";
 inline constexpr const char* optional = "optional";
 inline constexpr const char* digests = "digests";
 inline constexpr const char* provenance = "provenance";
+inline constexpr const char* lights = "lights";
+inline constexpr const char* pairs = "pairs";
 
 // Of a samples file alone.
-inline constexpr const char* lights = "lights";
 inline constexpr const char* directions = "directions";
 inline constexpr const char* samples_per_texel = "samplesPerTexel";
 inline constexpr const char* truth_samples = "truthSamples";
-inline constexpr const char* pairs = "pairs";
 inline constexpr const char* light = "light";
 inline constexpr const char* view = "view";
 

@@ -50,15 +50,37 @@ Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   result.width = level_size(header_.width, level);
   result.height = level_size(header_.height, level);
   for (const Layer layer : all_layers) {
-    if (!layers.contains(layer) || entry_of(header_.layer(layer), level) < 0) continue;
-    const int part = file_.find_part(name_of(layer));
-    const auto pixels = file_.read_level(part, level);
-    if (!pixels) return tl::unexpected(pixels.error());
-    IssueSink sink(file_.name());
-    take_layer(file_.parts()[static_cast<std::size_t>(part)], *pixels, header_, layer, level, result, sink);
-    if (sink.has_error()) return tl::unexpected(sink.first_error());
+    if (!layers.contains(layer) || entry_of(header_.layer(layer), level) < 0 || layer == Layer::bases)
+      continue;
+    if (auto ok = read_layer(layer, level, result); !ok) return tl::unexpected(ok.error());
+  }
+  if (result.products) {
+    auto shared = bases();
+    if (!shared) return tl::unexpected(shared.error());
+    result.bases = std::move(*shared);
   }
   return result;
+}
+
+Result<void> FabricReader::read_layer(Layer layer, int level, FabricLevel& into) {
+  const int part = file_.find_part(name_of(layer));
+  const auto pixels = file_.read_level(part, level);
+  if (!pixels) return tl::unexpected(pixels.error());
+  IssueSink sink(file_.name());
+  take_layer(file_.parts()[static_cast<std::size_t>(part)], *pixels, header_, layer, level, into, sink);
+  if (sink.has_error()) return tl::unexpected(sink.first_error());
+  return {};
+}
+
+Result<std::shared_ptr<const ProductBases>> FabricReader::bases() {
+  if (!bases_) {
+    FabricLevel base;
+    base.width = header_.width;
+    base.height = header_.height;
+    if (auto ok = read_layer(Layer::bases, 0, base); !ok) return tl::unexpected(ok.error());
+    bases_ = base.bases;
+  }
+  return bases_;
 }
 
 Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {

@@ -73,7 +73,7 @@ std::optional<FabricHeader> check_header(const ExrReader& file, const FabricLimi
 }
 
 std::vector<std::string> channel_names(const FabricHeader& header, Layer layer) {
-  return channel_names(layer, header.layer(layer)->lobes, header.views.count());
+  return channel_names(layer, shape_of(header));
 }
 
 void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
@@ -126,8 +126,10 @@ void take_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader
   for (const int index : channel_indices(part, channel_names(header, layer))) {
     planes.push_back(&pixels.planes[static_cast<std::size_t>(index)]);
   }
-  set_layer(level, layer, entry.lobes, planes);
-  check_values(level, level_index, layer, header.views.count(), sink);
+  const LayerShape shape = shape_of(header);
+  set_layer(level, layer, shape, planes, layer == Layer::products ? entry.pairs[digest] : std::vector<V2i>(),
+            entries_at(header, level_index));
+  check_values(level, level_index, layer, shape, sink);
 }
 
 }  // namespace selvedge

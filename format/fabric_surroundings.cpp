@@ -78,11 +78,17 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
     sink.add(Code::fabric_levels, "/levels",
              fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
   }
-  for (const Layer layer : all_layers) {
+  // A level with products does without the tables; which have which is the fit's choice.
+  for (const Layer layer : {Layer::lobes, Layer::frame, Layer::table, Layer::opacity, Layer::light}) {
     const auto& entry = header.layer(layer);
-    if (!entry || static_cast<int>(entry->levels.size()) == header.levels) continue;
+    if (!entry) continue;
+    int without = 0;
+    for (int k = 0; k < header.levels; ++k) {
+      if (entry_of(entry, k) < 0 && entry_of(header.layer(Layer::products), k) < 0) ++without;
+    }
+    if (without == 0) continue;
     sink.add(Code::fabric_levels, fmt::format("/layers/{}/levels", name_of(layer)),
-             fmt::format("{} of the {} levels: on the others the layer counts as 1", entry->levels.size(),
+             fmt::format("{} of the {} levels: on the others the layer counts as 1", header.levels - without,
                          header.levels));
   }
 }

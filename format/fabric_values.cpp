@@ -28,6 +28,12 @@ Range range_of(Layer layer, std::size_t channel, int lobes) {
       return {};
     case Layer::table:
       return not_negative;
+    case Layer::light:
+      return not_negative;
+    case Layer::heights:
+    case Layer::products:
+    case Layer::bases:
+      return {};
     case Layer::opacity:
       break;
   }
@@ -72,23 +78,22 @@ std::string place_of(Layer layer, int level, const std::string& channel, std::si
                      texel / columns);
 }
 
-void check_values(const FabricLevel& level, int level_index, Layer layer, int views, IssueSink& sink) {
-  const int lobes = level.lobes ? level.lobes->lobes : 0;
-  const std::size_t channels = channel_count(layer, lobes, views);
+void check_values(const FabricLevel& level, int level_index, Layer layer, const LayerShape& shape,
+                  IssueSink& sink) {
+  const std::size_t channels = channel_count(layer, shape);
   const auto texels = static_cast<std::size_t>(level.texels());
   std::vector<Range> ranges;
   for (std::size_t channel = 0; channel < channels; ++channel) {
-    ranges.push_back(range_of(layer, channel, lobes));
+    ranges.push_back(range_of(layer, channel, shape.lobes));
   }
   Counted issues(sink);
   for (std::size_t texel = 0; texel < texels; ++texel) {
     for (std::size_t channel = 0; channel < channels; ++channel) {
-      const float value = value_of(level, layer, texel, channel, channels);
+      const float value = value_of(level, layer, shape, texel, channel);
       if (ranges[channel].holds(value)) continue;
       issues.add(
           [&] {
-            return place_of(layer, level_index, channel_names(layer, lobes, views)[channel], texel,
-                            level.width);
+            return place_of(layer, level_index, channel_names(layer, shape)[channel], texel, level.width);
           },
           [&] { return fmt::format("{} {}", value, ranges[channel].fault); });
     }

@@ -11,6 +11,7 @@ std::string place_of(Layer layer, int level, const std::string& channel, std::si
 
 /// Every value of a layer that the level has: finite and in its range, else FABRIC_NOT_FINITE. The first
 /// eight are named, the rest is counted. Precondition: arrays of the right sizes.
-void check_values(const FabricLevel& level, int level_index, Layer layer, int views, IssueSink& sink);
+void check_values(const FabricLevel& level, int level_index, Layer layer, const LayerShape& shape,
+                  IssueSink& sink);
 
 }  // namespace selvedge

@@ -69,11 +69,11 @@ std::vector<WeightedDirection> disc_directions(int side) {
 }
 
 /// Integral over the outgoing hemisphere of alpha f v_z, per channel, of one texel.
-V3d radiosity_of(const FabricLevel& level, const DirectionGrid& views, int texel, const V3f& light,
+V3d radiosity_of(const FabricLevel& level, const Fabric& of, int texel, const V3f& light,
                  const std::vector<WeightedDirection>& directions) {
   V3d sum(0, 0, 0);
   for (const auto& [view, weight] : directions) {
-    const Shading s = evaluate(level, views, texel % level.width, texel / level.width, light, view);
+    const Shading s = evaluate(level, of, texel % level.width, texel / level.width, light, view);
     sum += V3d(s.radiance) * (static_cast<double>(s.alpha) * weight);
   }
   return sum;
@@ -102,9 +102,11 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
       }
     }
   }
+  LayerShape shape;
+  shape.lobes = lobes;
   const auto place = [&](const Worst& worst) {
-    return place_of(Layer::lobes, level_index, channel_names(Layer::lobes, lobes, 0)[worst.channel],
-                    worst.texel, level.width);
+    return place_of(Layer::lobes, level_index, channel_names(Layer::lobes, shape)[worst.channel], worst.texel,
+                    level.width);
   };
   if (peak.value > largest_half) {
     sink.add(Code::fabric_peak, place(peak),
@@ -117,7 +119,7 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
   }
 }
 
-void warn_of_energy(const FabricLevel& level, const DirectionGrid& views, int level_index, IssueSink& sink) {
+void warn_of_energy(const FabricLevel& level, const Fabric& of, int level_index, IssueSink& sink) {
   constexpr double allowed = 1.01;
   constexpr std::size_t most_pairs = 131072;
   const double wanted = std::ceil(2.5 * std::sqrt(static_cast<double>(largest_exponent(level))));
@@ -135,7 +137,7 @@ void warn_of_energy(const FabricLevel& level, const DirectionGrid& views, int le
     V3d sum(0, 0, 0);
     double count = 0;
     for (std::size_t texel = 0; texel < texels; texel += step) {
-      const V3d out = radiosity_of(level, views, static_cast<int>(texel), light, directions);
+      const V3d out = radiosity_of(level, of, static_cast<int>(texel), light, directions);
       for (int c = 0; c < 3; ++c) single.take(out[c], texel, static_cast<std::size_t>(c));
       sum += out;
       ++count;

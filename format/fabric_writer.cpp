@@ -14,17 +14,11 @@
 namespace selvedge {
 namespace {
 
-/// Of the levels that have lobes; 0 where none has.
-Result<int> common_lobe_count(const Fabric& fabric) {
-  std::optional<int> lobes;
-  for (const FabricLevel& level : fabric.levels) {
-    if (!level.lobes) continue;
-    if (lobes && level.lobes->lobes != *lobes) {
-      return fail(Code::fabric_malformed, {}, "lobes", "levels differ in their number of lobes");
-    }
-    lobes = level.lobes->lobes;
-  }
-  return lobes.value_or(0);
+/// Whether the file has the layer at a level; the bases stand at level 0 for all.
+bool is_stored(const Fabric& fabric, Layer layer, int k) {
+  if (layer != Layer::bases) return has_layer(fabric.levels[static_cast<std::size_t>(k)], layer);
+  return k == 0 && std::any_of(fabric.levels.begin(), fabric.levels.end(),
+                               [](const FabricLevel& level) { return level.products.has_value(); });
 }
 
 ExrPart part_of(const Fabric& fabric, const char* name, const FabricWriteOptions& options) {
@@ -37,12 +31,13 @@ ExrPart part_of(const Fabric& fabric, const char* name, const FabricWriteOptions
   return part;
 }
 
-ExrPart data_part(const Fabric& fabric, Layer layer, int lobes, const FabricWriteOptions& options) {
+ExrPart data_part(const Fabric& fabric, Layer layer, const LayerShape& shape,
+                  const FabricWriteOptions& options) {
   ExrPart part = part_of(fabric, name_of(layer), options);
   part.tiled = true;
   part.mipmapped = true;
   part.levels = level_count(part.width, part.height);
-  for (const std::string& channel : channel_names(layer, lobes, fabric.views.count())) {
+  for (const std::string& channel : channel_names(layer, shape)) {
     part.channels.push_back({channel, options.half.contains(layer)});
   }
   return part;
@@ -56,29 +51,30 @@ ExrPart preview_part(const Fabric& fabric, const FabricWriteOptions& options) {
 
 /// Level 0 as it will be read: layers that are stored in 16 bits are rounded. So the file does not depend on
 /// digits that it does not hold.
-FabricLevel stored_base(const Fabric& fabric, int lobes, const LayerSet& half) {
+FabricLevel stored_base(const Fabric& fabric, const LayerShape& shape, const LayerSet& half) {
   FabricLevel level = fabric.levels.front();
   for (const Layer layer : all_layers) {
     if (!has_layer(level, layer) || !half.contains(layer)) continue;
-    ExrPixels pixels = pixels_of(level, layer, lobes, fabric.views.count());
+    ExrPixels pixels = pixels_of(level, layer, shape);
     std::vector<const std::vector<float>*> planes;
     for (std::vector<float>& plane : pixels.planes) {
       for (float& value : plane) value = Imath::half(value);
       planes.push_back(&plane);
     }
-    set_layer(level, layer, lobes, planes);
+    set_layer(level, layer, shape, planes, level.products ? level.products->pairs : std::vector<V2i>(),
+              level.products ? level.products->entries : 1);
   }
   return level;
 }
 
 /// What every EXR viewer shows: level 0 seen along the normal under a white light from the upper left,
 /// premultiplied, at the exposure under which a white Lambert cloth facing the light is 1.
-ExrPixels preview_of(const FabricLevel& level, const DirectionGrid& views) {
+ExrPixels preview_of(const FabricLevel& level, const Fabric& of) {
   ExrPixels pixels{level.width, level.height, std::vector<std::vector<float>>(4)};
   const V3f light = V3f(-0.4F, 0.5F, 0.8F).normalized();
   for (int y = 0; y < level.height; ++y) {
     for (int x = 0; x < level.width; ++x) {
-      const Shading s = evaluate(level, views, x, y, light, {0, 0, 1});
+      const Shading s = evaluate(level, of, x, y, light, {0, 0, 1});
       const V3f colour = s.radiance * (s.alpha * std::numbers::pi_v<float>);
       for (int c = 0; c < 3; ++c) {
         pixels.planes[static_cast<std::size_t>(c)].push_back(std::min(colour[c], 1000.0F));
@@ -93,6 +89,9 @@ std::string model_of(const Fabric& fabric) {
   const FabricLevel& base = fabric.levels.front();
   std::string model = base.lobes ? "lafortune" : "constant";
   if (base.view_table) model += "-view-table";
+  if (base.light_table) model += "-light-table";
+  if (base.products) model += "-products";
+  if (base.heights) model += "-slabs";
   return model;
 }
 
@@ -106,30 +105,42 @@ FabricHeader header_of(const Fabric& fabric) {
   header.reference_height = fabric.reference_height;
   header.thickness_mm = fabric.thickness_mm;
   header.views = fabric.views;
+  header.lights = fabric.lights;
   header.provenance = fabric.provenance;
   return header;
 }
 
 /// The pixels of a level of the part, zeros where the fabric has no such level or layer.
-ExrPixels pixels_at(const Fabric& fabric, Layer layer, int lobes, int level) {
-  if (level < static_cast<int>(fabric.levels.size())) {
-    return pixels_of(fabric.levels[static_cast<std::size_t>(level)], layer, lobes, fabric.views.count());
+ExrPixels pixels_at(const Fabric& fabric, Layer layer, const LayerShape& shape, int level) {
+  if (layer != Layer::bases && level < static_cast<int>(fabric.levels.size())) {
+    return pixels_of(fabric.levels[static_cast<std::size_t>(level)], layer, shape);
   }
-  FabricLevel absent;
-  absent.width = level_size(fabric.levels.front().width, level);
-  absent.height = level_size(fabric.levels.front().height, level);
-  return pixels_of(absent, layer, lobes, fabric.views.count());
+  FabricLevel stored;
+  stored.width = level_size(fabric.levels.front().width, level);
+  stored.height = level_size(fabric.levels.front().height, level);
+  if (layer == Layer::bases && level == 0) {
+    for (const FabricLevel& of : fabric.levels) {
+      if (of.products) stored.bases = of.bases;
+    }
+  }
+  return pixels_of(stored, layer, shape);
 }
 
 /// The layer's entry in the header, with the digests of its pixels.
-LayerHeader entry_for(const Fabric& fabric, Layer layer, int lobes, const ExrPart& part) {
+LayerHeader entry_for(const Fabric& fabric, Layer layer, const LayerShape& shape, const ExrPart& part) {
   LayerHeader entry;
   entry.half = part.channels.empty() || part.channels.front().half;
-  entry.lobes = lobes;
+  entry.lobes = shape.lobes;
+  entry.cells = shape.cells;
+  entry.view_functions = shape.view_functions;
+  entry.light_functions = shape.light_functions;
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
-    if (!has_layer(fabric.levels[static_cast<std::size_t>(k)], layer)) continue;
+    if (!is_stored(fabric, layer, k)) continue;
     entry.levels.push_back(k);
-    entry.digests.push_back(digest_of(part, pixels_at(fabric, layer, lobes, k)));
+    entry.digests.push_back(digest_of(part, pixels_at(fabric, layer, shape, k)));
+    if (layer == Layer::products) {
+      entry.pairs.push_back(fabric.levels[static_cast<std::size_t>(k)].products->pairs);
+    }
   }
   return entry;
 }
@@ -142,18 +153,18 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
     return tl::unexpected(std::move(error));
   };
   if (auto ok = validate(fabric); !ok) return named(ok.error());
-  const auto lobes = common_lobe_count(fabric);
-  if (!lobes) return named(lobes.error());
+  const LayerShape shape = shape_of(fabric);
 
   FabricHeader header = header_of(fabric);
   std::vector<ExrPart> parts{preview_part(fabric, options)};
   std::vector<Layer> layers;
   for (const Layer layer : all_layers) {
-    const auto has = [&](const FabricLevel& level) { return has_layer(level, layer); };
-    if (std::none_of(fabric.levels.begin(), fabric.levels.end(), has)) continue;
+    bool stored = false;
+    for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(fabric, layer, k);
+    if (!stored) continue;
     layers.push_back(layer);
-    parts.push_back(data_part(fabric, layer, *lobes, options));
-    header.layer(layer) = entry_for(fabric, layer, *lobes, parts.back());
+    parts.push_back(data_part(fabric, layer, shape, options));
+    header.layer(layer) = entry_for(fabric, layer, shape, parts.back());
   }
   const std::string text = text_of(header);
   const std::string digest = header_digest(text, parts);
@@ -164,11 +175,11 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
 
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
-  const FabricLevel base = stored_base(fabric, *lobes, options.half);
-  if (auto ok = writer->write_level(0, 0, preview_of(base, fabric.views)); !ok) return ok;
+  const FabricLevel base = stored_base(fabric, shape, options.half);
+  if (auto ok = writer->write_level(0, 0, preview_of(base, fabric)); !ok) return ok;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     for (int k = 0; k < parts[i + 1].levels; ++k) {
-      const ExrPixels pixels = pixels_at(fabric, layers[i], *lobes, k);
+      const ExrPixels pixels = pixels_at(fabric, layers[i], shape, k);
       if (auto ok = writer->write_level(static_cast<int>(i) + 1, k, pixels); !ok) return ok;
     }
   }

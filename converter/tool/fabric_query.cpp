@@ -51,7 +51,7 @@ Result<Shading> QueriedFabric::shade_texel(int level, int x, int y, const Fabric
     if (!read) return tl::unexpected(read.error());
     kept = std::move(*read);
   }
-  return evaluate(*kept, reader_.header().views, x, y, query.light, query.view);
+  return evaluate(*kept, without_levels(reader_.header()), x, y, query.light, query.view);
 }
 
 }  // namespace selvedge

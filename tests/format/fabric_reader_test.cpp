@@ -30,7 +30,7 @@ std::uint64_t cost(const std::string& path, const std::function<void(FabricReade
 
 TEST_CASE("a level read by itself is that of the whole") {
   const Folder folder;
-  const Fabric fabric = test::random_fabric(9, 4, {2, 3}, 2, 8);
+  const Fabric fabric = test::random_slab_fabric(9, 4, {2, 3}, 2, 8);
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   FabricReader reader = open_reader(folder / "a.exr");
   CHECK(reader.header().levels == 4);
@@ -46,6 +46,10 @@ TEST_CASE("a level read by itself is that of the whole") {
     CHECK(level->frame->tangent == expected.frame->tangent);
     CHECK(level->view_table->colour == expected.view_table->colour);
     CHECK(level->opacity->opacity == expected.opacity->opacity);
+    CHECK(level->light_table->value == expected.light_table->value);
+    CHECK(level->heights->top() == expected.heights->top());
+    CHECK(level->products->coefficient == expected.products->coefficient);
+    CHECK(level->bases->light == expected.bases->light);
   }
 }
 

@@ -13,10 +13,17 @@ using namespace selvedge;
 
 namespace {
 
+/// What a level is evaluated with: tables of one direction.
+Fabric one_view() {
+  Fabric fabric;
+  fabric.views = {1, 1};
+  return fabric;
+}
+
 Issues warnings_of(const FabricLevel& level, bool half = false) {
   IssueSink sink("fabric");
   warn_of_peaks(level, 0, half, sink);
-  warn_of_energy(level, {1, 1}, 0, sink);
+  warn_of_energy(level, one_view(), 0, sink);
   return sink.take();
 }
 

@@ -12,8 +12,8 @@ inline float uniform(Random& random, double low, double high) {
   return static_cast<float>(low + (high - low) * random.uniform());
 }
 
-/// All layers at every level, holes included; all values are exact in half precision where the file holds
-/// halves.
+/// The paper's layers at every level, holes included; all values are exact in half precision where the file
+/// holds halves.
 inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobes, std::uint64_t seed) {
   Fabric fabric;
   fabric.period_mm = {5, 4};
@@ -54,6 +54,43 @@ inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobe
       level.opacity->opacity.push_back(random.uniform() < 0.2 ? 0.0F : eighths(1));
     }
     fabric.levels.push_back(std::move(level));
+  }
+  return fabric;
+}
+
+/// The same with all the other layers as well: light tables, two slabs, products, bases.
+inline Fabric random_slab_fabric(int width, int height, DirectionGrid views, int lobes, std::uint64_t seed) {
+  Fabric fabric = random_fabric(width, height, views, lobes, seed);
+  Random random(seed + 1);
+  const auto eighths = [&](int most) {
+    return static_cast<float>(static_cast<int>(random.uniform() * (8 * most + 1))) / 8;
+  };
+  fabric.lights = {1, 3};
+  ProductBases functions;
+  for (int i = 0; i < views.count(); ++i) functions.view.push_back(eighths(2) - 1);
+  for (int i = 0; i < 2 * 3; ++i) functions.light.emplace_back(eighths(1), eighths(1), eighths(2) - 1);
+  const auto bases = std::make_shared<const ProductBases>(std::move(functions));
+  for (FabricLevel& level : fabric.levels) {
+    const auto texels = static_cast<std::size_t>(level.texels());
+    level.light_table.emplace();
+    for (std::size_t i = 0; i < texels * 3; ++i) {
+      level.light_table->value.emplace_back(eighths(1), eighths(1), eighths(1));
+    }
+    // Two slabs in cells side by side, the lower one missing here and there.
+    const SlabShape shape{2, 1, 2};
+    std::vector<float> top;
+    std::vector<float> bottom;
+    for (std::size_t i = 0; i < texels * 4; ++i) {
+      const bool lower = i % 4 >= 2;
+      bottom.push_back(lower ? 0.0F : 1.25F);
+      top.push_back(lower && random.uniform() < 0.5 ? 0.0F : bottom.back() + 0.125F + eighths(1));
+    }
+    level.heights.emplace(shape, std::move(top), std::move(bottom));
+    level.products = ProductLayer{shape.entries(), {{0, 0}, {1, 1}}, {}};
+    if (&level != &fabric.levels.front()) level.products->pairs = {{1, 0}};
+    const std::size_t coefficients = texels * 4 * level.products->pairs.size();
+    for (std::size_t i = 0; i < coefficients; ++i) level.products->coefficient.push_back(eighths(2) - 1);
+    level.bases = bases;
   }
   return fabric;
 }

@@ -108,7 +108,7 @@ TEST_CASE("the bytes of the small file are those that the page shows") {
 
 TEST_CASE("every member, attribute and channel of a fabric file is in the page") {
   const Folder folder;
-  REQUIRE(write_fabric(folder / "all.exr", random_fabric(4, 4, {2, 2}, 2, 1)));
+  REQUIRE(write_fabric(folder / "all.exr", random_slab_fabric(4, 4, {2, 2}, 2, 1)));
   const auto reader = ExrReader::open(folder / "all.exr");
   REQUIRE(reader);
   const std::string text = page("fabric.md");
@@ -131,7 +131,11 @@ TEST_CASE("every member, attribute and channel of a fabric file is in the page")
     }
     for (const ExrChannel& channel : part.channels) {
       std::string pattern = std::regex_replace(channel.name, std::regex("\\.(red|green|blue)$"), ".c");
-      pattern = std::regex_replace(pattern, std::regex("\\.\\d{4}"), ".VVVV");
+      const char* direction = part.name == "light" ? ".LLLL" : ".VVVV";
+      pattern = std::regex_replace(pattern, std::regex("\\.\\d{4}"), direction);
+      pattern = std::regex_replace(pattern, std::regex("^(heights|products)\\.\\d+"), "$1.E");
+      pattern = std::regex_replace(pattern, std::regex("^(products\\.E)\\.\\d+"), "$1.M");
+      pattern = std::regex_replace(pattern, std::regex("^bases\\.\\d+"), "bases.I");
       pattern = std::regex_replace(pattern, std::regex("\\.\\d\\."), ".J.");
       CHECK_MESSAGE(names(text, pattern), channel.name);
     }
@@ -184,8 +188,15 @@ TEST_CASE("the stated limits are those of the code") {
   CHECK(text.find("| lobes | " + std::to_string(limits.lobes) + " |") != std::string::npos);
   CHECK(text.find("| parts in the file | " + std::to_string(exr.parts) + " |") != std::string::npos);
   CHECK(exr.channels == 32768);
+  for (const auto& [what, most] :
+       {std::pair{"columns, rows of cells in a texel", limits.cells_per_side},
+        {"slabs", limits.slabs},
+        {"products of an entry, functions of the view, functions of the light", limits.products}}) {
+    CHECK(text.find(std::string("| ") + what + " | " + std::to_string(most) + " |") != std::string::npos);
+  }
+  CHECK(limits.functions == limits.products);
   for (const char* row :
-       {"| texels along a side | 4,096 |", "| views, `columns` x `rows` | 4,096 |",
+       {"| texels along a side | 4,096 |", "| views, lights: `columns` x `rows` | 4,096 |",
         "| channels in a part | 32,768 |", "| pixels in a part | 2^30 |", "| all headers | 2^24 bytes |",
         "| attributes in a part | 4,096 |", "| decoded level of one part, as 32-bit floats | 2^32 bytes |",
         "| decoded chunk, as 32-bit floats | 2200 times its packed bytes |"}) {
