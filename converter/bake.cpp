@@ -10,6 +10,7 @@
 #include "converter/bake_journal.h"
 #include "converter/bake_plan.h"
 #include "converter/bake_texels.h"
+#include "converter/cell_heights.h"
 #include "converter/reference_height.h"
 #include "format/atomic_file.h"
 #include "format/random.h"
@@ -64,6 +65,16 @@ class Bake {
     if (transport_) solve_for_pair(kind, index);
     return baker_->bake_pair(pairs[index], {{&pairs[index].light, 1}, pair_indirect_, false}, samples,
                              seed_of(options_, stream_of(kind), index), noise);
+  }
+
+  /// Of the cell itself, whatever the light; `mm` per unit of the scene.
+  HeightLayer heights(const SlabShape& shape, double mm) const {
+    const HeightLayer of_scene = cell_heights(scene_, options_.width, options_.height, shape);
+    const auto in_mm = [&](std::vector<float> heights) {
+      for (float& height : heights) height *= static_cast<float>(mm);
+      return heights;
+    };
+    return {shape, in_mm(of_scene.top()), in_mm(of_scene.bottom())};
   }
 
   /// What the grid's lights needed goes when the views are done.
@@ -200,7 +211,7 @@ Result<BakeReport> assemble(std::span<BakeJournal> journals, const std::string& 
       return fail(Code::samples_malformed, journals.front().path(), "journal",
                   fmt::format("unit {} of {} is in none of the shards", u, units.size()));
     }
-    (units[u].is_view ? noise : truth_noise) += holder[u]->noise(u);
+    (units[u].is_view() ? noise : truth_noise) += holder[u]->noise(u);
   }
   nlohmann::json provenance = nlohmann::json::parse(header.provenance);
   provenance["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", truth_noise.relative()}};
@@ -210,7 +221,13 @@ Result<BakeReport> assemble(std::span<BakeJournal> journals, const std::string& 
   if (!writer) return tl::unexpected(writer.error());
   BakeReport report;
   for (std::size_t u = 0; u < units.size(); ++u) {
-    if (units[u].is_view) {
+    if (units[u].what == BakeUnit::What::heights) {
+      const auto heights = holder[u]->read_heights(u);
+      if (!heights) return tl::unexpected(heights.error());
+      if (auto ok = writer->write_heights(*heights); !ok) return tl::unexpected(ok.error());
+      continue;
+    }
+    if (units[u].is_view()) {
       const auto samples = holder[u]->read_view(u);
       if (!samples) return tl::unexpected(samples.error());
       for (const float alpha : samples->alpha) report.coverage += static_cast<double>(alpha);
@@ -269,7 +286,8 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
   const std::vector<BakeUnit> units = units_of(header);
   // In rays of one light: what the bar of progress goes by.
   const auto cost = [&](const BakeUnit& unit) {
-    return unit.is_view ? static_cast<double>(o.lights) * o.samples : static_cast<double>(o.truth_samples);
+    if (unit.what == BakeUnit::What::heights) return 1.0;
+    return unit.is_view() ? static_cast<double>(o.lights) * o.samples : static_cast<double>(o.truth_samples);
   };
   double total = 0;
   double done = 0;
@@ -283,18 +301,26 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
     if (static_cast<int>(u % static_cast<std::size_t>(shard.count)) != shard.index) continue;
     if (journal->has(u)) {
       ++report.resumed;
-      if (units[u].is_view) noise += journal->noise(u);
+      if (units[u].is_view()) noise += journal->noise(u);
       continue;
     }
-    if (!units[u].is_view) bake.end_views();
+    if (!units[u].is_view()) bake.end_views();
     NoiseSum own;
-    const auto added =
-        units[u].is_view
-            ? journal->append(u, bake.view(units[u].index, o.samples, own), own)
-            : journal->append(u, bake.pair(units[u].kind, units[u].index, header.truth_samples, own), own);
+    const auto bake_unit = [&](const BakeUnit& unit) -> Result<void> {
+      switch (unit.what) {
+        case BakeUnit::What::view:
+          return journal->append(u, bake.view(unit.index, o.samples, own), own);
+        case BakeUnit::What::pair:
+          return journal->append(u, bake.pair(unit.kind, unit.index, header.truth_samples, own), own);
+        case BakeUnit::What::heights:
+          break;
+      }
+      return journal->append(u, bake.heights(*header.slabs, scaled.mm));
+    };
+    const auto added = bake_unit(units[u]);
     if (!added) return tl::unexpected(added.error());
     ++report.units;
-    if (units[u].is_view) noise += own;
+    if (units[u].is_view()) noise += own;
     done += cost(units[u]);
     if (watcher) {
       watcher({done / total, static_cast<double>(bake.rays()) / seconds_since(start), noise.relative()});

@@ -71,6 +71,10 @@ struct BakeOptions {
   std::optional<std::array<std::vector<DirectionPair>, 3>> pairs;
   int truth_samples = 64;  ///< rays per texel and pair of those sets, even
   std::uint64_t seed = 1;
+  /// Slabs of yarn whose heights are kept, one above the other, over cells x cells points of a texel
+  /// (cell_heights.h); 0: none.
+  int slabs = 0;
+  int cells = 2;
   bool resumable = true;  ///< an interrupted bake leaves its journal for the next one
 };
 

@@ -55,17 +55,20 @@ constexpr std::size_t record_head = 32;
 
 std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
 
-/// Bytes of a unit's values.
-std::uint64_t size_of(const SamplesHeader& h, std::size_t unit) {
-  const auto texels = static_cast<std::uint64_t>(h.texels());
-  const bool is_view = unit < static_cast<std::size_t>(h.views.count());
-  return texels * (is_view ? 4 + 3 * static_cast<std::uint64_t>(h.lights.count()) : 8) * sizeof(Imath::half);
-}
-
 std::size_t units_in(const SamplesHeader& h) {
   auto units = static_cast<std::size_t>(h.views.count());
   for (const PairKind kind : all_pair_kinds) units += h.pairs[index_of(kind)].size();
-  return units;
+  return units + (h.slabs ? 1 : 0);
+}
+
+/// Bytes of a unit's values.
+std::uint64_t size_of(const SamplesHeader& h, std::size_t unit) {
+  const auto texels = static_cast<std::uint64_t>(h.texels());
+  if (h.slabs && unit + 1 == units_in(h)) {
+    return texels * 2 * static_cast<std::uint64_t>(h.slabs->entries()) * sizeof(Imath::half);
+  }
+  const bool is_view = unit < static_cast<std::size_t>(h.views.count());
+  return texels * (is_view ? 4 + 3 * static_cast<std::uint64_t>(h.lights.count()) : 8) * sizeof(Imath::half);
 }
 
 std::string reason() { return std::strerror(errno); }
@@ -324,6 +327,19 @@ Result<PairSamples> BakeJournal::read_pair(std::size_t unit, const DirectionPair
   samples.radiance = vectors_of(*values, 2 * n, n);
   samples.noise = vectors_of(*values, 5 * n, n);
   return samples;
+}
+
+Result<void> BakeJournal::append(std::size_t unit, const HeightLayer& heights) {
+  std::vector<float> values = heights.top();
+  values.insert(values.end(), heights.bottom().begin(), heights.bottom().end());
+  return append_values(unit, values, {});
+}
+
+Result<HeightLayer> BakeJournal::read_heights(std::size_t unit) {
+  const auto values = read_values(unit);
+  if (!values) return tl::unexpected(values.error());
+  const std::size_t half = values->size() / 2;
+  return HeightLayer(*state_->header.slabs, floats_of(*values, 0, half), floats_of(*values, half, half));
 }
 
 Result<void> BakeJournal::rename(const std::string& name) {

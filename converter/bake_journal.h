@@ -1,4 +1,4 @@
-// What a bake has finished, in a file that survives the program: one record per unit (a view or a pair), each
+// What a bake has finished, in a file that survives the program: one record per unit (a view, a pair or the heights), each
 // with a digest, in the order in which they were baked. A finished journal of a part of the units is a shard.
 //
 // Little-endian. "SELVEDGE-BAKE-1\n"; the length (8 bytes) and the text of the samples file's header without
@@ -41,9 +41,11 @@ class BakeJournal {
 
   Result<void> append(std::size_t unit, const ViewSamples& samples, const NoiseSum& noise);
   Result<void> append(std::size_t unit, const PairSamples& samples, const NoiseSum& noise);
+  Result<void> append(std::size_t unit, const HeightLayer& heights);
   /// Precondition: has(unit). What was appended, in half precision.
   Result<ViewSamples> read_view(std::size_t unit);
   Result<PairSamples> read_pair(std::size_t unit, const DirectionPair& pair);
+  Result<HeightLayer> read_heights(std::size_t unit);
 
   /// Gives the finished file its name, which must be in the same folder.
   Result<void> rename(const std::string& name);

@@ -51,6 +51,7 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("views", o.views, 1, limits.directions), in_range("lights", o.lights, 1, limits.directions),
         in_range("samples", o.samples, 1, most_samples), in_range("noise", o.noise.value_or(1), 1e-4, 10),
         in_range("time-budget", o.time_budget.value_or(1), 1e-3, 1e7),
+        in_range("slabs", o.slabs, 0, limits.slabs), in_range("cells", o.cells, 1, limits.cells_per_side),
         in_range("bounces", o.bounces, unlimited_bounces, 64), in_range("ground", o.ground.value_or(0), 0, 1),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
         in_range("held-out-pairs", o.held_out_pairs, 0, 65536), in_range("rim-pairs", o.rim_pairs, 0, 65536),
@@ -100,6 +101,7 @@ SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& o, double plane
     header.pairs[1] = random_pairs(o.held_out_pairs, rim_z, seed + 1);
     header.pairs[2] = random_rim_pairs(o.rim_pairs, rim_z, seed + 2);
   }
+  if (o.slabs > 0) header.slabs = SlabShape{o.cells, o.cells, o.slabs};
   nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
   if (!text.is_object()) text = nlohmann::json::object();
   nlohmann::json& bake = text["bake"];
@@ -117,13 +119,14 @@ SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& o, double plane
 std::vector<BakeUnit> units_of(const SamplesHeader& header) {
   std::vector<BakeUnit> units;
   for (int v = 0; v < header.views.count(); ++v) {
-    units.push_back({true, PairKind::validation, static_cast<std::size_t>(v)});
+    units.push_back({BakeUnit::What::view, PairKind::validation, static_cast<std::size_t>(v)});
   }
   for (const PairKind kind : all_pair_kinds) {
     for (std::size_t p = 0; p < header.pairs[static_cast<std::size_t>(kind)].size(); ++p) {
-      units.push_back({false, kind, p});
+      units.push_back({BakeUnit::What::pair, kind, p});
     }
   }
+  if (header.slabs) units.push_back({BakeUnit::What::heights, PairKind::validation, 0});
   return units;
 }
 

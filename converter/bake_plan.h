@@ -21,11 +21,13 @@ std::string digest_of(const CellMesh& mesh);
 SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& options, double plane_mm,
                         double thickness_mm, const std::string& provenance);
 
-/// Views first, then the pairs of each kind: what can be baked by itself.
+/// Views first, then the pairs of each kind, then the heights: what can be baked by itself.
 struct BakeUnit {
-  bool is_view = true;
+  enum class What { view, pair, heights };
+  What what = What::view;
   PairKind kind = PairKind::validation;
   std::size_t index = 0;  ///< of the view, or of the pair in its kind
+  bool is_view() const { return what == What::view; }
 };
 std::vector<BakeUnit> units_of(const SamplesHeader& header);
 

@@ -55,6 +55,25 @@ std::vector<ExrChannel> pair_channels(const std::string& part) {
   return channels;
 }
 
+/// A slab's picture has a pixel per cell.
+std::vector<ExrChannel> slab_channels(const SlabShape& shape) {
+  std::vector<ExrChannel> channels;
+  for (int slab = 0; slab < shape.slabs; ++slab) {
+    for (const char* end : names::height_ends) {
+      channels.push_back({fmt::format("{}.{}.{}", names::part_slabs, slab, end)});
+    }
+  }
+  return channels;
+}
+
+/// Index of an entry of a texel, by the pixel of the slabs' pictures.
+std::size_t height_index(const SlabShape& shape, int width, int slab, int x, int y) {
+  const int texel = y / shape.rows * width + x / shape.columns;
+  const int entry = (slab * shape.rows + y % shape.rows) * shape.columns + x % shape.columns;
+  return static_cast<std::size_t>(texel) * static_cast<std::size_t>(shape.entries()) +
+         static_cast<std::size_t>(entry);
+}
+
 ExrPixels blank(int width, int height, std::size_t channels) {
   const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   return {width, height, std::vector<std::vector<float>>(channels, std::vector<float>(count))};
@@ -77,7 +96,7 @@ std::string text_of(const SamplesHeader& header) {
     }
     pairs[pair_parts[index_of(kind)]] = list;
   }
-  return json{
+  json text{
       {member::version, samples_version},
       {member::texels, {header.width, header.height}},
       {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
@@ -89,8 +108,13 @@ std::string text_of(const SamplesHeader& header) {
       {member::truth_samples, header.truth_samples},
       {member::pairs, pairs},
       {member::provenance, provenance_json(header.provenance)},
+  };
+  if (header.slabs) {
+    text[member::slabs] = {{member::columns, header.slabs->columns},
+                           {member::rows, header.slabs->rows},
+                           {member::slabs, header.slabs->slabs}};
   }
-      .dump();
+  return text.dump();
 }
 
 SamplesWriter::SamplesWriter(ExrWriter writer, SamplesHeader header)
@@ -108,6 +132,10 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
     if (count == 0) continue;
     const char* name = name_of(kind);
     parts.push_back(scanline_part(name, header.width, header.height * count, pair_channels(name)));
+  }
+  if (header.slabs) {
+    parts.push_back(scanline_part(names::part_slabs, header.width * header.slabs->columns,
+                                  header.height * header.slabs->rows, slab_channels(*header.slabs)));
   }
   parts.front().attributes[names::attribute_samples] = text_of(header);
   auto writer = ExrWriter::create(path, parts);
@@ -158,6 +186,25 @@ Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& sample
   return writer_.write_rows(part, pixels);
 }
 
+Result<void> SamplesWriter::write_heights(const HeightLayer& heights) {
+  const SlabShape& shape = *header_.slabs;
+  int part = 2;
+  for (const auto& pairs : header_.pairs) part += pairs.empty() ? 0 : 1;
+  ExrPixels pixels = blank(header_.width * shape.columns, header_.height * shape.rows,
+                           2 * static_cast<std::size_t>(shape.slabs));
+  std::size_t pixel = 0;
+  for (int y = 0; y < pixels.height; ++y) {
+    for (int x = 0; x < pixels.width; ++x, ++pixel) {
+      for (int slab = 0; slab < shape.slabs; ++slab) {
+        const std::size_t index = height_index(shape, header_.width, slab, x, y);
+        pixels.planes[2 * static_cast<std::size_t>(slab)][pixel] = heights.top()[index];
+        pixels.planes[2 * static_cast<std::size_t>(slab) + 1][pixel] = heights.bottom()[index];
+      }
+    }
+  }
+  return writer_.write_rows(part, pixels);
+}
+
 SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
     : reader_(std::move(reader)), header_(std::move(header)) {}
 
@@ -193,6 +240,17 @@ DirectionGrid views_or_lights(const json& text, const char* name) {
   return *grid;
 }
 
+SlabShape slabs_from(const json& text) {
+  const FabricLimits limits;
+  const auto count = [&](const char* name, int most) {
+    const int value = whole_from(text.at(name), name);
+    if (value < 1 || value > most) throw std::runtime_error(fmt::format("{}: not 1 to {}", name, most));
+    return value;
+  };
+  return {count(member::columns, limits.cells_per_side), count(member::rows, limits.cells_per_side),
+          count(member::slabs, limits.slabs)};
+}
+
 /// Throws on anything that is not as it should be; the caller makes it an error.
 SamplesHeader header_from(const json& text) {
   SamplesHeader header;
@@ -218,6 +276,7 @@ SamplesHeader header_from(const json& text) {
           {direction_from(pair.at(member::light)), direction_from(pair.at(member::view))});
     }
   }
+  if (text.contains(member::slabs)) header.slabs = slabs_from(text.at(member::slabs));
   header.provenance = text.at(member::provenance).dump();
   return header;
 }
@@ -380,6 +439,36 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   samples.alpha = std::move((*planes)[3]);
   samples.alpha_noise = std::move((*planes)[7]);
   return samples;
+}
+
+Result<HeightLayer> SamplesReader::read_heights() {
+  const SlabShape& shape = *header_.slabs;
+  const std::vector<ExrChannel> channels = slab_channels(shape);
+  const int width = header_.width * shape.columns;
+  const int height = header_.height * shape.rows;
+  const auto index = part_index(reader_, names::part_slabs, width, height, channels);
+  if (!index) return tl::unexpected(index.error());
+  auto pixels = reader_.read_level(*index);
+  if (!pixels) return tl::unexpected(pixels.error());
+  const auto planes = ordered(reader_.parts()[static_cast<std::size_t>(*index)], std::move(*pixels), channels,
+                              reader_.name());
+  if (!planes) return tl::unexpected(planes.error());
+  const std::size_t values = planes->front().size() * static_cast<std::size_t>(shape.slabs);
+  std::array<std::vector<float>, 2> ends{std::vector<float>(values), std::vector<float>(values)};
+  std::size_t pixel = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x, ++pixel) {
+      for (std::size_t plane = 0; plane < planes->size(); ++plane) {
+        const float value = (*planes)[plane][pixel];
+        if (!std::isfinite(value)) {
+          return bad_sample(reader_.name(), names::part_slabs, static_cast<std::size_t>(x),
+                            static_cast<std::size_t>(y), value);
+        }
+        ends[plane % 2][height_index(shape, header_.width, static_cast<int>(plane / 2), x, y)] = value;
+      }
+    }
+  }
+  return HeightLayer(shape, std::move(ends[0]), std::move(ends[1]));
 }
 
 }  // namespace selvedge

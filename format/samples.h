@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "format/directions.h"
 #include "format/error.h"
 #include "format/exr.h"
+#include "format/fabric.h"
 #include "format/vec.h"
 
 namespace selvedge {
@@ -38,6 +40,7 @@ struct SamplesHeader {
   int samples_per_texel = 0;                        ///< rays per texel and view
   int truth_samples = 0;                            ///< rays per texel of the pair sets
   std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
+  std::optional<SlabShape> slabs;                   ///< of the heights, where the file has them
   std::string provenance = "{}";                    ///< JSON object
 
   int texels() const { return width * height; }
@@ -86,6 +89,8 @@ class SamplesWriter {
   /// Views in their order, then the pairs of each set in theirs, in as many calls as one likes.
   Result<void> write_view(const ViewSamples& samples);
   Result<void> write_pairs(PairKind kind, const PairSamples& samples);
+  /// Once, where the header has slabs.
+  Result<void> write_heights(const HeightLayer& heights);
   Result<void> commit() { return writer_.commit(); }
 
  private:
@@ -106,6 +111,8 @@ class SamplesReader {
   /// Level 0, whole.
   Result<SampleLevel> read_level();
   Result<PairSamples> read_pairs(PairKind kind);
+  /// Heights of level 0, mm. Precondition: header().slabs.
+  Result<HeightLayer> read_heights();
 
  private:
   SamplesReader(ExrReader reader, SamplesHeader header);
