@@ -85,7 +85,7 @@ class ChunkHeads {
       return damaged(fmt::format("has {} packed bytes for {} of pixels", packed, unpacked));
     }
     const std::uint64_t floats = pixels * part.channels.size() * sizeof(float);
-    if (!lossy && floats / packed >= limits_.expansion) {
+    if (!lossy && floats > limits_.expansion * packed) {
       return fail(Code::file_too_large, file_, part.name,
                   fmt::format("{} bytes of pixels from {} bytes", floats, packed));
     }

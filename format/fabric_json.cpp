@@ -251,6 +251,10 @@ std::optional<LayerHeader> layer_from(Layer which, const Member& layers, const M
   result.levels = levels_from(require_array(layer, object.place, member::levels, sink), header.levels);
   advise_on_members(layer, object.place, members_of(which), sink);
   own_members_from(which, object, limits, result, sink);
+  const auto optional = layer.find(member::optional);
+  if (optional != layer.end() && !optional->is_boolean()) {
+    sink.add(Code::fabric_member, pointer_to(object.place, member::optional), "is neither true nor false");
+  }
   const auto precision = layer.find(member::precision);
   if (precision == layer.end() ||
       (*precision != names::precision_half && *precision != names::precision_float)) {
@@ -368,9 +372,8 @@ std::optional<json> parse_fabric_text(const std::string& text, IssueSink& sink) 
   }
   const auto version = require_pair(parsed, member::version, sink);
   if (!version[0]) return std::nullopt;
-  for (const Member& number : version) {
-    if (number.value->is_number_integer()) continue;
-    number.refuse("is not a whole number");
+  if (!version[0].value->is_number_integer()) {
+    version[0].refuse("is not a whole number");
     return std::nullopt;
   }
   if (*version[0].value != names::fabric_version_major) {
@@ -379,6 +382,7 @@ std::optional<json> parse_fabric_text(const std::string& text, IssueSink& sink) 
                          parsed[member::version].dump(), names::fabric_version_major));
     return std::nullopt;
   }
+  if (!whole_number(version[1], 0, std::numeric_limits<int>::max())) return std::nullopt;
   return parsed;
 }
 
