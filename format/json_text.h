@@ -10,8 +10,9 @@
 
 namespace selvedge {
 
-/// Parses a text of which nothing is known. is_discarded() where it is no JSON, has a member twice, or nests
-/// deeper than 64: what walks through the value may then do so recursively.
+/// Parses a text of which nothing is known. is_discarded() where it is no JSON, begins with a byte order
+/// mark, has a member twice, or nests deeper than 64: what walks through the value may then do so
+/// recursively.
 nlohmann::json parse_json(std::string_view text);
 
 /// The JSON pointer to a member of the object that `object` points to; "/" and "~" of the name are escaped.

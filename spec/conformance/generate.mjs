@@ -10,9 +10,13 @@
 import {mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync} from 'node:fs';
 import {dirname, join, relative} from 'node:path';
 import {fileURLToPath} from 'node:url';
-import {broken_files} from './generate/broken/files.mjs';
+import {gunzipSync, gzipSync} from 'node:zlib';
+import {broken_chunks} from './generate/broken/chunks.mjs';
+import {broken_headers} from './generate/broken/headers.mjs';
+import {beyond_limits} from './generate/broken/limits.mjs';
 import {broken_members} from './generate/broken/members.mjs';
 import {broken_parts} from './generate/broken/parts.mjs';
+import {broken_texts} from './generate/broken/texts.mjs';
 import {unwise_fabrics} from './generate/broken/warnings.mjs';
 import {valid} from './generate/fabrics.mjs';
 import * as garments from './generate/garments.mjs';
@@ -38,15 +42,20 @@ for (const {name, files: own} of garments.valid) {
   for (const [file, bytes] of Object.entries(own)) files.set(`valid/${name}/${file}`, bytes);
 }
 
-/** One folder per rule: the file, or files, and what a checker has to say. */
-function add_fixture(kind, {name, about, issues, others = 'none', evaluate, ...rest}) {
+/**
+ * One folder per rule: the file, or files, and what a checker has to say. What is `large` is kept packed.
+ */
+function add_fixture(kind, {name, about, issues, others = 'none', evaluate, large, ...rest}) {
   const own = rest.files ?? {'fabric.exr': file_of({name, ...rest})};
   const expected = {file: Object.keys(own)[0], about, issues, others, ...(evaluate ? {evaluate} : {})};
   if (files.has(`${kind}/${name}/expected.json`)) throw new Error(`two fixtures ${name}`);
-  for (const [file, bytes] of Object.entries(own)) files.set(`${kind}/${name}/${file}`, bytes);
+  for (const [file, bytes] of Object.entries(own))
+    files.set(`${kind}/${name}/${file}${large ? '.gz' : ''}`, large ? gzipSync(bytes, {level: 9}) : bytes);
   files.set(`${kind}/${name}/expected.json`, Buffer.from(JSON.stringify(expected, null, 2) + '\n'));
 }
-for (const fixture of [...broken_files, ...broken_members, ...broken_parts, ...garments.invalid]) {
+const broken_fabrics =
+  [...broken_headers, ...broken_chunks, ...beyond_limits, ...broken_texts, ...broken_members, ...broken_parts];
+for (const fixture of [...broken_fabrics, ...garments.invalid]) {
   add_fixture('invalid', fixture);
 }
 for (const fixture of [...unwise_fabrics, ...garments.warnings]) add_fixture('warnings', fixture);
@@ -67,9 +76,10 @@ function check() {
                   .map((entry) => relative(here, join(entry.path, entry.name))));
   const differing = [...new Set([...stored, ...files.keys()])].filter((file) => {
     if (!stored.includes(file) || !files.has(file)) return true;
-    const bytes = readFileSync(join(here, file));
-    if (bytes.equals(files.get(file))) return false;
-    return !file.startsWith('vectors/') || !alike(JSON.parse(bytes), JSON.parse(files.get(file)));
+    const bytes = readFileSync(join(here, file)), made = files.get(file);
+    if (bytes.equals(made)) return false;
+    if (file.endsWith('.gz')) return !gunzipSync(bytes).equals(gunzipSync(made));
+    return !file.startsWith('vectors/') || !alike(JSON.parse(bytes), JSON.parse(made));
   });
   for (const file of differing) console.log(`differs: ${file}`);
   console.log(`${files.size} files, ${differing.length} differ`);

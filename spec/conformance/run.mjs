@@ -6,10 +6,12 @@
 // Exit 0 if every answer is right, 1 if not, 2 if the command line is wrong or the program cannot be spoken
 // to.
 import {spawn} from 'node:child_process';
-import {existsSync, readFileSync, readdirSync} from 'node:fs';
-import {dirname, join} from 'node:path';
+import {existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {basename, dirname, join} from 'node:path';
 import {createInterface} from 'node:readline';
 import {fileURLToPath} from 'node:url';
+import {gunzipSync} from 'node:zlib';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const SECONDS = 60;  // for one answer
@@ -143,10 +145,16 @@ function judge(found, expected, kind, codes_only) {
   return failures;
 }
 
-/** A file that must be found good, or a fixture with its expected issues. */
+/**
+ * A file that must be found good, or a fixture with its expected issues. What is kept packed is unpacked into a
+ * folder of its own.
+ */
 async function run_check(kind, name, expected, ask, codes_only) {
   const row = {kind, name: `${kind}/${name}`, queries: 1, worst: 0, failures: []};
-  const file = join(here, kind, name);
+  const stored = join(here, kind, name);
+  const folder = existsSync(`${stored}.gz`) ? mkdtempSync(join(tmpdir(), 'conformance-')) : null;
+  const file = folder ? join(folder, basename(stored)) : stored;
+  if (folder) writeFileSync(file, gunzipSync(readFileSync(`${stored}.gz`)));
   const answer = await ask({op: 'check', file});
   if (answer.unsupported === true)
     row.unsupported = true;
@@ -160,6 +168,7 @@ async function run_check(kind, name, expected, ask, codes_only) {
     if (typeof error !== 'string')
       row.failures.push({query: expected.evaluate, failure: `evaluated to ${rgb}, an error was due`});
   }
+  if (folder) rmSync(folder, {recursive: true});
   return row;
 }
 

@@ -185,6 +185,7 @@ TEST_CASE("a text that is no JSON object, of another version, or nested without 
   for (const auto& [text, code] :
        {std::pair{std::string("hello"), Code::fabric_malformed},
         {"[1]", Code::fabric_malformed},
+        {"\xEF\xBB\xBF{\"version\":[1,0]}", Code::fabric_malformed},
         {std::string(100000, '[') + std::string(100000, ']'), Code::fabric_malformed},
         {R"({"version":[2,0]})", Code::fabric_version},
         {R"({"version":[4294967297,0]})", Code::fabric_version},

@@ -19,6 +19,11 @@ const options = '--texels 12x8 --views 16 --lights 16 --threads 1 --quiet'.split
 execFileSync(selvedge, ['make', 'plain-knit', ...options, '-o', file]);
 
 const bytes = readFileSync(file);
+// Its chunks once more, packed by OpenEXR's own PIZ.
+const piz = join(folder, 'piz.fabric.exr');
+execFileSync(selvedge, ['repack', file, '-o', piz, '--codec', 'piz', '--quiet']);
+assert.deepEqual(check_fabric(readFileSync(piz)).filter(({ severity }) => severity === 'error'), []);
+
 assert.deepEqual(check_fabric(bytes).filter(({ severity }) => severity === 'error'), []);
 const fabric = open_fabric(bytes);
 assert.deepEqual(LAYERS.filter((layer) => fabric.layers[layer]), LAYERS);

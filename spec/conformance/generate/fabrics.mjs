@@ -226,7 +226,7 @@ const layouts = [
                                                      part.tile = {width, height};
                                                    }),
                                                  })),
-  ...['none', 'rle', 'zips'].map(
+  ...['none', 'rle', 'zips', 'piz'].map(
     (compression) => ({
       name: `layout-compression-${compression}`,
       about: `compression ${compression.toUpperCase()} in all parts`,
@@ -238,6 +238,49 @@ const layouts = [
         part.compression = compression;
       }),
     })),
+  {
+    name: 'layout-compression-piz-packed',
+    about: 'compression PIZ where it makes chunks smaller: of halves and floats, tiles of odd sides',
+    texels: [37, 21],
+    layers: {lobes: {}, table: {}},
+    K: 0,
+    value: {lobes: (level, channel, t) => 0.125 * (t % 5), table: (level, channel, t) => t % 300 / 256 + 0.5},
+    before: (parts) => parts.forEach((part) => {
+      part.compression = 'piz';
+    }),
+  },
+  {
+    name: 'layout-gaps',
+    about: 'bytes that belong to no chunk, before, between and behind the chunks; a reader ignores them',
+    layers: ['lobes', 'opacity'],
+    gap: 7,
+  },
+  {
+    name: 'layout-64-parts',
+    about: 'as many parts as there may be',
+    layers: ['lobes'],
+    before: (parts) => {
+      while (parts.length < 64) parts.push(unknown_part(`part${parts.length}`, `part${parts.length}.depth`));
+    },
+  },
+  {
+    name: 'layout-long-names',
+    about: 'an attribute, a channel and a part with names of 255 bytes',
+    layers: ['lobes'],
+    before: (parts) => {
+      parts.push(unknown_part('seams.'.padEnd(255, 'm'), 'seams.'.padEnd(255, 'z')));
+      parts[0].attributes['maker'.padEnd(255, '.')] = attribute.int(1);
+    },
+  },
+  {
+    name: 'layout-4096x1',
+    about: 'as many texels along a side as there may be',
+    texels: [4096, 1],
+    levels: 1,
+    layers: ['opacity'],
+    grid: [1, 1],
+    value: {opacity: (level, channel, t) => t % 2},
+  },
   {
     name: 'layout-multi-part-of-one',
     about: 'no layer, the only part in the multi-part form',
@@ -257,6 +300,21 @@ const texts = [
       quotes: '"\\/\b\f\n\r\t',
       steps:
         Array.from({length: 100}, (_, i) => ({step: i, temperature: i / 7, note: null, done: i % 2 === 0})),
+    },
+  },
+  {
+    name: 'text-nested-64-deep',
+    about: 'brackets of the text that nest 64 deep',
+    layers: ['lobes'],
+    provenance: {deep: Array.from({length: 61}).reduce((list) => [list], [])},
+  },
+  {
+    name: 'text-layers-marked',
+    about: 'optional is true or false on layers that a reader knows: it says nothing to it',
+    layers: ['lobes', 'opacity'],
+    text: (text) => {
+      text.layers.lobes.optional = true;
+      text.layers.opacity.optional = false;
     },
   },
   {

@@ -91,8 +91,9 @@ export function fabric_of(fixture) {
  *   text     changes the attribute text, an object
  *   string   writes the text; JSON by default
  *   after    changes the parts when all digests are made
- *   order    order of the chunks, as in write_exr
+ *   order, gap  of the chunks, as in write_exr
  *   plain    true: a file of one part in OpenEXR's plain form
+ *   deflate  packs chunks of ZIP and ZIPS instead of the generator's own
  *   bytes    changes the bytes of the file
  */
 export function file_of(fixture) {
@@ -103,7 +104,7 @@ export function file_of(fixture) {
   fixture.text?.(text);
   seal(parts, fixture.string ? fixture.string(text) : JSON.stringify(text), fabric);
   fixture.after?.(parts);
-  const bytes = write_exr({multipart: !fixture.plain, parts, order: fixture.order}, deflate);
+  const bytes = write_exr({multipart: !fixture.plain, parts, order: fixture.order, gap: fixture.gap}, fixture.deflate ?? deflate);
   return fixture.bytes?.(bytes) ?? bytes;
 }
 

@@ -2,20 +2,33 @@
 import {evaluate_texel} from './brdf.mjs';
 import {cell_direction} from './directions.mjs';
 import {chain_length, read_level} from './exr.mjs';
-import {LAYERS, LOSSY, check_windows, make_level, open_fabric, read_layer} from './fabric.mjs';
+import {
+  LAYERS,
+  LOSSY,
+  check_windows,
+  layer_channels,
+  make_level,
+  open_fabric,
+  read_layer
+} from './fabric.mjs';
 import {Issue} from './issue.mjs';
 
 const MEMBERS = [
   'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'layers',
   'digests', 'provenance'
 ];
-const LAYER_MEMBERS = ['levels', 'precision', 'lobes', 'optional'];
+const LAYER_MEMBERS = ['levels', 'precision', 'optional'];
+const MINOR_VERSION = 0;
+const PREVIEW_CHANNELS = ['R', 'G', 'B', 'A'];
 const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;
 const ENERGY_LIMIT = 1.01;
+const ENERGY_TEXELS = 4096;  // looked at in a level
 const ENERGY_VIEWS = Array.from({length: 256}, (_, k) => cell_direction({columns: 16, rows: 16}, k));
 const LOW = Math.sqrt(0.75);
 const ENERGY_LIGHTS = [[0, 0, 1], [LOW, 0, 0.5], [-LOW, 0, 0.5], [0, LOW, 0.5], [0, -LOW, 0.5]];
+
+const has_error = (issues) => issues.some(({severity}) => severity === 'error');
 
 /** Runs `work`; an Issue that it throws becomes one of the list. */
 function collect(issues, work) {
@@ -33,18 +46,20 @@ function check_text(fabric, advise) {
     for (const name of Object.keys(object ?? {}))
       if (!known.includes(name)) advise(`${at}/${name}`, 'is not known');
   };
+  if (raw.version[1] > MINOR_VERSION) advise('/version/1', 'is newer than what is known here');
+  if (typeof raw.model !== 'string') advise('/model', 'is missing or not a string');
   unknown(raw, MEMBERS, '');
   unknown(raw.views, ['layout', 'columns', 'rows'], '/views');
-  unknown(raw.digests, LAYERS, '/digests');
-  for (const [name, layer] of Object.entries(raw.layers ?? {})) {
-    if (LAYERS.includes(name))
-      unknown(layer, LAYER_MEMBERS, `/layers/${name}`);
-    else
+  unknown(raw.digests, Object.keys(raw.layers), '/digests');
+  for (const [name, layer] of Object.entries(raw.layers)) {
+    if (!LAYERS.includes(name)) {
       advise(`/layers/${name}`, 'is not known');
-    const part = file.parts.find((p) => p.name === name);
-    if (LAYERS.includes(name) && part?.channels.some(({type}) => type !== layer.precision)) {
-      advise(`/layers/${name}/precision`, 'is not that of the channels');
+      continue;
     }
+    unknown(layer, name === 'lobes' ? [...LAYER_MEMBERS, 'lobes'] : LAYER_MEMBERS, `/layers/${name}`);
+    const part = file.parts.find((p) => p.name === name);
+    if (part.channels.some(({type}) => type !== layer.precision))
+      advise(`/layers/${name}/precision`, 'is not that of the channels');
   }
   const mirror = (name, type, same) => {
     const attribute = file.parts[0].attributes.get(`selvedge.${name}`);
@@ -59,12 +74,34 @@ function check_text(fabric, advise) {
   mirror('referenceHeight', 'float', (v) => v.readFloatLE(0) === single(raw.referenceHeight));
 }
 
+/** What a part SHOULD have, and what of it is not known. */
+function advise_on_part(part, {texels, views, layers}, advise) {
+  const {name, attributes, channels, tile, compression} = part;
+  if (attributes.get('wrapmodes')?.value.toString('latin1') !== 'periodic,periodic')
+    advise(`${name}/wrapmodes`, 'is not periodic,periodic');
+  const has = channels.map((channel) => channel.name);
+  if (name === 'preview') {
+    if (tile) advise(name, 'is tiled');
+    if (LOSSY.includes(compression)) advise(name, `compression ${compression}`);
+    for (const channel of PREVIEW_CHANNELS)
+      if (!has.includes(channel)) advise(`${name}/${channel}`, 'is missing');
+  } else if (layers[name] && texels && views) {
+    const known = layer_channels(name, layers[name].lobes, views.columns * views.rows);
+    for (const channel of has)
+      if (!known.includes(channel)) advise(`${name}/${channel}`, 'is not known');
+  }
+}
+
 /** What does not keep a reader from reading right: parts of no listed layer, names of channels. */
-function check_surroundings({file, texels, raw}, report, advise) {
-  const {parts} = file;
-  if (!parts.some(({name}) => name === 'preview')) report('FABRIC_PART', 'preview', 'the part is missing');
+function check_surroundings(fabric, report, advise) {
+  const {file: {parts}, texels, raw} = fabric;
+  if (!parts.some(({name}) => name === 'preview'))
+    report('FABRIC_PART', 'preview', 'the part is missing');
+  else if (parts[0].name !== 'preview')
+    advise(parts[0].name, 'the first part is not the preview');
   const owner = new Map();
   for (const part of parts) {
+    advise_on_part(part, fabric, advise);
     if (part.name === 'preview')
       check_windows(part, texels, report);
     else if (!LAYERS.includes(part.name) || !raw.layers?.[part.name]) {
@@ -103,10 +140,12 @@ function reflected(level, texel, light) {
 }
 
 function check_energy(level, k, warn) {
-  const count = level.width * level.height;
+  const all = level.width * level.height;
+  const step = Math.ceil(all / ENERGY_TEXELS) | 1;  // odd: so that no column of a power of two is left out
+  const count = Math.ceil(all / step);
   for (const light of ENERGY_LIGHTS) {
     const mean = [0, 0, 0];
-    for (let t = 0; t < count; ++t) {
+    for (let t = 0; t < all; t += step) {
       const i = t % level.width, j = Math.floor(t / level.width);
       const sums = reflected(level, [i, j], light);
       sums.forEach((sum, c) => {
@@ -124,7 +163,7 @@ function check_energy(level, k, warn) {
   }
 }
 
-function check_lobes(fabric, level, k, half, warn) {
+function check_lobes(level, k, half, warn) {
   let peak = 0, exponent = 0;
   for (let t = 0; t < level.width * level.height; ++t) {
     for (const {lobes} of level.lobes(t)) {
@@ -137,6 +176,13 @@ function check_lobes(fabric, level, k, half, warn) {
   if (peak > LARGEST_HALF) warn('FABRIC_PEAK', `lobes/level ${k}`, `a peak of ${peak.toPrecision(3)}`);
   if (half && exponent > LARGE_EXPONENT)
     warn('FABRIC_PEAK', `lobes/level ${k}`, `an exponent of ${exponent} in half precision`);
+}
+
+function check_light(fabric, layers, k, warn) {
+  const {texels, views, layers: {lobes}} = fabric;
+  const level = make_level({texels, views, K: lobes?.lobes}, k, layers);
+  if (level.lobes) check_lobes(level, k, lobes.part.channels.some(({type}) => type === 'half'), warn);
+  check_energy(level, k, warn);
 }
 
 /** The issues of the bytes of a fabric file: { code, severity, place, message }. */
@@ -159,14 +205,15 @@ export function check_fabric(bytes) {
       if (fabric.layers[part.name]?.levels.includes(k)) return;
       collect(issues, () => {
         const zero =
-          [...read_level(fabric.file, part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
+          [...read_level(part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
         if (!zero && fabric.layers[part.name])
           advise(`${part.name}/level ${k}`, 'is not listed, but not zero');
       });
     });
   }
   check_levels(fabric, warn);
-  if (issues.some(({severity}) => severity === 'error') === false) check_text(fabric, advise);
+  const whole = !has_error(issues);
+  if (whole) check_text(fabric, advise);
   for (let k = 0; k < (fabric.levels ?? 0); ++k) {
     const before = issues.length;
     const layers = {};
@@ -174,13 +221,8 @@ export function check_fabric(bytes) {
       collect(issues, () => {
         layers[name] = read_layer(fabric, name, k, report);
       });
-    if (issues.slice(before).some(({severity}) => severity === 'error') || !layers.lobes || !fabric.views)
-      continue;
-    const level =
-      make_level({texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes.lobes}, k, layers);
-    const half = fabric.layers.lobes.part.channels.some(({type}) => type === 'half');
-    check_lobes(fabric, level, k, half, warn);
-    check_energy(level, k, warn);
+    // Of a fabric that is not whole the light says nothing.
+    if (whole && !has_error(issues.slice(before))) check_light(fabric, layers, k, warn);
   }
   return issues;
 }

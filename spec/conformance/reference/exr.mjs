@@ -1,7 +1,7 @@
 // Reads OpenEXR 2 files as far as fabrics need it: scanline and tiled parts, one level or mip levels rounded
-// down, half and float channels, compression NONE, RLE, ZIPS and ZIP. One level of one part is decoded at a
-// time.
-import {inflateSync} from 'node:zlib';
+// down, half and float channels, lossless compression. The structure of the whole file is checked first; then
+// one level of one part is decoded at a time.
+import {unpack} from './exr_unpack.mjs';
 import {Issue} from './issue.mjs';
 
 export const COMPRESSIONS = ['none', 'rle', 'zips', 'zip', 'piz', 'pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
@@ -18,6 +18,7 @@ export const LINES_PER_CHUNK = {
   dwab: 256
 };
 export const PIXEL_TYPES = ['uint', 'half', 'float'];
+const LINE_ORDERS = ['increasing', 'decreasing', 'random'];
 export const BYTES = {
   uint: 4,
   half: 2,
@@ -26,12 +27,57 @@ export const BYTES = {
 export const LIMITS = {
   parts: 64,
   channels: 32768,
+  attributes: 4096,
+  header_bytes: 2 ** 24,
   pixels: 2 ** 30,
-  levelBytes: 2 ** 32,
-  levelBytesPerFileByte: 2200
+  level_bytes: 2 ** 32,  // as floats
+  expansion: 2200,       // of a chunk, as floats
 };
+const LOSSY = ['pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
 
-const MULTIPART = 0x1000, DEEP = 0x800, LONG_NAMES = 0x400, TILED = 0x200;
+const MULTIPART = 0x1000, LONG_NAMES = 0x400, TILED = 0x200;
+const WINDOW_LIMIT = Math.floor((2 ** 31 - 1) / 2);
+
+/** The sizes of attributes whose type has one. */
+const TYPE_SIZES = {
+  box2f: 16,
+  box2i: 16,
+  chromaticities: 32,
+  compression: 1,
+  double: 8,
+  envmap: 1,
+  float: 4,
+  int: 4,
+  keycode: 28,
+  lineOrder: 1,
+  m33d: 72,
+  m33f: 36,
+  m44d: 128,
+  m44f: 64,
+  rational: 8,
+  tiledesc: 9,
+  timecode: 8,
+  v2d: 16,
+  v2f: 8,
+  v2i: 8,
+  v3d: 24,
+  v3f: 12,
+  v3i: 12
+};
+const STANDARD_TYPES = {
+  channels: 'chlist',
+  compression: 'compression',
+  dataWindow: 'box2i',
+  displayWindow: 'box2i',
+  lineOrder: 'lineOrder',
+  pixelAspectRatio: 'float',
+  screenWindowCenter: 'v2f',
+  screenWindowWidth: 'float',
+  name: 'string',
+  type: 'string',
+  chunkCount: 'int',
+  tiles: 'tiledesc'
+};
 
 /** Size of level `k` of a side of `n` texels. */
 export const level_size = (n, k) => Math.max(1, Math.floor(n / 2 ** k));
@@ -39,37 +85,49 @@ export const level_size = (n, k) => Math.max(1, Math.floor(n / 2 ** k));
 /** Number of levels down to 1 x 1. */
 export const chain_length = (w, h) => Math.floor(Math.log2(Math.max(w, h))) + 1;
 
-/** A cursor over the header that never leaves the file. */
+/** Whether the bytes of a name (a latin1 string) are UTF-8 without control characters. */
+function is_printable(name) {
+  try {
+    const text = new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(Buffer.from(name, 'latin1'));
+    return !/[\0-\x1F\x7F]/.test(text);
+  } catch { return false; }
+}
+
+/** A cursor over bytes that it never leaves; over a file it reads no more than the headers may have. */
 class Cursor {
-  constructor(bytes) {
+  constructor(bytes, longest_name) {
     this.bytes = bytes;
     this.at = 0;
+    this.longest_name = longest_name;
   }
   take(n) {
     if (n < 0 || this.at + n > this.bytes.length)
       throw new Issue('EXR_MALFORMED', '', 'the header is cut short');
+    if (this.at + n > LIMITS.header_bytes)
+      throw new Issue('FILE_TOO_LARGE', '', `more than ${LIMITS.header_bytes} bytes of headers`);
     return this.bytes.subarray(this.at, this.at += n);
-  }
-  u8() {
-    return this.take(1)[0];
   }
   i32() {
     return this.take(4).readInt32LE(0);
   }
-  text() {
+  name() {
     const end = this.bytes.indexOf(0, this.at);
     if (end < 0) throw new Issue('EXR_MALFORMED', '', 'a name is not ended');
-    if (end - this.at > 255) throw new Issue('EXR_MALFORMED', '', 'a name is longer than 255 bytes');
+    if (end - this.at > this.longest_name)
+      throw new Issue('EXR_MALFORMED', '', `a name is longer than ${this.longest_name} bytes`);
     const name = this.take(end - this.at).toString('latin1');
-    ++this.at;
+    if (!is_printable(name)) throw new Issue('EXR_MALFORMED', '', 'a name is not printable UTF-8');
+    this.take(1);
     return name;
   }
 }
 
-function parse_channels(bytes, place) {
-  const cursor = new Cursor(bytes);
+const latin1_order = (a, b) => Buffer.compare(Buffer.from(a, 'latin1'), Buffer.from(b, 'latin1'));
+
+function parse_channels(bytes, longest_name, place) {
+  const cursor = new Cursor(bytes, longest_name);
   const channels = [];
-  for (let name; (name = cursor.text()) !== '';) {
+  for (let name; (name = cursor.name()) !== '';) {
     const type = PIXEL_TYPES[cursor.i32()];
     cursor.take(4);
     const sampling = [cursor.i32(), cursor.i32()];
@@ -77,100 +135,116 @@ function parse_channels(bytes, place) {
     if (type === 'uint') throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} holds integers`);
     if (sampling[0] !== 1 || sampling[1] !== 1)
       throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} is sub-sampled`);
+    if (channels.length > 0 && latin1_order(channels.at(-1).name, name) >= 0)
+      throw new Issue('EXR_MALFORMED', place, `channels are not sorted, or ${name} is there twice`);
+    if (channels.length === LIMITS.channels)
+      throw new Issue('FILE_TOO_LARGE', place, `more than ${LIMITS.channels} channels`);
     channels.push({name, type});
   }
   if (cursor.at !== bytes.length)
     throw new Issue('EXR_MALFORMED', place, 'bytes follow the list of channels');
-  for (let i = 1; i < channels.length; ++i) {
-    if (
-      Buffer.compare(Buffer.from(channels[i - 1].name, 'latin1'), Buffer.from(channels[i].name, 'latin1')) >=
-      0) {
-      throw new Issue(
-        'EXR_MALFORMED', place, `channels are not sorted, or ${channels[i].name} is there twice`);
-    }
-  }
+  if (channels.length === 0) throw new Issue('EXR_MALFORMED', place, 'the part has no channels');
   return channels;
 }
 
-function parse_header(cursor, index, version) {
+/** The attributes of a header, a Map from names to { type, value }. */
+function parse_attributes(cursor, place) {
+  const wrong = (message) => {
+    throw new Issue('EXR_MALFORMED', place, message);
+  };
   const attributes = new Map();
-  for (let name; (name = cursor.text()) !== '';) {
-    const type = cursor.text();
+  for (let name; (name = cursor.name()) !== '';) {
+    const type = cursor.name();
     const value = cursor.take(cursor.i32());
-    if (attributes.has(name))
-      throw new Issue('EXR_MALFORMED', `part ${index}`, `attribute ${name} is there twice`);
+    if (attributes.has(name)) wrong(`attribute ${name} is there twice`);
+    if (value.length !== (TYPE_SIZES[type] ?? value.length))
+      wrong(`attribute ${name} of type ${type} has ${value.length} bytes`);
+    if (type !== (STANDARD_TYPES[name] ?? type)) wrong(`attribute ${name} is of type ${type}`);
+    if (attributes.size === LIMITS.attributes)
+      throw new Issue('FILE_TOO_LARGE', place, `more than ${LIMITS.attributes} attributes`);
     attributes.set(name, {type, value});
   }
-  const string = (name) => attributes.get(name)?.value.toString('latin1');
-  const place = string('name') ?? `part ${index}`;
-  const need = (name, type, size) => {
-    const attribute = attributes.get(name);
-    if (attribute?.type !== type || (size !== undefined && attribute.value.length !== size)) {
-      throw new Issue('EXR_MALFORMED', place, `the attribute ${name} is missing or malformed`);
-    }
-    return attribute.value;
-  };
-  const window = (name) => {
-    const v = need(name, 'box2i', 16);
-    return [0, 4, 8, 12].map((at) => v.readInt32LE(at));
-  };
-  const multipart = (version & MULTIPART) !== 0;
-  if (multipart) ['name', 'type'].forEach((name) => need(name, 'string'));
-  const kind = multipart ? string('type') : version & TILED ? 'tiledimage' : 'scanlineimage';
-  if (kind !== 'scanlineimage' && kind !== 'tiledimage') {
-    throw new Issue(
-      kind.startsWith('deep') ? 'EXR_UNSUPPORTED' : 'EXR_MALFORMED', place,
-      `parts of type ${kind} are not read`);
-  }
-  const dataWindow = window('dataWindow'), displayWindow = window('displayWindow');
-  need('pixelAspectRatio', 'float', 4);
-  need('screenWindowCenter', 'v2f', 8);
-  need('screenWindowWidth', 'float', 4);
-  const channels = parse_channels(need('channels', 'chlist'), place);
-  const compression = COMPRESSIONS[need('compression', 'compression', 1)[0]];
-  const lineOrder = ['increasing', 'decreasing', 'random'][need('lineOrder', 'lineOrder', 1)[0]];
-  if (!compression || !lineOrder)
-    throw new Issue('EXR_MALFORMED', place, 'unknown compression or line order');
-  const [x0, y0, x1, y1] = dataWindow;
-  const width = x1 - x0 + 1, height = y1 - y0 + 1;
-  if (width < 1 || height < 1) throw new Issue('EXR_MALFORMED', place, 'the data window is empty');
-  if (width * height > LIMITS.pixels) throw new Issue('FILE_TOO_LARGE', place, `${width} x ${height} pixels`);
-  if (channels.length > LIMITS.channels)
-    throw new Issue('FILE_TOO_LARGE', place, `${channels.length} channels`);
+  return attributes;
+}
 
-  let tile = null, levels = [{width, height}];
-  if (kind === 'tiledimage') {
-    const v = need('tiles', 'tiledesc', 9);
-    tile = {width: v.readUInt32LE(0), height: v.readUInt32LE(4), mode: v[8] & 15, rounding: v[8] >> 4};
-    if (tile.width < 1 || tile.height < 1) throw new Issue('EXR_MALFORMED', place, 'the tiles are empty');
-    if (tile.mode > 2 || tile.rounding > 1) throw new Issue('EXR_MALFORMED', place, 'unknown mode of tiles');
-    if (tile.mode === 2 || (tile.mode === 1 && tile.rounding === 1)) {
-      throw new Issue('EXR_UNSUPPORTED', place, 'rip maps, and levels rounded up, are not read');
-    }
-    if (tile.mode === 1) {
-      levels = Array.from(
-        {length: chain_length(width, height)},
-        (_, k) => ({width: level_size(width, k), height: level_size(height, k)}));
-    }
-  }
+/** The chunks of a part in the order of the table, each with the numbers that stand at its beginning. */
+function chunks_of(levels, tile, compression, most, place) {
   const chunks = [];
   levels.forEach((size, level) => {
     const step_x = tile ? tile.width : size.width, step_y = tile ? tile.height : LINES_PER_CHUNK[compression];
-    if (Math.ceil(size.width / step_x) * Math.ceil(size.height / step_y) * 8 > cursor.bytes.length) {
+    if (Math.ceil(size.width / step_x) * Math.ceil(size.height / step_y) > most - chunks.length) {
       throw new Issue('FILE_DAMAGED', place, 'more chunks than the file can hold');
     }
     for (let y = 0; y < size.height; y += step_y) {
       for (let x = 0; x < size.width; x += step_x) {
-        chunks.push(
-          {level, x, y, width: Math.min(step_x, size.width - x), height: Math.min(step_y, size.height - y)});
+        const width = Math.min(step_x, size.width - x), height = Math.min(step_y, size.height - y);
+        const head = tile ? [x / step_x, y / step_y, level, level] : [y];
+        chunks.push({level, x, y, width, height, head});
       }
     }
   });
-  if (multipart && need('chunkCount', 'int', 4).readInt32LE(0) !== chunks.length) {
-    throw new Issue('EXR_MALFORMED', place, 'chunkCount is not the number of chunks');
-  }
+  return chunks;
+}
+
+function parse_tiles(value, {width, height}, place) {
+  const tile = {width: value.readInt32LE(0), height: value.readInt32LE(4), mode: value[8] & 15};
+  const rounding = value[8] >> 4;
+  if (tile.width < 1 || tile.height < 1) throw new Issue('EXR_MALFORMED', place, 'the tiles are empty');
+  if (tile.mode > 2 || rounding > 1) throw new Issue('EXR_MALFORMED', place, 'unknown mode of tiles');
+  if (tile.mode === 2 || (tile.mode === 1 && rounding === 1))
+    throw new Issue('EXR_UNSUPPORTED', place, 'rip maps, and levels rounded up, are not read');
+  const count = tile.mode === 1 ? chain_length(width, height) : 1;
+  const levels = Array.from(
+    {length: count}, (_, k) => ({width: level_size(width, k), height: level_size(height, k)}));
+  return {tile, levels};
+}
+
+function parse_header(cursor, index, version) {
+  const multipart = (version & MULTIPART) !== 0;
+  const attributes = parse_attributes(cursor, `part ${index}`);
+  const string = (name) => attributes.get(name)?.value.toString('latin1');
+  const name = string('name') ?? '';
+  const place = name || `part ${index}`;
+  const wrong = (message) => {
+    throw new Issue('EXR_MALFORMED', place, message);
+  };
+  const unsupported = (message) => {
+    throw new Issue('EXR_UNSUPPORTED', place, message);
+  };
+  const need = (attribute) => attributes.get(attribute)?.value ?? wrong(`the attribute ${attribute} is missing`);
+  const window = (attribute) => {
+    const v = need(attribute), corners = [0, 4, 8, 12].map((at) => v.readInt32LE(at));
+    if (corners.some((x) => Math.abs(x) > WINDOW_LIMIT)) wrong(`${attribute} is out of range`);
+    if (corners[0] > corners[2] || corners[1] > corners[3]) wrong(`${attribute} is empty`);
+    return corners;
+  };
+  if (multipart) ['name', 'type'].forEach(need);
+  if (!is_printable(name) || (multipart && name === '')) wrong('the part has no printable name');
+  const kind = string('type') ?? (version & TILED ? 'tiledimage' : 'scanlineimage');
+  if (kind !== 'scanlineimage' && kind !== 'tiledimage') unsupported(`parts of type ${kind} are not read`);
+  if (!multipart && (kind === 'tiledimage') !== ((version & TILED) !== 0)) wrong('type and flags differ');
+  const dataWindow = window('dataWindow'), displayWindow = window('displayWindow');
+  const pixelAspectRatio = need('pixelAspectRatio').readFloatLE(0);
+  if (!(pixelAspectRatio >= Math.fround(1e-6) && pixelAspectRatio <= 1e6)) wrong('pixelAspectRatio is out of range');
+  need('screenWindowCenter');
+  const screen = need('screenWindowWidth').readFloatLE(0);
+  if (!(screen >= 0 && screen < Infinity)) wrong('screenWindowWidth is out of range');
+  const compression = COMPRESSIONS[need('compression')[0]] ?? unsupported('an unknown compression');
+  const lineOrder = LINE_ORDERS[need('lineOrder')[0]] ?? wrong('an unknown line order');
+  if (lineOrder === 'random' && kind === 'scanlineimage') wrong('scan lines in random order');
+  const [x0, y0, x1, y1] = dataWindow;
+  const width = x1 - x0 + 1, height = y1 - y0 + 1;
+  if (width * height > LIMITS.pixels) throw new Issue('FILE_TOO_LARGE', place, `${width} x ${height} pixels`);
+  if (x0 !== 0 || y0 !== 0) unsupported('the data window does not begin at (0, 0)');
+  const {tile, levels} = kind === 'tiledimage' ? parse_tiles(need('tiles'), {width, height}, place) :
+                                                 {tile: null, levels: [{width, height}]};
+  const channels = parse_channels(need('channels'), cursor.longest_name, place);
+  const chunks = chunks_of(levels, tile, compression, cursor.bytes.length / 8, place);
+  if (multipart) need('chunkCount');
+  if (attributes.has('chunkCount') && need('chunkCount').readInt32LE(0) !== chunks.length)
+    wrong('chunkCount is not the number of chunks');
   return {
-    name: string('name') ?? '',
+    name,
     index,
     kind,
     attributes,
@@ -179,123 +253,108 @@ function parse_header(cursor, index, version) {
     lineOrder,
     dataWindow,
     displayWindow,
+    pixelAspectRatio,
     tile,
     levels,
     chunks
   };
 }
 
-/** Headers and chunk tables of a file (a Buffer): { bytes, multipart, parts }. */
-export function read_headers(bytes) {
-  const cursor = new Cursor(bytes);
-  if (bytes.length < 8 || cursor.i32() !== 20000630)
-    throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
-  const version = cursor.i32();
-  if ((version & 0xFF) !== 2) throw new Issue('EXR_MALFORMED', '', `OpenEXR version ${version & 0xFF}`);
-  if (version & DEEP || version & ~(0xFF | MULTIPART | DEEP | LONG_NAMES | TILED)) {
-    throw new Issue('EXR_UNSUPPORTED', '', 'deep data or an unknown kind of OpenEXR file');
+/** What all parts share, and what differs between any two of them. */
+function check_together(parts) {
+  for (const part of parts) {
+    for (const name of ['displayWindow', 'pixelAspectRatio']) {
+      if (String(part[name]) !== String(parts[0][name]))
+        throw new Issue('EXR_MALFORMED', part.name, `${name} is not that of the first part`);
+    }
+    if (parts.find(({name}) => name === part.name) !== part)
+      throw new Issue('EXR_MALFORMED', part.name, 'two parts have the same name');
   }
+}
+
+/** Finds the packed bytes of every chunk, none of them decoded. `first`: where chunks may begin. */
+function place_chunks({bytes, multipart, parts}, first) {
+  const used = [];
+  for (const part of parts) {
+    const pixel = part.channels.reduce((sum, {type}) => sum + BYTES[type], 0);
+    for (const chunk of part.chunks) {
+      const damaged = (wrong, message) => {
+        if (wrong) throw new Issue('FILE_DAMAGED', `${part.name}/level ${chunk.level}`, message);
+      };
+      const head = multipart ? [part.index, ...chunk.head] : chunk.head;
+      const begin = chunk.offset + 4 * head.length + 4;
+      damaged(chunk.offset < first || begin > bytes.length, 'a chunk lies outside of the chunks');
+      damaged(
+        head.some((x, i) => bytes.readInt32LE(chunk.offset + 4 * i) !== x),
+        'another chunk stands where one should');
+      const size = bytes.readInt32LE(begin - 4);
+      damaged(size < 1 || begin + size > bytes.length, 'a chunk is empty or cut short');
+      const pixels = chunk.width * chunk.height;
+      if (!LOSSY.includes(part.compression)) {
+        damaged(size > pixel * pixels, 'a chunk is longer than its pixels');
+        damaged(part.compression === 'none' && size !== pixel * pixels, 'a chunk is not as long as its pixels');
+        if (4 * part.channels.length * pixels > LIMITS.expansion * size)
+          throw new Issue('FILE_TOO_LARGE', part.name, `${pixels} pixels from ${size} bytes`);
+      }
+      chunk.packed = bytes.subarray(begin, begin + size);
+      used.push([chunk.offset, begin + size]);
+    }
+  }
+  used.sort((a, b) => a[0] - b[0]);
+  if (used.some(([begin], i) => i > 0 && begin < used[i - 1][1]))
+    throw new Issue('FILE_DAMAGED', '', 'two chunks share bytes');
+}
+
+/** Headers and chunks of a file (a Buffer), its structure checked: { bytes, multipart, parts }. */
+export function read_headers(bytes) {
+  if (bytes.length < 8 || bytes.readInt32LE(0) !== 20000630)
+    throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
+  const version = bytes.readInt32LE(4);
+  if ((version & 0xFF) !== 2 || version & ~(0xFF | MULTIPART | LONG_NAMES | TILED))
+    throw new Issue('EXR_UNSUPPORTED', '', 'another version, deep data or an unknown kind of OpenEXR file');
   const multipart = (version & MULTIPART) !== 0;
+  if (multipart && version & TILED)
+    throw new Issue('EXR_MALFORMED', '', 'several parts, and the flag for tiles of one');
+  const cursor = new Cursor(bytes, version & LONG_NAMES ? 255 : 31);
+  cursor.at = 8;
   const parts = [];
   do {
     if (parts.length === LIMITS.parts)
       throw new Issue('FILE_TOO_LARGE', '', `more than ${LIMITS.parts} parts`);
     parts.push(parse_header(cursor, parts.length, version));
-  } while (multipart && (cursor.at >= bytes.length || bytes[cursor.at] !== 0));
-  if (multipart) cursor.u8();
-  if (new Set(parts.map((part) => part.name)).size !== parts.length) {
-    throw new Issue('EXR_MALFORMED', '', 'two parts have the same name');
-  }
+  } while (multipart && bytes[cursor.at] !== 0);
+  if (multipart) cursor.take(1);
+  check_together(parts);
+  let {at} = cursor;
   for (const part of parts) {
-    if (cursor.at + 8 * part.chunks.length > bytes.length) {
+    if (at + 8 * part.chunks.length > bytes.length)
       throw new Issue('FILE_DAMAGED', part.name, 'the table of chunks is cut short');
-    }
-    for (const chunk of part.chunks) chunk.offset = Number(cursor.take(8).readBigUInt64LE(0));
+    for (const chunk of part.chunks) chunk.offset = Number(bytes.readBigUInt64LE((at += 8) - 8));
   }
-  return {bytes, multipart, parts};
-}
-
-function unpack_rle(packed, size) {
-  const out = Buffer.alloc(size);
-  let at = 0;
-  for (let i = 0; i < packed.length;) {
-    const count = packed.readInt8(i++);
-    const n = count < 0 ? -count : count + 1;
-    if (at + n > size || i + (count < 0 ? n : 1) > packed.length) return null;
-    if (count < 0)
-      packed.copy(out, at, i, i += n);
-    else
-      out.fill(packed[i++], at, at + n);
-    at += n;
-  }
-  return at === size ? out : null;
-}
-
-/** Undoes the predictor and the split into even and odd bytes that ZIP and RLE share. */
-function undo_filter(data) {
-  for (let i = 1; i < data.length; ++i) data[i] = data[i] + data[i - 1] - 128;
-  const out = Buffer.alloc(data.length);
-  const half = (data.length + 1) >> 1;
-  for (let i = 0; i < data.length; ++i) out[i] = data[(i & 1 ? half : 0) + (i >> 1)];
-  return out;
-}
-
-function unpack(packed, size, compression) {
-  if (packed.length === size) return packed;  // what does not shrink is stored as it is, whatever the codec
-  if (packed.length > size) return null;
-  if (compression === 'rle') {
-    const data = unpack_rle(packed, size);
-    return data && undo_filter(data);
-  }
-  if (compression === 'zip' || compression === 'zips') {
-    try {
-      const data = inflateSync(packed, {maxOutputLength: size});
-      return data.length === size ? undo_filter(data) : null;
-    } catch { return null; }
-  }
-  return null;
-}
-
-function read_chunk(file, part, chunk, place) {
-  const {bytes, multipart} = file;
-  const damaged = (message) => new Issue('FILE_DAMAGED', place, message);
-  const head = (multipart ? 4 : 0) + (part.tile ? 20 : 8);
-  let at = chunk.offset;
-  if (at + head > bytes.length) throw damaged('a chunk lies beyond the end of the file');
-  const next = () => bytes.readInt32LE((at += 4) - 4);
-  if (multipart && next() !== part.index) throw damaged('a chunk belongs to another part');
-  const where =
-    part.tile ? [chunk.x / part.tile.width, chunk.y / part.tile.height, chunk.level, chunk.level] : [chunk.y];
-  for (const expected of where)
-    if (next() !== expected) throw damaged('a chunk has the wrong coordinates');
-  const size = next();
-  if (size < 0 || at + size > bytes.length) throw damaged('a chunk is cut short');
-  const pixel = part.channels.reduce((sum, channel) => sum + BYTES[channel.type], 0);
-  const data = unpack(bytes.subarray(at, at + size), pixel * chunk.width * chunk.height, part.compression);
-  if (!data) throw damaged('a chunk cannot be decoded');
-  return data;
+  const file = {bytes, multipart, parts};
+  place_chunks(file, at);
+  return file;
 }
 
 /**
  * One level of one part: a Map from channel names, in the order of the header, to { type, bytes }, where
  * `bytes` are the values row by row from the top, little-endian, without padding.
  */
-export function read_level(file, part, level) {
+export function read_level(part, level) {
   const {width, height} = part.levels[level];
   const place = part.levels.length > 1 ? `${part.name}/level ${level}` : part.name;
-  if (!['none', 'rle', 'zips', 'zip'].includes(part.compression)) {
+  if (LOSSY.includes(part.compression)) {
     throw new Issue('EXR_UNSUPPORTED', place, `compression ${part.compression} is not read`);
   }
-  const floats = 4 * part.channels.length * width * height;
-  if (floats > LIMITS.levelBytes || floats > LIMITS.levelBytesPerFileByte * file.bytes.length) {
-    throw new Issue(
-      'FILE_TOO_LARGE', place, 'the decoded level is too large, or too large for so small a file');
-  }
+  if (4 * part.channels.length * width * height > LIMITS.level_bytes)
+    throw new Issue('FILE_TOO_LARGE', place, 'the decoded level is too large');
   const channels = new Map(
     part.channels.map(({name, type}) => [name, {type, bytes: Buffer.alloc(width * height * BYTES[type])}]));
+  const sizes = part.channels.map(({type}) => BYTES[type]);
   for (const chunk of part.chunks) {
     if (chunk.level !== level) continue;
-    const data = read_chunk(file, part, chunk, place);
+    const data = unpack(chunk.packed, sizes, chunk.width, chunk.height, part.compression);
+    if (!data) throw new Issue('FILE_DAMAGED', place, 'a chunk cannot be decoded');
     let at = 0;
     for (let y = chunk.y; y < chunk.y + chunk.height; ++y) {
       for (const {type, bytes} of channels.values()) {

@@ -1,6 +1,7 @@
 // Writes OpenEXR 2 files of the kinds that exr.mjs reads.
 import {deflateSync} from 'node:zlib';
 import {BYTES, COMPRESSIONS, LINES_PER_CHUNK, PIXEL_TYPES} from './exr.mjs';
+import {pack_piz} from './piz.mjs';
 
 const text = (s) => Buffer.from(s + '\0', 'latin1');
 const i32 = (...values) => {
@@ -71,10 +72,14 @@ function pack_rle(data) {
   return Buffer.from(out);
 }
 
-function pack(data, compression, deflate) {
-  const packed = compression === 'rle'              ? pack_rle(do_filter(data)) :
-    compression === 'zip' || compression === 'zips' ? deflate(do_filter(data)) :
-                                                      data;
+function pack(data, {compression, channels}, width, height, deflate) {
+  const packers = {
+    rle: () => pack_rle(do_filter(data)),
+    zips: () => deflate(do_filter(data)),
+    zip: () => deflate(do_filter(data)),
+    piz: () => pack_piz(data, channels.map(({type}) => BYTES[type] / 2), width, height),
+  };
+  const packed = packers[compression]?.() ?? data;
   return packed.length < data.length ? packed : data;
 }
 
@@ -86,6 +91,11 @@ function part_chunks(part, deflate) {
     const step_x = tile ? tile.width : width, step_y = tile ? tile.height : LINES_PER_CHUNK[compression];
     for (let y = 0; y < height; y += step_y) {
       for (let x = 0; x < width; x += step_x) {
+        const head = tile ? i32(x / step_x, y / step_y, level, level) : i32(y);
+        if (part.data) {
+          chunks.push({head, data: part.data()});
+          continue;
+        }
         const rows = [];
         for (let row = y; row < Math.min(y + step_y, height); ++row) {
           for (const {name, type} of channels) {
@@ -93,8 +103,8 @@ function part_chunks(part, deflate) {
             rows.push(values.get(name).subarray(first * BYTES[type], end * BYTES[type]));
           }
         }
-        const head = tile ? i32(x / step_x, y / step_y, level, level) : i32(y);
-        chunks.push({head, data: pack(Buffer.concat(rows), compression, deflate)});
+        const size = [Math.min(step_x, width - x), Math.min(step_y, height - y)];
+        chunks.push({head, data: pack(Buffer.concat(rows), part, ...size, deflate)});
       }
     }
   });
@@ -147,11 +157,13 @@ function part_attributes(part, chunk_count, multipart) {
  *     channels   [{ name, type }] in byte order of their names; type 'half' or 'float'
  *     levels     [{ width, height, values }]; values: a Map from channel names to bytes (pack_values)
  *     tile       { width, height }, or null for scan lines; mipmap: whether the levels are mip levels
+ *     data       () => the packed bytes of each chunk, instead of the values
  *     attributes { name: [type, bytes] }, added to those that OpenEXR asks for; null takes one away
  *   order      the order of the chunks in the file: takes and gives a list of { part, ... }; as they come if
  * absent
+ *   gap        bytes of no meaning before, between and behind the chunks
  */
-export function write_exr({multipart = true, parts, order = (chunks) => chunks}, deflate = deflateSync) {
+export function write_exr({multipart = true, parts, order = (chunks) => chunks, gap = 0}, deflate = deflateSync) {
   const chunks = parts.map((part) => part_chunks(part, deflate));
   const long = parts.some(
     (part) => [...part.channels.map((c) => c.name), ...Object.keys(part.attributes ?? {})].some(
@@ -168,13 +180,14 @@ export function write_exr({multipart = true, parts, order = (chunks) => chunks},
 
   const all = chunks.flatMap((list, part) => list.map((chunk) => ({part, ...chunk})));
   const tables = Buffer.alloc(8 * all.length);
-  const body = [];
-  let at = head.reduce((sum, b) => sum + b.length, 0) + tables.length;
+  const space = Buffer.alloc(gap, 0xFF);
+  const body = [space];
+  let at = head.reduce((sum, b) => sum + b.length, 0) + tables.length + gap;
   const entries = new Map(all.map((chunk, i) => [chunk, i]));
   for (const chunk of order(all)) {
     tables.writeBigUInt64LE(BigInt(at), 8 * entries.get(chunk));
     const bytes = Buffer.concat(
-      [...(multipart ? [i32(chunk.part)] : []), chunk.head, i32(chunk.data.length), chunk.data]);
+      [...(multipart ? [i32(chunk.part)] : []), chunk.head, i32(chunk.data.length), chunk.data, space]);
     body.push(bytes);
     at += bytes.length;
   }

@@ -5,14 +5,17 @@
 // takes a note and goes on.
 import {chain_length, channel_values, level_size, read_headers, read_level} from './exr.mjs';
 import {Issue} from './issue.mjs';
+import {is_number, is_object, parse_json} from './json.mjs';
 import {xxh3_128} from './xxh3.mjs';
 
 export const LAYERS = ['lobes', 'frame', 'table', 'opacity'];
 export const LIMITS = {
   texels: 4096,
   views: 4096,
-  lobes: 16
+  lobes: 16,
+  nesting: 64
 };
+const LARGEST_INTEGER = 2 ** 31 - 1;
 export const LOSSY = ['pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
 const COLOURS = ['red', 'green', 'blue'];
 
@@ -20,9 +23,8 @@ export function throw_issue(code, place, message) {
   throw new Issue(code, place, message);
 }
 
-const is_object = (x) => typeof x === 'object' && x !== null && !Array.isArray(x);
 const is_integer = Number.isInteger;
-const fits_single = (x) => typeof x === 'number' && Number.isFinite(Math.fround(x));
+const fits_single = (x) => is_number(x) && Number.isFinite(Math.fround(x));
 const pair_of = (test) => (x) => Array.isArray(x) && x.length === 2 && x.every(test);
 const in_range = (low, high) => (x) => is_integer(x) && x >= low && x <= high;
 const view_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '0')}${suffix}`;
@@ -62,8 +64,11 @@ function parse_text(file) {
   if (attribute?.type !== 'string') fail('part 0 has no attribute text');
   let text;
   try {
-    text = JSON.parse(new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(attribute.value));
-  } catch (error) { fail(`the attribute text is not JSON: ${error.message}`); }
+    text = parse_json(attribute.value, LIMITS.nesting);
+  } catch (error) {
+    if (!(error instanceof SyntaxError)) throw error;
+    fail(`the attribute text is not JSON: ${error.message}`);
+  }
   if (!is_object(text)) fail('the attribute text is not an object');
   return text;
 }
@@ -80,10 +85,7 @@ function check_members(text, report) {
     if (member(text, '', name, test, what)) good[name] = text[name];
   };
 
-  take('version', pair_of((x) => is_integer(x) && x >= 0), 'two integers');
-  if (good.version && good.version[0] !== 1)
-    throw_issue('FABRIC_VERSION', '/version', `major version ${good.version[0]}`);
-  take('model', (x) => typeof x === 'string', 'a string');
+  take('version', pair_of(in_range(0, LARGEST_INTEGER)), 'two integers');
   take('texels', pair_of(in_range(1, LIMITS.texels)), `two integers of 1 to ${LIMITS.texels}`);
   const chain = good.texels ? chain_length(...good.texels) : 13;
   take('levels', in_range(1, chain), `an integer of 1 to ${chain}`);
@@ -122,7 +124,8 @@ function check_members(text, report) {
     const levels = (x) => Array.isArray(x) && x.length > 0 &&
       x.every((k, i) => in_range(i ? x[i - 1] + 1 : 0, (good.levels ?? chain) - 1)(k));
     let fine = member(layer, at, 'levels', levels, 'a rising list of the fabric\'s levels');
-    member(layer, at, 'precision', (x) => x === 'half' || x === 'float', '"half" or "float"');
+    if (Object.hasOwn(layer, 'optional'))
+      fine = member(layer, at, 'optional', (x) => typeof x === 'boolean', 'a boolean') && fine;
     if (name === 'lobes') {
       fine =
         member(layer, at, 'lobes', in_range(0, LIMITS.lobes), `an integer of 0 to ${LIMITS.lobes}`) && fine;
@@ -227,7 +230,7 @@ export function read_layer(fabric, layer, level, report = throw_issue) {
   if (entry < 0) return null;
   const {part, digests, lobes} = fabric.layers[layer];
   const place = `${layer}/level ${level}`;
-  const channels = read_level(fabric.file, part, level);
+  const channels = read_level(part, level);
   if (pixel_digest(channels) !== digests[entry])
     report('FABRIC_DIGEST', place, 'the pixels do not have the stored digest');
   const V = fabric.views ? fabric.views.columns * fabric.views.rows : 0;

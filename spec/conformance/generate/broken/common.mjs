@@ -47,6 +47,7 @@ export const others = {
 export const unread = {
   evaluate: null
 };
+export const MALFORMED_OR_DAMAGED = ['EXR_MALFORMED', 'FILE_DAMAGED'];
 
 /** Sets the member of an object that a JSON pointer names; undefined takes it away. */
 export const set = (pointer, value) => (object) => {
@@ -67,6 +68,16 @@ export function find_attribute(bytes, part, name) {
   const {value} = read_headers(bytes).parts[part].attributes.get(name);
   return {at: value.byteOffset - bytes.byteOffset, size: value.length};
 }
+
+/** The bytes with the first `from` (of one byte per character) replaced by `to`, which is as long. */
+export const renamed = (from, to) => (bytes) =>
+  with_bytes(bytes, bytes.indexOf(from, 0, 'latin1'), ...Buffer.from(to, 'latin1'));
+
+/** Adds a channel of zeros, in half precision, to a part. */
+export const add_channel = (name) => ({channels, levels}) => {
+  channels.push({name, type: 'half'});
+  levels.forEach(({width, height, values}) => values.set(name, Buffer.alloc(2 * width * height)));
+};
 
 /** Where the first chunk of a level of a part begins. */
 export const chunk_at = (bytes, part, level = 0) =>

@@ -1,5 +1,5 @@
 // Attribute texts with a member that is missing, of the wrong type or out of range.
-import {all, broken, others, set, unread} from './common.mjs';
+import {all, broken, others, set} from './common.mjs';
 
 /**
  * A member that is `value`, or missing where that is undefined; `value` may be a change of the text instead.
@@ -12,12 +12,13 @@ const member = (what, pointer, value, extra = others) =>
 const missing = undefined;
 const alone = {};  // no other error follows
 const code_of = (pointer, code, more) => ({...others, issues: [{code, place: pointer}], ...more});
-/** Of a member that readers do not use, the pages do not say whether it is an error. */
-const for_people = (pointer) => code_of(pointer, ['FABRIC_MEMBER', 'FABRIC_ADVICE'], unread);
+/** The numbers of a text, written otherwise. */
+const written = (what, pointer, from, to) => broken(
+  'FABRIC_MEMBER', what, `${pointer}: an integer written as ${to}`, pointer,
+  {string: (text) => JSON.stringify(text).replace(from, to), ...others});
 const digest = (layer) => code_of(layer, ['FABRIC_MEMBER', 'FABRIC_DIGEST']);
 
-const LEVELS = '/layers/opacity/levels', PRECISION = '/layers/opacity/precision',
-      LOBES = '/layers/lobes/lobes';
+const OPACITY = '/layers/opacity', LEVELS = `${OPACITY}/levels`, LOBES = '/layers/lobes/lobes';
 const DIGESTS = '/digests/opacity';
 
 export const broken_members = [
@@ -28,16 +29,20 @@ export const broken_members = [
   member('version-text', '/version', '1.0', alone),
   member('version-of-one-number', '/version', [1], alone),
   member('version-fraction', '/version', [1, 0.5], alone),
-  member('model-missing', '/model', missing, for_people('/model')),
-  member('model-number', '/model', 1, for_people('/model')),
+  member('version-minor-negative', '/version', [1, -1], alone),
+  written('version-with-a-fraction', '/version', '"version":[1,0]', '"version":[1,0.0]'),
+  written('version-beyond-32-bits', '/version', '"version":[1,0]', '"version":[1,2147483648]'),
   member('texels-of-one-number', '/texels', [3]),
   member('texels-none', '/texels', [0, 2]),
   member('texels-too-many', '/texels', [4097, 2]),
   member('texels-fraction', '/texels', [2.5, 2]),
+  written('texels-with-a-fraction', '/texels', '"texels":[3,2]', '"texels":[3.0,2]'),
+  written('texels-with-an-exponent', '/texels', '"texels":[3,2]', '"texels":[3,2e0]'),
   member('levels-none', '/levels', 0),
   member('levels-beyond-the-chain', '/levels', 3, alone),
   member('levels-text', '/levels', '2'),
   member('levels-fraction', '/levels', 1.5),
+  written('levels-with-a-fraction', '/levels', '"levels":2,"mm', '"levels":2.0,"mm'),
   member('mm-zero', '/mmPerRepeat', [0, 1], alone),
   member('mm-negative', '/mmPerRepeat', [1, -1], alone),
   member('mm-text', '/mmPerRepeat', ['1', '1'], alone),
@@ -46,8 +51,13 @@ export const broken_members = [
   member('reference-height-null', '/referenceHeight', null, alone),
   member('reference-height-text', '/referenceHeight', '0.5', alone),
   member('thickness-negative', '/thickness', -0.25, alone),
+  member('thickness-text', '/thickness', '0.75', alone),
+  member('thickness-beyond-single-precision', '/thickness', 1e39, alone),
   member('views-array', '/views', [2, 1]),
   member('views-layout-missing', '/views/layout', missing),
+  member('views-layout-number', '/views/layout', 1),
+  written('views-columns-with-a-fraction', '/views/columns', '"columns":2', '"columns":2.0'),
+  member('views-columns-missing', '/views/columns', missing),
   member('views-columns-none', '/views/columns', 0),
   member('views-rows-fraction', '/views/rows', 2.5),
   member('views-rows-missing', '/views/rows', missing),
@@ -74,18 +84,21 @@ export const broken_members = [
   member('layer-levels-negative', LEVELS, [-1, 0]),
   member('layer-levels-fraction', LEVELS, [0, 0.5]),
   member('layer-levels-number', LEVELS, 0),
-  member('layer-precision-missing', PRECISION, missing, for_people(PRECISION)),
-  member('layer-precision-unknown', PRECISION, 'double', for_people(PRECISION)),
+  written('layer-levels-with-an-exponent', LEVELS, '"opacity":{"levels":[0,1]', '"opacity":{"levels":[0e0,1]'),
+  member('layer-optional-number', `${OPACITY}/optional`, 1),
+  member('layer-optional-text', `${OPACITY}/optional`, 'true'),
   member('lobes-missing', LOBES, missing),
   member('lobes-negative', LOBES, -1),
   member('lobes-too-many', LOBES, 17),
   member('lobes-fraction', LOBES, 0.5),
+  written('lobes-with-a-fraction', LOBES, '"lobes":0', '"lobes":0.0'),
   member(
     'digests-array', '/digests',
     (text) => {
       text.digests = Object.values(text.digests);
     }),
   member('digests-of-a-layer-missing', DIGESTS, missing),
+  member('digests-of-a-layer-text', DIGESTS, '0'.repeat(32)),
   member(
     'digests-too-few', DIGESTS,
     (text) => {
@@ -125,5 +138,10 @@ export const broken_members = [
     'FABRIC_UNSUPPORTED', 'layer-not-optional', 'a layer that is not known, marked as not optional',
     '/layers/heights', {
       text: set('/layers/heights', {levels: [0], optional: false}),
+    }),
+  broken(
+    'FABRIC_UNSUPPORTED', 'layer-optional-number', 'a layer that is not known, its optional a 1',
+    '/layers/heights', {
+      text: set('/layers/heights', {levels: [0], optional: 1}),
     }),
 ];

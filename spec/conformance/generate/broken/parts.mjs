@@ -2,6 +2,7 @@
 import {attribute, pack_values} from '../../reference/exr_write.mjs';
 import {framed, part_of} from '../make.mjs';
 import {
+  add_channel,
   all,
   all_layers,
   ask,
@@ -38,6 +39,15 @@ const layouts = [
   }),
   broken(
     'FABRIC_PART', 'preview-missing', 'no preview', 'preview', {before: (parts) => parts.shift(), ...unread}),
+  broken('FABRIC_PART', 'plain-without-a-name', 'a file in the plain form whose only part has no name', 'preview', {
+    layers: [],
+    plain: true,
+    after: ([first]) => {
+      first.attributes.name = null;
+    },
+    ...others,
+    ...unread,
+  }),
   on_opacity(
     'scan-lines', 'a data part of scan lines',
     (part) => {
@@ -108,10 +118,6 @@ const layouts = [
 const drop_channel = (name) => (part) => {
   part.channels = part.channels.filter((channel) => channel.name !== name);
   part.levels.forEach(({values}) => values.delete(name));
-};
-const add_channel = (name) => ({channels, levels}) => {
-  channels.push({name, type: 'half'});
-  levels.forEach(({width, height, values}) => values.set(name, Buffer.alloc(2 * width * height)));
 };
 const NEEDED = ['lobes.0.n.green', 'lobes.diffuse.red', 'frame.ty', 'table.0001.blue', 'opacity.0001'];
 

@@ -1,0 +1,50 @@
+// Unpacks the chunks of OpenEXR files: NONE, RLE, ZIPS, ZIP and PIZ.
+import {inflateSync} from 'node:zlib';
+import {unpack_piz} from './piz.mjs';
+
+function unpack_rle(packed, size) {
+  const out = Buffer.alloc(size);
+  let at = 0;
+  for (let i = 0; i < packed.length;) {
+    const count = packed.readInt8(i++);
+    const n = count < 0 ? -count : count + 1;
+    if (at + n > size || i + (count < 0 ? n : 1) > packed.length) return null;
+    if (count < 0)
+      packed.copy(out, at, i, i += n);
+    else
+      out.fill(packed[i++], at, at + n);
+    at += n;
+  }
+  return at === size ? out : null;
+}
+
+/** Undoes the predictor and the split into even and odd bytes that ZIP and RLE share. */
+function undo_filter(data) {
+  for (let i = 1; i < data.length; ++i) data[i] = data[i] + data[i - 1] - 128;
+  const out = Buffer.alloc(data.length);
+  const half = (data.length + 1) >> 1;
+  for (let i = 0; i < data.length; ++i) out[i] = data[(i & 1 ? half : 0) + (i >> 1)];
+  return out;
+}
+
+/**
+ * The bytes of a chunk of width x height pixels, row by row and channel by channel; null where it is damaged.
+ * bytes_per_pixel: of each channel.
+ */
+export function unpack(packed, bytes_per_pixel, width, height, compression) {
+  const size = bytes_per_pixel.reduce((sum, bytes) => sum + bytes, 0) * width * height;
+  if (packed.length === size) return packed;  // what does not shrink is stored as it is, whatever the codec
+  if (compression === 'piz') return unpack_piz(packed, bytes_per_pixel.map((bytes) => bytes / 2), width, height);
+  if (compression === 'rle') {
+    const data = unpack_rle(packed, size);
+    return data && undo_filter(data);
+  }
+  if (compression === 'zip' || compression === 'zips') {
+    try {
+      const data = inflateSync(packed, {maxOutputLength: size});
+      return data.length === size ? undo_filter(data) : null;
+    } catch { return null; }
+  }
+  return null;
+}
+
