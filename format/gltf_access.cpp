@@ -104,8 +104,14 @@ Result<void> apply_sparse(const GltfDocument& document, const SparseRuns& sparse
   if (Result<void> good = gather(document, sparse.indices, place, targets); !good) return good;
   if (Result<void> good = gather(document, sparse.values, place, replacements); !good) return good;
   const std::size_t size = sparse.values.size;
+  std::size_t least = 0;
   for (std::size_t i = 0; i < sparse.indices.count; ++i) {
     const std::size_t target = unsigned_at(targets.data() + i * sparse.indices.size, sparse.index_type);
+    if (target < least) {
+      return fail(Code::gltf_malformed, document.file, place + "/sparse",
+                  fmt::format("index {} does not come after {}", target, least - 1));
+    }
+    least = target + 1;
     if (target >= count) {
       return fail(Code::gltf_accessor, document.file, place + "/sparse",
                   fmt::format("index {} of {} elements", target, count));

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <functional>
 #include <string_view>
 
 #include "format/gltf_access.h"
+#include "format/json_text.h"
 
 namespace selvedge {
 namespace {
@@ -141,7 +143,9 @@ Result<Json> parse(std::string_view text, const std::string& file, const GltfLim
                 fmt::format("a JSON object with more than {} members", limits.members));
   }
   try {
-    Json json = Json::parse(text.begin(), text.end());
+    MembersOnce members;
+    Json json = Json::parse(text.begin(), text.end(), std::ref(members));
+    if (members.broken()) return fail(Code::json_malformed, file, "", "a member stands twice in an object");
     if (!json.is_object()) return fail(Code::gltf_malformed, file, "", "the JSON is not an object");
     return json;
   } catch (const nlohmann::json::exception& error) {

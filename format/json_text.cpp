@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <set>
-#include <string>
-#include <vector>
+#include <functional>
 
 #include "format/fabric_names.h"
 
@@ -38,19 +36,9 @@ json parse_json(std::string_view text) {
   constexpr int most_depth = 64;
   if (text.starts_with("\xEF\xBB\xBF")) return json(json::value_t::discarded);  // the parser would skip it
   if (nests_deeper(text, most_depth)) return json(json::value_t::discarded);
-  // A member that stands twice would be read differently by different programs.
-  std::vector<std::set<std::string>> open_objects;
-  bool twice = false;
-  const auto watch = [&](int, json::parse_event_t event, json& value) {
-    if (event == json::parse_event_t::object_start) open_objects.emplace_back();
-    if (event == json::parse_event_t::object_end) open_objects.pop_back();
-    if (event == json::parse_event_t::key) {
-      twice = twice || !open_objects.back().insert(value.get<std::string>()).second;
-    }
-    return true;
-  };
-  json parsed = json::parse(text, watch, false);
-  return twice ? json(json::value_t::discarded) : parsed;
+  MembersOnce members;
+  json parsed = json::parse(text, std::ref(members), false);
+  return members.broken() ? json(json::value_t::discarded) : parsed;
 }
 
 std::string pointer_to(const std::string& object, const std::string& name) {

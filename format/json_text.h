@@ -2,13 +2,36 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "format/directions.h"
 #include "format/error.h"
 
 namespace selvedge {
+
+/// Watches a parser for members that stand twice in their object, which different programs read differently:
+/// to be given to json::parse as its callback, by std::ref.
+class MembersOnce {
+ public:
+  template <class AnyJson>
+  bool operator()(int, nlohmann::json::parse_event_t event, const AnyJson& value) {
+    using Event = nlohmann::json::parse_event_t;
+    if (event == Event::object_start) open_objects_.emplace_back();
+    if (event == Event::object_end) open_objects_.pop_back();
+    if (event == Event::key) {
+      broken_ = broken_ || !open_objects_.back().insert(value.template get<std::string>()).second;
+    }
+    return true;
+  }
+  bool broken() const { return broken_; }
+
+ private:
+  std::vector<std::set<std::string>> open_objects_;
+  bool broken_ = false;
+};
 
 /// Parses a text of which nothing is known. is_discarded() where it is no JSON, begins with a byte order
 /// mark, has a member twice, or nests deeper than 64: what walks through the value may then do so

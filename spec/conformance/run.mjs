@@ -146,8 +146,8 @@ function judge(found, expected, kind, codes_only) {
 }
 
 /**
- * A file that must be found good, or a fixture with its expected issues. What is kept packed is unpacked into a
- * folder of its own.
+ * A file that must be found good, or a fixture with its expected issues. What is kept packed is unpacked into
+ * a folder of its own.
  */
 async function run_check(kind, name, expected, ask, codes_only) {
   const row = {kind, name: `${kind}/${name}`, queries: 1, worst: 0, failures: []};
@@ -177,6 +177,9 @@ const SOUND = {
   others: 'none'
 };
 
+/** The garment in a folder. */
+const garment_in = (folder) => readdirSync(folder).find((name) => /\.gl(tf|b)$/.test(name));
+
 async function run_all({command, only, codes_only}) {
   const {ask, stop} = start(command);
   const wanted = (name) => name.includes(only);
@@ -185,7 +188,7 @@ async function run_all({command, only, codes_only}) {
     if (wanted(`vectors/${name.replace(/json$/, 'exr')}`)) rows.push(await run_vectors(name, ask));
   }
   for (const name of readdirSync(join(here, 'valid')).sort()) {
-    const file = name.endsWith('.exr') ? name : `${name}/garment.gltf`;
+    const file = name.endsWith('.exr') ? name : `${name}/${garment_in(join(here, 'valid', name))}`;
     if (wanted(`valid/${file}`)) rows.push(await run_check('valid', file, SOUND, ask, codes_only));
   }
   for (const kind of ['invalid', 'warnings']) {

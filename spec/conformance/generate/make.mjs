@@ -104,7 +104,8 @@ export function file_of(fixture) {
   fixture.text?.(text);
   seal(parts, fixture.string ? fixture.string(text) : JSON.stringify(text), fabric);
   fixture.after?.(parts);
-  const bytes = write_exr({multipart: !fixture.plain, parts, order: fixture.order, gap: fixture.gap}, fixture.deflate ?? deflate);
+  const bytes = write_exr(
+    {multipart: !fixture.plain, parts, order: fixture.order, gap: fixture.gap}, fixture.deflate ?? deflate);
   return fixture.bytes?.(bytes) ?? bytes;
 }
 

@@ -204,8 +204,7 @@ export function check_fabric(bytes) {
     part.levels.forEach((_, k) => {
       if (fabric.layers[part.name]?.levels.includes(k)) return;
       collect(issues, () => {
-        const zero =
-          [...read_level(part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
+        const zero = [...read_level(part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
         if (!zero && fabric.layers[part.name])
           advise(`${part.name}/level ${k}`, 'is not listed, but not zero');
       });

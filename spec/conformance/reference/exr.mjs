@@ -194,8 +194,8 @@ function parse_tiles(value, {width, height}, place) {
   if (tile.mode === 2 || (tile.mode === 1 && rounding === 1))
     throw new Issue('EXR_UNSUPPORTED', place, 'rip maps, and levels rounded up, are not read');
   const count = tile.mode === 1 ? chain_length(width, height) : 1;
-  const levels = Array.from(
-    {length: count}, (_, k) => ({width: level_size(width, k), height: level_size(height, k)}));
+  const levels =
+    Array.from({length: count}, (_, k) => ({width: level_size(width, k), height: level_size(height, k)}));
   return {tile, levels};
 }
 
@@ -211,7 +211,8 @@ function parse_header(cursor, index, version) {
   const unsupported = (message) => {
     throw new Issue('EXR_UNSUPPORTED', place, message);
   };
-  const need = (attribute) => attributes.get(attribute)?.value ?? wrong(`the attribute ${attribute} is missing`);
+  const need = (attribute) =>
+    attributes.get(attribute)?.value ?? wrong(`the attribute ${attribute} is missing`);
   const window = (attribute) => {
     const v = need(attribute), corners = [0, 4, 8, 12].map((at) => v.readInt32LE(at));
     if (corners.some((x) => Math.abs(x) > WINDOW_LIMIT)) wrong(`${attribute} is out of range`);
@@ -225,7 +226,8 @@ function parse_header(cursor, index, version) {
   if (!multipart && (kind === 'tiledimage') !== ((version & TILED) !== 0)) wrong('type and flags differ');
   const dataWindow = window('dataWindow'), displayWindow = window('displayWindow');
   const pixelAspectRatio = need('pixelAspectRatio').readFloatLE(0);
-  if (!(pixelAspectRatio >= Math.fround(1e-6) && pixelAspectRatio <= 1e6)) wrong('pixelAspectRatio is out of range');
+  if (!(pixelAspectRatio >= Math.fround(1e-6) && pixelAspectRatio <= 1e6))
+    wrong('pixelAspectRatio is out of range');
   need('screenWindowCenter');
   const screen = need('screenWindowWidth').readFloatLE(0);
   if (!(screen >= 0 && screen < Infinity)) wrong('screenWindowWidth is out of range');
@@ -292,7 +294,8 @@ function place_chunks({bytes, multipart, parts}, first) {
       const pixels = chunk.width * chunk.height;
       if (!LOSSY.includes(part.compression)) {
         damaged(size > pixel * pixels, 'a chunk is longer than its pixels');
-        damaged(part.compression === 'none' && size !== pixel * pixels, 'a chunk is not as long as its pixels');
+        damaged(
+          part.compression === 'none' && size !== pixel * pixels, 'a chunk is not as long as its pixels');
         if (4 * part.channels.length * pixels > LIMITS.expansion * size)
           throw new Issue('FILE_TOO_LARGE', part.name, `${pixels} pixels from ${size} bytes`);
       }

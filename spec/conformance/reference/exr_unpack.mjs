@@ -34,7 +34,8 @@ function undo_filter(data) {
 export function unpack(packed, bytes_per_pixel, width, height, compression) {
   const size = bytes_per_pixel.reduce((sum, bytes) => sum + bytes, 0) * width * height;
   if (packed.length === size) return packed;  // what does not shrink is stored as it is, whatever the codec
-  if (compression === 'piz') return unpack_piz(packed, bytes_per_pixel.map((bytes) => bytes / 2), width, height);
+  if (compression === 'piz')
+    return unpack_piz(packed, bytes_per_pixel.map((bytes) => bytes / 2), width, height);
   if (compression === 'rle') {
     const data = unpack_rle(packed, size);
     return data && undo_filter(data);
@@ -47,4 +48,3 @@ export function unpack(packed, bytes_per_pixel, width, height, compression) {
   }
   return null;
 }
-

@@ -163,7 +163,8 @@ function part_attributes(part, chunk_count, multipart) {
  * absent
  *   gap        bytes of no meaning before, between and behind the chunks
  */
-export function write_exr({multipart = true, parts, order = (chunks) => chunks, gap = 0}, deflate = deflateSync) {
+export function write_exr(
+  {multipart = true, parts, order = (chunks) => chunks, gap = 0}, deflate = deflateSync) {
   const chunks = parts.map((part) => part_chunks(part, deflate));
   const long = parts.some(
     (part) => [...part.channels.map((c) => c.name), ...Object.keys(part.attributes ?? {})].some(

@@ -105,7 +105,9 @@ class Parser {
   }
 }
 
-/** The value of a JSON text in UTF-8 (a Buffer) whose brackets nest `depth` deep at most; else a SyntaxError. */
+/**
+ * The value of a JSON text in UTF-8 (a Buffer) whose brackets nest `depth` deep at most; else a SyntaxError.
+ */
 export function parse_json(bytes, depth) {
   let text;
   try {

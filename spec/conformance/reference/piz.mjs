@@ -91,7 +91,9 @@ function wavelets(data, planes, width, height, largest, inverse) {
   }
 }
 
-/** The codes of lengths, a Map from symbols to lengths: the first code of a length, and its symbols in order. */
+/**
+ * The codes of lengths, a Map from symbols to lengths: the first code of a length, and its symbols in order.
+ */
 function canonical_codes(lengths) {
   const by_length = Array.from({length: LONGEST_CODE + 1}, () => ({first: 0, symbols: []}));
   for (const symbol of [...lengths.keys()].sort((a, b) => a - b))
@@ -291,5 +293,6 @@ export function pack_piz(bytes, words_per_pixel, width, height) {
   head.writeUInt16LE(least, 0);
   head.writeUInt16LE(most, 2);
   size.writeInt32LE(stream.length, 0);
-  return Buffer.concat([head, least <= most ? occurs.subarray(least, most + 1) : head.subarray(4), size, stream]);
+  return Buffer.concat(
+    [head, least <= most ? occurs.subarray(least, most + 1) : head.subarray(4), size, stream]);
 }

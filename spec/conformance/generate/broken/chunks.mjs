@@ -57,9 +57,11 @@ const places = [
     'chunk-never-written', 'an offset of 0: the writer did not come to its end', 'opacity',
     offset_of_opacity(() => 0)),
   damaged(
-    'chunk-within-the-header', 'an offset that leads into the header', 'opacity', offset_of_opacity(() => 100)),
+    'chunk-within-the-header', 'an offset that leads into the header', 'opacity',
+    offset_of_opacity(() => 100)),
   damaged(
-    'chunk-beyond-the-end', 'an offset beyond the file', 'opacity', offset_of_opacity((b) => b.length + 1000)),
+    'chunk-beyond-the-end', 'an offset beyond the file', 'opacity',
+    offset_of_opacity((b) => b.length + 1000)),
   damaged(
     'chunk-of-another-part', 'a chunk says that it belongs to another part', 'opacity',
     (b) => with_i32(b, chunk_at(b, 2), 1)),
@@ -72,7 +74,9 @@ const places = [
   damaged(
     'chunk-of-another-level', 'a tile says that it belongs to another level', 'opacity',
     (b) => with_i32(b, chunk_at(b, 2) + TILE_LEVEL, 1)),
-  damaged('chunks-that-share-bytes', 'a chunk within the pixels of another', '', share_bytes, packed_as('preview', 'none')),
+  damaged(
+    'chunks-that-share-bytes', 'a chunk within the pixels of another', '', share_bytes,
+    packed_as('preview', 'none')),
 ];
 
 const sizes = [
@@ -80,13 +84,15 @@ const sizes = [
     'chunk-of-negative-size', 'a chunk of the size -1', 'opacity',
     (b) => with_i32(b, chunk_at(b, 2) + TILE_SIZE, -1)),
   damaged(
-    'chunk-of-no-bytes', 'a chunk of the size 0', 'opacity', (b) => with_i32(b, chunk_at(b, 2) + TILE_SIZE, 0)),
+    'chunk-of-no-bytes', 'a chunk of the size 0', 'opacity',
+    (b) => with_i32(b, chunk_at(b, 2) + TILE_SIZE, 0)),
   damaged(
     'chunk-longer-than-its-pixels', 'six packed bytes for four of pixels', 'opacity',
-    (b) => Buffer.concat([with_i32(b, chunk_at(b, 2, 1) + TILE_SIZE, 6), Buffer.alloc(2)]), {evaluate: ask(1)}),
+    (b) => Buffer.concat([with_i32(b, chunk_at(b, 2, 1) + TILE_SIZE, 6), Buffer.alloc(2)]),
+    {evaluate: ask(1)}),
   damaged(
-    'chunk-shorter-than-its-pixels', 'without compression, a chunk with a byte less than its pixels', 'opacity',
-    (b) => with_i32(b, chunk_at(b, 2) + TILE_SIZE, 23), packed_as('opacity', 'none')),
+    'chunk-shorter-than-its-pixels', 'without compression, a chunk with a byte less than its pixels',
+    'opacity', (b) => with_i32(b, chunk_at(b, 2) + TILE_SIZE, 23), packed_as('opacity', 'none')),
 ];
 
 // Only level 0 of `lobes` has so many bytes: 3 channels of 3 x 2 floats.
@@ -119,12 +125,11 @@ const codecs = [
   damaged(
     'zip-stream', 'a compressed chunk is not a zlib stream', 'lobes',
     (b) => with_bytes(b, chunk_at(b, 1) + TILE_DATA, 0xFF, 0xFF, 0xFF, 0xFF)),
-  damaged(
-    'zip-checksum', 'a zlib stream with a wrong checksum', 'lobes', undefined, zip_of_lobes((data) => {
-      const packed = deflate(data);
-      packed[packed.length - 1] ^= 1;
-      return packed;
-    })),
+  damaged('zip-checksum', 'a zlib stream with a wrong checksum', 'lobes', undefined, zip_of_lobes((data) => {
+            const packed = deflate(data);
+            packed[packed.length - 1] ^= 1;
+            return packed;
+          })),
   damaged(
     'zip-too-short', 'a zlib stream that gives a byte too few', 'lobes', undefined,
     zip_of_lobes((data) => deflate(data.subarray(1)))),

@@ -42,6 +42,11 @@ const short_names = flags((byte) => byte & ~4);
 const on_opacity = (change) => (parts) => change(part_of(parts, 'opacity'));
 
 const files = [
+  broken('FILE_MISSING', 'no-file', 'a file that is not there', '', {file: 'fabric.exr', files: {}}),
+  broken('FILE_UNREADABLE', 'folder', 'a folder instead of a file', '', {
+    file: 'fabric.exr',
+    files: {'fabric.exr/README': Buffer.from('A folder.\n')},
+  }),
   header('EXR_MALFORMED', 'not-exr', 'a text file', () => Buffer.from('This is not a picture.\n'), others),
   header(MALFORMED_OR_DAMAGED, 'empty', 'no byte at all', () => Buffer.alloc(0), others),
   header(MALFORMED_OR_DAMAGED, 'header-cut', 'the file ends within the header', (b) => b.subarray(0, 700)),
@@ -49,8 +54,8 @@ const files = [
   header('EXR_UNSUPPORTED', 'unknown-flag', 'a flag that is not known', flags((byte) => byte | 0x20)),
   header('EXR_UNSUPPORTED', 'flag-deep', 'the flag for deep data', flags((byte) => byte | 8)),
   header(
-    UNSUPPORTED_OR_MALFORMED, 'flag-tiles-of-several-parts', 'the flag for a tiled file of one part in one of several',
-    flags((byte) => byte | 2)),
+    UNSUPPORTED_OR_MALFORMED, 'flag-tiles-of-several-parts',
+    'the flag for a tiled file of one part in one of several', flags((byte) => byte | 2)),
   malformed('type-is-not-the-flag', 'a file in the plain form whose type is not what its flags say', {
     layers: [],
     plain: true,
@@ -61,8 +66,8 @@ const files = [
 ];
 
 const REQUIRED = [
-  'channels', 'compression', 'dataWindow', 'displayWindow', 'lineOrder', 'pixelAspectRatio', 'screenWindowCenter',
-  'screenWindowWidth', 'name', 'type', 'chunkCount', 'tiles'
+  'channels', 'compression', 'dataWindow', 'displayWindow', 'lineOrder', 'pixelAspectRatio',
+  'screenWindowCenter', 'screenWindowWidth', 'name', 'type', 'chunkCount', 'tiles'
 ];
 const named = (name) => ({
   before: on_opacity((part) => {
@@ -78,8 +83,8 @@ const attributes = [
     'EXR_MALFORMED', 'attribute-of-negative-size', 'the size of an attribute is -1',
     (b) => with_i32(b, find_attribute(b, 0, 'wrapmodes').at - 4, -1)),
   ...REQUIRED.map(
-    (name) =>
-      opacity_attribute('EXR_MALFORMED', `missing-${name}`, `a part without the attribute ${name}`, name, null)),
+    (name) => opacity_attribute(
+      'EXR_MALFORMED', `missing-${name}`, `a part without the attribute ${name}`, name, null)),
   opacity_attribute(
     'EXR_MALFORMED', 'attribute-of-another-type', 'lineOrder as an int', 'lineOrder', attribute.int(0)),
   opacity_attribute(
@@ -91,7 +96,8 @@ const attributes = [
     }),
     bytes: renamed('seam2\0', 'seam1\0'),
   }),
-  malformed('attribute-name-with-a-control-character', 'a line feed in the name of an attribute', named('seam\n')),
+  malformed(
+    'attribute-name-with-a-control-character', 'a line feed in the name of an attribute', named('seam\n')),
   malformed('attribute-name-not-utf-8', 'the byte FF in the name of an attribute', named('seam\xFF')),
   malformed(
     'attribute-name-of-32-bytes', 'a name of 32 bytes without the flag for long names',
@@ -104,7 +110,8 @@ const attributes = [
   }),
 ];
 
-const part_named = (name) => ({before: (parts) => parts.push({...unknown_part('seams', 'seams.depth'), name})});
+const part_named = (name) =>
+  ({before: (parts) => parts.push({...unknown_part('seams', 'seams.depth'), name})});
 
 const parts = [
   malformed('same-part-twice', 'two parts of the same name', {
@@ -120,7 +127,8 @@ const parts = [
     'EXR_MALFORMED', 'pixel-aspect-ratios-differ', 'a part with another pixelAspectRatio', 'pixelAspectRatio',
     attribute.float(2)),
   every_attribute(
-    'EXR_MALFORMED', 'pixel-aspect-ratio-of-0', 'a pixelAspectRatio of 0', 'pixelAspectRatio', attribute.float(0)),
+    'EXR_MALFORMED', 'pixel-aspect-ratio-of-0', 'a pixelAspectRatio of 0', 'pixelAspectRatio',
+    attribute.float(0)),
   every_attribute(
     'EXR_MALFORMED', 'screen-window-width-nan', 'a screenWindowWidth of NaN', 'screenWindowWidth',
     attribute.float(NaN)),
@@ -138,12 +146,14 @@ const parts = [
     }
   }),
   opacity_attribute(
-    'EXR_UNSUPPORTED', 'compression-unknown', 'compression 10', 'compression', ['compression', Buffer.from([10])]),
+    'EXR_UNSUPPORTED', 'compression-unknown', 'compression 10', 'compression',
+    ['compression', Buffer.from([10])]),
   opacity_attribute(
     MALFORMED_OR_DAMAGED, 'chunk-count', 'chunkCount is not the number of chunks', 'chunkCount',
     attribute.int(1000000)),
   opacity_attribute(
-    UNSUPPORTED_OR_MALFORMED, 'part-of-another-type', 'a part of type volume', 'type', attribute.string('volume')),
+    UNSUPPORTED_OR_MALFORMED, 'part-of-another-type', 'a part of type volume', 'type',
+    attribute.string('volume')),
   opacity_attribute(
     UNSUPPORTED_OR_MALFORMED, 'deep', 'a part of deep tiles', 'type', attribute.string('deeptile'),
     {bytes: flags((byte) => byte | 8), ...others}),
@@ -173,21 +183,24 @@ const channels = [
   header(
     UNSUPPORTED_OR_MALFORMED, 'sub-sampled', 'a channel with every second pixel only', in_channel(8, 2),
     others),
-  header(['EXR_MALFORMED', 'EXR_UNSUPPORTED'], 'sampling-of-0', 'a channel whose sampling is 0', in_channel(8, 0)),
+  header(
+    ['EXR_MALFORMED', 'EXR_UNSUPPORTED'], 'sampling-of-0', 'a channel whose sampling is 0', in_channel(8, 0)),
   opacity_attribute(
     'EXR_MALFORMED', 'no-channels', 'an empty list of channels', 'channels', ['chlist', Buffer.from([0])]),
   opacity_attribute(
     'EXR_MALFORMED', 'channels-without-end', 'a list of channels that no zero ends', 'channels',
     ['chlist', Buffer.from('opacity.0000')]),
-  malformed('channels-and-more', 'bytes behind the end of the list of channels', {
-    bytes: (b) => with_bytes(b, find_attribute(b, 2, 'channels').at + 'opacity.0000\0'.length + 16, 0)
-  }),
+  malformed(
+    'channels-and-more', 'bytes behind the end of the list of channels',
+    {bytes: (b) => with_bytes(b, find_attribute(b, 2, 'channels').at + 'opacity.0000\0'.length + 16, 0)}),
   malformed('channels-out-of-order', 'channels that are not in the byte order of their names', {
     bytes: renamed('opacity.0000\0', 'opacity.0002\0'),
   }),
-  malformed('channel-twice', 'a channel that is there twice', {bytes: renamed('opacity.0001\0', 'opacity.0000\0')}),
   malformed(
-    'channel-name-with-a-control-character', 'a bell in the name of a channel', channel_named('opacity.x\x07')),
+    'channel-twice', 'a channel that is there twice', {bytes: renamed('opacity.0001\0', 'opacity.0000\0')}),
+  malformed(
+    'channel-name-with-a-control-character', 'a bell in the name of a channel',
+    channel_named('opacity.x\x07')),
   malformed('channel-name-not-utf-8', 'the byte FF in the name of a channel', channel_named('opacity.x\xFF')),
   malformed(
     'channel-name-of-32-bytes', 'a name of 32 bytes without the flag for long names',

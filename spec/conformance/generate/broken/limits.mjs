@@ -1,10 +1,22 @@
-// Files beyond the limits that fabric.md states. Where a limit can only be broken by a large file, `large` says
-// that it is kept packed.
+// Files beyond the limits that fabric.md states. Where a limit can only be broken by a large file, `large`
+// says that it is kept packed.
 import {LINES_PER_CHUNK} from '../../reference/exr.mjs';
 import {attribute} from '../../reference/exr_write.mjs';
 import {deflate} from '../deflate.mjs';
 import {part_of} from '../make.mjs';
-import {TILE_SIZE, base, broken, chunk_at, everywhere, others, set, unknown_part, unread, with_i32, zeros} from './common.mjs';
+import {
+  TILE_SIZE,
+  base,
+  broken,
+  chunk_at,
+  everywhere,
+  others,
+  set,
+  unknown_part,
+  unread,
+  with_i32,
+  zeros
+} from './common.mjs';
 
 const too_large = (what, about, changes) => broken('FILE_TOO_LARGE', what, about, '', changes);
 const on_opacity = (change) => (parts) => change(part_of(parts, 'opacity'));
@@ -57,8 +69,7 @@ export const beyond_limits = [
   }),
   too_large('parts', '65 parts', {
     before: (parts) => {
-      for (let i = parts.length; i < 65; ++i)
-        parts.push(unknown_part(`x${i}`, `x${i}.q`));
+      for (let i = parts.length; i < 65; ++i) parts.push(unknown_part(`x${i}`, `x${i}.q`));
     },
   }),
   too_large('attributes', '4,097 attributes in a part', {
@@ -85,11 +96,13 @@ export const beyond_limits = [
     text: set('/texels', [4096, 4096]),
     ...unread,
   }),
-  broken(['FILE_TOO_LARGE', 'FILE_DAMAGED'], 'chunk-from-one-byte', '32,768 bytes of floats from a chunk of one byte', '', {
-    texels: [64, 64],
-    value: {...base.value, opacity: everywhere(1)},
-    bytes: (b) => with_i32(b, chunk_at(b, 2) + TILE_SIZE, 1),
-  }),
+  broken(
+    ['FILE_TOO_LARGE', 'FILE_DAMAGED'], 'chunk-from-one-byte',
+    '32,768 bytes of floats from a chunk of one byte', '', {
+      texels: [64, 64],
+      value: {...base.value, opacity: everywhere(1)},
+      bytes: (b) => with_i32(b, chunk_at(b, 2) + TILE_SIZE, 1),
+    }),
   broken(
     ['FILE_TOO_LARGE', 'FILE_DAMAGED'], 'level-of-so-small-a-file',
     '4,096 x 4,096 texels in a file of a few kilobytes', '', {

@@ -84,7 +84,8 @@ export const broken_members = [
   member('layer-levels-negative', LEVELS, [-1, 0]),
   member('layer-levels-fraction', LEVELS, [0, 0.5]),
   member('layer-levels-number', LEVELS, 0),
-  written('layer-levels-with-an-exponent', LEVELS, '"opacity":{"levels":[0,1]', '"opacity":{"levels":[0e0,1]'),
+  written(
+    'layer-levels-with-an-exponent', LEVELS, '"opacity":{"levels":[0,1]', '"opacity":{"levels":[0e0,1]'),
   member('layer-optional-number', `${OPACITY}/optional`, 1),
   member('layer-optional-text', `${OPACITY}/optional`, 'true'),
   member('lobes-missing', LOBES, missing),

@@ -39,15 +39,17 @@ const layouts = [
   }),
   broken(
     'FABRIC_PART', 'preview-missing', 'no preview', 'preview', {before: (parts) => parts.shift(), ...unread}),
-  broken('FABRIC_PART', 'plain-without-a-name', 'a file in the plain form whose only part has no name', 'preview', {
-    layers: [],
-    plain: true,
-    after: ([first]) => {
-      first.attributes.name = null;
-    },
-    ...others,
-    ...unread,
-  }),
+  broken(
+    'FABRIC_PART', 'plain-without-a-name', 'a file in the plain form whose only part has no name', 'preview',
+    {
+      layers: [],
+      plain: true,
+      after: ([first]) => {
+        first.attributes.name = null;
+      },
+      ...others,
+      ...unread,
+    }),
   on_opacity(
     'scan-lines', 'a data part of scan lines',
     (part) => {

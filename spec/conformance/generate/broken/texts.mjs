@@ -15,7 +15,8 @@ const written = (what, about, string) => broken('FABRIC_MALFORMED', what, about,
 const replaced = (from, to) => (text) => JSON.stringify(text).replace(from, to);
 const PROVENANCE = '"provenance":{';
 /** Brackets of the text itself, of the provenance, and of a list of lists. */
-const nested = (depth) => replaced(PROVENANCE, `${PROVENANCE}"deep":${'['.repeat(depth - 2)}${']'.repeat(depth - 2)},`);
+const nested = (depth) =>
+  replaced(PROVENANCE, `${PROVENANCE}"deep":${'['.repeat(depth - 2)}${']'.repeat(depth - 2)},`);
 
 const texts = [
   text_attribute('no-text', 'no attribute text', null),

@@ -32,16 +32,19 @@ export const unwise_fabrics = [
   warning('FABRIC_ENERGY', 'rho', 'rho = 2: more than six times the light comes back', 'level 0', {
     value: {lobes: lobe({rho: 2}), opacity: everywhere(1)},
   }),
-  warning('FABRIC_ENERGY', 'one-texel', 'rho = 0.5 at one texel: half as much again as it receives', 'level 0', {
-    value: {
-      lobes: (level, channel, t) => channel.startsWith('lobes.diffuse') && level + t === 0 ? 0.5 : 0.1,
-      opacity: everywhere(1)
-    },
-  }),
-  warning('FABRIC_ENERGY', 'oblique-light', 'more light comes back than falls on it from 60 degrees, not from above', 'level', {
-    K: 1,
-    value: {lobes: lobe({rho: 0.2, xy: -1.2, z: 0.3, n: 2}), opacity: everywhere(1)},
-  }),
+  warning(
+    'FABRIC_ENERGY', 'one-texel', 'rho = 0.5 at one texel: half as much again as it receives', 'level 0', {
+      value: {
+        lobes: (level, channel, t) => channel.startsWith('lobes.diffuse') && level + t === 0 ? 0.5 : 0.1,
+        opacity: everywhere(1)
+      },
+    }),
+  warning(
+    'FABRIC_ENERGY', 'oblique-light',
+    'more light comes back than falls on it from 60 degrees, not from above', 'level', {
+      K: 1,
+      value: {lobes: lobe({rho: 0.2, xy: -1.2, z: 0.3, n: 2}), opacity: everywhere(1)},
+    }),
   warning('FABRIC_ENERGY', 'no-lobes', 'no lobes: f = 1, and pi times the light comes back', 'level', {
     layers: ['opacity'],
     value: {opacity: everywhere(1)},
@@ -85,15 +88,15 @@ export const unwise_fabrics = [
     before: (parts) => parts.push(parts.shift()),
   }),
   advice('preview-tiled', 'a preview in tiles', 'preview', of_preview((part) => {
-    part.tile = {width: 32, height: 32};
-  })),
+           part.tile = {width: 32, height: 32};
+         })),
   // Its chunk is stored as it is.
   advice('preview-lossy', 'a preview in lossy compression', 'preview', of_preview((part) => {
-    part.compression = 'pxr24';
-  })),
+           part.compression = 'pxr24';
+         })),
   advice('preview-without-alpha', 'a preview without the channel A', 'preview/A', of_preview((part) => {
-    part.channels.shift();
-  })),
+           part.channels.shift();
+         })),
   advice('mirror-missing', 'no mirror selvedge.model', 'selvedge.model', {
     after: ([first]) => {
       first.attributes['selvedge.model'] = null;
