@@ -2,25 +2,25 @@
 //
 //   node generate.mjs          writes valid/, vectors/, invalid/ and warnings/ anew
 //   node generate.mjs --check  compares them with what would be written; exit 1 if they differ
-//   node generate.mjs --coverage  lists the codes of issues.md with the number of their fixtures, or why they
-//   have
-//                                 none; exit 1 if one has neither, or both
+//   node generate.mjs --coverage
+//                              lists the codes of issues.md with the number of their fixtures, or why they
+//                              have none; exit 1 if one has neither, or both
 //
 // Files are the same byte by byte on every machine: the generator has its own random numbers and its own
 // packer. Only the numbers in vectors/ pass through Math.pow and the like, whose last digit differs between
-// engines; there
-// --check allows a relative 1e-9 (5 % for tolerances, which are given with two digits).
+// engines; there --check allows a relative 1e-9 (5 % for tolerances, which are given with two digits). Of
+// files that are kept packed it compares what they unpack to.
 import {mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync} from 'node:fs';
 import {dirname, join, relative} from 'node:path';
 import {fileURLToPath} from 'node:url';
 import {gunzipSync, gzipSync} from 'node:zlib';
 import {broken_chunks} from './generate/broken/chunks.mjs';
-import {broken_headers} from './generate/broken/headers.mjs';
 import {broken_garments, unwise_garments} from './generate/broken/garments.mjs';
 import {broken_gltf_data} from './generate/broken/gltf_data.mjs';
 import {broken_gltf_files, unwise_gltf_files} from './generate/broken/gltf_files.mjs';
 import {broken_gltf_members, unwise_gltf_members} from './generate/broken/gltf_members.mjs';
 import {broken_gltf_nodes, unwise_gltf_nodes} from './generate/broken/gltf_nodes.mjs';
+import {broken_headers} from './generate/broken/headers.mjs';
 import {beyond_limits} from './generate/broken/limits.mjs';
 import {broken_members} from './generate/broken/members.mjs';
 import {broken_parts} from './generate/broken/parts.mjs';
