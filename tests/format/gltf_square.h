@@ -1,0 +1,109 @@
+// A good glTF file to be broken, one rule at a time.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "format/gltf_check.h"
+#include "tests/format/gltf_fixtures.h"
+
+namespace selvedge::test {
+
+/// A square of two triangles with all attributes that a fabric wants, as JSON to be broken, and its bytes.
+struct Square {
+  Json json;
+  std::string bytes;
+
+  Square() {
+    bytes = bytes_of<float>({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}) +
+            bytes_of<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}) +
+            bytes_of<float>({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}) +
+            bytes_of<float>({0, 1, 1, 1, 1, 0, 0, 0}) + bytes_of<std::uint16_t>({0, 1, 2, 0, 2, 3});
+    json = Json::parse(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+      "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"TANGENT":2,"TEXCOORD_0":3},
+                                "indices":4,"material":0}]}],
+      "materials":[{"name":"cloth"}],
+      "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+                   {"bufferView":1,"componentType":5126,"count":4,"type":"VEC3"},
+                   {"bufferView":2,"componentType":5126,"count":4,"type":"VEC4"},
+                   {"bufferView":3,"componentType":5126,"count":4,"type":"VEC2"},
+                   {"bufferView":4,"componentType":5123,"count":6,"type":"SCALAR"}],
+      "bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48,"target":34962},
+                     {"buffer":0,"byteOffset":48,"byteLength":48,"target":34962},
+                     {"buffer":0,"byteOffset":96,"byteLength":64,"target":34962},
+                     {"buffer":0,"byteOffset":160,"byteLength":32,"target":34962},
+                     {"buffer":0,"byteOffset":192,"byteLength":12,"target":34963}],
+      "buffers":[{"byteLength":204}]})");
+  }
+
+  template <class T>
+  void put(std::size_t at, T value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+  }
+
+  /// Refers to a fabric file, with a complete fallback (whose texture is a PNG header).
+  void dress() {
+    const std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\10\2\0\0\0\0\0\0\0", 33);
+    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 204}, {"byteLength", png.size()}});
+    bytes += png;
+    json["buffers"][0]["byteLength"] = bytes.size();
+    json["images"] = Json::array({{{"bufferView", 5}, {"mimeType", "image/png"}}});
+    json["textures"] = Json::array({{{"source", 0}}});
+    json["extensionsUsed"] = {"SELVEDGE_materials_fabric", "KHR_texture_transform"};
+    json["extensions"]["SELVEDGE_materials_fabric"]["fabrics"] =
+        Json::parse(R"([{"name":"net","mimeType":"image/x-exr","uri":"the%20net.exr"}])");
+    json["materials"][0] = Json::parse(R"({"name":"cloth","alphaMode":"MASK",
+      "pbrMetallicRoughness":{"metallicFactor":0,"baseColorTexture":{"index":0,
+        "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}},
+      "extensions":{"SELVEDGE_materials_fabric":{"fabric":{"index":0,
+        "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}},
+      "extras":{"SELVEDGE_materials_fabric":{"index":0,"name":"net","uri":"the%20net.exr",
+        "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}})");
+  }
+
+  Json& at(const char* pointer) { return json[Json::json_pointer(pointer)]; }
+  Json& primitive() { return at("/meshes/0/primitives/0"); }
+  Json& material() { return at("/materials/0"); }
+  Json& root_fabrics() { return at("/extensions/SELVEDGE_materials_fabric/fabrics"); }
+};
+
+inline std::string text_of(const Issues& issues) {
+  std::string text;
+  for (const Error& issue : issues) text += to_line(issue) + "\n";
+  return text;
+}
+
+inline Issues check(const Folder& folder, const Square& square) {
+  put(folder / "case.glb", glb(square.json.dump(), square.bytes));
+  return check_gltf(folder / "case.glb");
+}
+
+/// One rule that is broken, and the only issue that it may lead to.
+struct Case {
+  const char* what;
+  std::function<void(Square&)> spoil;
+  Code code;
+  const char* place;
+};
+
+inline void check_cases(const Folder& folder, const std::vector<Case>& cases, bool dressed) {
+  for (const Case& one : cases) {
+    CAPTURE(one.what);
+    Square square;
+    if (dressed) square.dress();
+    one.spoil(square);
+    const Issues issues = check(folder, square);
+    INFO(text_of(issues));
+    REQUIRE(issues.size() == 1);
+    CHECK(issues[0].code == one.code);
+    CHECK(issues[0].place == one.place);
+    CHECK(issues[0].file == folder / "case.glb");
+    CHECK_FALSE(issues[0].message.empty());
+  }
+}
+
+}  // namespace selvedge::test
