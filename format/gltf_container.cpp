@@ -99,41 +99,11 @@ class Splitter {
   int chunks_ = 0;
 };
 
-/// What a JSON text demands of whoever parses it, without parsing it.
-struct Demands {
-  int nesting = 0;
-  int members = 0;  ///< of its largest object
-};
-
-Demands demands_of(std::string_view text, int deepest_wanted) {
-  Demands demands;
-  std::vector<int> members;  ///< of the brackets that are open
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '{' || c == '[') {
-      members.push_back(0);
-      demands.nesting = std::max(demands.nesting, static_cast<int>(members.size()));
-      if (demands.nesting > deepest_wanted) return demands;
-    } else if ((c == '}' || c == ']') && !members.empty()) {
-      members.pop_back();
-    } else if (c == ':' && !members.empty()) {
-      demands.members = std::max(demands.members, ++members.back());
-    }
-  }
-  return demands;
-}
-
 Result<Json> parse(std::string_view text, const std::string& file, const GltfLimits& limits) {
   if (text.starts_with("\xEF\xBB\xBF")) {
     return fail(Code::json_malformed, file, "", "begins with a byte order mark");
   }
-  const Demands demands = demands_of(text, limits.nesting);
+  const JsonDemands demands = demands_of(text, limits.nesting);
   if (demands.nesting > limits.nesting) {
     return fail(Code::gltf_malformed, file, "",
                 fmt::format("JSON is nested deeper than {} levels", limits.nesting));
@@ -147,6 +117,9 @@ Result<Json> parse(std::string_view text, const std::string& file, const GltfLim
     Json json = Json::parse(text.begin(), text.end(), std::ref(members));
     if (members.broken()) return fail(Code::json_malformed, file, "", "a member stands twice in an object");
     if (!json.is_object()) return fail(Code::gltf_malformed, file, "", "the JSON is not an object");
+    if (std::optional<std::string> place = repeated_member(text)) {
+      return fail(Code::gltf_malformed, file, std::move(*place), "stands there twice");
+    }
     return json;
   } catch (const nlohmann::json::exception& error) {
     return fail(Code::json_malformed, file, "", error.what());

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <functional>
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "format/fabric_names.h"
 
@@ -11,8 +15,67 @@ namespace {
 
 using nlohmann::json;
 
-bool nests_deeper(std::string_view text, int most) {
-  int depth = 0;
+/// Stops at a member that its object has already.
+class RepetitionFinder : public nlohmann::json_sax<json> {
+ public:
+  std::optional<std::string> found;
+
+  bool null() override { return step(); }
+  bool boolean(bool) override { return step(); }
+  bool number_integer(number_integer_t) override { return step(); }
+  bool number_unsigned(number_unsigned_t) override { return step(); }
+  bool number_float(number_float_t, const string_t&) override { return step(); }
+  bool string(string_t&) override { return step(); }
+  bool binary(binary_t&) override { return step(); }
+  bool start_object(std::size_t) override { return open(false); }
+  bool start_array(std::size_t) override { return open(true); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
+    return false;
+  }
+
+  bool key(string_t& name) override {
+    open_.back().step = name;
+    if (open_.back().members.insert(name).second) return true;
+    found.emplace();
+    for (const Level& level : open_) {
+      found = pointer_to(*found, level.is_array ? std::to_string(level.count - 1) : level.step);
+    }
+    return false;
+  }
+
+ private:
+  /// An array or an object that is open, and which of its values is being read.
+  struct Level {
+    bool is_array = false;
+    std::size_t count = 0;
+    std::string step;
+    std::set<std::string> members;
+  };
+
+  bool step() {
+    if (!open_.empty()) ++open_.back().count;
+    return true;
+  }
+  bool open(bool is_array) {
+    step();
+    open_.push_back({is_array, 0, {}, {}});
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+
+  std::vector<Level> open_;
+};
+
+}  // namespace
+
+JsonDemands demands_of(std::string_view text, int deepest_wanted) {
+  JsonDemands demands;
+  std::vector<int> members;  ///< of the brackets that are open
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -21,24 +84,30 @@ bool nests_deeper(std::string_view text, int most) {
       if (c == '"') in_string = false;
     } else if (c == '"') {
       in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > most) return true;
-    } else if (c == ']' || c == '}') {
-      --depth;
+    } else if (c == '{' || c == '[') {
+      members.push_back(0);
+      demands.nesting = std::max(demands.nesting, static_cast<int>(members.size()));
+      if (demands.nesting > deepest_wanted) return demands;
+    } else if ((c == '}' || c == ']') && !members.empty()) {
+      members.pop_back();
+    } else if (c == ':' && !members.empty()) {
+      demands.members = std::max(demands.members, ++members.back());
     }
   }
-  return false;
+  return demands;
 }
 
-}  // namespace
+std::optional<std::string> repeated_member(std::string_view text) {
+  RepetitionFinder finder;
+  json::sax_parse(text, &finder);
+  return std::move(finder.found);
+}
 
 json parse_json(std::string_view text) {
   constexpr int most_depth = 64;
   if (text.starts_with("\xEF\xBB\xBF")) return json(json::value_t::discarded);  // the parser would skip it
-  if (nests_deeper(text, most_depth)) return json(json::value_t::discarded);
-  MembersOnce members;
-  json parsed = json::parse(text, std::ref(members), false);
-  return members.broken() ? json(json::value_t::discarded) : parsed;
+  const bool good = demands_of(text, most_depth).nesting <= most_depth && !repeated_member(text);
+  return good ? json::parse(text, nullptr, false) : json(json::value_t::discarded);
 }
 
 std::string pointer_to(const std::string& object, const std::string& name) {

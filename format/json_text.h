@@ -1,8 +1,8 @@
-// JSON as it stands in the attributes of our files: what the texts of fabrics and of samples share.
+// JSON texts of which nothing is known, and what the attributes of fabrics and of samples share.
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <set>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,26 +12,18 @@
 
 namespace selvedge {
 
-/// Watches a parser for members that stand twice in their object, which different programs read differently:
-/// to be given to json::parse as its callback, by std::ref.
-class MembersOnce {
- public:
-  template <class AnyJson>
-  bool operator()(int, nlohmann::json::parse_event_t event, const AnyJson& value) {
-    using Event = nlohmann::json::parse_event_t;
-    if (event == Event::object_start) open_objects_.emplace_back();
-    if (event == Event::object_end) open_objects_.pop_back();
-    if (event == Event::key) {
-      broken_ = broken_ || !open_objects_.back().insert(value.template get<std::string>()).second;
-    }
-    return true;
-  }
-  bool broken() const { return broken_; }
-
- private:
-  std::vector<std::set<std::string>> open_objects_;
-  bool broken_ = false;
+/// What a JSON text asks of whoever parses it, found without parsing it.
+struct JsonDemands {
+  int nesting = 0;
+  int members = 0;  ///< of its largest object
 };
+
+/// Looks no further where the brackets nest deeper than `deepest_wanted`.
+JsonDemands demands_of(std::string_view text, int deepest_wanted);
+
+/// The JSON pointer of the first member that its object has a second time: programs differ in which of the
+/// two they take. Nothing where there is none before the text's end, or before the place where it is no JSON.
+std::optional<std::string> repeated_member(std::string_view text);
 
 /// Parses a text of which nothing is known. is_discarded() where it is no JSON, begins with a byte order
 /// mark, has a member twice, or nests deeper than 64: what walks through the value may then do so

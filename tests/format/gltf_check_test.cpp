@@ -286,3 +286,25 @@ TEST_CASE("gltf check: deep nesting and long data URIs that are none are named")
     CHECK(issues[0].place == "/buffers/0");
   }
 }
+
+TEST_CASE("gltf check: a member that stands twice is named, in a .gltf and in a GLB, and not read") {
+  const Folder folder("gltf_check_test");
+  const Square square;
+  const auto repeated = [&](std::string json) {
+    const std::string name = R"("target":34962)";
+    return json.insert(json.rfind(name), R"("target":34962,)");
+  };
+  test::put(folder / "case.glb", test::glb(repeated(square.json.dump()), square.bytes));
+  Square beside;
+  beside.at("/buffers/0")["uri"] = "case.bin";
+  test::put(folder / "case.bin", beside.bytes);
+  test::put(folder / "case.gltf", repeated(beside.json.dump()));
+  for (const char* name : {"case.glb", "case.gltf"}) {
+    const Issues issues = check_gltf(folder / name);
+    INFO(text_of(issues));
+    REQUIRE(issues.size() == 1);
+    CHECK(issues[0].code == Code::gltf_malformed);
+    CHECK(issues[0].place == "/bufferViews/3/target");
+    CHECK_FALSE(read_scene(folder / name).has_value());
+  }
+}
