@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "format/printable.h"
+
 namespace selvedge {
 namespace {
 
@@ -130,6 +132,7 @@ std::string to_line(const Error& error) {
   for (char& c : line) {
     if (c == '\n' || c == '\r' || c == '\t') c = ' ';
   }
+  line = printable(line);
   line += " [";
   line += name_of(error.code);
   line += "]";

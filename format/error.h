@@ -88,7 +88,7 @@ struct Error {
   std::string message;  ///< the reason, without a full stop
 };
 
-/// "file: place: message [CODE]", always a single line.
+/// "file: place: message [CODE]", always a single line, `printable`.
 std::string to_line(const Error& error);
 
 /// Everything that is wrong with a file, in the order in which it was found.

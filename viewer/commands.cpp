@@ -16,6 +16,7 @@
 #include "format/image.h"
 #include "format/option_text.h"
 #include "format/parallel.h"
+#include "format/printable.h"
 #include "viewer/geometry.h"
 
 namespace selvedge {
@@ -146,7 +147,9 @@ int run(const RenderCommand& command) {
   }
   if (!command.quiet) {
     for (const std::vector<std::string>& remarks : {shot->scene.remarks, stats.remarks}) {
-      for (const std::string& remark : remarks) fmt::print(stderr, "selvedge-view: note: {}\n", remark);
+      for (const std::string& remark : remarks) {
+        fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
+      }
     }
   }
   if (command.json) {

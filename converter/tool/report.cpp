@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "format/parallel.h"
+#include "format/printable.h"
 
 namespace selvedge {
 
@@ -20,9 +21,9 @@ void report_issue(const Error& issue) {
 Json to_json(const Error& issue) {
   return {{"code", name_of(issue.code)},
           {"severity", name_of(severity_of(issue.code))},
-          {"file", issue.file},
-          {"place", issue.place},
-          {"message", issue.message}};
+          {"file", as_utf8(issue.file)},
+          {"place", as_utf8(issue.place)},
+          {"message", as_utf8(issue.message)}};
 }
 
 void apply(const CommonOptions& common) { set_threads(common.threads); }
@@ -33,8 +34,12 @@ void report(const CommonOptions& common, const char* verb, const Json& json, con
     whole.update(json);
     fmt::print("{}\n", whole.dump(2, ' ', false, Json::error_handler_t::replace));
   } else if (!common.quiet) {
-    fmt::print("{}", text);
+    fmt::print("{}", printable(text));
   }
+}
+
+void report_remark(const std::string& file, const std::string& remark) {
+  fmt::print(stderr, "selvedge: {}: {}\n", printable(file), printable(remark));
 }
 
 std::vector<std::string> remarks_of(const Cell& cell) {
@@ -52,7 +57,7 @@ std::vector<std::string> remarks_of(const Cell& cell) {
 
 void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell) {
   if (common.json || common.quiet) return;
-  for (const std::string& remark : remarks_of(cell)) fmt::print(stderr, "selvedge: {}: {}\n", input, remark);
+  for (const std::string& remark : remarks_of(cell)) report_remark(input, remark);
 }
 
 std::uint64_t size_of_file(const std::string& path) {

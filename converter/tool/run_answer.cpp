@@ -100,10 +100,8 @@ class Answerer {
     const FileKind kind = kind_of(file).value_or(named_gltf ? FileKind::gltf : FileKind::fabric);
     Json issues = Json::array();
     for (const Error& issue : check_file(file, kind)) {
-      issues.push_back({{"code", name_of(issue.code)},
-                        {"severity", name_of(severity_of(issue.code))},
-                        {"place", issue.place},
-                        {"message", issue.message}});
+      issues.push_back(to_json(issue));
+      issues.back().erase("file");
     }
     return Json{{"issues", issues}};
   }

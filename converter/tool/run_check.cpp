@@ -7,6 +7,7 @@
 #include "converter/tool/commands.h"
 #include "converter/tool/report.h"
 #include "format/gltf_scene.h"
+#include "format/printable.h"
 
 namespace selvedge {
 namespace {
@@ -93,7 +94,7 @@ int run(const CheckCommand& command) {
       const bool failing = command.warnings_as_errors || severity_of(issue.code) == Severity::error;
       if (failing || !(command.common.quiet || command.common.json)) report_issue(issue);
     }
-    Json entry = {{"file", path}, {"good", good}, {"issues", std::move(list)}};
+    Json entry = {{"file", as_utf8(path)}, {"good", good}, {"issues", std::move(list)}};
     if (kind) entry["kind"] = name_of(*kind);
     files.push_back(std::move(entry));
     if (good) text += fmt::format("{}: {}, {}\n", path, name_of(*kind), praise(warnings));

@@ -10,7 +10,7 @@ int run(const DressCommand& command) {
   const auto dressed = dress(command.garment, command.fabric, command.output, command.dress);
   if (!dressed) return report_error(dressed.error());
   for (const std::string& warning : dressed->warnings) {
-    if (!command.common.quiet) fmt::print(stderr, "selvedge: {}: {}\n", command.garment, warning);
+    if (!command.common.quiet) report_remark(command.garment, warning);
   }
   Json materials = Json::array();
   std::string text;

@@ -11,7 +11,7 @@ int run(const ReattachCommand& command) {
   const auto restored = reattach(command.input, command.output, command.reattach);
   if (!restored) return report_error(restored.error());
   for (const std::string& warning : restored->warnings) {
-    if (!command.common.quiet) fmt::print(stderr, "selvedge: {}: {}\n", command.input, warning);
+    if (!command.common.quiet) report_remark(command.input, warning);
   }
   Json materials = Json::array();
   std::string text;
