@@ -27,6 +27,12 @@ struct FileCloser {
 };
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
+/// Null for what is no plain file: a pipe would be waited for.
+File open_plain(const std::string& path, const char* mode) {
+  std::error_code ignored;
+  return File(std::filesystem::is_regular_file(path, ignored) ? std::fopen(path.c_str(), mode) : nullptr);
+}
+
 template <class T>
 void put(std::string& bytes, T value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -146,9 +152,8 @@ Result<BakeJournal> BakeJournal::open(const std::string& path, const SamplesHead
     if (flock(fileno(state->file.get()), LOCK_EX | LOCK_NB) == 0) return {};
     return fail(Code::file_unwritable, path, {}, "another bake is writing it");
   };
-  std::error_code ignored;
-  if (lasting && std::filesystem::is_regular_file(path, ignored)) {
-    state->file.reset(std::fopen(path.c_str(), "r+b"));
+  if (lasting) {
+    state->file = open_plain(path, "r+b");
     if (state->file) {
       if (auto ok = lock(); !ok) return tl::unexpected(ok.error());
       const auto head = read_head(state->file.get(), path);
@@ -189,7 +194,7 @@ Result<BakeJournal> BakeJournal::open(const std::string& path, const SamplesHead
 }
 
 std::optional<SamplesHeader> BakeJournal::read_header(const std::string& path) {
-  const File file(std::fopen(path.c_str(), "rb"));
+  const File file = open_plain(path, "rb");
   if (!file) return std::nullopt;
   const auto head = read_head(file.get(), path);
   if (!head) return std::nullopt;
@@ -202,8 +207,7 @@ Result<BakeJournal> BakeJournal::read(const std::string& path) {
   if (!std::filesystem::exists(path, ignored)) return fail(Code::file_missing, path, {}, "no such file");
   auto state = std::make_unique<State>();
   state->path = path;
-  state->file.reset(std::filesystem::is_regular_file(path, ignored) ? std::fopen(path.c_str(), "rb")
-                                                                    : nullptr);
+  state->file = open_plain(path, "rb");
   if (!state->file) return fail(Code::file_unreadable, path, {}, "cannot be opened as a file");
   auto head = read_head(state->file.get(), path);
   if (!head) return tl::unexpected(head.error());

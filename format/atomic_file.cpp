@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -14,8 +13,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "format/input_file.h"
+
 namespace selvedge {
-namespace {}  // namespace
 
 // What a signal handler may touch: a list that only grows, of plain pointers to strings that live until they
 // are taken out. As many entries as files were ever unfinished at once.
@@ -151,24 +151,14 @@ Result<void> write_file(const std::string& path, const std::string& text) {
 }
 
 Result<std::string> read_file(const std::string& path, std::uintmax_t limit) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  if (!fs::exists(path, error)) return fail(Code::file_missing, path, {}, "no such file");
-  if (fs::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
-  std::FILE* in = std::fopen(path.c_str(), "rb");
-  if (in == nullptr) return fail(Code::file_unreadable, path, {}, reason());
-  std::string text;
-  std::array<char, 1 << 16> block;
-  std::size_t got = 0;
-  while ((got = std::fread(block.data(), 1, block.size(), in)) > 0) {
-    text.append(block.data(), got);
-    if (text.size() > limit) break;
-  }
-  const bool failed = std::ferror(in) != 0;
-  std::fclose(in);
-  if (failed) return fail(Code::file_unreadable, path, {}, reason());
-  if (text.size() > limit) {
+  const Result<InputFile> file = InputFile::open(path);
+  if (!file) return tl::unexpected(file.error());
+  if (file->size() > limit) {
     return fail(Code::file_too_large, path, {}, fmt::format("larger than {} bytes", limit));
+  }
+  std::string text(file->size(), '\0');
+  if (!file->read(0, {reinterpret_cast<std::uint8_t*>(text.data()), text.size()})) {
+    return fail(Code::file_unreadable, path, {}, reason());
   }
   return text;
 }

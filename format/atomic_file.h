@@ -42,7 +42,7 @@ class AtomicFile {
 Result<void> write_file(const std::string& path, std::span<const std::uint8_t> bytes);
 Result<void> write_file(const std::string& path, const std::string& text);
 
-/// Reads a whole file of at most `limit` bytes. A folder or a missing file is named as such.
+/// Reads a whole file of at most `limit` bytes. Errors of opening are those of InputFile.
 Result<std::string> read_file(const std::string& path, std::uintmax_t limit = std::uintmax_t{1} << 32);
 
 /// Removes the temporary files of this process when it is interrupted (SIGINT, SIGTERM, SIGHUP), then dies of

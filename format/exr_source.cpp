@@ -1,47 +1,20 @@
 #include "format/exr_source.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 
 namespace selvedge {
 
-ExrSource::File::~File() { ::close(descriptor); }
-
 Result<ExrSource> ExrSource::open(const std::string& path) {
-  // Not blocking: opening a pipe that nobody writes to would wait for ever.
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) {
-    const int reason = errno;
-    if (reason == ENOENT || reason == ENOTDIR) return fail(Code::file_missing, path, {}, "no such file");
-    return fail(Code::file_unreadable, path, {}, std::strerror(reason));
-  }
-  auto file = std::make_unique<File>(descriptor);
-  struct stat status {};
-  if (::fstat(descriptor, &status) != 0) return fail(Code::file_unreadable, path, {}, std::strerror(errno));
-  if (S_ISDIR(status.st_mode)) return fail(Code::file_unreadable, path, {}, "is a folder");
-  if (!S_ISREG(status.st_mode)) return fail(Code::file_unreadable, path, {}, "is not a plain file");
-  return ExrSource(std::move(file), static_cast<std::uint64_t>(status.st_size));
+  Result<InputFile> file = InputFile::open(path);
+  if (!file) return tl::unexpected<Error>(std::move(file.error()));
+  return ExrSource(std::move(*file));
 }
 
 bool ExrSource::read(std::uint64_t offset, std::span<std::uint8_t> out) {
-  if (offset > size_ || out.size() > size_ - offset) return false;
+  if (offset > size() || out.size() > size() - offset) return false;
   bytes_read_ += out.size();
-  if (!file_) {
-    std::copy_n(bytes_.data() + offset, out.size(), out.data());
-    return true;
-  }
-  while (!out.empty()) {
-    const ssize_t count = ::pread(file_->descriptor, out.data(), out.size(), static_cast<off_t>(offset));
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;  // an error, or the file has become shorter since it was opened
-    offset += static_cast<std::uint64_t>(count);
-    out = out.subspan(static_cast<std::size_t>(count));
-  }
+  if (file_) return file_->read(offset, out);
+  std::copy_n(bytes_.data() + offset, out.size(), out.data());
   return true;
 }
 

@@ -2,40 +2,33 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "format/error.h"
+#include "format/input_file.h"
 
 namespace selvedge {
 
 class ExrSource {
  public:
-  /// FILE_MISSING, or FILE_UNREADABLE where it is not a plain file: a pipe has no places to read at.
+  /// Errors are those of InputFile.
   static Result<ExrSource> open(const std::string& path);
   /// The bytes must outlive the source.
-  explicit ExrSource(std::span<const std::uint8_t> bytes) : bytes_(bytes), size_(bytes.size()) {}
+  explicit ExrSource(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  std::uint64_t size() const { return size_; }
+  std::uint64_t size() const { return file_ ? file_->size() : bytes_.size(); }
   /// Fills `out` from `offset` on; false where the bytes are not there.
   bool read(std::uint64_t offset, std::span<std::uint8_t> out);
   /// Bytes asked for so far.
   std::uint64_t bytes_read() const { return bytes_read_; }
 
  private:
-  struct File {
-    explicit File(int opened) : descriptor(opened) {}
-    File(const File&) = delete;
-    File& operator=(const File&) = delete;
-    ~File();
-    int descriptor;
-  };
-  ExrSource(std::unique_ptr<File> file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
+  explicit ExrSource(InputFile file) : file_(std::move(file)) {}
 
-  std::unique_ptr<File> file_;  ///< null: from memory
+  std::optional<InputFile> file_;  ///< none: from memory
   std::span<const std::uint8_t> bytes_;
-  std::uint64_t size_ = 0;
   std::uint64_t bytes_read_ = 0;
 };
 

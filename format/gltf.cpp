@@ -25,7 +25,6 @@
 #include "format/names.h"
 
 namespace selvedge {
-namespace {}  // namespace
 
 bool is_read(std::string_view extension) {
   // Looks only: the geometry is the same without them.
@@ -242,10 +241,6 @@ Result<std::vector<std::uint8_t>> read_uri(const GltfDocument& document, const s
   if (!path) return tl::unexpected<Error>(path.error());
   if (!document.external_files) {
     return fail(Code::gltf_unsupported, document.file, place, "other files are not to be opened");
-  }
-  std::error_code ignored;
-  if (std::filesystem::is_other(*path, ignored)) {
-    return fail(Code::file_unreadable, document.file, place, uri.substr(0, 200) + ": is no plain file");
   }
   const Result<std::string> bytes = read_file(*path, limit);
   if (!bytes) {

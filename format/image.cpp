@@ -8,11 +8,11 @@
 #include <array>
 #include <cmath>
 #include <exception>
-#include <filesystem>
 #include <limits>
 #include <memory>
 
 #include "format/atomic_file.h"
+#include "format/input_file.h"
 
 namespace selvedge {
 namespace {
@@ -120,10 +120,8 @@ float linear_to_srgb(float linear) {
 }
 
 Result<Image> read_image(const std::string& path, Transfer transfer, const ImageLimits& limits) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
-    return fail(Code::file_missing, path, "", "no such file");
-  }
+  // OpenImageIO would wait for a pipe.
+  if (const Result<InputFile> file = InputFile::open(path); !file) return tl::unexpected(file.error());
   try {
     const OIIO::ImageSpec config = unassociated();
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);

@@ -1,11 +1,10 @@
 #include "converter/tool/file_kind.h"
 
 #include <array>
-#include <filesystem>
-#include <fstream>
 
 #include "format/exr.h"
 #include "format/fabric_names.h"
+#include "format/input_file.h"
 
 namespace selvedge {
 
@@ -15,18 +14,11 @@ const char* name_of(FileKind kind) {
 }
 
 Result<FileKind> kind_of(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) return fail(Code::file_missing, path, {}, "no such file");
-  if (std::filesystem::is_directory(path, error)) return fail(Code::file_unreadable, path, {}, "is a folder");
-  // A pipe would be waited for.
-  if (!std::filesystem::is_regular_file(path, error)) {
-    return fail(Code::file_unreadable, path, {}, "is no plain file");
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, 4> start{};
-  if (!file.read(start.data(), start.size()))
-    return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
-  const std::string_view magic(start.data(), start.size());
+  const Result<InputFile> file = InputFile::open(path);
+  if (!file) return tl::unexpected(file.error());
+  std::array<std::uint8_t, 4> start{};
+  if (!file->read(0, start)) return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
+  const std::string_view magic(reinterpret_cast<const char*>(start.data()), start.size());
   if (magic == "glTF" || magic.find('{') != std::string_view::npos) return FileKind::gltf;
   if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
     return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF");

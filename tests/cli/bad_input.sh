@@ -264,6 +264,73 @@ test_refuses_to_replace_what_is_no_plain_file() {
   refuses '(FILE|IMAGE)_UNWRITABLE' pipe.exr selvedge-view render plane.fabric.exr -o pipe.exr
 }
 
+# What waits for a pipe that nobody writes to is stopped, with a status of its own.
+soon() { timeout 60 "$@"; }
+
+test_a_pipe_is_no_input_and_is_not_waited_for() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
+  make_packed quad.glb packed.glb
+  mkfifo pipe.obj pipe.ply pipe.stl pipe.off pipe.json pipe.wif pipe.exr pipe.glb pipe.gltf pipe.png pipe.mtl pipe.bin
+  for file in pipe.obj pipe.ply pipe.stl pipe.off pipe.json pipe.wif; do
+    refuses FILE_UNREADABLE "$file" soon selvedge bake $file -o o.exr
+    refuses FILE_UNREADABLE "$file" soon selvedge make $file -o o.exr
+    refuses FILE_UNREADABLE "$file" soon selvedge stitch $file -o o.ply
+  done
+  { echo 'mtllib pipe.mtl' && cat plane.obj; } >coloured.obj
+  exits 0 soon selvedge stitch coloured.obj -o o.ply --quiet
+  rm o.ply
+  refuses FILE_UNREADABLE pipe.json soon selvedge bake plane.obj --period 2x2 -o o.exr --pairs pipe.json
+  refuses FILE_UNREADABLE pipe.exr soon selvedge merge pipe.exr -o o.exr
+  refuses FILE_UNREADABLE pipe.exr soon selvedge fit pipe.exr -o o.exr
+  refuses FILE_UNREADABLE pipe.exr soon selvedge repack pipe.exr -o o.exr
+  refuses FILE_UNREADABLE pipe.exr soon selvedge evaluate pipe.exr --uv 0,0
+  refuses FILE_UNREADABLE pipe.exr soon selvedge compare pipe.exr plane.samples.exr
+  refuses FILE_UNREADABLE pipe.exr soon selvedge compare plane.fabric.exr pipe.exr
+  for file in pipe.glb pipe.gltf; do
+    refuses FILE_UNREADABLE $file soon selvedge dress $file plane.fabric.exr -o o.glb --all
+    refuses FILE_UNREADABLE $file soon selvedge reattach $file -o o.glb --fabric plane.fabric.exr
+    refuses FILE_UNREADABLE $file soon selvedge-view render $file -o o.png
+  done
+  refuses FILE_UNREADABLE pipe.exr soon selvedge dress quad.gltf pipe.exr -o o.glb --all
+  refuses FILE_UNREADABLE pipe.exr soon selvedge dress quad.gltf pipe.exr -o o.gltf --all --external
+  refuses FILE_UNREADABLE pipe.exr soon selvedge reattach packed.glb -o o.glb --fabric pipe.exr
+  for file in pipe.exr pipe.glb; do
+    refuses FILE_UNREADABLE $file soon selvedge check $file --quiet
+    refuses FILE_UNREADABLE $file soon selvedge info $file
+  done
+  refuses FILE_UNREADABLE pipe.exr soon selvedge-view render pipe.exr -o o.png
+  refuses FILE_UNREADABLE pipe.png soon selvedge-view compare pipe.png pipe.png
+  echo '{"op":"evaluate","file":"pipe.exr","uv":[0,0],"level":0,"light":[0,0,1],"view":[0,0,1]}' >queries.jsonl
+  exits 0 soon selvedge answer <queries.jsonl
+  holds "r.error === 'FILE_UNREADABLE'"
+}
+
+test_pipes_that_a_file_refers_to_are_not_waited_for() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o beside.gltf --all --external --quiet
+  mkfifo pipe.bin pipe.png pipe.exr
+  edit() {
+    node -e 'const fs = require("fs"), json = JSON.parse(fs.readFileSync("beside.gltf", "utf8"));
+      eval(process.argv[2]);
+      fs.writeFileSync(process.argv[1], JSON.stringify(json));' "$1" "$2"
+  }
+  edit buffer.gltf 'json.buffers[0].uri = "pipe.bin"'
+  refuses FILE_UNREADABLE pipe.bin soon selvedge check buffer.gltf --quiet
+  refuses FILE_UNREADABLE pipe.bin soon selvedge dress buffer.gltf plane.fabric.exr -o o.glb --all
+  edit picture.gltf 'json.images[0] = {uri: "pipe.png"}'
+  refuses IMAGE_UNREADABLE pipe.png soon selvedge check picture.gltf --quiet
+  exits 0 soon selvedge-view render picture.gltf -o o.png --size 16x16
+  edit fabric.gltf 'json.extensions.SELVEDGE_materials_fabric.fabrics[0].uri = "pipe.exr"'
+  refuses GLTF_REFERENCE pipe.exr soon selvedge check fabric.gltf --quiet
+  refuses FILE_UNREADABLE pipe.exr soon selvedge-view render fabric.gltf -o o.png --size 16x16
+  # What a bake goes on from lies beside its output.
+  mkfifo o.exr.journal
+  refuses FILE_UNWRITABLE o.exr.journal soon selvedge bake plane.obj --period 2x2 -o o.exr --noise 0.5 "${small[@]:0:6}"
+}
+
 test_refuses_pictures_that_differ() {
   make_plane_fabric
   selvedge-view render plane.fabric.exr -o lit.exr --light 0,0,1 --quiet
