@@ -213,16 +213,16 @@ Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
   // Both or neither: the text is in place last, and only if the buffer could be written.
   Result<AtomicFile> file = AtomicFile::create(path);
   if (!file) return tl::unexpected<Error>(std::move(file.error()));
+  const fs::path target = has_buffer ? buffer_path(document, inputs, output) : fs::path();
+  if (has_buffer) document.json["buffers"][0]["uri"] = relative_uri(target.string(), document.folder);
+  const std::string text = document.json.dump(2) + "\n";
   std::uint64_t size = 0;
   if (has_buffer) {
-    const fs::path target = buffer_path(document, inputs, output);
-    document.json["buffers"][0]["uri"] = relative_uri(target.string(), document.folder);
     size += document.buffers[0].size();
     if (Result<void> good = write_file(target.string(), document.buffers[0]); !good) {
       return tl::unexpected<Error>(good.error());
     }
   }
-  const std::string text = document.json.dump(2) + "\n";
   std::ofstream stream(file->temporary(), std::ios::binary | std::ios::trunc);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();

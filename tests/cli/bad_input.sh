@@ -331,6 +331,48 @@ test_pipes_that_a_file_refers_to_are_not_waited_for() {
   refuses FILE_UNWRITABLE o.exr.journal soon selvedge bake plane.obj --period 2x2 -o o.exr --noise 0.5 "${small[@]:0:6}"
 }
 
+# is_text FILE: UTF-8 without control characters but line ends.
+is_text() {
+  node -e 'const text = new TextDecoder("utf-8", {fatal: true}).decode(require("fs").readFileSync(process.argv[1]));
+    if (/[\x00-\x09\x0b-\x1f\x7f-\x9f]/.test(text)) throw new Error("control characters");' "$1"
+}
+
+test_bytes_that_are_no_text_are_escaped_in_messages_and_reports() {
+  make_plane_fabric
+  write_quad quad.gltf
+  local odd=$'n\xffme\e[31m'
+  # In the file's name, in JSON, in the names of an EXR file's parts, in a material's name.
+  printf '{"asset":{"version":"2.0","generator":"\xff\x1b[2J"}}' >bad.gltf
+  cp bad.gltf "$odd.gltf"
+  sed 's/frame.nx/fr\xffme.nx/' plane.fabric.exr >bad.exr
+  differ plane.fabric.exr bad.exr
+  sed 's/"cloth"/"clo\\u001b[31mth"/' quad.gltf >named.gltf
+  for file in bad.gltf "$odd.gltf" bad.exr; do
+    exits 1 selvedge check "$file"
+    is_text "$scratch/err"
+    cp "$scratch/err" said
+    exits 1 selvedge check "$file" --json
+    is_text "$scratch/err"
+    is_text "$scratch/out"
+    holds "r.good === false"
+    # Names that are no text are not taken from an EXR file at all.
+    [ "$file" = bad.exr ] && continue
+    grep -qE '\\x(FF|1B)' said || fail "no escape: $(cat said)"
+    holds "/\\\\x(FF|1B)/.test(JSON.stringify(r.files[0].issues))"
+  done
+  exits 0 selvedge dress named.gltf plane.fabric.exr -o named.glb --all
+  is_text "$scratch/out"
+  cp plane.fabric.exr "$odd.exr"
+  exits 0 selvedge dress quad.gltf "$odd.exr" -o "$odd.glb" --all
+  is_text "$scratch/out"
+  exits 0 selvedge check "$odd.glb" "$odd.exr" --json
+  is_text "$scratch/out"
+  exits 0 selvedge info "$odd.exr" --json
+  is_text "$scratch/out"
+  exits 0 selvedge bake plane.obj --period 2x2 -o "$odd.samples.exr" "${small[@]}"
+  is_text "$scratch/out"
+}
+
 test_refuses_pictures_that_differ() {
   make_plane_fabric
   selvedge-view render plane.fabric.exr -o lit.exr --light 0,0,1 --quiet
