@@ -145,6 +145,15 @@ void IssueList::add(const Issues& issues) {
   for (const Error& issue : issues) add(issue);
 }
 
+std::string excerpt(const Json& value) {
+  constexpr std::size_t most = 40;
+  std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (text.size() <= most) return text;
+  std::size_t end = most - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;  // whole characters
+  return text.substr(0, end) + "...";
+}
+
 Issues IssueList::take() {
   for (std::size_t kind = 0; kind < counts_.size(); ++kind) {
     if (counts_[kind] <= limit_) continue;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <vector>
@@ -31,6 +32,7 @@ struct AccessorUse {
   bool color = false;
   bool target = false;                     ///< of a morph: differences, not values
   std::size_t vertices = std::size_t(-1);  ///< indices: of the smallest primitive
+  std::size_t joints = std::size_t(-1);    ///< JOINTS_n: of the smallest skin
   std::string place;                       ///< of the first use
 };
 
@@ -118,10 +120,11 @@ class DataCheck {
                : nullptr;
   }
 
-  void use_attribute(const std::string& semantic, const Json& accessor, const std::string& place,
-                     bool target) {
+  void use_attribute(const std::string& semantic, const Json& accessor, const std::string& place, bool target,
+                     std::size_t joints) {
     AccessorUse* use = use_of(accessor);
     if (use == nullptr) return;
+    if (semantic.starts_with("JOINTS_")) use->joints = std::min(use->joints, joints);
     use->vertex = true;
     use->target = use->target || target;
     use->tangent = use->tangent || (semantic == "TANGENT" && !target);
@@ -162,9 +165,12 @@ class DataCheck {
   }
 
   void collect_uses() {
+    const std::map<int, std::size_t> joints = joints_of_meshes();
     for_each_object(root_, "meshes", [&](const Json& mesh, int m) {
+      const auto skinned = joints.find(m);
       for_each_object(mesh, "primitives", [&](const Json& primitive, int p) {
-        collect_primitive(primitive, fmt::format("/meshes/{}/primitives/{}", m, p));
+        collect_primitive(primitive, fmt::format("/meshes/{}/primitives/{}", m, p),
+                          skinned == joints.end() ? std::size_t(-1) : skinned->second);
       });
     });
     for_each_object(root_, "accessors", [&](const Json& accessor, int i) {
@@ -191,12 +197,26 @@ class DataCheck {
     });
   }
 
-  void collect_primitive(const Json& primitive, const std::string& place) {
+  /// How many joints the smallest skin of each mesh that has one has.
+  std::map<int, std::size_t> joints_of_meshes() const {
+    std::map<int, std::size_t> joints;
+    for_each_object(root_, "nodes", [&](const Json& node, int) {
+      const auto skin = entry_of(document_, "skins", index_of(member(node, "skin")), "");
+      const int mesh = index_of(member(node, "mesh"));
+      if (!skin || !member(**skin, "joints").is_array() || mesh < 0) return;
+      const std::size_t count = member(**skin, "joints").size();
+      const auto [entry, fresh] = joints.try_emplace(mesh, count);
+      if (!fresh) entry->second = std::min(entry->second, count);
+    });
+    return joints;
+  }
+
+  void collect_primitive(const Json& primitive, const std::string& place, std::size_t joints) {
     const Json& attributes = member(primitive, "attributes");
     std::size_t vertices = std::size_t(-1);
     if (attributes.is_object()) {
       for (const auto& [semantic, accessor] : attributes.items()) {
-        use_attribute(semantic, accessor, pointer_to(place + "/attributes", semantic), false);
+        use_attribute(semantic, accessor, pointer_to(place + "/attributes", semantic), false, joints);
       }
       if (const auto shape = shape_of(document_, index_of(member(attributes, "POSITION")), place)) {
         vertices = shape->count;
@@ -206,7 +226,8 @@ class DataCheck {
     for (std::size_t t = 0; targets.is_array() && t < targets.size(); ++t) {
       if (!targets[t].is_object()) continue;
       for (const auto& [semantic, accessor] : targets[t].items()) {
-        use_attribute(semantic, accessor, pointer_to(fmt::format("{}/targets/{}", place, t), semantic), true);
+        use_attribute(semantic, accessor, pointer_to(fmt::format("{}/targets/{}", place, t), semantic), true,
+                      joints);
       }
     }
     if (AccessorUse* use = use_of(member(primitive, "indices"))) {
@@ -352,6 +373,12 @@ class DataCheck {
     check_bounds(accessor, "min", low, place, shape.component_type);
     check_bounds(accessor, "max", high, place, shape.component_type);
     if (use.indices && components == 1) check_indices(high[0], shape.component_type, use);
+    if (use.joints != std::size_t(-1)) {
+      const double highest = *std::max_element(high.begin(), high.end());
+      if (highest >= static_cast<double>(use.joints)) {
+        issues_.add(Code::gltf_accessor, use.place, fmt::format("joint {} of {}", highest, use.joints));
+      }
+    }
     if (use.color && shape.component_type == 5126) {
       if (*std::min_element(low.begin(), low.end()) < 0 || *std::max_element(high.begin(), high.end()) > 1) {
         issues_.add(Code::gltf_accessor, use.place, "colours beyond 0 to 1");

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -141,7 +143,7 @@ class FabricCheck {
     const int view = index_of(value);
     const Json& views = member(root_, "bufferViews");
     if (view < 0 || !views.is_array() || static_cast<std::size_t>(view) >= views.size()) {
-      wrong(where, fmt::format("there is no buffer view {}", value.dump()));
+      wrong(where, fmt::format("there is no buffer view {}", excerpt(value)));
       return {};
     }
     if (!member(views[static_cast<std::size_t>(view)], "byteStride").is_null()) {
@@ -202,21 +204,48 @@ class FabricCheck {
     if (!info.is_object()) return wrong(where, info.is_null() ? "is missing" : "is not an object");
     const Json& set_value = member(info, tex_coord);
     if (!set_value.is_null() && index_of(set_value) < 0) {
-      wrong(where + "/" + tex_coord, fmt::format("{} is no UV set", set_value.dump()));
+      wrong(where + "/" + tex_coord, fmt::format("{} is no UV set", excerpt(set_value)));
     }
     FabricReference reference;
     reference.fabric = index_of(member(info, names::gltf::index));
     reference.tex_coord = std::max(0, index_of(set_value));
     reference.transform = read_uv_transform(info, reference.tex_coord);
+    check_transform(reference.transform, where);
     check_primitives(material, index, reference.tex_coord);
+    if (member(material, "doubleSided") != true) {
+      issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
+    }
     if (reference.fabric < 0 || static_cast<std::size_t>(reference.fabric) >= entries_.size()) {
       return wrong(where + "/" + names::gltf::index,
-                   fmt::format("there is no fabric {}", member(info, names::gltf::index).dump()));
+                   fmt::format("there is no fabric {}", excerpt(member(info, names::gltf::index))));
     }
     check_fallback(material, place, reference);
     check_mirror(material, place, reference);
     if (const Entry& facts = entries_[static_cast<std::size_t>(reference.fabric)]) {
       check_alpha(material, place, facts->holes);
+    }
+  }
+
+  /// What the frame of the surface is undefined with, and what a reader in single precision cannot hold.
+  void check_transform(const UvTransform& transform, const std::string& place) {
+    using Limits = std::numeric_limits<float>;
+    struct Pair {
+      const char* name;
+      V2d value;
+    };
+    const std::array<Pair, 3> pairs{
+        {{offset, transform.offset}, {rotation, V2d(transform.rotation)}, {scale, transform.scale}}};
+    for (const Pair& pair : pairs) {
+      const double largest = std::max(std::abs(pair.value.x), std::abs(pair.value.y));
+      if (largest > double{Limits::max()}) {
+        wrong(fmt::format("{}/extensions/{}/{}", place, texture_transform, pair.name),
+              fmt::format("{:g} is beyond 32-bit floats", largest));
+      }
+    }
+    const double least = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
+    if (least < double{Limits::min()}) {
+      wrong(fmt::format("{}/extensions/{}/{}", place, texture_transform, scale),
+            fmt::format("{:g} is no scale: the fabric lies in no direction", least));
     }
   }
 
@@ -257,12 +286,15 @@ class FabricCheck {
       issues_.add(Code::gltf_fallback, place + "/pbrMetallicRoughness/metallicFactor",
                   fmt::format("is {}: other viewers show metal", metal));
     }
-    check_layout(color, place + "/pbrMetallicRoughness/baseColorTexture", reference);
-    check_layout(member(material, "normalTexture"), place + "/normalTexture", reference);
+    for_each_texture(material, place, [&](const Json& info, const std::string& where) {
+      // These two stand beside the fabric, they are no part of the fallback.
+      if (where == place + "/emissiveTexture" || where == place + "/occlusionTexture") return;
+      check_layout(info, where, reference);
+      check_wrap(info, where);
+    });
   }
 
   void check_layout(const Json& info, const std::string& place, const FabricReference& reference) {
-    if (!info.is_object()) return;
     int set = std::max(0, index_of(member(info, tex_coord)));
     const UvTransform transform = read_uv_transform(info, set);
     if (set != reference.tex_coord) {
@@ -275,6 +307,22 @@ class FabricCheck {
           fmt::format("has a scale of {} x {}, the fabric one of {} x {}, or another offset or rotation",
                       transform.scale.x, transform.scale.y, reference.transform.scale.x,
                       reference.transform.scale.y));
+    }
+  }
+
+  void check_wrap(const Json& info, const std::string& place) {
+    constexpr int repeat = 10497;
+    const auto texture = entry_of(document_, "textures", index_of(member(info, names::gltf::index)), place);
+    if (!texture) return;  // named by the schema, as is a sampler that is not there
+    const int number = index_of(member(**texture, "sampler"));
+    const auto sampler = entry_of(document_, "samplers", number, place);
+    if (!sampler) return;
+    for (const char* axis : {"wrapS", "wrapT"}) {
+      const Json& wrap = member(**sampler, axis);
+      if (wrap.is_null() || wrap == repeat) continue;
+      issues_.add(Code::gltf_fallback, place,
+                  fmt::format("{} of its sampler {} is {}: it does not repeat as the fabric does", axis,
+                              number, excerpt(wrap)));
     }
   }
 

@@ -8,6 +8,7 @@
 
 #include "format/gltf.h"
 #include "format/json_text.h"
+#include "format/names.h"
 
 namespace selvedge {
 
@@ -39,6 +40,24 @@ void for_each_object(const Json& root, const char* array, const F& visit) {
     if ((*found)[i].is_object()) visit((*found)[i], static_cast<int>(i));
   }
 }
+
+/// Visits the textures below a material (objects shaped like a textureInfo), with their place; what is in
+/// extras and the reference to a fabric are none.
+template <class F>
+void for_each_texture(const Json& json, const std::string& place, const F& visit) {
+  for (const auto& [name, value] : json.items()) {
+    if (!value.is_object() || name == "extras" || name == names::gltf::fabric_extension) continue;
+    const std::string where = pointer_to(place, name);
+    if (name.ends_with("Texture") && value.contains(names::gltf::index)) {
+      visit(value, where);
+    } else {
+      for_each_texture(value, where, visit);
+    }
+  }
+}
+
+/// A value's own text in a message, cut short.
+std::string excerpt(const Json& value);
 
 /// Types, required members, ranges, lengths of arrays, and indices into the root's arrays
 /// (gltf_check_schema.cpp); extensions against their lists.

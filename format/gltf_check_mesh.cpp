@@ -83,8 +83,13 @@ class MeshCheck {
   MeshCheck(const GltfDocument& document, IssueList& issues)
       : document_(document), root_(document.json), issues_(issues) {
     for (const Json& name : member(root_, "extensionsUsed")) quantized_ = quantized_ || name == quantization;
-    for_each_object(root_, "materials",
-                    [&](const Json& material, int index) { collect_sets(material, sets_[index]); });
+    for_each_object(root_, "materials", [&](const Json& material, int index) {
+      for_each_texture(material, "", [&](const Json& info, const std::string&) {
+        int set = std::max(0, index_of(member(info, "texCoord")));
+        read_uv_transform(info, set);
+        sets_[index].insert(set);
+      });
+    });
   }
 
   void check() {
@@ -108,20 +113,6 @@ class MeshCheck {
  private:
   void wrong(const std::string& place, std::string message) {
     issues_.add(Code::gltf_malformed, place, std::move(message));
-  }
-
-  /// The UV sets that the textures of a material take.
-  void collect_sets(const Json& json, std::set<int>& sets) {
-    for (const auto& [name, value] : json.items()) {
-      if (!value.is_object() || name == "extras" || name == names::gltf::fabric_extension) continue;
-      if (name.ends_with("Texture") && value.contains("index")) {
-        int set = std::max(0, index_of(member(value, "texCoord")));
-        read_uv_transform(value, set);
-        sets.insert(set);
-      } else {
-        collect_sets(value, sets);
-      }
-    }
   }
 
   void check_primitive(const Json& primitive, const std::string& place) {
@@ -150,7 +141,7 @@ class MeshCheck {
     }
     check_indices(primitive, place, counts.empty() ? 0 : counts.begin()->first, compressed);
     check_targets(primitive, place, counts.empty() ? 0 : counts.begin()->first);
-    check_material(primitive, attributes, place);
+    check_materials(primitive, attributes, place);
   }
 
   void check_attribute(const std::string& name, int accessor, const std::string& place, bool compressed,
@@ -249,12 +240,23 @@ class MeshCheck {
     }
   }
 
-  void check_material(const Json& primitive, const Json& attributes, const std::string& place) {
-    const auto found = sets_.find(index_of(member(primitive, "material")));
+  /// The primitive's own material and those of its variants.
+  void check_materials(const Json& primitive, const Json& attributes, const std::string& place) {
+    check_material(member(primitive, "material"), attributes, place + "/material");
+    for_each_object(member(member(primitive, "extensions"), names::gltf::variants), "mappings",
+                    [&](const Json& mapping, int index) {
+                      check_material(member(mapping, "material"), attributes,
+                                     fmt::format("{}/extensions/{}/mappings/{}/material", place,
+                                                 names::gltf::variants, index));
+                    });
+  }
+
+  void check_material(const Json& material, const Json& attributes, const std::string& place) {
+    const auto found = sets_.find(index_of(material));
     if (found == sets_.end()) return;
     for (const int set : found->second) {
       if (attributes.contains(fmt::format("TEXCOORD_{}", set))) continue;
-      wrong(place + "/material", fmt::format("a texture of the material takes TEXCOORD_{}", set));
+      wrong(place, fmt::format("a texture of the material takes TEXCOORD_{}", set));
     }
   }
 
@@ -262,7 +264,7 @@ class MeshCheck {
   const Json& root_;
   IssueList& issues_;
   bool quantized_ = false;
-  std::map<int, std::set<int>> sets_;
+  std::map<int, std::set<int>> sets_;  ///< UV sets that the textures of each material take
 };
 
 }  // namespace

@@ -165,6 +165,12 @@ constexpr std::array skin_members{reference("inverseBindMatrices", "accessors"),
                                   list(reference("joints", "nodes", required), 1, many, true)};
 constexpr std::array texture_members{reference("sampler", "samplers"), reference("source", "images")};
 
+constexpr std::array variants_members{list(object("variants", "variant", required))};
+constexpr std::array variant_members{text("name", required)};
+constexpr std::array worn_variants_members{list(object("mappings", "mapping", required))};
+constexpr std::array mapping_members{reference("material", "materials", required),
+                                     list(integer("variants", 0, any, required)), text("name")};
+
 struct Table {
   std::string_view name;
   std::span<const Member> members;
@@ -190,13 +196,15 @@ constexpr std::array tables{Table{"asset", asset_members},
                             Table{"texture info", texture_info_members},
                             Table{"normal texture", normal_texture_members},
                             Table{"occlusion texture", occlusion_texture_members},
+                            Table{"mapping", mapping_members},
                             Table{"mesh", mesh_members},
                             Table{"primitive", primitive_members},
                             Table{"node", node_members},
                             Table{"sampler", sampler_members},
                             Table{"scene", scene_members},
                             Table{"skin", skin_members},
-                            Table{"texture", texture_members}};
+                            Table{"texture", texture_members},
+                            Table{"variant", variant_members}};
 
 std::span<const Member> members_of(std::string_view table) {
   for (const Table& candidate : tables) {
@@ -251,13 +259,6 @@ constexpr std::array dependencies{Dependency{"accessor", "byteOffset", "bufferVi
                                   Dependency{"image", "bufferView", "mimeType"},
                                   Dependency{"", "extensionsRequired", "extensionsUsed"}};
 
-/// A member's own text in a message, cut short.
-std::string excerpt(const Json& value) {
-  std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-  if (text.size() > 40) text = text.substr(0, 37) + "...";
-  return text;
-}
-
 class SchemaCheck {
  public:
   SchemaCheck(const Json& root, IssueList& issues) : root_(root), issues_(issues) {}
@@ -268,6 +269,7 @@ class SchemaCheck {
     for_each_object(root_, "materials", [&](const Json& material, int index) {
       check_transforms(material, fmt::format("/materials/{}", index));
     });
+    check_variants();
   }
 
  private:
@@ -407,6 +409,44 @@ class SchemaCheck {
       }
       check_transforms(value, where);
     }
+  }
+
+  /// KHR_materials_variants: what it adds to the root and to primitives.
+  void check_variants() {
+    const Json& extension = member(member(root_, "extensions"), names::gltf::variants);
+    if (extension.is_object()) {
+      const std::string place = std::string("/extensions/") + names::gltf::variants;
+      check_object(extension, "variants", variants_members, place);
+    }
+    const Json& variants = member(extension, "variants");
+    for_each_object(root_, "meshes", [&](const Json& mesh, int m) {
+      for_each_object(mesh, "primitives", [&](const Json& primitive, int p) {
+        const Json& worn = member(member(primitive, "extensions"), names::gltf::variants);
+        if (!worn.is_object()) return;
+        const std::string place =
+            fmt::format("/meshes/{}/primitives/{}/extensions/{}", m, p, names::gltf::variants);
+        check_object(worn, "worn variants", worn_variants_members, place);
+        check_mappings(worn, variants.is_array() ? variants.size() : 0, place + "/mappings");
+      });
+    });
+  }
+
+  /// A variant has one material on each primitive.
+  void check_mappings(const Json& worn, std::size_t variants, const std::string& place) {
+    std::set<int> mapped;
+    for_each_object(worn, "mappings", [&](const Json& mapping, int index) {
+      const Json& list = member(mapping, "variants");
+      for (std::size_t i = 0; list.is_array() && i < list.size(); ++i) {
+        const std::string where = fmt::format("{}/{}/variants/{}", place, index, i);
+        const int variant = index_of(list[i]);
+        if (variant < 0) continue;  // named by the table
+        if (static_cast<std::size_t>(variant) >= variants) {
+          issues_.add(Code::gltf_accessor, where, fmt::format("there is no variant {}", variant));
+        } else if (!mapped.insert(variant).second) {
+          wrong(where, fmt::format("variant {} is mapped twice", variant));
+        }
+      }
+    });
   }
 
   const Json& root_;

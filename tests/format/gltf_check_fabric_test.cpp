@@ -36,6 +36,18 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
   const std::string view = entry + "/bufferView";
   const std::string index = std::string(fabric) + "/index";
   const std::string set = std::string(fabric) + "/texCoord";
+  const std::string base_color = "/materials/0/pbrMetallicRoughness/baseColorTexture";
+  const std::string mirror = "/materials/0/extras/SELVEDGE_materials_fabric";
+  const std::string transform = std::string(fabric) + "/extensions/KHR_texture_transform";
+  const std::string scale = transform + "/scale";
+  const std::string rotation = transform + "/rotation";
+  const std::string offset = transform + "/offset";
+  // Of the fabric, its fallback and its mirror.
+  const auto place_all = [&](Square& s, const char* member, const Json& value) {
+    for (const std::string& owner : {std::string(fabric), base_color, mirror}) {
+      s.json[Json::json_pointer(owner)]["extensions"]["KHR_texture_transform"][member] = value;
+    }
+  };
   const auto embed = [](Square& s, int number) {
     s.root_fabrics()[0].erase("uri");
     s.root_fabrics()[0]["bufferView"] = number;
@@ -98,27 +110,28 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
              s.at("/materials/0/extras/SELVEDGE_materials_fabric")["uri"] = "a%20net.exr";
            },
            Code::gltf_reference, uri.c_str()},
-          {"no UVs",
-           [](Square& s) {
-             s.at("/materials/0/pbrMetallicRoughness").erase("baseColorTexture");
-             s.at("/materials/0/pbrMetallicRoughness")["baseColorTexture"] = Json::parse(
-                 R"({"index":0,"texCoord":0,"extensions":{"KHR_texture_transform":{"scale":[20,25],"texCoord":0}}})");
-             s.at("/meshes/0/primitives")
-                 .push_back(Json::parse(
-                     R"({"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":3},"material":0,"mode":5})"));
-             s.json["extensionsUsed"].push_back("KHR_materials_variants");
-             s.at("/meshes/0/primitives/0")["extensions"]["KHR_materials_variants"]["mappings"] =
-                 Json::parse(R"([{"material":1,"variants":[0]}])");
-             s.json["extensions"]["KHR_materials_variants"]["variants"] = Json::parse(R"([{"name":"a"}])");
-             s.json["materials"].push_back(s.material());
-             s.at("/materials/1/pbrMetallicRoughness").erase("baseColorTexture");
-             s.at("/materials/1/extensions/SELVEDGE_materials_fabric/fabric")["texCoord"] = 1;
-             s.at("/materials/1/extras/SELVEDGE_materials_fabric")["texCoord"] = 1;
-             s.at("/materials/1/pbrMetallicRoughness")["metallicFactor"] = 0;
-             s.at("/materials/1/pbrMetallicRoughness")["baseColorTexture"] = Json::parse(
-                 R"({"index":0,"texCoord":1,"extensions":{"KHR_texture_transform":{"scale":[20,25]}}})");
+          {"scale 0",
+           [&](Square& s) {
+             place_all(s, "scale", {20, 0});
            },
-           Code::garment_no_uvs, "/meshes/0/primitives/0/attributes"},
+           Code::gltf_extension, scale.c_str()},
+          {"scale that is 0 as a float",
+           [&](Square& s) {
+             place_all(s, "scale", {1e-300, 20});
+           },
+           Code::gltf_extension, scale.c_str()},
+          {"scale beyond floats",
+           [&](Square& s) {
+             place_all(s, "scale", {20, -1e300});
+           },
+           Code::gltf_extension, scale.c_str()},
+          {"rotation beyond floats", [&](Square& s) { place_all(s, "rotation", 1e300); },
+           Code::gltf_extension, rotation.c_str()},
+          {"offset beyond floats",
+           [&](Square& s) {
+             place_all(s, "offset", {0, 1e39});
+           },
+           Code::gltf_extension, offset.c_str()},
       },
       true);
   Square square;
@@ -131,10 +144,36 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
   CHECK(check(folder, square)[0].place == fabrics);
 }
 
+TEST_CASE(
+    "gltf check: a fabric without its UV set is an error, on a primitive's own material and in a variant") {
+  const Folder folder("gltf_check_fabric_test");
+  REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
+  for (const bool variant : {false, true}) {
+    CAPTURE(variant);
+    Square square;
+    square.dress();
+    if (variant) square.wear_variants();
+    Json& material = square.at(variant ? "/materials/1" : "/materials/0");
+    material["pbrMetallicRoughness"].erase("baseColorTexture");
+    material["extensions"]["SELVEDGE_materials_fabric"]["fabric"]["texCoord"] = 1;
+    material["extras"]["SELVEDGE_materials_fabric"]["texCoord"] = 1;
+    const Issues issues = check(folder, square);
+    INFO(text_of(issues));
+    REQUIRE(issues.size() == 2);
+    CHECK(issues[0].code == Code::garment_no_uvs);
+    CHECK(issues[0].place == "/meshes/0/primitives/0/attributes");
+    CHECK(issues[1].code == Code::gltf_fallback);  // no base colour
+  }
+}
+
 TEST_CASE("gltf check: what a consumer would see wrongly is a warning") {
   const Folder folder("gltf_check_fabric_test");
   REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
   REQUIRE(write_fabric(folder / "cloth.exr", test::lambert_fabric(V2d(5, 4), 4, V3f(0.5F))));
+  const auto wrap = [](Square& s, const char* axis, int mode) {
+    s.json["samplers"] = Json::array({{{axis, mode}}});
+    s.at("/textures/0")["sampler"] = 0;
+  };
   const auto whole = [](Square& s) {
     s.root_fabrics()[0]["uri"] = "cloth.exr";
     s.at("/materials/0/extras/SELVEDGE_materials_fabric")["uri"] = "cloth.exr";
@@ -166,6 +205,37 @@ TEST_CASE("gltf check: what a consumer would see wrongly is a warning") {
                  "0") = 21;
            },
            Code::gltf_transform, "/materials/0/pbrMetallicRoughness/baseColorTexture"},
+          {"another UV set of a texture that is not the base colour",
+           [](Square& s) {
+             s.at("/materials/0/pbrMetallicRoughness")["metallicRoughnessTexture"] = {{"index", 0}};
+           },
+           Code::gltf_transform, "/materials/0/pbrMetallicRoughness/metallicRoughnessTexture"},
+          {"another transform of the sheen",
+           [](Square& s) {
+             s.json["extensionsUsed"].push_back("KHR_materials_sheen");
+             s.material()["extensions"]["KHR_materials_sheen"]["sheenColorTexture"] = {{"index", 0}};
+           },
+           Code::gltf_transform, "/materials/0/extensions/KHR_materials_sheen/sheenColorTexture"},
+          {"clamped fallback", [&](Square& s) { wrap(s, "wrapS", 33071); }, Code::gltf_fallback,
+           "/materials/0/pbrMetallicRoughness/baseColorTexture"},
+          {"mirrored fallback", [&](Square& s) { wrap(s, "wrapT", 33648); }, Code::gltf_fallback,
+           "/materials/0/pbrMetallicRoughness/baseColorTexture"},
+          {"single-sided", [](Square& s) { s.material().erase("doubleSided"); }, Code::gltf_advice,
+           "/materials/0/doubleSided"},
+          {"single-sided variant",
+           [](Square& s) {
+             s.wear_variants();
+             s.at("/materials/1")["doubleSided"] = false;
+           },
+           Code::gltf_advice, "/materials/1/doubleSided"},
+          {"no tangents for a variant",
+           [](Square& s) {
+             s.wear_variants();
+             s.at("/materials/1")["normalTexture"] =
+                 s.at("/materials/1/pbrMetallicRoughness/baseColorTexture");
+             s.primitive()["attributes"].erase("TANGENT");
+           },
+           Code::gltf_advice, "/meshes/0/primitives/0/attributes"},
           {"no mirror", [](Square& s) { s.material().erase("extras"); }, Code::gltf_mirror,
            "/materials/0/extras/SELVEDGE_materials_fabric"},
           {"another index in the mirror",
@@ -224,4 +294,18 @@ TEST_CASE("gltf check: issues of a fabric say which fabric, embedded or beside")
     return issue.code == Code::gltf_extension && issue.place.ends_with("/fabrics/0/bufferView");
   });
   CHECK(named);
+}
+
+TEST_CASE(
+    "gltf check: what stands beside the fabric may lie otherwise, and textures may repeat in so many words") {
+  const Folder folder("gltf_check_fabric_test");
+  REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
+  Square square;
+  square.dress();
+  square.json["samplers"] = Json::parse(R"([{"wrapS":10497,"wrapT":10497},{"wrapS":33071,"wrapT":33648}])");
+  square.at("/textures/0")["sampler"] = 0;
+  square.json["textures"].push_back({{"source", 0}, {"sampler", 1}});
+  square.material()["occlusionTexture"] = {{"index", 1}};
+  square.material()["emissiveTexture"] = {{"index", 1}};
+  CHECK(text_of(check(folder, square)) == "");
 }

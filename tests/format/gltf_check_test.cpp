@@ -169,6 +169,147 @@ TEST_CASE("gltf check: each broken rule of glTF is named where it stands") {
       false);
 }
 
+TEST_CASE(
+    "gltf check: variants ask the same of a primitive as its own material, and their indices are checked") {
+  const Folder folder("gltf_check_test");
+  const std::string place = "/meshes/0/primitives/0/extensions/KHR_materials_variants";
+  const std::string of_material = place + "/mappings/1/material";
+  const std::string of_variants = place + "/mappings/1/variants";
+  const std::string first = of_variants + "/0";
+  const std::string mappings = place + "/mappings";
+  const std::string root = "/extensions/KHR_materials_variants/variants";
+  const std::string name = root + "/1/name";
+  check_cases(folder,
+              {
+                  {"material of nothing", [](Square& s) { s.wear_variants()[1]["material"] = 2; },
+                   Code::gltf_accessor, of_material.c_str()},
+                  {"no material", [](Square& s) { s.wear_variants()[1].erase("material"); },
+                   Code::gltf_malformed, of_material.c_str()},
+                  {"variant of nothing", [](Square& s) { s.wear_variants()[1]["variants"] = {2}; },
+                   Code::gltf_accessor, first.c_str()},
+                  {"variant that is no index", [](Square& s) { s.wear_variants()[1]["variants"] = {-1}; },
+                   Code::gltf_malformed, first.c_str()},
+                  {"no variant", [](Square& s) { s.wear_variants()[1]["variants"] = Json::array(); },
+                   Code::gltf_malformed, of_variants.c_str()},
+                  {"variant that is mapped twice", [](Square& s) { s.wear_variants()[1]["variants"] = {0}; },
+                   Code::gltf_malformed, first.c_str()},
+                  {"no mappings",
+                   [](Square& s) {
+                     s.wear_variants();
+                     s.primitive()["extensions"]["KHR_materials_variants"].erase("mappings");
+                   },
+                   Code::gltf_malformed, mappings.c_str()},
+                  {"variant without a name",
+                   [](Square& s) {
+                     s.wear_variants();
+                     s.at("/extensions/KHR_materials_variants/variants/1").erase("name");
+                   },
+                   Code::gltf_malformed, name.c_str()},
+                  {"texture of a variant without its UV set",
+                   [](Square& s) {
+                     s.dress();
+                     s.wear_variants();
+                     s.at("/extensions").erase("SELVEDGE_materials_fabric");
+                     for (const char* material : {"/materials/0", "/materials/1"})
+                       s.at(material).erase("extensions");
+                     s.at("/materials/1/pbrMetallicRoughness/baseColorTexture")["texCoord"] = 1;
+                   },
+                   Code::gltf_malformed, of_material.c_str()},
+              },
+              false);
+  Square square;
+  square.wear_variants();
+  CHECK(text_of(check(folder, square)) == "");
+}
+
+TEST_CASE("gltf check: joints are within the smallest skin of the mesh, skins and animations within theirs") {
+  const Folder folder("gltf_check_test");
+  const auto bind = [](Square& s, const char* type, const Json& joints) {
+    s.skin();
+    s.json["accessors"].push_back({{"componentType", 5126}, {"count", 1}, {"type", type}});
+    s.at("/skins/0") = {{"joints", joints}, {"inverseBindMatrices", 7}};
+  };
+  const auto animate = [](Square& s) -> Json& {
+    s.bytes += test::bytes_of<float>({0, 1, 0, 0, 0, 1, 1, 1});
+    s.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 204}, {"byteLength", 8}});
+    s.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 212}, {"byteLength", 24}});
+    s.json["buffers"][0]["byteLength"] = 236;
+    s.json["accessors"].push_back(Json::parse(
+        R"({"bufferView":5,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[1]})"));
+    s.json["accessors"].push_back(
+        Json::parse(R"({"bufferView":6,"componentType":5126,"count":2,"type":"VEC3"})"));
+    s.json["animations"] = Json::parse(R"([{"samplers":[{"input":5,"output":6}],
+        "channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]}])");
+    return s.at("/animations/0");
+  };
+  check_cases(folder,
+              {
+                  {"joint beyond the skin",
+                   [](Square& s) {
+                     s.skin();
+                     s.put<std::uint8_t>(204 + 7, 1);
+                   },
+                   Code::gltf_accessor, "/meshes/0/primitives/0/attributes/JOINTS_0"},
+                  {"joint beyond the smaller of two skins",
+                   [](Square& s) {
+                     s.skin();
+                     s.json["nodes"].push_back({{"mesh", 0}, {"skin", 1}});
+                     s.at("/scenes/0/nodes").push_back(2);
+                     s.json["skins"].push_back({{"joints", {1, 2}}});
+                     s.put<std::uint8_t>(204, 1);
+                   },
+                   Code::gltf_accessor, "/meshes/0/primitives/0/attributes/JOINTS_0"},
+                  {"joint that is no node",
+                   [](Square& s) {
+                     s.skin();
+                     s.at("/skins/0")["joints"] = {7};
+                   },
+                   Code::gltf_accessor, "/skins/0/joints/0"},
+                  {"skin of nothing",
+                   [](Square& s) {
+                     s.skin();
+                     s.at("/nodes/0")["skin"] = 1;
+                   },
+                   Code::gltf_accessor, "/nodes/0/skin"},
+                  {"bind matrices that are no matrices", [=](Square& s) { bind(s, "VEC4", {1}); },
+                   Code::gltf_malformed, "/skins/0/inverseBindMatrices"},
+                  {"fewer bind matrices than joints",
+                   [=](Square& s) {
+                     bind(s, "MAT4", {1, 0});
+                   },
+                   Code::gltf_malformed, "/skins/0/inverseBindMatrices"},
+                  {"sampler of nothing", [=](Square& s) { animate(s)["channels"][0]["sampler"] = 1; },
+                   Code::gltf_accessor, "/animations/0/channels/0/sampler"},
+                  {"accessor of nothing", [=](Square& s) { animate(s)["samplers"][0]["output"] = 9; },
+                   Code::gltf_accessor, "/animations/0/samplers/0/output"},
+                  {"node of nothing", [=](Square& s) { animate(s)["channels"][0]["target"]["node"] = 4; },
+                   Code::gltf_accessor, "/animations/0/channels/0/target/node"},
+                  {"times that are vectors",
+                   [=](Square& s) {
+                     animate(s)["samplers"][0]["input"] = 6;
+                     s.at("/accessors/6")["min"] = {0, 0, 0};
+                     s.at("/accessors/6")["max"] = {1, 1, 1};
+                   },
+                   Code::gltf_malformed, "/animations/0/samplers/0/input"},
+                  {"a rotation of three numbers",
+                   [=](Square& s) { animate(s)["channels"][0]["target"]["path"] = "rotation"; },
+                   Code::gltf_malformed, "/animations/0/channels/0/sampler"},
+                  {"fewer values than times",
+                   [=](Square& s) {
+                     animate(s);
+                     s.at("/accessors/6")["count"] = 1;
+                   },
+                   Code::gltf_malformed, "/animations/0/channels/0/sampler"},
+              },
+              false);
+  Square square;
+  animate(square);
+  CHECK(text_of(check(folder, square)) == "");
+  Square skinned;
+  skinned.skin();
+  CHECK(text_of(check(folder, skinned)) == "");
+}
+
 TEST_CASE("gltf check: quantized formats are good where KHR_mesh_quantization is listed, and only there") {
   const Folder folder("gltf_check_test");
   Square square;

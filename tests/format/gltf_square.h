@@ -56,13 +56,44 @@ struct Square {
     json["extensionsUsed"] = {"SELVEDGE_materials_fabric", "KHR_texture_transform"};
     json["extensions"]["SELVEDGE_materials_fabric"]["fabrics"] =
         Json::parse(R"([{"name":"net","mimeType":"image/x-exr","uri":"the%20net.exr"}])");
-    json["materials"][0] = Json::parse(R"({"name":"cloth","alphaMode":"MASK",
+    json["materials"][0] = Json::parse(R"({"name":"cloth","alphaMode":"MASK","doubleSided":true,
       "pbrMetallicRoughness":{"metallicFactor":0,"baseColorTexture":{"index":0,
         "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}},
       "extensions":{"SELVEDGE_materials_fabric":{"fabric":{"index":0,
         "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}},
       "extras":{"SELVEDGE_materials_fabric":{"index":0,"name":"net","uri":"the%20net.exr",
         "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}})");
+  }
+
+  /// Two variants, of which the second wears a copy of the material on the primitive.
+  Json& wear_variants() {
+    json["extensionsUsed"].push_back("KHR_materials_variants");
+    json["extensions"]["KHR_materials_variants"]["variants"] = Json::parse(R"([{"name":"a"},{"name":"b"}])");
+    json["materials"].push_back(Json(material()));
+    Json& worn = primitive()["extensions"]["KHR_materials_variants"];
+    worn["mappings"] = Json::parse(R"([{"material":0,"variants":[0]},{"material":1,"variants":[1]}])");
+    return worn["mappings"];
+  }
+
+  /// A joint that the mesh is skinned to; JOINTS_0 of all vertices is 0.
+  void skin() {
+    const auto view = json["bufferViews"].size();
+    const auto accessor = json["accessors"].size();
+    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", 16}});
+    bytes += std::string(16, '\0');
+    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", 64}});
+    for (int vertex = 0; vertex < 4; ++vertex) bytes += bytes_of<float>({1, 0, 0, 0});
+    json["buffers"][0]["byteLength"] = bytes.size();
+    json["accessors"].push_back(
+        {{"bufferView", view}, {"componentType", 5121}, {"count", 4}, {"type", "VEC4"}});
+    json["accessors"].push_back(
+        {{"bufferView", view + 1}, {"componentType", 5126}, {"count", 4}, {"type", "VEC4"}});
+    primitive()["attributes"]["JOINTS_0"] = accessor;
+    primitive()["attributes"]["WEIGHTS_0"] = accessor + 1;
+    json["nodes"][0]["skin"] = 0;
+    json["nodes"].push_back(Json::object());
+    json["scenes"][0]["nodes"].push_back(1);
+    json["skins"] = Json::parse(R"([{"joints":[1]}])");
   }
 
   Json& at(const char* pointer) { return json[Json::json_pointer(pointer)]; }
