@@ -176,6 +176,10 @@ class Restorer {
                                  ": the base colour texture does not tell where the fabric lies now; the "
                                  "transform from the time of dressing is used");
     }
+    if (const std::optional<TransformFault> fault = fault_of(placement->transform)) {
+      return fail(Code::gltf_extension, document_.file, place_of(lost.material),
+                  fmt::format("{}: {}", fault->member, fault->reason));
+    }
     if (const auto places = uses.find(lost.material); places != uses.end()) {
       if (Result<void> good = check_uvs(document_, places->second, placement->tex_coord); !good) return good;
     }

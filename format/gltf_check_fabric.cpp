@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -210,7 +208,9 @@ class FabricCheck {
     reference.fabric = index_of(member(info, names::gltf::index));
     reference.tex_coord = std::max(0, index_of(set_value));
     reference.transform = read_uv_transform(info, reference.tex_coord);
-    check_transform(reference.transform, where);
+    if (const std::optional<TransformFault> fault = fault_of(reference.transform)) {
+      wrong(fmt::format("{}/extensions/{}/{}", where, texture_transform, fault->member), fault->reason);
+    }
     check_primitives(material, index, reference.tex_coord);
     if (member(material, "doubleSided") != true) {
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
@@ -223,29 +223,6 @@ class FabricCheck {
     check_mirror(material, place, reference);
     if (const Entry& facts = entries_[static_cast<std::size_t>(reference.fabric)]) {
       check_alpha(material, place, facts->holes);
-    }
-  }
-
-  /// What the frame of the surface is undefined with, and what a reader in single precision cannot hold.
-  void check_transform(const UvTransform& transform, const std::string& place) {
-    using Limits = std::numeric_limits<float>;
-    struct Pair {
-      const char* name;
-      V2d value;
-    };
-    const std::array<Pair, 3> pairs{
-        {{offset, transform.offset}, {rotation, V2d(transform.rotation)}, {scale, transform.scale}}};
-    for (const Pair& pair : pairs) {
-      const double largest = std::max(std::abs(pair.value.x), std::abs(pair.value.y));
-      if (largest > double{Limits::max()}) {
-        wrong(fmt::format("{}/extensions/{}/{}", place, texture_transform, pair.name),
-              fmt::format("{:g} is beyond 32-bit floats", largest));
-      }
-    }
-    const double least = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
-    if (least < double{Limits::min()}) {
-      wrong(fmt::format("{}/extensions/{}/{}", place, texture_transform, scale),
-            fmt::format("{:g} is no scale: the fabric lies in no direction", least));
     }
   }
 

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
 
 #include "format/gltf_access.h"
 #include "format/names.h"
@@ -44,6 +47,21 @@ UvTransform read_uv_transform(const Json& texture_info, int& set) {
   transform.scale = pair_of(member(json, scale), transform.scale);
   if (const int overriding = index_of(member(json, tex_coord)); overriding >= 0) set = overriding;
   return transform;
+}
+
+std::optional<TransformFault> fault_of(const UvTransform& transform) {
+  using Limits = std::numeric_limits<float>;
+  const auto largest = [](const V2d& pair) { return std::max(std::abs(pair.x), std::abs(pair.y)); };
+  for (const auto& [name, value] : {std::pair{offset, largest(transform.offset)},
+                                    {rotation, std::abs(transform.rotation)},
+                                    {scale, largest(transform.scale)}}) {
+    if (!(value <= double{Limits::max()})) {
+      return TransformFault{name, fmt::format("{:g} is beyond 32-bit floats", value)};
+    }
+  }
+  const double least = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
+  if (least >= double{Limits::min()}) return std::nullopt;
+  return TransformFault{scale, fmt::format("{:g} is no scale: the fabric lies in no direction", least)};
 }
 
 Json texture_info(int number, int set, const UvTransform& transform) {
@@ -109,6 +127,11 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
   if (reference.fabric < 0 || reference.fabric >= fabric_count) {
     return fail(Code::gltf_reference, document.file, place + "/fabric/index",
                 fmt::format("there is no fabric {}", member(info, index).dump()));
+  }
+  if (const std::optional<TransformFault> fault = fault_of(reference.transform)) {
+    return fail(Code::gltf_extension, document.file,
+                fmt::format("{}/{}/extensions/{}/{}", place, fabric, texture_transform, fault->member),
+                fault->reason);
   }
   return std::optional(reference);
 }

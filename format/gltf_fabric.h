@@ -19,13 +19,23 @@ namespace selvedge {
 /// ones: the bytes. A document without the extension has none.
 Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document);
 
-/// The material's reference, or nothing. An index beyond `fabric_count` is GLTF_REFERENCE.
+/// The material's reference, or nothing. An index beyond `fabric_count` is GLTF_REFERENCE, a transform with a
+/// fault GLTF_EXTENSION.
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
                                                              int fabric_count);
 
 /// KHR_texture_transform of a textureInfo-shaped object; the identity where there is none. `tex_coord` is
 /// overridden if the transform names one.
 UvTransform read_uv_transform(const Json& texture_info, int& tex_coord);
+
+/// Why no fabric can be laid on a surface by a transform: the member's name, and the reason.
+struct TransformFault {
+  const char* member;
+  std::string reason;
+};
+
+/// Numbers beyond 32-bit floats, and scales that are 0 as such; nothing for a good transform.
+std::optional<TransformFault> fault_of(const UvTransform& transform);
 
 /// A textureInfo-shaped object: index, texCoord if not 0, and the transform if it is not the identity.
 Json texture_info(int index, int tex_coord, const UvTransform& transform);

@@ -295,3 +295,21 @@ TEST_CASE("mirror: its URI moves with the glTF") {
   REQUIRE(save_gltf(*document, moved));
   CHECK(read_mirror(*load_gltf(moved), 0)->value().uri == "net.exr");
 }
+
+TEST_CASE(
+    "reattach: a transform by which no fabric lies on a surface is refused, from the mirror and from the "
+    "texture") {
+  for (const bool in_texture : {false, true}) {
+    CAPTURE(in_texture);
+    const Workshop workshop;
+    Restoration job{workshop};
+    job.pack([&](Json& json) {
+      drop_extension(json);
+      const Json none = {{"KHR_texture_transform", {{"scale", {0, 1}}}}};
+      material_of(json)["extras"][extension]["extensions"] = none;
+      if (in_texture) base_color_of(json)["extensions"] = none;
+      if (!in_texture) material_of(json)["pbrMetallicRoughness"].erase("baseColorTexture");
+    });
+    CHECK(job.refused({.fabrics = {workshop.fabric}}) == Code::gltf_extension);
+  }
+}

@@ -6,6 +6,7 @@
 #include "format/atomic_file.h"
 #include "format/fabric_exr.h"
 #include "format/gltf_check.h"
+#include "format/gltf_scene.h"
 #include "tests/converter/fabrics.h"
 #include "tests/format/gltf_square.h"
 
@@ -308,4 +309,20 @@ TEST_CASE(
   square.material()["occlusionTexture"] = {{"index", 1}};
   square.material()["emissiveTexture"] = {{"index", 1}};
   CHECK(text_of(check(folder, square)) == "");
+}
+
+TEST_CASE("gltf check: what is an error of the transform is not read either") {
+  const Folder folder("gltf_check_fabric_test");
+  const char* place =
+      "/materials/0/extensions/SELVEDGE_materials_fabric/fabric/extensions/KHR_texture_transform";
+  Square square;
+  square.dress();
+  check(folder, square);
+  CHECK(read_scene(folder / "case.glb").has_value());
+  square.at(place)["scale"] = {0, 25};
+  check(folder, square);
+  const Result<Scene> scene = read_scene(folder / "case.glb");
+  REQUIRE_FALSE(scene.has_value());
+  CHECK(scene.error().code == Code::gltf_extension);
+  CHECK(scene.error().place == std::string(place) + "/scale");
 }
