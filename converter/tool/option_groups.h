@@ -1,0 +1,35 @@
+// Options that several verbs take, in the words of CLI11: only the command line includes this.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "converter/tool/command_line.h"
+
+namespace selvedge {
+
+/// Numbers as `parse_numbers` reads them; a usage error that shows the example where the text is none of
+/// that.
+std::vector<double> numbers(const std::string& option, const std::string& text, char separator,
+                            std::size_t least, std::size_t most, const char* example);
+
+/// Whole numbers that fit an int; out of their range is the stage's to say.
+std::vector<int> whole_numbers(const std::string& option, const std::string& text, char separator,
+                               std::size_t least, std::size_t most, const char* example);
+
+/// An option whose text becomes a value while parsing.
+CLI::Option* add_text(CLI::App& app, const std::string& name, const std::string& form,
+                      const std::string& help, std::function<void(const std::string&)> take);
+
+/// `draws`: the verb has a --seed of its own, because it draws random numbers.
+void add_common(CLI::App& app, CommonOptions& common, bool draws = false);
+void add_output(CLI::App& app, std::string& output, const char* what, bool required = true);
+
+/// What a cell is made from, how a bake lights it, and how a fabric is fitted.
+void add_cell(CLI::App& app, std::string& input, CellOptions& cell);
+void add_bake(CLI::App& app, BakeCommand& command);
+void add_fit(CLI::App& app, FitCommand& command);
+
+}  // namespace selvedge
