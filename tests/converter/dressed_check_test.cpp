@@ -5,9 +5,9 @@
 #include "converter/dress.h"
 #include "format/fabric_exr.h"
 #include "format/gltf_scene.h"
-#include "format/gltf_writer.h"
 #include "format/image.h"
 #include "tests/converter/fabrics.h"
+#include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
 
 using namespace selvedge;
@@ -17,16 +17,7 @@ namespace {
 
 /// A square metre of `fabric` (of 5 x 4 mm), with its fallback.
 Scene dressed(const Folder& folder, const Fabric& fabric) {
-  Garment garment;
-  garment.name = "square";
-  garment.materials = {GarmentMaterial{.name = "cloth"}};
-  GarmentPrimitive primitive;
-  primitive.positions = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 1, 0)};
-  primitive.normals.assign(4, V3f(0, 0, 1));
-  primitive.tex_coords = {V2f(0, 1), V2f(1, 1), V2f(1, 0), V2f(0, 0)};
-  primitive.indices = {0, 1, 2, 0, 2, 3};
-  garment.primitives = {primitive};
-  REQUIRE(write_garment(folder / "plain.glb", garment));
+  REQUIRE(write_garment(folder / "plain.glb", test::square()));
   REQUIRE(write_fabric(folder / "fabric.exr", fabric));
   const DressOptions everything{.all = true};
   REQUIRE(dress(folder / "plain.glb", folder / "fabric.exr", folder / "dressed.glb", everything));

@@ -14,27 +14,14 @@
 #include "format/gltf_check.h"
 #include "format/gltf_fabric.h"
 #include "format/gltf_scene.h"
-#include "format/gltf_writer.h"
 #include "tests/converter/fabrics.h"
+#include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
 
 using namespace selvedge;
 using test::Folder;
 
 namespace {
-
-void write_sheet(const std::string& path) {
-  Garment garment;
-  garment.name = "sheet";
-  garment.materials = {GarmentMaterial{.name = "cloth"}};
-  GarmentPrimitive primitive;
-  primitive.positions = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 1, 0)};
-  primitive.normals.assign(4, V3f(0, 0, 1));
-  primitive.tex_coords = {V2f(0, 1), V2f(1, 1), V2f(1, 0), V2f(0, 0)};
-  primitive.indices = {0, 1, 2, 0, 2, 3};
-  garment.primitives = {primitive};
-  REQUIRE(write_garment(path, garment));
-}
 
 /// Loads and saves with tinygltf; pictures are kept as they are.
 void pass_through_tinygltf(const std::string& from, const std::string& to, bool binary) {
@@ -60,7 +47,7 @@ void pass_through_tinygltf(const std::string& from, const std::string& to, bool 
 
 TEST_CASE("tinygltf keeps extension, embedded fabric, transforms and mirror") {
   const Folder folder("round_trip_test");
-  write_sheet(folder / "sheet.glb");
+  REQUIRE(write_garment(folder / "sheet.glb", test::square()));
   REQUIRE(write_fabric(folder / "net.exr", test::net_fabric()));
   for (const bool embed : {true, false}) {
     for (const bool binary : {true, false}) {

@@ -11,15 +11,11 @@
 #include "tests/format/gltf_square.h"
 
 using namespace selvedge;
-using test::check;
-using test::check_cases;
-using test::Folder;
-using test::Square;
-using test::text_of;
+using namespace selvedge::test;
 
 TEST_CASE("gltf check: a dressed file with a complete fallback has no issues") {
   const Folder folder("gltf_check_fabric_test");
-  REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
+  REQUIRE(write_fabric(folder / "the net.exr", net_fabric()));
   Square square;
   square.dress();
   CHECK(text_of(check(folder, square)) == "");
@@ -27,7 +23,7 @@ TEST_CASE("gltf check: a dressed file with a complete fallback has no issues") {
 
 TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named where it stands") {
   const Folder folder("gltf_check_fabric_test");
-  REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
+  REQUIRE(write_fabric(folder / "the net.exr", net_fabric()));
   const char* fabrics = "/extensions/SELVEDGE_materials_fabric/fabrics";
   const char* fabric = "/materials/0/extensions/SELVEDGE_materials_fabric/fabric";
   const std::string entry = std::string(fabrics) + "/0";
@@ -148,7 +144,7 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
 TEST_CASE(
     "gltf check: a fabric without its UV set is an error, on a primitive's own material and in a variant") {
   const Folder folder("gltf_check_fabric_test");
-  REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
+  REQUIRE(write_fabric(folder / "the net.exr", net_fabric()));
   for (const bool variant : {false, true}) {
     CAPTURE(variant);
     Square square;
@@ -169,8 +165,8 @@ TEST_CASE(
 
 TEST_CASE("gltf check: what a consumer would see wrongly is a warning") {
   const Folder folder("gltf_check_fabric_test");
-  REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
-  REQUIRE(write_fabric(folder / "cloth.exr", test::lambert_fabric(V2d(5, 4), 4, V3f(0.5F))));
+  REQUIRE(write_fabric(folder / "the net.exr", net_fabric()));
+  REQUIRE(write_fabric(folder / "cloth.exr", lambert_fabric(V2d(5, 4), 4, V3f(0.5F))));
   const auto wrap = [](Square& s, const char* axis, int mode) {
     s.json["samplers"] = Json::array({{{axis, mode}}});
     s.at("/textures/0")["sampler"] = 0;
@@ -265,12 +261,12 @@ TEST_CASE("gltf check: what a consumer would see wrongly is a warning") {
 
 TEST_CASE("gltf check: issues of a fabric say which fabric, embedded or beside") {
   const Folder folder("gltf_check_fabric_test");
-  REQUIRE(write_fabric(folder / "net.exr", test::net_fabric()));
+  REQUIRE(write_fabric(folder / "net.exr", net_fabric()));
   std::string fabric = *read_file(folder / "net.exr");
   Square square;
   square.dress();
   fabric[fabric.size() - 40] = static_cast<char>(fabric[fabric.size() - 40] ^ 1);
-  test::put(folder / "the net.exr", fabric);
+  put(folder / "the net.exr", fabric);
   Issues issues = check(folder, square);
   REQUIRE_FALSE(issues.empty());
   CHECK(issues[0].file == folder / "the net.exr");
@@ -300,7 +296,7 @@ TEST_CASE("gltf check: issues of a fabric say which fabric, embedded or beside")
 TEST_CASE(
     "gltf check: what stands beside the fabric may lie otherwise, and textures may repeat in so many words") {
   const Folder folder("gltf_check_fabric_test");
-  REQUIRE(write_fabric(folder / "the net.exr", test::net_fabric()));
+  REQUIRE(write_fabric(folder / "the net.exr", net_fabric()));
   Square square;
   square.dress();
   square.json["samplers"] = Json::parse(R"([{"wrapS":10497,"wrapT":10497},{"wrapS":33071,"wrapT":33648}])");

@@ -10,11 +10,7 @@
 #include "tests/format/gltf_square.h"
 
 using namespace selvedge;
-using test::check;
-using test::check_cases;
-using test::Folder;
-using test::Square;
-using test::text_of;
+using namespace selvedge::test;
 
 TEST_CASE("gltf check: a good file has no issues") {
   const Folder folder("gltf_check_test");
@@ -230,7 +226,7 @@ TEST_CASE("gltf check: joints are within the smallest skin of the mesh, skins an
     s.at("/skins/0") = {{"joints", joints}, {"inverseBindMatrices", 7}};
   };
   const auto animate = [](Square& s) -> Json& {
-    s.bytes += test::bytes_of<float>({0, 1, 0, 0, 0, 1, 1, 1});
+    s.bytes += bytes_of<float>({0, 1, 0, 0, 0, 1, 1, 1});
     s.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 204}, {"byteLength", 8}});
     s.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 212}, {"byteLength", 24}});
     s.json["buffers"][0]["byteLength"] = 236;
@@ -336,9 +332,9 @@ TEST_CASE("gltf check: quantized formats are good where KHR_mesh_quantization is
 TEST_CASE("gltf check: chunks and lengths of a GLB") {
   const Folder folder("gltf_check_test");
   const Square square;
-  const std::string whole = test::glb(square.json.dump(), square.bytes);
+  const std::string whole = glb(square.json.dump(), square.bytes);
   const auto first = [&](std::string bytes) {
-    test::put(folder / "case.glb", bytes);
+    put(folder / "case.glb", bytes);
     const Issues issues = check_gltf(folder / "case.glb");
     REQUIRE_FALSE(issues.empty());
     return issues[0];
@@ -414,14 +410,14 @@ TEST_CASE("gltf check: what a small file asks for is not allocated, and takes no
 
 TEST_CASE("gltf check: deep nesting and long data URIs that are none are named") {
   const Folder folder("gltf_check_test");
-  test::put(folder / "deep.gltf", R"({"asset":{"version":"2.0"},"extras":)" + std::string(1000000, '['));
+  put(folder / "deep.gltf", R"({"asset":{"version":"2.0"},"extras":)" + std::string(1000000, '['));
   CHECK(check_gltf(folder / "deep.gltf")[0].code == Code::gltf_malformed);
   for (const char* uri : {"data:application/octet-stream;base64,A",
                           "data:application/octet-stream;base64,A*==", "data:application/octet-stream",
                           "none.bin", "http://example.com/a.bin"}) {
     CAPTURE(uri);
-    test::put(folder / "uri.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":")" +
-                                       std::string(uri) + "\"}]}");
+    put(folder / "uri.gltf",
+        R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":")" + std::string(uri) + "\"}]}");
     const Issues issues = check_gltf(folder / "uri.gltf");
     REQUIRE(issues.size() == 1);
     CHECK(issues[0].place == "/buffers/0");
@@ -435,11 +431,11 @@ TEST_CASE("gltf check: a member that stands twice is named, in a .gltf and in a 
     const std::string name = R"("target":34962)";
     return json.insert(json.rfind(name), R"("target":34962,)");
   };
-  test::put(folder / "case.glb", test::glb(repeated(square.json.dump()), square.bytes));
+  put(folder / "case.glb", glb(repeated(square.json.dump()), square.bytes));
   Square beside;
   beside.at("/buffers/0")["uri"] = "case.bin";
-  test::put(folder / "case.bin", beside.bytes);
-  test::put(folder / "case.gltf", repeated(beside.json.dump()));
+  put(folder / "case.bin", beside.bytes);
+  put(folder / "case.gltf", repeated(beside.json.dump()));
   for (const char* name : {"case.glb", "case.gltf"}) {
     const Issues issues = check_gltf(folder / name);
     INFO(text_of(issues));

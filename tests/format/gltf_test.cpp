@@ -8,14 +8,15 @@
 #include "format/atomic_file.h"
 #include "format/gltf_access.h"
 #include "format/gltf_scene.h"
-#include "format/gltf_writer.h"
 #include "format/names.h"
+#include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
 
 using namespace selvedge;
 using test::bytes_of;
 using test::Folder;
 using test::glb;
+using test::square;
 namespace fs = std::filesystem;
 
 namespace {
@@ -44,42 +45,29 @@ Code code_of(const Folder& folder, const std::string& content) {
   return scene.error().code;
 }
 
-Garment quad() {
-  Garment garment;
-  garment.name = "quad";
-  garment.materials = {GarmentMaterial{.name = "cloth"}};
-  GarmentPrimitive primitive;
-  primitive.positions = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 1, 0)};
-  primitive.normals.assign(4, V3f(0, 0, 1));
-  primitive.tex_coords = {V2f(0, 1), V2f(1, 1), V2f(1, 0), V2f(0, 0)};
-  primitive.indices = {0, 1, 2, 0, 2, 3};
-  garment.primitives = {primitive};
-  return garment;
-}
-
 }  // namespace
 
 TEST_CASE("gltf: a written garment is read back as it was, and is the same each time") {
   const Folder folder("gltf_test");
-  REQUIRE(write_garment(folder / "a.glb", quad()));
-  REQUIRE(write_garment(folder / "b.glb", quad()));
+  REQUIRE(write_garment(folder / "a.glb", square()));
+  REQUIRE(write_garment(folder / "b.glb", square()));
   CHECK(*read_file(folder / "a.glb") == *read_file(folder / "b.glb"));
   const Result<Scene> scene = read_scene(folder / "a.glb");
   REQUIRE(scene);
   REQUIRE(scene->primitives.size() == 1);
-  CHECK(scene->primitives[0].positions == quad().primitives[0].positions);
+  CHECK(scene->primitives[0].positions == square().primitives[0].positions);
   CHECK(scene->primitives[0].tex_coords[0] == std::vector<V2d>{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0)});
-  CHECK(scene->primitives[0].indices == quad().primitives[0].indices);
-  CHECK(scene->materials[0].name == "cloth");
+  CHECK(scene->primitives[0].indices == square().primitives[0].indices);
+  CHECK(scene->materials[0].name == "cloth 0");
   CHECK(scene->remarks.empty());
 }
 
 TEST_CASE("gltf: a garment with a NaN, a wrong index or no triangles is not written") {
   const Folder folder("gltf_test");
-  Garment garment = quad();
+  Garment garment = square();
   garment.primitives[0].positions[2].x = std::numeric_limits<float>::quiet_NaN();
   CHECK(write_garment(folder / "a.glb", garment).error().code == Code::mesh_not_finite);
-  garment = quad();
+  garment = square();
   garment.primitives[0].indices[0] = 4;
   CHECK(write_garment(folder / "a.glb", garment).error().code == Code::mesh_invalid);
   garment.primitives.clear();
@@ -89,7 +77,7 @@ TEST_CASE("gltf: a garment with a NaN, a wrong index or no triangles is not writ
 
 TEST_CASE("gltf: a GLB cut short at any place is an error") {
   const Folder folder("gltf_test");
-  REQUIRE(write_garment(folder / "whole.glb", quad()));
+  REQUIRE(write_garment(folder / "whole.glb", square()));
   const std::string whole = *read_file(folder / "whole.glb");
   for (std::size_t size = 0; size < whole.size(); ++size) {
     test::put(folder / "short.glb", whole.substr(0, size));
@@ -99,7 +87,7 @@ TEST_CASE("gltf: a GLB cut short at any place is an error") {
 
 TEST_CASE("gltf: a GLB with any one byte changed is read or refused, never more than that") {
   const Folder folder("gltf_test");
-  REQUIRE(write_garment(folder / "whole.glb", quad()));
+  REQUIRE(write_garment(folder / "whole.glb", square()));
   const std::string whole = *read_file(folder / "whole.glb");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (const char change : {'\x01', '\x80', '\x0F'}) {
@@ -198,7 +186,7 @@ TEST_CASE("gltf: node transforms multiply from the leaf to the root") {
 
 TEST_CASE("gltf: strips and fans become triangles with their winding") {
   const Folder folder("gltf_test");
-  REQUIRE(write_garment(folder / "a.glb", quad()));
+  REQUIRE(write_garment(folder / "a.glb", square()));
   Result<GltfDocument> document = load_gltf(folder / "a.glb");
   REQUIRE(document);
   Json& primitive = document->json["meshes"][0]["primitives"][0];
@@ -246,7 +234,7 @@ TEST_CASE("gltf: saving keeps every member, in the same order, and drops only un
 
 TEST_CASE("gltf: a .gltf is written with one buffer beside it, and never over the input's") {
   const Folder folder("gltf_test");
-  REQUIRE(write_garment(folder / "a.glb", quad()));
+  REQUIRE(write_garment(folder / "a.glb", square()));
   REQUIRE(save_gltf(*load_gltf(folder / "a.glb"), folder / "b.gltf"));
   CHECK(fs::exists(folder / "b.bin"));
   // c.gltf lies upon b.bin; writing it again as b.gltf elsewhere must leave b.bin alone.
@@ -282,7 +270,7 @@ TEST_CASE("gltf: pictures are found from another folder, or go into the GLB byte
 
 TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {
   const Folder folder("gltf_test");
-  REQUIRE(write_garment(folder / "a.glb", quad()));
+  REQUIRE(write_garment(folder / "a.glb", square()));
   const Result<GltfDocument> document = load_gltf(folder / "a.glb");
   CHECK(save_gltf(*document, folder / "absent/a.gltf").error().code == Code::file_unwritable);
   CHECK(save_gltf(*document, folder / "a.obj").error().code == Code::option_out_of_range);
