@@ -1,5 +1,6 @@
-// What a bake has finished, in a file that survives the program: one record per unit (a view, a pair or the heights), each
-// with a digest, in the order in which they were baked. A finished journal of a part of the units is a shard.
+// What a bake has finished, in a file that survives the program: one record per unit (a view, a pair or the
+// heights), each with a digest, in the order in which they were baked. A finished journal of a part of the
+// units is a shard.
 //
 // Little-endian. "SELVEDGE-BAKE-1\n"; the length (8 bytes) and the text of the samples file's header without
 // the noise; the shard's index and count (4 bytes each); the digest of all that (XXH3-128, 32 hexadecimal

@@ -1,5 +1,5 @@
-// Where the yarn of a cell begins and ends over every point of the plane: the slabs of a fabric (spec/bake.md,
-// "Heights").
+// Where the yarn of a cell begins and ends over every point of the plane: the slabs of a fabric
+// (spec/bake.md, "Heights").
 #pragma once
 
 #include "converter/ray_scene.h"

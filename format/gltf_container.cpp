@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <functional>
 #include <string_view>
 
 #include "format/gltf_access.h"
@@ -113,9 +112,7 @@ Result<Json> parse(std::string_view text, const std::string& file, const GltfLim
                 fmt::format("a JSON object with more than {} members", limits.members));
   }
   try {
-    MembersOnce members;
-    Json json = Json::parse(text.begin(), text.end(), std::ref(members));
-    if (members.broken()) return fail(Code::json_malformed, file, "", "a member stands twice in an object");
+    Json json = Json::parse(text.begin(), text.end());
     if (!json.is_object()) return fail(Code::gltf_malformed, file, "", "the JSON is not an object");
     if (std::optional<std::string> place = repeated_member(text)) {
       return fail(Code::gltf_malformed, file, std::move(*place), "stands there twice");

@@ -64,6 +64,7 @@ function garment() {
     nodes: [{mesh: 0}],
     meshes: [{primitives: [{attributes: {POSITION: 0, NORMAL: 1, TEXCOORD_0: 2}, material: 0}]}],
     materials: [{
+      doubleSided: true,
       pbrMetallicRoughness: {baseColorTexture: {index: 0, extensions: transform()}, metallicFactor: 0},
       extensions: {[NAME]: {fabric: {index: 0, texCoord: 0, extensions: transform()}}},
       extras: {[NAME]: {index: 0, extensions: transform(), name: 'cloth', uri: 'cloth.fabric.exr'}},
