@@ -44,7 +44,28 @@ void restore(std::span<std::uint8_t> differences, std::span<std::uint8_t> pixels
   for (std::size_t i = half; i < pixels.size(); ++i) pixels[2 * (i - half) + 1] = differences[i];
 }
 
+/// The inverse.
+std::vector<std::uint8_t> differences_of(std::span<const std::uint8_t> pixels) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
+  for (std::size_t i = 1; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
+  for (std::size_t i = bytes.size(); i-- > 1;) {
+    bytes[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - 1] + 128);
+  }
+  return bytes;
+}
+
 }  // namespace
+
+std::size_t exr_zip_size(std::span<const std::uint8_t> pixels) {
+  const std::vector<std::uint8_t> bytes = differences_of(pixels);
+  uLongf size = compressBound(bytes.size());
+  std::vector<std::uint8_t> packed(size);
+  // The buffer is as large as it can ever have to be.
+  compress(packed.data(), &size, bytes.data(), bytes.size());
+  return size;
+}
 
 bool exr_unpack(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> packed,
                 std::span<std::uint8_t> pixels) {

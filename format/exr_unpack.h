@@ -19,7 +19,10 @@ namespace selvedge {
 bool exr_unpack(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> packed,
                 std::span<std::uint8_t> pixels);
 
-/// The same for PIZ. OpenEXR sees a file of this one chunk, whose header is ours.
+/// How many bytes ZIP makes of a chunk's pixels; more than they are where it cannot make them fewer.
+std::size_t exr_zip_size(std::span<const std::uint8_t> pixels);
+
+/// exr_unpack() for PIZ. OpenEXR sees a file of this one chunk, whose header is ours.
 bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> packed,
                     std::span<std::uint8_t> pixels);
 

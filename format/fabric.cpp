@@ -129,7 +129,8 @@ LayerShape shape_of(const Fabric& fabric) {
     if (level.lobes) shape.lobes = level.lobes->lobes;
     if (level.heights) shape.cells = level.heights->shape();
     if (level.products) {
-      shape.products = std::max(shape.products, static_cast<int>(level.products->pairs.size()));
+      const int pairs = static_cast<int>(level.products->pairs.size());
+      shape.products = std::max(shape.products, level.products->entries * pairs);
     }
     if (level.products && level.bases) {
       shape.view_functions = static_cast<int>(level.bases->view.size()) / shape.views;

@@ -22,8 +22,9 @@ LayerShape shape_of(const FabricHeader& header) {
     shape.light_functions = bases->light_functions;
   }
   if (const auto& products = header.layer(Layer::products)) {
-    for (const auto& pairs : products->pairs) {
-      shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
+    for (std::size_t i = 0; i < products->levels.size(); ++i) {
+      const int entries = entries_at(header, products->levels[i]);
+      shape.products = std::max(shape.products, entries * static_cast<int>(products->pairs[i].size()));
     }
   }
   return shape;

@@ -92,7 +92,7 @@ std::size_t channel_count(Layer layer, const LayerShape& shape) {
     case Layer::heights:
       return 2 * size(shape.cells.entries());
     case Layer::products:
-      return size(shape.cells.entries()) * size(shape.products);
+      return size(shape.products);
     case Layer::bases:
       break;
   }
@@ -142,10 +142,6 @@ std::vector<std::string> channel_names(Layer layer, const LayerShape& shape) {
       }
       break;
     case Layer::products:
-      for (int entry = 0; entry < shape.cells.entries(); ++entry) {
-        for (int m = 0; m < shape.products; ++m) channels.push_back(fmt::format("{}.{}.{}", part, entry, m));
-      }
-      break;
     case Layer::bases:
       for (std::size_t i = 0; i < channel_count(layer, shape); ++i) {
         channels.push_back(fmt::format("{}.{}", part, i));
@@ -195,11 +191,8 @@ float value_of(const FabricLevel& level, Layer layer, const LayerShape& shape, s
     case Layer::heights:
       return (channel % 2 == 0 ? level.heights->top() : level.heights->bottom())[index / 2];
     case Layer::products: {
-      const ProductLayer& products = *level.products;
-      const std::size_t entry = channel / size(shape.products);
-      const std::size_t m = channel % size(shape.products);
-      if (entry >= size(products.entries) || m >= products.pairs.size()) return 0;
-      return products.coefficient[(texel * size(products.entries) + entry) * products.pairs.size() + m];
+      const std::size_t own = size(level.products->entries) * level.products->pairs.size();
+      return channel < own ? level.products->coefficient[texel * own + channel] : 0;
     }
     case Layer::bases:
       break;
@@ -250,10 +243,8 @@ void set_layer(FabricLevel& level, Layer layer, const LayerShape& shape,
     case Layer::products:
       level.products = ProductLayer{entries, pairs, {}};
       for (std::size_t texel = 0; texel < size(level.texels()); ++texel) {
-        for (std::size_t entry = 0; entry < size(entries); ++entry) {
-          for (std::size_t m = 0; m < pairs.size(); ++m) {
-            level.products->coefficient.push_back((*planes[entry * size(shape.products) + m])[texel]);
-          }
+        for (std::size_t i = 0; i < size(entries) * pairs.size(); ++i) {
+          level.products->coefficient.push_back((*planes[i])[texel]);
         }
       }
       break;

@@ -60,7 +60,7 @@ struct LayerShape {
   int views = 1;
   int lights = 1;
   SlabShape cells;
-  int products = 0;        ///< of the level that has most
+  int products = 0;        ///< coefficients of a texel, at the level with most
   int view_functions = 0;  ///< phi_0 not counted
   int light_functions = 0;
   int base_texels = 1;  ///< of level 0, which the bases' values are spread over

@@ -57,6 +57,8 @@ struct FitCommand {
   std::string output;
   FitOptions fit;
   FabricWriteOptions write;
+  std::optional<std::uint64_t>
+      budget;  ///< bytes of the file; layers are chosen by level (fitter/layer_fit.h)
 };
 
 struct MakeCommand {

@@ -172,6 +172,8 @@ void add_bake(CLI::App& app, BakeCommand& command) {
       ->excludes(pairs);
   add("--held-out-pairs", bake.held_out_pairs, "Random pairs to judge by")->excludes(pairs);
   add("--rim-pairs", bake.rim_pairs, "Random pairs near the horizon, judged apart")->excludes(pairs);
+  add("--slabs", bake.slabs, "Slabs of yarn whose heights are kept for a fit with a budget; 0: none");
+  add("--cells", bake.cells, "Cells of the slabs along a side of a texel");
   add("--truth-samples", bake.truth_samples, "Rays per texel and pair, rounded down to even");
   app.add_option("--seed", bake.seed, "Same seed, same bytes")
       ->capture_default_str()
@@ -198,6 +200,13 @@ void add_fit(CLI::App& app, FitCommand& command) {
                  "Mean change of the table that counts as converged")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  app.add_option(
+         "--budget", command.budget,
+         "Choose the layers of every level so that the file has at most so many bytes (K, M: KiB, MiB)")
+      ->transform(CLI::AsSizeValue(false))
+      ->check(CLI::PositiveNumber)
+      ->type_name("BYTES")
       ->group(group);
   app.add_option("--damping", command.fit.damping, "Pull of the table towards 1 where the lobes are dark")
       ->capture_default_str()

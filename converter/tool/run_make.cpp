@@ -1,14 +1,69 @@
 // fit, and make, which is bake and fit with the mesh before.
 #include <fmt/format.h>
 
+#include <chrono>
+#include <cmath>
+
 #include "converter/tool/commands.h"
 #include "converter/tool/run_bake.h"
+#include "fitter/layer_fit.h"
 #include "format/atomic_file.h"
 
 namespace selvedge {
 namespace {
 
-Result<FitResult> fit_file(const std::string& samples, const FitCommand& command) {
+/// What a fit reports, whichever way its layers came about.
+struct FitOutcome {
+  std::vector<FitLevelReport> levels;  ///< of the paper's model
+  std::vector<LevelChoice> chosen;     ///< of a budget
+  double seconds = 0;
+};
+
+/// Chooses layers and writes the file, which must not be larger than the budget. Sizes are estimated before, so it
+/// takes some tries; the largest file that fits is kept.
+Result<LayerFit> write_within(const LayerFitter& fitter, const FitCommand& command) {
+  constexpr int most_tries = 6;
+  const auto budget = static_cast<double>(*command.budget);
+  double bytes = budget;
+  double best = 0;
+  double best_bytes = bytes;
+  for (int i = 1;; ++i) {
+    LayerFit chosen = fitter.choose(bytes);
+    if (auto ok = write_fabric(command.output, chosen.fabric, command.write); !ok) {
+      return tl::unexpected(ok.error());
+    }
+    const auto written = static_cast<double>(size_of_file(command.output));
+    const bool fits = written <= budget;
+    if (fits && written > best) {
+      best = written;
+      best_bytes = bytes;
+    }
+    if (i > most_tries || (fits && written > 0.98 * budget)) return chosen;
+    bytes = i == most_tries && best > 0 ? best_bytes : bytes * 0.995 * budget / written;
+  }
+}
+
+Result<FitOutcome> fit_layers(SamplesReader& reader, SampleLevel level, const FitCommand& command,
+                              const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto validation = reader.read_pairs(PairKind::validation);
+  if (!validation) return tl::unexpected(validation.error());
+  std::optional<HeightLayer> heights;
+  if (reader.header().slabs) {
+    auto read = reader.read_heights();
+    if (!read) return tl::unexpected(read.error());
+    heights = std::move(*read);
+  }
+  const auto fitter =
+      LayerFitter::create(std::move(level), reader.header(), heights, *validation, command.fit, progress);
+  if (!fitter) return tl::unexpected(fitter.error());
+  const auto chosen = write_within(*fitter, command);
+  if (!chosen) return tl::unexpected(chosen.error());
+  return FitOutcome{
+      {}, chosen->levels, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+}
+
+Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command) {
   // Said before the work, not after it.
   if (const auto writable = AtomicFile::create(command.output); !writable) {
     return tl::unexpected(writable.error());
@@ -18,38 +73,61 @@ Result<FitResult> fit_file(const std::string& samples, const FitCommand& command
   auto level = reader->read_level();
   if (!level) return tl::unexpected(level.error());
   TerminalProgress progress("fit", command.common.quiet);
-  auto result = fit(std::move(*level), reader->header(), command.fit, progress.callback());
-  if (!result) {
-    result.error().file = samples;
-    return result;
+  const auto of_file = [&](Error error) {
+    if (error.file.empty()) error.file = samples;
+    return tl::unexpected(std::move(error));
+  };
+  if (command.budget) {
+    auto outcome = fit_layers(*reader, std::move(*level), command, progress.callback());
+    if (!outcome) return of_file(outcome.error());
+    return outcome;
   }
+  auto result = fit(std::move(*level), reader->header(), command.fit, progress.callback());
+  if (!result) return of_file(result.error());
   if (auto ok = write_fabric(command.output, result->fabric, command.write); !ok) {
     return tl::unexpected(ok.error());
   }
-  return result;
+  return FitOutcome{result->levels, {}, result->seconds};
 }
 
-Json fit_json(const FitResult& r, const std::string& output) {
+Json fit_json(const FitOutcome& outcome, const std::string& output) {
   Json levels = Json::array();
-  for (const FitLevelReport& level : r.levels) {
+  for (const FitLevelReport& level : outcome.levels) {
     levels.push_back({{"texels", {level.width, level.height}},
                       {"trainingError", level.training_error},
                       {"rounds", level.mean_rounds},
                       {"unconverged", level.unconverged},
                       {"seconds", level.seconds}});
   }
-  return {{"output", output}, {"bytes", size_of_file(output)}, {"seconds", r.seconds}, {"levels", levels}};
+  for (const LevelChoice& level : outcome.chosen) {
+    levels.push_back({{"texels", {level.width, level.height}},
+                      {"layers", level.layers},
+                      {"validationError", std::sqrt(level.validation_error)},
+                      {"bytes", std::round(level.bytes)}});
+  }
+  return {
+      {"output", output}, {"bytes", size_of_file(output)}, {"seconds", outcome.seconds}, {"levels", levels}};
 }
 
-std::string fit_text(const FitResult& r, const std::string& output) {
-  std::string text = "level  texels   training error  rounds  not converged  seconds\n";
-  for (std::size_t k = 0; k < r.levels.size(); ++k) {
-    const FitLevelReport& l = r.levels[k];
+std::string fit_text(const FitOutcome& outcome, const std::string& output) {
+  std::string text;
+  if (!outcome.levels.empty()) {
+    text = "level  texels   training error  rounds  not converged  seconds\n";
+  }
+  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
+    const FitLevelReport& l = outcome.levels[k];
     text += fmt::format("{:5}  {:>7}  {:14.4f}  {:6.1f}  {:13}  {:7.2f}\n", k,
                         fmt::format("{}x{}", l.width, l.height), l.training_error, l.mean_rounds,
                         l.unconverged, l.seconds);
   }
-  return text + fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", r.seconds, output, size_of_file(output));
+  if (!outcome.chosen.empty()) text += "level  texels   validation RMS 1/sr    bytes  layers\n";
+  for (std::size_t k = 0; k < outcome.chosen.size(); ++k) {
+    const LevelChoice& l = outcome.chosen[k];
+    text += fmt::format("{:5}  {:>7}  {:19.5f}  {:7.0f}  {}\n", k, fmt::format("{}x{}", l.width, l.height),
+                        std::sqrt(l.validation_error), l.bytes, l.layers);
+  }
+  return text +
+         fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", outcome.seconds, output, size_of_file(output));
 }
 
 }  // namespace

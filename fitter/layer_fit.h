@@ -1,0 +1,70 @@
+// The best fabric for a budget: per level the set of layers with the least error on the validation pairs.
+//
+// Candidates of a level are the paper's model (lobes, with and without the view table), products of shared
+// functions for every texel, and, where the samples have heights, slabs with products, each product's
+// coefficients coarser or finer. Among all combinations the one is taken that makes the sum over levels of
+// log(error) least for its bytes (Lagrange's multiplier, by bisection). The held-out pairs take no part.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fitter/fit.h"
+#include "fitter/product_fit.h"
+#include "format/fabric.h"
+#include "format/samples.h"
+
+namespace selvedge {
+
+/// One way to store a level.
+struct LevelCandidate {
+  enum class Kind { lobes, lobes_and_table, products, slabs };
+  Kind kind = Kind::products;
+  Products products;  ///< of products and slabs; functions as in the shared lists
+  double error = 0;   ///< mean squared error of alpha f on the validation pairs
+  double bytes = 0;   ///< in the file, estimated; without the shared functions
+};
+
+struct LevelChoice {
+  int width = 0;
+  int height = 0;
+  std::string layers;           ///< "lobes + table", "products: 24", "slabs: 2 of 2x2, products: 12"
+  double validation_error = 0;  ///< as LevelCandidate::error
+  double bytes = 0;
+};
+
+struct LayerFit {
+  Fabric fabric;
+  std::vector<LevelChoice> levels;
+  double bytes = 0;  ///< estimated, functions and overhead included
+};
+
+class LayerFitter {
+ public:
+  /// Fits all candidates. `heights`: of level 0, mm. Refuses what fit() refuses, heights of another size,
+  /// more than 512 lights, and a header without validation pairs (samples_malformed).
+  static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
+                                    const std::optional<HeightLayer>& heights, const PairSamples& validation,
+                                    const FitOptions& options, const Progress& progress = {});
+
+  /// The best fabric whose estimated size is within `bytes`; the smallest one where none is.
+  LayerFit choose(double bytes) const;
+
+ private:
+  struct Level {
+    FabricLevel paper;  ///< lobes, frame, table, opacity
+    std::optional<HeightLayer> heights;
+    std::vector<LevelCandidate> candidates;
+  };
+  LayerFitter() = default;
+  void add_candidates(std::size_t level, const Products& products, LevelCandidate::Kind kind,
+                      double own_bytes);
+  double bytes_of_functions(const std::vector<const LevelCandidate*>& chosen) const;
+  FabricLevel level_of(std::size_t level, const LevelCandidate& candidate) const;
+
+  Fabric shell_;  ///< everything but the levels
+  std::vector<Level> levels_;
+};
+
+}  // namespace selvedge
