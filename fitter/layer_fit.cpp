@@ -86,6 +86,18 @@ std::string layers_of(const FabricLevel& level) {
   return text;
 }
 
+/// The provenance with what was chosen, for whoever opens the file later.
+std::string with_choice(const std::string& provenance, const std::vector<LevelChoice>& levels) {
+  nlohmann::json text = nlohmann::json::parse(provenance, nullptr, false);
+  if (!text.is_object()) text = nlohmann::json::object();
+  nlohmann::json list = nlohmann::json::array();
+  for (const LevelChoice& level : levels) {
+    list.push_back({{"layers", level.layers}, {"validationError", std::sqrt(level.validation_error)}});
+  }
+  text["fit"]["levels"] = std::move(list);
+  return text.dump();
+}
+
 }  // namespace
 
 void LayerFitter::add_candidates(std::size_t level, const Products& products, LevelCandidate::Kind kind,
@@ -396,6 +408,7 @@ LayerFit LayerFitter::choose(double bytes) const {
         {level.width, level.height, layers_of(level), chosen[k]->error, chosen[k]->bytes});
     result.fabric.levels.push_back(std::move(level));
   }
+  result.fabric.provenance = with_choice(shell_.provenance, result.levels);
   const auto bases = std::make_shared<const ProductBases>(functions.bases());
   for (FabricLevel& level : result.fabric.levels) {
     if (level.products) level.bases = bases;

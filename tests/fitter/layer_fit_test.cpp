@@ -1,0 +1,303 @@
+#include "fitter/layer_fit.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "fitter/coded_size.h"
+#include "fitter/level_judge.h"
+#include "fitter/principal.h"
+#include "fitter/slab_fit.h"
+#include "format/evaluate.h"
+#include "format/fabric_exr.h"
+#include "format/random.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
+
+using namespace selvedge;
+
+namespace {
+
+/// What a bake of a fabric would have seen: alpha and f of every texel for the directions of the grids.
+SampleLevel seen_of(const Fabric& fabric) {
+  const FabricLevel& level = fabric.levels.front();
+  SampleLevel samples;
+  samples.width = level.width;
+  samples.height = level.height;
+  samples.views = fabric.views.count();
+  samples.lights = fabric.lights.count();
+  samples.normal.assign(static_cast<std::size_t>(level.texels()), V3f(0, 0, 1));
+  for (int texel = 0; texel < level.texels(); ++texel) {
+    for (const V3f& view : directions_of(fabric.views)) {
+      const auto shade = [&](const V3f& light) {
+        return evaluate(fabric, 0, texel % level.width, texel / level.width, light, view);
+      };
+      samples.alpha.push_back(shade({0, 0, 1}).alpha);
+      for (const V3f& light : directions_of(fabric.lights)) samples.radiance.push_back(shade(light).radiance);
+    }
+  }
+  return samples;
+}
+
+/// Ribs of yarn with gaps, one product that differs from entry to entry, and a second that turns with the
+/// view.
+Fabric ribbed(int width, int height) {
+  Fabric fabric;
+  fabric.period_mm = {static_cast<float>(width), static_cast<float>(height)};
+  fabric.reference_height = 1;
+  fabric.thickness_mm = 1;
+  fabric.views = {4, 4};
+  fabric.lights = {3, 3};
+  Random random(5);
+  FabricLevel level;
+  level.width = width;
+  level.height = height;
+  const SlabShape shape{2, 1, 1};
+  ProductLayer products{shape.entries(), {{0, 0}, {1, 1}}, {}};
+  std::vector<float> top;
+  for (int i = 0; i < width * height * shape.entries(); ++i) {
+    top.push_back(i % 5 == 0 ? 0 : 0.5F + 0.5F * static_cast<float>(random.uniform()));
+    products.coefficient.push_back(1 + static_cast<float>(random.uniform()));
+    products.coefficient.push_back(0.5F * static_cast<float>(random.uniform()));
+  }
+  level.heights.emplace(shape, top, std::vector<float>(top.size(), 0));
+  level.products = products;
+  ProductBases bases;
+  for (const V3f& view : directions_of(fabric.views)) bases.view.push_back(view.x);
+  for (const V3f& light : directions_of(fabric.lights))
+    bases.light.emplace_back(light.z, light.z, light.z / 2);
+  for (const V3f& light : directions_of(fabric.lights))
+    bases.light.emplace_back(V3f(0.25F + light.y * light.y));
+  level.bases = std::make_shared<const ProductBases>(bases);
+  fabric.levels = {level};
+  REQUIRE(validate(fabric));
+  return fabric;
+}
+
+/// The samples file of a fabric: its header, and pairs with the fabric itself as the truth.
+SamplesHeader header_of(const Fabric& fabric) {
+  SamplesHeader header;
+  header.width = fabric.levels[0].width;
+  header.height = fabric.levels[0].height;
+  header.period_mm = fabric.period_mm;
+  header.reference_height = fabric.reference_height;
+  header.thickness_mm = fabric.thickness_mm;
+  header.views = fabric.views;
+  header.lights = fabric.lights;
+  header.slabs = fabric.levels[0].heights->shape();
+  return header;
+}
+
+PairSamples truth_of(const Fabric& fabric, int count) {
+  PairSamples truth;
+  truth.width = fabric.levels[0].width;
+  truth.height = fabric.levels[0].height;
+  truth.pairs = random_pairs(count, 0.3, 3);
+  for (const DirectionPair& pair : truth.pairs) {
+    for (int i = 0; i < truth.width * truth.height; ++i) {
+      const Shading s = evaluate(fabric, 0, i % truth.width, i / truth.width, pair.light, pair.view);
+      truth.alpha.push_back(s.alpha);
+      truth.radiance.push_back(s.radiance);
+    }
+  }
+  return truth;
+}
+
+}  // namespace
+
+TEST_CASE("principal components of a known matrix") {
+  // Eigenvalues 3 and 1 along (1, 1) and (1, -1).
+  const Principal p = principal_components({2, 1, 1, 2}, 2, 2);
+  REQUIRE(p.values.size() == 2);
+  CHECK(p.values[0] == doctest::Approx(3));
+  CHECK(p.values[1] == doctest::Approx(1));
+  CHECK(p.vectors[0][0] == doctest::Approx(std::sqrt(0.5)));
+  CHECK(p.vectors[0][1] == doctest::Approx(std::sqrt(0.5)));
+  std::vector<double> x{3, 0, 3, 1};
+  solve_symmetric({2, 1, 1, 2}, 2, 0, x, 2);
+  CHECK(x[0] == doctest::Approx(1));
+  CHECK(x[2] == doctest::Approx(1));
+  CHECK(x[1] == doctest::Approx(-1.0 / 3));
+  CHECK(x[3] == doctest::Approx(2.0 / 3));
+}
+
+TEST_CASE(
+    "the smooth functions of the view are orthonormal over their grid, and as many as it can tell apart") {
+  const auto functions = smooth_view_functions({8, 8}, 6);
+  REQUIRE(functions.size() == 6);
+  CHECK(std::all_of(functions[0].begin(), functions[0].end(), [](float f) { return f == 1; }));
+  for (std::size_t a = 0; a < 6; ++a) {
+    for (std::size_t b = 0; b < 6; ++b) {
+      double mean = 0;
+      for (std::size_t v = 0; v < 64; ++v)
+        mean += static_cast<double>(functions[a][v] * functions[b][v]) / 64;
+      CHECK(mean == doctest::Approx(a == b ? 1 : 0).epsilon(0.01).scale(1));
+    }
+  }
+  CHECK(smooth_view_functions({1, 1}, 6).size() == 1);
+  CHECK(smooth_view_functions({1, 2}, 6).size() == 2);
+}
+
+TEST_CASE("slabs are found again from what texels show") {
+  const Fabric fabric = ribbed(12, 3);
+  const SampleLevel samples = seen_of(fabric);
+  const auto views = smooth_view_functions(fabric.views, 4);
+  const SlabRays rays = slab_rays(fabric.levels[0], fabric, directions_of(fabric.views));
+  const std::size_t entries = fabric.levels[0].heights->top().size();
+  const SlabTables tables = fit_slabs(samples, rays, entries, views);
+  const Products products = slab_products({tables}, views, 9).front();
+  REQUIRE(products.owners() == entries);
+  // Every sample, from the tables alone: the rays of a texel share alpha f between them.
+  double error = 0;
+  double energy = 0;
+  const auto lights = static_cast<std::size_t>(samples.lights);
+  for (std::size_t row = 0; row < samples.alpha.size(); ++row) {
+    const std::size_t view = row % static_cast<std::size_t>(samples.views);
+    for (std::size_t l = 0; l < lights; ++l) {
+      const double seen = static_cast<double>(samples.alpha[row] * samples.radiance[row * lights + l].x);
+      double fitted = 0;
+      for (std::size_t ray = 0; ray < 2; ++ray) {
+        const std::uint32_t met = rays.met[2 * row + ray];
+        if (met == SlabRays::nothing) continue;
+        for (std::size_t m = 0; m < products.pairs.size(); ++m) {
+          const V2i pair = products.pairs[m];
+          fitted += 0.5 * static_cast<double>(products.coefficient[met * products.pairs.size() + m] *
+                                              products.view[static_cast<std::size_t>(pair.x)][view] *
+                                              products.light[static_cast<std::size_t>(pair.y)][3 * l]);
+        }
+      }
+      error += (fitted - seen) * (fitted - seen);
+      energy += seen * seen;
+    }
+  }
+  CHECK(std::sqrt(error / energy) < 0.03);  // the pull towards the mean, and the functions' rounding
+}
+
+TEST_CASE("texels that are products of few functions are found again") {
+  const DirectionGrid views{4, 4};
+  const DirectionGrid lights{4, 3};
+  Random random(2);
+  std::vector<SampleLevel> levels;
+  for (const int width : {4, 2}) {
+    SampleLevel level;
+    level.width = level.height = width;
+    level.views = views.count();
+    level.lights = lights.count();
+    level.normal.assign(static_cast<std::size_t>(width * width), V3f(0, 0, 1));
+    for (int texel = 0; texel < width * width; ++texel) {
+      const auto a = static_cast<float>(random.uniform());
+      const auto b = static_cast<float>(random.uniform());
+      for (const V3f& v : directions_of(views)) {
+        level.alpha.push_back(level.alpha.size() % 16 == 5 ? 0.0F : a);  // one view sees holes
+        for (const V3f& l : directions_of(lights)) {
+          level.radiance.emplace_back(a * l.z * (1 + v.x) + b * v.z * (l.y + 1), a * l.z * (1 + v.x),
+                                      b * v.z);
+        }
+      }
+    }
+    levels.push_back(level);
+  }
+  const std::vector<Products> fitted = level_products(levels, 6, 8);
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    const SampleLevel& level = levels[k];
+    double error = 0;
+    double energy = 0;
+    for (std::size_t row = 0; row < level.alpha.size(); ++row) {
+      const std::size_t texel = row / 16;
+      for (std::size_t l = 0; l < 12; ++l) {
+        for (int c = 0; c < 3; ++c) {
+          double f = 0;
+          for (std::size_t m = 0; m < fitted[k].pairs.size(); ++m) {
+            const V2i pair = fitted[k].pairs[m];
+            f += static_cast<double>(
+                fitted[k].coefficient[texel * fitted[k].pairs.size() + m] *
+                fitted[k].view[static_cast<std::size_t>(pair.x)][row % 16] *
+                fitted[k].light[static_cast<std::size_t>(pair.y)][3 * l + static_cast<std::size_t>(c)]);
+          }
+          const auto alpha = static_cast<double>(level.alpha[row]);
+          const auto truth = static_cast<double>(level.radiance[row * 12 + l][c]);
+          error += alpha * alpha * (f - truth) * (f - truth);
+          energy += alpha * alpha * truth * truth;
+        }
+      }
+    }
+    CHECK(std::sqrt(error / energy) < 0.01);  // the functions' rounding, and a slight pull towards 0
+  }
+}
+
+TEST_CASE("coarse heights are means over the area that has them") {
+  const HeightLayer fine({1, 1, 1}, {1, 3, 0, 2, 1, 0, 0, 0}, {0.5F, 1, 0, 1, 0.5F, 0, 0, 0});
+  const HeightLayer coarse = pool_heights(fine, 4, 2);
+  REQUIRE(coarse.top().size() == 2);
+  CHECK(coarse.top()[0] == doctest::Approx(5.0 / 3));
+  CHECK(coarse.bottom()[0] == doctest::Approx(2.0 / 3));
+  CHECK(coarse.top()[1] == 0);  // a quarter of the area
+}
+
+TEST_CASE("quantised coefficients are multiples of the step, and weak products go") {
+  Products products;
+  products.view = {{1}};
+  products.light = {{1}, {1}};
+  products.pairs = {{0, 0}, {0, 1}};
+  products.coefficient = {1.1F, 0.01F, -0.9F, 0.02F};
+  const Products coarse = quantised(products, 0.25F, 0.5F);
+  CHECK(coarse.pairs == std::vector<V2i>{{0, 0}});
+  CHECK(coarse.coefficient == std::vector<float>{1, -1});
+  CHECK(quantised(products, 0.0078125F, 0.5F).pairs.size() == 2);
+}
+
+TEST_CASE("the size of a layer is known before it is written") {
+  const test::Folder folder;
+  Fabric fabric = test::random_fabric(32, 32, {8, 8}, 1, 3);
+  fabric.levels.resize(1);
+  const std::vector<float> opacity = fabric.levels[0].opacity->opacity;
+  REQUIRE(write_fabric(folder / "with.exr", fabric));
+  fabric.levels[0].opacity.reset();
+  REQUIRE(write_fabric(folder / "without.exr", fabric));
+  // The part has 64 channels in the header, and the previews differ.
+  const auto difference = static_cast<double>(std::filesystem::file_size(folder / "with.exr")) -
+                          static_cast<double>(std::filesystem::file_size(folder / "without.exr"));
+  CHECK(coded_bytes(opacity, 64, 32) == doctest::Approx(difference - 64 * 30).epsilon(0.05));
+}
+
+TEST_CASE("layers are chosen within the budget, and more bytes never make the choice worse") {
+  const Fabric fabric = ribbed(16, 16);
+  SamplesHeader header = header_of(fabric);
+  const PairSamples truth = truth_of(fabric, 12);
+  header.pairs[0] = truth.pairs;
+  FitOptions options;
+  options.lobes = 1;
+  const auto fitter = LayerFitter::create(seen_of(fabric), header, fabric.levels[0].heights, truth, options);
+  REQUIRE_MESSAGE(fitter, to_line(fitter.error()));
+  double last = 1e9;
+  for (const double bytes : {16000.0, 20000.0, 40000.0, 1e6}) {
+    const LayerFit chosen = fitter->choose(bytes);
+    REQUIRE(validate(chosen.fabric));
+    REQUIRE(chosen.levels.size() == 5);
+    CHECK(chosen.bytes <= bytes);
+    // Level 0 counts most; the sum over levels is what is made least.
+    double sum = 0;
+    for (std::size_t k = 0; k < 5; ++k) sum += (k == 0 ? 5 : 1) * std::log(chosen.levels[k].validation_error);
+    CHECK(sum <= last);
+    last = sum;
+    // What is said of a level is so.
+    const std::vector<LevelTruth> truths = level_truths(truth);
+    const double error = LevelJudge(truths[0], truth.pairs, chosen.fabric).error(chosen.fabric.levels[0]);
+    CHECK(error == doctest::Approx(chosen.levels[0].validation_error).epsilon(0.02));
+  }
+}
+
+TEST_CASE("without pairs to choose by, or with heights of other texels, layers are refused") {
+  const Fabric fabric = ribbed(4, 4);
+  SamplesHeader header = header_of(fabric);
+  const PairSamples truth = truth_of(fabric, 2);
+  const auto none = LayerFitter::create(seen_of(fabric), header, {}, PairSamples{}, {});
+  REQUIRE_FALSE(none);
+  CHECK(none.error().code == Code::samples_malformed);
+  const HeightLayer other({1, 1, 1}, {1}, {0});
+  const auto wrong = LayerFitter::create(seen_of(fabric), header, other, truth, {});
+  REQUIRE_FALSE(wrong);
+  CHECK(wrong.error().code == Code::samples_malformed);
+}
