@@ -144,6 +144,15 @@ std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
                 shared.light[static_cast<std::size_t>(pair.y)]);
       }
     });
+    double seen = 0;
+    double entries = 0;
+    for (const double of_entry : level.seen) {
+      seen += of_entry;
+      entries += of_entry > 0 ? 1 : 0;
+    }
+    for (const double of_entry : level.seen) {
+      products.weight.push_back(static_cast<float>(seen > 0 ? of_entry * entries / seen : 1));
+    }
     result.push_back(std::move(products));
   }
   return result;
@@ -221,10 +230,14 @@ Products quantised(const Products& products, float step, float least) {
   result.light = products.light;
   for (const std::size_t m : kept) result.pairs.push_back(products.pairs[m]);
   for (std::size_t o = 0; o < owners; ++o) {
+    // Zeros cost least, so that what rounding would just make 1 becomes 0.
+    constexpr float zero_below = 0.6F;
+    constexpr float least_weight = 0.05F;
+    const float weight = products.weight.empty() ? 1 : std::clamp(products.weight[o], least_weight, 1.0F);
+    const float threshold = zero_below / std::sqrt(weight);
     for (const std::size_t m : kept) {
       const float steps = products.coefficient[o * count + m] / step;
-      // Towards 0 a little more often than rounding would: zeros cost least.
-      result.coefficient.push_back(std::copysign(step * std::floor(std::abs(steps) + 0.42F), steps) + 0.0F);
+      result.coefficient.push_back(std::abs(steps) < threshold ? 0.0F : step * std::round(steps));
     }
   }
   return result;
