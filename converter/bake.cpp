@@ -13,6 +13,7 @@
 #include "converter/cell_heights.h"
 #include "converter/reference_height.h"
 #include "format/atomic_file.h"
+#include "format/parallel.h"
 #include "format/random.h"
 
 namespace selvedge {
@@ -62,8 +63,8 @@ class Bake {
   /// Pairs in any order; those of neighbouring indices are prepared together.
   PairSamples pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise) {
     const auto& pairs = header_.pairs[static_cast<std::size_t>(kind)];
-    if (transport_) solve_for_pair(kind, index);
-    return baker_->bake_pair(pairs[index], {{&pairs[index].light, 1}, pair_indirect_, false}, samples,
+    const auto indirect = transport_ ? solved_for_pair(kind, index) : std::span<const float>();
+    return baker_->bake_pair(pairs[index], {{&pairs[index].light, 1}, indirect, false}, samples,
                              seed_of(options_, stream_of(kind), index), noise);
   }
 
@@ -96,21 +97,27 @@ class Bake {
     }
   }
 
-  void solve_for_pair(PairKind kind, std::size_t index) {
+  /// What reaches the points from the pair's light.
+  std::span<const float> solved_for_pair(PairKind kind, std::size_t index) {
     const auto& pairs = header_.pairs[static_cast<std::size_t>(kind)];
     const std::size_t first = index / lights_at_once * lights_at_once;
     const std::size_t count = std::min(lights_at_once, pairs.size() - first);
+    const auto points = static_cast<std::size_t>(transport_->points());
     if (solved_.empty() || solved_kind_ != kind || solved_first_ != first) {
       std::vector<V3f> lights;
       for (std::size_t p = first; p < first + count; ++p) lights.push_back(pairs[p].light);
-      solved_ = transport_->solve(scene_, lights, options_.bounces);
+      const std::vector<float> solved = transport_->solve(scene_, lights, options_.bounces);
+      solved_.resize(solved.size());
+      parallel_for(0, transport_->points(), [&](int point) {
+        for (std::size_t i = static_cast<std::size_t>(point) * 3; i < static_cast<std::size_t>(point + 1) * 3;
+             ++i) {
+          for (std::size_t p = 0; p < count; ++p) solved_[p * points * 3 + i] = solved[i * count + p];
+        }
+      });
       solved_kind_ = kind;
       solved_first_ = first;
     }
-    pair_indirect_.resize(static_cast<std::size_t>(transport_->points()) * 3);
-    for (std::size_t i = 0; i < pair_indirect_.size(); ++i) {
-      pair_indirect_[i] = solved_[i * count + index - first];
-    }
+    return std::span(solved_).subspan((index - first) * points * 3, points * 3);
   }
 
   const RayScene& scene_;
@@ -121,10 +128,9 @@ class Bake {
   std::optional<LightTransport> transport_;
   std::optional<TexelBaker> baker_;
   std::vector<float> indirect_;
-  std::vector<float> solved_;  // of the pairs from solved_first_ on
+  std::vector<float> solved_;  // pair by pair, from solved_first_ on
   PairKind solved_kind_ = PairKind::validation;
   std::size_t solved_first_ = 0;
-  std::vector<float> pair_indirect_;
 };
 
 /// The fewest samples that keep the noise of a few views below the target.

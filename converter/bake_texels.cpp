@@ -92,7 +92,12 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
   for (const TexelRays& texel : texels) {
     texel.early->rays += static_cast<int>(texel.split);
     texel.late->rays += static_cast<int>(texel.count - texel.split);
-    for (std::uint32_t i = 0; i < texel.count; ++i) {
+    // Points whose indices are the same modulo a power of two lie in one strip of the texel: rays of a packet
+    // then meet the same few triangles.
+    constexpr auto lanes = static_cast<std::uint32_t>(packet_size);
+    const std::uint32_t packets_of_its_own = texel.count % lanes == 0 ? texel.count / lanes : 0;
+    for (std::uint32_t k = 0; k < texel.count; ++k) {
+      const std::uint32_t i = packets_of_its_own > 0 ? k % lanes * packets_of_its_own + k / lanes : k;
       const V2d within = spread_point(i, texel.seed);
       // y points up, rows of texels run down.
       const V3d on_plane((texel.x + within.x) / texels_.x * period.x,
@@ -163,6 +168,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     r.diffuse[i] = scene_.albedo(points[i]) * (diffuse / static_cast<float>(pi));
   }
   const std::size_t n = lights.size();
+  const LeavingPacket leaving = scene_.leave(points, hits);
   std::uint64_t rays = 0;
   for (std::size_t l = 0; l < n; ++l) {
     const V3f& light = lights[l];
@@ -175,7 +181,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     facing &= hits;
     if (facing == 0) continue;
     rays += static_cast<std::uint64_t>(std::popcount(facing));
-    const std::uint32_t lit = facing & ~scene_.occluded(points, light, facing);
+    const std::uint32_t lit = facing & ~scene_.occluded(leaving, light, facing);
     std::array<float, packet_size> gloss{};
     if (glossy) r.gloss.reflectance(light, gloss);
     for (std::uint32_t left = lit; left != 0;) {
@@ -209,7 +215,11 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
     const float* row = &lights.indirect[static_cast<std::size_t>(taps.point[k]) * 3 * n];
     for (std::size_t c = 0; c < 3; ++c) {
       const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
-      add_row(row + c * n, weight, n, &gather.recent[c * n]);
+      if (n == 1) {  // a pair's: nine calls would cost more than their work
+        gather.recent[c] += weight * row[c];
+      } else {
+        add_row(row + c * n, weight, n, &gather.recent[c * n]);
+      }
     }
   }
 }

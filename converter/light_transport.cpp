@@ -22,15 +22,15 @@ constexpr float smooth = 0.8F;
 /// Share of rays that may meet backs of triangles before both sides count as outside.
 constexpr double most_backs = 0.005;
 
-/// target = sum of weight[k] * source[column[k]], vectors of `width` numbers. Element by element in the same
-/// order whatever the width of the machine's registers.
-__attribute__((target_clones("avx512f", "avx2", "default"))) void sum_rows(const float* source,
-                                                                           const int* column,
-                                                                           const float* weight,
-                                                                           std::size_t count,
-                                                                           std::size_t width, float* target) {
+/// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are 0 altogether
+/// have no mark in `marked`. Element by element in the same order whatever the width of the machine's
+/// registers.
+__attribute__((target_clones("avx512f", "avx2", "default"))) void sum_rows(
+    const float* source, const char* marked, const int* column, const float* weight, std::size_t count,
+    std::size_t width, float* target) {
   std::fill(target, target + width, 0.0F);
   for (std::size_t k = 0; k < count; ++k) {
+    if (marked[column[k]] == 0) continue;
     const float* row = source + static_cast<std::size_t>(column[k]) * width;
     const float w = weight[k];
     for (std::size_t i = 0; i < width; ++i) target[i] += w * row[i];
@@ -78,6 +78,7 @@ std::optional<LightTransport> LightTransport::build(const RayScene& scene, std::
   t.sides_ = shows_backs(scene) ? 2 : 1;
   t.place_points(scene);
   if (t.points() > most_transport_points) return std::nullopt;
+  t.order_points(scene);
   t.gather(scene, seed);
   return t;
 }
@@ -109,13 +110,12 @@ void LightTransport::place_points(const RayScene& scene) {
     const V3f& c = mesh.positions[corner_of(t, 2)];
     const double edge = static_cast<double>(std::max({(b - a).length(), (c - b).length(), (a - c).length()}));
     const V3f normal = (b - a).cross(c - a).normalized();
-    int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
+    const int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
+    bool own = parts > 1;
     // Where yarns touch a vertex has one yarn's normal and triangles of both.
-    for (int k = 0; k < 3; ++k) {
-      if (std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth) parts = std::max(parts, 2);
-    }
+    for (int k = 0; k < 3; ++k) own |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
+    if (!own) continue;
     patches_[t] = {static_cast<int>(positions.size()), parts};
-    if (parts == 1) continue;
     if (positions.size() + lattice_size(parts) > most_transport_points) {
       position_.resize(most_transport_points + 1);  // too many
       return;
@@ -155,7 +155,7 @@ bool LightTransport::taps(const SurfacePoint& at, TransportTaps& taps) const {
   if (at.back && sides_ == 1) return false;
   const auto t = static_cast<std::size_t>(at.triangle);
   const Patch& patch = patches_[t];
-  if (patch.parts == 1) {
+  if (patch.first < 0) {
     taps.point = {triangles_[t].x, triangles_[t].y, triangles_[t].z};
     taps.weight = {1 - at.u - at.v, at.u, at.v};
   } else {
@@ -234,71 +234,127 @@ void LightTransport::gather(const RayScene& scene, std::uint64_t seed) {
   }
 }
 
+void LightTransport::order_points(const RayScene& scene) {
+  // Ten bits of each coordinate, interleaved: neighbours on the curve are neighbours in space.
+  const V2d period = scene.period();
+  const V3d size(period.x, period.y, std::max(period.x, period.y));
+  const auto curve = [&](std::size_t p) {
+    std::uint64_t key = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double share = static_cast<double>(position_[p][axis]) / size[axis];
+      const auto cell = static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * 1023);
+      for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
+      // Points that look the same way see the same lights.
+      key |= (normal_[p][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
+    }
+    return key;
+  };
+  std::vector<std::pair<std::uint64_t, int>> keys;
+  for (int p = 0; p < points(); ++p) keys.emplace_back(curve(static_cast<std::size_t>(p)), p);
+  std::sort(keys.begin(), keys.end());
+  for (const auto& [key, point] : keys) order_.push_back(point);
+}
+
+/// Cosine towards the light where nothing is in its way: [point][light].
+std::vector<float> LightTransport::light_directly(const RayScene& scene, std::span<const V3f> lights) {
+  const std::size_t n = lights.size();
+  std::vector<float> direct(order_.size() * n, 0.0F);
+  std::atomic<std::uint64_t> rays{0};
+  const std::size_t packets = (order_.size() + packet_size - 1) / packet_size;
+  parallel_for(0, static_cast<int>(packets), [&](int packet) {
+    const auto some = std::span(order_).subspan(static_cast<std::size_t>(packet) * packet_size);
+    const std::size_t size = std::min(packet_size, some.size());
+    PointPacket points;
+    for (std::size_t i = 0; i < size; ++i) {
+      points[i].position = position_[static_cast<std::size_t>(some[i])];
+      points[i].face_normal = normal_[static_cast<std::size_t>(some[i])];
+    }
+    const LeavingPacket leaving = scene.leave(points, (1U << size) - 1);
+    std::uint64_t traced = 0;
+    for (std::size_t l = 0; l < n; ++l) {
+      std::uint32_t lit = 0;
+      for (std::size_t i = 0; i < size; ++i) {
+        lit |= (points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
+      }
+      traced += static_cast<std::uint64_t>(std::popcount(lit));
+      lit &= ~scene.occluded(leaving, lights[l], lit);
+      for (; lit != 0; lit &= lit - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(lit));
+        direct[static_cast<std::size_t>(some[i]) * n + l] = points[i].face_normal.dot(lights[l]);
+      }
+    }
+    rays += traced;
+  });
+  rays_ += rays;
+  return direct;
+}
+
 std::vector<float> LightTransport::solve(const RayScene& scene, std::span<const V3f> lights, int bounces) {
   const std::size_t n = lights.size();
   const std::size_t width = 3 * n;
   const auto count = static_cast<std::size_t>(points());
   std::vector<float> total(count * width, 0.0F);
   if (bounces == 0) return total;
+  const std::vector<float> direct = light_directly(scene, lights);
   std::vector<float> sent(count * width);
-  std::vector<float> direct(count * n, 0.0F);
-  std::atomic<std::uint64_t> rays{0};
-  parallel_for(0, points(), [&](int p) {
-    const auto point = static_cast<std::size_t>(p);
-    SurfacePoint at;
-    at.position = position_[point];
-    at.face_normal = normal_[point];
-    std::uint64_t traced = 0;
-    for (std::size_t first = 0; first < n; first += packet_size) {
-      const auto some = lights.subspan(first, std::min(packet_size, n - first));
-      std::uint32_t lit = 0;
-      for (std::size_t l = 0; l < some.size(); ++l) lit |= (at.face_normal.dot(some[l]) > 0 ? 1U : 0U) << l;
-      traced += static_cast<std::uint64_t>(std::popcount(lit));
-      lit &= ~scene.occluded(at, some, lit);
-      for (; lit != 0; lit &= lit - 1) {
-        const auto l = static_cast<std::size_t>(std::countr_zero(lit));
-        direct[point * n + first + l] = at.face_normal.dot(some[l]);
-      }
-    }
-    rays += traced;
-  });
-  rays_ += rays;
+  std::vector<char> sends(count);
+  std::vector<float> next(count * width);
 
   // Done where a further reflection adds less than this share.
   constexpr double least_change = 1e-4;
   constexpr int most_rounds = 1000;
+  constexpr std::size_t block_size = 256;
+  const std::size_t blocks = (count + block_size - 1) / block_size;
+  struct Sums {
+    std::vector<double> changed, all;
+  };
+  std::vector<Sums> sums(blocks);
   std::vector<char> done(n, 0);
   const int rounds = bounces == unlimited_bounces ? most_rounds : bounces;
   for (int round = 0; round < rounds; ++round) {
     parallel_for(0, points(), [&](int p) {
       const auto point = static_cast<std::size_t>(p);
+      float most = 0;
       for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t l = 0; l < n; ++l) {
           const std::size_t i = point * width + c * n + l;
           sent[i] = albedo_[point][static_cast<int>(c)] * (direct[point * n + l] + total[i]);
+          most = std::max(most, sent[i]);
         }
       }
+      sends[point] = most > 0 ? 1 : 0;
     });
-    std::vector<float> next(count * width);
     parallel_for(0, points(), [&](int p) {
       const auto point = static_cast<std::size_t>(p);
       const std::size_t start = row_start_[point];
-      sum_rows(sent.data(), column_.data() + start, weight_.data() + start, row_start_[point + 1] - start,
-               width, &next[point * width]);
+      sum_rows(sent.data(), sends.data(), column_.data() + start, weight_.data() + start,
+               row_start_[point + 1] - start, width, &next[point * width]);
     });
     // Each light ends by itself: what the others are does not matter to it.
-    parallel_for(0, static_cast<int>(n), [&](int light) {
-      const auto l = static_cast<std::size_t>(light);
-      if (done[l] != 0) return;
-      double changed = 0;
-      double sum = 0;
-      for (std::size_t i = l; i < total.size(); i += n) {
-        changed += std::abs(static_cast<double>(next[i]) - static_cast<double>(total[i]));
-        sum += static_cast<double>(next[i]);
-        total[i] = next[i];
+    parallel_for(0, static_cast<int>(blocks), [&](int block) {
+      Sums& own = sums[static_cast<std::size_t>(block)];
+      own.changed.assign(n, 0);
+      own.all.assign(n, 0);
+      const std::size_t first = static_cast<std::size_t>(block) * block_size;
+      for (std::size_t row = 3 * first; row < 3 * std::min(first + block_size, count); ++row) {
+        for (std::size_t l = 0; l < n; ++l) {
+          if (done[l] != 0) continue;
+          const float value = next[row * n + l];
+          own.changed[l] += std::abs(static_cast<double>(value) - static_cast<double>(total[row * n + l]));
+          own.all[l] += static_cast<double>(value);
+          total[row * n + l] = value;
+        }
       }
-      done[l] = changed <= least_change * sum ? 1 : 0;
     });
+    for (std::size_t l = 0; l < n; ++l) {
+      double changed = 0;
+      double all = 0;
+      for (const Sums& own : sums) {
+        changed += own.changed[l];
+        all += own.all[l];
+      }
+      if (done[l] == 0) done[l] = changed <= least_change * all ? 1 : 0;
+    }
     if (std::find(done.begin(), done.end(), 0) == done.end()) break;
   }
   return total;

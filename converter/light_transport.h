@@ -43,11 +43,13 @@ class LightTransport {
 
  private:
   struct Patch {
-    int first = 0;  ///< of its own points; unused where `parts` is 1
-    int parts = 1;  ///< parts of an edge
+    int first = -1;  ///< of its own points; none: its corners serve
+    int parts = 1;   ///< parts of an edge
   };
   void place_points(const RayScene& scene);
+  void order_points(const RayScene& scene);
   void gather(const RayScene& scene, std::uint64_t seed);
+  std::vector<float> light_directly(const RayScene& scene, std::span<const V3f> lights);
 
   std::vector<V3i> triangles_;
   std::vector<Patch> patches_;  ///< per triangle
@@ -55,6 +57,7 @@ class LightTransport {
   std::vector<V3f> position_;
   std::vector<V3f> normal_;
   std::vector<V3f> albedo_;  ///< with what the gloss reflects
+  std::vector<int> order_;   ///< the points so that neighbours in space follow each other
   // W, row by row.
   std::vector<std::size_t> row_start_;
   std::vector<int> column_;

@@ -246,24 +246,34 @@ struct alignas(64) RayPacket {
   std::array<float, packet_size> dx, dy, dz;  // unit directions
 };
 
+using PacketLanes = std::array<float, packet_size>;
+
+/// Distances to where each ray leaves the slab, and the sides of the block. Lane by lane: the same for any
+/// width of the machine's registers.
+__attribute__((target_clones("avx512f", "avx2", "default"))) void leave_block(const RayPacket& p,
+                                                                              const V3f& low, const V3f& high,
+                                                                              PacketLanes& out,
+                                                                              PacketLanes& side,
+                                                                              PacketLanes& far) {
+  for (std::size_t i = 0; i < packet_size; ++i) {
+    out[i] = leave_interval(p.z[i], p.dz[i], low.z, high.z);
+    side[i] = std::min(leave_interval(p.x[i], p.dx[i], low.x, high.x),
+                       leave_interval(p.y[i], p.dy[i], low.y, high.y));
+    far[i] = std::min(out[i], side[i]);
+  }
+}
+
 /// Walks the rays of a packet block by block. `step(packet, far, active)` looks at one piece of each active
 /// ray and gives back those that are done.
 template <class State, class Step>
 void walk_packet(const State& s, RayPacket& p, std::uint32_t active, const Step& step) {
-  const auto z_low = static_cast<float>(s.z_low);
-  const auto z_high = static_cast<float>(s.z_high);
-  const V2f low(s.block_min);
-  const V2f high(s.block_max);
+  const V3f low(V3d(s.block_min.x, s.block_min.y, s.z_low));
+  const V3f high(V3d(s.block_max.x, s.block_max.y, s.z_high));
   for (int piece = 0; piece < most_pieces && active != 0; ++piece) {
-    alignas(64) std::array<float, packet_size> out;
-    alignas(64) std::array<float, packet_size> side;
-    alignas(64) std::array<float, packet_size> far;
-    for (std::size_t i = 0; i < packet_size; ++i) {
-      out[i] = leave_interval(p.z[i], p.dz[i], z_low, z_high);
-      side[i] = std::min(leave_interval(p.x[i], p.dx[i], low.x, high.x),
-                         leave_interval(p.y[i], p.dy[i], low.y, high.y));
-      far[i] = std::min(out[i], side[i]);
-    }
+    alignas(64) PacketLanes out;
+    alignas(64) PacketLanes side;
+    alignas(64) PacketLanes far;
+    leave_block(p, low, high, out, side, far);
     active &= ~step(p, far, active);
     for (std::uint32_t left = active; left != 0; left &= left - 1) {
       const auto i = static_cast<std::size_t>(std::countr_zero(left));
@@ -293,7 +303,7 @@ void set_lane(RayPacket& p, std::size_t i, const V3d& origin, const V3d& directi
   p.dz[i] = static_cast<float>(direction.z);
 }
 
-void set_rays(RTCRay16& rays, const RayPacket& p, const std::array<float, packet_size>& far) {
+void set_rays(RTCRay16& rays, const RayPacket& p, const PacketLanes& far) {
   std::copy(p.x.begin(), p.x.end(), rays.org_x);
   std::copy(p.y.begin(), p.y.end(), rays.org_y);
   std::copy(p.z.begin(), p.z.end(), rays.org_z);
@@ -327,51 +337,47 @@ template <class State>
 std::uint32_t trace_packet(const State& s, RayPacket& packet, std::uint32_t active,
                            std::span<const V3d> directions, PointPacket& points) {
   std::uint32_t met = 0;
-  walk_packet(s, packet, active,
-              [&](const RayPacket& p, const std::array<float, packet_size>& far, std::uint32_t now) {
-                RTCRayHit16 query;
-                set_rays(query.ray, p, far);
-                std::fill_n(query.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
-                std::fill_n(query.hit.instID[0], packet_size, RTC_INVALID_GEOMETRY_ID);
-                RTCIntersectContext context = coherent_context();
-                const Valid valid(now);
-                rtcIntersect16(valid.lane.data(), s.scene, &context, &query);
-                std::uint32_t done = 0;
-                for (std::uint32_t left = now; left != 0; left &= left - 1) {
-                  const auto i = static_cast<std::size_t>(std::countr_zero(left));
-                  if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-                  done |= 1U << i;
-                  const V3d& direction = directions[directions.size() == 1 ? 0 : i];
-                  const V3d at =
-                      V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
-                  points[i] = point_from(s, at, direction,
-                                         V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
-                                         query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
-                }
-                met |= done;
-                return done;
-              });
+  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
+    RTCRayHit16 query;
+    set_rays(query.ray, p, far);
+    std::fill_n(query.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(query.hit.instID[0], packet_size, RTC_INVALID_GEOMETRY_ID);
+    RTCIntersectContext context = coherent_context();
+    const Valid valid(now);
+    rtcIntersect16(valid.lane.data(), s.scene, &context, &query);
+    std::uint32_t done = 0;
+    for (std::uint32_t left = now; left != 0; left &= left - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+      if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      done |= 1U << i;
+      const V3d& direction = directions[directions.size() == 1 ? 0 : i];
+      const V3d at = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
+      points[i] = point_from(s, at, direction, V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
+                             query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
+    }
+    met |= done;
+    return done;
+  });
   return met;
 }
 
 template <class State>
 std::uint32_t occluded_packet(const State& s, RayPacket& packet, std::uint32_t active) {
   std::uint32_t blocked = 0;
-  walk_packet(s, packet, active,
-              [&](const RayPacket& p, const std::array<float, packet_size>& far, std::uint32_t now) {
-                RTCRay16 rays;
-                set_rays(rays, p, far);
-                RTCIntersectContext context = coherent_context();
-                const Valid valid(now);
-                rtcOccluded16(valid.lane.data(), s.scene, &context, &rays);
-                std::uint32_t done = 0;
-                for (std::size_t i = 0; i < packet_size; ++i) {
-                  done |= (rays.tfar[i] < 0 ? 1U : 0U) << i;
-                }
-                done &= now;
-                blocked |= done;
-                return done;
-              });
+  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
+    RTCRay16 rays;
+    set_rays(rays, p, far);
+    RTCIntersectContext context = coherent_context();
+    const Valid valid(now);
+    rtcOccluded16(valid.lane.data(), s.scene, &context, &rays);
+    std::uint32_t done = 0;
+    for (std::size_t i = 0; i < packet_size; ++i) {
+      done |= (rays.tfar[i] < 0 ? 1U : 0U) << i;
+    }
+    done &= now;
+    blocked |= done;
+    return done;
+  });
   return blocked;
 }
 
@@ -445,15 +451,25 @@ bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
   });
 }
 
-std::uint32_t RayScene::occluded(const PointPacket& points, const V3f& direction,
+LeavingPacket RayScene::leave(const PointPacket& points, std::uint32_t active) const {
+  const auto first = static_cast<std::size_t>(std::countr_zero(active));
+  LeavingPacket packet;
+  for (std::size_t i = 0; i < packet_size; ++i) {
+    const V3d origin = leave(points[(active >> i & 1U) != 0 ? i : first]);
+    packet.x[i] = static_cast<float>(origin.x);
+    packet.y[i] = static_cast<float>(origin.y);
+    packet.z[i] = static_cast<float>(origin.z);
+  }
+  return packet;
+}
+
+std::uint32_t RayScene::occluded(const LeavingPacket& points, const V3f& direction,
                                  std::uint32_t active) const {
   if (active == 0) return 0;
-  const auto first = static_cast<std::size_t>(std::countr_zero(active));
-  RayPacket packet{};
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    const SurfacePoint& point = points[(active >> i & 1U) != 0 ? i : first];
-    set_lane(packet, i, leave(point), V3d(direction));
-  }
+  RayPacket packet{points.x, points.y, points.z, {}, {}, {}};
+  packet.dx.fill(direction.x);
+  packet.dy.fill(direction.y);
+  packet.dz.fill(direction.z);
   return occluded_packet(*state_, packet, active);
 }
 

@@ -31,6 +31,11 @@ struct SurfacePoint {
 inline constexpr std::size_t packet_size = 16;
 using PointPacket = std::array<SurfacePoint, packet_size>;
 
+/// Where rays begin that leave the points of a packet: found once for many directions.
+struct LeavingPacket {
+  alignas(64) std::array<float, packet_size> x, y, z;
+};
+
 class RayScene {
  public:
   /// `ground`: albedo of a plane at the lowest point of the cell that everything lies on; none: what goes
@@ -59,13 +64,15 @@ class RayScene {
   /// or the void in unit `direction`.
   bool occluded(const SurfacePoint& point, const V3f& direction) const;
   /// The same for the points whose bit in `active` is set; other bits of the result are 0.
-  std::uint32_t occluded(const PointPacket& points, const V3f& direction, std::uint32_t active) const;
+  std::uint32_t occluded(const LeavingPacket& points, const V3f& direction, std::uint32_t active) const;
   /// The same for up to 16 directions from one point.
   std::uint32_t occluded(const SurfacePoint& point, std::span<const V3f> directions,
                          std::uint32_t active) const;
 
   /// The origin of a ray that leaves the surface at this point.
   V3d leave(const SurfacePoint& point) const;
+  /// Those of the points whose bit in `active` is set (one at least), the only ones to ask for later.
+  LeavingPacket leave(const PointPacket& points, std::uint32_t active) const;
 
   /// A value per vertex of the mesh, interpolated. `Value` has the operations of a vector space.
   template <class Value>
