@@ -59,8 +59,9 @@ struct Seen {
   std::uint32_t hits = 0;
 };
 
-/// `texels` neighbouring texels share the packet's 16 rays.
-Seen look(const RayScene& scene, const BakeOptions& o, const V3d& view, std::size_t texels, Random& random) {
+/// `texels` neighbouring texels share the packet's 16 rays; every `stride`-th point of a texel's is taken.
+Seen look(const RayScene& scene, const BakeOptions& o, const V3d& view, std::size_t texels,
+          std::size_t stride, Random& random) {
   const V2d period = scene.period();
   const double top = static_cast<double>(scene.bounds().max.z);
   const double plane = o.reference.value * top;
@@ -72,7 +73,7 @@ Seen look(const RayScene& scene, const BakeOptions& o, const V3d& view, std::siz
   Seen seen;
   for (std::size_t i = 0; i < packet_size; ++i) {
     const std::size_t texel = i / each;
-    const V2d within = spread_point(static_cast<std::uint32_t>(i % each), seed[texel] + texel);
+    const V2d within = spread_point(static_cast<std::uint32_t>(i % each * stride), seed[texel] + texel);
     const V3d on_plane((first + static_cast<int>(texel) + within.x) / o.width * period.x,
                        (row + within.y) / o.height * period.y, plane);
     origins[i] = on_plane + view * ((top * 1.001 - plane) / view.z);
@@ -206,7 +207,7 @@ int main(int argc, char** argv) {
     return of[static_cast<std::size_t>(random.uniform() * static_cast<double>(of.size()))];
   };
   for (int i = 0; i < count; ++i) {
-    Seen seen = look(scene, o, V3d(some_direction(views)), 2, random);
+    Seen seen = look(scene, o, V3d(some_direction(views)), 2, 1, random);
     kinds[0].packets.push_back(seen.rays);
     for (const V3f& light : lights) {
       const BareRays rays = shadows(scene, seen.points, seen.hits, light);
@@ -230,7 +231,7 @@ int main(int argc, char** argv) {
   const auto& some_pairs = header.pairs[0];
   for (int i = 0; i < 10 * count && !some_pairs.empty(); ++i) {
     const DirectionPair& pair = some_pairs[static_cast<std::size_t>(i) % some_pairs.size()];
-    Seen seen = look(scene, o, V3d(pair.view), 1, random);
+    Seen seen = look(scene, o, V3d(pair.view), 1, 2, random);
     kinds[2].packets.push_back(seen.rays);
     const BareRays rays = shadows(scene, seen.points, seen.hits, pair.light);
     if (rays.active != 0) kinds[3].packets.push_back(rays);

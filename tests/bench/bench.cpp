@@ -76,6 +76,8 @@ void trace_shadow_packets(benchmark::State& state) {
       int dark = 0;
       for (std::size_t p = static_cast<std::size_t>(chunk) * 16; p < static_cast<std::size_t>(chunk + 1) * 16;
            ++p) {
+        if (hits[p] == 0) continue;
+        const LeavingPacket leaving = scene.leave(packets[p], hits[p]);
         for (const V3f& light : directions) {
           std::uint32_t facing = 0;
           for (std::size_t i = 0; i < packet_size; ++i) {
@@ -83,7 +85,7 @@ void trace_shadow_packets(benchmark::State& state) {
           }
           facing &= hits[p];
           traced += std::popcount(facing);
-          dark += std::popcount(scene.occluded(packets[p], light, facing));
+          dark += std::popcount(scene.occluded(leaving, light, facing));
         }
       }
       rays += traced;
