@@ -176,9 +176,9 @@ Result<BakeJournal> BakeJournal::open(const std::string& path, const SamplesHead
   auto unnamed = AtomicFile::create(path);
   if (!unnamed) return tl::unexpected(unnamed.error());
   state->unnamed = std::move(*unnamed);
-  state->file.reset(std::fopen(state->unnamed->temporary().c_str(), "w+b"));
+  // The lock is the file's, whoever holds it open.
+  state->file.reset(fdopen(fcntl(state->unnamed->descriptor(), F_DUPFD_CLOEXEC, 0), "w+b"));
   if (!state->file) return fail(Code::file_unwritable, path, {}, reason());
-  if (auto ok = lock(); !ok) return tl::unexpected(ok.error());
   std::string head(magic);
   put(head, static_cast<std::uint64_t>(text.size()));
   head += text;

@@ -2,16 +2,21 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "format/input_file.h"
 
@@ -56,6 +61,60 @@ extern "C" void on_signal(int number) {
 
 std::string reason() { return std::strerror(errno); }
 
+/// The process that made a temporary file, from what its name has after the target's: ".part-PID-N", and what
+/// lies beside that file as that of an output (".part-PID-N.journal"). 0: no such name.
+long maker_of(std::string_view suffix) {
+  constexpr std::string_view begin = ".part-";
+  if (!suffix.starts_with(begin)) return 0;
+  suffix.remove_prefix(begin.size());
+  const auto number = [&] {
+    long value = 0;
+    const auto [end, error] = std::from_chars(suffix.data(), suffix.data() + suffix.size(), value);
+    if (error != std::errc()) return -1L;
+    suffix.remove_prefix(static_cast<std::size_t>(end - suffix.data()));
+    return value;
+  };
+  const long process = number();
+  if (process <= 0 || !suffix.starts_with('-')) return 0;
+  suffix.remove_prefix(1);
+  return number() >= 0 && (suffix.empty() || suffix.front() == '.') ? process : 0;
+}
+
+/// What programs that were killed have left of this target: the files of processes that are gone, here and,
+/// by their locks, on other machines that share the folder.
+void remove_leftovers(const std::filesystem::path& target) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const std::string name = target.filename().string();
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  std::vector<fs::path> left;
+  for (fs::directory_iterator entry(folder, ignored), end; entry != end; entry.increment(ignored)) {
+    const std::string found = entry->path().filename().string();
+    if (!found.starts_with(name)) continue;
+    const long maker = maker_of(std::string_view(found).substr(name.size()));
+    if (maker == 0 || kill(static_cast<pid_t>(maker), 0) == 0 || errno != ESRCH) continue;
+    left.push_back(entry->path());
+  }
+  for (const fs::path& path : left) {
+    const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (file < 0) continue;
+    struct stat status {};
+    const bool is_plain = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
+    if (is_plain && flock(file, LOCK_EX | LOCK_NB) == 0) unlink(path.c_str());
+    close(file);
+  }
+}
+
+/// Locks a new file, unless somebody has just taken it away as a leftover.
+bool lock_new(int file, const std::string& path) {
+  struct stat open_file {};
+  struct stat named {};
+  // Where the file system knows no locks, nobody takes files away either.
+  if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
+  return fstat(file, &open_file) == 0 && stat(path.c_str(), &named) == 0 &&
+         open_file.st_ino == named.st_ino && open_file.st_dev == named.st_dev;
+}
+
 }  // namespace
 
 void remove_unfinished_files_on_signal() {
@@ -79,17 +138,19 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   const fs::path resolved =
       fs::is_symlink(path, ignored) ? fs::weakly_canonical(fs::absolute(path), ignored) : fs::path();
   const std::string target = resolved.empty() ? path : resolved.string();
+  remove_leftovers(target);
   static std::atomic<int> counter{0};
   // What is there already, a link above all, was made by someone else: the next name is tried.
   for (int attempt = 0;; ++attempt) {
     const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
     UnfinishedFile* entry = enlist(temporary);
-    const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    const int file = open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    int error = errno;
     if (file >= 0) {
+      if (lock_new(file, temporary)) return AtomicFile(target, temporary, file, entry);
       close(file);
-      return AtomicFile(target, temporary, entry);
+      error = EEXIST;
     }
-    const int error = errno;
     delist(entry);
     constexpr int most_attempts = 100;
     if (error != EEXIST || attempt == most_attempts) {
@@ -98,12 +159,13 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   }
 }
 
-AtomicFile::AtomicFile(std::string path, std::string temporary, UnfinishedFile* entry)
-    : path_(std::move(path)), temporary_(std::move(temporary)), entry_(entry) {}
+AtomicFile::AtomicFile(std::string path, std::string temporary, int file, UnfinishedFile* entry)
+    : path_(std::move(path)), temporary_(std::move(temporary)), file_(file), entry_(entry) {}
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : path_(std::move(other.path_)),
       temporary_(std::exchange(other.temporary_, {})),
+      file_(std::exchange(other.file_, -1)),
       entry_(std::exchange(other.entry_, nullptr)) {}
 
 AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
@@ -111,6 +173,7 @@ AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
     discard();
     path_ = std::move(other.path_);
     temporary_ = std::exchange(other.temporary_, {});
+    file_ = std::exchange(other.file_, -1);
     entry_ = std::exchange(other.entry_, nullptr);
   }
   return *this;
@@ -120,7 +183,12 @@ AtomicFile::~AtomicFile() { discard(); }
 
 void AtomicFile::discard() {
   if (!temporary_.empty()) unlink(temporary_.c_str());
+  release();
+}
+
+void AtomicFile::release() {
   temporary_.clear();
+  if (file_ >= 0) close(std::exchange(file_, -1));
   delist(std::exchange(entry_, nullptr));
 }
 
@@ -130,8 +198,7 @@ Result<void> AtomicFile::commit() {
     discard();
     return fail(Code::file_unwritable, path_, {}, why);
   }
-  temporary_.clear();
-  delist(std::exchange(entry_, nullptr));
+  release();
   return {};
 }
 

@@ -12,7 +12,8 @@ namespace selvedge {
 struct UnfinishedFile;
 
 /// A file being written. The temporary file is made at once (so that an unwritable folder is found before
-/// the work begins) and is removed by the destructor, by SIGINT and by SIGTERM, unless committed.
+/// the work begins) and is removed by the destructor, by SIGINT and by SIGTERM, unless committed. What a
+/// killed process left of it, the next one that makes the same file removes.
 class AtomicFile {
  public:
   /// Refuses folders, devices and pipes. Where `path` is a link, the file that it points to is replaced.
@@ -26,15 +27,20 @@ class AtomicFile {
   const std::string& path() const { return path_; }
   /// Where to write; in the same folder as path().
   const std::string& temporary() const { return temporary_; }
+  /// The same file, open to read and write, with an exclusive lock (flock) that says that it is being
+  /// written.
+  int descriptor() const { return file_; }
   /// Moves the temporary file to its final place, replacing what was there.
   Result<void> commit();
 
  private:
-  AtomicFile(std::string path, std::string temporary, UnfinishedFile* entry);
+  AtomicFile(std::string path, std::string temporary, int file, UnfinishedFile* entry);
   void discard();
+  void release();
 
   std::string path_;
   std::string temporary_;
+  int file_ = -1;
   UnfinishedFile* entry_ = nullptr;  ///< what a signal would remove
 };
 

@@ -129,6 +129,12 @@ int main(int argc, char** argv) {
     stages.push_back({name, now - last});
     last = cpu_seconds();
   };
+  const auto seconds_of = [&](std::string_view name) {
+    for (const Stage& s : stages) {
+      if (s.name == name) return s.seconds;
+    }
+    return 0.0;
+  };
   const CellMesh mesh = need(load_cell(stitch));
   lap("stitch and its mesh");
   const ScaledMesh scaled = scaled_to_unit(mesh);
@@ -139,7 +145,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "bake_rates: {} needs more points than indirect light is cached at\n", stitch);
     return 1;
   }
-  lap("indirect light: points and what they see");
+  lap("points of indirect light");
   std::uint64_t gathered = transport->rays();
 
   const double top = static_cast<double>(scene.bounds().max.z);
@@ -249,7 +255,9 @@ int main(int argc, char** argv) {
   fmt::print("| rays | million | bare, million/s | bare, CPU s |\n|---|---|---|---|\n");
   double bare = 0;
   double rays = 0;
-  for (const Kind& kind : kinds) {
+  std::array<double, kinds.size()> alone{};
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    const Kind& kind = kinds[k];
     if (kind.packets.empty()) continue;
     double traced = 0;
     for (const BareRays& p : kind.packets) traced += std::popcount(p.active);
@@ -261,13 +269,22 @@ int main(int argc, char** argv) {
     const double rate = traced * rounds / seconds;
     fmt::print("| {} | {:.2f} | {:.1f} | {:.3f} |\n", kind.name, kind.rays * 1e-6, rate * 1e-6,
                kind.rays / rate);
-    bare += kind.rays / rate;
+    alone[k] = kind.rays / rate;
+    bare += alone[k];
     rays += kind.rays;
   }
   fmt::print("| all | {:.2f} | {:.1f} | {:.3f} |\n\n", rays * 1e-6, rays / bare * 1e-6, bare);
-  fmt::print(
-      "the bake: {:.1f} million rays/s a core, {:.0f} % of the bare rate; {:.2f} s on the clock, {:.2f} of "
-      "it baking\n",
-      rays / whole * 1e-6, 100 * bare / whole, report.seconds + stages.front().seconds, report.seconds);
+  fmt::print("| part | bake, CPU s | tracer alone, CPU s | of the bare rate |\n|---|---|---|---|\n");
+  const auto part = [&](const char* name, double baked, double traced) {
+    fmt::print("| {} | {:.3f} | {:.3f} | {:.0f} % |\n", name, baked, traced, 100 * traced / baked);
+  };
+  part("grid", seconds_of("views"), alone[0] + alone[1]);
+  part("pairs", seconds_of("pairs"), alone[2] + alone[3]);
+  part("indirect light",
+       seconds_of("points of indirect light") + seconds_of("indirect light of the grid") + solving,
+       alone[4] + alone[5]);
+  part("whole", whole, bare);
+  fmt::print("\n{:.1f} million rays/s a core; {:.2f} s on the clock\n", rays / whole * 1e-6,
+             report.seconds + stages.front().seconds);
   return 0;
 }
