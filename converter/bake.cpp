@@ -41,15 +41,14 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 class Bake {
  public:
   /// `plane`: height of the texels, in units of the scene.
-  Bake(const RayScene& scene, const BakeOptions& options, const SamplesHeader& header, double plane)
+  Bake(const RayScene& scene, std::optional<LightTransport> transport, const BakeOptions& options,
+       const SamplesHeader& header, double plane)
       : scene_(scene),
         options_(options),
         lights_(directions_of(header.lights)),
         views_(directions_of(header.views)),
-        header_(header) {
-    if (options.indirect == IndirectLight::cached) {
-      transport_ = LightTransport::build(scene, seed_of(options, stream_transport, 0));
-    }
+        header_(header),
+        transport_(std::move(transport)) {
     baker_.emplace(scene, transport_ ? &*transport_ : nullptr, options.bounces,
                    V2i(options.width, options.height), plane);
   }
@@ -271,8 +270,20 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
   if (!plane) return tl::unexpected(plane.error());
   const double thickness = static_cast<double>(scene->bounds().max.z) * scaled.mm;
 
+  std::optional<LightTransport> transport;
+  if (o.indirect == IndirectLight::cached) {
+    transport = LightTransport::build(*scene, seed_of(o, stream_transport, 0));
+    if (!transport) {
+      o.indirect = IndirectLight::traced;
+      report.remarks.push_back(
+          fmt::format("the mesh needs more than {} points for cached indirect light: paths are traced, which "
+                      "takes longer and is noisier",
+                      most_transport_points));
+    }
+  }
+  report.indirect = o.indirect;
   SamplesHeader header = header_of(mesh, o, *plane, thickness, provenance);
-  Bake bake(*scene, o, header, *plane / scaled.mm);
+  Bake bake(*scene, std::move(transport), o, header, *plane / scaled.mm);
   if (o.noise || o.time_budget) {
     // What a journal of the same bake was begun with counts, however fast the machine is now.
     const auto begun = BakeJournal::read_header(journal_path);
@@ -360,6 +371,8 @@ Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const Bak
   report->rays = run.rays;
   report->units = run.units;
   report->resumed = run.resumed;
+  report->indirect = run.indirect;
+  report->remarks = run.remarks;
   report->seconds = seconds_since(start);
   return report;
 }

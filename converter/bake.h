@@ -14,6 +14,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "converter/mesh.h"
 #include "converter/path_tracer.h"
@@ -23,9 +24,13 @@ namespace selvedge {
 
 /// How light that yarn reflects to yarn is found.
 enum class IndirectLight {
-  cached,  ///< once per point of the mesh (light_transport.h); meshes too large for that are traced
+  cached,  ///< once per point of the mesh (light_transport.h); meshes too large for that are traced, and the
+           ///< report and the file say so
   traced   ///< along paths from every sample: slower, noisier, no approximation
 };
+
+/// As the option and the file call it: "cached", "traced".
+const char* name_of(IndirectLight indirect);
 
 /// The height at which texels lie, above the cell's lowest point.
 struct ReferencePlane {
@@ -89,6 +94,9 @@ struct BakeReport {
   int samples = 0;              ///< rays per texel and view
   int truth_samples = 0;        ///< and per texel and pair
   double reference_height = 0;  ///< mm above the lowest point
+  /// How it was done, which is not as asked for where the mesh is too large.
+  IndirectLight indirect = IndirectLight::cached;
+  std::vector<std::string> remarks;  ///< what was done otherwise than asked for, one line each
 };
 
 struct BakeProgress {

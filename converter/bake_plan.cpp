@@ -27,6 +27,10 @@ const char* name_of(ReferencePlane::Kind kind) {
 
 }  // namespace
 
+const char* name_of(IndirectLight indirect) {
+  return indirect == IndirectLight::cached ? "cached" : "traced";
+}
+
 ScaledMesh scaled_to_unit(const CellMesh& mesh) {
   const int exponent = std::ilogb(std::max(mesh.period.x, mesh.period.y));
   ScaledMesh scaled{mesh, std::ldexp(1.0, exponent)};
@@ -107,7 +111,7 @@ SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& o, double plane
   nlohmann::json& bake = text["bake"];
   bake = {{"samples", o.samples},
           {"seed", o.seed},
-          {"indirect", o.indirect == IndirectLight::cached ? "cached" : "traced"},
+          {"indirect", name_of(o.indirect)},
           {"referencePlane", name_of(o.reference.kind)},
           {"mesh", digest_of(mesh)}};
   bake["bounces"] = o.bounces == unlimited_bounces ? nlohmann::json("unlimited") : nlohmann::json(o.bounces);

@@ -55,9 +55,12 @@ std::vector<std::string> remarks_of(const Cell& cell) {
   return remarks;
 }
 
-void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell) {
+void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell,
+                    const std::vector<std::string>& others) {
   if (common.json || common.quiet) return;
-  for (const std::string& remark : remarks_of(cell)) report_remark(input, remark);
+  std::vector<std::string> remarks = remarks_of(cell);
+  remarks.insert(remarks.end(), others.begin(), others.end());
+  for (const std::string& remark : remarks) report_remark(input, remark);
 }
 
 std::uint64_t size_of_file(const std::string& path) {

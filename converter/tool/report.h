@@ -34,7 +34,8 @@ void report_remark(const std::string& file, const std::string& remark);
 std::vector<std::string> remarks_of(const Cell& cell);
 
 /// Those lines on standard error, unless --quiet or --json.
-void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell);
+void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell,
+                    const std::vector<std::string>& others);
 
 /// Size of a file in bytes; 0 if there is none.
 std::uint64_t size_of_file(const std::string& path);

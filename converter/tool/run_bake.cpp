@@ -65,7 +65,7 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
                     ? bake_shard(*mesh, command.input, options, text, *command.shard, command.output, watcher)
                     : bake(*mesh, command.input, options, text, command.output, watcher);
   // Behind the work: a refusal is one line.
-  if (result) report_remarks(common, command.input, *cell);
+  if (result) report_remarks(common, command.input, *cell, result->remarks);
   return result;
 }
 
@@ -82,7 +82,9 @@ Json bake_json(const BakeReport& r, const std::string& output) {
           {"truthSamples", r.truth_samples},
           {"noise", r.noise},
           {"truthNoise", r.truth_noise},
-          {"referenceHeight", r.reference_height}};
+          {"referenceHeight", r.reference_height},
+          {"indirect", name_of(r.indirect)},
+          {"remarks", r.remarks}};
 }
 
 /// Without an output nothing is said of it.

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "../format/files.h"
@@ -241,6 +242,48 @@ TEST_CASE("the same seed gives the same bytes for any number of threads, another
   REQUIRE(bake(mesh, "test", o, "{}", folder / "3.exr"));
   CHECK(test::bytes_of(folder / "1.exr") == test::bytes_of(folder / "2.exr"));
   CHECK(test::bytes_of(folder / "1.exr") != test::bytes_of(folder / "3.exr"));
+}
+
+TEST_CASE("a mesh with too many points for cached light is traced, and the report and the file say so") {
+  // A floor of small squares, 50,176 vertices.
+  CellMesh mesh;
+  constexpr int squares = 223;
+  for (int y = 0; y <= squares; ++y) {
+    for (int x = 0; x <= squares; ++x) {
+      mesh.positions.emplace_back(static_cast<float>(x) / squares, static_cast<float>(y) / squares, 0.0F);
+      mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
+      mesh.albedo.emplace_back(0.5F);
+    }
+  }
+  for (int y = 0; y < squares; ++y) {
+    for (int x = 0; x < squares; ++x) {
+      const int a = y * (squares + 1) + x;
+      mesh.triangles.emplace_back(a, a + 1, a + squares + 2);
+      mesh.triangles.emplace_back(a, a + squares + 2, a + squares + 1);
+    }
+  }
+  BakeOptions o = small_bake();
+  const Folder folder;
+  const auto large = bake(mesh, "test", o, "{}", folder / "large.exr");
+  REQUIRE_MESSAGE(large, to_line(large.error()));
+  CHECK(large->indirect == IndirectLight::traced);
+  REQUIRE(large->remarks.size() == 1);
+  CHECK(large->remarks.front().find("50000 points") != std::string::npos);
+  const auto reader = SamplesReader::open(folder / "large.exr");
+  REQUIRE(reader);
+  CHECK(nlohmann::json::parse(reader->header().provenance)["bake"]["indirect"] == "traced");
+
+  // Asked for, it is no remark and the same file.
+  o.indirect = IndirectLight::traced;
+  const auto asked = bake(mesh, "test", o, "{}", folder / "asked.exr");
+  REQUIRE(asked);
+  CHECK(asked->remarks.empty());
+  CHECK(bytes_of(folder / "asked.exr") == bytes_of(folder / "large.exr"));
+
+  const auto small = bake(fence(1, 0.5F, 0.6F, 0.3F), "test", small_bake(), "{}", folder / "small.exr");
+  REQUIRE(small);
+  CHECK(small->indirect == IndirectLight::cached);
+  CHECK(small->remarks.empty());
 }
 
 TEST_CASE("bad input is refused before anything is written") {
