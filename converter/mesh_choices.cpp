@@ -18,7 +18,7 @@ V3d extent_of(const RawMesh& raw) {
     for (const int v : face) {
       if (v < 0 || static_cast<std::size_t>(v) >= raw.positions.size()) continue;
       any = true;
-      const V3d at(raw.positions[static_cast<std::size_t>(v)]);
+      const V3d& at = raw.positions[static_cast<std::size_t>(v)];
       for (int i = 0; i < 3; ++i) {
         low[i] = std::min(low[i], at[i]);
         high[i] = std::max(high[i], at[i]);
@@ -47,11 +47,6 @@ std::optional<V2d> period_in_comment(const std::string& bytes) {
 
 const char* name_of(UpAxis axis) { return axis == UpAxis::x ? "x" : (axis == UpAxis::y ? "y" : "z"); }
 
-V3f turned(const V3f& v, UpAxis up) {
-  if (up == UpAxis::y) return {v.x, -v.z, v.y};
-  return up == UpAxis::x ? V3f(v.y, v.z, v.x) : v;
-}
-
 MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::optional<V2d>& period,
                    const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis) {
   constexpr double clearly = 0.9;      // flatter
@@ -67,7 +62,7 @@ MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::opti
   } else {
     choices.up_axis_from = "guessed: no other axis is flatter";
   }
-  const V3f size = turned(V3f(extent), choices.up_axis);
+  const V3d size = turned(extent, choices.up_axis);
   const V2d plane(std::abs(size.x), std::abs(size.y));
   const auto commented = period ? std::nullopt : period_in_comment(bytes);
   if (scale_to_mm) {

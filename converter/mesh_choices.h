@@ -13,7 +13,11 @@ enum class UpAxis { x, y, z };
 const char* name_of(UpAxis axis);
 
 /// From the file's axes to the cell's: y: (x, y, z) -> (x, -z, y); x: (x, y, z) -> (y, z, x).
-V3f turned(const V3f& v, UpAxis up);
+template <class Vector>
+Vector turned(const Vector& v, UpAxis up) {
+  if (up == UpAxis::y) return {v.x, -v.z, v.y};
+  return up == UpAxis::x ? Vector(v.y, v.z, v.x) : v;
+}
 
 /// What a mesh was read with, and where each of it comes from, in words: "given" or the reason of a guess.
 struct MeshChoices {

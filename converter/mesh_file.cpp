@@ -7,10 +7,12 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <limits>
 
 #include "converter/mesh_face_colours.h"
 #include "converter/mesh_import.h"
 #include "converter/mesh_ply.h"
+#include "converter/mesh_points.h"
 #include "format/atomic_file.h"
 
 namespace selvedge {
@@ -134,6 +136,25 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
   }
 }
 
+/// What lies far away comes near by whole periods, and with its lowest point to height 0, before it is
+/// rounded to single precision.
+void move_near_origin(std::vector<V3d>& positions, const std::vector<V3i>& triangles, const V2d& period) {
+  V3d low(std::numeric_limits<double>::max());
+  V3d high(std::numeric_limits<double>::lowest());
+  for (const V3i& t : triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const V3d& p = positions[static_cast<std::size_t>(t[k])];
+      for (int i = 0; i < 3; ++i) {
+        low[i] = std::min(low[i], p[i]);
+        high[i] = std::max(high[i], p[i]);
+      }
+    }
+  }
+  if (triangles.empty() || !lies_far(low, high) || !(period.x > 0 && period.y > 0)) return;
+  const V3d shift(std::floor(low.x / period.x) * period.x, std::floor(low.y / period.y) * period.y, low.z);
+  for (V3d& p : positions) p -= shift;
+}
+
 template <class T>
 void append_bytes(std::string& out, T value) {
   static_assert(std::endian::native == std::endian::little);
@@ -208,10 +229,12 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   mesh.period = choices.period;
   mesh.triangles = std::move(triangles);
   for (std::size_t v = 0; v < raw->positions.size(); ++v) {
-    mesh.positions.emplace_back(V3d(turned(raw->positions[v], choices.up_axis)) * choices.scale_to_mm);
+    raw->positions[v] = turned(raw->positions[v], choices.up_axis) * choices.scale_to_mm;
     const V3f colour = raw->colours.empty() ? V3f(-1) : raw->colours[v];
     mesh.albedo.push_back(albedo_of(colour, raw->colours_8bit, options.albedo));
   }
+  move_near_origin(raw->positions, mesh.triangles, mesh.period);
+  for (const V3d& p : raw->positions) mesh.positions.emplace_back(p);
   if (raw->normals.empty()) {
     mesh.normals = normals_of(mesh.positions, mesh.triangles);
   } else {

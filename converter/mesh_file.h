@@ -21,10 +21,12 @@ struct MeshImportOptions {
 /// out, they have no area. Vertex colours are taken as albedo, and colours of faces before those of vertices
 /// (a vertex is split where its faces differ): those of bytes (or other whole numbers) through the sRGB
 /// curve, floats as linear, clamped to [0, 1]; alpha is ignored. Normals are the file's where it has one and
-/// only one for each vertex, else the area-weighted mean of the faces' around. Vertices stay where they are:
-/// the period alone says how copies follow each other. What is not given is guessed (mesh_choices.h).
-/// Refuses: no such file, unknown format, cut-short or damaged files, no triangles, vertices that are not
-/// finite, faces that refer to absent vertices, a bad period, and a mesh without extent to guess one from.
+/// only one for each vertex, else the area-weighted mean of the faces' around. Vertices stay where they are
+/// (but for meshes that lie more than 64 times their size away, which come near by whole periods in double
+/// precision): the period alone says how copies follow each other. What is not given is guessed
+/// (mesh_choices.h). Refuses: no such file, unknown format, cut-short or damaged files, no triangles,
+/// vertices that are not finite, faces that refer to absent vertices, a bad period, and a mesh without extent
+/// to guess one from.
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options,
                            MeshChoices* choices = nullptr);
 /// From memory: `name` is used in messages, and its ending says the format. No other file is opened.

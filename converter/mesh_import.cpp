@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "converter/mesh_face_colours.h"
+#include "converter/mesh_points.h"
 
 namespace selvedge {
 namespace {
@@ -37,7 +38,7 @@ class Collector final : public om::IO::BaseImporter {
   om::VertexHandle add_vertex(const om::Vec3f& point) override {
     // A vertex or a face takes at least a byte each: more than that can only be a damaged count.
     if (mesh.positions.size() >= file_size_) throw Stop{"has fewer vertices than it says"};
-    mesh.positions.push_back(vector_of(point));
+    mesh.positions.push_back(V3d(vector_of(point)));
     return om::VertexHandle(static_cast<int>(mesh.positions.size()) - 1);
   }
   om::VertexHandle add_vertex() override { return add_vertex(om::Vec3f(0, 0, 0)); }
@@ -48,7 +49,7 @@ class Collector final : public om::IO::BaseImporter {
     return om::FaceHandle(static_cast<int>(mesh.faces.size()) - 1);
   }
   void set_point(om::VertexHandle v, const om::Vec3f& point) override {
-    if (known(v)) mesh.positions[index(v)] = vector_of(point);
+    if (known(v)) mesh.positions[index(v)] = V3d(vector_of(point));
   }
   void set_normal(om::VertexHandle v, const om::Vec3f& normal) override {
     if (!known(v)) return;
@@ -253,11 +254,14 @@ Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format,
   om::IO::Options options = om::IO::Options::VertexNormal | om::IO::Options::VertexColor;
   RawMesh painted;  // the colours of faces, which OpenMesh does not give
   Result<void> sound;
+  std::vector<V3d> points;  // those of texts, in double
+  V3d origin(0, 0, 0);
   std::istringstream in;
   if (format == "obj") {
     const std::string plain = plain_obj(bytes);
     sound = check_lines(plain, file, check_obj_line);
     in.str(geometry_of(plain));
+    points = obj_points(plain);
     painted.face_colours = obj_face_colours(plain, materials);
   } else if (format == "stl" && is_binary_stl(bytes)) {
     sound = check_binary_stl(bytes, file);
@@ -270,9 +274,10 @@ Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format,
     if (sound && bytes.find("endsolid") == std::string::npos) {
       sound = fail(Code::file_damaged, file, "", "the text is cut short: no endsolid");
     }
-    in.str(bytes);
+    in.str(stl_near_origin(bytes, origin));
   } else {
     in.str(off_without_face_colours(bytes, painted));
+    points = off_points(bytes);
     // Readers of counted formats take what a failed read leaves behind for data: stop at the first one.
     in.exceptions(std::ios::failbit | std::ios::badbit);
   }
@@ -290,6 +295,8 @@ Result<RawMesh> import_mesh(const std::string& bytes, const std::string& format,
       return damaged(fmt::format("is not a readable {} file", format));
     }
     RawMesh mesh = collector.take();
+    sharpen(mesh.positions, points);
+    for (V3d& p : mesh.positions) p += origin;
     if (options.check(om::IO::Options::ColorFloat)) mesh.colours_8bit = false;
     if (!painted.face_colours.empty() && painted.face_colours.size() == mesh.faces.size()) {
       mesh.face_colours = std::move(painted.face_colours);

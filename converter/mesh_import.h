@@ -12,7 +12,7 @@ namespace selvedge {
 
 /// A mesh as its file has it, in the file's own units and axes.
 struct RawMesh {
-  std::vector<V3f> positions;
+  std::vector<V3d> positions;     ///< with all digits that the file has
   std::vector<V3f> normals;       ///< empty, or one per vertex
   std::vector<V3f> colours;       ///< empty, or one per vertex; (-1, -1, -1) where the file gives none
   bool colours_8bit = false;      ///< sRGB-coded bytes / 255, else linear

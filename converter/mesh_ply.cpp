@@ -255,7 +255,7 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
     }
     if (faces && colours) mesh.face_colours.push_back(vector_at(values, 6));
     if (!vertices) continue;
-    mesh.positions.push_back(vector_at(values, 0));
+    mesh.positions.emplace_back(values[0], values[1], values[2]);
     if (normals) mesh.normals.push_back(vector_at(values, 3));
     if (colours) mesh.colours.push_back(vector_at(values, 6));
   }
