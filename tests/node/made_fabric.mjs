@@ -9,7 +9,7 @@ import { join } from 'node:path';
 import { bounded_texel, bounded_uv } from '../../spec/conformance/generate/bounds.mjs';
 import { random, random_direction } from '../../spec/conformance/generate/random.mjs';
 import { check_fabric } from '../../spec/conformance/reference/check.mjs';
-import { LAYERS, open_fabric, read_fabric_level } from '../../spec/conformance/reference/fabric.mjs';
+import { open_fabric, read_fabric_level } from '../../spec/conformance/reference/fabric.mjs';
 
 const [programs, folder] = process.argv.slice(2);
 const selvedge = join(programs, 'selvedge');
@@ -26,7 +26,7 @@ assert.deepEqual(check_fabric(readFileSync(piz)).filter(({ severity }) => severi
 
 assert.deepEqual(check_fabric(bytes).filter(({ severity }) => severity === 'error'), []);
 const fabric = open_fabric(bytes);
-assert.deepEqual(LAYERS.filter((layer) => fabric.layers[layer]), LAYERS);
+assert.deepEqual(Object.keys(fabric.layers).sort(), ['frame', 'lobes', 'opacity', 'table']);
 const levels = Array.from({ length: fabric.levels }, (_, k) => read_fabric_level(fabric, k));
 const level = (k) => levels[k];
 

@@ -1,16 +1,15 @@
 // The valid fabric files: { name, about, ... } as make.mjs takes them, and `queries` beside those that all
 // files get.
 import {attribute, pack_values} from '../reference/exr_write.mjs';
-import {LAYERS} from '../reference/fabric.mjs';
 import {ask, by_texel, extremes} from './extremes.mjs';
 import {unknown_part} from './broken/common.mjs';
 import {framed, part_of} from './make.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
 
-/** Every combination of the four layers. */
+/** Every combination of the paper's layers; slabs.mjs has those with the others. */
 const combinations = Array.from({length: 16}, (_, bits) => {
-  const layers = LAYERS.filter((_, i) => bits >> i & 1);
+  const layers = ['lobes', 'frame', 'table', 'opacity'].filter((_, i) => bits >> i & 1);
   return {
     name: layers.length ? `layers-${layers.join('-')}` : 'layers-none',
     layers,
@@ -159,7 +158,7 @@ const unknowns = [
     about: 'a layer that a reader does not know, marked as optional',
     layers: ['lobes'],
     text: (text) => {
-      text.layers.heights = {levels: [0], optional: true, precision: 'double'};
+      text.layers['back.lobes'] = {levels: [0], optional: true, precision: 'double'};
     },
   },
   {

@@ -1,7 +1,7 @@
 // From a short description of a fixture to the bytes of its file.
 import {write_exr} from '../reference/exr_write.mjs';
-import {LAYERS} from '../reference/fabric.mjs';
 import {fabric_parts, fabric_text, seal} from '../reference/fabric_write.mjs';
+import {LAYERS, is_used} from '../reference/layers.mjs';
 import {deflate} from './deflate.mjs';
 import {random, unit} from './random.mjs';
 
@@ -9,8 +9,14 @@ const PRECISION = {
   lobes: 'float',
   frame: 'half',
   table: 'half',
-  opacity: 'half'
+  opacity: 'half',
+  light: 'half',
+  heights: 'half',
+  products: 'half',
+  bases: 'half'
 };
+/** As ordinary heights go, in mm: slabs one above the other, the last one the lowest. */
+const SLAB = 0.25, TOP_OF_SLABS = 0.8;
 
 /** An orthonormal frame around a normal, the tangent being the x axis made perpendicular. */
 export function frame_of(normal) {
@@ -20,7 +26,7 @@ export function frame_of(normal) {
 }
 
 /** An ordinary value of a channel at a texel. */
-function ordinary(name, level, channel, t) {
+function ordinary(name, level, channel, t, layers) {
   const r = random(`${name} ${level} ${channel} ${t}`);
   const between = (a, b) => a + (b - a) * r();
   if (channel.startsWith('lobes.diffuse')) return between(0.02, 0.3);
@@ -29,6 +35,17 @@ function ordinary(name, level, channel, t) {
   if (/^lobes\.\d+\.n/.test(channel)) return between(0.5, 12);
   if (channel.startsWith('table')) return between(0.2, 2);
   if (channel.startsWith('opacity')) return r() < 0.3 ? 1 : r() < 0.2 ? 0 : r();
+  if (channel.startsWith('light')) return between(0.05, 0.5);
+  if (channel.startsWith('products')) return between(-0.3, 1);
+  if (channel.startsWith('bases')) return between(-0.2, 0.8);
+  if (channel.startsWith('heights')) {
+    const [, entry, end] = channel.split('.');
+    const {columns, rows} = layers.heights;
+    const yarn = random(`${name} ${level} heights ${entry} ${t}`);
+    const top = TOP_OF_SLABS - SLAB * Math.floor(entry / (columns * rows)) - 0.1 * yarn();
+    const thickness = yarn() < 0.15 ? 0 : 0.05 + 0.12 * yarn();
+    return end === 'top' ? top : top - thickness;
+  }
   const tilt = random(`${name} ${level} frame ${t}`);
   const {n, t: tangent} = frame_of([tilt() - 0.5, tilt() - 0.5, 0.3 + tilt()]);
   return {nx: n[0], ny: n[1], nz: n[2], tx: tangent[0], ty: tangent[1], tz: tangent[2]}[channel.slice(6)];
@@ -44,13 +61,19 @@ export const framed = (frame) => (level, channel, t) => {
  * The fabric of a fixture:
  *   name, about  what it is for
  *   texels, levels, grid [columns, rows], K     default 3 x 2, all, 2 x 2, 1
+ *   light_grid [columns, rows], cells [columns, rows, slabs], functions [views, lights]
+ *                default 1 x 3, 1 x 1 x 1, [1, 2]
+ *   pairs        (level) => [[a, b], ...]; default (0, 0) and (1, 1)
  *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by
  * default mmPerRepeat, provenance value        { layer: (level, channel, texel) => number }; undefined: an
  * ordinary value
  */
 export function fabric_of(fixture) {
   const {name, texels = [3, 2], grid = [2, 2], K = 1, value = {}} = fixture;
+  const {light_grid = [1, 3], cells = [1, 1, 1], functions = [1, 2]} = fixture;
   const {
+    pairs = () => [[0, 0], [1, 1]],
+    referenceHeight = 0.5,
     mmPerRepeat = [2.5, 1.25],
     provenance =
     {
@@ -63,26 +86,37 @@ export function fabric_of(fixture) {
     Object.fromEntries(fixture.layers.map((layer) => [layer, {}])) :
     fixture.layers ?? {};
   const layers = {};
-  for (const layer of LAYERS.filter((l) => wanted[l])) {
-    layers[layer] = {
-      levels: wanted[layer].levels ?? Array.from({length: levels}, (_, k) => k),
-      precision: wanted[layer].precision ?? PRECISION[layer],
-      ...(layer === 'lobes' ? {lobes: K} : {}),
-      values: (level, channel, {width, height}) => Float64Array.from(
-        {length: width * height},
-        (_, t) => value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t)),
-    };
-  }
-  return {
+  const fabric = {
     texels,
     levels,
     layers,
     provenance,
     mmPerRepeat,
-    referenceHeight: 0.5,
+    referenceHeight,
     thickness: 0.75,
     views: {columns: grid[0], rows: grid[1]},
+    lights: {columns: light_grid[0], rows: light_grid[1]},
   };
+  for (const layer of LAYERS.filter((l) => wanted[l])) {
+    const listed = wanted[layer].levels ?? Array.from({length: layer === 'bases' ? 1 : levels}, (_, k) => k);
+    const own = {
+      lobes: {lobes: K},
+      heights: {columns: cells[0], rows: cells[1], slabs: cells[2]},
+      products: {pairs: listed.map(pairs)},
+      bases: {functions: {views: functions[0], lights: functions[1]}},
+    };
+    const number = (level, channel, t) => is_used(layer, fabric, level, channel, t) ?
+      value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t, layers) :
+      0;
+    layers[layer] = {
+      levels: listed,
+      precision: wanted[layer].precision ?? PRECISION[layer],
+      ...own[layer],
+      values: (level, channel, {width, height}) =>
+        Float64Array.from({length: width * height}, (_, t) => number(level, channel, t)),
+    };
+  }
+  return fabric;
 }
 
 /**

@@ -2,22 +2,21 @@
 import {evaluate_texel} from './brdf.mjs';
 import {cell_direction} from './directions.mjs';
 import {chain_length, read_level} from './exr.mjs';
-import {
-  LAYERS,
-  LOSSY,
-  check_windows,
-  layer_channels,
-  make_level,
-  open_fabric,
-  read_layer
-} from './fabric.mjs';
+import {LOSSY, check_windows, is_laid_out, open_fabric, read_layer} from './fabric.mjs';
 import {Issue} from './issue.mjs';
+import {LAYERS, layer_channels, make_level} from './layers.mjs';
 
 const MEMBERS = [
-  'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'layers',
-  'digests', 'provenance'
+  'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'lights',
+  'layers', 'digests', 'provenance'
 ];
 const LAYER_MEMBERS = ['levels', 'precision', 'optional'];
+const OWN_MEMBERS = {
+  lobes: ['lobes'],
+  heights: ['columns', 'rows', 'slabs'],
+  products: ['pairs'],
+  bases: ['functions']
+};
 const MINOR_VERSION = 0;
 const PREVIEW_CHANNELS = ['R', 'G', 'B', 'A'];
 const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
@@ -49,14 +48,14 @@ function check_text(fabric, advise) {
   if (raw.version[1] > MINOR_VERSION) advise('/version/1', 'is newer than what is known here');
   if (typeof raw.model !== 'string') advise('/model', 'is missing or not a string');
   unknown(raw, MEMBERS, '');
-  unknown(raw.views, ['layout', 'columns', 'rows'], '/views');
+  for (const grid of ['views', 'lights']) unknown(raw[grid], ['layout', 'columns', 'rows'], `/${grid}`);
   unknown(raw.digests, Object.keys(raw.layers), '/digests');
   for (const [name, layer] of Object.entries(raw.layers)) {
     if (!LAYERS.includes(name)) {
       advise(`/layers/${name}`, 'is not known');
       continue;
     }
-    unknown(layer, name === 'lobes' ? [...LAYER_MEMBERS, 'lobes'] : LAYER_MEMBERS, `/layers/${name}`);
+    unknown(layer, [...LAYER_MEMBERS, ...(OWN_MEMBERS[name] ?? [])], `/layers/${name}`);
     const part = file.parts.find((p) => p.name === name);
     if (part.channels.some(({type}) => type !== layer.precision))
       advise(`/layers/${name}/precision`, 'is not that of the channels');
@@ -75,7 +74,7 @@ function check_text(fabric, advise) {
 }
 
 /** What a part SHOULD have, and what of it is not known. */
-function advise_on_part(part, {texels, views, layers}, advise) {
+function advise_on_part(part, fabric, advise) {
   const {name, attributes, channels, tile, compression} = part;
   if (attributes.get('wrapmodes')?.value.toString('latin1') !== 'periodic,periodic')
     advise(`${name}/wrapmodes`, 'is not periodic,periodic');
@@ -85,8 +84,8 @@ function advise_on_part(part, {texels, views, layers}, advise) {
     if (LOSSY.includes(compression)) advise(name, `compression ${compression}`);
     for (const channel of PREVIEW_CHANNELS)
       if (!has.includes(channel)) advise(`${name}/${channel}`, 'is missing');
-  } else if (layers[name] && texels && views) {
-    const known = layer_channels(name, layers[name].lobes, views.columns * views.rows);
+  } else if (fabric.layers[name] && is_laid_out(name, fabric)) {
+    const known = layer_channels(name, fabric);
     for (const channel of has)
       if (!known.includes(channel)) advise(`${name}/${channel}`, 'is not known');
   }
@@ -121,9 +120,11 @@ function check_surroundings(fabric, report, advise) {
 function check_levels(fabric, warn) {
   const chain = fabric.texels ? chain_length(...fabric.texels) : 0;
   if (fabric.levels < chain) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
+  const {products} = fabric.layers;
   for (const [name, {levels}] of Object.entries(fabric.layers)) {
-    if (levels.length < fabric.levels)
-      warn('FABRIC_LEVELS', `/layers/${name}/levels`, 'only some of the levels');
+    if (['heights', 'products', 'bases'].includes(name)) continue;
+    const counts = new Set([...levels, ...(products?.levels ?? [])]).size;
+    if (counts < fabric.levels) warn('FABRIC_LEVELS', `/layers/${name}/levels`, 'only some of the levels');
   }
 }
 
@@ -179,9 +180,9 @@ function check_lobes(level, k, half, warn) {
 }
 
 function check_light(fabric, layers, k, warn) {
-  const {texels, views, layers: {lobes}} = fabric;
-  const level = make_level({texels, views, K: lobes?.lobes}, k, layers);
-  if (level.lobes) check_lobes(level, k, lobes.part.channels.some(({type}) => type === 'half'), warn);
+  const level = make_level(fabric, k, layers);
+  if (level.lobes)
+    check_lobes(level, k, fabric.layers.lobes.part.channels.some(({type}) => type === 'half'), warn);
   check_energy(level, k, warn);
 }
 
@@ -212,6 +213,7 @@ export function check_fabric(bytes) {
   }
   check_levels(fabric, warn);
   const whole = !has_error(issues);
+  let bases = null;  // they stand at level 0 and belong to all
   if (whole) check_text(fabric, advise);
   for (let k = 0; k < (fabric.levels ?? 0); ++k) {
     const before = issues.length;
@@ -220,6 +222,8 @@ export function check_fabric(bytes) {
       collect(issues, () => {
         layers[name] = read_layer(fabric, name, k, report);
       });
+    if (k === 0) bases = layers.bases;
+    layers.bases = bases;
     // Of a fabric that is not whole the light says nothing.
     if (whole && !has_error(issues.slice(before))) check_light(fabric, layers, k, warn);
   }

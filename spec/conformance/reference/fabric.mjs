@@ -3,21 +3,32 @@
 //
 // Every function that finds fault calls `report(code, place, message)`. A reader throws there; a checker
 // takes a note and goes on.
-import {chain_length, channel_values, level_size, read_headers, read_level} from './exr.mjs';
+import {LIMITS as EXR_LIMITS, chain_length, channel_values, read_headers, read_level} from './exr.mjs';
 import {Issue} from './issue.mjs';
 import {is_number, is_object, parse_json} from './json.mjs';
+import {
+  LAYERS,
+  channel_count,
+  is_used,
+  layer_channels,
+  make_level,
+  needs_lights,
+  needs_views
+} from './layers.mjs';
 import {xxh3_128} from './xxh3.mjs';
 
-export const LAYERS = ['lobes', 'frame', 'table', 'opacity'];
-export const LIMITS = {
+const LIMITS = {
   texels: 4096,
-  views: 4096,
+  directions: 4096,
   lobes: 16,
+  cells: 16,
+  slabs: 8,
+  products: 256,
+  functions: 256,
   nesting: 64
 };
 const LARGEST_INTEGER = 2 ** 31 - 1;
 export const LOSSY = ['pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
-const COLOURS = ['red', 'green', 'blue'];
 
 export function throw_issue(code, place, message) {
   throw new Issue(code, place, message);
@@ -27,24 +38,6 @@ const is_integer = Number.isInteger;
 const fits_single = (x) => is_number(x) && Number.isFinite(Math.fround(x));
 const pair_of = (test) => (x) => Array.isArray(x) && x.length === 2 && x.every(test);
 const in_range = (low, high) => (x) => is_integer(x) && x >= low && x <= high;
-const view_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '0')}${suffix}`;
-
-/** The channels that a layer needs. */
-export function layer_channels(layer, K, V) {
-  const each = (n, names) => Array.from({length: n}, (_, i) => names(i)).flat();
-  switch (layer) {
-    case 'lobes':
-      return [
-        'lobes.diffuse', ...each(K, (j) => ['cx', 'cy', 'cz', 'n'].map((p) => `lobes.${j}.${p}`))
-      ].flatMap((name) => COLOURS.map((c) => `${name}.${c}`));
-    case 'frame':
-      return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
-    case 'table':
-      return each(V, (k) => COLOURS.map((c) => view_name('table', k, `.${c}`)));
-    case 'opacity':
-      return each(V, (k) => view_name('opacity', k));
-  }
-}
 
 /** The digest of the pixels of read_level. */
 export const pixel_digest = (channels) =>
@@ -73,6 +66,28 @@ function parse_text(file) {
   return text;
 }
 
+/** A list of products at each of `levels` levels; any number of them where that is null. */
+const are_pairs = (levels) => (lists) => Array.isArray(lists) &&
+  (levels === null || lists.length === levels) &&
+  lists.every(
+    (list) => Array.isArray(list) && list.length >= 1 && list.length <= LIMITS.products &&
+      list.every(
+        (pair) => Array.isArray(pair) && pair.length === 2 && in_range(0, LIMITS.functions)(pair[0]) &&
+          in_range(0, LIMITS.functions - 1)(pair[1])));
+const are_functions = (x) =>
+  is_object(x) && in_range(0, LIMITS.functions)(x.views) && in_range(1, LIMITS.functions)(x.lights);
+const integer_of = (name, low, high) => [name, in_range(low, high), `an integer of ${low} to ${high}`];
+
+/** What layers have besides levels and precision: [name, test, what it has to be]. */
+const OWN_MEMBERS = {
+  lobes: () => [integer_of('lobes', 0, LIMITS.lobes)],
+  heights: () =>
+    [integer_of('columns', 1, LIMITS.cells), integer_of('rows', 1, LIMITS.cells),
+     integer_of('slabs', 1, LIMITS.slabs)],
+  products: (levels) => [['pairs', are_pairs(levels), 'a list of pairs for each level of the layer']],
+  bases: () => [['functions', are_functions, 'two numbers of functions, views and lights']],
+};
+
 /** The members of the text: types and ranges. The result has only members that were good. */
 function check_members(text, report) {
   const good = {layers: {}};
@@ -93,21 +108,22 @@ function check_members(text, report) {
   take('referenceHeight', fits_single, 'a number');
   take('thickness', (x) => fits_single(x) && x >= 0, 'a number from 0 up');
   take('provenance', is_object, 'an object');
-  take('views', is_object, 'an object');
   take('digests', is_object, 'an object');
 
-  if (good.views) {
-    const {views} = good;
-    const count = in_range(1, LIMITS.views);
-    let fine = member(views, '/views', 'layout', (x) => typeof x === 'string', 'a string');
-    if (fine && views.layout !== 'equal-area')
-      fine = report('FABRIC_UNSUPPORTED', '/views/layout', views.layout);
-    for (const name of ['columns', 'rows'])
-      fine = member(views, '/views', name, count, 'an integer of 1 to 4,096') && fine;
-    if (fine && views.columns * views.rows > LIMITS.views)
-      fine = report('FABRIC_MEMBER', '/views', 'more than 4,096 views');
-    if (!fine) delete good.views;
-  }
+  const grid = (name) => {
+    take(name, is_object, 'an object');
+    const at = `/${name}`, members = good[name];
+    if (!members) return;
+    let fine = member(members, at, 'layout', (x) => typeof x === 'string', 'a string');
+    if (fine && members.layout !== 'equal-area')
+      fine = report('FABRIC_UNSUPPORTED', `${at}/layout`, members.layout);
+    for (const side of ['columns', 'rows'])
+      fine = member(members, at, side, in_range(1, LIMITS.directions), 'an integer of 1 to 4,096') && fine;
+    if (fine && members.columns * members.rows > LIMITS.directions)
+      fine = report('FABRIC_MEMBER', at, 'more than 4,096 directions');
+    if (!fine) delete good[name];
+  };
+  grid('views');
 
   if (!member(text, '', 'layers', is_object, 'an object')) return good;
   for (const [name, layer] of Object.entries(text.layers)) {
@@ -126,18 +142,27 @@ function check_members(text, report) {
     let fine = member(layer, at, 'levels', levels, 'a rising list of the fabric\'s levels');
     if (Object.hasOwn(layer, 'optional'))
       fine = member(layer, at, 'optional', (x) => typeof x === 'boolean', 'a boolean') && fine;
-    if (name === 'lobes') {
-      fine =
-        member(layer, at, 'lobes', in_range(0, LIMITS.lobes), `an integer of 0 to ${LIMITS.lobes}`) && fine;
-    }
+    for (const [own, test, what] of OWN_MEMBERS[name]?.(fine ? layer.levels.length : null) ?? [])
+      fine = member(layer, at, own, test, what) && fine;
+    if (name === 'bases' && fine && String(layer.levels) !== '0')
+      fine = report('FABRIC_MEMBER', `${at}/levels`, 'is not level 0 alone');
     const digests = (x) => Array.isArray(x) &&
       x.every((d) => typeof d === 'string' && /^[0-9a-f]{32}$/.test(d)) &&
       (!fine || x.length === layer.levels.length);
     if (good.digests)
       fine = member(good.digests, '/digests', name, digests, 'a digest for each level of the layer') && fine;
-    if (fine && good.digests)
-      good.layers[name] = {levels: layer.levels, digests: good.digests[name], lobes: layer.lobes};
+    if (fine && good.digests) good.layers[name] = {...layer, digests: good.digests[name]};
   }
+  if (Object.keys(text.layers).some(needs_lights)) grid('lights');
+  const {products, bases} = good.layers;
+  const bad = (at, message) => {
+    report('FABRIC_MEMBER', at, message);
+    delete good.layers.products;
+  };
+  if (products && !text.layers.bases) bad('/layers/products', 'there are no bases');
+  const within = ([a, b]) => a <= bases.functions.views && b < bases.functions.lights;
+  if (products && bases && !products.pairs.flat().every(within))
+    bad('/layers/products/pairs', 'not all are pairs of the bases\' functions');
   return good;
 }
 
@@ -163,19 +188,28 @@ export function check_windows(part, texels, report) {
   return fine;
 }
 
+/** Whether all is known that the channels of a layer follow from. */
+export const is_laid_out = (name, {texels, views, lights}) =>
+  texels && (views || !needs_views(name)) && (lights || !needs_lights(name));
+
+/** Whether a part has all channels of its layer. */
+function check_channels(name, part, text, report) {
+  const has = new Set(part.channels.map((channel) => channel.name));
+  // Counted before they are named: a text of some bytes can ask for millions.
+  const count = channel_count(name, text);
+  if (count > EXR_LIMITS.channels) return report('FABRIC_CHANNEL', name, `${count} channels are needed`);
+  const missing = layer_channels(name, text).filter((channel) => !has.has(channel));
+  for (const channel of missing) report('FABRIC_CHANNEL', `${name}/${channel}`, 'is missing');
+  return missing.length === 0;
+}
+
 /** The parts of the listed layers. A layer whose part is not fine is taken out of `text.layers`. */
 function check_parts(file, text, report) {
   for (const [name, layer] of Object.entries(text.layers)) {
     layer.part = file.parts.find((part) => part.name === name);
     let fine = layer.part ? check_layout(layer.part, text.texels, report) :
                             report('FABRIC_PART', name, 'the part is missing');
-    if (layer.part && (name === 'lobes' || name === 'frame' || text.views)) {
-      const has = new Set(layer.part.channels.map((channel) => channel.name));
-      const V = text.views ? text.views.columns * text.views.rows : 0;
-      for (const channel of layer_channels(name, layer.lobes, V)) {
-        if (!has.has(channel)) fine = report('FABRIC_CHANNEL', `${name}/${channel}`, 'is missing');
-      }
-    }
+    if (layer.part && is_laid_out(name, text)) fine = check_channels(name, layer.part, text, report) && fine;
     if (!fine) delete text.layers[name];
   }
 }
@@ -197,15 +231,17 @@ export function open_fabric(bytes, report = throw_issue) {
   return {file, raw, ...text};
 }
 
-/** A stored value must be finite and within its range; `values` is what fabric_layer gives. */
-function check_values(layer, values, width, place, report) {
-  const bad = (t, channel, message) =>
-    report('FABRIC_NOT_FINITE', `${place}${channel}/${t % width},${Math.floor(t / width)}`, message);
+/** A stored value must be finite and within its range; `values` is what read_layer gives. */
+function check_values(fabric, layer, level, values, report) {
+  const {width} = fabric.layers[layer].part.levels[level];
+  const bad = (t, channel, message) => report(
+    'FABRIC_NOT_FINITE', `${layer}/level ${level}${channel}/${t % width},${Math.floor(t / width)}`, message);
   const length = ([x, y, z]) => Math.hypot(x, y, z);
   for (const [name, numbers] of values) {
-    const unsigned = layer === 'table' || layer === 'opacity' || /^lobes\.(diffuse|\d+\.n)\./.test(name);
+    const unsigned = ['table', 'opacity', 'light'].includes(layer) || /^lobes\.(diffuse|\d+\.n)\./.test(name);
     const largest = layer === 'opacity' ? 1 : Infinity;
-    const t = numbers.findIndex((x) => !Number.isFinite(x) || (unsigned && x < 0) || x > largest);
+    const wrong = (x) => !Number.isFinite(x) || (unsigned && x < 0) || x > largest;
+    const t = numbers.findIndex((x, i) => wrong(x) && is_used(layer, fabric, level, name, i));
     if (t >= 0) return bad(t, `/${name}`, `is ${numbers[t]}`);
   }
   if (layer !== 'frame') return true;
@@ -228,65 +264,21 @@ function check_values(layer, values, width, place, report) {
 export function read_layer(fabric, layer, level, report = throw_issue) {
   const entry = fabric.layers[layer]?.levels.indexOf(level) ?? -1;
   if (entry < 0) return null;
-  const {part, digests, lobes} = fabric.layers[layer];
+  const {part, digests} = fabric.layers[layer];
   const place = `${layer}/level ${level}`;
   const channels = read_level(part, level);
   if (pixel_digest(channels) !== digests[entry])
     report('FABRIC_DIGEST', place, 'the pixels do not have the stored digest');
-  const V = fabric.views ? fabric.views.columns * fabric.views.rows : 0;
   const values =
-    new Map(layer_channels(layer, lobes, V).map((name) => [name, channel_values(channels.get(name))]));
-  check_values(layer, values, part.levels[level].width, place, report);
+    new Map(layer_channels(layer, fabric).map((name) => [name, channel_values(channels.get(name))]));
+  check_values(fabric, layer, level, values, report);
   return values;
-}
-
-/**
- * A level as brdf.mjs wants it, from the numbers of its layers: { lobes, frame, table, opacity }, null where
- * absent.
- */
-export function make_level({texels, views, K}, level, {lobes, frame, table, opacity}) {
-  const of = (values, ...names) => names.map((name) => values.get(name));
-  const rgb = (values, name) => of(values, ...COLOURS.map((c) => `${name}.${c}`));
-  const each_view = Array.from({length: views.columns * views.rows}, (_, k) => k);
-  const result = {
-    width: level_size(texels[0], level),
-    height: level_size(texels[1], level),
-    views,
-    lobes: null,
-    frame: null,
-    table: null,
-    opacity: null,
-  };
-  if (lobes) {
-    const rho = rgb(lobes, 'lobes.diffuse');
-    const lists = Array.from(
-      {length: K},
-      (_, j) => Object.fromEntries(['cx', 'cy', 'cz', 'n'].map((p) => [p, rgb(lobes, `lobes.${j}.${p}`)])));
-    result.lobes = (t) => COLOURS.map(
-      (_, c) => ({
-        rho: rho[c][t],
-        lobes: lists.map(({cx, cy, cz, n}) => ({cx: cx[c][t], cy: cy[c][t], cz: cz[c][t], n: n[c][t]})),
-      }));
-  }
-  if (frame) {
-    const normal = of(frame, 'frame.nx', 'frame.ny', 'frame.nz'),
-          tangent = of(frame, 'frame.tx', 'frame.ty', 'frame.tz');
-    result.frame = (t) => ({normal: normal.map((x) => x[t]), tangent: tangent.map((x) => x[t])});
-  }
-  if (table) {
-    const lists = each_view.map((k) => rgb(table, view_name('table', k)));
-    result.table = (t, k) => lists[k].map((x) => x[t]);
-  }
-  if (opacity) {
-    const lists = each_view.map((k) => opacity.get(view_name('opacity', k)));
-    result.opacity = (t, k) => lists[k][t];
-  }
-  return result;
 }
 
 /** Level `level` of a fabric of open_fabric, as brdf.mjs wants it. */
 export function read_fabric_level(fabric, level) {
-  const layers = Object.fromEntries(LAYERS.map((layer) => [layer, read_layer(fabric, layer, level)]));
-  return make_level(
-    {texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes?.lobes}, level, layers);
+  const numbers = Object.fromEntries(LAYERS.map((layer) => [layer, read_layer(fabric, layer, level)]));
+  // They stand at level 0 and belong to all.
+  if (numbers.products) numbers.bases ??= read_layer(fabric, 'bases', 0);
+  return make_level(fabric, level, numbers);
 }

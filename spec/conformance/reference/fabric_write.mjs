@@ -2,17 +2,17 @@
 import {channel_values, chain_length, level_size} from './exr.mjs';
 import {attribute, pack_values, write_exr} from './exr_write.mjs';
 import {evaluate_texel} from './brdf.mjs';
-import {LAYERS, header_digest, layer_channels, make_level, pixel_digest} from './fabric.mjs';
+import {header_digest, pixel_digest} from './fabric.mjs';
+import {LAYERS, layer_channels, make_level, needs_lights} from './layers.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
 
 /** The part of a layer: all levels of the chain, zeros where the layer is not listed. */
 function layer_part(fabric, name) {
-  const {texels: [w, h], views, layers} = fabric;
+  const {texels: [w, h], layers} = fabric;
   const layer = layers[name];
-  const channels = layer_channels(name, layer.lobes, views.columns * views.rows)
-                     .map((channel) => ({name: channel, type: layer.precision}))
-                     .sort(byte_order);
+  const channels =
+    layer_channels(name, fabric).map((channel) => ({name: channel, type: layer.precision})).sort(byte_order);
   const side = Math.max(w, h) > 32 ? 64 : 32;
   return {
     name,
@@ -39,14 +39,15 @@ function layer_part(fabric, name) {
 /** Level `k` as a reader will see it: the stored numbers. */
 export function stored_level(fabric, parts, k) {
   const layers = Object.fromEntries(LAYERS.map((name) => {
-    const part = fabric.layers[name]?.levels.includes(k) ? parts.find((p) => p.name === name) : null;
+    const at = name === 'bases' ? 0 : k;
+    const part = fabric.layers[name]?.levels.includes(at) ? parts.find((p) => p.name === name) : null;
     const numbers = part &&
       new Map(part.channels.map(
         ({name: channel,
-          type}) => [channel, channel_values({type, bytes: part.levels[k].values.get(channel)})]));
+          type}) => [channel, channel_values({type, bytes: part.levels[at].values.get(channel)})]));
     return [name, numbers];
   }));
-  return make_level({texels: fabric.texels, views: fabric.views, K: fabric.layers.lobes?.lobes}, k, layers);
+  return make_level(fabric, k, layers);
 }
 
 function preview_part(fabric, parts) {
@@ -85,7 +86,8 @@ const model_of = ({layers}) => (layers.lobes?.levels.includes(0) ? 'lafortune' :
 
 /** The attribute text as an object, with the digests of the parts. */
 export function fabric_text(fabric, parts) {
-  const {texels, levels, mmPerRepeat, referenceHeight, thickness, views, provenance} = fabric;
+  const {texels, levels, mmPerRepeat, referenceHeight, thickness, views, lights, provenance} = fabric;
+  const grid = ({columns, rows}) => ({layout: 'equal-area', columns, rows});
   const used = LAYERS.filter((name) => fabric.layers[name]);
   const entries = (make) => Object.fromEntries(
     used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
@@ -97,10 +99,9 @@ export function fabric_text(fabric, parts) {
     mmPerRepeat,
     referenceHeight,
     thickness,
-    views: {layout: 'equal-area', columns: views.columns, rows: views.rows},
-    layers: entries(
-      ({levels: listed, precision, lobes}) =>
-        ({levels: listed, precision, ...(lobes === undefined ? {} : {lobes})})),
+    views: grid(views),
+    ...(used.some(needs_lights) ? {lights: grid(lights)} : {}),
+    layers: entries(({levels: listed, values, ...members}) => ({levels: listed, ...members})),
     digests: entries(
       (layer, part) => layer.levels.map(
         (k) => pixel_digest(
@@ -128,9 +129,10 @@ export function seal(parts, text, fabric) {
 /**
  * The bytes of a fabric file.
  *
- * A fabric: { texels, levels, mmPerRepeat, referenceHeight, thickness, views: { columns, rows }, provenance,
- * layers } with layers: { name: { levels, precision, lobes?, values(level, channel, { width, height }) } },
- * values giving the numbers of a channel row by row.
+ * A fabric: { texels, levels, mmPerRepeat, referenceHeight, thickness, views: { columns, rows }, lights,
+ * provenance, layers } with layers: { name: { levels, precision, values(level, channel, { width, height }) }
+ * } and what the attribute text has for the layer beside these, values giving the numbers of a channel row by
+ * row. Without a layer over lights `lights` may be missing.
  */
 export function write_fabric(fabric, deflate) {
   const parts = fabric_parts(fabric);

@@ -1,7 +1,6 @@
 // The rules of SELVEDGE_materials_fabric for a glTF file (spec/SELVEDGE_materials_fabric/README.md).
-import {look_up} from './brdf.mjs';
+import {evaluate_texel} from './brdf.mjs';
 import {check_fabric} from './check.mjs';
-import {square_to_grid} from './directions.mjs';
 import {header_digest, open_fabric, read_fabric_level} from './fabric.mjs';
 import {read_buffers, read_container, resolve_uri} from './gltf_container.mjs';
 import {check_core} from './gltf_core.mjs';
@@ -63,9 +62,9 @@ function check_item(file, parsed, item, place, issues) {
 /** Whether the opacity of a texel, seen along the normal, is below 1/2. */
 function has_holes(fabric) {
   const level = read_fabric_level(fabric, 0);
-  const above = square_to_grid(level.views, [0.5, 0.5]);
-  return Array.from({length: level.width * level.height}, (_, t) => look_up(level, t, above).alpha)
-    .some((alpha) => alpha < 0.5);
+  const {width, height} = level, above = [0, 0, 1];
+  return Array.from({length: width * height}, (_, t) => [t % width, Math.floor(t / width)])
+    .some((texel) => evaluate_texel(level, texel, above, above).alpha < 0.5);
 }
 
 /** The primitives of triangles that a material is on, directly or in a variant: [primitive, its place]. */

@@ -132,17 +132,17 @@ export const broken_members = [
     text: set('/views/layout', 'octahedral'),
     ...others,
   }),
-  broken('FABRIC_UNSUPPORTED', 'layer', 'a layer that is not known', '/layers/heights', {
-    text: set('/layers/heights', {levels: [0]}),
+  broken('FABRIC_UNSUPPORTED', 'layer', 'a layer that is not known', '/layers/back.lobes', {
+    text: set('/layers/back.lobes', {levels: [0]}),
   }),
   broken(
     'FABRIC_UNSUPPORTED', 'layer-not-optional', 'a layer that is not known, marked as not optional',
-    '/layers/heights', {
-      text: set('/layers/heights', {levels: [0], optional: false}),
+    '/layers/back.lobes', {
+      text: set('/layers/back.lobes', {levels: [0], optional: false}),
     }),
   broken(
     'FABRIC_UNSUPPORTED', 'layer-optional-number', 'a layer that is not known, its optional a 1',
-    '/layers/heights', {
-      text: set('/layers/heights', {levels: [0], optional: 1}),
+    '/layers/back.lobes', {
+      text: set('/layers/back.lobes', {levels: [0], optional: 1}),
     }),
 ];

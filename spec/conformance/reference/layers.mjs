@@ -1,0 +1,169 @@
+// The layers of a fabric (spec/fabric.md): which channels their parts have, and how a level's numbers are
+// found in them.
+import {level_size} from './exr.mjs';
+
+export const LAYERS = ['lobes', 'frame', 'table', 'opacity', 'light', 'heights', 'products', 'bases'];
+const COLOURS = ['red', 'green', 'blue'];
+const PARAMETERS = ['cx', 'cy', 'cz', 'n'];
+
+const each = (n, make) => Array.from({length: n}, (_, i) => make(i));
+const direction_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '0')}${suffix}`;
+export const grid_size = (grid) => grid ? grid.columns * grid.rows : 0;
+
+/** Entries of a texel: of a level without heights one, of the parts those of the layer. */
+export const entry_count = (heights) => heights ? heights.columns * heights.rows * heights.slabs : 1;
+
+/**
+ * How many numbers the bases are: { of_views, all }, from the members of the text; those of the views come
+ * first.
+ */
+export function base_count({views, lights, layers: {bases}}) {
+  const of_views = bases.functions.views * grid_size(views);
+  return {of_views, all: of_views + 3 * bases.functions.lights * grid_size(lights)};
+}
+
+/** Whether a layer's part has a number of channels that depends on the grid of views, or of lights. */
+export const needs_views = (layer) => ['table', 'opacity', 'bases'].includes(layer);
+export const needs_lights = (layer) => ['light', 'bases'].includes(layer);
+
+/**
+ * How many channels a layer needs, where that is not a matter of its names alone. `text` has the members
+ * texels, views, lights and layers of the attribute text.
+ */
+export function channel_count(layer, text) {
+  const {layers} = text;
+  switch (layer) {
+    case 'lobes':
+      return 3 * (1 + 4 * layers.lobes.lobes);
+    case 'frame':
+      return 6;
+    case 'table':
+      return 3 * grid_size(text.views);
+    case 'opacity':
+      return grid_size(text.views);
+    case 'light':
+      return 3 * grid_size(text.lights);
+    case 'heights':
+      return 2 * entry_count(layers.heights);
+    case 'products':
+      return entry_count(layers.heights) * Math.max(...layers.products.pairs.map((list) => list.length));
+    case 'bases':
+      return Math.ceil(base_count(text).all / (text.texels[0] * text.texels[1]));
+  }
+}
+
+/** The names of these channels. */
+export function layer_channels(layer, text) {
+  const count = channel_count(layer, text);
+  switch (layer) {
+    case 'lobes':
+      return [
+        'lobes.diffuse', ...each(text.layers.lobes.lobes, (j) => PARAMETERS.map((p) => `lobes.${j}.${p}`))
+      ].flat()
+        .flatMap((name) => COLOURS.map((c) => `${name}.${c}`));
+    case 'frame':
+      return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
+    case 'table':
+    case 'light':
+      return each(count / 3, (k) => COLOURS.map((c) => direction_name(layer, k, `.${c}`))).flat();
+    case 'opacity':
+      return each(count, (k) => direction_name('opacity', k));
+    case 'heights':
+      return each(count / 2, (e) => [`heights.${e}.top`, `heights.${e}.bottom`]).flat();
+    case 'products': {
+      const entries = entry_count(text.layers.heights);
+      return each(entries, (e) => each(count / entries, (m) => `products.${e}.${m}`)).flat();
+    }
+    case 'bases':
+      return each(count, (i) => `bases.${i}`);
+  }
+}
+
+/**
+ * Whether number `t` of a channel means something: the last channel of the bases may have more than they
+ * need, and a level's products may be fewer than those of another.
+ */
+export function is_used(layer, text, level, channel, t) {
+  if (layer === 'bases') {
+    const [w, h] = text.texels;
+    return Number(channel.split('.')[1]) * w * h + t < base_count(text).all;
+  }
+  if (layer !== 'products') return true;
+  const {products, heights} = text.layers;
+  const [, entry, m] = channel.split('.').map(Number);
+  return m < products.pairs[products.levels.indexOf(level)].length &&
+    entry < entry_count(heights?.levels.includes(level) ? heights : null);
+}
+
+/**
+ * A level as brdf.mjs wants it, from the numbers of its layers, Maps from channels to arrays, null where
+ * absent; those of `bases` are level 0's. `text` has the members of the attribute text.
+ */
+export function make_level(text, level, numbers) {
+  const {texels, views, lights, layers, mmPerRepeat, referenceHeight} = text;
+  const {lobes, frame, table, opacity, light, heights, products, bases} = numbers;
+  const of = (values, ...names) => names.map((name) => values.get(name));
+  const rgb = (values, name) => of(values, ...COLOURS.map((c) => `${name}.${c}`));
+  const colours = (values, layer, grid) => {
+    const lists = each(grid_size(grid), (k) => rgb(values, direction_name(layer, k)));
+    return (t, k) => lists[k].map((x) => x[t]);
+  };
+  const result = {
+    width: level_size(texels[0], level),
+    height: level_size(texels[1], level),
+    views,
+    lights,
+    lobes: null,
+    frame: null,
+    table: table ? colours(table, 'table', views) : null,
+    opacity: null,
+    light: light ? colours(light, 'light', lights) : null,
+    heights: null,
+    products: null,
+  };
+  if (lobes) {
+    const rho = rgb(lobes, 'lobes.diffuse');
+    const lists = each(
+      layers.lobes.lobes,
+      (j) => Object.fromEntries(PARAMETERS.map((p) => [p, rgb(lobes, `lobes.${j}.${p}`)])));
+    result.lobes = (t) => COLOURS.map(
+      (_, c) => ({
+        rho: rho[c][t],
+        lobes: lists.map(({cx, cy, cz, n}) => ({cx: cx[c][t], cy: cy[c][t], cz: cz[c][t], n: n[c][t]})),
+      }));
+  }
+  if (frame) {
+    const normal = of(frame, 'frame.nx', 'frame.ny', 'frame.nz'),
+          tangent = of(frame, 'frame.tx', 'frame.ty', 'frame.tz');
+    result.frame = (t) => ({normal: normal.map((x) => x[t]), tangent: tangent.map((x) => x[t])});
+  }
+  if (opacity) {
+    const lists = each(grid_size(views), (k) => opacity.get(direction_name('opacity', k)));
+    result.opacity = (t, k) => lists[k][t];
+  }
+  if (heights) {
+    const {columns, rows, slabs} = layers.heights;
+    const ends =
+      each(entry_count(layers.heights), (e) => of(heights, `heights.${e}.top`, `heights.${e}.bottom`));
+    result.heights = {
+      columns,
+      rows,
+      slabs,
+      mmPerRepeat: mmPerRepeat.map(Math.fround),
+      referenceHeight: Math.fround(referenceHeight),
+      ends: (t, e) => ends[e].map((x) => x[t]),
+    };
+  }
+  if (products) {
+    const texels_of_0 = texels[0] * texels[1], {of_views} = base_count(text);
+    const base = (i) => bases.get(`bases.${Math.floor(i / texels_of_0)}`)[i % texels_of_0];
+    const V = grid_size(views), L = grid_size(lights);
+    result.products = {
+      pairs: layers.products.pairs[layers.products.levels.indexOf(level)],
+      coefficient: (t, e, m) => products.get(`products.${e}.${m}`)[t],
+      phi: (a, k) => a === 0 ? 1 : base((a - 1) * V + k),
+      psi: (b, k) => COLOURS.map((_, c) => base(of_views + 3 * (b * L + k) + c)),
+    };
+  }
+  return result;
+}
