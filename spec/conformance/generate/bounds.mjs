@@ -5,8 +5,9 @@
 // and square root is within 1 unit of rounding U = 2^-24 (relative); logarithm, exponential and arc tangent
 // are within 4 U of their result, a power is exp2(n log2(x)). Results below the smallest normal number may
 // become 0.
-import {direction_to_square, square_to_grid} from '../reference/directions.mjs';
-import {LARGEST, look_up, texel_at} from '../reference/brdf.mjs';
+import {direction_to_square, grid_weights, square_to_grid} from '../reference/directions.mjs';
+import {LARGEST, interpolated, look_up, ray_points, texel_at} from '../reference/brdf.mjs';
+import {sure_march} from './rays.mjs';
 
 export const U = 2 ** -24;
 const SMALLEST = 2 ** -126;
@@ -76,29 +77,33 @@ function bounded_square(view) {
   return {point, error: Math.max(r.error, other) / 2 + 4 * U};
 }
 
-/**
- * alpha and T with their bounds: over the box of the points that rounding may give, and the rounding of the
- * sums.
- */
-function bounded_look_up(level, texel, view) {
-  const {views} = level;
-  const {point, error} = bounded_square(view);
-  const here = look_up(level, texel, square_to_grid(views, point));
-  let alpha = 0;
-  const T = [0, 0, 0];
+/** The point of a grid for a direction, and all the points, with it, between which rounding may bring it. */
+function bounded_points(grid, direction) {
+  const {point, error} = bounded_square(direction);
   // Both ends of the range, and the cell centre between them, where the interpolation has its kink.
   const near = (x, n) => {
     const centre = (Math.round(x * n - 0.5) + 0.5) / n;
     return [x - error, x + error, ...(Math.abs(x - centre) < error ? [centre] : [])];
   };
-  for (const s of near(point[0], views.columns)) {
-    for (const t of near(point[1], views.rows)) {
-      const there = look_up(level, texel, square_to_grid(views, [s, t]));
-      alpha = Math.max(alpha, Math.abs(there.alpha - here.alpha));
-      there.T.forEach((value, c) => {
-        T[c] = Math.max(T[c], Math.abs(value - here.T[c]));
-      });
-    }
+  const around = near(point[0], grid.columns)
+                   .flatMap((s) => near(point[1], grid.rows).map((t) => square_to_grid(grid, [s, t])));
+  return {here: square_to_grid(grid, point), around};
+}
+
+/**
+ * alpha and T with their bounds: over the box of the points that rounding may give, and the rounding of the
+ * sums.
+ */
+function bounded_look_up(level, texel, {here: point, around}) {
+  const here = look_up(level, texel, point);
+  let alpha = 0;
+  const T = [0, 0, 0];
+  for (const other of around) {
+    const there = look_up(level, texel, other);
+    alpha = Math.max(alpha, Math.abs(there.alpha - here.alpha));
+    there.T.forEach((value, c) => {
+      T[c] = Math.max(T[c], Math.abs(value - here.T[c]));
+    });
   }
   return {
     alpha: new Bounded(here.alpha, level.opacity ? alpha + 8 * U * here.alpha : 0),
@@ -106,12 +111,65 @@ function bounded_look_up(level, texel, view) {
   };
 }
 
-/**
- * { rgb, alpha, powers } of a texel, bounded; `powers` is the largest n * (relative error of the base) met.
- */
-export function bounded_texel(level, [i, j], light, view) {
-  const texel = j * level.width + i;
-  const {alpha, T} = bounded_look_up(level, texel, view);
+/** A value given for the cells of a grid, interpolated with the weights alone. */
+function bounded_interpolation(grid, {here, around}, value) {
+  const result = interpolated(grid, here, value);
+  const step = Math.max(...around.map((point) => Math.abs(interpolated(grid, point, value) - result)));
+  const size = grid_weights(grid, here).reduce((sum, [k, weight]) => sum + weight * Math.abs(value(k)), 0);
+  return new Bounded(result, step + 8 * U * size);
+}
+
+/** The sum of some numbers in any order. */
+function sum_of(terms) {
+  const sum = (number) => terms.reduce((total, term) => total + number(term), 0);
+  const size = sum(({value, error}) => Math.abs(value) + error);
+  return new Bounded(
+    sum(({value}) => value), sum(({error}) => error) + Math.max(0, terms.length - 1) * U * size);
+}
+
+/** What is held at the largest number. */
+function hold(x) {
+  if (!(x.value > LARGEST)) return x;
+  // Far above the largest number every rounding of it is held as well.
+  return new Bounded(LARGEST, Number.isFinite(x.value) && x.value - x.error <= LARGEST ? Infinity : 0);
+}
+
+/** F of formula (3) for one channel. */
+function bounded_bracket(level, texel, entry, T, c, of_view, of_light) {
+  const {table, light, products, views, lights} = level;
+  const terms = [];
+  if (light) {
+    const S = bounded_interpolation(lights, of_light, (k) => light(texel, k)[c]);
+    terms.push(times(T, S));
+  } else if (table || !products) {
+    terms.push(T);
+  }
+  products?.pairs.forEach(([a, b], m) => {
+    const coefficient = exact(products.coefficient(texel, entry, m));
+    const phi = a === 0 ? exact(1) : bounded_interpolation(views, of_view, (k) => products.phi(a, k));
+    const psi = bounded_interpolation(lights, of_light, (k) => products.psi(b, k)[c]);
+    const factor = a === 0 ? coefficient : times(coefficient, phi);
+    const term = times(factor, psi);
+    // Either product may fall below the smallest number.
+    term.error += term.value === 0 && term.error === 0 ? 0 : SMALLEST * (1 + Math.abs(psi.value));
+    if (Math.abs(factor.value) > LARGEST) term.error = Infinity;
+    terms.push(term);
+  });
+  if (terms.length === 1 && !products) return hold(terms[0]);
+  const sum = sum_of(terms);
+  const most = (sign) =>
+    terms.reduce((total, {value, error}) => total + Math.max(0, sign * value + error), 0);
+  // An overflow on the way must not change what the sum is held at.
+  const up = most(1) > LARGEST && !(sum.value - sum.error > LARGEST);
+  const down = most(-1) > LARGEST && !(sum.value + sum.error < 0);
+  if (up || down || Math.min(most(1), most(-1)) > LARGEST) return new Bounded(0, Infinity);
+  return hold(held_above_0(sum));
+}
+
+/** { rgb, alpha, powers } of an entry of a texel; see bounded_texel. */
+function bounded_entry(level, texel, entry, light, view) {
+  const of_view = bounded_points(level.views, view);
+  const {alpha, T} = bounded_look_up(level, texel, of_view);
   if (light[2] <= 0 || view[2] <= 0) return {rgb: [exact(0), exact(0), exact(0)], alpha, powers: 0};
   let l = light.map(rounded), v = view.map(rounded);
   if (level.frame) {
@@ -132,26 +190,49 @@ export function bounded_texel(level, [i, j], light, view) {
     }
     return times(held_above_0(l[2]), sum);
   });
-  const hold = (x) => {
-    if (!(x.value > LARGEST)) return x;
-    // Far above the largest number every rounding of it is held as well.
-    return new Bounded(LARGEST, Number.isFinite(x.value) && x.value - x.error <= LARGEST ? Infinity : 0);
-  };
+  const of_light = level.lights && bounded_points(level.lights, light);
+  const F = T.map((value, c) => bounded_bracket(level, texel, entry, value, c, of_view, of_light));
   const rgb = g.map((value, c) => {
-    const f = hold(times(T[c], hold(value)));
+    const f = hold(times(F[c], hold(value)));
     return new Bounded(
-      f.value, f.error + (f.value === 0 && f.error === 0 ? 0 : SMALLEST * Math.max(1, T[c].value)));
+      f.value, f.error + (f.value === 0 && f.error === 0 ? 0 : SMALLEST * Math.max(1, F[c].value)));
   });
   return {rgb, alpha, powers};
+}
+
+const MISSED = {
+  rgb: [0, 0, 0].map(exact),
+  alpha: exact(0),
+  powers: 0
+};
+
+/**
+ * { rgb, alpha, powers } of a texel, bounded; `powers` is the largest n * (relative error of the base) met.
+ * Null where rounding decides what a ray meets.
+ */
+export function bounded_texel(level, [i, j], light, view) {
+  if (!level.heights) return bounded_entry(level, j * level.width + i, 0, light, view);
+  const met = ray_points(level, [i, j]).map((point) => sure_march(level, point, view));
+  if (!met.every(({sure}) => sure)) return null;
+  const rays = met.map(({hit}) => hit ? bounded_entry(level, hit.texel, hit.entry, light, view) : MISSED);
+  const share = (alpha) => times(new Bounded(1 / rays.length, U / rays.length), alpha);
+  const alpha = sum_of(rays.map((ray) => share(ray.alpha)));
+  const mean = (c) => hold(divide(sum_of(rays.map((ray) => times(share(ray.alpha), ray.rgb[c]))), alpha));
+  const seen = alpha.value > 0 || alpha.error > 0;
+  return {
+    rgb: [0, 1, 2].map((c) => seen ? mean(c) : exact(0)),
+    alpha,
+    powers: Math.max(...rays.map(({powers}) => powers)),
+  };
 }
 
 /** The same at (u, v) and a fractional level. */
 export function bounded_uv(level, levels, fractional, uv, light, view) {
   const L = Math.min(Math.max(fractional, 0), levels - 1), k = Math.floor(L);
   const at = (n) => bounded_texel(level(n), texel_at(level(n), uv), light, view);
-  const a = at(k);
+  const a = at(k), b = L === k ? a : at(k + 1);
+  if (!a || !b) return null;
   if (L === k) return a;
-  const b = at(k + 1);
   // The level itself is rounded, unless single precision holds it.
   const s = new Bounded(L - k, Math.fround(L) === L ? 0 : 2 * U * L);
   const rest = add(exact(1), minus(s));

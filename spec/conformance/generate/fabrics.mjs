@@ -4,6 +4,7 @@ import {attribute, pack_values} from '../reference/exr_write.mjs';
 import {ask, by_texel, extremes} from './extremes.mjs';
 import {unknown_part} from './broken/common.mjs';
 import {framed, part_of} from './make.mjs';
+import {slabs} from './slabs.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
 
@@ -386,5 +387,6 @@ const examples = [
 const brief = [...unknowns, ...layouts, ...texts].map((fixture) => ({...fixture, brief: true}));
 
 export const valid = [
-  ...examples, ...combinations, ...lobes, ...precisions, ...levels, ...sizes, ...grids, ...extremes, ...brief
+  ...examples, ...combinations, ...lobes, ...precisions, ...levels, ...sizes, ...grids, ...extremes, ...slabs,
+  ...brief
 ];

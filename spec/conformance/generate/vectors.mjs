@@ -91,6 +91,56 @@ function* ordinary_queries(fixture, fabric, level) {
     yield on('between two levels', n + [0.5, 0.25, 0.875, 0.1][n % 4], [next(), next()]);
 }
 
+/** What is asked besides where light and view are looked up in bases, or the light in a table. */
+function* light_queries(fixture, fabric, level) {
+  const next = random(`lights of ${fixture.name}`);
+  const direction = (least) => random_direction(next, least);
+  const {lights} = fabric, L = lights.columns * lights.rows;
+  for (let k = 0; k < fabric.levels; ++k) {
+    const {width, height} = level(k);
+    const at = (why, light, view = direction()) =>
+      ({level: k, texel: [Math.floor(next() * width), Math.floor(next() * height)], light, view, why});
+    for (let n = 0; n < 2; ++n) yield at('light and view at random, both looked up', direction());
+    if (k > 0) continue;
+    yield at('light at the centre of the first cell', cell_direction(lights, 0));
+    yield at('light at the centre of the last cell', cell_direction(lights, L - 1));
+    yield at('light between the outermost centres and the rim', unit([-1, 1, 0.02]));
+    yield at('light next to the pole', unit([-1e-6, 3e-7, 1]));
+    yield at('grazing light and grazing view', unit([0.8, 0.6, 0.001]), unit([-0.6, -0.8, 0.001]));
+    yield at('light on the horizon: f = 0', [-0.8, 0.6, 0]);
+  }
+}
+
+/** What is asked besides where rays are marched. */
+function* ray_queries(fixture, fabric, level) {
+  const next = random(`rays of ${fixture.name}`);
+  const direction = (least) => random_direction(next, least);
+  for (let k = 0; k < fabric.levels; ++k) {
+    if (!level(k).heights) continue;
+    const {width, height} = level(k);
+    const at = (why, view, light = direction()) =>
+      ({level: k, texel: [Math.floor(next() * width), Math.floor(next() * height)], light, view, why});
+    const leaning = (z) => {
+      const [x, y] = random_direction(next, 0);
+      return unit([x, y, z * Math.hypot(x, y)]);
+    };
+    yield at('rays at random', direction());
+    for (let n = 0; n < 3; ++n) yield at('rays that lean', leaning(0.3 - 0.08 * n));
+    yield at('rays below the limit of the march', leaning(0.02));
+    if (k > 0) continue;
+    yield at('rays straight down', UP);
+    for (let n = 0; n < 3; ++n) yield at('rays at random', direction());
+    yield at('rays along x', unit([0.7, 0, 0.2]));
+    yield at('rays along -y', unit([0, -0.8, 0.3]));
+    yield at('rays just above the limit of the march', leaning(0.032));
+    yield at('rays along the plane, as far as the march goes', leaning(0.0005));
+    yield at('view on the horizon: marched at the limit, f = 0', leaning(0));
+    yield at('view below the horizon: marched at the limit, f = 0', leaning(-0.5));
+    yield at('view straight down: the ray is vertical, f = 0', [0, 0, -1]);
+    yield at('light below the horizon: f = 0, alpha as ever', direction(), unit([0.3, 0.2, -0.5]));
+  }
+}
+
 /** Queries that must be refused. */
 function* refused_queries(fabric, level) {
   const last = fabric.levels - 1;
@@ -120,7 +170,7 @@ export function* malformed_queries() {
 const up_to_two_digits = (x) => x === 0 ? 0 : Number((x * 1.05).toPrecision(2));
 
 /** The tolerance and its reason. `bounded` has a bound of the error of each number. */
-function tolerance_of({rgb, alpha, powers}, has_views) {
+function tolerance_of({rgb, alpha, powers}, grids) {
   let relative = 0, absolute = 0;
   for (const {value, error} of rgb) {
     if (error === 0) continue;
@@ -141,16 +191,17 @@ function tolerance_of({rgb, alpha, powers}, has_views) {
       `the exponent makes the error of the base ${up_to_two_digits(powers).toExponential()} of the power`);
   if (absolute > 1e-30) reasons.push('cancellation in a dot product leaves an absolute error');
   if (absolute > 0 && absolute <= 1e-30) reasons.push('a number below 2^-126 may become 0');
-  if (has_views && relative > 0 && powers <= 32 * U)
-    reasons.push('rounding, and that of the place in the grid of views');
+  if (grids && relative > 0 && powers <= 32 * U)
+    reasons.push(`rounding, and that of the place in the ${grids}`);
   else if (relative > 0 && reasons.length === 0)
     reasons.push('rounding alone');
   return {tolerance, reason: reasons.join('; ')};
 }
 
 const ok = ({rgb, alpha}, result) => rgb.every(({value, error}, c) => {
-  if (Math.abs(value - result.rgb[c]) > 1e-12 * Math.abs(result.rgb[c]))
-    throw new Error('bounds.mjs evaluates something else');
+  // Sums are taken in another order, which shows where they cancel.
+  if (Math.abs(value - result.rgb[c]) > 1e-12 * Math.abs(result.rgb[c]) + 1e-6 * error)
+    throw new Error(`bounds.mjs evaluates something else: ${value}, not ${result.rgb[c]}`);
   return Number.isFinite(error) && (error <= 1e-2 * value || error <= 1e-4);
 }) &&
   Number.isFinite(alpha.error);
@@ -173,12 +224,14 @@ export function vectors_of(fixture, bytes) {
                               evaluate_uv(level, fabric.levels, query.level, uv, light, view);
     const bounded = texel ? bounded_texel(level(query.level), texel, light, view) :
                             bounded_uv(level, fabric.levels, query.level, uv, light, view);
-    if (!ok(bounded, evaluated)) {
+    if (!bounded || !ok(bounded, evaluated)) {
       if (required)
         throw new Error(`${fixture.name}: no tolerance fits: ${query.why}: ${JSON.stringify(bounded)}`);
       return;
     }
-    const {tolerance, reason} = tolerance_of(bounded, fabric.layers.table || fabric.layers.opacity);
+    const has = (...layers) => layers.some((layer) => fabric.layers[layer]);
+    const grids = has('light', 'products') ? 'grids' : has('table', 'opacity') ? 'grid of views' : null;
+    const {tolerance, reason} = tolerance_of(bounded, grids);
     const {why, page, ...asked} = query;
     if (page && [
           ...page.rgb, page.alpha
@@ -196,6 +249,10 @@ export function vectors_of(fixture, bytes) {
   };
   for (const query of fixture.queries ?? []) answer(query, true);
   for (const query of ordinary_queries(fixture, fabric, level)) answer(query, false);
+  if (fabric.lights && !fixture.brief)
+    for (const query of light_queries(fixture, fabric, level)) answer(query, false);
+  if (fabric.layers.heights)
+    for (const query of ray_queries(fixture, fabric, level)) answer(query, false);
   for (const query of refused_queries(fabric, level)) queries.push({...query, error: true});
   if (fixture.name === 'layers-lobes')
     for (const query of malformed_queries()) queries.push({...query, error: true});
