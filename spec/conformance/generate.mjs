@@ -24,6 +24,7 @@ import {broken_headers} from './generate/broken/headers.mjs';
 import {beyond_limits} from './generate/broken/limits.mjs';
 import {broken_members} from './generate/broken/members.mjs';
 import {broken_parts} from './generate/broken/parts.mjs';
+import {broken_slabs, unwise_slabs} from './generate/broken/slabs.mjs';
 import {broken_texts} from './generate/broken/texts.mjs';
 import {unwise_fabrics} from './generate/broken/warnings.mjs';
 import {valid} from './generate/fabrics.mjs';
@@ -83,14 +84,15 @@ function add_fixture(kind, {name, about, issues, others = 'none', evaluate, larg
   files.set(`${kind}/${name}/expected.json`, Buffer.from(JSON.stringify(expected, null, 2) + '\n'));
 }
 const broken_fabrics = [
-  ...broken_headers, ...broken_chunks, ...beyond_limits, ...broken_texts, ...broken_members, ...broken_parts
+  ...broken_headers, ...broken_chunks, ...beyond_limits, ...broken_texts, ...broken_members, ...broken_parts,
+  ...broken_slabs
 ];
 const broken_gltf = [
   ...broken_gltf_files, ...broken_gltf_members, ...broken_gltf_data, ...broken_gltf_nodes, ...broken_garments
 ];
 const unwise_gltf = [...unwise_gltf_files, ...unwise_gltf_members, ...unwise_gltf_nodes, ...unwise_garments];
 for (const fixture of [...broken_fabrics, ...broken_gltf]) add_fixture('invalid', fixture);
-for (const fixture of [...unwise_fabrics, ...unwise_gltf]) add_fixture('warnings', fixture);
+for (const fixture of [...unwise_fabrics, ...unwise_slabs, ...unwise_gltf]) add_fixture('warnings', fixture);
 
 /** Whether two JSON values are the same, but for the last digits of numbers. */
 function alike(a, b, slack = 1e-9) {
