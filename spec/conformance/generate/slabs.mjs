@@ -156,7 +156,7 @@ const products = [
     light_grid: [1, 2],
     before: (parts) => {
       written('bases', 0, 'bases.2', 4, 7, -7)(parts);
-      written('products', 1, 'products.0.1', 0, 7)(parts);
+      written('products', 1, 'products.1', 0, 7)(parts);
     },
   },
   {

@@ -46,10 +46,16 @@ export function channel_count(layer, text) {
     case 'heights':
       return 2 * entry_count(layers.heights);
     case 'products':
-      return entry_count(layers.heights) * Math.max(...layers.products.pairs.map((list) => list.length));
+      return Math.max(...layers.products.levels.map((level) => coefficient_count(layers, level)));
     case 'bases':
       return Math.ceil(base_count(text).all / (text.texels[0] * text.texels[1]));
   }
+}
+
+/** Coefficients of a texel at a level that has products. */
+function coefficient_count({heights, products}, level) {
+  const entries = entry_count(heights?.levels.includes(level) ? heights : null);
+  return entries * products.pairs[products.levels.indexOf(level)].length;
 }
 
 /** The names of these channels. */
@@ -70,12 +76,9 @@ export function layer_channels(layer, text) {
       return each(count, (k) => direction_name('opacity', k));
     case 'heights':
       return each(count / 2, (e) => [`heights.${e}.top`, `heights.${e}.bottom`]).flat();
-    case 'products': {
-      const entries = entry_count(text.layers.heights);
-      return each(entries, (e) => each(count / entries, (m) => `products.${e}.${m}`)).flat();
-    }
+    case 'products':
     case 'bases':
-      return each(count, (i) => `bases.${i}`);
+      return each(count, (i) => `${layer}.${i}`);
   }
 }
 
@@ -89,10 +92,7 @@ export function is_used(layer, text, level, channel, t) {
     return Number(channel.split('.')[1]) * w * h + t < base_count(text).all;
   }
   if (layer !== 'products') return true;
-  const {products, heights} = text.layers;
-  const [, entry, m] = channel.split('.').map(Number);
-  return m < products.pairs[products.levels.indexOf(level)].length &&
-    entry < entry_count(heights?.levels.includes(level) ? heights : null);
+  return Number(channel.split('.')[1]) < coefficient_count(text.layers, level);
 }
 
 /**
@@ -158,9 +158,10 @@ export function make_level(text, level, numbers) {
     const texels_of_0 = texels[0] * texels[1], {of_views} = base_count(text);
     const base = (i) => bases.get(`bases.${Math.floor(i / texels_of_0)}`)[i % texels_of_0];
     const V = grid_size(views), L = grid_size(lights);
+    const pairs = layers.products.pairs[layers.products.levels.indexOf(level)];
     result.products = {
-      pairs: layers.products.pairs[layers.products.levels.indexOf(level)],
-      coefficient: (t, e, m) => products.get(`products.${e}.${m}`)[t],
+      pairs,
+      coefficient: (t, e, m) => products.get(`products.${e * pairs.length + m}`)[t],
       phi: (a, k) => a === 0 ? 1 : base((a - 1) * V + k),
       psi: (b, k) => COLOURS.map((_, c) => base(of_views + 3 * (b * L + k) + c)),
     };

@@ -93,7 +93,7 @@ const drop_channel = (name) => (parts) => {
   part.levels.forEach(({values}) => values.delete(name));
 };
 const channels = [
-  ...['light.0001.green', 'heights.1.bottom', 'heights.0.top', 'products.1.0', 'products.0.1', 'bases.2'].map(
+  ...['light.0001.green', 'heights.1.bottom', 'heights.0.top', 'products.2', 'products.1', 'bases.2'].map(
     (name) => broken(
       'FABRIC_CHANNEL', `missing-${name.replaceAll('.', '-')}`, `the channel ${name} is missing`, name,
       {before: drop_channel(name)}, slabs)),
@@ -110,7 +110,7 @@ const channels = [
     },
     slabs),
   broken(
-    'FABRIC_CHANNEL', 'more-products-than-channels', 'a third product, channels for two', 'products.0.2', {
+    'FABRIC_CHANNEL', 'more-products-than-channels', 'a third product, channels for two', 'products.4', {
       text: (text) => text.layers.products.pairs[1].push([0, 1]),
       ...others,
     },
@@ -153,8 +153,8 @@ const values = [
   not_finite('top-nan', 'heights.0.top', NaN),
   not_finite('top-infinite', 'heights.1.top', Infinity),
   not_finite('bottom-infinite', 'heights.1.bottom', -Infinity),
-  not_finite('product-nan', 'products.1.1', NaN),
-  not_finite('product-infinite', 'products.0.0', Infinity),
+  not_finite('product-nan', 'products.3', NaN),
+  not_finite('product-infinite', 'products.0', Infinity),
   not_finite('base-nan', 'bases.0', NaN),
   not_finite('base-infinite', 'bases.1', -Infinity),
 ];
@@ -200,7 +200,7 @@ export const unwise_slabs = [
     text: set('/lights/colour', 'grey'),
   }),
   warning(
-    'FABRIC_ADVICE', 'unknown-channel-of-products', 'products that no level lists', 'products/products.0.2', {
+    'FABRIC_ADVICE', 'unknown-channel-of-products', 'products that no level lists', 'products/products.2', {
       texels: [1, 1],
       cells: [1, 1, 1],
       pairs: () => [[0, 0], [1, 1], [0, 1]],
