@@ -52,11 +52,11 @@ UvTransform read_uv_transform(const Json& texture_info, int& set) {
 std::optional<TransformFault> fault_of(const UvTransform& transform) {
   using Limits = std::numeric_limits<float>;
   const auto largest = [](const V2d& pair) { return std::max(std::abs(pair.x), std::abs(pair.y)); };
-  for (const auto& [name, value] : {std::pair{offset, largest(transform.offset)},
-                                    {rotation, std::abs(transform.rotation)},
-                                    {scale, largest(transform.scale)}}) {
+  for (const auto& [which, value] : {std::pair{offset, largest(transform.offset)},
+                                     {rotation, std::abs(transform.rotation)},
+                                     {scale, largest(transform.scale)}}) {
     if (!(value <= double{Limits::max()})) {
-      return TransformFault{name, fmt::format("{:g} is beyond 32-bit floats", value)};
+      return TransformFault{which, fmt::format("{:g} is beyond 32-bit floats", value)};
     }
   }
   const double least = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
