@@ -10,6 +10,7 @@
 #include "format/fabric_layout.h"
 #include "format/fabric_names.h"
 #include "format/fabric_values.h"
+#include "format/slabs.h"
 
 namespace selvedge {
 namespace {
@@ -79,6 +80,16 @@ V3d radiosity_of(const FabricLevel& level, const Fabric& of, int texel, const V3
   return sum;
 }
 
+/// Cells that the rays of a texel visit at most, over all directions; 0 without heights.
+double cells_visited(const FabricLevel& level, const Fabric& of,
+                     const std::vector<WeightedDirection>& directions) {
+  if (!level.heights) return 0;
+  const SlabMarch march(level, of);
+  double sum = 0;
+  for (const WeightedDirection& d : directions) sum += march.most_cells(d.direction);
+  return sum * level.heights->shape().columns * level.heights->shape().rows;
+}
+
 }  // namespace
 
 double lobe_peak(const float* lobe) {
@@ -125,7 +136,10 @@ void warn_of_energy(const FabricLevel& level, const Fabric& of, int level_index,
   const double wanted = std::ceil(2.5 * std::sqrt(static_cast<double>(largest_exponent(level))));
   const std::vector<WeightedDirection> directions =
       disc_directions(static_cast<int>(std::clamp(wanted, 24.0, 256.0)));
-  const std::size_t tried = most_pairs / directions.size();
+  constexpr double most_cells = 1 << 26;  // about half a second; a single texel may cost more
+  const double cells = cells_visited(level, of, directions);
+  const auto affordable = static_cast<std::size_t>(most_cells / std::max(cells, 1.0));
+  const std::size_t tried = std::clamp<std::size_t>(affordable, 1, most_pairs / directions.size());
   const auto texels = static_cast<std::size_t>(level.texels());
   // Odd, so that where a side is a power of two no column is left out.
   const std::size_t step = texels <= tried ? 1 : (texels / tried) | 1;

@@ -57,16 +57,33 @@ SlabMarch::SlabMarch(const FabricLevel& level, const Fabric& of)
       period_(of.period_mm),
       plane_(static_cast<double>(of.reference_height)) {}
 
+V2i SlabMarch::cells() const {
+  return {level_.width * heights_.shape().columns, level_.height * heights_.shape().rows};
+}
+
+V2d SlabMarch::cells_per_mm(const V3f& view) const {
+  const double z = std::max(static_cast<double>(view.z), 1.0 / 32);
+  // v grows downwards, against y.
+  return {static_cast<double>(view.x) / (z * period_.x) * cells().x,
+          -static_cast<double>(view.y) / (z * period_.y) * cells().y};
+}
+
+double SlabMarch::most_cells(const V3f& view) const {
+  const double depth = static_cast<double>(heights_.highest()) - static_cast<double>(heights_.lowest());
+  if (!(depth > 0)) return 0;
+  const V2d slope = cells_per_mm(view);
+  // A ray crosses one edge more than it has whole cells of way, along either axis.
+  return std::min(3 + depth * (std::abs(slope.x) + std::abs(slope.y)),
+                  static_cast<double>(most_cells_of_a_ray));
+}
+
 std::optional<SlabHit> SlabMarch::operator()(const V2d& uv, const V3f& view) const {
   const auto highest_top = static_cast<double>(heights_.highest());
   const double deepest = highest_top - static_cast<double>(heights_.lowest());
   if (!(deepest > 0)) return std::nullopt;
   const SlabShape& shape = heights_.shape();
-  const V2i cells(level_.width * shape.columns, level_.height * shape.rows);
-  const double z = std::max(static_cast<double>(view.z), 1.0 / 32);
-  // Cells per mm upwards; v grows downwards, against y.
-  const V2d up(static_cast<double>(view.x) / (z * period_.x) * cells.x,
-               -static_cast<double>(view.y) / (z * period_.y) * cells.y);
+  const V2i cells = this->cells();
+  const V2d up = cells_per_mm(view);
   const double above = highest_top - plane_;
   Walk x(uv.x * cells.x + above * up.x, -up.x, cells.x);
   Walk y(uv.y * cells.y + above * up.y, -up.y, cells.y);

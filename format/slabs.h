@@ -29,7 +29,14 @@ class SlabMarch {
   /// The yarn that the ray towards `view` (unit) meets first which passes the reference plane at (u, v).
   std::optional<SlabHit> operator()(const V2d& uv, const V3f& view) const;
 
+  /// How many cells such a ray visits at most: what it costs.
+  double most_cells(const V3f& view) const;
+
  private:
+  /// Cells per mm upwards, along x and along y.
+  V2d cells_per_mm(const V3f& view) const;
+  V2i cells() const;
+
   const FabricLevel& level_;
   const HeightLayer& heights_;
   V2d period_;

@@ -236,3 +236,34 @@ TEST_CASE("products that do not fit their bases and heights are refused") {
   REQUIRE_FALSE(valid);
   CHECK(valid.error().code == Code::fabric_malformed);
 }
+
+TEST_CASE("a ray stays within the level however many repeats it passes") {
+  for (const float period : {1e-3F, 1e-20F, 1e-38F, 1e-45F}) {
+    Fabric fabric = slab_fabric(7, 5, 3e38F, 2e38F, {3, 2, 1});
+    fabric.period_mm = {period, period};
+    fabric.reference_height = -3e38F;
+    const SlabMarch march(fabric.levels[0], fabric);
+    for (int i = 0; i < 1000; ++i) {
+      const double angle = 0.0063 * i;
+      const V2d uv((i + 0.5) / 1000, 0.5);
+      const auto hit = march(uv, V3f(V3d(0.8 * std::cos(angle), 0.8 * std::sin(angle), 0.6)));
+      REQUIRE(hit);
+      REQUIRE(hit->texel < 35);
+      REQUIRE(hit->entry < 6);
+    }
+  }
+}
+
+TEST_CASE("the cells that a ray may visit are bounded before it is marched") {
+  // 0.75 mm deep, cells of 0.5 mm along x and 1 mm along y.
+  const Fabric fabric = slab_fabric(4, 4, 1, 0.25F, {2, 1, 1});
+  const SlabMarch march(fabric.levels[0], fabric);
+  CHECK(march.most_cells({0, 0, 1}) == 3);
+  CHECK(march.most_cells(towards(1, 1)) == doctest::Approx(3 + 1.5));
+  CHECK(march.most_cells({0, 1, 0}) == doctest::Approx(3 + 0.75 * 32));
+  Fabric narrow = fabric;
+  narrow.period_mm = {1e-30F, 1};
+  CHECK(SlabMarch(narrow.levels[0], narrow).most_cells(towards(1, 1)) == most_cells_of_a_ray);
+  const Fabric empty = slab_fabric(4, 4, 0, 0);
+  CHECK(SlabMarch(empty.levels[0], empty).most_cells(towards(1, 1)) == 0);
+}

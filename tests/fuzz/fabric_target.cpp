@@ -10,7 +10,13 @@ using namespace selvedge;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   // Small, so that an execution is short; the checks against them are those of any other limit.
-  const FabricLimits limits{.texels_per_side = 32, .directions = 64, .lobes = 4};
+  const FabricLimits limits{.texels_per_side = 32,
+                            .directions = 64,
+                            .lobes = 4,
+                            .cells_per_side = 2,
+                            .slabs = 2,
+                            .functions = 8,
+                            .products = 8};
   const std::span<const std::uint8_t> bytes(data, size);
   const Result<Fabric> fabric = read_fabric(bytes, "input", limits);
   const Issues issues = check_fabric(bytes, "input", limits);
@@ -23,6 +29,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const Shading s =
         evaluate(*fabric, k, level.width - 1, level.height - 1, {0, 0.6F, 0.8F}, {0.6F, 0, 0.8F});
     fuzz::require(s.alpha >= 0 && s.alpha <= 1, "alpha is in [0, 1]");
+    for (int c = 0; c < 3; ++c) {
+      fuzz::require(s.radiance[c] >= 0 && std::isfinite(s.radiance[c]),
+                    "radiance is finite and not negative");
+    }
   }
   return 0;
 }
