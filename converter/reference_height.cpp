@@ -115,7 +115,7 @@ Result<double> best_reference_height(const CellMesh& mesh, const std::string& na
   for (const double share : {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}) {
     SmallBake small =
         bake_small(mesh, o, *scene, transport ? &*transport : nullptr, scaled.mm, share * thickness);
-    const auto fitted = fit(std::move(small.level), small.header);
+    const auto fitted = fit(small.level, small.header);
     if (!fitted) return tl::unexpected(fitted.error());
     const auto comparison = compare(fitted->fabric, small.pairs, PairKind::validation);
     if (!comparison) return tl::unexpected(comparison.error());

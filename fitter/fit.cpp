@@ -1,224 +1,139 @@
 #include "fitter/fit.h"
 
-#include <Imath/half.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "fitter/lobe_fit.h"
-#include "fitter/texel_samples.h"
-#include "fitter/view_table.h"
-#include "format/lafortune.h"
-#include "format/parallel.h"
-#include "format/pool.h"
+#include "fitter/fit_rows.h"
 
 namespace selvedge {
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// As the file will hold it, so that the lobes are fitted in the very frame they are evaluated in.
-V3f in_half_precision(const V3f& v) { return {Imath::half(v.x), Imath::half(v.y), Imath::half(v.z)}; }
-
-/// One channel of one texel: what the alternation ends with.
-struct ChannelFit {
-  std::vector<double> parameters;
-  std::vector<double> table;
-  int rounds = 0;
-  bool converged = false;
-};
-
-double mean_change(const TexelSamples& samples, const std::vector<double>& a, const std::vector<double>& b) {
-  double change = 0;
-  double weight = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) {
-    change += samples.weight[v] * std::abs(a[v] - b[v]);
-    weight += samples.weight[v];
-  }
-  return weight > 0 ? change / weight : 0;
-}
-
-/// Radiance over cosine, the scale of the start.
-double scale_of(const TexelSamples& samples, int channel) {
-  double radiance = 0;
-  double cosine = 0;
-  for (std::size_t v = 0; v < samples.weight.size(); ++v) {
-    for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-      radiance +=
-          samples.weight[v] * static_cast<double>(samples.radiance[static_cast<std::size_t>(channel)][i]);
-      cosine += samples.weight[v] * static_cast<double>(samples.cosine[i]);
-    }
-  }
-  return cosine > 0 ? radiance / cosine : 0;
-}
-
-ChannelFit fit_channel(const TexelSamples& samples, int channel, const FitOptions& options) {
-  ChannelFit out;
-  out.table.assign(samples.weight.size(), 1);
-  LobeFitOptions lobe_options;
-  lobe_options.lobes = options.lobes;
-  out.parameters = start_parameters(options.lobes, scale_of(samples, channel));
-  const double peak = peak_limit(samples, channel);
-  ViewTableOptions table_options;
-  table_options.damping = options.damping;
-  while (true) {
-    fit_lobes(samples, channel, out.table, peak, lobe_options, out.parameters);
-    ++out.rounds;
-    if (!options.view_table) {
-      out.converged = true;
-      return out;
-    }
-    const std::vector<double> before = out.table;
-    out.table = fit_view_table(samples, channel, out.parameters, options.lobes, table_options);
-    normalise(samples, out.table, out.parameters, options.lobes);
-    out.converged = mean_change(samples, before, out.table) <= options.table_tolerance;
-    if (out.converged || out.rounds >= options.max_rounds) return out;
-  }
-}
-
-/// Squared error and energy of a finished channel, above the horizon.
-void add_error(const TexelSamples& samples, int channel, const ChannelFit& fit, int lobes, double& error,
-               double& energy) {
-  const std::vector<float> sums = lobe_sums(samples, fit.parameters, lobes);
-  for (std::size_t v = 0; v < samples.weight.size(); ++v) {
-    for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-      const auto radiance = static_cast<double>(samples.radiance[static_cast<std::size_t>(channel)][i]);
-      const double difference = fit.table[v] * static_cast<double>(samples.cosine[i] * sums[i]) - radiance;
-      error += samples.weight[v] * difference * difference;
-      energy += samples.weight[v] * radiance * radiance;
-    }
-  }
-}
-
-struct TexelTotals {
-  double error = 0;
-  double energy = 0;
-  int rounds = 0;
-  bool converged = true;
-};
-
-FabricLevel fit_level(const SampleLevel& samples, const DirectionGrid& view_grid,
-                      const DirectionGrid& light_grid, const FitOptions& options, FitLevelReport& report,
-                      const std::function<void()>& on_texel) {
-  const std::vector<V3f> views = directions_of(view_grid);
-  const std::vector<V3f> lights = directions_of(light_grid);
-  const auto texels = static_cast<std::size_t>(samples.texels());
-  const auto stride = static_cast<std::size_t>(parameter_count(options.lobes));
-
-  FabricLevel level;
-  level.width = samples.width;
-  level.height = samples.height;
-  level.lobes = LobeLayer{options.lobes, std::vector<float>(texels * 3 * stride)};
-  level.frame = FrameLayer{std::vector<V3f>(texels), std::vector<V3f>(texels)};
-  level.opacity = OpacityLayer{samples.alpha};
-  if (options.view_table) level.view_table = ViewTableLayer{std::vector<V3f>(texels * views.size())};
-
-  std::vector<TexelTotals> totals(texels);
-  parallel_for(0, samples.texels(), [&](int index) {
-    const auto texel = static_cast<std::size_t>(index);
-    // Normals that cancel, and texels never seen, take the cloth's own normal.
-    const V3f sum = samples.normal[texel];
-    const V3f normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
-    const V3f tangent = in_half_precision(tangent_of(normal));
-    level.frame->normal[texel] = normal;
-    level.frame->tangent[texel] = tangent;
-
-    const TexelSamples gathered = gather_texel(samples, index, views, lights, normal, tangent);
-    totals[texel].error = totals[texel].energy = gathered.unreachable;
-    for (int c = 0; c < 3; ++c) {
-      const ChannelFit fit = fit_channel(gathered, c, options);
-      add_error(gathered, c, fit, options.lobes, totals[texel].error, totals[texel].energy);
-      for (std::size_t k = 0; k < stride; ++k) {
-        level.lobes->parameters[(texel * 3 + static_cast<std::size_t>(c)) * stride + k] =
-            static_cast<float>(fit.parameters[k]);
-      }
-      for (std::size_t v = 0; options.view_table && v < views.size(); ++v) {
-        level.view_table->colour[texel * views.size() + v][c] = static_cast<float>(fit.table[v]);
-      }
-      totals[texel].rounds = std::max(totals[texel].rounds, fit.rounds);
-      totals[texel].converged = totals[texel].converged && fit.converged;
-    }
-    on_texel();
-  });
-
-  double error = 0;
-  double energy = 0;
-  for (const TexelTotals& t : totals) {
-    error += t.error;
-    energy += t.energy;
-    report.mean_rounds += static_cast<double>(t.rounds) / static_cast<double>(texels);
-    report.unconverged += t.converged ? 0 : 1;
-  }
-  report.width = level.width;
-  report.height = level.height;
-  report.training_error = energy > 0 ? std::sqrt(error / energy) : 0;
-  return level;
-}
-
 std::string provenance_of(const SamplesHeader& header, const FitOptions& options) {
   nlohmann::json text = nlohmann::json::parse(header.provenance, nullptr, false);
   if (!text.is_object()) text = nlohmann::json::object();
-  text["fit"] = {{"lobes", options.lobes},          {"viewTable", options.view_table},
-                 {"maxRounds", options.max_rounds}, {"tableTolerance", options.table_tolerance},
-                 {"damping", options.damping},      {"lights", {header.lights.columns, header.lights.rows}}};
+  text["fit"] = {{"lobes", options.lobes},
+                 {"viewTable", options.view_table},
+                 {"starts", options.starts},
+                 {"maxIterations", options.max_iterations},
+                 {"tolerance", options.tolerance},
+                 {"damping", options.table.damping},
+                 {"smoothness", options.table.smoothness},
+                 {"lights", {header.lights.columns, header.lights.rows}}};
   return text.dump();
 }
 
-}  // namespace
-
-Result<FitResult> fit(SampleLevel samples, const SamplesHeader& header, const FitOptions& options,
-                      const Progress& progress) {
+Result<void> check_options(const FitOptions& options) {
   const int most_lobes = FabricLimits{}.lobes;
   if (options.lobes < 0 || options.lobes > most_lobes) {
     return fail(Code::option_out_of_range, {}, "lobes",
                 fmt::format("{} is outside of 0 to {}", options.lobes, most_lobes));
   }
-  if (options.max_rounds < 1 || !(options.damping >= 0) || !std::isfinite(options.damping)) {
-    return fail(Code::option_out_of_range, {}, "rounds or damping", "must be at least 1, and not negative");
+  if (options.max_iterations < 1 || options.starts < 1) {
+    return fail(Code::option_out_of_range, {}, "iterations or starts", "must be at least 1");
   }
+  for (const double value : {options.table.damping, options.table.smoothness, options.tolerance}) {
+    if (value >= 0 && std::isfinite(value)) continue;
+    return fail(Code::option_out_of_range, {}, "damping, smoothness or tolerance",
+                "must be finite and not negative");
+  }
+  return {};
+}
+
+Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& header) {
   const auto texels = static_cast<std::size_t>(header.texels());
-  const std::size_t seen = texels * static_cast<std::size_t>(header.views.count());
+  const auto views = static_cast<std::size_t>(header.views.count());
+  const auto lights = static_cast<std::size_t>(header.lights.count());
   if (samples.width != header.width || samples.height != header.height || samples.normal.size() != texels ||
-      samples.alpha.size() != seen ||
-      samples.radiance.size() != seen * static_cast<std::size_t>(header.lights.count())) {
+      samples.alpha.size() != texels * views || samples.radiance.size() != texels * views * lights) {
     return fail(Code::samples_malformed, {}, "level 0", "the samples are not those of the header");
   }
-  const auto start = std::chrono::steady_clock::now();
-  FitResult result;
-  result.fabric.period_mm = header.period_mm;
-  result.fabric.reference_height = header.reference_height;
-  result.fabric.thickness_mm = header.thickness_mm;
-  result.fabric.views = header.views;
-  result.fabric.provenance = provenance_of(header, options);
-
-  const int levels = level_count(header.width, header.height);
-  double total = 0;
-  for (int k = 0; k < levels; ++k) total += level_size(header.width, k) * level_size(header.height, k);
-  std::mutex guard;
-  double done = 0;
-  const auto on_texel = [&] {
-    const std::lock_guard lock(guard);
-    done += 1;
-    if (progress) progress(done / total);
+  const auto refused = [&](std::size_t entry, const std::string& what, float value) {
+    const std::size_t texel = entry / views;
+    const auto width = static_cast<std::size_t>(header.width);
+    return fail(Code::samples_not_finite, {},
+                fmt::format("texel {},{}, view {}{}", texel % width, texel / width, entry % views, what),
+                fmt::format("sample is {}", value));
   };
-
-  for (int k = 0; k < levels; ++k) {
-    if (k > 0) samples = pool(samples);
-    const auto level_start = std::chrono::steady_clock::now();
-    FitLevelReport report;
-    result.fabric.levels.push_back(
-        fit_level(samples, header.views, header.lights, options, report, on_texel));
-    report.seconds = seconds_since(level_start);
-    result.levels.push_back(report);
+  for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
+    const float alpha = samples.alpha[i];
+    if (!(alpha >= 0 && alpha <= 1)) return refused(i, "", alpha);
+    for (std::size_t l = 0; l < lights; ++l) {
+      const V3f& radiance = samples.radiance[i * lights + l];
+      for (int c = 0; c < 3; ++c) {
+        if (radiance[c] >= 0 && std::isfinite(radiance[c])) continue;
+        return refused(i, fmt::format(", light {}", l), radiance[c]);
+      }
+    }
   }
-  result.seconds = seconds_since(start);
+  for (std::size_t i = 0; i < texels; ++i) {
+    if (!std::isfinite(samples.normal[i].length2()))
+      return refused(i * views, "", samples.normal[i].length());
+  }
+  return {};
+}
+
+/// What the samples cannot say, for people.
+void warn(const SamplesHeader& header, FitResult& result) {
+  const auto warning = [&](std::string place, std::string message) {
+    result.warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
+  };
+  const int count = header.views.count() * header.lights.count();
+  const int parameters =
+      result.fabric.levels.front().lobes ? parameter_count(result.fabric.levels.front().lobes->lobes) : 0;
+  const int entries = result.fabric.levels.front().view_table ? header.views.count() : 0;
+  if (count < parameters + entries) {
+    warning("radiance", fmt::format("{} samples a texel for {} parameters and {} table entries", count,
+                                    parameters, entries));
+  }
+  for (std::size_t k = 0; k < result.levels.size(); ++k) {
+    const FitLevelReport& level = result.levels[k];
+    if (level.unseen == 0) continue;
+    warning(fmt::format("level {}", k), fmt::format("{} of {} texels are holes from every view", level.unseen,
+                                                    level.width * level.height));
+  }
+}
+
+FitResult finished(RowFit& rows, const SamplesHeader& header, const FitOptions& options,
+                   std::chrono::steady_clock::time_point start) {
+  FitResult result = rows.finish();
+  result.fabric.provenance = provenance_of(header, options);
+  warn(header, result);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+}  // namespace
+
+Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
+                      const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
+  if (auto ok = check_samples(samples, header); !ok) return tl::unexpected(ok.error());
+  RowFit rows(header, options, progress);
+  rows.add(samples);
+  return finished(rows, header, options, start);
+}
+
+Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
+  const SamplesHeader& header = samples.header();
+  const std::size_t row = static_cast<std::size_t>(header.width) *
+                          static_cast<std::size_t>(header.views.count()) *
+                          static_cast<std::size_t>(header.lights.count()) * sizeof(V3f);
+  const int count = static_cast<int>(
+      std::clamp<std::size_t>(options.rows_bytes / row, 1, static_cast<std::size_t>(header.height)));
+  RowFit rows(header, options, progress);
+  for (int first = 0; first < header.height; first += count) {
+    auto read = samples.read_rows(first, std::min(count, header.height - first));
+    if (!read) return tl::unexpected(read.error());
+    rows.add(std::move(*read));
+  }
+  return finished(rows, header, options, start);
 }
 
 }  // namespace selvedge

@@ -1,48 +1,55 @@
 // Fit: radiance samples -> fabric. Daubert et al. 2001, section 5.
 //
-// Per texel and colour channel the lobes (Levenberg-Marquardt) and the view table (closed form) are fitted by
-// turns until the table stops changing; every mip level is fitted to its pooled samples (pool.h), not
-// averaged from the finer level's parameters.
+// Per texel and colour channel lobes and view table are fitted together (lobe_fit.h); every mip level is
+// fitted to its pooled samples (pool.h), not averaged from the finer level's parameters.
 #pragma once
 
 #include <vector>
 
+#include "fitter/lobe_fit.h"
 #include "format/fabric.h"
 #include "format/progress.h"
 #include "format/samples.h"
 
 namespace selvedge {
 
-/// The bound on a lobe's peak (lobe_fit.h) holds before the table is normalised: in the fabric a lobe may
-/// reach its bound times the mean that the table had, and T times the lobe is bounded as before.
+/// The bound on a lobe's peak (channel_problem.h) holds before the table is normalised: in the fabric a lobe
+/// may reach its bound times the mean that the table had, and T times the lobe is bounded as before.
 struct FitOptions {
-  int lobes = 2;                  ///< 0 to 16
-  bool view_table = true;         ///< else T = 1 and the layer is left out
-  int max_rounds = 10;            ///< of lobes and table by turns
-  double table_tolerance = 0.01;  ///< mean change of the table's entries at which the alternation ends
-  double damping = 0.05;          ///< of the table, see view_table.h
+  int lobes = 2;            ///< 0 to 16
+  bool view_table = true;   ///< else T = 1 and the layer is left out
+  ViewTableOptions table;   ///< see view_table.h
+  int starts = 3;           ///< searches per texel and channel; 16 on levels of at most 4 x 4 texels
+  int max_iterations = 60;  ///< of a search
+  double tolerance = 1e-4;  ///< share of the cost below which an iteration counts as none
+  std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time
 };
 
 struct FitLevelReport {
   int width = 0;
   int height = 0;
-  double training_error = 0;  ///< relative L2 over all samples, weighted by opacity
-  double mean_rounds = 0;
-  int unconverged = 0;  ///< texels whose table still changed by more than the tolerance after max_rounds
+  double training_error = 0;   ///< relative L2 over all samples, weighted by opacity
+  double mean_iterations = 0;  ///< evaluations of all samples, per texel and channel
+  int unconverged = 0;         ///< texels with a channel that came to max_iterations
+  int unseen = 0;              ///< texels that are holes from every view
   double seconds = 0;
 };
 
 struct FitResult {
   Fabric fabric;
   std::vector<FitLevelReport> levels;
+  Issues warnings;  ///< SAMPLES_SPARSE: where information is missing
   double seconds = 0;
 };
 
 /// Fits all levels down to 1 x 1. Same samples and options, same fabric for any number of threads. A texel
 /// that is a hole from every view becomes black with T = 1 and alpha 0; nothing in the result is NaN or
-/// infinite. Takes the samples by value: coarser levels replace finer ones, so that two levels are held at a
-/// time.
-Result<FitResult> fit(SampleLevel samples, const SamplesHeader& header, const FitOptions& options = {},
+/// infinite. Samples that are NaN, infinite or negative are refused with their place.
+Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
                       const Progress& progress = {});
+
+/// The same from a file, some rows of texels at a time: memory grows with the width of the cell and not with
+/// its height.
+Result<FitResult> fit(SamplesReader& samples, const FitOptions& options = {}, const Progress& progress = {});
 
 }  // namespace selvedge

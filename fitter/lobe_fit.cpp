@@ -1,224 +1,193 @@
 #include "fitter/lobe_fit.h"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
-#include "fitter/gram.h"
+#include "fitter/lobe_starts.h"
+#include "fitter/small_solve.h"
 #include "format/lafortune.h"
 
 namespace selvedge {
 namespace {
 
-/// All samples of one channel as few residuals. Least squares knows its rows [J | r] only through their inner
-/// products; the triangular factor R of those has the same ones in parameter_count + 1 rows, and Ceres' work
-/// per row, which was most of the time, is gone. The ridge on the C's joins the inner products.
-///
-/// One parameter block in the layout of lafortune.h. Radiance is in units of `peak`: then |C| <= 1 bounds a
-/// lobe's peak for every exponent.
-class ChannelCost : public ceres::CostFunction {
- public:
-  ChannelCost(const TexelSamples& samples, int channel, const std::vector<double>& table, double peak,
-              int lobes, double ridge)
-      : samples_(samples), lobes_(lobes), ridge_(ridge) {
-    set_num_residuals(parameter_count(lobes) + 1);
-    mutable_parameter_block_sizes()->push_back(parameter_count(lobes));
-    factor_.assign(samples.size(), 0);
-    target_.assign(samples.size(), 0);
-    const std::vector<float>& radiance = samples.radiance[static_cast<std::size_t>(channel)];
-    for (std::size_t v = 0; v < samples.weight.size(); ++v) {
-      const double root = std::sqrt(samples.weight[v]);
-      for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-        factor_[i] = static_cast<float>(root * table[v]) * samples.cosine[i];
-        target_[i] = static_cast<float>(root * static_cast<double>(radiance[i]) / peak);
-      }
+/// Of sizes and table in a state that is to be judged: more turns cost little beside the samples.
+constexpr int turns = 3;
+
+/// The unknowns of ChannelProblem::normal_equations.
+enum class Unknown { rho, size, direction, exponent };
+
+Unknown kind_of(std::size_t u) {
+  if (u == 0) return Unknown::rho;
+  return u % 4 == 1 ? Unknown::size : u % 4 == 0 ? Unknown::exponent : Unknown::direction;
+}
+
+/// Whether a step along an unknown is impossible: at a bound and pushed outwards, or without effect.
+bool is_held(const ChannelProblem& problem, const ChannelState& state, std::size_t u, double gradient,
+             double curvature) {
+  if (!(curvature > 0)) return true;
+  const std::size_t lobe = u == 0 ? 0 : (u - 1) / 4;
+  switch (kind_of(u)) {
+    case Unknown::rho:
+      return state.sizes[0] <= 0 && gradient >= 0;
+    case Unknown::size: {
+      const double size = state.sizes[lobe + 1];
+      return (size <= 0 && gradient >= 0) || (size >= problem.peak() && gradient <= 0);
     }
-    columns_.assign(static_cast<std::size_t>(parameter_count(lobes)) + 1, std::vector<float>(samples.size()));
-    columns_.front() = factor_;
+    case Unknown::exponent: {
+      const double n = state.shapes[lobe].exponent;
+      return (n <= problem.options().min_exponent && gradient >= 0) ||
+             (n >= problem.options().max_exponent && gradient <= 0);
+    }
+    default:
+      return false;
   }
+}
 
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const double* p = blocks[0];
-    const auto count = static_cast<std::size_t>(parameter_count(lobes_));
-    double* jacobian = jacobians != nullptr ? jacobians[0] : nullptr;
-    std::vector<float>& residual = columns_.back();
-    for (std::size_t i = 0; i < residual.size(); ++i) {
-      residual[i] = factor_[i] * static_cast<float>(p[0]) - target_[i];
-    }
-    for (int j = 0; j < lobes_; ++j) {
-      const double* lobe = p + 1 + 4 * j;
-      terms_.compute(samples_, lobe);
-      for (std::size_t i = 0; i < residual.size(); ++i) residual[i] += factor_[i] * terms_.power[i];
-      if (jacobian != nullptr)
-        differentiate(static_cast<float>(lobe[3]), &columns_[static_cast<std::size_t>(1 + 4 * j)]);
-    }
-    double ridge_norm = 0;
-    for (std::size_t k = 1; k < count; ++k) {
-      if (k % 4 != 0) ridge_norm += ridge_ * ridge_ * p[k] * p[k];
-    }
-    std::fill_n(residuals, count + 1, 0.0);
-    if (jacobian == nullptr) {
-      residuals[count] = std::sqrt(squared_norm(residual) + ridge_norm);
-      return true;
-    }
-    inner_products(columns_, gram_);
-    for (std::size_t k = 1; k < count; ++k) {
-      if (k % 4 == 0) continue;  // exponents
-      gram_[k * (count + 1) + k] += ridge_ * ridge_;
-      gram_[k * (count + 1) + count] += ridge_ * ridge_ * p[k];
-    }
-    gram_[count * (count + 1) + count] += ridge_norm;
-    const double norm = gram_[count * (count + 1) + count];
-    cholesky(gram_, count + 1);
-    double explained = 0;
-    for (std::size_t row = 0; row < count; ++row) {
-      residuals[row] = gram_[row * (count + 1) + count];
-      explained += residuals[row] * residuals[row];
-      std::copy_n(&gram_[row * (count + 1)], count, jacobian + row * count);
-    }
-    // The norm to full precision, so that steps are judged by the same cost with and without derivatives.
-    residuals[count] = std::sqrt(std::max(0.0, norm - explained));
-    std::fill_n(jacobian + count * count, count, 0.0);
-    return true;
+/// The state a step away, within the bounds.
+void take_step(const ChannelProblem& problem, const std::vector<double>& step, ChannelState& state) {
+  const ChannelOptions& options = problem.options();
+  state.sizes[0] = std::max(0.0, state.sizes[0] + step[0]);
+  for (std::size_t j = 0; j < state.shapes.size(); ++j) {
+    LobeShape& shape = state.shapes[j];
+    const double* s = &step[1 + 4 * j];
+    const std::size_t kept = longest(shape);
+    shape.direction[(kept + 1) % 3] += s[1];
+    shape.direction[(kept + 2) % 3] += s[2];
+    constexpr double furthest = 1.5;
+    shape.exponent = std::clamp(shape.exponent * std::exp(std::clamp(s[3], -furthest, furthest)),
+                                options.min_exponent, options.max_exponent);
+    // The direction's length goes into the size.
+    const double length = std::abs(shape.direction[longest(shape)]);
+    for (double& d : shape.direction) d /= length;
+    const double size = (state.sizes[j + 1] + s[0]) * std::pow(length, shape.exponent);
+    state.sizes[j + 1] = std::clamp(size, 0.0, problem.peak());
   }
+}
 
- private:
-  /// Fills the four columns of one lobe from terms_.
-  void differentiate(float exponent, std::vector<float>* column) const {
-    for (std::size_t i = 0; i < factor_.size(); ++i) {
-      const float power = factor_[i] * terms_.power[i];
-      const float slope = terms_.power[i] > 0 ? exponent * power / terms_.base[i] : 0.0F;
-      column[0][i] = slope * samples_.x[i];
-      column[1][i] = slope * samples_.y[i];
-      column[2][i] = slope * samples_.z[i];
-      column[3][i] = power * terms_.logarithm[i];
-    }
+/// Diffuse alone, in closed form: where nothing else is left to explain.
+ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
+  ChannelState state;
+  state.shapes.resize(static_cast<std::size_t>(lobes));
+  state.sizes.assign(static_cast<std::size_t>(lobes) + 1, 0);
+  state.table.assign(samples.views, 1);
+  return state;
+}
+
+ChannelFit finish(const TexelSamples& samples, int channel, const ChannelState& state,
+                  const ChannelProblem& problem) {
+  const double scale = samples.scale[static_cast<std::size_t>(channel)];
+  ChannelFit fit;
+  fit.error = state.error * scale * scale;
+  fit.cost = state.cost * scale * scale;
+  fit.energy = problem.energy() * scale * scale;
+  fit.table = state.table;
+  // T to mean 1, lobes by the inverse: their product is unchanged.
+  double sum = 0;
+  double weight = 0;
+  for (std::size_t v = 0; v < samples.views; ++v) {
+    sum += samples.weight[v] * state.table[v];
+    weight += samples.weight[v];
   }
-
-  const TexelSamples& samples_;
-  int lobes_;
-  double ridge_;
-  std::vector<float> factor_;  // sqrt(weight) T cosine
-  std::vector<float> target_;  // sqrt(weight) radiance / peak
-  // Ceres calls from one thread; the buffers only save allocations.
-  mutable LobeTerms terms_;
-  mutable Columns columns_;  // of the parameters, then the residual
-  mutable std::vector<double> gram_;
-};
-
-/// Weighted sums over the samples with no lobes: everything a diffuse term needs.
-struct DiffuseSums {
-  double model = 0;   // sum w (T cos)^2
-  double cross = 0;   // sum w T cos r
-  double energy = 0;  // sum w r^2
-};
-
-DiffuseSums diffuse_sums(const TexelSamples& samples, int channel, const std::vector<double>& table) {
-  DiffuseSums sums;
-  for (std::size_t v = 0; v < samples.weight.size(); ++v) {
-    for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-      const double model = table[v] * static_cast<double>(samples.cosine[i]);
-      const auto radiance = static_cast<double>(samples.radiance[static_cast<std::size_t>(channel)][i]);
-      sums.model += samples.weight[v] * model * model;
-      sums.cross += samples.weight[v] * model * radiance;
-      sums.energy += samples.weight[v] * radiance * radiance;
-    }
+  const double mean = sum > 0 ? sum / weight : 1;
+  for (double& t : fit.table) t /= mean;
+  fit.parameters.push_back(state.sizes[0] * mean * scale);
+  for (std::size_t j = 0; j < state.shapes.size(); ++j) {
+    const LobeShape& shape = state.shapes[j];
+    const double size = state.sizes[j + 1] * mean * scale;
+    const double c = size > 0 ? std::pow(size, 1 / shape.exponent) : 0;
+    for (const double d : shape.direction) fit.parameters.push_back(c * d);
+    fit.parameters.push_back(shape.exponent);
   }
-  return sums;
+  return fit;
 }
 
 }  // namespace
 
-std::vector<double> start_parameters(int lobes, double scale) {
-  std::vector<double> p(static_cast<std::size_t>(parameter_count(lobes)));
-  p[0] = lobes > 0 ? 0.7 * scale : scale;
-  for (int j = 0; j < lobes; ++j) {
-    const int octave = j / 2;
-    const double exponent = 3.0 * (1 + octave);
-    // The peak of the lobe, C^n, is a moderate share of the diffuse term.
-    const double c = std::pow(0.5 * std::max(scale, 1e-12), 1 / exponent);
-    const double sideways = j % 2 == 0 ? -0.6 : 0.6;
-    const bool along_x = j % 2 == 0;
-    double* lobe = &p[static_cast<std::size_t>(1 + 4 * j)];
-    lobe[0] = c * sideways * (along_x ? 1.0 : 0.9);
-    lobe[1] = c * sideways * (along_x ? 0.9 : 1.0);
-    lobe[2] = c;
-    lobe[3] = exponent;
-  }
-  return p;
-}
-
-double peak_limit(const TexelSamples& samples, int channel) {
-  constexpr float least_cosine = 0.25F;
-  float largest = 0;
-  const std::vector<float>& radiance = samples.radiance[static_cast<std::size_t>(channel)];
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    largest = std::max(largest, radiance[i] / std::max(samples.cosine[i], least_cosine));
-  }
-  return static_cast<double>(largest);
-}
-
-double fit_lobes(const TexelSamples& samples, int channel, const std::vector<double>& table, double peak,
-                 const LobeFitOptions& options, std::vector<double>& parameters) {
-  const DiffuseSums sums = diffuse_sums(samples, channel, table);
-  const auto error_of_diffuse = [&](double rho) {
-    return std::max(0.0, sums.energy - 2 * rho * sums.cross + rho * rho * sums.model);
-  };
-  const double diffuse = sums.model > 0 ? sums.cross / sums.model : 0.0;
-  // Nothing to see, nothing left to explain, or no lobes wanted: the diffuse term alone, in closed form.
-  if (options.lobes == 0 || sums.model <= 0 || error_of_diffuse(diffuse) <= 1e-6 * sums.energy) {
-    std::fill(parameters.begin(), parameters.end(), 0.0);
-    for (int j = 0; j < options.lobes; ++j) parameters[static_cast<std::size_t>(4 + 4 * j)] = 1;
-    parameters[0] = diffuse;
-    return error_of_diffuse(diffuse);
-  }
-
-  // Into units of `peak`, and within the bounds.
-  parameters[0] = std::max(0.0, parameters[0] / peak);
-  for (int j = 0; j < options.lobes; ++j) {
-    double* lobe = &parameters[static_cast<std::size_t>(1 + 4 * j)];
-    lobe[3] = std::clamp(lobe[3], 1.0, options.max_exponent);
-    for (int k = 0; k < 3; ++k) lobe[k] /= std::pow(peak, 1 / lobe[3]);
-    // Shortened as a whole: the lobe keeps its direction.
-    const double longest = std::max({std::abs(lobe[0]), std::abs(lobe[1]), std::abs(lobe[2]), 1.0});
-    for (int k = 0; k < 3; ++k) lobe[k] /= longest;
-  }
-
-  const double ridge = std::sqrt(1e-6 * sums.energy) / peak;
-  ChannelCost cost(samples, channel, table, peak, options.lobes, ridge);
-  ceres::Problem::Options problem_options;
-  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(problem_options);
-  problem.AddResidualBlock(&cost, nullptr, parameters.data());
-  problem.SetParameterLowerBound(parameters.data(), 0, 0);
-  for (int j = 0; j < options.lobes; ++j) {
-    for (int k = 1; k <= 3; ++k) {
-      problem.SetParameterLowerBound(parameters.data(), 4 * j + k, -1);
-      problem.SetParameterUpperBound(parameters.data(), 4 * j + k, 1);
+int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_iterations,
+             bool& converged) {
+  const std::size_t unknowns = 1 + 4 * state.shapes.size();
+  problem.evaluate(state, turns);
+  converged = state.shapes.empty();
+  std::vector<double> matrix;
+  std::vector<double> gradient;
+  ChannelState trial;
+  int iterations = 1;
+  double lambda = 1e-3;
+  bool moved = true;
+  while (!converged && iterations < max_iterations) {
+    if (moved) problem.normal_equations(state, matrix, gradient);
+    std::vector<double> damped = matrix;
+    std::vector<double> step(unknowns);
+    std::vector<char> held(unknowns);
+    for (std::size_t u = 0; u < unknowns; ++u) {
+      const double curvature = matrix[u * unknowns + u];
+      held[u] = is_held(problem, state, u, gradient[u], curvature) ? 1 : 0;
+      damped[u * unknowns + u] += lambda * curvature + 1e-14 * problem.energy();
+      step[u] = -gradient[u];
     }
-    problem.SetParameterLowerBound(parameters.data(), 4 + 4 * j, 1);
-    problem.SetParameterUpperBound(parameters.data(), 4 + 4 * j, options.max_exponent);
-  }
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = 1e-5;
-  solver.num_threads = 1;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-
-  double ridge_error = 0;
-  parameters[0] *= peak;
-  for (int j = 0; j < options.lobes; ++j) {
-    double* lobe = &parameters[static_cast<std::size_t>(1 + 4 * j)];
-    for (int k = 0; k < 3; ++k) {
-      ridge_error += ridge * ridge * lobe[k] * lobe[k];
-      lobe[k] *= std::pow(peak, 1 / lobe[3]);
+    moved = false;
+    const bool solved = solve_symmetric(damped, step, held);
+    double expected = 0;
+    for (std::size_t u = 0; solved && u < unknowns; ++u) {
+      expected += step[u] * (lambda * matrix[u * unknowns + u] * step[u] - gradient[u]);
+    }
+    if (solved && expected <= 0.5 * tolerance * state.cost) {
+      converged = true;
+      break;
+    }
+    double gain = 0;
+    if (solved && std::isfinite(expected)) {
+      trial = state;
+      take_step(problem, step, trial);
+      problem.evaluate(trial, turns);
+      ++iterations;
+      gain = state.cost - trial.cost;
+    }
+    if (gain > 0) {
+      moved = true;
+      converged = gain <= tolerance * state.cost;
+      std::swap(state, trial);
+      const double ratio = gain / expected;
+      lambda = std::max(1e-9, lambda * (ratio > 0.75 ? 0.2 : ratio > 0.25 ? 0.5 : 2));
+    } else {
+      lambda = std::max(lambda * 8, 1e-3);
+      // Steps this short change nothing that single precision shows.
+      converged = lambda > 1e8;
     }
   }
-  return std::max(0.0, 2 * summary.final_cost - ridge_error) * peak * peak;
+  return iterations;
+}
+
+std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
+  std::vector<std::uint32_t> lights(samples.lights.size());
+  std::iota(lights.begin(), lights.end(), 0U);
+  std::array<ChannelFit, 3> fits;
+  StartSearch search(samples);
+  for (int c = 0; c < 3; ++c) {
+    ChannelProblem problem(samples, c, lights, options.channel);
+    ChannelState best = diffuse_state(samples, options.lobes);
+    problem.evaluate(best, turns);
+    int iterations = 1;
+    bool converged = true;
+    if (options.lobes > 0 && best.error > 1e-6 * problem.energy()) {
+      // All starts go a little way; the best goes to the end.
+      constexpr int first_leg = 6;
+      std::vector<ChannelState> states =
+          search.starts(c, options.lobes, static_cast<std::size_t>(options.starts));
+      for (ChannelState& state : states) {
+        iterations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1, converged);
+      }
+      best = *std::min_element(states.begin(), states.end(),
+                               [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });
+      iterations += minimise(problem, best, options.tolerance, options.max_iterations, converged);
+    }
+    ChannelFit& fit = fits[static_cast<std::size_t>(c)];
+    fit = finish(samples, c, best, problem);
+    fit.iterations = iterations;
+    fit.converged = converged;
+  }
+  return fits;
 }
 
 }  // namespace selvedge

@@ -8,41 +8,39 @@
 
 namespace selvedge {
 
-/// Samples whose light is above the texel's horizon, in the order of views, then lights. The others are zero
-/// in the model whatever its parameters are, and so take no part in a fit. Arrays of one kind, because the
-/// fit's time goes into loops over them; padded with zeros to whole groups of `lanes`, which belong to no
-/// view.
+/// All pairs of a view and a light that is above the texel's horizon. The other lights give zero in the model
+/// whatever its parameters are, and so take no part in a fit. Directions are unit and in the texel's frame
+/// (tangent, binormal, normal).
 struct TexelSamples {
-  static constexpr std::size_t lanes = 8;
+  /// Views are padded to whole groups of this many; the padding has weight 0 and radiance 0.
+  static constexpr std::size_t lanes = 16;
 
-  std::vector<float> x;                        ///< l'x v'x
-  std::vector<float> y;                        ///< l'y v'y
-  std::vector<float> z;                        ///< l'z v'z
-  std::vector<float> cosine;                   ///< l'z > 0
-  std::array<std::vector<float>, 3> radiance;  ///< per colour channel
-  std::vector<std::size_t> first;  ///< per view where its samples begin, then where the last view's end
-  std::vector<double> weight;      ///< per view: opacity, so that a mip texel has its children's minimiser
-  double unreachable = 0;          ///< weighted squared radiance below the horizon, all channels
+  std::vector<V3f> lights;                 ///< z > 0
+  std::array<std::vector<float>, 3> view;  ///< x, y and z of each view; padded
+  std::vector<double>
+      weight;  ///< per view, padded: opacity, so that a mip texel has its children's minimiser
+  /// Per colour channel, radiance[c][light * stride() + view], in units of scale[c].
+  std::array<std::vector<float>, 3> radiance;
+  /// A power of two per channel, such that radiance is at most 1: nothing overflows in single precision.
+  std::array<double, 3> scale{1, 1, 1};
+  std::size_t views = 0;
+  /// Layout of the views, which says which are neighbours; 0 x 0: none are.
+  DirectionGrid grid{0, 0};
+  double unreachable = 0;  ///< weighted squared radiance below the horizon, all channels, unscaled
 
-  /// With the padding.
-  std::size_t size() const { return cosine.size(); }
+  std::size_t stride() const { return weight.size(); }
 };
 
-/// `normal` and `tangent` are unit and perpendicular, in the fabric's frame.
-TexelSamples gather_texel(const SampleLevel& level, int texel, const std::vector<V3f>& views,
-                          const std::vector<V3f>& lights, const V3f& normal, const V3f& tangent);
-
-/// Powers and logarithms of one lobe's base, Cx x + Cy y + Cz z, over all samples of a texel.
-struct LobeTerms {
-  std::vector<float> base;
-  std::vector<float> logarithm;  ///< 0 where the base is not positive
-  std::vector<float> power;      ///< base^n; 0 where the base is not positive
-
-  /// `lobe`: Cx, Cy, Cz, n. Relative error of the power below 1e-6 + 4e-7 n |ln base|.
-  void compute(const TexelSamples& samples, const double* lobe);
+/// Directions as given, not in the texel's frame, as the samples of one texel have them.
+struct TexelDirections {
+  std::vector<V3f> views;
+  std::vector<V3f> lights;
+  DirectionGrid grid{0, 0};  ///< of the views, where they are on one
 };
 
-/// rho + the sum of all lobes, without the cosine, for every sample. `parameters` as in lafortune.h.
-std::vector<float> lobe_sums(const TexelSamples& samples, const std::vector<double>& parameters, int lobes);
+/// `alpha`: [view]; `radiance`: [view * lights + light], both of one texel. `normal` and `tangent` are unit
+/// and perpendicular, in the frame of the directions.
+TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDirections& directions,
+                          const V3f& normal, const V3f& tangent);
 
 }  // namespace selvedge

@@ -1,55 +1,92 @@
 #include "fitter/view_table.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace selvedge {
 
-std::vector<double> fit_view_table(const TexelSamples& samples, int channel,
-                                   const std::vector<double>& parameters, int lobes,
-                                   const ViewTableOptions& options) {
-  const std::size_t views = samples.weight.size();
-  const std::vector<float> sums = lobe_sums(samples, parameters, lobes);
-  const std::vector<float>& radiance = samples.radiance[static_cast<std::size_t>(channel)];
-  std::vector<double> cross(views, 0);
-  std::vector<double> square(views, 0);
-  double total = 0;
-  double weight = 0;
-  for (std::size_t v = 0; v < views; ++v) {
-    for (std::size_t i = samples.first[v]; i < samples.first[v + 1]; ++i) {
-      const double g = static_cast<double>(samples.cosine[i] * sums[i]);
-      cross[v] += samples.weight[v] * g * static_cast<double>(radiance[i]);
-      square[v] += samples.weight[v] * g * g;
-    }
-    total += square[v];
-    weight += samples.weight[v];
+ViewTableSystem::ViewTableSystem(const TexelSamples& samples, double d, double s)
+    : views_(samples.views),
+      columns_(s > 0 ? static_cast<std::size_t>(samples.grid.columns) : 0),
+      damping_(d),
+      smoothness_(s),
+      penalties_(views_, d),
+      // Rows below the last one let the loops run without a look at the end.
+      band_((views_ + columns_) * (columns_ + 1)) {
+  for (std::size_t v = 0; v < views_ && columns_ > 0; ++v) {
+    const std::size_t neighbours = (v % columns_ > 0 ? 1U : 0U) + (v % columns_ + 1 < columns_ ? 1U : 0U) +
+                                   (v >= columns_ ? 1U : 0U) + (v + columns_ < views_ ? 1U : 0U);
+    penalties_[v] += smoothness_ * static_cast<double>(neighbours);
   }
-  const double damping = weight > 0 ? options.damping * total / weight : 0;
-  std::vector<double> table(views, 1);
-  for (std::size_t v = 0; v < views; ++v) {
-    const double denominator = square[v] + damping;
-    if (denominator > 0) table[v] = std::clamp((cross[v] + damping) / denominator, 0.0, options.largest);
-  }
-  return table;
 }
 
-void normalise(const TexelSamples& samples, std::vector<double>& table, std::vector<double>& parameters,
-               int lobes) {
+void ViewTableSystem::factor(const double* square) {
+  const std::size_t width = columns_ + 1;
+  std::fill(band_.begin(), band_.end(), 0.0);
+  for (std::size_t v = 0; v < views_; ++v) {
+    band_[v * width] = square[v] + penalties_[v];
+    if (columns_ == 0) continue;
+    if (v % columns_ + 1 < columns_) band_[v * width + 1] -= smoothness_;
+    if (v + columns_ < views_) band_[v * width + columns_] -= smoothness_;
+  }
+  for (std::size_t v = 0; v < views_; ++v) {
+    double* column = &band_[v * width];
+    const double inverse = column[0] > 0 ? 1 / column[0] : 0;
+    for (std::size_t i = 1; i < width; ++i) {
+      const double l = column[i] * inverse;
+      double* below = &band_[(v + i) * width];
+      for (std::size_t j = i; j < width; ++j) below[j - i] -= l * column[j];
+    }
+    column[0] = inverse;
+    for (std::size_t i = 1; i < width; ++i) column[i] *= inverse;
+  }
+}
+
+void ViewTableSystem::solve(const double* cross, double* table) const {
+  const std::size_t width = columns_ + 1;
+  std::vector<double> b(views_ + columns_, 0);
+  for (std::size_t v = 0; v < views_; ++v) b[v] = cross[v] + damping_;
+  for (std::size_t v = 0; v < views_; ++v) {
+    const double* column = &band_[v * width];
+    for (std::size_t i = 1; i < width; ++i) b[v + i] -= column[i] * b[v];
+  }
+  std::fill_n(b.begin() + static_cast<std::ptrdiff_t>(views_), columns_, 0.0);
+  for (std::size_t v = views_; v-- > 0;) {
+    const double* column = &band_[v * width];
+    b[v] *= column[0];
+    for (std::size_t i = 1; i < width; ++i) b[v] -= column[i] * b[v + i];
+    table[v] = column[0] > 0 ? b[v] : 1;
+  }
+}
+
+void ViewTableSystem::subtract_eliminated(std::vector<double>& b, std::size_t count,
+                                          std::vector<double>& from) const {
+  const std::size_t width = columns_ + 1;
+  b.resize((views_ + columns_) * count, 0);
+  for (std::size_t v = 0; v < views_; ++v) {
+    const double* column = &band_[v * width];
+    const double* own = &b[v * count];
+    for (std::size_t i = 1; i < width; ++i) {
+      if (column[i] == 0) continue;
+      double* below = &b[(v + i) * count];
+      for (std::size_t k = 0; k < count; ++k) below[k] -= column[i] * own[k];
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const double c = column[0] * own[k];
+      for (std::size_t j = k; j < count; ++j) from[k * count + j] -= c * own[j];
+    }
+  }
+}
+
+double ViewTableSystem::penalty(const double* table) const {
   double sum = 0;
-  double weight = 0;
-  for (std::size_t v = 0; v < table.size(); ++v) {
-    sum += samples.weight[v] * table[v];
-    weight += samples.weight[v];
+  for (std::size_t v = 0; v < views_; ++v) {
+    const double t = table[v];
+    sum += damping_ * (t - 1) * (t - 1);
+    if (columns_ == 0) continue;
+    if (v % columns_ > 0) sum += smoothness_ * (t - table[v - 1]) * (t - table[v - 1]);
+    if (v >= columns_) sum += smoothness_ * (t - table[v - columns_]) * (t - table[v - columns_]);
   }
-  if (!(sum > 0)) return;
-  const double mean = sum / weight;
-  for (double& t : table) t /= mean;
-  parameters[0] *= mean;
-  for (int j = 0; j < lobes; ++j) {
-    double* lobe = &parameters[static_cast<std::size_t>(1 + 4 * j)];
-    const double c = std::pow(mean, 1 / lobe[3]);
-    for (int k = 0; k < 3; ++k) lobe[k] *= c;
-  }
+  return sum;
 }
 
 }  // namespace selvedge

@@ -1,6 +1,8 @@
-// The view table of one channel of one texel, in closed form (Daubert et al. 2001, equation (4)).
+// The view table of one channel of one texel, in closed form (Daubert et al. 2001, equation (4),
+// regularised).
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "fitter/texel_samples.h"
@@ -8,21 +10,40 @@
 namespace selvedge {
 
 struct ViewTableOptions {
-  /// Pull towards 1, as a share of the mean over views of <g, g>: an entry whose lobes are almost dark says
-  /// little about T, and without the pull a small residual would make it explode.
+  /// Pull of every entry towards 1, and of neighbouring views towards each other, in units of the mean over
+  /// views of the squared radiance. An entry whose lobes are almost dark, or whose view sees a hole, says
+  /// little or nothing about T: it follows its neighbours, and 1.
   double damping = 0.05;
-  double largest = 16;  ///< no entry is beyond
+  double smoothness = 0.05;
 };
 
-/// T(v) = (<g, r>_v + d) / (<g, g>_v + d), weighted by opacity, d = damping * mean <g, g>; 1 where the texel
-/// is a hole or everything is dark. `parameters` as in lafortune.h. Entries lie in [0, largest].
-std::vector<double> fit_view_table(const TexelSamples& samples, int channel,
-                                   const std::vector<double>& parameters, int lobes,
-                                   const ViewTableOptions& options = {});
+/// T is the minimiser of
+///   sum_v (square_v T_v^2 - 2 cross_v T_v)  +  d sum_v (T_v - 1)^2  +  s sum_(u, v) (T_u - T_v)^2
+/// with (u, v) the neighbours in the grid of views, square = w <g, g> and cross = w <g, r>. No entry is
+/// negative where no cross is. With d, s > 0 an entry is at most 1 + sqrt(sum_v w <r, r> / (4 d)): the table
+/// cannot explode.
+class ViewTableSystem {
+ public:
+  ViewTableSystem(const TexelSamples& samples, double d, double s);
 
-/// Scales the table to mean 1 over the views (weighted by opacity) and the lobes by the inverse, so that T g
-/// is unchanged. Precondition: table entries are >= 0; a table of zeros is left alone.
-void normalise(const TexelSamples& samples, std::vector<double>& table, std::vector<double>& parameters,
-               int lobes);
+  /// Takes the system's matrix apart. `square`: [view].
+  void factor(const double* square);
+  /// After factor(). A view without square, d and s keeps T = 1. `cross`, `table`: [view].
+  void solve(const double* cross, double* table) const;
+  /// After factor(): b^T matrix^-1 b of several right-hand sides, subtracted from `from` (upper triangle,
+  /// row-major). b: [view * count + which]; destroyed.
+  void subtract_eliminated(std::vector<double>& b, std::size_t count, std::vector<double>& from) const;
+  /// d sum (T - 1)^2 + s sum (T_u - T_v)^2
+  double penalty(const double* table) const;
+
+ private:
+  std::size_t views_;
+  std::size_t columns_;  ///< of the grid, which is the matrix's bandwidth; 0 without smoothness
+  double damping_;
+  double smoothness_;
+  std::vector<double> penalties_;  ///< the penalty's diagonal
+  /// matrix = L D L^T. [view][1 + columns_]: 1 / D (0 where D is 0), then L below the diagonal.
+  std::vector<double> band_;
+};
 
 }  // namespace selvedge

@@ -38,6 +38,8 @@ constexpr std::array rows{
             "The EXR file is not a samples file."},
     CodeRow{Code::samples_not_finite, Severity::error, "SAMPLES_NOT_FINITE",
             "A sample is NaN, infinite or negative."},
+    CodeRow{Code::samples_sparse, Severity::warning, "SAMPLES_SPARSE",
+            "Samples leave something open: texels that are never seen, fewer samples than parameters."},
     CodeRow{Code::fabric_malformed, Severity::error, "FABRIC_MALFORMED",
             "The EXR file is not a fabric file."},
     CodeRow{Code::fabric_version, Severity::error, "FABRIC_VERSION",

@@ -30,6 +30,7 @@ enum class Code {
   exr_unsupported,
   samples_malformed,
   samples_not_finite,
+  samples_sparse,
   fabric_malformed,
   fabric_version,
   fabric_unsupported,

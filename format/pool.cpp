@@ -23,9 +23,13 @@ std::vector<std::vector<Overlap>> overlaps(int fine, int coarse) {
 }
 
 SampleLevel pool(const SampleLevel& fine) {
+  return pool_rows(fine, 0, fine.height, 0, level_size(fine.height, 1));
+}
+
+SampleLevel pool_rows(const SampleLevel& fine, int first_fine, int fine_height, int first, int count) {
   SampleLevel coarse;
   coarse.width = level_size(fine.width, 1);
-  coarse.height = level_size(fine.height, 1);
+  coarse.height = count;
   coarse.views = fine.views;
   coarse.lights = fine.lights;
   const auto texels = static_cast<std::size_t>(coarse.texels());
@@ -35,7 +39,7 @@ SampleLevel pool(const SampleLevel& fine) {
   coarse.normal.assign(texels, V3f(0, 0, 0));
   coarse.radiance.assign(texels * views * lights, V3f(0, 0, 0));
   const auto columns = overlaps(fine.width, coarse.width);
-  const auto rows = overlaps(fine.height, coarse.height);
+  const auto rows = overlaps(fine_height, level_size(fine_height, 1));
   parallel_for(0, coarse.texels(), [&](int index) {
     const auto texel = static_cast<std::size_t>(index);
     std::vector<V3d> sum(lights);
@@ -43,9 +47,9 @@ SampleLevel pool(const SampleLevel& fine) {
     for (std::size_t view = 0; view < views; ++view) {
       double weight = 0;
       std::fill(sum.begin(), sum.end(), V3d(0, 0, 0));
-      for (const Overlap& row : rows[texel / static_cast<std::size_t>(coarse.width)]) {
+      for (const Overlap& row : rows[static_cast<std::size_t>(first + index / coarse.width)]) {
         for (const Overlap& column : columns[texel % static_cast<std::size_t>(coarse.width)]) {
-          const auto from = static_cast<std::size_t>(row.fine * fine.width + column.fine);
+          const auto from = static_cast<std::size_t>((row.fine - first_fine) * fine.width + column.fine);
           // Sums of visible normals carry their opacity already.
           if (view == 0) normal += V3d(fine.normal[from]) * (row.share * column.share);
           const double w = row.share * column.share * static_cast<double>(fine.alpha[from * views + view]);

@@ -24,6 +24,10 @@ std::vector<std::vector<Overlap>> overlaps(int fine, int coarse);
 /// Precondition: the level is larger than 1 x 1.
 SampleLevel pool(const SampleLevel& fine);
 
+/// Rows [first, first + count) of the next level of one that is `fine_height` high, from its rows
+/// `first_fine` and on. Precondition: they hold all that overlap.
+SampleLevel pool_rows(const SampleLevel& fine, int first_fine, int fine_height, int first, int count);
+
 /// Area means of a picture of `width` x `height` values, to level_size() of the next level.
 std::vector<V3d> pool_image(const std::vector<V3d>& values, int width, int height);
 

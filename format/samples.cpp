@@ -349,12 +349,12 @@ Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
   return SamplesReader(std::move(*reader), std::move(*header));
 }
 
-Result<SampleLevel> SamplesReader::read_level() {
+Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
   const SamplesHeader& h = header_;
   const std::string& file = reader_.name();
   SampleLevel level;
   level.width = h.width;
-  level.height = h.height;
+  level.height = count;
   level.views = h.views.count();
   level.lights = h.lights.count();
   const std::vector<ExrChannel> colours{{"R"}, {"G"}, {"B"}};
@@ -365,7 +365,7 @@ Result<SampleLevel> SamplesReader::read_level() {
       part_index(reader_, names::part_surface, h.width, h.height * level.views, surface_channels());
   if (!surface) return tl::unexpected(surface.error());
 
-  const auto texels = static_cast<std::size_t>(h.texels());
+  const auto texels = static_cast<std::size_t>(level.texels());
   const auto width = static_cast<std::size_t>(h.width);
   const auto views = static_cast<std::size_t>(level.views);
   const auto lights = static_cast<std::size_t>(level.lights);
@@ -374,12 +374,12 @@ Result<SampleLevel> SamplesReader::read_level() {
   level.radiance.resize(texels * views * lights);
   const auto part_at = [&](int i) -> const ExrPart& { return reader_.parts()[static_cast<std::size_t>(i)]; };
   for (std::size_t view = 0; view < views; ++view) {
-    const int first = static_cast<int>(view) * h.height;
-    auto rows = reader_.read_rows(*radiance, first, h.height);
+    const int first = static_cast<int>(view) * h.height + first_row;
+    auto rows = reader_.read_rows(*radiance, first, count);
     if (!rows) return tl::unexpected(rows.error());
     auto colour = ordered(part_at(*radiance), std::move(*rows), colours, file);
     if (!colour) return tl::unexpected(colour.error());
-    auto seen = reader_.read_rows(*surface, first, h.height);
+    auto seen = reader_.read_rows(*surface, first, count);
     if (!seen) return tl::unexpected(seen.error());
     const auto planes = ordered(part_at(*surface), std::move(*seen), surface_channels(), file);
     if (!planes) return tl::unexpected(planes.error());

@@ -69,7 +69,7 @@ struct PairSamples {
   std::vector<float> alpha_noise;  ///< the same of alpha
 };
 
-/// The samples of one mip level, texel by texel, as the fit takes them.
+/// The samples of one mip level, or of some of its rows, texel by texel, as the fit takes them.
 struct SampleLevel {
   int width = 0;
   int height = 0;
@@ -109,7 +109,9 @@ class SamplesReader {
   const SamplesHeader& header() const { return header_; }
   const std::string& name() const { return reader_.name(); }
   /// Level 0, whole.
-  Result<SampleLevel> read_level();
+  Result<SampleLevel> read_level() { return read_rows(0, header_.height); }
+  /// Rows of texels [first, first + count) of level 0, as a level that is `count` high.
+  Result<SampleLevel> read_rows(int first, int count);
   Result<PairSamples> read_pairs(PairKind kind);
   /// Heights of level 0, mm. Precondition: header().slabs.
   Result<HeightLayer> read_heights();

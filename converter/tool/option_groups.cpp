@@ -191,13 +191,27 @@ void add_fit(CLI::App& app, FitCommand& command) {
   app.add_flag_callback(
          "--no-table", [&command] { command.fit.view_table = false; }, "Leave the view table out")
       ->group(group);
-  app.add_option("--rounds", command.fit.max_rounds, "At most so many turns of lobes and table")
+  app.add_option("--starts", command.fit.starts, "Local minima looked at per texel and channel")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->group(group);
-  app.add_option("--tolerance", command.fit.table_tolerance,
-                 "Mean change of the table that counts as converged")
+  app.add_option("--iterations", command.fit.max_iterations, "At most so many steps of a search")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100000))
+      ->group(group);
+  app.add_option("--tolerance", command.fit.tolerance, "Share of the cost below which a step counts as none")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  app.add_option("--damping", command.fit.table.damping,
+                 "Pull of the table towards 1 where the lobes are dark")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  app.add_option("--smoothness", command.fit.table.smoothness,
+                 "Pull of the table's neighbouring views towards each other")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
       ->group(group);
@@ -207,10 +221,6 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::PositiveNumber)
       ->type_name("BYTES")
-      ->group(group);
-  app.add_option("--damping", command.fit.damping, "Pull of the table towards 1 where the lobes are dark")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber)
       ->group(group);
   app.add_flag_callback(
          "--half-lobes", [&command] { command.write.half.insert(Layer::lobes); },

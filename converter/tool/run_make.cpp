@@ -16,11 +16,12 @@ namespace {
 struct FitOutcome {
   std::vector<FitLevelReport> levels;  ///< of the paper's model
   std::vector<LevelChoice> chosen;     ///< of a budget
+  Issues warnings;
   double seconds = 0;
 };
 
-/// Chooses layers and writes the file, which must not be larger than the budget. Sizes are estimated before, so it
-/// takes some tries; the largest file that fits is kept.
+/// Chooses layers and writes the file, which must not be larger than the budget. Sizes are estimated before,
+/// so it takes some tries; the largest file that fits is kept.
 Result<LayerFit> write_within(const LayerFitter& fitter, const FitCommand& command) {
   constexpr int most_tries = 6;
   const auto budget = static_cast<double>(*command.budget);
@@ -59,8 +60,10 @@ Result<FitOutcome> fit_layers(SamplesReader& reader, SampleLevel level, const Fi
   if (!fitter) return tl::unexpected(fitter.error());
   const auto chosen = write_within(*fitter, command);
   if (!chosen) return tl::unexpected(chosen.error());
-  return FitOutcome{
-      {}, chosen->levels, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+  return FitOutcome{{},
+                    chosen->levels,
+                    {},
+                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
 }
 
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command) {
@@ -70,24 +73,28 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
   }
   auto reader = SamplesReader::open(samples);
   if (!reader) return tl::unexpected(reader.error());
-  auto level = reader->read_level();
-  if (!level) return tl::unexpected(level.error());
   TerminalProgress progress("fit", command.common.quiet);
   const auto of_file = [&](Error error) {
     if (error.file.empty()) error.file = samples;
     return tl::unexpected(std::move(error));
   };
   if (command.budget) {
+    auto level = reader->read_level();
+    if (!level) return tl::unexpected(level.error());
     auto outcome = fit_layers(*reader, std::move(*level), command, progress.callback());
     if (!outcome) return of_file(outcome.error());
     return outcome;
   }
-  auto result = fit(std::move(*level), reader->header(), command.fit, progress.callback());
+  auto result = fit(*reader, command.fit, progress.callback());
   if (!result) return of_file(result.error());
+  for (Error& warning : result->warnings) {
+    warning.file = samples;
+    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+  }
   if (auto ok = write_fabric(command.output, result->fabric, command.write); !ok) {
     return tl::unexpected(ok.error());
   }
-  return FitOutcome{result->levels, {}, result->seconds};
+  return FitOutcome{result->levels, {}, result->warnings, result->seconds};
 }
 
 Json fit_json(const FitOutcome& outcome, const std::string& output) {
@@ -95,7 +102,7 @@ Json fit_json(const FitOutcome& outcome, const std::string& output) {
   for (const FitLevelReport& level : outcome.levels) {
     levels.push_back({{"texels", {level.width, level.height}},
                       {"trainingError", level.training_error},
-                      {"rounds", level.mean_rounds},
+                      {"iterations", level.mean_iterations},
                       {"unconverged", level.unconverged},
                       {"seconds", level.seconds}});
   }
@@ -105,19 +112,24 @@ Json fit_json(const FitOutcome& outcome, const std::string& output) {
                       {"validationError", std::sqrt(level.validation_error)},
                       {"bytes", std::round(level.bytes)}});
   }
-  return {
-      {"output", output}, {"bytes", size_of_file(output)}, {"seconds", outcome.seconds}, {"levels", levels}};
+  Json warnings = Json::array();
+  for (const Error& warning : outcome.warnings) warnings.push_back(to_json(warning));
+  return {{"output", output},
+          {"bytes", size_of_file(output)},
+          {"seconds", outcome.seconds},
+          {"levels", levels},
+          {"warnings", warnings}};
 }
 
 std::string fit_text(const FitOutcome& outcome, const std::string& output) {
   std::string text;
   if (!outcome.levels.empty()) {
-    text = "level  texels   training error  rounds  not converged  seconds\n";
+    text = "level  texels   training error  iterations  not converged  seconds\n";
   }
   for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
     const FitLevelReport& l = outcome.levels[k];
-    text += fmt::format("{:5}  {:>7}  {:14.4f}  {:6.1f}  {:13}  {:7.2f}\n", k,
-                        fmt::format("{}x{}", l.width, l.height), l.training_error, l.mean_rounds,
+    text += fmt::format("{:5}  {:>7}  {:14.4f}  {:10.1f}  {:13}  {:7.2f}\n", k,
+                        fmt::format("{}x{}", l.width, l.height), l.training_error, l.mean_iterations,
                         l.unconverged, l.seconds);
   }
   if (!outcome.chosen.empty()) text += "level  texels   validation RMS 1/sr    bytes  layers\n";

@@ -1,0 +1,43 @@
+// Fits the levels of a fabric from rows of texels as they come: a row of a coarser level is pooled and fitted
+// as soon as the finer rows that it overlaps are there, and no row is kept longer.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "fitter/fit.h"
+
+namespace selvedge {
+
+class RowFit {
+ public:
+  RowFit(const SamplesHeader& header, const FitOptions& options, const Progress& progress);
+
+  /// The next rows of level 0. `rows` is of the header's width, views and lights.
+  void add(SampleLevel rows) { add(0, std::move(rows)); }
+
+  /// After all rows.
+  FitResult finish() { return std::move(result_); }
+
+ private:
+  struct Level {
+    SampleLevel waiting;  ///< rows that a coarser row still needs
+    int first = 0;        ///< index of the first of them
+    int next_coarse = 0;  ///< rows of the next level made so far
+    double error = 0;     ///< sums for the report
+    double energy = 0;
+  };
+
+  void add(std::size_t k, SampleLevel rows);
+  void fit_texels(std::size_t k, const SampleLevel& rows, int first);
+
+  FitOptions options_;
+  Progress progress_;
+  TexelDirections directions_;
+  std::vector<Level> levels_;
+  FitResult result_;
+  double texels_ = 0;  ///< of all levels
+  double done_ = 0;
+};
+
+}  // namespace selvedge
