@@ -62,7 +62,7 @@ ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, std::ve
       lights_(std::move(lights)),
       options_(options),
       energy_(energy_of(samples, channel, lights_)),
-      peak_(peak_of(samples, channel)),
+      peak_(peak_of(samples, channel) * options.peak),
       ridge_(peak_ > 0 ? options.ridge * energy_ / (peak_ * peak_) : 0),
       system_(samples, options.table.damping * mean_energy(samples, energy_),
               options.table.smoothness * mean_energy(samples, energy_)),

@@ -22,6 +22,10 @@ struct ChannelOptions {
   ViewTableOptions table;
   double min_exponent = 1;
   double max_exponent = 200;  ///< sharper than a lobe that 64 x 64 directions can show
+  /// The most that a lobe may reach anywhere, in units of the largest radiance over cosine (cosine taken as
+  /// at least 0.25: near the texel's horizon the ratio says nothing). As l and v are unit vectors the base of
+  /// a lobe is at most max |d| = 1: the bound holds in every direction, seen or not.
+  double peak = 1;
   /// Penalty on (size / peak)^2, in units of the channel's squared radiance. It decides only where the data
   /// say nothing: a lobe without evidence fades.
   double ridge = 1e-6;
@@ -45,9 +49,7 @@ class ChannelProblem {
   const ChannelOptions& options() const { return options_; }
   /// sum over views and lights of w r^2
   double energy() const { return energy_; }
-  /// The most that a lobe may reach anywhere: the largest radiance over cosine (cosine taken as at least
-  /// 0.25: near the texel's horizon the ratio says nothing). As l and v are unit vectors the base of a lobe
-  /// is at most max |d| = 1: no lobe exceeds the bound in any direction, seen or not.
+  /// The most that a lobe may reach.
   double peak() const { return peak_; }
 
   /// Takes the state's shapes, improves its sizes and table by turns, judges it. With `turns` = 0 sizes and

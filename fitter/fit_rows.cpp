@@ -57,9 +57,11 @@ struct TexelTotals {
 
 }  // namespace
 
-RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Progress& progress)
+RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Progress& progress,
+               TexelFit texel_fit)
     : options_(options),
       progress_(progress),
+      texel_fit_(std::move(texel_fit)),
       directions_{directions_of(header.views), directions_of(header.lights), header.views} {
   Fabric& fabric = result_.fabric;
   fabric.period_mm = header.period_mm;
@@ -145,7 +147,7 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     TexelTotals& total = totals[from];
     total.error = total.energy = samples.unreachable;
     for (const double w : samples.weight) total.seen = total.seen || w > 0;
-    const std::array<ChannelFit, 3> fits = fit_texel(samples, lobe_options);
+    const std::array<ChannelFit, 3> fits = texel_fit_(samples, lobe_options);
     for (std::size_t c = 0; c < 3; ++c) {
       const ChannelFit& fit = fits[c];
       total.error += fit.error;

@@ -3,15 +3,20 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "fitter/fit.h"
 
 namespace selvedge {
 
+/// Fits one texel; called from several threads.
+using TexelFit = std::function<std::array<ChannelFit, 3>(const TexelSamples&, const LobeFitOptions&)>;
+
 class RowFit {
  public:
-  RowFit(const SamplesHeader& header, const FitOptions& options, const Progress& progress);
+  RowFit(const SamplesHeader& header, const FitOptions& options, const Progress& progress,
+         TexelFit texel_fit = fit_texel);
 
   /// The next rows of level 0. `rows` is of the header's width, views and lights.
   void add(SampleLevel rows) { add(0, std::move(rows)); }
@@ -33,6 +38,7 @@ class RowFit {
 
   FitOptions options_;
   Progress progress_;
+  TexelFit texel_fit_;
   TexelDirections directions_;
   std::vector<Level> levels_;
   FitResult result_;

@@ -74,8 +74,10 @@ ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
   return state;
 }
 
-ChannelFit finish(const TexelSamples& samples, int channel, const ChannelState& state,
-                  const ChannelProblem& problem) {
+}  // namespace
+
+ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
+                       const ChannelProblem& problem) {
   const double scale = samples.scale[static_cast<std::size_t>(channel)];
   ChannelFit fit;
   fit.error = state.error * scale * scale;
@@ -101,8 +103,6 @@ ChannelFit finish(const TexelSamples& samples, int channel, const ChannelState& 
   }
   return fit;
 }
-
-}  // namespace
 
 int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_iterations,
              bool& converged) {
@@ -159,6 +159,32 @@ int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int
   return iterations;
 }
 
+namespace {
+
+/// Of a channel: from several starts, all of which go a little way and the best to the end. Many lobes begin
+/// with the best of fewer, too: with each lobe more the dictionary finds fewer of the good minima.
+ChannelState best_state(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
+                        const LobeFitOptions& options, int& iterations, bool& converged) {
+  constexpr int first_leg = 6;
+  constexpr int found_by_dictionary = 2;
+  std::vector<ChannelState> states = search.starts(channel, lobes, static_cast<std::size_t>(options.starts));
+  if (lobes > found_by_dictionary) {
+    const ChannelState fewer =
+        best_state(problem, search, channel, lobes - 1, options, iterations, converged);
+    for (ChannelState& state : StartSearch::grown(problem, fewer, 2)) states.push_back(std::move(state));
+  }
+  for (ChannelState& state : states) {
+    iterations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1, converged);
+  }
+  ChannelState best =
+      *std::min_element(states.begin(), states.end(),
+                        [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });
+  iterations += minimise(problem, best, options.tolerance, options.max_iterations, converged);
+  return best;
+}
+
+}  // namespace
+
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
   std::vector<std::uint32_t> lights(samples.lights.size());
   std::iota(lights.begin(), lights.end(), 0U);
@@ -171,19 +197,10 @@ std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOp
     int iterations = 1;
     bool converged = true;
     if (options.lobes > 0 && best.error > 1e-6 * problem.energy()) {
-      // All starts go a little way; the best goes to the end.
-      constexpr int first_leg = 6;
-      std::vector<ChannelState> states =
-          search.starts(c, options.lobes, static_cast<std::size_t>(options.starts));
-      for (ChannelState& state : states) {
-        iterations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1, converged);
-      }
-      best = *std::min_element(states.begin(), states.end(),
-                               [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });
-      iterations += minimise(problem, best, options.tolerance, options.max_iterations, converged);
+      best = best_state(problem, search, c, options.lobes, options, iterations, converged);
     }
     ChannelFit& fit = fits[static_cast<std::size_t>(c)];
-    fit = finish(samples, c, best, problem);
+    fit = channel_fit(samples, c, best, problem);
     fit.iterations = iterations;
     fit.converged = converged;
   }

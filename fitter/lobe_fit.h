@@ -34,6 +34,10 @@ struct ChannelFit {
 int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_iterations,
              bool& converged);
 
+/// A state in the parameters of the fabric, unscaled and with the table normalised.
+ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
+                       const ChannelProblem& problem);
+
 /// All three channels. Parameters and table are finite whatever the data.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);
 

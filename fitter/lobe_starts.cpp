@@ -220,4 +220,20 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
   return result;
 }
 
+std::vector<ChannelState> StartSearch::grown(ChannelProblem& problem, const ChannelState& from,
+                                             std::size_t count) {
+  std::vector<ChannelState> states;
+  for (std::size_t entry = 1; entry <= dictionary().size() * exponents; ++entry) {
+    ChannelState state = from;
+    state.shapes.push_back(shape_of(entry));
+    state.sizes.push_back(0);
+    problem.evaluate(state, 1);
+    states.push_back(std::move(state));
+  }
+  std::stable_sort(states.begin(), states.end(),
+                   [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });
+  states.resize(std::min(count, states.size()));
+  return states;
+}
+
 }  // namespace selvedge

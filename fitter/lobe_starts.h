@@ -19,6 +19,10 @@ class StartSearch {
   /// least one.
   std::vector<ChannelState> starts(int channel, int lobes, std::size_t count);
 
+  /// The `count` best of all states with one more lobe, out of the dictionary, judged by the problem itself.
+  static std::vector<ChannelState> grown(ChannelProblem& problem, const ChannelState& from,
+                                         std::size_t count);
+
  private:
   const float* column(std::size_t i) const { return &columns_[i * size_]; }
   double product(std::size_t a, std::size_t b);

@@ -1,0 +1,281 @@
+// What the fit costs and how good it is, in tables. SAMPLES is a samples file, or a built-in stitch, which is
+// baked first (TEXELS a side, 64 views x 64 lights).
+//
+//   selvedge-fit-bench speed SAMPLES [STEP]        against plain Ceres, on every STEP-th row of level 0's
+//   texels selvedge-fit-bench restarts SAMPLES [TEXELS [COUNT]]   against the best of COUNT (20) random
+//   restarts selvedge-fit-bench lobes SAMPLES [TEXELS]      0 to 4 lobes, with and without table
+//   selvedge-fit-bench scale                       how time grows with texels, samples and lobes
+//   selvedge-fit-bench reflectance FOLDER          one texel against measured fabrics (tests/fitter)
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <mutex>
+#include <numeric>
+
+#include "converter/bake.h"
+#include "converter/cell_source.h"
+#include "fitter/fit_rows.h"
+#include "format/compare.h"
+#include "format/parallel.h"
+#include "format/random.h"
+#include "tests/fitter/ceres_reference.h"
+#include "tests/fitter/reflectance.h"
+
+namespace {
+
+using namespace selvedge;
+
+template <class T>
+T need(Result<T> result) {
+  if (!result) {
+    fmt::print(stderr, "fit_bench: {}\n", to_line(result.error()));
+    std::exit(1);
+  }
+  return std::move(*result);
+}
+
+/// Processor seconds of all threads, which others on the machine disturb less than the clock on the wall.
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+struct Input {
+  SamplesHeader header;
+  SampleLevel level;
+  PairSamples held_out;
+};
+
+Input read(const std::string& path) {
+  SamplesReader reader = need(SamplesReader::open(path));
+  Input input;
+  input.header = reader.header();
+  input.level = need(reader.read_level());
+  input.held_out = need(reader.read_pairs(PairKind::held_out));
+  return input;
+}
+
+Input load(const std::string& samples, int texels) {
+  if (std::filesystem::exists(samples)) return read(samples);
+  BakeOptions options;
+  options.width = options.height = texels;
+  const auto mesh = need(load_cell(samples));
+  const std::string path = (std::filesystem::temp_directory_path() / "selvedge-fit-bench.exr").string();
+  need(bake(mesh, samples, options, "{}", path));
+  Input input = read(path);
+  std::filesystem::remove(path);
+  return input;
+}
+
+struct Run {
+  FitResult result;
+  double seconds = 0;  ///< of the processor
+  double cost = 0;
+};
+
+Run run(const SampleLevel& level, const SamplesHeader& header, const FitOptions& options,
+        const TexelFit& texel_fit) {
+  Run run;
+  std::mutex guard;
+  const double start = cpu_seconds();
+  RowFit rows(header, options, {}, [&](const TexelSamples& samples, const LobeFitOptions& lobe_options) {
+    auto fits = texel_fit(samples, lobe_options);
+    const std::lock_guard lock(guard);
+    for (const ChannelFit& fit : fits) run.cost += fit.cost;
+    return fits;
+  });
+  rows.add(level);
+  run.result = rows.finish();
+  run.seconds = cpu_seconds() - start;
+  return run;
+}
+
+std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOptions& options, int count) {
+  std::vector<std::uint32_t> lights(samples.lights.size());
+  std::iota(lights.begin(), lights.end(), 0U);
+  std::array<ChannelFit, 3> fits;
+  for (int c = 0; c < 3; ++c) {
+    ChannelProblem problem(samples, c, lights, options.channel);
+    Random random(42, static_cast<std::uint64_t>(problem.energy() * 1e6), static_cast<std::uint64_t>(c));
+    ChannelState best;
+    for (int restart = 0; restart < count; ++restart) {
+      ChannelState state;
+      state.sizes.assign(static_cast<std::size_t>(options.lobes) + 1, 0.1);
+      state.table.assign(samples.views, 1);
+      for (int lobe = 0; lobe < options.lobes; ++lobe) {
+        LobeShape shape;
+        double largest = 1e-9;
+        for (double& d : shape.direction) largest = std::max(largest, std::abs(d = 2 * random.uniform() - 1));
+        for (double& d : shape.direction) d /= largest;
+        shape.exponent = std::exp(4 * random.uniform());
+        state.shapes.push_back(shape);
+      }
+      bool converged = false;
+      minimise(problem, state, options.tolerance, options.max_iterations, converged);
+      if (restart == 0 || state.cost < best.cost) best = state;
+    }
+    fits[static_cast<std::size_t>(c)] = channel_fit(samples, c, best, problem);
+  }
+  return fits;
+}
+
+int speed(const std::string& samples, int step) {
+  const Input input = load(samples, 32);
+  const FitOptions options;
+  const Run ours = run(input.level, input.header, options, fit_texel);
+  fmt::print("{} texels on all levels: {:.2f} s of processor ({} threads), {:.2f} s on the wall\n",
+             std::accumulate(ours.result.levels.begin(), ours.result.levels.end(), 0,
+                             [](int sum, const FitLevelReport& l) { return sum + l.width * l.height; }),
+             ours.seconds, thread_count(),
+             std::accumulate(ours.result.levels.begin(), ours.result.levels.end(), 0.0,
+                             [](double sum, const FitLevelReport& l) { return sum + l.seconds; }));
+  for (const FitLevelReport& level : ours.result.levels) {
+    fmt::print("  {:>7}: {:6.1f} evaluations per channel\n", fmt::format("{}x{}", level.width, level.height),
+               level.mean_iterations);
+  }
+  // A cell of a few of the rows, with its own coarser levels: the same problem for both.
+  Input part = input;
+  part.header.height = part.level.height = std::max(1, input.header.height / step);
+  const auto texels = static_cast<std::size_t>(part.header.texels());
+  part.level.normal.clear();
+  part.level.alpha.clear();
+  part.level.radiance.clear();
+  const auto views = static_cast<std::size_t>(input.level.views);
+  const auto lights = static_cast<std::size_t>(input.level.lights);
+  for (std::size_t t = 0; t < texels; ++t) {
+    const auto width = static_cast<std::size_t>(input.header.width);
+    const std::size_t from = t / width * static_cast<std::size_t>(step) * width + t % width;
+    part.level.normal.push_back(input.level.normal[from]);
+    const auto copy = [&](auto& to, const auto& of, std::size_t each) {
+      const auto begin = of.begin() + static_cast<std::ptrdiff_t>(from * each);
+      to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(each));
+    };
+    copy(part.level.alpha, input.level.alpha, views);
+    copy(part.level.radiance, input.level.radiance, views * lights);
+  }
+  const Run fast = run(part.level, part.header, options, fit_texel);
+  const Run plain = run(part.level, part.header, options, test::fit_texel_plainly);
+  fmt::print("{}x{} texels and their levels:\n", part.header.width, part.header.height);
+  fmt::print("  ours   {:9.2f} s of processor, cost {:.6g}\n", fast.seconds, fast.cost);
+  fmt::print("  plain  {:9.2f} s of processor, cost {:.6g}\n", plain.seconds, plain.cost);
+  fmt::print("  {:.0f} times faster, cost {:.4f} of plain\n", plain.seconds / fast.seconds,
+             fast.cost / plain.cost);
+  return 0;
+}
+
+int restarts(const std::string& samples, int texels, int count) {
+  const Input input = load(samples, texels);
+  const FitOptions options;
+  const Run ours = run(input.level, input.header, options, fit_texel);
+  const Run best =
+      run(input.level, input.header, options,
+          [&](const TexelSamples& s, const LobeFitOptions& o) { return restarted(s, o, count); });
+  const auto a = need(compare(ours.result.fabric, input.held_out, PairKind::held_out));
+  const auto b = need(compare(best.result.fabric, input.held_out, PairKind::held_out));
+  fmt::print("{}: ours {:.1f} s, best of {} restarts for every texel and channel {:.1f} s\n", samples,
+             ours.seconds, count, best.seconds);
+  fmt::print("level   texels  squared error of best  held-out dB  of best  difference\n");
+  for (std::size_t k = 0; k < a.levels.size(); ++k) {
+    const double of_ours = ours.result.levels[k].training_error;
+    const double of_best = best.result.levels[k].training_error;
+    fmt::print("{:5}  {:>7}  {:21.4f}  {:11.2f}  {:7.2f}  {:+10.2f}\n", k,
+               fmt::format("{}x{}", a.levels[k].width, a.levels[k].height),
+               of_ours * of_ours / (of_best * of_best), a.levels[k].psnr, b.levels[k].psnr,
+               a.levels[k].psnr - b.levels[k].psnr);
+  }
+  return 0;
+}
+
+int lobes(const std::string& samples, int texels) {
+  const Input input = load(samples, texels);
+  fmt::print("lobes  table  processor s  held-out dB by level\n");
+  for (const bool table : {true, false}) {
+    for (int k = 0; k <= 4; ++k) {
+      FitOptions options;
+      options.lobes = k;
+      options.view_table = table;
+      const Run ours = run(input.level, input.header, options, fit_texel);
+      std::string figures;
+      for (const auto& level : need(compare(ours.result.fabric, input.held_out, PairKind::held_out)).levels) {
+        figures += fmt::format(" {:6.2f}", level.psnr);
+      }
+      fmt::print("{:5}  {:>5}  {:11.1f} {}\n", k, table ? "yes" : "no", ours.seconds, figures);
+    }
+  }
+  return 0;
+}
+
+/// Smooth synthetic samples: only the time matters.
+Input synthetic(int texels, const DirectionGrid& grid) {
+  Input input;
+  input.header.width = input.header.height = texels;
+  input.header.views = input.header.lights = grid;
+  input.level.width = input.level.height = texels;
+  input.level.views = input.level.lights = grid.count();
+  const auto directions = directions_of(grid);
+  for (int t = 0; t < texels * texels; ++t) {
+    const float turn = 0.1F * static_cast<float>(t % 37);
+    input.level.normal.push_back(V3f(0.3F * std::sin(turn), 0.2F, 1));
+    for (const V3f& v : directions) {
+      input.level.alpha.push_back(1);
+      for (const V3f& l : directions) {
+        const float lit = l.x * std::cos(turn) > 0.3F ? 0.5F : 1.0F;
+        const float gloss = std::pow(std::max(0.0F, (l + v).normalized().z), 20.0F);
+        input.level.radiance.push_back(V3f(0.3F, 0.2F, 0.1F) * (l.z * lit * (1 + v.z)) + V3f(0.1F * gloss));
+      }
+    }
+  }
+  return input;
+}
+
+int scale() {
+  fmt::print("texels  samples each  lobes  processor s  evaluations  ns per sample, lobe and evaluation\n");
+  const auto row = [](int texels, const DirectionGrid& grid, int lobe_count) {
+    const Input input = synthetic(texels, grid);
+    FitOptions options;
+    options.lobes = lobe_count;
+    const Run ours = run(input.level, input.header, options, fit_texel);
+    double evaluations = 0;
+    double all = 0;
+    for (const FitLevelReport& level : ours.result.levels) {
+      const double channels = 3.0 * level.width * level.height;
+      evaluations += level.mean_iterations * channels;
+      all += channels;
+    }
+    const double each = static_cast<double>(grid.count()) * grid.count();
+    fmt::print("{:3}x{:<3}  {:11.0f}  {:5}  {:11.2f}  {:11.1f}  {:8.2f}\n", texels, texels, each, lobe_count,
+               ours.seconds, evaluations / all, ours.seconds / (evaluations * each * lobe_count) * 1e9);
+  };
+  for (const int texels : {8, 16, 32}) row(texels, {8, 8}, 2);
+  for (const DirectionGrid& grid : {DirectionGrid{4, 4}, DirectionGrid{8, 8}, DirectionGrid{8, 16}}) {
+    row(8, grid, 2);
+  }
+  for (const int lobe_count : {1, 2, 3, 4}) row(16, {8, 8}, lobe_count);
+  return 0;
+}
+
+int reflectance(const std::string& folder) {
+  fmt::print("material        lobes  weighted error  unweighted\n");
+  for (const char* name : {"beige-fabric", "green-fabric", "nylon", "pink-felt", "red-fabric"}) {
+    const auto table = need(test::read_reflectance(folder + "/sgd_" + name + ".csv"));
+    for (const int k : {1, 2, 3}) {
+      const test::ReflectanceError error = test::fit_reflectance(table, k);
+      fmt::print("{:14}  {:5}  {:14.4f}  {:10.4f}\n", name, k, error.weighted, error.unweighted);
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string what = argc > 1 ? argv[1] : "";
+  const std::string samples = argc > 2 ? argv[2] : "plain-knit";
+  const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
+  if (what == "speed") return speed(samples, number(3, 8));
+  if (what == "restarts") return restarts(samples, number(3, 16), number(4, 20));
+  if (what == "lobes") return lobes(samples, number(3, 32));
+  if (what == "scale") return scale();
+  if (what == "reflectance") return reflectance(samples);
+  fmt::print(stderr, "fit_bench: speed, restarts, lobes, scale or reflectance\n");
+  return 2;
+}
