@@ -19,7 +19,7 @@ struct Products {
   std::vector<std::vector<float>> light;  ///< psi_b, [b][3 * light + channel], unit
   std::vector<V2i> pairs;                 ///< (a, b) of product m
   std::vector<float> coefficient;         ///< [owner * pairs.size() + m]
-  std::vector<float> weight;              ///< [owner]: how much of the pictures shows it, mean 1; empty: all alike
+  std::vector<float> weight;  ///< [owner]: how much of the pictures shows it, mean 1; empty: all alike
   std::size_t owners() const { return pairs.empty() ? 0 : coefficient.size() / pairs.size(); }
 };
 
@@ -35,8 +35,9 @@ std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
 std::vector<Products> level_products(const std::vector<SampleLevel>& levels, std::size_t most_view,
                                      std::size_t most_light);
 
-/// The coefficients as multiples of `step`, without products whose root mean square is below `least` steps. Owners
-/// that little is seen of lose their small coefficients first: an error there costs as much less as their weight.
+/// The coefficients as multiples of `step`, without products whose root mean square is below `least` steps.
+/// Owners that little is seen of lose their small coefficients first: an error there costs as much less as
+/// their weight.
 Products quantised(const Products& products, float step, float least);
 
 /// Root mean square of the coefficients of the strongest product.
