@@ -76,6 +76,10 @@ std::vector<std::string> channel_names(const FabricHeader& header, Layer layer) 
   return channel_names(layer, shape_of(header));
 }
 
+bool fits_a_part(const FabricHeader& header, Layer layer) {
+  return channel_count(layer, shape_of(header)) <= static_cast<std::size_t>(ExrLimits{}.channels);
+}
+
 void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
   if (part.width != header.width || part.height != header.height) {
     sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
@@ -105,6 +109,12 @@ bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer l
   }
   const ExrPart& part = parts[static_cast<std::size_t>(file.find_part(name))];
   check_data_part(part, header, sink);
+  if (!fits_a_part(header, layer)) {
+    sink.add(Code::fabric_channel, name,
+             fmt::format("{} channels are needed; a part has {} at most",
+                         channel_count(layer, shape_of(header)), ExrLimits{}.channels));
+    return false;
+  }
   const std::vector<std::string> wanted = channel_names(header, layer);
   const std::vector<int> indices = channel_indices(part, wanted);
   for (std::size_t i = 0; i < wanted.size(); ++i) {

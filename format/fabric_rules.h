@@ -43,4 +43,8 @@ void take_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader
 /// The channels of a layer's part, by channel_names.
 std::vector<std::string> channel_names(const FabricHeader& header, Layer layer);
 
+/// Whether an OpenEXR part can have as many channels as the layer needs. To be asked before they are named: a
+/// text of some bytes can ask for millions.
+bool fits_a_part(const FabricHeader& header, Layer layer);
+
 }  // namespace selvedge

@@ -114,6 +114,7 @@ void check_surroundings(const ExrReader& file, const FabricHeader& header, Issue
     if (part.name == names::part_preview) {
       check_preview(part, header, sink);
     } else if (layer && header.layer(*layer)) {
+      if (!fits_a_part(header, *layer)) continue;
       check_layer_channels(part, header, *layer, sink);
     } else {
       check_windows(part, header, sink);

@@ -12,7 +12,9 @@ class Walk {
  public:
   /// At the depth 0 the ray is at `start`, in cells; it goes `slope` cells per mm of depth.
   Walk(double start, double slope, int cells) : slope_(slope), cells_(cells) {
-    const double repeated = start - std::floor(start / cells) * cells;  // in [0, cells], rounding included
+    // In [0, cells], rounding included; exact however far the start is.
+    const double remainder = std::fmod(start, cells);
+    const double repeated = remainder < 0 ? remainder + cells : remainder;
     cell_ = std::min(static_cast<int>(repeated), cells - 1);
     edge_ = slope > 0 ? cell_ + 1 - repeated : repeated - cell_;
   }
