@@ -39,14 +39,31 @@ bool same_level(const FabricLevel& a, const FabricLevel& b) {
                     [](const ViewTableLayer& x, const ViewTableLayer& y) {
                       return same_bits(x.colour, y.colour);
                     }) &&
-         same_layer(a.opacity, b.opacity, [](const OpacityLayer& x, const OpacityLayer& y) {
-           return same_bits(x.opacity, y.opacity);
-         });
+         same_layer(
+             a.opacity, b.opacity,
+             [](const OpacityLayer& x, const OpacityLayer& y) { return same_bits(x.opacity, y.opacity); }) &&
+         same_layer(a.light_table, b.light_table,
+                    [](const LightTableLayer& x, const LightTableLayer& y) {
+                      return same_bits(x.value, y.value);
+                    }) &&
+         same_layer(a.heights, b.heights,
+                    [](const HeightLayer& x, const HeightLayer& y) {
+                      return x.shape() == y.shape() && same_bits(x.top(), y.top()) &&
+                             same_bits(x.bottom(), y.bottom());
+                    }) &&
+         same_layer(a.products, b.products,
+                    [](const ProductLayer& x, const ProductLayer& y) {
+                      return x.entries == y.entries && x.pairs == y.pairs &&
+                             same_bits(x.coefficient, y.coefficient);
+                    }) &&
+         (a.bases != nullptr) == (b.bases != nullptr) &&
+         (!a.bases || (same_bits(a.bases->view, b.bases->view) && same_bits(a.bases->light, b.bases->light)));
 }
 
 bool same_fabric(const Fabric& a, const Fabric& b) {
   return a.period_mm == b.period_mm && a.reference_height == b.reference_height &&
-         a.thickness_mm == b.thickness_mm && a.views == b.views && a.provenance == b.provenance &&
+         a.thickness_mm == b.thickness_mm && a.views == b.views && a.lights == b.lights &&
+         a.provenance == b.provenance &&
          std::equal(a.levels.begin(), a.levels.end(), b.levels.begin(), b.levels.end(), same_level);
 }
 
@@ -60,12 +77,14 @@ bool is_named(const Error& error) {
   return error.file == "damaged" && !error.message.empty() && to_line(error).find('\n') == std::string::npos;
 }
 
-/// All four layers, two levels, two views.
-std::string small_file() {
+/// Two levels, two views.
+std::string file_of(const Fabric& fabric) {
   const Folder folder;
-  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(3, 2, {1, 2}, 1, 7)));
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
   return test::bytes_of(folder / "a.exr");
 }
+std::string file_of_all_layers() { return file_of(test::random_slab_fabric(3, 2, {1, 2}, 1, 7)); }
+std::string file_of_the_papers_layers() { return file_of(test::random_fabric(3, 2, {1, 2}, 1, 7)); }
 
 /// Where the packed pixels of the first chunk begin: all before it is structure.
 std::size_t begin_of_pixels(const std::string& bytes) {
@@ -119,7 +138,7 @@ Result<SampleLevel> read_samples(const std::string& bytes) {
 }  // namespace
 
 TEST_CASE("a fabric file cut short anywhere is refused when it is opened") {
-  const std::string bytes = small_file();
+  const std::string bytes = file_of_the_papers_layers();
   const auto whole = ExrReader::open(test::as_bytes(bytes), "whole");
   REQUIRE_MESSAGE(whole, to_line(whole.error()));
   std::size_t accepted = 0;
@@ -134,7 +153,7 @@ TEST_CASE("a fabric file cut short anywhere is refused when it is opened") {
 }
 
 TEST_CASE("a fabric file with a damaged byte is refused or read bit-equal") {
-  const std::string bytes = small_file();
+  const std::string bytes = file_of_all_layers();
   const auto whole = read_fabric(test::as_bytes(bytes), "whole");
   REQUIRE_MESSAGE(whole, to_line(whole.error()));
   std::size_t refused = 0;
@@ -155,7 +174,7 @@ TEST_CASE("a fabric file with a damaged byte is refused or read bit-equal") {
 }
 
 TEST_CASE("one level of one part of a damaged file is refused or read, and never of another shape") {
-  const std::string bytes = small_file();
+  const std::string bytes = file_of_the_papers_layers();
   auto whole = ExrReader::open(test::as_bytes(bytes), "whole");
   REQUIRE_MESSAGE(whole, to_line(whole.error()));
   const std::size_t parts = whole->parts().size();
