@@ -209,8 +209,9 @@ SlabRays slab_rays(const FabricLevel& level, const Fabric& of, const std::vector
     for (const V3f& direction : directions) {
       for (int row = 0; row < shape.rows; ++row) {
         for (int column = 0; column < shape.columns; ++column) {
-          const V2d centre(texel % level.width * shape.columns + column + 0.5,
-                           texel / level.width * shape.rows + row + 0.5);
+          const V2i cell(texel % level.width * shape.columns + column,
+                         texel / level.width * shape.rows + row);
+          const V2d centre(cell.x + 0.5, cell.y + 0.5);
           const auto hit = march(centre / cells, direction);
           result.met[at++] = hit ? static_cast<std::uint32_t>(
                                        hit->texel * static_cast<std::size_t>(shape.entries()) + hit->entry)

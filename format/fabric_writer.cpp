@@ -162,6 +162,13 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
     bool stored = false;
     for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(fabric, layer, k);
     if (!stored) continue;
+    const std::size_t channels = channel_count(layer, shape);
+    if (channels > static_cast<std::size_t>(ExrLimits{}.channels)) {
+      return named(Error{Code::fabric_malformed,
+                         {},
+                         name_of(layer),
+                         fmt::format("{} channels; a part has {} at most", channels, ExrLimits{}.channels)});
+    }
     layers.push_back(layer);
     parts.push_back(data_part(fabric, layer, shape, options));
     header.layer(layer) = entry_for(fabric, layer, shape, parts.back());
