@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "fitter/fit_rows.h"
 
@@ -81,19 +82,18 @@ void warn(const SamplesHeader& header, FitResult& result) {
   const auto warning = [&](std::string place, std::string message) {
     result.warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
   };
-  const int count = header.views.count() * header.lights.count();
-  const int parameters =
-      result.fabric.levels.front().lobes ? parameter_count(result.fabric.levels.front().lobes->lobes) : 0;
-  const int entries = result.fabric.levels.front().view_table ? header.views.count() : 0;
-  if (count < parameters + entries) {
-    warning("radiance", fmt::format("{} samples a texel for {} parameters and {} table entries", count,
-                                    parameters, entries));
+  for (const auto& [name, grid] : {std::pair{"views", header.views}, {"lights", header.lights}}) {
+    if (grid.count() == 1) warning(name, "there is one only: nothing is known of other directions");
   }
   for (std::size_t k = 0; k < result.levels.size(); ++k) {
     const FitLevelReport& level = result.levels[k];
-    if (level.unseen == 0) continue;
-    warning(fmt::format("level {}", k), fmt::format("{} of {} texels are holes from every view", level.unseen,
-                                                    level.width * level.height));
+    const auto say = [&](int texels, const char* what) {
+      if (texels == 0) return;
+      warning(fmt::format("level {}", k),
+              fmt::format("{} of {} texels {}", texels, level.width * level.height, what));
+    };
+    say(level.unseen, "are holes from every view");
+    say(level.sparse, "have fewer samples than parameters and table entries");
   }
 }
 

@@ -2,9 +2,11 @@
 
 #include <Imath/half.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <mutex>
 
 #include "format/parallel.h"
@@ -47,12 +49,19 @@ void drop_rows(SampleLevel& from, int rows) {
   from.height -= rows;
 }
 
+/// Beyond the largest float lies no radiance that a sample can have.
+float held(double value) {
+  constexpr auto largest = static_cast<double>(std::numeric_limits<float>::max());
+  return static_cast<float>(std::clamp(value, -largest, largest));
+}
+
 struct TexelTotals {
   double error = 0;
   double energy = 0;
   int iterations = 0;
   bool converged = true;
-  bool seen = false;
+  std::size_t views = 0;    ///< that see it
+  std::size_t samples = 0;  ///< above its horizon
 };
 
 }  // namespace
@@ -146,7 +155,8 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
         gather_texel(alpha, &rows.radiance[from * views * lights], directions_, normal, tangent);
     TexelTotals& total = totals[from];
     total.error = total.energy = samples.unreachable;
-    for (const double w : samples.weight) total.seen = total.seen || w > 0;
+    for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
+    total.samples = total.views * samples.lights.size();
     const std::array<ChannelFit, 3> fits = texel_fit_(samples, lobe_options);
     for (std::size_t c = 0; c < 3; ++c) {
       const ChannelFit& fit = fits[c];
@@ -155,10 +165,10 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
       total.iterations += fit.iterations;
       total.converged = total.converged && fit.converged;
       for (std::size_t p = 0; p < stride; ++p) {
-        level.lobes->parameters[(texel * 3 + c) * stride + p] = static_cast<float>(fit.parameters[p]);
+        level.lobes->parameters[(texel * 3 + c) * stride + p] = held(fit.parameters[p]);
       }
       for (std::size_t v = 0; options_.view_table && v < views; ++v) {
-        level.view_table->colour[texel * views + v][static_cast<int>(c)] = static_cast<float>(fit.table[v]);
+        level.view_table->colour[texel * views + v][static_cast<int>(c)] = held(fit.table[v]);
       }
     }
     const std::lock_guard lock(guard);
@@ -173,7 +183,9 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     sums.energy += total.energy;
     report.mean_iterations += total.iterations * share;
     report.unconverged += total.converged ? 0 : 1;
-    report.unseen += total.seen ? 0 : 1;
+    report.unseen += total.views > 0 ? 0 : 1;
+    const std::size_t unknowns = stride + (options_.view_table ? total.views : 0);
+    report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
   report.training_error = sums.energy > 0 ? std::sqrt(sums.error / sums.energy) : 0;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

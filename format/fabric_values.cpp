@@ -25,15 +25,13 @@ Range range_of(Layer layer, std::size_t channel, int lobes) {
       return within % 4 == 0 ? not_negative : Range{};  // rho, and the lobes' exponents
     }
     case Layer::frame:
-      return {};
-    case Layer::table:
-      return not_negative;
-    case Layer::light:
-      return not_negative;
     case Layer::heights:
     case Layer::products:
     case Layer::bases:
       return {};
+    case Layer::table:
+    case Layer::light:
+      return not_negative;
     case Layer::opacity:
       break;
   }

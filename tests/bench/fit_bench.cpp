@@ -5,8 +5,12 @@
 //   texels selvedge-fit-bench restarts SAMPLES [TEXELS [COUNT]]   against the best of COUNT (20) random
 //   restarts selvedge-fit-bench lobes SAMPLES [TEXELS]      0 to 4 lobes, with and without table
 //   selvedge-fit-bench scale                       how time grows with texels, samples and lobes
+//   selvedge-fit-bench memory [TEXELS [VIEWS]]     what a fit holds of a file of TEXELS (128) a side and
+//   VIEWS (128)
+//                                                  views and lights, of smooth synthetic samples
 //   selvedge-fit-bench reflectance FOLDER          one texel against measured fabrics (tests/fitter)
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <cstdlib>
 #include <ctime>
@@ -26,6 +30,12 @@
 namespace {
 
 using namespace selvedge;
+
+void need(const Result<void>& result) {
+  if (result) return;
+  fmt::print(stderr, "fit_bench: {}\n", to_line(result.error()));
+  std::exit(1);
+}
 
 template <class T>
 T need(Result<T> result) {
@@ -253,6 +263,48 @@ int scale() {
   return 0;
 }
 
+int memory(int texels, int directions) {
+  SamplesHeader header;
+  header.width = header.height = texels;
+  header.views = header.lights = grid_of(directions);
+  const std::string path = (std::filesystem::temp_directory_path() / "selvedge-fit-bench.exr").string();
+  SamplesWriter writer = need(SamplesWriter::create(path, header));
+  const auto count = static_cast<std::size_t>(header.texels());
+  for (const V3f& v : directions_of(header.views)) {
+    ViewSamples seen;
+    seen.alpha.assign(count, 1);
+    seen.normal.assign(count, V3f(0, 0, 1));
+    for (const V3f& l : directions_of(header.lights)) {
+      for (std::size_t t = 0; t < count; ++t) {
+        const float lit = l.x * std::cos(0.1F * static_cast<float>(t)) > 0.3F ? 0.5F : 1.0F;
+        seen.radiance.push_back(V3f(0.3F, 0.2F, 0.1F) * (l.z * lit * (1 + v.z)));
+      }
+    }
+    need(writer.write_view(seen));
+  }
+  need(writer.commit());
+  const auto peak_mib = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024;
+  };
+  const double before = peak_mib();
+  SamplesReader reader = need(SamplesReader::open(path));
+  FitOptions options;
+  options.starts = 1;
+  const double start = cpu_seconds();
+  need(fit(reader, options));
+  fmt::print(
+      "{0}x{0} texels, {1} x {1} directions ({2} MiB of samples): fitted in {3:.0f} s of processor, the\n"
+      "process held {4:.0f} MiB at most ({5:.0f} MiB before the fit)\n",
+      texels, directions,
+      count * static_cast<std::size_t>(directions) * static_cast<std::size_t>(directions) * sizeof(V3f) >>
+          20U,
+      cpu_seconds() - start, peak_mib(), before);
+  std::filesystem::remove(path);
+  return 0;
+}
+
 int reflectance(const std::string& folder) {
   fmt::print("material        lobes  weighted error  unweighted\n");
   for (const char* name : {"beige-fabric", "green-fabric", "nylon", "pink-felt", "red-fabric"}) {
@@ -275,7 +327,8 @@ int main(int argc, char** argv) {
   if (what == "restarts") return restarts(samples, number(3, 16), number(4, 20));
   if (what == "lobes") return lobes(samples, number(3, 32));
   if (what == "scale") return scale();
+  if (what == "memory") return memory(number(2, 128), number(3, 128));
   if (what == "reflectance") return reflectance(samples);
-  fmt::print(stderr, "fit_bench: speed, restarts, lobes, scale or reflectance\n");
+  fmt::print(stderr, "fit_bench: speed, restarts, lobes, scale, memory or reflectance\n");
   return 2;
 }

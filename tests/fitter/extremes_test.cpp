@@ -1,0 +1,341 @@
+// What a fit makes of samples that no good bake gives: always a valid fabric, or an error with its place.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "fitter/fit.h"
+#include "format/evaluate.h"
+#include "format/random.h"
+
+using namespace selvedge;
+
+namespace {
+
+using Radiance = std::function<V3f(int texel, const V3f& light, const V3f& view)>;
+
+struct Case {
+  SamplesHeader header;
+  SampleLevel level;
+};
+
+Case case_of(int width, int height, const DirectionGrid& views, const DirectionGrid& lights,
+             const Radiance& radiance) {
+  Case c;
+  c.header.width = c.level.width = width;
+  c.header.height = c.level.height = height;
+  c.header.views = views;
+  c.header.lights = lights;
+  c.level.views = views.count();
+  c.level.lights = lights.count();
+  for (int t = 0; t < width * height; ++t) {
+    c.level.normal.emplace_back(0.0F, 0.0F, 1.0F);
+    for (const V3f& v : directions_of(views)) {
+      c.level.alpha.push_back(1);
+      for (const V3f& l : directions_of(lights)) c.level.radiance.push_back(radiance(t, l, v));
+    }
+  }
+  return c;
+}
+
+Case case_of(const Radiance& radiance) { return case_of(2, 2, {6, 6}, {6, 6}, radiance); }
+
+/// Every case: fits, and the fabric is valid, which includes that all of it is finite.
+FitResult fitted(const Case& c, const FitOptions& options = {}) {
+  const auto result = fit(c.level, c.header, options);
+  REQUIRE_MESSAGE(result, to_line(result.error()));
+  const auto valid = validate(result->fabric);
+  CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
+  return *result;
+}
+
+const std::vector<DirectionPair>& probes() {
+  static const std::vector<DirectionPair> pairs = random_pairs(200, 0.01, 3);
+  return pairs;
+}
+
+/// Relative L2 of texel (0, 0) of level 0 over the fit's own directions.
+double error_of(const Fabric& fabric, const Case& c) {
+  double error = 0;
+  double energy = 0;
+  std::size_t i = 0;
+  for (const V3f& v : directions_of(c.header.views)) {
+    for (const V3f& l : directions_of(c.header.lights)) {
+      const V3d truth(c.level.radiance[i++]);
+      error += (V3d(evaluate(fabric, 0, 0, 0, l, v).radiance) - truth).length2();
+      energy += truth.length2();
+    }
+  }
+  return energy > 0 ? std::sqrt(error / energy) : std::sqrt(error);
+}
+
+bool warns(const FitResult& result) {
+  for (const Error& warning : result.warnings) {
+    if (warning.code == Code::samples_sparse && !warning.place.empty()) return true;
+  }
+  return false;
+}
+
+V3f glossy(int, const V3f& l, const V3f& v) {
+  const float lobe = std::pow(std::max(0.0F, -l.x * v.x - l.y * v.y + l.z * v.z), 12.0F);
+  return V3f(0.2F, 0.1F, 0.05F) * (l.z * (1 + 3 * lobe) * (0.5F + v.z));
+}
+
+}  // namespace
+
+TEST_CASE("all black comes out all black, with T = 1") {
+  const FitResult result = fitted(case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); }));
+  for (const FabricLevel& level : result.fabric.levels) {
+    for (const V3f& t : level.view_table->colour) CHECK(t == V3f(1, 1, 1));
+  }
+  for (const DirectionPair& pair : probes()) {
+    CHECK(evaluate(result.fabric, 0, 1, 1, pair.light, pair.view).radiance == V3f(0, 0, 0));
+  }
+}
+
+TEST_CASE("one bright sample among black ones stays below its own brightness") {
+  Case c = case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); });
+  c.level.radiance[700] = {1, 1, 1};
+  const FitResult result = fitted(c);
+  for (const V3f& light : directions_of(c.header.lights)) {
+    for (const V3f& view : directions_of(c.header.views)) {
+      // The peak's bound is 4 times the sample where its light is near the horizon, the table's is below 20.
+      CHECK(evaluate(result.fabric, 0, 0, 0, light, view).radiance.x < 4);
+    }
+  }
+}
+
+TEST_CASE("a fit scales with the radiance") {
+  const Case c = case_of(glossy);
+  const Fabric base = fitted(c).fabric;
+  const auto scaled = [&](float factor) {
+    Case other = c;
+    for (V3f& r : other.level.radiance) r *= factor;
+    return fitted(other).fabric;
+  };
+  SUBCASE("by a power of two, to the bit") {
+    const float factor = std::exp2(20.0F);
+    const Fabric fabric = scaled(factor);
+    for (std::size_t i = 0; i < base.levels[0].lobes->parameters.size(); i += 9) {
+      CHECK(fabric.levels[0].lobes->parameters[i] == base.levels[0].lobes->parameters[i] * factor);
+    }
+    CHECK(fabric.levels[0].view_table->colour == base.levels[0].view_table->colour);
+  }
+  SUBCASE("by 1e-8 and 1e8, within rounding") {
+    for (const float factor : {1e-8F, 1e8F}) {
+      const Fabric fabric = scaled(factor);
+      double error = 0;
+      double energy = 0;
+      for (const DirectionPair& pair : probes()) {
+        const V3d a(evaluate(base, 0, 0, 0, pair.light, pair.view).radiance);
+        const V3d b(evaluate(fabric, 0, 0, 0, pair.light, pair.view).radiance / factor);
+        error += (a - b).length2();
+        energy += a.length2();
+      }
+      CHECK(std::sqrt(error / energy) < 1e-3);
+    }
+  }
+}
+
+TEST_CASE("a range of 1e6 within one texel is fitted where its energy is") {
+  const Case c = case_of([](int, const V3f& l, const V3f& v) {
+    const float lobe = std::pow(std::max(0.0F, -l.x * v.x - l.y * v.y + l.z * v.z), 40.0F);
+    return V3f(1e-3F + 1e3F * lobe) * l.z;
+  });
+  CHECK(error_of(fitted(c).fabric, c) < 0.02);
+}
+
+TEST_CASE("texels that are always holes are black with T = 1 and alpha 0, and are named in a warning") {
+  Case c = case_of(glossy);
+  for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = 0;
+  c.level.normal[0] = {0, 0, 0};
+  const FitResult result = fitted(c);
+  CHECK(warns(result));
+  CHECK(result.levels[0].unseen == 1);
+  for (const DirectionPair& pair : probes()) {
+    CHECK(evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).alpha == 0);
+  }
+  for (std::size_t v = 0; v < 36; ++v) {
+    CHECK(result.fabric.levels[0].view_table->colour[v] == V3f(1, 1, 1));
+  }
+}
+
+TEST_CASE("a texel seen from one view only has that view's radiance, and a table near 1 elsewhere") {
+  Case c = case_of(glossy);
+  for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = v == 14 ? 1.0F : 0.0F;
+  const FitResult result = fitted(c);
+  const V3f view = directions_of(c.header.views)[14];
+  double error = 0;
+  double energy = 0;
+  for (const V3f& l : directions_of(c.header.lights)) {
+    const V3d truth(glossy(0, l, view));
+    error += (V3d(evaluate(result.fabric, 0, 0, 0, l, view).radiance) - truth).length2();
+    energy += truth.length2();
+  }
+  CHECK(std::sqrt(error / energy) < 0.1);
+  for (std::size_t v = 0; v < 36; ++v) {
+    for (int channel = 0; channel < 3; ++channel) {
+      CHECK(result.fabric.levels[0].view_table->colour[v][channel] > 0.5F);
+      CHECK(result.fabric.levels[0].view_table->colour[v][channel] < 2.0F);
+    }
+  }
+}
+
+TEST_CASE("views that all graze give a finite fit that follows them") {
+  std::vector<V3f> views;
+  for (int i = 0; i < 12; ++i) {
+    const double turn = i * 0.5236;
+    views.push_back(
+        V3f(static_cast<float>(std::cos(turn)), static_cast<float>(std::sin(turn)), 0.02F).normalized());
+  }
+  const std::vector<V3f> lights = directions_of({6, 6});
+  std::vector<V3f> radiance;
+  for (const V3f& v : views) {
+    for (const V3f& l : lights) radiance.push_back(glossy(0, l, v));
+  }
+  const std::vector<float> alpha(views.size(), 1);
+  const TexelSamples samples =
+      gather_texel(alpha.data(), radiance.data(), {views, lights}, {0, 0, 1}, {1, 0, 0});
+  for (const ChannelFit& f : fit_texel(samples, {})) {
+    CHECK(f.error < 0.01 * f.energy);
+    for (const double t : f.table) CHECK(std::isfinite(t));
+    for (const double p : f.parameters) CHECK(std::isfinite(p));
+  }
+}
+
+TEST_CASE("one view, one light, or fewer samples than parameters: a valid fabric and a warning") {
+  for (const auto& [views, lights] : {std::pair{DirectionGrid{1, 1}, DirectionGrid{6, 6}},
+                                      {DirectionGrid{6, 6}, DirectionGrid{1, 1}},
+                                      {DirectionGrid{1, 1}, DirectionGrid{1, 1}},
+                                      {DirectionGrid{1, 2}, DirectionGrid{1, 2}}}) {
+    const Case c = case_of(2, 2, views, lights, glossy);
+    const FitResult result = fitted(c);
+    CHECK(warns(result));
+    CHECK(error_of(result.fabric, c) < 0.1);
+  }
+}
+
+TEST_CASE("exponents that the data drive to 0 and to 10,000 stay within their bounds") {
+  for (const float n : {0.0F, 0.01F, 1e4F}) {
+    const Case c = case_of(1, 1, {8, 8}, {8, 8}, [&](int, const V3f& l, const V3f& v) {
+      const float base = l.x * v.x + l.y * v.y + l.z * v.z;
+      return V3f(0.1F + (base > 0 ? std::pow(base, n) : 0.0F)) * l.z;
+    });
+    const FitResult result = fitted(c);
+    for (std::size_t lobe = 0; lobe < 6; ++lobe) {
+      const float found = result.fabric.levels[0].lobes->parameters[lobe / 2 * 9 + lobe % 2 * 4 + 4];
+      CHECK(found >= 1);
+      CHECK(found <= 200);
+    }
+    // A step is no lobe of exponent 1 or more; a peak between the directions of the grid is one of 200.
+    CHECK(error_of(result.fabric, c) < (n < 1 ? 0.3 : 0.05));
+  }
+}
+
+TEST_CASE("normals that cancel give the cloth's own frame") {
+  Case c = case_of(glossy);
+  for (V3f& n : c.level.normal) n = V3f(0, 0, 0);
+  const FitResult result = fitted(c);
+  for (const FabricLevel& level : result.fabric.levels) {
+    for (const V3f& n : level.frame->normal) CHECK(n == V3f(0, 0, 1));
+    for (const V3f& t : level.frame->tangent) CHECK(t == V3f(1, 0, 0));
+  }
+}
+
+TEST_CASE("data of two identical or two opposite lobes are recovered in function values") {
+  for (const float sign : {1.0F, -1.0F}) {
+    const Case c = case_of(1, 1, {8, 8}, {8, 8}, [&](int, const V3f& l, const V3f& v) {
+      const auto lobe = [&](float s) {
+        return std::pow(std::max(0.0F, s * 0.8F * (l.x * v.x + l.y * v.y) + 0.7F * l.z * v.z), 5.0F);
+      };
+      return V3f(0.1F + lobe(1) + lobe(sign)) * l.z;
+    });
+    FitOptions options;
+    options.view_table = false;
+    CHECK(error_of(fitted(c, options).fabric, c) < 0.01);
+  }
+}
+
+TEST_CASE("samples that are NaN, infinite or negative are refused with their place") {
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1e-6F}) {
+    Case c = case_of(glossy);
+    c.level.radiance[(3 * 36 + 7) * 36 + 5].y = bad;
+    auto result = fit(c.level, c.header);
+    REQUIRE_FALSE(result);
+    CHECK(result.error().code == Code::samples_not_finite);
+    CHECK(result.error().place == "texel 1,1, view 7, light 5");
+    c = case_of(glossy);
+    c.level.alpha[36 + 3] = bad;
+    result = fit(c.level, c.header);
+    REQUIRE_FALSE(result);
+    CHECK(result.error().place == "texel 1,0, view 3");
+    c = case_of(glossy);
+    c.level.normal[2].x = bad;
+    CHECK(fit(c.level, c.header).has_value() == (bad < 0));
+  }
+}
+
+TEST_CASE("the float evaluation agrees with the formula in double precision") {
+  const Fabric fabric = fitted(case_of(glossy)).fabric;
+  Fabric plain = fabric;
+  plain.levels[0].view_table.reset();
+  for (const DirectionPair& pair : probes()) {
+    const V3f value = evaluate(plain, 0, 0, 0, pair.light, pair.view).radiance;
+    const FabricLevel& level = plain.levels[0];
+    const V3d n(level.frame->normal[0]);
+    const V3d t(level.frame->tangent[0]);
+    const V3d b = n.cross(t);
+    const auto local = [&](const V3f& d) { return V3d(V3d(d).dot(t), V3d(d).dot(b), V3d(d).dot(n)); };
+    const V3d l = local(pair.light);
+    const V3d v = local(pair.view);
+    for (int c = 0; c < 3; ++c) {
+      std::vector<double> p;
+      for (std::size_t k = 0; k < 9; ++k) {
+        p.push_back(static_cast<double>(level.lobes->parameters[static_cast<std::size_t>(c) * 9 + k]));
+      }
+      // Rounding of the base to 2^-24 is multiplied by the exponent, at most 200.
+      const double exact = lafortune(p.data(), 2, &l.x, &v.x);
+      CHECK(std::abs(static_cast<double>(value[c]) - exact) <= 2e-4 * exact + 1e-7);
+    }
+  }
+}
+
+TEST_CASE("random and adversarial textures never give NaN or infinity") {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    Random random(seed, 17);
+    const auto pick = [&](std::initializer_list<double> values) {
+      return values.begin()[static_cast<std::size_t>(random.uniform() * static_cast<double>(values.size()))];
+    };
+    const auto size = [&](int most) { return 1 + static_cast<int>(random.uniform() * most); };
+    const DirectionGrid views{size(4), size(4)};
+    const DirectionGrid lights{size(4), size(4)};
+    const bool wild = seed % 2 == 0;
+    Case c = case_of(size(3), size(3), views, lights, [&](int, const V3f&, const V3f&) {
+      const auto value = [&] {
+        return static_cast<float>(wild ? pick({0, 1e-45, 1e-38, 1e-30, 1e-8, 1, 1e8, 1e30, 3.4e38})
+                                       : random.uniform());
+      };
+      return V3f(value(), value(), value());
+    });
+    for (float& alpha : c.level.alpha) {
+      alpha = static_cast<float>(wild ? pick({0, 1e-45, 1e-30, 1e-6, 0.5, 1}) : random.uniform());
+    }
+    for (V3f& n : c.level.normal) {
+      n = V3f(static_cast<float>(random.uniform() - 0.5), static_cast<float>(random.uniform() - 0.5),
+              static_cast<float>(pick({0, 1e-6, 0.1, 1, -0.5})));
+    }
+    FitOptions options;
+    options.lobes = static_cast<int>(random.uniform() * 5);
+    options.view_table = random.uniform() < 0.7;
+    options.table.damping = pick({0, 0.05});
+    options.table.smoothness = pick({0, 0.05});
+    CAPTURE(seed);
+    const FitResult result = fitted(c, options);
+    for (const FitLevelReport& level : result.levels) CHECK(std::isfinite(level.training_error));
+    for (const DirectionPair& pair : probes()) {
+      CHECK(std::isfinite(evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).radiance.x));
+    }
+  }
+}
