@@ -328,9 +328,11 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   for (const Yarn& yarn : found.pattern.yarns) least = std::min(least, yarn.radius_mm);
   const double thinner = std::min(1.0, 1 + 0.5 * *clearance / least);
   for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= thinner;
-  if (result.part * thinner < 0.995) {
-    found.remarks.push_back(fmt::format("round yarns have room for {:.2f} of the draft's thickness: thinner",
-                                        result.part * thinner));
+  found.thickness_share = result.part * thinner;
+  if (found.thickness_share < 0.995) {
+    found.remarks.push_back(
+        fmt::format("yarns thinned to {:.2f} of the draft's thickness: round ones have no more room",
+                    found.thickness_share));
   }
   return found;
 }
@@ -360,7 +362,7 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
     if (stitch.info.name != name_or_path) continue;
     auto pattern = relaxed(stitch, settings);
     if (!pattern) return tl::unexpected(pattern.error());
-    return FoundStitch{std::move(*pattern), {1, 1}, {}};
+    return FoundStitch{.pattern = std::move(*pattern)};
   }
   std::error_code ignored;
   if (!std::filesystem::exists(name_or_path, ignored)) {
@@ -373,7 +375,7 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
   if (auto known = StitchValues::create(name_or_path, {}, settings); !known) {
     return tl::unexpected(known.error());
   }
-  return FoundStitch{std::move(*pattern), {1, 1}, {}};
+  return FoundStitch{.pattern = std::move(*pattern)};
 }
 
 }  // namespace selvedge

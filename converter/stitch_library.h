@@ -25,8 +25,9 @@ StitchPattern plain_weave();
 /// A stitch and what is to be said of it.
 struct FoundStitch {
   StitchPattern pattern;
-  V2i least_texels{1, 1};            ///< of a fabric that shows every yarn; 1: nothing is demanded
-  std::vector<std::string> remarks;  ///< what was chosen or left out, one line each
+  V2i least_texels{1, 1};              ///< of a fabric that shows every yarn; 1: nothing is demanded
+  double thickness_share = 1;          ///< how thick its yarns are, as a share of what a draft says
+  std::vector<std::string> remarks{};  ///< what was chosen or left out, one line each
 };
 
 /// Overlap of neighbouring yarns, in radii, that still counts as touching.

@@ -50,6 +50,12 @@ int list_stitches(const StitchCommand& command) {
   return 0;
 }
 
+std::string lines_of(const std::vector<std::string>& remarks) {
+  std::string text;
+  for (const std::string& remark : remarks) text += "  " + remark + "\n";
+  return text;
+}
+
 int write_description(const StitchCommand& command) {
   const auto stitch = find_stitch(command.input, command.cell.settings);
   if (!stitch) return report_error(stitch.error());
@@ -61,8 +67,12 @@ int write_description(const StitchCommand& command) {
   if (auto ok = write_file(command.output, json); !ok) return report_error(ok.error());
   const StitchPattern& pattern = stitch->pattern;
   report(command.common, "stitch",
-         {{"stitch", pattern.name}, {"output", command.output}, {"remarks", stitch->remarks}},
-         fmt::format("{}: {} yarns -> {}\n", pattern.name, pattern.yarns.size(), command.output));
+         {{"stitch", pattern.name},
+          {"output", command.output},
+          {"thicknessShare", stitch->thickness_share},
+          {"remarks", stitch->remarks}},
+         fmt::format("{}: {} yarns -> {}\n{}", pattern.name, pattern.yarns.size(), command.output,
+                     lines_of(stitch->remarks)));
   return 0;
 }
 
@@ -92,6 +102,7 @@ int run(const StitchCommand& command) {
     if (!clearance) return report_error(clearance.error());
     json["yarns"] = cell->stitch->pattern.yarns.size();
     json["clearanceMm"] = *clearance;
+    json["thicknessShare"] = cell->stitch->thickness_share;
     text += std::abs(*clearance) < 1e-6
                 ? ", yarns touch"
                 : fmt::format(", yarns {} {:.2g} mm", *clearance < 0 ? "overlap by" : "are apart by",
@@ -105,7 +116,7 @@ int run(const StitchCommand& command) {
   json["remarks"] = remarks_of(*cell);
   json["output"] = command.output;
   text += (command.output.empty() ? "" : " -> " + command.output) + "\n";
-  for (const std::string& remark : remarks_of(*cell)) text += "  " + remark + "\n";
+  text += lines_of(remarks_of(*cell));
   report(command.common, "stitch", json, text);
   return 0;
 }

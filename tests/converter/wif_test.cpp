@@ -1,6 +1,7 @@
 #include "converter/wif.h"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -261,7 +262,24 @@ TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room 
   CHECK(stitch->pattern.yarns[0].radius_mm < 0.5);
   const double least = std::min(stitch->pattern.yarns[0].radius_mm, stitch->pattern.yarns[4].radius_mm);
   CHECK(std::abs(*minimum_clearance(stitch->pattern, "")) < touching_overlap * least);
-  CHECK(stitch->remarks.size() == 3);
+  REQUIRE(stitch->remarks.size() == 3);
+  // By how much they were thinned: the warp is drawn as thick as its spacing, 1 mm.
+  CHECK(stitch->thickness_share < 0.995);
+  CHECK(stitch->pattern.yarns[0].radius_mm == doctest::Approx(0.5 * stitch->thickness_share));
+  CHECK(stitch->remarks.back() ==
+        fmt::format("yarns thinned to {:.2f} of the draft's thickness: round ones have no more room",
+                    stitch->thickness_share));
+}
+
+TEST_CASE("a draft with room for its yarns keeps their thickness, and nothing is said of it") {
+  const auto path = (std::filesystem::temp_directory_path() / "selvedge_loose.wif").string();
+  REQUIRE(write_file(path, with("Thickness=0.06", "Thickness=0.03", good)));
+  const auto stitch = find_stitch(path);
+  std::filesystem::remove(path);
+  REQUIRE(stitch);
+  CHECK(stitch->thickness_share == 1);
+  CHECK(stitch->pattern.yarns[0].radius_mm == doctest::Approx(0.15));
+  for (const std::string& remark : stitch->remarks) CHECK(remark.find("thinned") == std::string::npos);
 }
 
 TEST_CASE("the real drafts become weaves") {
