@@ -96,6 +96,30 @@ function transform_of(info) {
   return {offset, scale, rotation, set: t.texCoord ?? info.texCoord ?? 0};
 }
 
+/** What keeps a fabric from lying on a surface by its transform: the member and why; null where nothing does. */
+function transform_fault(reference) {
+  const {offset, scale, rotation} = transform_of(reference);
+  const beyond = Object.entries({offset, rotation: [rotation], scale})
+    .find(([, values]) => values.some((x) => !Number.isFinite(Math.fround(x))));
+  if (beyond) return [beyond[0], 'is beyond 32-bit floats'];
+  return scale.some((x) => Math.abs(x) < 2 ** -126) ? ['scale', 'is no scale'] : null;
+}
+
+/** The fallback repeats as the fabric does. */
+function check_wrapping(gltf, material, place, report) {
+  const {baseColorTexture, metallicRoughnessTexture} = material.pbrMetallicRoughness ?? {};
+  const textures = {
+    'pbrMetallicRoughness/baseColorTexture': baseColorTexture,
+    'pbrMetallicRoughness/metallicRoughnessTexture': metallicRoughnessTexture,
+    normalTexture: material.normalTexture,
+  };
+  for (const [at, info] of Object.entries(textures)) {
+    const {wrapS = 10497, wrapT = 10497} = gltf.samplers?.[gltf.textures?.[info?.index]?.sampler] ?? {};
+    if (wrapS !== 10497 || wrapT !== 10497)
+      report('GLTF_FALLBACK', `${place}/${at}`, 'does not repeat as the fabric does');
+  }
+}
+
 function check_fallback(material, reference, place, report) {
   const {metallicFactor = 1, baseColorTexture} = material.pbrMetallicRoughness ?? {};
   const warn = (at, message) => report('GLTF_FALLBACK', `${place}/${at}`, message);
@@ -146,7 +170,12 @@ function check_material(gltf, material, i, fabrics, items, report) {
     return wrong(`${at}/fabric/index`, 'is not a fabric of the file');
   const {set} = transform_of(reference);
   if (!is_index(set)) return wrong(`${at}/fabric/texCoord`, 'is not a UV set');
+  const fault = transform_fault(reference);
+  if (fault) return wrong(`${at}/fabric/extensions/KHR_texture_transform/${fault[0]}`, fault[1]);
   const fabric = fabrics[reference.index];
+  if (material.doubleSided !== true)
+    report('GLTF_ADVICE', `${place}/doubleSided`, 'the back of the cloth is not drawn');
+  check_wrapping(gltf, material, place, report);
   check_primitives(gltf, material, i, set, report);
   check_fallback(material, reference, place, report);
   check_mirror(material, reference, items[reference.index], fabric, place, report);

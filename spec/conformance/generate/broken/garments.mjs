@@ -19,6 +19,14 @@ import {
   root
 } from '../garment.mjs';
 
+const UV = 'KHR_texture_transform', BASE_COLOUR = 'pbrMetallicRoughness/baseColorTexture';
+/** The same change to the transforms of fabric, fallback and mirror. */
+const transform_all = (g, change) => {
+  const {pbrMetallicRoughness, extras} = g.materials[0];
+  for (const info of [reference_of(g), pbrMetallicRoughness.baseColorTexture, extras[NAME]])
+    Object.assign(info.extensions[UV], change);
+};
+
 export const broken_garments = [
   extension(
     'required', 'the extension is listed in extensionsRequired', '/extensionsRequired',
@@ -153,6 +161,12 @@ export const broken_garments = [
       reference_of(g).index = '0';
     }),
   extension(
+    'scale-zero', 'a scale of 0: the fabric lies in no direction', `${material}/fabric/extensions/${UV}/scale`,
+    (g) => transform_all(g, {scale: [0, 4]})),
+  extension(
+    'offset-beyond-floats', 'an offset beyond 32-bit floats', `${material}/fabric/extensions/${UV}/offset`,
+    (g) => transform_all(g, {offset: [1e39, 0]})),
+  extension(
     'tex-coord-negative', 'a negative texCoord', `${material}/fabric/texCoord`,
     (g) => {
       reference_of(g).texCoord = -1;
@@ -284,6 +298,17 @@ export const unwise_garments = [
           g.materials[0].extras[NAME],
           {index: {index: 1}, name: {name: 'wool'}, 'tex-coord': {texCoord: 1}}[what]);
       })),
+  fixture(
+    'GLTF_FALLBACK', 'clamped', 'a fallback that does not repeat', `/materials/0/${BASE_COLOUR}`,
+    (g) => {
+      g.samplers = [{wrapS: 33071}];
+      g.textures[0].sampler = 0;
+    }),
+  fixture(
+    'GLTF_ADVICE', 'single-sided', 'cloth that is not drawn from behind', '/materials/0/doubleSided',
+    (g) => {
+      g.materials[0].doubleSided = false;
+    }),
   fixture(
     'GLTF_FALLBACK', 'metal', 'a fallback without metallicFactor: it is metal', '/materials/0',
     (g) => {
