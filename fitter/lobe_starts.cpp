@@ -5,12 +5,7 @@
 #include <cmath>
 
 #include "fitter/small_solve.h"
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
-#define SELVEDGE_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define SELVEDGE_WIDE
-#endif
+#include "fitter/wide.h"
 
 namespace selvedge {
 namespace {

@@ -1,14 +1,18 @@
 // What the fit costs and how good it is, in tables. SAMPLES is a samples file, or a built-in stitch, which is
 // baked first (TEXELS a side, 64 views x 64 lights).
 //
-//   selvedge-fit-bench speed SAMPLES [STEP]        against plain Ceres, on every STEP-th row of level 0's
-//   texels selvedge-fit-bench restarts SAMPLES [TEXELS [COUNT]]   against the best of COUNT (20) random
-//   restarts selvedge-fit-bench lobes SAMPLES [TEXELS]      0 to 4 lobes, with and without table
-//   selvedge-fit-bench scale                       how time grows with texels, samples and lobes
-//   selvedge-fit-bench memory [TEXELS [VIEWS]]     what a fit holds of a file of TEXELS (128) a side and
-//   VIEWS (128)
-//                                                  views and lights, of smooth synthetic samples
-//   selvedge-fit-bench reflectance FOLDER          one texel against measured fabrics (tests/fitter)
+//   selvedge-fit-bench speed SAMPLES [STEP]
+//     against plain Ceres, on every STEP-th row of level 0's texels
+//   selvedge-fit-bench restarts SAMPLES [TEXELS [COUNT]]
+//     against the best of COUNT (20) random restarts
+//   selvedge-fit-bench lobes SAMPLES [TEXELS]
+//     0 to 4 lobes, with and without table
+//   selvedge-fit-bench scale
+//     how time grows with texels, samples and lobes
+//   selvedge-fit-bench memory [TEXELS [VIEWS]]
+//     what a fit holds of a file of TEXELS (128) a side and VIEWS (128) views and lights, of smooth samples
+//   selvedge-fit-bench reflectance FOLDER
+//     one texel against measured fabrics (tests/fitter)
 #include <fmt/format.h>
 #include <sys/resource.h>
 
