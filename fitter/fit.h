@@ -19,7 +19,7 @@ struct FitOptions {
   int lobes = 2;            ///< 0 to 16
   bool view_table = true;   ///< else T = 1 and the layer is left out
   ViewTableOptions table;   ///< see view_table.h
-  int starts = 3;           ///< searches per texel and channel; 16 on levels of at most 4 x 4 texels
+  int starts = 3;           ///< searches per texel and channel; 16 on levels of at most 16 texels
   int max_iterations = 60;  ///< of a search
   double tolerance = 1e-4;  ///< share of the cost below which an iteration counts as none
   std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time
@@ -29,6 +29,7 @@ struct FitLevelReport {
   int width = 0;
   int height = 0;
   double training_error = 0;   ///< relative L2 over all samples, weighted by opacity
+  double cost = 0;             ///< what was minimised: squared error and penalties, as a share of the energy
   double mean_iterations = 0;  ///< evaluations of all samples, per texel and channel
   int unconverged = 0;         ///< texels with a channel that came to max_iterations
   int unseen = 0;              ///< texels that are holes from every view

@@ -57,6 +57,7 @@ float held(double value) {
 
 struct TexelTotals {
   double error = 0;
+  double cost = 0;
   double energy = 0;
   int iterations = 0;
   bool converged = true;
@@ -133,7 +134,11 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
   lobe_options.channel.view_table = options_.view_table;
   lobe_options.channel.table = options_.table;
   lobe_options.lobes = options_.lobes;
-  lobe_options.starts = level.texels() <= small ? std::max(16, options_.starts) : options_.starts;
+  lobe_options.starts = options_.starts;
+  if (level.texels() <= small) {
+    lobe_options.starts = std::max(16, options_.starts);
+    lobe_options.finalists = 4;
+  }
   lobe_options.max_iterations = options_.max_iterations;
   lobe_options.tolerance = options_.tolerance;
 
@@ -154,13 +159,14 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     const TexelSamples samples =
         gather_texel(alpha, &rows.radiance[from * views * lights], directions_, normal, tangent);
     TexelTotals& total = totals[from];
-    total.error = total.energy = samples.unreachable;
+    total.error = total.cost = total.energy = samples.unreachable;
     for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
     total.samples = total.views * samples.lights.size();
     const std::array<ChannelFit, 3> fits = texel_fit_(samples, lobe_options);
     for (std::size_t c = 0; c < 3; ++c) {
       const ChannelFit& fit = fits[c];
       total.error += fit.error;
+      total.cost += fit.cost;
       total.energy += fit.energy;
       total.iterations += fit.iterations;
       total.converged = total.converged && fit.converged;
@@ -180,6 +186,7 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
   const double share = 1 / (3.0 * level.texels());
   for (const TexelTotals& total : totals) {
     sums.error += total.error;
+    sums.cost += total.cost;
     sums.energy += total.energy;
     report.mean_iterations += total.iterations * share;
     report.unconverged += total.converged ? 0 : 1;
@@ -187,6 +194,7 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     const std::size_t unknowns = stride + (options_.view_table ? total.views : 0);
     report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
+  report.cost = sums.energy > 0 ? sums.cost / sums.energy : 0;
   report.training_error = sums.energy > 0 ? std::sqrt(sums.error / sums.energy) : 0;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report.seconds += seconds;

@@ -30,6 +30,7 @@ class RowFit {
     int first = 0;        ///< index of the first of them
     int next_coarse = 0;  ///< rows of the next level made so far
     double error = 0;     ///< sums for the report
+    double cost = 0;
     double energy = 0;
   };
 

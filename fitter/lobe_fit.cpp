@@ -161,8 +161,9 @@ int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int
 
 namespace {
 
-/// Of a channel: from several starts, all of which go a little way and the best to the end. Many lobes begin
-/// with the best of fewer, too: with each lobe more the dictionary finds fewer of the good minima.
+/// Of a channel: from several starts, all of which go a little way and the best of them to the end. Many
+/// lobes begin with the best of fewer, too: with each lobe more the dictionary finds fewer of the good
+/// minima.
 ChannelState best_state(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
                         const LobeFitOptions& options, int& iterations, bool& converged) {
   constexpr int first_leg = 6;
@@ -176,10 +177,17 @@ ChannelState best_state(ChannelProblem& problem, StartSearch& search, int channe
   for (ChannelState& state : states) {
     iterations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1, converged);
   }
-  ChannelState best =
-      *std::min_element(states.begin(), states.end(),
-                        [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });
-  iterations += minimise(problem, best, options.tolerance, options.max_iterations, converged);
+  const auto cheaper = [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; };
+  std::stable_sort(states.begin(), states.end(), cheaper);
+  states.resize(std::min(states.size(), static_cast<std::size_t>(options.finalists)));
+  ChannelState best = states.front();
+  for (ChannelState& state : states) {
+    bool done = false;
+    iterations += minimise(problem, state, options.tolerance, options.max_iterations, done);
+    if (cheaper(best, state)) continue;
+    best = state;
+    converged = done;
+  }
   return best;
 }
 

@@ -11,7 +11,8 @@ namespace selvedge {
 struct LobeFitOptions {
   ChannelOptions channel;
   int lobes = 2;
-  int starts = 3;           ///< how many local minima are looked at
+  int starts = 3;           ///< searches that go a little way
+  int finalists = 1;        ///< the best of them, which go to the end
   int max_iterations = 60;  ///< of each search
   /// A search ends where an iteration lowers the cost by less than this share, and where the next one is
   /// expected to.

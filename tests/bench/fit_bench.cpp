@@ -187,12 +187,13 @@ int restarts(const std::string& samples, int texels, int count) {
   const auto b = need(compare(best.result.fabric, input.held_out, PairKind::held_out));
   fmt::print("{}: ours {:.1f} s, best of {} restarts for every texel and channel {:.1f} s\n", samples,
              ours.seconds, count, best.seconds);
-  fmt::print("level   texels  squared error of best  held-out dB  of best  difference\n");
+  fmt::print("level   texels  cost of best  squared error of best  held-out dB  of best  difference\n");
   for (std::size_t k = 0; k < a.levels.size(); ++k) {
     const double of_ours = ours.result.levels[k].training_error;
     const double of_best = best.result.levels[k].training_error;
-    fmt::print("{:5}  {:>7}  {:21.4f}  {:11.2f}  {:7.2f}  {:+10.2f}\n", k,
+    fmt::print("{:5}  {:>7}  {:12.4f}  {:21.4f}  {:11.2f}  {:7.2f}  {:+10.2f}\n", k,
                fmt::format("{}x{}", a.levels[k].width, a.levels[k].height),
+               ours.result.levels[k].cost / best.result.levels[k].cost,
                of_ours * of_ours / (of_best * of_best), a.levels[k].psnr, b.levels[k].psnr,
                a.levels[k].psnr - b.levels[k].psnr);
   }
