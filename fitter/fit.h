@@ -19,7 +19,7 @@ struct FitOptions {
   int lobes = 2;            ///< 0 to 16
   bool view_table = true;   ///< else T = 1 and the layer is left out
   ViewTableOptions table;   ///< see view_table.h
-  int starts = 3;           ///< searches per texel and channel; 16 on levels of at most 16 texels
+  int starts = 3;           ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;  ///< of a search
   double tolerance = 1e-4;  ///< share of the cost below which an iteration counts as none
   std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time

@@ -130,14 +130,16 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
   const auto stride = static_cast<std::size_t>(parameter_count(options_.lobes));
   // Where a level is small its minima cost nothing to search, and its errors are seen from afar.
   constexpr int small = 16;
+  constexpr int tiny = 4;
   LobeFitOptions lobe_options;
   lobe_options.channel.view_table = options_.view_table;
   lobe_options.channel.table = options_.table;
   lobe_options.lobes = options_.lobes;
   lobe_options.starts = options_.starts;
   if (level.texels() <= small) {
-    lobe_options.starts = std::max(16, options_.starts);
-    lobe_options.finalists = 4;
+    const bool is_tiny = level.texels() <= tiny;
+    lobe_options.starts = std::max(is_tiny ? 48 : 16, options_.starts);
+    lobe_options.finalists = is_tiny ? 24 : 4;
   }
   lobe_options.max_iterations = options_.max_iterations;
   lobe_options.tolerance = options_.tolerance;
