@@ -161,18 +161,21 @@ int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int
 
 namespace {
 
-/// Of a channel: from several starts, all of which go a little way and the best of them to the end. Many
-/// lobes begin with the best of fewer, too: with each lobe more the dictionary finds fewer of the good
+/// Of a channel: from several starts, all of which go a little way and the best of them to the end. More than
+/// two lobes begin with the best of one less: with each lobe more the dictionary finds fewer of the good
 /// minima.
 ChannelState best_state(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
                         const LobeFitOptions& options, int& iterations, bool& converged) {
   constexpr int first_leg = 6;
   constexpr int found_by_dictionary = 2;
-  std::vector<ChannelState> states = search.starts(channel, lobes, static_cast<std::size_t>(options.starts));
+  const auto count = static_cast<std::size_t>(options.starts);
+  std::vector<ChannelState> states;
   if (lobes > found_by_dictionary) {
     const ChannelState fewer =
         best_state(problem, search, channel, lobes - 1, options, iterations, converged);
-    for (ChannelState& state : StartSearch::grown(problem, fewer, 2)) states.push_back(std::move(state));
+    states = StartSearch::grown(problem, fewer, count);
+  } else {
+    states = search.starts(channel, lobes, count);
   }
   for (ChannelState& state : states) {
     iterations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1, converged);

@@ -218,7 +218,8 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
 std::vector<ChannelState> StartSearch::grown(ChannelProblem& problem, const ChannelState& from,
                                              std::size_t count) {
   std::vector<ChannelState> states;
-  for (std::size_t entry = 1; entry <= dictionary().size() * exponents; ++entry) {
+  constexpr std::size_t middle = 2;  // of the exponents: a search soon finds its own
+  for (std::size_t entry = middle; entry <= dictionary().size() * exponents; entry += exponents) {
     ChannelState state = from;
     state.shapes.push_back(shape_of(entry));
     state.sizes.push_back(0);

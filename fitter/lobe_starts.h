@@ -19,7 +19,8 @@ class StartSearch {
   /// least one.
   std::vector<ChannelState> starts(int channel, int lobes, std::size_t count);
 
-  /// The `count` best of all states with one more lobe, out of the dictionary, judged by the problem itself.
+  /// The `count` best of all states with one more lobe, of any direction of the dictionary, judged by the
+  /// problem itself.
   static std::vector<ChannelState> grown(ChannelProblem& problem, const ChannelState& from,
                                          std::size_t count);
 
