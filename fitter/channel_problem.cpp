@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fitter/light_sums.h"
 #include "fitter/small_solve.h"
 #include "fitter/view_sums.h"
 
@@ -42,6 +43,11 @@ double mean_energy(const TexelSamples& samples, double energy) {
   return weight > 0 ? energy / weight : 0;
 }
 
+/// Mean over lights of the squared radiance, likewise.
+double mean_of_lights(const TexelSamples& samples, double energy) {
+  return samples.lights.empty() ? 0 : energy / static_cast<double>(samples.lights.size());
+}
+
 /// Which factor of the view a column of LobeMoments has.
 std::size_t factor_of(std::size_t column) { return column == 0 || column % 4 == 0 ? 0 : column % 4; }
 
@@ -64,8 +70,11 @@ ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, std::ve
       energy_(energy_of(samples, channel, lights_)),
       peak_(peak_of(samples, channel) * options.peak),
       ridge_(peak_ > 0 ? options.ridge * energy_ / (peak_ * peak_) : 0),
-      system_(samples, options.table.damping * mean_energy(samples, energy_),
+      system_(samples.views, samples.grid, options.table.damping * mean_energy(samples, energy_),
               options.table.smoothness * mean_energy(samples, energy_)),
+      light_system_(samples.all_lights, samples.light_grid,
+                    options.table.damping * mean_of_lights(samples, energy_),
+                    options.table.smoothness * mean_of_lights(samples, energy_)),
       square_(samples.stride()),
       cross_(samples.stride()),
       weights_(10 * samples.stride()) {
@@ -185,8 +194,26 @@ void ChannelProblem::sum_model(const ChannelState& state) {
   }
 }
 
+void ChannelProblem::take_cosines(const ChannelState& state) {
+  cosine_.clear();
+  for (std::size_t l = 0; l < samples_.lights.size(); ++l) {
+    const double s = state.light_table.empty() ? 1 : state.light_table[samples_.light_of[l]];
+    cosine_.push_back(samples_.lights[l].z * static_cast<float>(s));
+  }
+}
+
+void ChannelProblem::fit_light_table(ChannelState& state) const {
+  const LightSums sums = light_sums(samples_, channel_, lights_, state.shapes, state.sizes, state.table);
+  DirectionTableSystem system = light_system_;
+  system.factor(sums.square.data());
+  state.light_table.resize(samples_.all_lights);
+  system.solve(sums.cross.data(), state.light_table.data());
+  for (double& s : state.light_table) s = std::max(s, 0.0);
+}
+
 void ChannelProblem::evaluate(ChannelState& state, int turns) {
-  moments_.compute(samples_, channel_, lights_, state.shapes);
+  take_cosines(state);
+  moments_.compute(samples_, channel_, cosine_, lights_, state.shapes);
   gather_bases(state);
   if (!options_.view_table) turns = std::min(turns, 1);
   for (int i = 0; i < turns; ++i) {
@@ -206,6 +233,7 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
   state.cost = state.error;
   for (std::size_t i = 1; i < state.sizes.size(); ++i) state.cost += ridge_ * state.sizes[i] * state.sizes[i];
   if (options_.view_table) state.cost += system_.penalty(state.table.data());
+  if (!state.light_table.empty()) state.cost += light_system_.penalty(state.light_table.data());
 }
 
 void ChannelProblem::normal_equations(const ChannelState& state, std::vector<double>& matrix,

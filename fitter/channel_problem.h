@@ -1,25 +1,26 @@
 // The least-squares problem of one colour channel of one texel: lobes and view table together.
 //
-//   f(l, v) = T(v) c(l) ( rho + sum_j size_j max(0, d_j . (l * v))^n_j ),   max |d_j| = 1
+//   f(l, v) = T(v) S(l) l_z ( rho + sum_j size_j max(0, d_j . (l * v))^n_j ),   max |d_j| = 1
 //
-// is the paper's model (lafortune.h) with C_j = size_j^(1 / n_j) d_j. For given shapes (d, n) the sizes and
-// the table are each a linear problem; only the shapes are searched (variable projection, Golub & Pereyra
-// 1973).
+// is the paper's model (lafortune.h) with C_j = size_j^(1 / n_j) d_j, and on request a table over lights. For
+// given shapes (d, n) the sizes and the table are each a linear problem; only the shapes are searched
+// (variable projection, Golub & Pereyra 1973).
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "fitter/direction_table.h"
 #include "fitter/lobe_moments.h"
 #include "fitter/texel_samples.h"
-#include "fitter/view_table.h"
 
 namespace selvedge {
 
 struct ChannelOptions {
-  bool view_table = true;  ///< else T = 1
-  ViewTableOptions table;
+  bool view_table = true;    ///< else T = 1
+  bool light_table = false;  ///< else S = 1
+  DirectionTableOptions table;
   double min_exponent = 1;
   double max_exponent = 200;  ///< sharper than a lobe that 64 x 64 directions can show
   /// The most that a lobe may reach anywhere, in units of the largest radiance over cosine (cosine taken as
@@ -34,10 +35,11 @@ struct ChannelOptions {
 /// A point of the search. In units of the samples' scale.
 struct ChannelState {
   std::vector<LobeShape> shapes;
-  std::vector<double> sizes;  ///< rho, then each lobe's; >= 0
-  std::vector<double> table;  ///< [view]
-  double error = 0;           ///< sum over views and lights of w (f - r)^2
-  double cost = 0;            ///< the error and all penalties: what is minimised
+  std::vector<double> sizes;        ///< rho, then each lobe's; >= 0
+  std::vector<double> table;        ///< [view]
+  std::vector<double> light_table;  ///< S of all lights; empty: 1
+  double error = 0;                 ///< sum over views and lights of w (f - r)^2
+  double cost = 0;                  ///< the error and all penalties: what is minimised
 };
 
 class ChannelProblem {
@@ -56,6 +58,9 @@ class ChannelProblem {
   /// table stay.
   void evaluate(ChannelState& state, int turns);
 
+  /// Gives the state the light table that is best with its lobes and view table. Its cost is not judged.
+  void fit_light_table(ChannelState& state) const;
+
   /// Gauss-Newton's matrix (row-major) and the cost's half gradient at the state that was evaluated last, the
   /// table eliminated. Unknowns: rho; per lobe its size, two components of its direction (those after
   /// `longest`, cyclic), ln n.
@@ -63,6 +68,7 @@ class ChannelProblem {
                         std::vector<double>& gradient);
 
  private:
+  void take_cosines(const ChannelState& state);
   void gather_bases(const ChannelState& state);
   void solve_sizes(ChannelState& state);
   void sum_model(const ChannelState& state);
@@ -74,7 +80,9 @@ class ChannelProblem {
   double energy_;
   double peak_;
   double ridge_;
-  ViewTableSystem system_;
+  DirectionTableSystem system_;
+  DirectionTableSystem light_system_;
+  std::vector<float> cosine_;                  ///< of each light, times S
   std::array<std::vector<double>, 4> factor_;  ///< of a column, by view: none, x, y, z
   LobeMoments moments_;
   // Of the shapes evaluated last. Bases: the cosine, then each lobe.

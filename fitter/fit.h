@@ -16,12 +16,13 @@ namespace selvedge {
 /// The bound on a lobe's peak (channel_problem.h) holds before the table is normalised: in the fabric a lobe
 /// may reach its bound times the mean that the table had, and T times the lobe is bounded as before.
 struct FitOptions {
-  int lobes = 2;            ///< 0 to 16
-  bool view_table = true;   ///< else T = 1 and the layer is left out
-  ViewTableOptions table;   ///< see view_table.h
-  int starts = 3;           ///< searches per texel and channel; more on levels of at most 16
-  int max_iterations = 60;  ///< of a search
-  double tolerance = 1e-4;  ///< share of the cost below which an iteration counts as none
+  int lobes = 2;                ///< 0 to 16
+  bool view_table = true;       ///< else T = 1 and the layer is left out
+  bool light_table = false;     ///< S(l) as well, fitted by turns with all else
+  DirectionTableOptions table;  ///< see direction_table.h
+  int starts = 3;               ///< searches per texel and channel; more on levels of at most 16
+  int max_iterations = 60;      ///< of a search
+  double tolerance = 1e-4;      ///< share of the cost below which an iteration counts as none
   std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time
 };
 

@@ -72,12 +72,13 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     : options_(options),
       progress_(progress),
       texel_fit_(std::move(texel_fit)),
-      directions_{directions_of(header.views), directions_of(header.lights), header.views} {
+      directions_{directions_of(header.views), directions_of(header.lights), header.views, header.lights} {
   Fabric& fabric = result_.fabric;
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
   fabric.thickness_mm = header.thickness_mm;
   fabric.views = header.views;
+  if (options.light_table) fabric.lights = header.lights;
   const int count = level_count(header.width, header.height);
   levels_.resize(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
@@ -91,6 +92,9 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     level.frame = FrameLayer{std::vector<V3f>(texels), std::vector<V3f>(texels)};
     level.opacity = OpacityLayer{std::vector<float>(texels * views)};
     if (options.view_table) level.view_table = ViewTableLayer{std::vector<V3f>(texels * views)};
+    if (options.light_table) {
+      level.light_table = LightTableLayer{std::vector<V3f>(texels * directions_.lights.size(), V3f(1))};
+    }
     texels_ += static_cast<double>(texels);
     FitLevelReport report;
     report.width = level.width;
@@ -133,6 +137,7 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
   constexpr int tiny = 4;
   LobeFitOptions lobe_options;
   lobe_options.channel.view_table = options_.view_table;
+  lobe_options.channel.light_table = options_.light_table;
   lobe_options.channel.table = options_.table;
   lobe_options.lobes = options_.lobes;
   lobe_options.starts = options_.starts;
@@ -177,6 +182,9 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
       }
       for (std::size_t v = 0; options_.view_table && v < views; ++v) {
         level.view_table->colour[texel * views + v][static_cast<int>(c)] = held(fit.table[v]);
+      }
+      for (std::size_t l = 0; l < fit.light_table.size(); ++l) {
+        level.light_table->value[texel * lights + l][static_cast<int>(c)] = held(fit.light_table[l]);
       }
     }
     const std::lock_guard lock(guard);

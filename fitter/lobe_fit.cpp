@@ -84,15 +84,22 @@ ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelSt
   fit.cost = state.cost * scale * scale;
   fit.energy = problem.energy() * scale * scale;
   fit.table = state.table;
-  // T to mean 1, lobes by the inverse: their product is unchanged.
+  // T and S to mean 1, lobes by the inverse: their product is unchanged.
   double sum = 0;
   double weight = 0;
   for (std::size_t v = 0; v < samples.views; ++v) {
     sum += samples.weight[v] * state.table[v];
     weight += samples.weight[v];
   }
-  const double mean = sum > 0 ? sum / weight : 1;
+  double mean = sum > 0 ? sum / weight : 1;
   for (double& t : fit.table) t /= mean;
+  fit.light_table = state.light_table;
+  const double of_lights = std::accumulate(fit.light_table.begin(), fit.light_table.end(), 0.0) /
+                           std::max(1.0, static_cast<double>(fit.light_table.size()));
+  if (of_lights > 0) {
+    for (double& s : fit.light_table) s /= of_lights;
+    mean *= of_lights;
+  }
   fit.parameters.push_back(state.sizes[0] * mean * scale);
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {
     const LobeShape& shape = state.shapes[j];
@@ -196,6 +203,35 @@ ChannelState best_state(ChannelProblem& problem, StartSearch& search, int channe
 
 }  // namespace
 
+namespace {
+
+/// The light table and all else by turns, from a state that is good with S = 1. A turn goes further than the
+/// minimum over the light table alone, as the minimum over all lies beyond it, as long as that pays.
+void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptions& options, int& iterations,
+                bool& converged) {
+  constexpr int most_rounds = 60;
+  converged = false;
+  constexpr double longest_step = 4;
+  double step = 1;
+  for (int round = 0; round < most_rounds && !converged; ++round) {
+    ChannelState next = state;
+    problem.fit_light_table(next);
+    for (std::size_t l = 0; l < state.light_table.size(); ++l) {
+      const double from = state.light_table[l];
+      next.light_table[l] = std::max(0.0, from + step * (next.light_table[l] - from));
+    }
+    bool done = false;
+    iterations += minimise(problem, next, options.tolerance, options.max_iterations, done);
+    const double gain = state.cost - next.cost;
+    // The first round has a penalty more than the state before it.
+    if (round == 0 || gain > 0) state = std::move(next);
+    converged = done && round > 0 && step == 1 && gain <= options.tolerance * state.cost;
+    step = round == 0 || gain > options.tolerance * state.cost ? std::min(1.5 * step, longest_step) : 1;
+  }
+}
+
+}  // namespace
+
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
   std::vector<std::uint32_t> lights(samples.lights.size());
   std::iota(lights.begin(), lights.end(), 0U);
@@ -210,6 +246,7 @@ std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOp
     if (options.lobes > 0 && best.error > 1e-6 * problem.energy()) {
       best = best_state(problem, search, c, options.lobes, options, iterations, converged);
     }
+    if (options.channel.light_table) fit_lights(problem, best, options, iterations, converged);
     ChannelFit& fit = fits[static_cast<std::size_t>(c)];
     fit = channel_fit(samples, c, best, problem);
     fit.iterations = iterations;

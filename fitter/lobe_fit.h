@@ -21,11 +21,12 @@ struct LobeFitOptions {
 
 /// One channel of one texel, fitted.
 struct ChannelFit {
-  std::vector<double> parameters;  ///< as in lafortune.h
-  std::vector<double> table;       ///< [view]; mean 1, weighted by opacity; without a table all 1
-  double error = 0;                ///< sum over views and lights above the horizon of w (f - r)^2
-  double cost = 0;                 ///< the error and the penalties
-  double energy = 0;               ///< sum of w r^2
+  std::vector<double> parameters;   ///< as in lafortune.h
+  std::vector<double> table;        ///< [view]; mean 1, weighted by opacity; without a table all 1
+  std::vector<double> light_table;  ///< [light]; mean 1; empty without one
+  double error = 0;                 ///< sum over views and lights above the horizon of w (f - r)^2
+  double cost = 0;                  ///< the error and the penalties
+  double energy = 0;                ///< sum of w r^2
   int iterations = 0;
   bool converged = false;
 };

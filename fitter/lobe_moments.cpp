@@ -13,6 +13,7 @@ constexpr std::size_t block = 16;
 struct Job {
   const TexelSamples& samples;
   const float* radiance;
+  std::span<const float> cosine;
   std::span<const std::uint32_t> lights;
   std::span<const LobeShape> shapes;
   std::size_t stride;
@@ -52,12 +53,13 @@ struct Body {
     }
     const auto less = static_cast<float>(shape.exponent - 1);
     for (std::size_t i = 0; i < count; ++i, to += 4 * L::count) {
-      const V3f& light = job.samples.lights[job.lights[first + i]];
+      const std::uint32_t index = job.lights[first + i];
+      const V3f& light = job.samples.lights[index];
       const Floats base = (d[0] * light.x + d[1] * light.y) + d[2] * light.z;
       Floats log;
       Floats power;
       L::log_and_power(base, less, log, power);
-      power *= light.z;
+      power *= job.cosine[index];
       L::store(power * light.x, to);
       L::store(power * light.y, to + L::count);
       L::store(power * light.z, to + 2 * L::count);
@@ -77,7 +79,7 @@ struct Body {
       for (std::size_t k = 0; k < 4; ++k) {
         Floats column;
         L::load(a + k * L::count, column);
-        cosine[k] += column * job.samples.lights[light].z;
+        cosine[k] += column * job.cosine[light];
         radiance[k] += column * r;
       }
     }
@@ -165,22 +167,22 @@ void run(const Job& job) {
 
 }  // namespace
 
-void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<const std::uint32_t> lights,
-                          std::span<const LobeShape> shapes) {
+void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
+                          std::span<const std::uint32_t> lights, std::span<const LobeShape> shapes) {
   columns_ = 1 + 4 * shapes.size();
   stride_ = samples.stride();
   sums_.assign((columns_ + 1) * (columns_ + 2) / 2 * stride_, 0);
   scratch_.resize(shapes.size() * block * 4 * TexelSamples::lanes);
   const float* radiance = samples.radiance[static_cast<std::size_t>(channel)].data();
-  run({samples, radiance, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()});
+  run({samples, radiance, cosine, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()});
   // The cosine is the same for all views.
   double cosines = 0;
   double* cross = sums_.data() + index(0, columns_) * stride_;
   for (const std::uint32_t light : lights) {
-    const auto cosine = static_cast<double>(samples.lights[light].z);
-    cosines += cosine * cosine;
+    const auto c = static_cast<double>(cosine[light]);
+    cosines += c * c;
     for (std::size_t v = 0; v < stride_; ++v) {
-      cross[v] += cosine * static_cast<double>(radiance[light * stride_ + v]);
+      cross[v] += c * static_cast<double>(radiance[light * stride_ + v]);
     }
   }
   std::fill_n(sums_.data(), stride_, cosines);

@@ -17,7 +17,8 @@ struct LobeShape {
   double exponent = 1;
 };
 
-/// Per view, sums over lights. Columns of the light's cosine c and of each lobe with base
+/// Per view, sums over lights. Columns of the light's factor c (its cosine, times S(l) where there is a table
+/// over lights) and of each lobe with base
 /// b = d . (l * v) > 0:
 ///   column 0           c
 ///   column 1 + 4 j + k c b^(n-1) l_k,  k = x, y, z;  times n v_k it is the derivative by d_k
@@ -25,10 +26,11 @@ struct LobeShape {
 /// Every sum is [stride] long.
 class LobeMoments {
  public:
-  /// `lights` are indices into samples.lights. Sums are of single precision over 16 lights at a time and of
-  /// double precision over those; any number of threads, any width of vectors: the same bits.
-  void compute(const TexelSamples& samples, int channel, std::span<const std::uint32_t> lights,
-               std::span<const LobeShape> shapes);
+  /// `cosine`: c of every light of the samples. `lights` are indices into samples.lights. Sums are of single
+  /// precision over 16 lights at a time and of double precision over those; any number of threads, any width
+  /// of vectors: the same bits.
+  void compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
+               std::span<const std::uint32_t> lights, std::span<const LobeShape> shapes);
 
   std::size_t columns() const { return columns_; }
   /// sum over lights of column a times column b

@@ -15,6 +15,7 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
   TexelSamples out;
   out.views = directions.views.size();
   out.grid = directions.grid;
+  out.light_grid = directions.light_grid;
   const std::size_t stride =
       (out.views + TexelSamples::lanes - 1) / TexelSamples::lanes * TexelSamples::lanes;
   out.weight.assign(stride, 0);
@@ -26,11 +27,11 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
   }
 
   const std::size_t all = directions.lights.size();
-  std::vector<std::size_t> above;
+  out.all_lights = all;
   for (std::size_t l = 0; l < all; ++l) {
     const V3f light = into_frame(directions.lights[l]);
     if (light.z > 0) {
-      above.push_back(l);
+      out.light_of.push_back(static_cast<std::uint32_t>(l));
       out.lights.push_back(light);
       continue;
     }
@@ -43,16 +44,16 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
     float largest = 0;
     for (std::size_t v = 0; v < out.views; ++v) {
       if (!(alpha[v] > 0)) continue;
-      for (const std::size_t l : above) largest = std::max(largest, radiance[v * all + l][channel]);
+      for (const std::uint32_t l : out.light_of) largest = std::max(largest, radiance[v * all + l][channel]);
     }
     // Denormal numbers are not worth a scale of their own.
     if (largest > 1e-37F) out.scale[c] = std::exp2(std::ilogb(largest) + 1);
-    out.radiance[c].assign(above.size() * stride, 0);
-    for (std::size_t i = 0; i < above.size(); ++i) {
+    out.radiance[c].assign(out.lights.size() * stride, 0);
+    for (std::size_t i = 0; i < out.lights.size(); ++i) {
       for (std::size_t v = 0; v < out.views; ++v) {
         if (!(alpha[v] > 0)) continue;
-        out.radiance[c][i * stride + v] =
-            static_cast<float>(static_cast<double>(radiance[v * all + above[i]][channel]) / out.scale[c]);
+        out.radiance[c][i * stride + v] = static_cast<float>(
+            static_cast<double>(radiance[v * all + out.light_of[i]][channel]) / out.scale[c]);
       }
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "format/samples.h"
@@ -16,6 +17,8 @@ struct TexelSamples {
   static constexpr std::size_t lanes = 16;
 
   std::vector<V3f> lights;                 ///< z > 0
+  std::vector<std::uint32_t> light_of;     ///< of each: its index among all lights
+  std::size_t all_lights = 0;              ///< those below the horizon as well
   std::array<std::vector<float>, 3> view;  ///< x, y and z of each view; padded
   std::vector<double>
       weight;  ///< per view, padded: opacity, so that a mip texel has its children's minimiser
@@ -24,8 +27,9 @@ struct TexelSamples {
   /// A power of two per channel, such that radiance is at most 1: nothing overflows in single precision.
   std::array<double, 3> scale{1, 1, 1};
   std::size_t views = 0;
-  /// Layout of the views, which says which are neighbours; 0 x 0: none are.
+  /// Layout of the views, which says which are neighbours; 0 x 0: none are. Likewise of all lights.
   DirectionGrid grid{0, 0};
+  DirectionGrid light_grid{0, 0};
   double unreachable = 0;  ///< weighted squared radiance below the horizon, all channels, unscaled
 
   std::size_t stride() const { return weight.size(); }
@@ -35,7 +39,8 @@ struct TexelSamples {
 struct TexelDirections {
   std::vector<V3f> views;
   std::vector<V3f> lights;
-  DirectionGrid grid{0, 0};  ///< of the views, where they are on one
+  DirectionGrid grid{0, 0};        ///< of the views, where they are on one
+  DirectionGrid light_grid{0, 0};  ///< of the lights
 };
 
 /// `alpha`: [view]; `radiance`: [view * lights + light], both of one texel. `normal` and `tangent` are unit

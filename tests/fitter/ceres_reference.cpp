@@ -167,8 +167,8 @@ class PlainFit {
       }
     }
     const double unit = weight > 0 ? problem_.energy() / weight : 0;
-    ViewTableSystem system(samples_, options_.channel.table.damping * unit,
-                           options_.channel.table.smoothness * unit);
+    DirectionTableSystem system(samples_.views, samples_.grid, options_.channel.table.damping * unit,
+                                options_.channel.table.smoothness * unit);
     system.factor(square.data());
     system.solve(cross.data(), state.table.data());
   }

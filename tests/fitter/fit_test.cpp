@@ -124,11 +124,11 @@ TEST_CASE("the table stays near 1 where the lobes are almost dark") {
   const std::vector<double> square{2.5, 2.5, 2.5, 2.5e-8};
   const std::vector<double> cross{2.5, 2.5, 2.5, 5e-6};
   std::vector<double> table(4);
-  ViewTableSystem undamped(samples, 0, 0);
+  DirectionTableSystem undamped(samples.views, samples.grid, 0, 0);
   undamped.factor(square.data());
   undamped.solve(cross.data(), table.data());
   CHECK(table[3] > 100);
-  ViewTableSystem damped(samples, 0.05 * 2.5, 0);
+  DirectionTableSystem damped(samples.views, samples.grid, 0.05 * 2.5, 0);
   damped.factor(square.data());
   damped.solve(cross.data(), table.data());
   CHECK(table[0] == doctest::Approx(1));
@@ -147,7 +147,7 @@ TEST_CASE("the table solves its normal equations, and holes follow their neighbo
     square[v] = v == 5 ? 0 : 1 + 0.3 * static_cast<double>(v);
     cross[v] = v == 5 ? 0 : 3 * square[v];
   }
-  ViewTableSystem system(samples, d, s);
+  DirectionTableSystem system(samples.views, samples.grid, d, s);
   std::vector<double> table(12);
   system.factor(square.data());
   system.solve(cross.data(), table.data());

@@ -1,34 +1,35 @@
-#include "fitter/view_table.h"
+#include "fitter/direction_table.h"
 
 #include <algorithm>
 
 namespace selvedge {
 
-ViewTableSystem::ViewTableSystem(const TexelSamples& samples, double d, double s)
-    : views_(samples.views),
-      columns_(s > 0 ? static_cast<std::size_t>(samples.grid.columns) : 0),
+DirectionTableSystem::DirectionTableSystem(std::size_t directions, const DirectionGrid& grid, double d,
+                                           double s)
+    : count_(directions),
+      columns_(s > 0 ? static_cast<std::size_t>(grid.columns) : 0),
       damping_(d),
       smoothness_(s),
-      penalties_(views_, d),
+      penalties_(count_, d),
       // Rows below the last one let the loops run without a look at the end.
-      band_((views_ + columns_) * (columns_ + 1)) {
-  for (std::size_t v = 0; v < views_ && columns_ > 0; ++v) {
+      band_((count_ + columns_) * (columns_ + 1)) {
+  for (std::size_t v = 0; v < count_ && columns_ > 0; ++v) {
     const std::size_t neighbours = (v % columns_ > 0 ? 1U : 0U) + (v % columns_ + 1 < columns_ ? 1U : 0U) +
-                                   (v >= columns_ ? 1U : 0U) + (v + columns_ < views_ ? 1U : 0U);
+                                   (v >= columns_ ? 1U : 0U) + (v + columns_ < count_ ? 1U : 0U);
     penalties_[v] += smoothness_ * static_cast<double>(neighbours);
   }
 }
 
-void ViewTableSystem::factor(const double* square) {
+void DirectionTableSystem::factor(const double* square) {
   const std::size_t width = columns_ + 1;
   std::fill(band_.begin(), band_.end(), 0.0);
-  for (std::size_t v = 0; v < views_; ++v) {
+  for (std::size_t v = 0; v < count_; ++v) {
     band_[v * width] = square[v] + penalties_[v];
     if (columns_ == 0) continue;
     if (v % columns_ + 1 < columns_) band_[v * width + 1] -= smoothness_;
-    if (v + columns_ < views_) band_[v * width + columns_] -= smoothness_;
+    if (v + columns_ < count_) band_[v * width + columns_] -= smoothness_;
   }
-  for (std::size_t v = 0; v < views_; ++v) {
+  for (std::size_t v = 0; v < count_; ++v) {
     double* column = &band_[v * width];
     const double inverse = column[0] > 0 ? 1 / column[0] : 0;
     for (std::size_t i = 1; i < width; ++i) {
@@ -41,16 +42,16 @@ void ViewTableSystem::factor(const double* square) {
   }
 }
 
-void ViewTableSystem::solve(const double* cross, double* table) const {
+void DirectionTableSystem::solve(const double* cross, double* table) const {
   const std::size_t width = columns_ + 1;
-  std::vector<double> b(views_ + columns_, 0);
-  for (std::size_t v = 0; v < views_; ++v) b[v] = cross[v] + damping_;
-  for (std::size_t v = 0; v < views_; ++v) {
+  std::vector<double> b(count_ + columns_, 0);
+  for (std::size_t v = 0; v < count_; ++v) b[v] = cross[v] + damping_;
+  for (std::size_t v = 0; v < count_; ++v) {
     const double* column = &band_[v * width];
     for (std::size_t i = 1; i < width; ++i) b[v + i] -= column[i] * b[v];
   }
-  std::fill_n(b.begin() + static_cast<std::ptrdiff_t>(views_), columns_, 0.0);
-  for (std::size_t v = views_; v-- > 0;) {
+  std::fill_n(b.begin() + static_cast<std::ptrdiff_t>(count_), columns_, 0.0);
+  for (std::size_t v = count_; v-- > 0;) {
     const double* column = &band_[v * width];
     b[v] *= column[0];
     for (std::size_t i = 1; i < width; ++i) b[v] -= column[i] * b[v + i];
@@ -58,11 +59,11 @@ void ViewTableSystem::solve(const double* cross, double* table) const {
   }
 }
 
-void ViewTableSystem::subtract_eliminated(std::vector<double>& b, std::size_t count,
-                                          std::vector<double>& from) const {
+void DirectionTableSystem::subtract_eliminated(std::vector<double>& b, std::size_t count,
+                                               std::vector<double>& from) const {
   const std::size_t width = columns_ + 1;
-  b.resize((views_ + columns_) * count, 0);
-  for (std::size_t v = 0; v < views_; ++v) {
+  b.resize((count_ + columns_) * count, 0);
+  for (std::size_t v = 0; v < count_; ++v) {
     const double* column = &band_[v * width];
     const double* own = &b[v * count];
     for (std::size_t i = 1; i < width; ++i) {
@@ -77,9 +78,9 @@ void ViewTableSystem::subtract_eliminated(std::vector<double>& b, std::size_t co
   }
 }
 
-double ViewTableSystem::penalty(const double* table) const {
+double DirectionTableSystem::penalty(const double* table) const {
   double sum = 0;
-  for (std::size_t v = 0; v < views_; ++v) {
+  for (std::size_t v = 0; v < count_; ++v) {
     const double t = table[v];
     sum += damping_ * (t - 1) * (t - 1);
     if (columns_ == 0) continue;
