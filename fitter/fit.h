@@ -18,6 +18,7 @@ namespace selvedge {
 struct FitOptions {
   int lobes = 2;                ///< 0 to 16
   bool view_table = true;       ///< else T = 1 and the layer is left out
+  bool frames = false;          ///< normals and tangents fitted too, else averaged (frame_fit.h)
   bool light_table = false;     ///< S(l) as well, fitted by turns with all else
   DirectionTableOptions table;  ///< see direction_table.h
   int starts = 3;               ///< searches per texel and channel; more on levels of at most 16
@@ -30,6 +31,7 @@ struct FitLevelReport {
   int width = 0;
   int height = 0;
   double training_error = 0;   ///< relative L2 over all samples, weighted by opacity
+  double averaged_error = 0;   ///< likewise before frames were fitted; 0 where they were not
   double cost = 0;             ///< what was minimised: squared error and penalties, as a share of the energy
   double mean_iterations = 0;  ///< evaluations of all samples, per texel and channel
   int unconverged = 0;         ///< texels with a channel that came to max_iterations

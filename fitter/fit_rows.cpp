@@ -9,6 +9,7 @@
 #include <limits>
 #include <mutex>
 
+#include "fitter/frame_fit.h"
 #include "format/parallel.h"
 #include "format/pool.h"
 
@@ -59,6 +60,7 @@ struct TexelTotals {
   double error = 0;
   double cost = 0;
   double energy = 0;
+  double averaged_error = 0;  ///< in the frame of the averaged normal
   int iterations = 0;
   bool converged = true;
   std::size_t views = 0;    ///< that see it
@@ -163,13 +165,22 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     const float* alpha = &rows.alpha[from * views];
     std::copy_n(alpha, views, &level.opacity->opacity[texel * views]);
 
-    const TexelSamples samples =
-        gather_texel(alpha, &rows.radiance[from * views * lights], directions_, normal, tangent);
+    const V3f* radiance = &rows.radiance[from * views * lights];
     TexelTotals& total = totals[from];
+    std::array<ChannelFit, 3> fits;
+    if (options_.frames) {
+      FrameFit framed = fit_frame(alpha, radiance, directions_, normal, tangent, lobe_options);
+      level.frame->normal[texel] = framed.normal;
+      level.frame->tangent[texel] = framed.tangent;
+      total.averaged_error = framed.averaged_error;
+      fits = std::move(framed.fits);
+    }
+    const TexelSamples samples =
+        gather_texel(alpha, radiance, directions_, level.frame->normal[texel], level.frame->tangent[texel]);
     total.error = total.cost = total.energy = samples.unreachable;
     for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
     total.samples = total.views * samples.lights.size();
-    const std::array<ChannelFit, 3> fits = texel_fit_(samples, lobe_options);
+    if (!options_.frames) fits = texel_fit_(samples, lobe_options);
     for (std::size_t c = 0; c < 3; ++c) {
       const ChannelFit& fit = fits[c];
       total.error += fit.error;
@@ -198,6 +209,7 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     sums.error += total.error;
     sums.cost += total.cost;
     sums.energy += total.energy;
+    sums.averaged_error += total.averaged_error;
     report.mean_iterations += total.iterations * share;
     report.unconverged += total.converged ? 0 : 1;
     report.unseen += total.views > 0 ? 0 : 1;
@@ -205,6 +217,7 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
   report.cost = sums.energy > 0 ? sums.cost / sums.energy : 0;
+  report.averaged_error = sums.energy > 0 ? std::sqrt(sums.averaged_error / sums.energy) : 0;
   report.training_error = sums.energy > 0 ? std::sqrt(sums.error / sums.energy) : 0;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report.seconds += seconds;

@@ -32,6 +32,7 @@ class RowFit {
     double error = 0;     ///< sums for the report
     double cost = 0;
     double energy = 0;
+    double averaged_error = 0;
   };
 
   void add(std::size_t k, SampleLevel rows);

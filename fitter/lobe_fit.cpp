@@ -205,6 +205,12 @@ ChannelState best_state(ChannelProblem& problem, StartSearch& search, int channe
 
 namespace {
 
+std::vector<std::uint32_t> all_lights(const TexelSamples& samples) {
+  std::vector<std::uint32_t> lights(samples.lights.size());
+  std::iota(lights.begin(), lights.end(), 0U);
+  return lights;
+}
+
 /// The light table and all else by turns, from a state that is good with S = 1. A turn goes further than the
 /// minimum over the light table alone, as the minimum over all lies beyond it, as long as that pays.
 void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptions& options, int& iterations,
@@ -232,9 +238,44 @@ void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptio
 
 }  // namespace
 
+ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit) {
+  const double scale = samples.scale[static_cast<std::size_t>(channel)];
+  ChannelState state;
+  state.sizes.push_back(fit.parameters[0] / scale);
+  for (std::size_t i = 1; i + 3 < fit.parameters.size(); i += 4) {
+    const double* p = &fit.parameters[i];
+    const double c = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+    LobeShape shape;
+    shape.exponent = p[3];
+    if (c > 0) shape.direction = {p[0] / c, p[1] / c, p[2] / c};
+    state.shapes.push_back(shape);
+    state.sizes.push_back(c > 0 ? std::pow(c, p[3]) / scale : 0);
+  }
+  state.table = fit.table;
+  state.light_table = fit.light_table;
+  return state;
+}
+
+std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& near,
+                                      const LobeFitOptions& options) {
+  const std::vector<std::uint32_t> lights = all_lights(samples);
+  std::array<ChannelFit, 3> fits;
+  for (int c = 0; c < 3; ++c) {
+    ChannelFit& fit = fits[static_cast<std::size_t>(c)];
+    ChannelProblem problem(samples, c, lights, options.channel);
+    ChannelState state = state_of(samples, c, near[static_cast<std::size_t>(c)]);
+    bool converged = true;
+    int iterations = minimise(problem, state, options.tolerance, options.max_iterations, converged);
+    if (options.channel.light_table) fit_lights(problem, state, options, iterations, converged);
+    fit = channel_fit(samples, c, state, problem);
+    fit.iterations = iterations;
+    fit.converged = converged;
+  }
+  return fits;
+}
+
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
-  std::vector<std::uint32_t> lights(samples.lights.size());
-  std::iota(lights.begin(), lights.end(), 0U);
+  const std::vector<std::uint32_t> lights = all_lights(samples);
   std::array<ChannelFit, 3> fits;
   StartSearch search(samples);
   for (int c = 0; c < 3; ++c) {

@@ -40,7 +40,14 @@ int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int
 ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
                        const ChannelProblem& problem);
 
+/// The inverse of channel_fit(): lobes of no size have lost their directions.
+ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit);
+
 /// All three channels. Parameters and table are finite whatever the data.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);
+
+/// The same from what fits the texel in a frame near, or without a light table: one search a channel.
+std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& near,
+                                      const LobeFitOptions& options);
 
 }  // namespace selvedge

@@ -191,6 +191,8 @@ void add_fit(CLI::App& app, FitCommand& command) {
   app.add_flag_callback(
          "--no-table", [&command] { command.fit.view_table = false; }, "Leave the view table out")
       ->group(group);
+  app.add_flag("--frames", command.fit.frames, "Fit normals and tangents too, rather than average them")
+      ->group(group);
   app.add_flag("--light-table", command.fit.light_table, "A table over lights as well, fitted by turns")
       ->group(group);
   app.add_option("--starts", command.fit.starts, "Local minima looked at per texel and channel")
