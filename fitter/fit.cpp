@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "fitter/fit_rows.h"
+#include "fitter/radiance_scale.h"
 
 namespace selvedge {
 namespace {
@@ -102,6 +103,7 @@ void warn(const SamplesHeader& header, FitResult& result) {
 FitResult finished(RowFit& rows, const SamplesHeader& header, const FitOptions& options,
                    std::chrono::steady_clock::time_point start) {
   FitResult result = rows.finish();
+  set_radiance_scale(result.fabric);
   result.fabric.provenance = provenance_of(header, options);
   warn(header, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -325,6 +325,8 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   if (candidate.kind == LevelCandidate::Kind::products) result.opacity = level.paper.opacity;
   result.products = ProductLayer{result.heights ? result.heights->shape().entries() : 1,
                                  candidate.products.pairs, candidate.products.coefficient};
+  // The scale is that of the lobes, a power of two.
+  for (float& c : result.products->coefficient) c /= shell_.radiance_scale;
   return result;
 }
 

@@ -42,6 +42,7 @@ enum class Code {
   fabric_digest,
   fabric_mismatch,
   fabric_peak,
+  fabric_precision,
   fabric_energy,
   fabric_levels,
   fabric_advice,

@@ -115,8 +115,9 @@ Shading shade(const FabricLevel& level, const Fabric& of, std::size_t texel, std
   Shading shading;
   shading.alpha = factors.alpha;
   if (light.z > 0 && view.z > 0) {
-    shading.radiance = held(table_radiance(level, of, texel, entry, factors.colour, light, view) *
-                            lobe_radiance(level, static_cast<int>(texel), light, view));
+    const V3f product = held(table_radiance(level, of, texel, entry, factors.colour, light, view) *
+                             lobe_radiance(level, static_cast<int>(texel), light, view));
+    shading.radiance = held(of.radiance_scale * product);
   }
   return shading;
 }

@@ -166,6 +166,9 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
       !std::isfinite(fabric.thickness_mm)) {
     return fail(Code::fabric_malformed, {}, "reference_height", "heights are not finite");
   }
+  if (!(fabric.radiance_scale > 0) || !std::isfinite(fabric.radiance_scale)) {
+    return fail(Code::fabric_malformed, {}, "radiance_scale", "is not a positive number");
+  }
   if (auto ok = validate_grid("views", fabric.views, limits); !ok) return ok;
   if (auto ok = validate_grid("lights", fabric.lights, limits); !ok) return ok;
   const FabricLevel& base = fabric.levels.front();

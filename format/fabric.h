@@ -124,7 +124,8 @@ struct Fabric {
   float thickness_mm = 0;      ///< mm; height of the cell's bounding box
   DirectionGrid views;         ///< layout of the view table, of opacity and of phi
   DirectionGrid lights;        ///< layout of the light table and of psi; without them of no meaning
-  std::string provenance;      ///< JSON object: options, seed, software; "{}" where nothing is known
+  float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
+  std::string provenance;    ///< JSON object: options, seed, software; "{}" where nothing is known
   std::vector<FabricLevel>
       levels;  ///< level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete
 };

@@ -19,6 +19,9 @@ struct FabricWriteOptions {
   std::string codec = "zip";
 };
 
+/// What the options' precision would change in it by more than a little: FABRIC_PRECISION, naming `path`.
+Issues precision_warnings(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options);
+
 /// Writes atomically. Same fabric and options, same bytes. Refuses an invalid fabric and values that do not
 /// fit into the chosen precision.
 Result<void> write_fabric(const std::string& path, const Fabric& fabric,

@@ -40,6 +40,7 @@ Fabric without_levels(const FabricHeader& header) {
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
   fabric.thickness_mm = header.thickness_mm;
+  fabric.radiance_scale = header.radiance_scale;
   fabric.views = header.views;
   fabric.lights = header.lights;
   fabric.provenance = header.provenance;

@@ -31,6 +31,7 @@ struct FabricHeader {
   V2f period_mm{1, 1};
   float reference_height = 0;
   float thickness_mm = 0;
+  float radiance_scale = 1;
   DirectionGrid views;
   DirectionGrid lights;                                              ///< of light tables and bases
   std::array<std::optional<LayerHeader>, all_layers.size()> layers;  ///< by Layer

@@ -361,6 +361,7 @@ std::string text_of(const FabricHeader& header) {
       {member::provenance, provenance_json(header.provenance)},
   };
   if (has_lights(header)) text[member::lights] = grid_json(header.lights);
+  if (header.radiance_scale != 1) text[member::radiance_scale] = header.radiance_scale;
   return text.dump();
 }
 
@@ -395,8 +396,8 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
   }
   advise_on_members(text, {},
                     {member::version, member::model, member::texels, member::levels, member::mm_per_repeat,
-                     member::reference_height, member::thickness, member::views, member::lights,
-                     member::layers, member::digests, member::provenance},
+                     member::reference_height, member::thickness, member::radiance_scale, member::views,
+                     member::lights, member::layers, member::digests, member::provenance},
                     sink);
   const auto model = text.find(member::model);
   if (model == text.end() || !model->is_string()) {
@@ -414,6 +415,10 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
   const Member thickness = require(text, {}, member::thickness, sink);
   header.thickness_mm = real_number(thickness).value_or(0);
   if (header.thickness_mm < 0) thickness.refuse("is negative");
+  if (text.contains(member::radiance_scale)) {
+    const Member scale = require(text, {}, member::radiance_scale, sink);
+    header.radiance_scale = real_number(scale, true).value_or(1);
+  }
   const auto views = grid_member(require(text, {}, member::views, sink), limits);
   if (const Member provenance = require_object(text, {}, member::provenance, sink)) {
     header.provenance = provenance.value->dump();

@@ -64,6 +64,7 @@ inline constexpr const char* levels = "levels";
 inline constexpr const char* mm_per_repeat = "mmPerRepeat";
 inline constexpr const char* reference_height = "referenceHeight";
 inline constexpr const char* thickness = "thickness";
+inline constexpr const char* radiance_scale = "radianceScale";
 inline constexpr const char* views = "views";
 inline constexpr const char* layout = "layout";
 inline constexpr const char* columns = "columns";

@@ -1,8 +1,10 @@
 #include "format/fabric_warnings.h"
 
+#include <Imath/half.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -127,6 +129,53 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
     sink.add(Code::fabric_peak, place(exponent),
              fmt::format("exponent {:.4g} in half precision: the peak may be off by {:.0f} %", exponent.value,
                          100 * exponent.value / 2048));
+  }
+}
+
+void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet& half, IssueSink& sink) {
+  constexpr double allowed = 0.05;
+  const auto rounded = [](float value) { return static_cast<float>(Imath::half(value)); };
+  const auto texels = static_cast<std::size_t>(level.texels());
+  const auto warn = [&](Layer layer, const Worst& worst, const char* what) {
+    if (!(worst.value > allowed)) return;
+    const auto width = static_cast<std::size_t>(level.width);
+    sink.add(Code::fabric_precision,
+             fmt::format("{}/level {}/pixel {},{}", name_of(layer), level_index, worst.texel % width,
+                         worst.texel / width),
+             fmt::format("half precision changes {} by {:.3g} %", what, 100 * worst.value));
+  };
+  if (level.lobes && half.contains(Layer::lobes)) {
+    const auto stride = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+    Worst worst;
+    for (std::size_t i = 0; i < 3 * texels; ++i) {
+      const float* p = &level.lobes->parameters[i * stride];
+      double whole = static_cast<double>(p[0]);
+      double change = std::abs(static_cast<double>(rounded(p[0])) - whole);
+      for (std::size_t j = 1; j < stride; j += 4) {
+        const std::array<float, 4> lobe{rounded(p[j]), rounded(p[j + 1]), rounded(p[j + 2]),
+                                        rounded(p[j + 3])};
+        const double peak = lobe_peak(p + j);
+        whole += peak;
+        change += std::abs(lobe_peak(lobe.data()) - peak);
+      }
+      if (whole > 0) worst.take(change / whole, i / 3, 0);
+    }
+    warn(Layer::lobes, worst, "the lobes");
+  }
+  if (level.products && half.contains(Layer::products)) {
+    const std::size_t count = level.products->coefficient.size() / texels;
+    Worst worst;
+    for (std::size_t t = 0; t < texels; ++t) {
+      double largest = 0;
+      double change = 0;
+      for (std::size_t i = t * count; i < (t + 1) * count; ++i) {
+        const float c = level.products->coefficient[i];
+        largest = std::max(largest, static_cast<double>(std::abs(c)));
+        change = std::max(change, static_cast<double>(std::abs(rounded(c) - c)));
+      }
+      if (largest > 0) worst.take(change / largest, t, 0);
+    }
+    warn(Layer::products, worst, "the products");
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "format/directions.h"
 #include "format/fabric.h"
+#include "format/fabric_layout.h"
 #include "format/issue_sink.h"
 
 namespace selvedge {
@@ -20,6 +21,12 @@ inline constexpr float largest_half_exponent = 0.05F * 2048;
 /// FABRIC_PEAK, at most one of each kind for the level: a lobe's peak is beyond 65,504; or `half` (the lobes
 /// are stored in 16 bits) and an exponent beyond largest_half_exponent.
 void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink);
+
+/// FABRIC_PRECISION, at most one per layer: what storing the level's lobes or products in 16 bits does to a
+/// texel, if it is more than 5 %. Of lobes: the change of rho and of the lobes' peaks, as a share of their
+/// sum in a channel. Of products: the change of the coefficients, as a share of the largest. `half`: the
+/// layers that are stored in 16 bits.
+void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet& half, IssueSink& sink);
 
 /// FABRIC_ENERGY, at most one of each kind for the level, for light along the normal and from four sides at
 /// 60 degrees, always by more than 1 %:

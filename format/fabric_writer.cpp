@@ -10,6 +10,7 @@
 #include "format/fabric_json.h"
 #include "format/fabric_names.h"
 #include "format/fabric_rules.h"
+#include "format/fabric_warnings.h"
 
 namespace selvedge {
 namespace {
@@ -104,6 +105,7 @@ FabricHeader header_of(const Fabric& fabric) {
   header.period_mm = fabric.period_mm;
   header.reference_height = fabric.reference_height;
   header.thickness_mm = fabric.thickness_mm;
+  header.radiance_scale = fabric.radiance_scale;
   header.views = fabric.views;
   header.lights = fabric.lights;
   header.provenance = fabric.provenance;
@@ -146,6 +148,14 @@ LayerHeader entry_for(const Fabric& fabric, Layer layer, const LayerShape& shape
 }
 
 }  // namespace
+
+Issues precision_warnings(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
+  IssueSink sink(path);
+  for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
+    warn_of_precision(fabric.levels[k], static_cast<int>(k), options.half, sink);
+  }
+  return sink.take();
+}
 
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
   const auto named = [&](Error error) {

@@ -60,9 +60,13 @@ Result<FitOutcome> fit_layers(SamplesReader& reader, SampleLevel level, const Fi
   if (!fitter) return tl::unexpected(fitter.error());
   const auto chosen = write_within(*fitter, command);
   if (!chosen) return tl::unexpected(chosen.error());
+  Issues warnings = precision_warnings(command.output, chosen->fabric, command.write);
+  for (const Error& warning : warnings) {
+    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+  }
   return FitOutcome{{},
                     chosen->levels,
-                    {},
+                    std::move(warnings),
                     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
 }
 
@@ -93,6 +97,10 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
   }
   if (auto ok = write_fabric(command.output, result->fabric, command.write); !ok) {
     return tl::unexpected(ok.error());
+  }
+  for (Error& warning : precision_warnings(command.output, result->fabric, command.write)) {
+    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+    result->warnings.push_back(std::move(warning));
   }
   return FitOutcome{result->levels, {}, result->warnings, result->seconds};
 }

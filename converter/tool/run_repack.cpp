@@ -51,6 +51,11 @@ int run(const RepackCommand& command) {
   const auto fabric = reader->read_levels(levels->x, levels->y, command.layers);
   if (!fabric) return report_error(fabric.error());
   if (auto ok = write_fabric(command.output, *fabric, options); !ok) return report_error(ok.error());
+  Json warnings = Json::array();
+  for (const Error& warning : precision_warnings(command.output, *fabric, options)) {
+    warnings.push_back(to_json(warning));
+    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+  }
   const FabricLevel& base = fabric->levels.front();
   const auto before = size_of_file(command.input);
   const auto after = size_of_file(command.output);
@@ -61,7 +66,8 @@ int run(const RepackCommand& command) {
           {"texels", {base.width, base.height}},
           {"levels", fabric->levels.size()},
           {"layers", layers_json(*fabric, options)},
-          {"codec", options.codec}},
+          {"codec", options.codec},
+          {"warnings", warnings}},
          fmt::format("{} bytes -> {} ({} bytes)\n", before, command.output, after));
   return 0;
 }

@@ -33,7 +33,8 @@ FabricFacts facts_of(const FabricHeader& header) {
           header.thickness_mm,
           header.levels,
           header.views.columns,
-          header.views.rows};
+          header.views.rows,
+          header.radiance_scale};
 }
 
 // Imath's vectors are three floats without padding.

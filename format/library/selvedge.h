@@ -49,6 +49,7 @@ struct FabricFacts {
   int levels = 0;
   int view_columns = 0;  ///< the equal-area grid of stored views
   int view_rows = 0;
+  float radiance_scale = 1;  ///< factor on the radiance of all texels; `parameters` of a level are without it
 };
 
 /// The numbers of one level. A span is empty where the level has no such layer; it lives as long as the

@@ -51,6 +51,7 @@ const WITHOUT_FIXTURE = {
   FABRIC_MISMATCH: 'said of a fabric and the samples it is compared with',
   MATERIAL_MISSING: 'said of a material that is asked for',
   GARMENT_EMPTY: 'said where a garment is dressed or drawn; a glTF without triangles is valid',
+  FABRIC_PRECISION: OF_OUTPUT,
   IMAGE_MISMATCH: 'said of two images that are compared',
   IMAGE_UNWRITABLE: OF_OUTPUT,
   GRAPHICS_UNAVAILABLE: 'said of the machine',

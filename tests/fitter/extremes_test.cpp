@@ -2,12 +2,15 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <limits>
 
 #include "fitter/fit.h"
 #include "format/evaluate.h"
+#include "format/fabric_exr.h"
 #include "format/random.h"
+#include "tests/format/files.h"
 
 using namespace selvedge;
 
@@ -118,7 +121,8 @@ TEST_CASE("a fit scales with the radiance") {
     const float factor = std::exp2(20.0F);
     const Fabric fabric = scaled(factor);
     for (std::size_t i = 0; i < base.levels[0].lobes->parameters.size(); i += 9) {
-      CHECK(fabric.levels[0].lobes->parameters[i] == base.levels[0].lobes->parameters[i] * factor);
+      CHECK(fabric.radiance_scale * fabric.levels[0].lobes->parameters[i] ==
+            base.levels[0].lobes->parameters[i] * factor);
     }
     CHECK(fabric.levels[0].view_table->colour == base.levels[0].view_table->colour);
   }
@@ -135,6 +139,64 @@ TEST_CASE("a fit scales with the radiance") {
       }
       CHECK(std::sqrt(error / energy) < 1e-3);
     }
+  }
+  SUBCASE("by 1e-8 and 1e8, from a file with all layers in half precision") {
+    const test::Folder folder;
+    FabricWriteOptions options;
+    options.half = LayerSet::all();
+    const auto seen = [&](const Fabric& fabric, float factor) {
+      CHECK(precision_warnings("x", fabric, options).empty());
+      REQUIRE(write_fabric(folder / "x.exr", fabric, options));
+      const auto read = read_fabric(folder / "x.exr");
+      REQUIRE(read);
+      std::vector<V3d> values;
+      for (const DirectionPair& pair : probes()) {
+        values.emplace_back(evaluate(*read, 0, 0, 0, pair.light, pair.view).radiance / factor);
+      }
+      return values;
+    };
+    CHECK(base.radiance_scale == 1);
+    const std::vector<V3d> truth = seen(base, 1);
+    for (const float factor : {1e-8F, 1e8F}) {
+      const std::vector<V3d> values = seen(scaled(factor), factor);
+      double error = 0;
+      double energy = 0;
+      for (std::size_t i = 0; i < truth.size(); ++i) {
+        error += (values[i] - truth[i]).length2();
+        energy += truth[i].length2();
+      }
+      // Both are rounded to half precision, under exponents of some tens.
+      CHECK(std::sqrt(error / energy) < 0.01);
+    }
+  }
+}
+
+TEST_CASE("lobes that half precision ruins are named with their texel; those beyond it are refused") {
+  Fabric fabric = fitted(case_of(glossy)).fabric;
+  FabricWriteOptions options;
+  options.half.insert(Layer::lobes);
+  CHECK(precision_warnings("x.exr", fabric, options).empty());
+  std::vector<float>& parameters = fabric.levels[0].lobes->parameters;
+  const std::size_t stride = parameters.size() / 3;
+  SUBCASE("underflow: dark lobes of a fabric that somebody else made") {
+    for (float& p : parameters) p = 0;
+    for (std::size_t c = 0; c < 3; ++c) parameters[c * stride] = 1e-8F;
+    const Issues issues = precision_warnings("x.exr", fabric, options);
+    REQUIRE(issues.size() == 1);
+    CHECK(issues[0].code == Code::fabric_precision);
+    CHECK(issues[0].file == "x.exr");
+    CHECK(issues[0].place == "lobes/level 0/pixel 0,0");
+    options.half.erase({Layer::lobes});
+    CHECK(precision_warnings("x.exr", fabric, options).empty());
+  }
+  SUBCASE("overflow") {
+    parameters[0] = 70000;
+    const test::Folder folder;
+    const auto written = write_fabric(folder / "x.exr", fabric, options);
+    REQUIRE_FALSE(written);
+    CHECK(written.error().code == Code::fabric_not_finite);
+    CHECK(written.error().place == "lobes/lobes.diffuse.red/pixel 0,0");
+    CHECK_FALSE(std::filesystem::exists(folder / "x.exr"));
   }
 }
 

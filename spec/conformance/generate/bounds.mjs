@@ -193,9 +193,10 @@ function bounded_entry(level, texel, entry, light, view) {
   const of_light = level.lights && bounded_points(level.lights, light);
   const F = T.map((value, c) => bounded_bracket(level, texel, entry, value, c, of_view, of_light));
   const rgb = g.map((value, c) => {
-    const f = hold(times(F[c], hold(value)));
-    return new Bounded(
-      f.value, f.error + (f.value === 0 && f.error === 0 ? 0 : SMALLEST * Math.max(1, F[c].value)));
+    const product = hold(times(F[c], hold(value)));
+    const f = level.scale === 1 ? product : hold(times(exact(level.scale), product));
+    const grown = Math.max(1, F[c].value) * Math.max(1, level.scale);
+    return new Bounded(f.value, f.error + (f.value === 0 && f.error === 0 ? 0 : SMALLEST * grown));
   });
   return {rgb, alpha, powers};
 }

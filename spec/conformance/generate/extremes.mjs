@@ -225,6 +225,45 @@ export const extremes = [
     },
   },
   {
+    name: 'scale-small',
+    about: 'radiance of about 1e-8 in half precision, by a scale of the file',
+    texels: [4, 2],
+    K: 2,
+    radianceScale: 2 ** -27,
+    layers: {lobes: {precision: 'half'}, frame: {}, table: {}, opacity: {}},
+  },
+  {
+    name: 'scale-large',
+    about: 'a scale of 1e8, not a power of two: rho of 0, 1, the largest half, and too large',
+    texels: [4, 1],
+    levels: 1,
+    K: 0,
+    radianceScale: 123456789,
+    layers: ['lobes', 'table'],
+    value: {
+      lobes: by_texel((t) => ({rho: [0, 1, 65504, 1e33][t]})),
+      table: (level, channel) => channel.endsWith('red') ? 1 :
+        channel.endsWith('green')                        ? 0.25 :
+                                                           0,
+    },
+    queries: [
+      ask([0, 0], OBLIQUE, UP, 'rho = 0: f = 0'),
+      ask([1, 0], OBLIQUE, UP, 'the scale itself'),
+      ask([2, 0], OBLIQUE, UP, 'a large product'),
+      ask([3, 0], UP, UP, 'the product with the scale overflows and is held; T = 0 gives 0'),
+    ],
+  },
+  {
+    name: 'scale-of-products',
+    about: 'the scale multiplies what products and rays of slabs give, once',
+    texels: [2, 2],
+    levels: 2,
+    cells: [2, 1, 1],
+    radianceScale: 0.001,
+    layers: {heights: {levels: [0]}, products: {}, bases: {levels: [0]}},
+    value: {heights: (level, channel) => channel.endsWith('top') ? 0.5 : 0.25},
+  },
+  {
     name: 'extreme-halves',
     about: 'the smallest, the largest and subnormal halves',
     texels: [3, 1],

@@ -75,6 +75,7 @@ export function fabric_of(fixture) {
     pairs = () => [[0, 0], [1, 1]],
     referenceHeight = 0.5,
     mmPerRepeat = [2.5, 1.25],
+    radianceScale,
     provenance =
     {
       software: 'conformance kit'
@@ -94,6 +95,7 @@ export function fabric_of(fixture) {
     mmPerRepeat,
     referenceHeight,
     thickness: 0.75,
+    ...(radianceScale === undefined ? {} : {radianceScale}),
     views: {columns: grid[0], rows: grid[1]},
     lights: {columns: light_grid[0], rows: light_grid[1]},
   };

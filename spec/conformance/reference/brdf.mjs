@@ -1,6 +1,6 @@
 // The reflectance of spec/brdf.md in double precision.
 //
-// A level, as make_level of layers.mjs gives it: { width, height, views, lights, lobes, frame, table,
+// A level, as make_level of layers.mjs gives it: { width, height, scale, views, lights, lobes, frame, table,
 // opacity, light, heights, products }, a layer being null where the level lacks it, else a function of the
 // texel's index:
 //   lobes(t)      [{ rho, lobes: [{ cx, cy, cz, n }, ...] } for red, green and blue]
@@ -85,7 +85,7 @@ function evaluate_entry(level, texel, entry, light, view) {
   const v = frame ? to_texel(frame, view) : view;
   const g = level.lobes ? level.lobes(texel).map((channel) => lobes_times_cosine(channel, l, v)) : [1, 1, 1];
   const F = T.map((value, c) => bracket(level, texel, entry, value, c, view_point, light_point));
-  return {rgb: g.map((value, c) => min(F[c] * value, LARGEST)), alpha};
+  return {rgb: g.map((value, c) => min(level.scale * min(F[c] * value, LARGEST), LARGEST)), alpha};
 }
 
 /** The points of the reference plane through which the rays of texel (i, j) go, for a level with heights. */

@@ -7,8 +7,8 @@ import {Issue} from './issue.mjs';
 import {LAYERS, layer_channels, make_level} from './layers.mjs';
 
 const MEMBERS = [
-  'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'views', 'lights',
-  'layers', 'digests', 'provenance'
+  'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'radianceScale',
+  'views', 'lights', 'layers', 'digests', 'provenance'
 ];
 const LAYER_MEMBERS = ['levels', 'precision', 'optional'];
 const OWN_MEMBERS = {

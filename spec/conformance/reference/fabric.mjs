@@ -107,6 +107,8 @@ function check_members(text, report) {
   take('mmPerRepeat', pair_of((x) => fits_single(x) && Math.fround(x) > 0), 'two positive numbers');
   take('referenceHeight', fits_single, 'a number');
   take('thickness', (x) => fits_single(x) && x >= 0, 'a number from 0 up');
+  if (Object.hasOwn(text, 'radianceScale'))
+    take('radianceScale', (x) => fits_single(x) && Math.fround(x) > 0, 'a positive number');
   take('provenance', is_object, 'an object');
   take('digests', is_object, 'an object');
 

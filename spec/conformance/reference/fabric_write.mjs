@@ -87,6 +87,7 @@ const model_of = ({layers}) => (layers.lobes?.levels.includes(0) ? 'lafortune' :
 /** The attribute text as an object, with the digests of the parts. */
 export function fabric_text(fabric, parts) {
   const {texels, levels, mmPerRepeat, referenceHeight, thickness, views, lights, provenance} = fabric;
+  const {radianceScale} = fabric;
   const grid = ({columns, rows}) => ({layout: 'equal-area', columns, rows});
   const used = LAYERS.filter((name) => fabric.layers[name]);
   const entries = (make) => Object.fromEntries(
@@ -99,6 +100,7 @@ export function fabric_text(fabric, parts) {
     mmPerRepeat,
     referenceHeight,
     thickness,
+    ...(radianceScale === undefined ? {} : {radianceScale}),
     views: grid(views),
     ...(used.some(needs_lights) ? {lights: grid(lights)} : {}),
     layers: entries(({levels: listed, values, ...members}) => ({levels: listed, ...members})),

@@ -100,7 +100,7 @@ export function is_used(layer, text, level, channel, t) {
  * absent; those of `bases` are level 0's. `text` has the members of the attribute text.
  */
 export function make_level(text, level, numbers) {
-  const {texels, views, lights, layers, mmPerRepeat, referenceHeight} = text;
+  const {texels, views, lights, layers, mmPerRepeat, referenceHeight, radianceScale = 1} = text;
   const {lobes, frame, table, opacity, light, heights, products, bases} = numbers;
   const of = (values, ...names) => names.map((name) => values.get(name));
   const rgb = (values, name) => of(values, ...COLOURS.map((c) => `${name}.${c}`));
@@ -111,6 +111,7 @@ export function make_level(text, level, numbers) {
   const result = {
     width: level_size(texels[0], level),
     height: level_size(texels[1], level),
+    scale: Math.fround(radianceScale),
     views,
     lights,
     lobes: null,

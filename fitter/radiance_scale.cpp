@@ -1,0 +1,54 @@
+#include "fitter/radiance_scale.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/fabric_warnings.h"
+
+namespace selvedge {
+namespace {
+
+/// Calls `on_rho` and `on_lobe` with every diffuse term and every lobe's four parameters.
+template <class Lobes, class OnRho, class OnLobe>
+void for_all(Lobes& lobes, OnRho on_rho, OnLobe on_lobe) {
+  const auto stride = static_cast<std::size_t>(parameter_count(lobes.lobes));
+  for (std::size_t i = 0; i < lobes.parameters.size(); i += stride) {
+    on_rho(lobes.parameters[i]);
+    for (std::size_t j = i + 1; j < i + stride; j += 4) on_lobe(&lobes.parameters[j]);
+  }
+}
+
+double largest_of(const Fabric& fabric) {
+  double largest = 0;
+  for (const FabricLevel& level : fabric.levels) {
+    if (!level.lobes) continue;
+    for_all(
+        *level.lobes, [&](float rho) { largest = std::max(largest, static_cast<double>(rho)); },
+        [&](const float* lobe) { largest = std::max(largest, lobe_peak(lobe)); });
+  }
+  return largest;
+}
+
+}  // namespace
+
+void set_radiance_scale(Fabric& fabric) {
+  constexpr double least = 0x1p-8;
+  constexpr double most = 0x1p12;
+  const double largest = largest_of(fabric);
+  if (!(largest > 0) || !std::isfinite(largest) || (largest >= least && largest <= most)) return;
+  // The reciprocal has to be a normal number as well.
+  const double scale = std::exp2(std::clamp(std::round(std::log2(largest)), -120.0, 120.0));
+  const auto inverse = static_cast<float>(1 / scale);
+  for (FabricLevel& level : fabric.levels) {
+    if (!level.lobes) continue;
+    for_all(
+        *level.lobes, [&](float& rho) { rho *= inverse; },
+        [&](float* lobe) {
+          const double factor = std::pow(scale, -1 / static_cast<double>(lobe[3]));
+          for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
+        });
+  }
+  fabric.radiance_scale = static_cast<float>(scale);
+}
+
+}  // namespace selvedge
