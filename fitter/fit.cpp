@@ -10,6 +10,7 @@
 
 #include "fitter/fit_rows.h"
 #include "fitter/radiance_scale.h"
+#include "format/training_pairs.h"
 
 namespace selvedge {
 namespace {
@@ -100,10 +101,11 @@ void warn(const SamplesHeader& header, FitResult& result) {
   }
 }
 
-FitResult finished(RowFit& rows, const SamplesHeader& header, const FitOptions& options,
-                   std::chrono::steady_clock::time_point start) {
+FitResult finished(RowFit& rows, TrainingPairs& training, const SamplesHeader& header,
+                   const FitOptions& options, std::chrono::steady_clock::time_point start) {
   FitResult result = rows.finish();
   set_radiance_scale(result.fabric);
+  result.training = training.finish();
   result.fabric.provenance = provenance_of(header, options);
   warn(header, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -118,26 +120,26 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   if (auto ok = check_samples(samples, header); !ok) return tl::unexpected(ok.error());
   RowFit rows(header, options, progress);
+  TrainingPairs training(header);
+  training.add(samples);
   rows.add(samples);
-  return finished(rows, header, options, start);
+  return finished(rows, training, header, options, start);
 }
 
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   const SamplesHeader& header = samples.header();
-  const std::size_t row = static_cast<std::size_t>(header.width) *
-                          static_cast<std::size_t>(header.views.count()) *
-                          static_cast<std::size_t>(header.lights.count()) * sizeof(V3f);
-  const int count = static_cast<int>(
-      std::clamp<std::size_t>(options.rows_bytes / row, 1, static_cast<std::size_t>(header.height)));
+  const int count = rows_within(header, options.rows_bytes);
   RowFit rows(header, options, progress);
+  TrainingPairs training(header);
   for (int first = 0; first < header.height; first += count) {
     auto read = samples.read_rows(first, std::min(count, header.height - first));
     if (!read) return tl::unexpected(read.error());
+    training.add(*read);
     rows.add(std::move(*read));
   }
-  return finished(rows, header, options, start);
+  return finished(rows, training, header, options, start);
 }
 
 }  // namespace selvedge

@@ -43,7 +43,8 @@ struct FitLevelReport {
 struct FitResult {
   Fabric fabric;
   std::vector<FitLevelReport> levels;
-  Issues warnings;  ///< SAMPLES_SPARSE: where information is missing
+  Issues warnings;       ///< SAMPLES_SPARSE: where information is missing
+  PairSamples training;  ///< some of the pairs that were fitted to, to judge by (training_pairs.h)
   double seconds = 0;
 };
 

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "fitter/coded_size.h"
 #include "fitter/level_judge.h"
 #include "fitter/slab_fit.h"
 #include "format/fabric_layout.h"
+#include "format/fit_record.h"
 #include "format/pool.h"
 
 namespace selvedge {
@@ -74,30 +74,6 @@ FabricLevel without_table(const FabricLevel& level) {
   return result;
 }
 
-std::string layers_of(const FabricLevel& level) {
-  std::string text;
-  if (level.lobes) text = fmt::format("{} lobes", level.lobes->lobes);
-  if (level.view_table) text += " x table";
-  if (level.heights) {
-    const SlabShape& shape = level.heights->shape();
-    text = fmt::format("{} slabs, {}x{} cells, ", shape.slabs, shape.columns, shape.rows);
-  }
-  if (level.products) text += fmt::format("{} products", level.products->pairs.size());
-  return text;
-}
-
-/// The provenance with what was chosen, for whoever opens the file later.
-std::string with_choice(const std::string& provenance, const std::vector<LevelChoice>& levels) {
-  nlohmann::json text = nlohmann::json::parse(provenance, nullptr, false);
-  if (!text.is_object()) text = nlohmann::json::object();
-  nlohmann::json list = nlohmann::json::array();
-  for (const LevelChoice& level : levels) {
-    list.push_back({{"layers", level.layers}, {"validationError", std::sqrt(level.validation_error)}});
-  }
-  text["fit"]["levels"] = std::move(list);
-  return text.dump();
-}
-
 }  // namespace
 
 void LayerFitter::add_candidates(std::size_t level, const Products& products, LevelCandidate::Kind kind,
@@ -144,7 +120,11 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   fitter.shell_ = paper->fabric;
   fitter.shell_.levels.clear();
   fitter.shell_.lights = header.lights;
-  for (FabricLevel& level : paper->fabric.levels) fitter.levels_.push_back({std::move(level), {}, {}});
+  for (std::size_t k = 0; k < paper->levels.size(); ++k) {
+    fitter.levels_.push_back({std::move(paper->fabric.levels[k]), paper->levels[k], {}, {}});
+  }
+  fitter.training_ = std::move(paper->training);
+  fitter.warnings_ = std::move(paper->warnings);
 
   std::vector<SampleLevel> pooled{std::move(samples)};
   while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
@@ -407,10 +387,10 @@ LayerFit LayerFitter::choose(double bytes) const {
       for (V2i& pair : level.products->pairs) pair = functions.add(chosen[k]->products, pair);
     }
     result.levels.push_back(
-        {level.width, level.height, layers_of(level), chosen[k]->error, chosen[k]->bytes});
+        {level.width, level.height, layers_text(level), chosen[k]->error, chosen[k]->bytes, {}});
+    if (level.lobes) result.levels.back().lobes = levels_[k].report;
     result.fabric.levels.push_back(std::move(level));
   }
-  result.fabric.provenance = with_choice(shell_.provenance, result.levels);
   const auto bases = std::make_shared<const ProductBases>(functions.bases());
   for (FabricLevel& level : result.fabric.levels) {
     if (level.products) level.bases = bases;

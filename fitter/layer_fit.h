@@ -32,6 +32,7 @@ struct LevelChoice {
   std::string layers;           ///< "lobes + table", "products: 24", "slabs: 2 of 2x2, products: 12"
   double validation_error = 0;  ///< as LevelCandidate::error
   double bytes = 0;
+  std::optional<FitLevelReport> lobes;  ///< how they were fitted, where the level has them
 };
 
 struct LayerFit {
@@ -51,9 +52,14 @@ class LayerFitter {
   /// The best fabric whose estimated size is within `bytes`; the smallest one where none is.
   LayerFit choose(double bytes) const;
 
+  /// As those of FitResult.
+  const PairSamples& training() const { return training_; }
+  const Issues& warnings() const { return warnings_; }
+
  private:
   struct Level {
     FabricLevel paper;  ///< lobes, frame, table, opacity
+    FitLevelReport report;
     std::optional<HeightLayer> heights;
     std::vector<LevelCandidate> candidates;
   };
@@ -64,6 +70,8 @@ class LayerFitter {
   FabricLevel level_of(std::size_t level, const LevelCandidate& candidate) const;
 
   Fabric shell_;  ///< everything but the levels
+  PairSamples training_;
+  Issues warnings_;
   std::vector<Level> levels_;
 };
 

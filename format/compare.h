@@ -22,11 +22,19 @@ struct LevelComparison {
   double noise_psnr = 0;   ///< dB, the truth's own sampling noise against the same peak
 };
 
+/// The same of one pair of directions.
+struct PairComparison {
+  double psnr = 0;     ///< dB, the peak being that of the comparison
+  double squared = 0;  ///< sum (fit - truth)^2
+  double energy = 0;   ///< sum truth^2
+};
+
 struct Comparison {
   PairKind kind = PairKind::held_out;
   int pairs = 0;
   double peak = 0;  ///< 1/sr
   std::vector<LevelComparison> levels;
+  std::vector<PairComparison> by_pair;  ///< at level 0
 };
 
 /// `peak`: 0 takes it from these pairs; the tool takes the held-out set's for all sets, so that figures

@@ -106,6 +106,8 @@ class ExrReader {
   int find_part(const std::string& part_name) const;
   /// Bytes asked of the file so far, header included.
   std::uint64_t bytes_read() const;
+  /// Bytes that a level's pixels take in the file, compressed; without the heads of the chunks.
+  std::uint64_t packed_bytes(int part, int level = 0) const;
   /// Parts in a lossy compression are described, but their pixels are EXR_UNSUPPORTED.
   Result<ExrPixels> read_level(int part, int level = 0);
   /// Rows [first, first + count) of a scanline part.

@@ -28,6 +28,14 @@ const std::string& ExrReader::name() const { return state_->name; }
 const std::vector<ExrPart>& ExrReader::parts() const { return state_->scan.parts; }
 std::uint64_t ExrReader::bytes_read() const { return state_->source.bytes_read(); }
 
+std::uint64_t ExrReader::packed_bytes(int part, int level) const {
+  std::uint64_t sum = 0;
+  for (const ExrPlacedChunk& placed : state_->scan.chunks[static_cast<std::size_t>(part)]) {
+    if (placed.chunk.level == level) sum += placed.packed_bytes;
+  }
+  return sum;
+}
+
 int ExrReader::find_part(const std::string& part_name) const {
   const auto& all = parts();
   const auto found =

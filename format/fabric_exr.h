@@ -27,6 +27,10 @@ Issues precision_warnings(const std::string& path, const Fabric& fabric, const F
 Result<void> write_fabric(const std::string& path, const Fabric& fabric,
                           const FabricWriteOptions& options = {});
 
+/// The fabric as it will be read again: layers that are stored in 16 bits are rounded to them. Precondition:
+/// it is valid (validate()).
+Fabric as_stored(const Fabric& fabric, const LayerSet& half);
+
 /// A fabric file of which parts are read on demand: a level, or some layers of it, costs the bytes and the
 /// time of that part alone.
 class FabricReader {
@@ -54,6 +58,10 @@ class FabricReader {
   Result<Fabric> read_levels(int first, int last, LayerSet layers = LayerSet::all());
   /// Everything.
   Result<Fabric> read() { return read_levels(0, header_.levels - 1); }
+
+  /// Bytes that a level of a layer takes in the file, compressed; 0 where the level does not have it. The
+  /// bases stand at level 0.
+  std::uint64_t packed_bytes(Layer layer, int level) const;
 
   /// Bytes of the file that were read so far, headers included.
   std::uint64_t bytes_read() const { return file_.bytes_read(); }

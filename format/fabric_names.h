@@ -80,6 +80,23 @@ inline constexpr const char* provenance = "provenance";
 inline constexpr const char* lights = "lights";
 inline constexpr const char* pairs = "pairs";
 
+// Of the record of a fit, in a fabric's provenance.
+inline constexpr const char* fit = "fit";
+inline constexpr const char* peak = "peak";
+inline constexpr const char* bytes = "bytes";
+inline constexpr const char* held_out = "heldOut";
+inline constexpr const char* training = "training";
+inline constexpr const char* psnr = "psnr";
+inline constexpr const char* relative_l2 = "relativeL2";
+inline constexpr const char* validation_error = "validationError";
+inline constexpr const char* iterations = "iterations";
+inline constexpr const char* converged = "converged";
+inline constexpr const char* at_limit = "atLimit";
+inline constexpr const char* warnings = "warnings";
+inline constexpr const char* code = "code";
+inline constexpr const char* place = "place";
+inline constexpr const char* message = "message";
+
 // Of a samples file alone.
 inline constexpr const char* directions = "directions";
 inline constexpr const char* samples_per_texel = "samplesPerTexel";

@@ -62,6 +62,11 @@ Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   return result;
 }
 
+std::uint64_t FabricReader::packed_bytes(Layer layer, int level) const {
+  if (entry_of(header_.layer(layer), level) < 0) return 0;
+  return file_.packed_bytes(file_.find_part(name_of(layer)), level);
+}
+
 Result<void> FabricReader::read_layer(Layer layer, int level, FabricLevel& into) {
   const int part = file_.find_part(name_of(layer));
   const auto pixels = file_.read_level(part, level);

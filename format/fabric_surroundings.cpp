@@ -7,6 +7,7 @@
 
 #include "format/fabric_names.h"
 #include "format/fabric_rules.h"
+#include "format/fit_record.h"
 
 namespace selvedge {
 namespace {
@@ -93,6 +94,24 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
   }
 }
 
+/// What the file says of its own fit, and whether its sizes are the file's.
+void check_fit_record(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
+  const auto record = fit_record_of(header.provenance, header.levels, sink);
+  if (!record) return;
+  for (int k = 0; k < header.levels; ++k) {
+    const std::uint64_t said = record->levels[static_cast<std::size_t>(k)].bytes;
+    std::uint64_t bytes = 0;
+    for (const Layer layer : all_layers) {
+      const int part = file.find_part(name_of(layer));
+      if (layer == Layer::bases || part < 0 || entry_of(header.layer(layer), k) < 0) continue;
+      bytes += file.packed_bytes(part, k);
+    }
+    if (said == bytes) continue;
+    sink.add(Code::fabric_advice, fmt::format("/provenance/fit/levels/{}/bytes", k),
+             fmt::format("says {}; the level takes {}", said, bytes));
+  }
+}
+
 }  // namespace
 
 void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
@@ -122,6 +141,7 @@ void check_surroundings(const ExrReader& file, const FabricHeader& header, Issue
     }
   }
   check_levels(header, sink);
+  check_fit_record(file, header, sink);
 }
 
 }  // namespace selvedge

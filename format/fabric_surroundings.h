@@ -8,7 +8,7 @@
 namespace selvedge {
 
 /// Parts and channels that are not known, names that tools take for colours, the preview, mirrors of the
-/// attribute text, levels that are missing.
+/// attribute text, levels that are missing, the record of the fit.
 void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink);
 
 }  // namespace selvedge

@@ -50,10 +50,8 @@ ExrPart preview_part(const Fabric& fabric, const FabricWriteOptions& options) {
   return part;
 }
 
-/// Level 0 as it will be read: layers that are stored in 16 bits are rounded. So the file does not depend on
-/// digits that it does not hold.
-FabricLevel stored_base(const Fabric& fabric, const LayerShape& shape, const LayerSet& half) {
-  FabricLevel level = fabric.levels.front();
+/// A level as it will be read: layers that are stored in 16 bits are rounded.
+FabricLevel as_stored(FabricLevel level, const LayerShape& shape, const LayerSet& half) {
   for (const Layer layer : all_layers) {
     if (!has_layer(level, layer) || !half.contains(layer)) continue;
     ExrPixels pixels = pixels_of(level, layer, shape);
@@ -157,6 +155,18 @@ Issues precision_warnings(const std::string& path, const Fabric& fabric, const F
   return sink.take();
 }
 
+Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
+  const LayerShape shape = shape_of(fabric);
+  Fabric result = fabric;
+  std::shared_ptr<const ProductBases> bases;
+  for (FabricLevel& level : result.levels) {
+    level = as_stored(std::move(level), shape, half);
+    if (bases && level.bases) level.bases = bases;  // one for all, as before
+    if (!bases) bases = level.bases;
+  }
+  return result;
+}
+
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
   const auto named = [&](Error error) {
     error.file = path;
@@ -192,7 +202,8 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
 
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
-  const FabricLevel base = stored_base(fabric, shape, options.half);
+  // The preview does not depend on digits that the file does not hold.
+  const FabricLevel base = as_stored(fabric.levels.front(), shape, options.half);
   if (auto ok = writer->write_level(0, 0, preview_of(base, fabric)); !ok) return ok;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     for (int k = 0; k < parts[i + 1].levels; ++k) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -317,6 +318,13 @@ tl::unexpected<Error> bad_sample(const std::string& file, const char* part, std:
 bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
 
 }  // namespace
+
+int rows_within(const SamplesHeader& header, std::size_t bytes) {
+  const std::size_t row = static_cast<std::size_t>(header.width) *
+                          static_cast<std::size_t>(header.views.count()) *
+                          static_cast<std::size_t>(header.lights.count()) * sizeof(V3f);
+  return static_cast<int>(std::clamp<std::size_t>(bytes / row, 1, static_cast<std::size_t>(header.height)));
+}
 
 Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file) {
   const json members = parse_json(text);

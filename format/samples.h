@@ -51,6 +51,9 @@ struct SamplesHeader {
 std::string text_of(const SamplesHeader& header);
 Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file);
 
+/// Rows of texels whose samples take at most so many bytes in memory; at least one, at most all.
+int rows_within(const SamplesHeader& header, std::size_t bytes);
+
 /// Everything seen from one view. Index of a texel as in fabric.h.
 struct ViewSamples {
   std::vector<float> alpha;   ///< [texel], share of the rays that met yarn

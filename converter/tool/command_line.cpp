@@ -237,6 +237,11 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
       ->required()
       ->expected(2, 1000)
       ->type_name("FABRIC... SAMPLES");
+  compare
+      ->add_option("--plot", verbs.compare.plot,
+                   "Draw truth, fit and difference, and the error over angles and levels (.png .svg)")
+      ->check(ends_in({".png", ".svg"}))
+      ->type_name("FILE");
 }
 
 }  // namespace
@@ -266,6 +271,9 @@ Command parse_command_line(int argc, const char* const* argv) {
     }
     if (app.got_subcommand("evaluate") && !verbs.evaluate.texel && !verbs.evaluate.uv) {
       throw CLI::RequiredError("evaluate: --texel or --uv");
+    }
+    if (!verbs.compare.plot.empty() && verbs.compare.files.size() != 2) {
+      throw CLI::ValidationError("--plot", "draws one fabric");
     }
     if (app.got_subcommand("dress") && verbs.dress.dress.materials.empty() && !verbs.dress.dress.all) {
       throw CLI::RequiredError("dress: --material or --all");

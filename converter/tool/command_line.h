@@ -58,7 +58,8 @@ struct FitCommand {
   FitOptions fit;
   FabricWriteOptions write;
   std::optional<std::uint64_t>
-      budget;  ///< bytes of the file; layers are chosen by level (fitter/layer_fit.h)
+      budget;          ///< bytes of the file; layers are chosen by level (fitter/layer_fit.h)
+  std::string report;  ///< .json, .md or .txt; empty: none
 };
 
 struct MakeCommand {
@@ -120,6 +121,7 @@ struct RepackCommand {
 struct CompareCommand {
   CommonOptions common;
   std::vector<std::string> files;  ///< fabrics, then the samples
+  std::string plot;                ///< .png or .svg of the one fabric; empty: none
 };
 
 using Command = std::variant<ExitNow, StitchCommand, BakeCommand, MergeCommand, FitCommand, MakeCommand,

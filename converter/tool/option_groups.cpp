@@ -46,6 +46,17 @@ void add_common(CLI::App& app, CommonOptions& common, bool draws) {
   }
 }
 
+CLI::Validator ends_in(std::vector<std::string> suffixes) {
+  const std::string list = fmt::format("{}", fmt::join(suffixes, ", "));
+  return {[suffixes = std::move(suffixes), list](const std::string& file) {
+            for (const std::string& suffix : suffixes) {
+              if (file.size() > suffix.size() && file.ends_with(suffix)) return std::string();
+            }
+            return fmt::format("\"{}\" ends in none of {}", file, list);
+          },
+          {}};
+}
+
 void add_output(CLI::App& app, std::string& output, const char* what, bool required) {
   app.add_option("-o,--output", output, what)->required(required)->type_name("FILE");
 }
@@ -225,6 +236,11 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::PositiveNumber)
       ->type_name("BYTES")
+      ->group(group);
+  app.add_option("--report", command.report,
+                 "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
+      ->check(ends_in({".json", ".md", ".txt"}))
+      ->type_name("FILE")
       ->group(group);
   app.add_flag_callback(
          "--half-lobes", [&command] { command.write.half.insert(Layer::lobes); },

@@ -28,11 +28,15 @@ Json to_json(const Error& issue) {
 
 void apply(const CommonOptions& common) { set_threads(common.threads); }
 
+std::string wrapped(const char* verb, const Json& json) {
+  Json whole = {{"program", "selvedge"}, {"version", SELVEDGE_VERSION}, {"report", 1}, {"verb", verb}};
+  whole.update(json);
+  return whole.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text) {
   if (common.json) {
-    Json whole = {{"program", "selvedge"}, {"version", SELVEDGE_VERSION}, {"report", 1}, {"verb", verb}};
-    whole.update(json);
-    fmt::print("{}\n", whole.dump(2, ' ', false, Json::error_handler_t::replace));
+    fmt::print("{}", wrapped(verb, json));
   } else if (!common.quiet) {
     fmt::print("{}", printable(text));
   }

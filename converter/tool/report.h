@@ -27,6 +27,9 @@ void apply(const CommonOptions& common);
 /// `text` unless --quiet. Both go to standard output.
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text);
 
+/// That report, as text.
+std::string wrapped(const char* verb, const Json& json);
+
 /// What is no issue but worth a line: "selvedge: file: remark" on standard error.
 void report_remark(const std::string& file, const std::string& remark);
 

@@ -4,7 +4,10 @@
 #include "converter/tool/commands.h"
 #include "converter/tool/fabric_query.h"
 #include "converter/tool/report.h"
+#include "format/atomic_file.h"
 #include "format/compare.h"
+#include "format/compare_plot.h"
+#include "format/training_pairs.h"
 
 namespace selvedge {
 namespace {
@@ -53,6 +56,26 @@ std::string comparison_text(const Comparison& c) {
   return text;
 }
 
+/// The picture of a comparison, as the file's name asks for.
+Result<void> draw(const std::string& output, const Fabric& fabric, const PairSamples& held_out,
+                  SamplesReader& reader, const std::string& fabric_path) {
+  const auto training = read_training_pairs(reader);
+  if (!training) return tl::unexpected(training.error());
+  const auto drawing =
+      plot(fabric, held_out, *training, {fabric_path, reader.name(), size_of_file(fabric_path)});
+  if (!drawing) return tl::unexpected(drawing.error());
+  const auto failed = [&](Error error) {
+    error.file = output;
+    return tl::unexpected(std::move(error));
+  };
+  if (output.ends_with(".svg")) {
+    const auto svg = svg_of(*drawing);
+    return svg ? write_file(output, *svg) : failed(svg.error());
+  }
+  const auto png = png_of(*drawing);
+  return png ? write_file(output, *png) : failed(png.error());
+}
+
 }  // namespace
 
 int run(const EvaluateCommand& command) {
@@ -75,6 +98,10 @@ int run(const EvaluateCommand& command) {
 
 int run(const CompareCommand& command) {
   apply(command.common);
+  if (!command.plot.empty()) {  // said before the work, not after it
+    if (const auto writable = AtomicFile::create(command.plot); !writable)
+      return report_error(writable.error());
+  }
   const std::string& samples = command.files.back();
   auto reader = SamplesReader::open(samples);
   if (!reader) return report_error(reader.error());
@@ -105,6 +132,12 @@ int run(const CompareCommand& command) {
       peak = comparison->peak;
       entry[name_of(kind)] = comparison_json(*comparison);
       text += comparison_text(*comparison);
+    }
+    if (!command.plot.empty()) {
+      if (auto ok =
+              draw(command.plot, *fabric, truth[static_cast<std::size_t>(PairKind::held_out)], *reader, path);
+          !ok)
+        return report_error(ok.error());
     }
     fabrics.push_back(entry);
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "converter/tool/commands.h"
+#include "converter/tool/fit_report.h"
 #include "converter/tool/run_bake.h"
 #include "fitter/layer_fit.h"
 #include "format/atomic_file.h"
@@ -12,28 +13,59 @@
 namespace selvedge {
 namespace {
 
-/// What a fit reports, whichever way its layers came about.
-struct FitOutcome {
-  std::vector<FitLevelReport> levels;  ///< of the paper's model
-  std::vector<LevelChoice> chosen;     ///< of a budget
-  Issues warnings;
-  double seconds = 0;
-};
+/// Record of the fit of the paper's model.
+FitRecordLevel record_of(const FitLevelReport& level) {
+  FitRecordLevel record;
+  record.iterations = level.mean_iterations;
+  record.converged = level.width * level.height - level.unconverged;
+  record.at_limit = level.unconverged;
+  return record;
+}
 
-/// Chooses layers and writes the file, which must not be larger than the budget. Sizes are estimated before,
-/// so it takes some tries; the largest file that fits is kept.
-Result<LayerFit> write_within(const LayerFitter& fitter, const FitCommand& command) {
+/// Judges the fabric as the file will hold it, and writes it.
+Result<void> write_judged(const FitCommand& command, const Fabric& fitted, const PairSamples& held_out,
+                          const PairSamples& training, FitRecord record) {
+  const Fabric fabric = as_stored(fitted, command.write.half);
+  if (auto ok = judge(fabric, held_out, training, record); !ok) return ok;
+  for (const Error& warning : precision_warnings({}, fitted, command.write))
+    record.warnings.push_back(warning);
+  return write_fabric(command.output, fabric, std::move(record), command.write);
+}
+
+/// The record of a choice of layers, as yet without its errors.
+FitRecord record_of(const LayerFit& chosen, const Issues& warnings) {
+  FitRecord record;
+  for (const LevelChoice& level : chosen.levels) {
+    record.levels.push_back(level.lobes ? record_of(*level.lobes) : FitRecordLevel());
+    record.levels.back().validation = std::sqrt(level.validation_error);
+  }
+  record.warnings = warnings;
+  return record;
+}
+
+/// Chooses layers so that the file is not larger than the budget. Sizes are estimated before, so it takes
+/// some tries beside the file's place; the largest that fits is kept.
+Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& command) {
   constexpr int most_tries = 6;
+  // In the place of errors that are not known yet, and longer in text than any.
+  constexpr FitError unknown{1'000'000, -1000, -1000};
+  const auto beside = AtomicFile::create(command.output);
+  if (!beside) return tl::unexpected(beside.error());
   const auto budget = static_cast<double>(*command.budget);
   double bytes = budget;
   double best = 0;
   double best_bytes = bytes;
   for (int i = 1;; ++i) {
     LayerFit chosen = fitter.choose(bytes);
-    if (auto ok = write_fabric(command.output, chosen.fabric, command.write); !ok) {
-      return tl::unexpected(ok.error());
+    FitRecord record = record_of(chosen, fitter.warnings());
+    record.peak = -1.23456e-300;
+    for (FitRecordLevel& level : record.levels) level.held_out = level.training = unknown;
+    if (auto ok = write_fabric(beside->temporary(), chosen.fabric, std::move(record), command.write); !ok) {
+      Error error = ok.error();
+      error.file = command.output;
+      return tl::unexpected(std::move(error));
     }
-    const auto written = static_cast<double>(size_of_file(command.output));
+    const auto written = static_cast<double>(size_of_file(beside->temporary()));
     const bool fits = written <= budget;
     if (fits && written > best) {
       best = written;
@@ -44,9 +76,12 @@ Result<LayerFit> write_within(const LayerFitter& fitter, const FitCommand& comma
   }
 }
 
-Result<FitOutcome> fit_layers(SamplesReader& reader, SampleLevel level, const FitCommand& command,
-                              const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+/// How the levels were fitted that have lobes.
+using LobeReports = std::vector<std::optional<FitLevelReport>>;
+
+Result<LobeReports> fit_layers(SamplesReader& reader, const FitCommand& command, const Progress& progress) {
+  auto level = reader.read_level();
+  if (!level) return tl::unexpected(level.error());
   const auto validation = reader.read_pairs(PairKind::validation);
   if (!validation) return tl::unexpected(validation.error());
   std::optional<HeightLayer> heights;
@@ -56,98 +91,66 @@ Result<FitOutcome> fit_layers(SamplesReader& reader, SampleLevel level, const Fi
     heights = std::move(*read);
   }
   const auto fitter =
-      LayerFitter::create(std::move(level), reader.header(), heights, *validation, command.fit, progress);
+      LayerFitter::create(std::move(*level), reader.header(), heights, *validation, command.fit, progress);
   if (!fitter) return tl::unexpected(fitter.error());
-  const auto chosen = write_within(*fitter, command);
+  const auto held_out = reader.read_pairs(PairKind::held_out);
+  if (!held_out) return tl::unexpected(held_out.error());
+  const auto chosen = choose_within(*fitter, command);
   if (!chosen) return tl::unexpected(chosen.error());
-  Issues warnings = precision_warnings(command.output, chosen->fabric, command.write);
-  for (const Error& warning : warnings) {
-    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+  if (auto ok = write_judged(command, chosen->fabric, *held_out, fitter->training(),
+                             record_of(*chosen, fitter->warnings()));
+      !ok) {
+    return tl::unexpected(ok.error());
   }
-  return FitOutcome{{},
-                    chosen->levels,
-                    std::move(warnings),
-                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+  LobeReports lobes;
+  for (const LevelChoice& choice : chosen->levels) lobes.push_back(choice.lobes);
+  return lobes;
+}
+
+/// Everything as lobes.
+Result<LobeReports> fit_lobes(SamplesReader& reader, const FitCommand& command, const Progress& progress) {
+  const auto result = fit(reader, command.fit, progress);
+  if (!result) return tl::unexpected(result.error());
+  // Read when the samples are gone again: what is held at a time stays small.
+  const auto held_out = reader.read_pairs(PairKind::held_out);
+  if (!held_out) return tl::unexpected(held_out.error());
+  FitRecord record;
+  for (const FitLevelReport& level : result->levels) record.levels.push_back(record_of(level));
+  record.warnings = result->warnings;
+  if (auto ok = write_judged(command, result->fabric, *held_out, result->training, record); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  return LobeReports(result->levels.begin(), result->levels.end());
 }
 
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command) {
+  const auto start = std::chrono::steady_clock::now();
   // Said before the work, not after it.
-  if (const auto writable = AtomicFile::create(command.output); !writable) {
-    return tl::unexpected(writable.error());
+  for (const std::string& path : {command.output, command.report}) {
+    if (path.empty()) continue;
+    if (const auto writable = AtomicFile::create(path); !writable) return tl::unexpected(writable.error());
   }
   auto reader = SamplesReader::open(samples);
   if (!reader) return tl::unexpected(reader.error());
   TerminalProgress progress("fit", command.common.quiet);
-  const auto of_file = [&](Error error) {
+  const auto lobes = command.budget ? fit_layers(*reader, command, progress.callback())
+                                    : fit_lobes(*reader, command, progress.callback());
+  if (!lobes) {
+    Error error = lobes.error();
     if (error.file.empty()) error.file = samples;
     return tl::unexpected(std::move(error));
-  };
-  if (command.budget) {
-    auto level = reader->read_level();
-    if (!level) return tl::unexpected(level.error());
-    auto outcome = fit_layers(*reader, std::move(*level), command, progress.callback());
-    if (!outcome) return of_file(outcome.error());
-    return outcome;
   }
-  auto result = fit(*reader, command.fit, progress.callback());
-  if (!result) return of_file(result.error());
-  for (Error& warning : result->warnings) {
+  FitOutcome outcome;
+  outcome.samples = samples;
+  outcome.output = command.output;
+  if (auto ok = look_up(outcome); !ok) return tl::unexpected(ok.error());
+  for (std::size_t k = 0; k < lobes->size(); ++k) outcome.levels[k].lobes = (*lobes)[k];
+  for (Error& warning : outcome.record.warnings) {
     warning.file = samples;
     if (!(command.common.quiet || command.common.json)) report_issue(warning);
   }
-  if (auto ok = write_fabric(command.output, result->fabric, command.write); !ok) {
-    return tl::unexpected(ok.error());
-  }
-  for (Error& warning : precision_warnings(command.output, result->fabric, command.write)) {
-    if (!(command.common.quiet || command.common.json)) report_issue(warning);
-    result->warnings.push_back(std::move(warning));
-  }
-  return FitOutcome{result->levels, {}, result->warnings, result->seconds};
-}
-
-Json fit_json(const FitOutcome& outcome, const std::string& output) {
-  Json levels = Json::array();
-  for (const FitLevelReport& level : outcome.levels) {
-    levels.push_back({{"texels", {level.width, level.height}},
-                      {"trainingError", level.training_error},
-                      {"iterations", level.mean_iterations},
-                      {"unconverged", level.unconverged},
-                      {"seconds", level.seconds}});
-  }
-  for (const LevelChoice& level : outcome.chosen) {
-    levels.push_back({{"texels", {level.width, level.height}},
-                      {"layers", level.layers},
-                      {"validationError", std::sqrt(level.validation_error)},
-                      {"bytes", std::round(level.bytes)}});
-  }
-  Json warnings = Json::array();
-  for (const Error& warning : outcome.warnings) warnings.push_back(to_json(warning));
-  return {{"output", output},
-          {"bytes", size_of_file(output)},
-          {"seconds", outcome.seconds},
-          {"levels", levels},
-          {"warnings", warnings}};
-}
-
-std::string fit_text(const FitOutcome& outcome, const std::string& output) {
-  std::string text;
-  if (!outcome.levels.empty()) {
-    text = "level  texels   training error  iterations  not converged  seconds\n";
-  }
-  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
-    const FitLevelReport& l = outcome.levels[k];
-    text += fmt::format("{:5}  {:>7}  {:14.4f}  {:10.1f}  {:13}  {:7.2f}\n", k,
-                        fmt::format("{}x{}", l.width, l.height), l.training_error, l.mean_iterations,
-                        l.unconverged, l.seconds);
-  }
-  if (!outcome.chosen.empty()) text += "level  texels   validation RMS 1/sr    bytes  layers\n";
-  for (std::size_t k = 0; k < outcome.chosen.size(); ++k) {
-    const LevelChoice& l = outcome.chosen[k];
-    text += fmt::format("{:5}  {:>7}  {:19.5f}  {:7.0f}  {}\n", k, fmt::format("{}x{}", l.width, l.height),
-                        std::sqrt(l.validation_error), l.bytes, l.layers);
-  }
-  return text +
-         fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", outcome.seconds, output, size_of_file(output));
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return outcome;
 }
 
 }  // namespace
@@ -156,7 +159,11 @@ int run(const FitCommand& command) {
   apply(command.common);
   const auto result = fit_file(command.input, command);
   if (!result) return report_error(result.error());
-  report(command.common, "fit", fit_json(*result, command.output), fit_text(*result, command.output));
+  const Json json = fit_json(*result);
+  if (!command.report.empty()) {
+    if (auto ok = write_report(command.report, "fit", json, *result); !ok) return report_error(ok.error());
+  }
+  report(command.common, "fit", json, fit_text(*result));
   return 0;
 }
 
@@ -177,10 +184,15 @@ int run(const MakeCommand& command) {
   Json bake_report = bake_json(*baked, bake_command.output);
   if (!keep) bake_report.erase("output");
   const std::string bake_line = bake_text(*baked, keep ? bake_command.output : "");
-  const auto fitted = fit_file(bake_command.output, command.fit);
+  auto fitted = fit_file(bake_command.output, command.fit);
   if (!fitted) return report_error(fitted.error());
-  report(command.fit.common, "make", {{"bake", bake_report}, {"fit", fit_json(*fitted, command.fit.output)}},
-         bake_line + fit_text(*fitted, command.fit.output));
+  if (!keep) fitted->samples = command.bake.input;
+  const Json json = {{"bake", bake_report}, {"fit", fit_json(*fitted)}};
+  if (!command.fit.report.empty()) {
+    if (auto ok = write_report(command.fit.report, "make", json, *fitted); !ok)
+      return report_error(ok.error());
+  }
+  report(command.fit.common, "make", json, bake_line + fit_text(*fitted));
   return 0;
 }
 

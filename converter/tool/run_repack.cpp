@@ -5,6 +5,7 @@
 #include "converter/tool/commands.h"
 #include "converter/tool/report.h"
 #include "format/atomic_file.h"
+#include "format/fit_record.h"
 
 namespace selvedge {
 namespace {
@@ -31,6 +32,23 @@ Json layers_json(const Fabric& fabric, const FabricWriteOptions& options) {
   return layers;
 }
 
+/// Writes the fabric with what is still true of the record of its fit.
+Result<void> write_recorded(const RepackCommand& command, const FabricReader& reader, const V2i& levels,
+                            const Fabric& fabric, const FabricWriteOptions& options) {
+  IssueSink sink(command.input);
+  const auto record = fit_record_of(fabric.provenance, reader.header().levels, sink);
+  if (!record) return write_fabric(command.output, fabric, options);
+  LayerSet rounded = options.half;
+  rounded.erase(reader.half());
+  bool changed = false;
+  for (const Layer layer : all_layers) {
+    const bool was = reader.header().layer(layer).has_value();
+    changed = changed || (was && (rounded.contains(layer) || !command.layers.contains(layer)));
+  }
+  return write_fabric(command.output, fabric, record_of_levels(*record, levels.x, levels.y, changed),
+                      options);
+}
+
 }  // namespace
 
 int run(const RepackCommand& command) {
@@ -50,7 +68,9 @@ int run(const RepackCommand& command) {
   options.half.erase(command.to_float);
   const auto fabric = reader->read_levels(levels->x, levels->y, command.layers);
   if (!fabric) return report_error(fabric.error());
-  if (auto ok = write_fabric(command.output, *fabric, options); !ok) return report_error(ok.error());
+  if (auto ok = write_recorded(command, *reader, *levels, *fabric, options); !ok) {
+    return report_error(ok.error());
+  }
   Json warnings = Json::array();
   for (const Error& warning : precision_warnings(command.output, *fabric, options)) {
     warnings.push_back(to_json(warning));

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "format/compare.h"
 #include "format/evaluate.h"
 #include "format/parallel.h"
 #include "format/random.h"
@@ -254,5 +255,26 @@ TEST_CASE("one and two threads fit the same fabric") {
   for (std::size_t k = 0; k < one.fabric.levels.size(); ++k) {
     CHECK(one.fabric.levels[k].lobes->parameters == two.fabric.levels[k].lobes->parameters);
     CHECK(one.fabric.levels[k].view_table->colour == two.fabric.levels[k].view_table->colour);
+  }
+}
+
+TEST_CASE("compare finds on the pairs of the fit the error that the fit has reached") {
+  // Everything is opaque and the grid so small that all its pairs are there: both are the same sum.
+  SamplesHeader header = header_of(2, 2);
+  header.views = {2, 4};
+  header.lights = {3, 3};
+  const Radiance uneven = [](int texel, const V3f& l, const V3f& v) {
+    return V3f(0.1F + l.x * v.y, 0.2F + l.y, static_cast<float>(texel + 1) * v.z * l.z) * l.z * 0.5F +
+           V3f(0.3F);
+  };
+  const FitResult result = fit_all(samples_of(header, uneven), header);
+  REQUIRE(result.training.pairs.size() == 72);
+  const auto comparison = compare(result.fabric, result.training, PairKind::held_out);
+  REQUIRE(comparison);
+  for (std::size_t k = 0; k < result.levels.size(); ++k) {
+    // The fabric is in single precision, the fit's own sum in double.
+    CHECK(comparison->levels[k].relative_l2 ==
+          doctest::Approx(result.levels[k].training_error).epsilon(1e-3));
+    CHECK(result.levels[k].training_error > 0.001);
   }
 }

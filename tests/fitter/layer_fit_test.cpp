@@ -280,6 +280,9 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
     // Level 0 counts most; the sum over levels is what is made least.
     double sum = 0;
     for (std::size_t k = 0; k < 5; ++k) sum += (k == 0 ? 5 : 1) * std::log(chosen.levels[k].validation_error);
+    for (std::size_t k = 0; k < 5; ++k) {
+      CHECK(chosen.levels[k].lobes.has_value() == chosen.fabric.levels[k].lobes.has_value());
+    }
     CHECK(sum <= last);
     last = sum;
     // What is said of a level is so.

@@ -50,6 +50,13 @@ TEST_CASE("a constant error has the figures that follow by hand") {
     CHECK(level.mean_error == doctest::Approx(0.25));
     CHECK(level.alpha_rms == doctest::Approx(0.5));
   }
+  // 16 texels of three channels in each of the pairs.
+  REQUIRE(result->by_pair.size() == 8);
+  for (const PairComparison& pair : result->by_pair) {
+    CHECK(pair.psnr == doctest::Approx(20 * std::log10(0.4 / 0.1)));
+    CHECK(pair.squared == doctest::Approx(48 * 0.01));
+    CHECK(pair.energy == doctest::Approx(48 * 0.16));
+  }
 }
 
 TEST_CASE("the peak is the truth's 99.9th percentile at level 0, one for all levels") {

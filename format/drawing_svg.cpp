@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "format/drawing.h"
+#include "format/printable.h"
+
+namespace selvedge {
+namespace {
+
+/// Text within XML. What is no UTF-8 or a control character is replaced as on a terminal.
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : printable(as_utf8(text))) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+std::string hex(const Rgb& colour) {
+  return fmt::format("#{:02x}{:02x}{:02x}", colour.r, colour.g, colour.b);
+}
+
+/// A coordinate to a hundredth of a pixel, without zeros at its end.
+std::string number(double value) { return fmt::format("{:g}", std::round(value * 100) / 100); }
+
+std::string base64(const std::vector<std::uint8_t>& bytes) {
+  static constexpr std::string_view digits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t bits = 0;
+    for (std::size_t j = 0; j < 3; ++j) bits = bits << 8 | (j < count ? bytes[i + j] : 0U);
+    for (std::size_t j = 0; j < 4; ++j) text += j <= count ? digits[bits >> (18 - 6 * j) & 63] : '=';
+  }
+  return text;
+}
+
+Result<std::string> element(const DrawnBox& box) {
+  return fmt::format(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="{}"/>)", number(box.corner.x),
+                     number(box.corner.y), number(box.size.x), number(box.size.y), hex(box.fill));
+}
+
+Result<std::string> element(const DrawnLine& line) {
+  std::string points;
+  for (const V2d& p : line.points)
+    points += fmt::format("{}{},{}", points.empty() ? "" : " ", number(p.x), number(p.y));
+  return fmt::format(
+      R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round" stroke-linejoin="round"/>)",
+      points, hex(line.colour), number(line.width));
+}
+
+Result<std::string> element(const DrawnDisc& disc) {
+  return fmt::format(R"(<circle cx="{}" cy="{}" r="{}" fill="{}"/>)", number(disc.centre.x),
+                     number(disc.centre.y), number(disc.radius), hex(disc.fill));
+}
+
+Result<std::string> element(const DrawnText& text) {
+  constexpr std::array anchors{"start", "middle", "end"};
+  return fmt::format(R"(<text x="{}" y="{}" font-size="{}" text-anchor="{}"{} fill="{}">{}</text>)",
+                     number(text.baseline.x), number(text.baseline.y), number(text.size),
+                     anchors[static_cast<std::size_t>(text.anchor)],
+                     text.bold ? R"( font-weight="bold")" : "", hex(text.colour), escaped(text.text));
+}
+
+Result<std::string> element(const DrawnPicture& picture) {
+  const auto png = encode_png(picture.image);
+  if (!png) return tl::unexpected(png.error());
+  return fmt::format(
+      R"(<image x="{}" y="{}" width="{}" height="{}" style="image-rendering:pixelated" href="data:image/png;base64,{}"><title>{}</title></image>)",
+      picture.corner.x, picture.corner.y, picture.image.width, picture.image.height, base64(*png),
+      escaped(picture.title));
+}
+
+}  // namespace
+
+Result<std::string> svg_of(const Drawing& drawing) {
+  std::string text = fmt::format(
+      R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0}" height="{1}" viewBox="0 0 {0} {1}" font-family="'DejaVu Sans', Verdana, sans-serif">
+<title>{2}</title>
+<rect width="{0}" height="{1}" fill="{3}"/>
+)",
+      drawing.width, drawing.height, escaped(drawing.title), hex(drawing.paper));
+  for (const Drawn& shape : drawing.shapes) {
+    const auto drawn = std::visit([](const auto& s) { return element(s); }, shape);
+    if (!drawn) return tl::unexpected(drawn.error());
+    text += *drawn + '\n';
+  }
+  return text + "</svg>\n";
+}
+
+}  // namespace selvedge

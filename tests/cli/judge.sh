@@ -1,0 +1,101 @@
+#!/usr/bin/env bash
+# How good a fabric is: reports of fits as files, what the fabric says of itself, and pictures of comparisons.
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+make_samples() { selvedge bake plain-knit -o k.samples.exr --quiet --slabs 1 "${small[@]}"; }
+
+test_a_fit_reports_into_a_file_what_compare_finds_and_the_fabric_says() {
+  make_samples
+  exits 0 selvedge fit k.samples.exr -o k.fabric.exr --report k.json --json
+  same "$scratch/out" k.json
+  selvedge compare k.fabric.exr k.samples.exr --json >compare.json
+  selvedge info k.fabric.exr --json >info.json
+  holds "(() => { const read = f => JSON.parse(require('fs').readFileSync(f, 'utf8'));
+    const truth = read('compare.json').fabrics[0]['held-out'].levels;
+    const own = read('info.json').content.provenance.fit;
+    return r.verb === 'fit' && r.levels.length === 4 && r.warnings.length === 0 && r.levels.every((l, k) =>
+      Math.abs(l.heldOut.psnr - truth[k].psnr) < 0.006 && Math.abs(l.heldOut.relativeL2 - truth[k].relativeL2) < 6e-5 &&
+      l.heldOut.pairs === 8 && l.training.pairs === 128 && l.training.psnr > 0 &&
+      l.converged + l.atLimit === l.texels[0] * l.texels[1] && l.iterations >= 1 && l.layers === '2 lobes x table' &&
+      l.bytes === Object.values(l.layerBytes).reduce((a, b) => a + b) && own.levels[k].bytes === l.bytes &&
+      own.levels[k].training.psnr === l.training.psnr && own.levels[k].converged === l.converged) &&
+      r.levels.reduce((sum, l) => sum + l.bytes, 0) < r.bytes; })()" k.json
+  exits 0 selvedge check k.fabric.exr --warnings-as-errors
+}
+
+test_a_report_with_another_ending_is_a_table() {
+  make_samples
+  exits 0 selvedge fit k.samples.exr -o k.fabric.exr --budget 20K --report k.md
+  grep -q '^| level | texels | layers | bytes | held-out dB |' k.md
+  [ "$(grep -c '^| [0-3] | [0-9]*x[0-9]* |' k.md)" = 4 ]
+  grep -q '^No warnings' k.md
+  [ "$(stat -c %s k.fabric.exr)" -le 20480 ]
+  grep -q "^\`k.fabric.exr\`: $(stat -c %s k.fabric.exr) bytes" k.md
+  exits 0 selvedge make plain-knit -o m.fabric.exr --report m.txt --quiet --texels 8 --views 1 --lights 16 --samples 4
+  grep -q 'SAMPLES_SPARSE' m.txt
+  exits 0 selvedge info m.fabric.exr --json
+  holds "r.content.provenance.fit.warnings[0].code === 'SAMPLES_SPARSE'"
+}
+
+test_the_fabric_has_the_same_bytes_with_and_without_a_report() {
+  make_samples
+  selvedge fit k.samples.exr -o a.exr --quiet --threads 1
+  selvedge fit k.samples.exr -o b.exr --quiet --threads 3 --report b.json
+  same a.exr b.exr
+}
+
+test_repack_keeps_of_the_record_what_stays_true() {
+  make_samples
+  selvedge fit k.samples.exr -o k.fabric.exr --quiet
+  exits 0 selvedge repack k.fabric.exr -o upper.exr --levels 1-3 --codec piz
+  exits 0 selvedge check upper.exr --warnings-as-errors
+  exits 0 selvedge info k.fabric.exr --json
+  mv "$scratch/out" whole.json
+  exits 0 selvedge info upper.exr --json
+  holds "(() => { const whole = JSON.parse(require('fs').readFileSync('whole.json', 'utf8')).content.provenance.fit;
+    const own = r.content.provenance.fit;
+    return own.levels.length === 3 && own.levels.every((l, k) => l.heldOut.psnr === whole.levels[k + 1].heldOut.psnr &&
+      l.converged === whole.levels[k + 1].converged); })()"
+  # Other values have other errors; only the fit's own course is still true.
+  for options in --half-lobes '--layers lobes,frame,opacity'; do
+    # shellcheck disable=SC2086
+    exits 0 selvedge repack k.fabric.exr -o other.exr $options
+    exits 0 selvedge check other.exr --warnings-as-errors
+    exits 0 selvedge info other.exr --json
+    holds "r.content.provenance.fit.levels.every(l => !l.heldOut && !l.training && l.converged >= 1 && l.bytes > 0)"
+  done
+  holds "r.content.provenance.fit.levels[0].layers === '2 lobes'"
+}
+
+test_a_plot_has_the_same_bytes_whatever_the_threads() {
+  make_samples
+  selvedge fit k.samples.exr -o k.fabric.exr --quiet
+  for ending in svg png; do
+    exits 0 selvedge compare k.fabric.exr k.samples.exr --plot "1.$ending" --threads 1 --quiet
+    exits 0 selvedge compare k.fabric.exr k.samples.exr --plot "2.$ending" --threads 3 --quiet
+    same "1.$ending" "2.$ending"
+  done
+  head -c 8 1.png | cmp - <(printf '\x89PNG\r\n\x1a\n')
+  exits 0 selvedge compare k.fabric.exr k.samples.exr
+  psnr=$(awk '/held-out:/ { on = 1 } on && $1 == "0" { print $3; exit }' "$scratch/out")
+  grep -qF ">$psnr dB, relative L2 " 1.svg || fail "no $psnr dB in the plot"
+  [ "$(grep -c '<image ' 1.svg)" = 19 ]
+}
+
+test_reports_and_plots_are_refused_before_the_work() {
+  make_samples
+  selvedge fit k.samples.exr -o k.fabric.exr --quiet
+  exits 2 selvedge fit k.samples.exr -o o.exr --report k.csv
+  exits 2 selvedge fit k.samples.exr -o o.exr --report .json
+  exits 2 selvedge compare k.fabric.exr k.samples.exr --plot k.jpg
+  exits 2 selvedge compare k.fabric.exr k.fabric.exr k.samples.exr --plot k.png
+  refuses FILE_UNWRITABLE absent/k.json selvedge fit k.samples.exr -o o.exr --report absent/k.json
+  refuses FILE_UNWRITABLE absent/k.png selvedge compare k.fabric.exr k.samples.exr --plot absent/k.png
+  selvedge bake plain-knit -o bare.samples.exr --quiet --texels 8 --views 16 --lights 16 --samples 4 --held-out-pairs 0
+  refuses SAMPLES_MALFORMED held-out selvedge compare k.fabric.exr bare.samples.exr --plot k.png
+  # Without held-out pairs the fit still says how it did on its own samples.
+  exits 0 selvedge fit bare.samples.exr -o bare.exr --json
+  holds "r.levels.every(l => l.heldOut === null && l.training.psnr > 0)"
+}
+
+"$2"
