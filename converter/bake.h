@@ -79,7 +79,7 @@ struct BakeOptions {
   /// Slabs of yarn whose heights are kept, one above the other, over cells x cells points of a texel
   /// (cell_heights.h); 0: none.
   int slabs = 0;
-  int cells = 2;
+  int cells = 6;          ///< of which a fit makes 2 and 3
   bool resumable = true;  ///< an interrupted bake leaves its journal for the next one
 };
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "fitter/coded_size.h"
+#include "fitter/function_list.h"
 #include "fitter/level_judge.h"
 #include "fitter/slab_fit.h"
 #include "format/fabric_layout.h"
@@ -24,11 +25,23 @@ constexpr std::size_t slab_light_functions = 24;
 constexpr std::size_t level_view_functions = 12;
 constexpr std::size_t level_light_functions = 16;
 /// Steps of the coefficients that are tried, as shares of the power of two below the strongest product's
-/// scale: numbers whose multiples have few bits.
-constexpr std::array step_shares{0.25F,    0.1875F,    0.125F,    0.09375F,    0.0625F,   0.046875F,
-                                 0.03125F, 0.0234375F, 0.015625F, 0.01171875F, 0.0078125F};
-/// Products are left out whose coefficients' root mean square is below so many steps.
-constexpr std::array least_steps{0.35F, 0.5F, 0.7F, 1.0F, 1.4F};
+/// scale, numbers whose multiples have few bits; and what a bit may cost.
+struct Coarseness {
+  float step;
+  float price;
+};
+constexpr std::array coarseness{
+    Coarseness{0.25F, 0.5F},     Coarseness{0.125F, 0.2F},     Coarseness{0.125F, 0.5F},
+    Coarseness{0.0625F, 0.3F},   Coarseness{0.0625F, 0.8F},    Coarseness{0.03125F, 0.5F},
+    Coarseness{0.015625F, 0.3F}, Coarseness{0.0078125F, 0.3F}, Coarseness{0.00390625F, 0.3F}};
+/// Products are left out whose coefficients' root mean square is below so much of that power of two.
+constexpr std::array least_shares{0.00390625F, 0.0078125F, 0.015625F, 0.03125F, 0.0625F, 0.125F};
+/// Slabs gain nothing from steps below this: their cells are what limits them.
+constexpr float least_step_of_slabs = 0.015625F;
+/// Cells along a texel's side that are tried, as far as the samples have them.
+constexpr std::array cells_tried{2, 3};
+/// More coefficients in a texel than this never pay.
+constexpr std::size_t most_coefficients = 640;
 /// What a decibel at level 0 counts, one at any other level being 1: most of what is seen near is level 0.
 constexpr double weight_of_level_0 = 5;
 /// A level with fewer cells than this along a side is no place for slabs.
@@ -74,28 +87,120 @@ FabricLevel without_table(const FabricLevel& level) {
   return result;
 }
 
+/// A level of these texels with nothing but heights.
+FabricLevel marched(const FabricLevel& texels, const HeightLayer& heights) {
+  FabricLevel result;
+  result.width = texels.width;
+  result.height = texels.height;
+  result.heights = heights;
+  return result;
+}
+
+/// The shapes to try for heights of a shape: the uppermost slab alone and all, over fewer cells and more.
+std::vector<SlabShape> shapes_of(const SlabShape& finest) {
+  std::vector<SlabShape> shapes;
+  for (const int slabs : {1, finest.slabs}) {
+    for (const int cells : cells_tried) {
+      const SlabShape shape{std::min(cells, finest.columns), std::min(cells, finest.rows), slabs};
+      if (std::find(shapes.begin(), shapes.end(), shape) == shapes.end()) shapes.push_back(shape);
+    }
+  }
+  return shapes;
+}
+
 }  // namespace
 
-void LayerFitter::add_candidates(std::size_t level, const Products& products, LevelCandidate::Kind kind,
-                                 double own_bytes) {
+void LayerFitter::add_candidates(std::size_t level, const Products& products, const LevelCandidate& like,
+                                 const SlabOverlaps* overlaps) {
   const float scale = scale_of(products);
   if (!(scale > 0)) return;
   const auto texels = static_cast<std::size_t>(levels_[level].paper.texels());
   const float unit = std::exp2(std::floor(std::log2(scale)));
-  for (const float share : step_shares) {
+  const auto width = static_cast<std::size_t>(levels_[level].paper.width);
+  const std::size_t entries = products.owners() / texels;
+  for (const Coarseness& coarse : coarseness) {
+    if (overlaps != nullptr && coarse.step < least_step_of_slabs) continue;
     std::size_t last = 0;
-    for (const float least : least_steps) {
-      LevelCandidate candidate;
-      candidate.kind = kind;
-      candidate.products = quantised(products, unit * share, least);
-      const std::size_t pairs = candidate.products.pairs.size();
-      if (pairs == last || pairs > static_cast<std::size_t>(FabricLimits{}.products)) continue;
+    for (const float least : least_shares) {
+      if (least < 0.25F * coarse.step || least > 2 * coarse.step) continue;
+      Quantisation how;
+      how.step = unit * coarse.step;
+      how.least = least / coarse.step;
+      how.price = coarse.price;
+      how.width = width;
+      how.entries = entries;
+      const std::size_t pairs = products_kept(products, how);
+      if (pairs == last || pairs > static_cast<std::size_t>(FabricLimits{}.products) ||
+          pairs * entries > most_coefficients) {
+        continue;
+      }
       last = pairs;
-      const std::vector<float>& coefficient = candidate.products.coefficient;
-      const auto width = static_cast<std::size_t>(levels_[level].paper.width);
-      candidate.bytes = own_bytes + coded_bytes(coefficient, coefficient.size() / texels, width) +
-                        bytes_per_pair * static_cast<double>(pairs);
+      LevelCandidate candidate = like;
+      candidate.products = quantised(products, how, overlaps);
+      candidate.bytes += coded_bytes(candidate.products.coefficient, entries * pairs, width) +
+                         bytes_per_pair * static_cast<double>(pairs);
       levels_[level].candidates.push_back(std::move(candidate));
+    }
+  }
+}
+
+void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled,
+                            const HeightLayer& heights, const SamplesHeader& header) {
+  const auto views = smooth_view_functions(header.views, slab_view_functions);
+  std::vector<SlabTables> tables;
+  std::vector<SlabOverlaps> overlaps;
+  const HeightLayer* of_level = &heights;
+  HeightLayer coarse = heights;
+  for (std::size_t k = 0; k < pooled.size(); ++k) {
+    const SampleLevel& level = pooled[k];
+    if (k > 0) {
+      coarse = pool_heights(*of_level, pooled[k - 1].width, pooled[k - 1].height);
+      of_level = &coarse;
+    }
+    if (std::min(level.width * coarse.shape().columns, level.height * coarse.shape().rows) < least_cells)
+      break;
+    const auto entries = static_cast<std::size_t>(level.texels() * coarse.shape().entries());
+    levels_[k].heights[shape] = stored_heights(coarse, header.thickness_mm);
+    const SlabRays rays =
+        slab_rays(marched(levels_[k].paper, *levels_[k].heights[shape]), shell_, directions_of(header.views));
+    tables.push_back(fit_slabs(level, rays, entries, views));
+    overlaps.push_back(overlaps_of(rays, entries));
+  }
+  if (tables.empty()) return;
+  const std::vector<Products> slabs = slab_products(tables, views, slab_light_functions);
+  for (std::size_t k = 0; k < slabs.size(); ++k) {
+    LevelCandidate like;
+    like.kind = LevelCandidate::Kind::slabs;
+    like.shape = shape;
+    like.bytes = bytes_of(*levels_[k].heights[shape], static_cast<std::size_t>(pooled[k].width));
+    add_candidates(k, slabs[k], like, &overlaps[k]);
+  }
+}
+
+void LayerFitter::judge_candidates(std::size_t k, const LevelTruth& truth,
+                                   const std::vector<DirectionPair>& pairs) {
+  Level& level = levels_[k];
+  const LevelJudge judge(truth, pairs, shell_);
+  std::vector<V3f> seen_from;
+  for (const DirectionPair& pair : pairs) seen_from.push_back(pair.view);
+  std::vector<SlabRays> rays;
+  for (const auto& heights : level.heights) {
+    rays.push_back(heights ? slab_rays(marched(level.paper, *heights), shell_, seen_from) : SlabRays{});
+  }
+  for (LevelCandidate& candidate : level.candidates) {
+    switch (candidate.kind) {
+      case LevelCandidate::Kind::slabs:
+        candidate.error = judge.error(candidate.products, rays[candidate.shape]);
+        break;
+      case LevelCandidate::Kind::products:
+        candidate.error = judge.error(candidate.products, *level.paper.opacity);
+        break;
+      case LevelCandidate::Kind::lobes:
+        candidate.error = judge.error(without_table(level.paper));
+        break;
+      case LevelCandidate::Kind::lobes_and_table:
+        candidate.error = judge.error(level.paper);
+        break;
     }
   }
 }
@@ -129,46 +234,34 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   std::vector<SampleLevel> pooled{std::move(samples)};
   while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
 
-  // Slabs, as far as they have cells enough.
-  const auto views = smooth_view_functions(header.views, slab_view_functions);
-  std::vector<SlabTables> tables;
   if (heights) {
     if (heights->top().size() != static_cast<std::size_t>(header.texels() * heights->shape().entries())) {
       return fail(Code::samples_malformed, {}, "slabs", "the heights are not those of the texels");
     }
-    HeightLayer of_level = *heights;
-    for (std::size_t k = 0; k < pooled.size(); ++k) {
-      const SampleLevel& level = pooled[k];
-      if (k > 0) of_level = pool_heights(of_level, pooled[k - 1].width, pooled[k - 1].height);
-      const SlabShape& shape = of_level.shape();
-      if (std::min(level.width * shape.columns, level.height * shape.rows) < least_cells) break;
-      FabricLevel marched;
-      marched.width = level.width;
-      marched.height = level.height;
-      marched.heights = stored_heights(of_level, header.thickness_mm);
-      const SlabRays rays = slab_rays(marched, fitter.shell_, directions_of(header.views));
-      tables.push_back(
-          fit_slabs(level, rays, static_cast<std::size_t>(level.texels() * shape.entries()), views));
-      fitter.levels_[k].heights = marched.heights;
+    const std::vector<SlabShape> shapes = shapes_of(heights->shape());
+    fitter.shapes_ = shapes.size();
+    for (Level& level : fitter.levels_) level.heights.resize(shapes.size());
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      const V2i texels(header.width, header.height);
+      fitter.add_slabs(i, pooled, regrid_heights(*heights, texels.x, texels.y, texels, shapes[i]), header);
     }
   }
   if (progress) progress(0.85);
-  if (!tables.empty()) {
-    const std::vector<Products> slabs = slab_products(tables, views, slab_light_functions);
-    for (std::size_t k = 0; k < slabs.size(); ++k) {
-      fitter.add_candidates(k, slabs[k], LevelCandidate::Kind::slabs,
-                            bytes_of(*fitter.levels_[k].heights, static_cast<std::size_t>(pooled[k].width)));
-    }
-  }
   const std::vector<Products> products = level_products(pooled, level_view_functions, level_light_functions);
   const auto view_count = static_cast<std::size_t>(header.views.count());
   for (std::size_t k = 0; k < products.size(); ++k) {
     const FabricLevel& of = fitter.levels_[k].paper;
     const double opacity = coded_bytes(of.opacity->opacity, view_count, static_cast<std::size_t>(of.width));
-    fitter.add_candidates(k, products[k], LevelCandidate::Kind::products, opacity);
+    LevelCandidate like;
+    like.bytes = opacity;
+    fitter.add_candidates(k, products[k], like, nullptr);
     LevelCandidate lobes;
     lobes.kind = LevelCandidate::Kind::lobes;
     lobes.bytes = opacity + bytes_of_lobes(of);
+    if (of.light_table) {
+      lobes.bytes += bytes_of(of.light_table->value, static_cast<std::size_t>(header.lights.count()),
+                              static_cast<std::size_t>(of.width));
+    }
     fitter.levels_[k].candidates.push_back(lobes);
     if (!of.view_table) continue;
     LevelCandidate table;
@@ -179,35 +272,8 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   }
 
   const std::vector<LevelTruth> truths = level_truths(validation);
-  std::vector<V3f> seen_from;
-  for (const DirectionPair& pair : validation.pairs) seen_from.push_back(pair.view);
   for (std::size_t k = 0; k < fitter.levels_.size(); ++k) {
-    Level& level = fitter.levels_[k];
-    const LevelJudge judge(truths[k], validation.pairs, fitter.shell_);
-    SlabRays rays;
-    if (level.heights) {
-      FabricLevel marched;
-      marched.width = level.paper.width;
-      marched.height = level.paper.height;
-      marched.heights = level.heights;
-      rays = slab_rays(marched, fitter.shell_, seen_from);
-    }
-    for (LevelCandidate& candidate : level.candidates) {
-      switch (candidate.kind) {
-        case LevelCandidate::Kind::slabs:
-          candidate.error = judge.error(candidate.products, rays);
-          break;
-        case LevelCandidate::Kind::products:
-          candidate.error = judge.error(candidate.products, *level.paper.opacity);
-          break;
-        case LevelCandidate::Kind::lobes:
-          candidate.error = judge.error(without_table(level.paper));
-          break;
-        case LevelCandidate::Kind::lobes_and_table:
-          candidate.error = judge.error(level.paper);
-          break;
-      }
-    }
+    fitter.judge_candidates(k, truths[k], validation.pairs);
     if (progress)
       progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(fitter.levels_.size()));
   }
@@ -216,48 +282,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
 
 namespace {
 
-/// The functions that a fabric stores, each once, whichever levels use it.
-class FunctionList {
- public:
-  FunctionList() = default;
-
-  /// Number of a product's functions in the list; the constant function of the view is 0.
-  V2i add(const Products& products, const V2i& pair) {
-    const std::vector<float>& phi = products.view[static_cast<std::size_t>(pair.x)];
-    const bool constant = std::all_of(phi.begin(), phi.end(), [](float value) { return value == 1; });
-    const int a = constant ? 0 : index_in(view_, phi) + 1;
-    return {a, index_in(light_, products.light[static_cast<std::size_t>(pair.y)])};
-  }
-  double bytes() const {
-    std::vector<float> values;
-    for (const auto* list : {&view_, &light_}) {
-      for (const auto& function : *list) values.insert(values.end(), function.begin(), function.end());
-    }
-    return coded_bytes(values, 1, 32);
-  }
-  ProductBases bases() const {
-    ProductBases result;
-    for (const auto& function : view_)
-      result.view.insert(result.view.end(), function.begin(), function.end());
-    for (const auto& function : light_) {
-      for (std::size_t i = 0; i + 2 < function.size(); i += 3) {
-        result.light.emplace_back(function[i], function[i + 1], function[i + 2]);
-      }
-    }
-    return result;
-  }
-
- private:
-  static int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& function) {
-    const auto found = std::find(list.begin(), list.end(), function);
-    const auto index = static_cast<int>(found - list.begin());
-    if (found == list.end()) list.push_back(function);
-    return index;
-  }
-
-  std::vector<std::vector<float>> view_;
-  std::vector<std::vector<float>> light_;
-};
+double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
 
 bool has_products(const LevelCandidate& candidate) {
   return candidate.kind == LevelCandidate::Kind::slabs || candidate.kind == LevelCandidate::Kind::products;
@@ -265,32 +290,34 @@ bool has_products(const LevelCandidate& candidate) {
 
 }  // namespace
 
-double LayerFitter::bytes_of_functions(const std::vector<const LevelCandidate*>& chosen) const {
+double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
   FunctionList functions;
   double channels = 0;
-  double most_coefficients = 0;
+  double coefficients = 0;
   bool opacity = false;
   bool lobes = false;
   bool table = false;
-  bool slabs = false;
+  int entries = 0;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const LevelCandidate& candidate = *chosen[k];
     opacity = opacity || candidate.kind != LevelCandidate::Kind::slabs;
     table = table || candidate.kind == LevelCandidate::Kind::lobes_and_table;
     lobes = lobes || !has_products(candidate);
-    slabs = slabs || candidate.kind == LevelCandidate::Kind::slabs;
+    if (candidate.kind == LevelCandidate::Kind::slabs) {
+      entries = levels_[k].heights[candidate.shape]->shape().entries();
+    }
     if (!has_products(candidate)) continue;
     for (const V2i& pair : candidate.products.pairs) functions.add(candidate.products, pair);
-    most_coefficients =
-        std::max(most_coefficients,
-                 static_cast<double>(candidate.products.coefficient.size()) / levels_[k].paper.texels());
+    coefficients = std::max(
+        coefficients, static_cast<double>(candidate.products.coefficient.size()) / levels_[k].paper.texels());
   }
   const FabricLevel& base = levels_.front().paper;
-  channels += most_coefficients;
-  if (slabs) channels += 2 * levels_.front().heights->shape().entries();
+  channels += coefficients;
+  channels += 2 * entries;
   if (opacity) channels += shell_.views.count();
   if (table) channels += 3 * shell_.views.count();
   if (lobes) channels += 6 + 3 * parameter_count(base.lobes->lobes);
+  if (lobes && base.light_table) channels += 3 * shell_.lights.count();
   return functions.bytes() + bytes_per_channel * channels + bytes_of_the_rest;
 }
 
@@ -301,7 +328,7 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   FabricLevel result;
   result.width = level.paper.width;
   result.height = level.paper.height;
-  if (candidate.kind == LevelCandidate::Kind::slabs) result.heights = level.heights;
+  if (candidate.kind == LevelCandidate::Kind::slabs) result.heights = level.heights[candidate.shape];
   if (candidate.kind == LevelCandidate::Kind::products) result.opacity = level.paper.opacity;
   result.products = ProductLayer{result.heights ? result.heights->shape().entries() : 1,
                                  candidate.products.pairs, candidate.products.coefficient};
@@ -310,17 +337,33 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   return result;
 }
 
-LayerFit LayerFitter::choose(double bytes) const {
+double LayerFitter::size_of(const Chosen& chosen) const {
+  double sum = bytes_of_functions(chosen);
+  for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
+  return sum;
+}
+
+double LayerFitter::cost_of(const Chosen& chosen) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < chosen.size(); ++k)
+    sum += weight_of(k) * std::log(std::max(chosen[k]->error, 1e-30));
+  return sum;
+}
+
+LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes) const {
+  const auto allowed = [&](const LevelCandidate& candidate) {
+    return candidate.kind != LevelCandidate::Kind::slabs || candidate.shape == shape;
+  };
   // Of each level the candidate with the least log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
-    std::vector<const LevelCandidate*> chosen;
-    for (const Level& level : levels_) {
+    Chosen chosen;
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
       const LevelCandidate* best = nullptr;
       double least = std::numeric_limits<double>::infinity();
-      const double weight = &level == &levels_.front() ? weight_of_level_0 : 1;
-      for (const LevelCandidate& candidate : level.candidates) {
-        const double cost = weight * std::log(std::max(candidate.error, 1e-30)) + lambda * candidate.bytes;
-        if (cost >= least) continue;
+      for (const LevelCandidate& candidate : levels_[k].candidates) {
+        const double cost =
+            weight_of(k) * std::log(std::max(candidate.error, 1e-30)) + lambda * candidate.bytes;
+        if (cost >= least || !allowed(candidate)) continue;
         least = cost;
         best = &candidate;
       }
@@ -328,19 +371,14 @@ LayerFit LayerFitter::choose(double bytes) const {
     }
     return chosen;
   };
-  const auto size_of = [&](const std::vector<const LevelCandidate*>& chosen) {
-    double sum = bytes_of_functions(chosen);
-    for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
-    return sum;
-  };
   double low = 1e-9;  // too large a file, unless the best of all fits
   double high = 1e3;
-  std::vector<const LevelCandidate*> chosen = best_at(low);
+  Chosen chosen = best_at(low);
   if (size_of(chosen) > bytes) {
     chosen = best_at(high);
     for (int i = 0; i < 60; ++i) {
       const double middle = std::sqrt(low * high);
-      const auto tried = best_at(middle);
+      const Chosen tried = best_at(middle);
       if (size_of(tried) > bytes) {
         low = middle;
       } else {
@@ -358,12 +396,13 @@ LayerFit LayerFitter::choose(double bytes) const {
     std::size_t best_level = 0;
     const LevelCandidate* best = nullptr;
     for (std::size_t k = 0; k < levels_.size(); ++k) {
-      const double weight = k == 0 ? weight_of_level_0 : 1;
       for (const LevelCandidate& candidate : levels_[k].candidates) {
         const double more = candidate.bytes - chosen[k]->bytes;
-        const double gain = weight * std::log(chosen[k]->error / std::max(candidate.error, 1e-30));
-        if (!(gain > 0) || more > left || gain / std::max(more, 1.0) <= best_rate) continue;
-        auto tried = chosen;
+        const double gain = weight_of(k) * std::log(chosen[k]->error / std::max(candidate.error, 1e-30));
+        if (!(gain > 0) || more > left || gain / std::max(more, 1.0) <= best_rate || !allowed(candidate)) {
+          continue;
+        }
+        Chosen tried = chosen;
         tried[k] = &candidate;
         if (size_of(tried) > bytes) continue;
         best_rate = gain / std::max(more, 1.0);
@@ -375,6 +414,19 @@ LayerFit LayerFitter::choose(double bytes) const {
       chosen[best_level] = best;
       better = true;
     }
+  }
+  return chosen;
+}
+
+LayerFit LayerFitter::choose(double bytes) const {
+  Chosen chosen = best_of_shape(0, bytes);
+  for (std::size_t shape = 1; shape < shapes_; ++shape) {
+    const Chosen other = best_of_shape(shape, bytes);
+    const bool fits = size_of(chosen) <= bytes;
+    const bool other_fits = size_of(other) <= bytes;
+    const bool better =
+        fits ? other_fits && cost_of(other) < cost_of(chosen) : size_of(other) < size_of(chosen);
+    if (better) chosen = other;
   }
 
   LayerFit result;

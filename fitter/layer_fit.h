@@ -1,9 +1,10 @@
 // The best fabric for a budget: per level the set of layers with the least error on the validation pairs.
 //
 // Candidates of a level are the paper's model (lobes, with and without the view table), products of shared
-// functions for every texel, and, where the samples have heights, slabs with products, each product's
-// coefficients coarser or finer. Among all combinations the one is taken that makes the sum over levels of
-// log(error) least for its bytes (Lagrange's multiplier, by bisection). The held-out pairs take no part.
+// functions for every texel, and, where the samples have heights, slabs with products: of several shapes, one
+// of which all levels share, and with coefficients coarser or finer. Among all combinations the one is taken
+// that makes the sum over levels of log(error) least for its bytes (Lagrange's multiplier, by bisection). The
+// held-out pairs take no part.
 #pragma once
 
 #include <optional>
@@ -11,7 +12,9 @@
 #include <vector>
 
 #include "fitter/fit.h"
+#include "fitter/level_judge.h"
 #include "fitter/product_fit.h"
+#include "fitter/quantise.h"
 #include "format/fabric.h"
 #include "format/samples.h"
 
@@ -21,9 +24,10 @@ namespace selvedge {
 struct LevelCandidate {
   enum class Kind { lobes, lobes_and_table, products, slabs };
   Kind kind = Kind::products;
-  Products products;  ///< of products and slabs; functions as in the shared lists
-  double error = 0;   ///< mean squared error of alpha f on the validation pairs
-  double bytes = 0;   ///< in the file, estimated; without the shared functions
+  std::size_t shape = 0;  ///< of slabs: which of the fit's shapes
+  Products products;      ///< of products and slabs; functions as in the shared lists
+  double error = 0;       ///< mean squared error of alpha f on the validation pairs
+  double bytes = 0;       ///< in the file, estimated; without the shared functions
 };
 
 struct LevelChoice {
@@ -60,19 +64,28 @@ class LayerFitter {
   struct Level {
     FabricLevel paper;  ///< lobes, frame, table, opacity
     FitLevelReport report;
-    std::optional<HeightLayer> heights;
+    std::vector<std::optional<HeightLayer>> heights;  ///< by shape, where the level has cells enough for it
     std::vector<LevelCandidate> candidates;
   };
+  using Chosen = std::vector<const LevelCandidate*>;  ///< by level
   LayerFitter() = default;
-  void add_candidates(std::size_t level, const Products& products, LevelCandidate::Kind kind,
-                      double own_bytes);
-  double bytes_of_functions(const std::vector<const LevelCandidate*>& chosen) const;
+  /// `like`: kind, shape, and the bytes of the layers beside the products. `overlaps`: of slabs.
+  void add_candidates(std::size_t level, const Products& products, const LevelCandidate& like,
+                      const SlabOverlaps* overlaps);
+  void add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, const HeightLayer& heights,
+                 const SamplesHeader& header);
+  void judge_candidates(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
+  Chosen best_of_shape(std::size_t shape, double bytes) const;
+  double size_of(const Chosen& chosen) const;
+  double cost_of(const Chosen& chosen) const;
+  double bytes_of_functions(const Chosen& chosen) const;
   FabricLevel level_of(std::size_t level, const LevelCandidate& candidate) const;
 
   Fabric shell_;  ///< everything but the levels
   PairSamples training_;
   Issues warnings_;
   std::vector<Level> levels_;
+  std::size_t shapes_ = 1;
 };
 
 }  // namespace selvedge

@@ -144,15 +144,6 @@ std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
                 shared.light[static_cast<std::size_t>(pair.y)]);
       }
     });
-    double seen = 0;
-    double entries = 0;
-    for (const double of_entry : level.seen) {
-      seen += of_entry;
-      entries += of_entry > 0 ? 1 : 0;
-    }
-    for (const double of_entry : level.seen) {
-      products.weight.push_back(static_cast<float>(seen > 0 ? of_entry * entries / seen : 1));
-    }
     result.push_back(std::move(products));
   }
   return result;
@@ -204,41 +195,6 @@ std::vector<Products> level_products(const std::vector<SampleLevel>& levels, std
       }
     });
     result.push_back(std::move(products));
-  }
-  return result;
-}
-
-Products quantised(const Products& products, float step, float least) {
-  const std::size_t count = products.pairs.size();
-  const std::size_t owners = products.owners();
-  std::vector<double> power(count, 0);
-  double used = 0;
-  for (std::size_t o = 0; o < owners; ++o) {
-    const float* c = &products.coefficient[o * count];
-    used += std::any_of(c, c + count, [](float value) { return value != 0; }) ? 1 : 0;
-    for (std::size_t m = 0; m < count; ++m) power[m] += static_cast<double>(c[m] * c[m]);
-  }
-  std::vector<std::size_t> kept;
-  for (std::size_t m = 0; m < count; ++m) {
-    if (std::sqrt(power[m] / std::max(used, 1.0)) >= static_cast<double>(least * step)) {
-      kept.push_back(m);
-    }
-  }
-  if (kept.empty()) kept.push_back(0);
-  Products result;
-  result.view = products.view;
-  result.light = products.light;
-  for (const std::size_t m : kept) result.pairs.push_back(products.pairs[m]);
-  for (std::size_t o = 0; o < owners; ++o) {
-    // Zeros cost least, so that what rounding would just make 1 becomes 0.
-    constexpr float zero_below = 0.6F;
-    constexpr float least_weight = 0.05F;
-    const float weight = products.weight.empty() ? 1 : std::clamp(products.weight[o], least_weight, 1.0F);
-    const float threshold = zero_below / std::sqrt(weight);
-    for (const std::size_t m : kept) {
-      const float steps = products.coefficient[o * count + m] / step;
-      result.coefficient.push_back(std::abs(steps) < threshold ? 0.0F : step * std::round(steps));
-    }
   }
   return result;
 }

@@ -19,13 +19,12 @@ struct Products {
   std::vector<std::vector<float>> light;  ///< psi_b, [b][3 * light + channel], unit
   std::vector<V2i> pairs;                 ///< (a, b) of product m
   std::vector<float> coefficient;         ///< [owner * pairs.size() + m]
-  std::vector<float> weight;  ///< [owner]: how much of the pictures shows it, mean 1; empty: all alike
   std::size_t owners() const { return pairs.empty() ? 0 : coefficient.size() / pairs.size(); }
 };
 
-/// Slabs of some levels: every phi_a has functions of the light of its own, at most `most` for phi_0 and half
-/// as many for the others. One result per level, with the same functions and pairs. `view_functions` are
-/// those the tables were fitted with.
+/// Slabs of some levels: every phi_a has functions of the light of its own, at most `most` for phi_0 and a
+/// quarter as many for each other. One result per level, with the same functions and pairs. `view_functions`
+/// are those the tables were fitted with.
 std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
                                     const std::vector<std::vector<float>>& view_functions, std::size_t most);
 
@@ -34,11 +33,6 @@ std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
 /// alpha squared, because alpha f is what is seen.
 std::vector<Products> level_products(const std::vector<SampleLevel>& levels, std::size_t most_view,
                                      std::size_t most_light);
-
-/// The coefficients as multiples of `step`, without products whose root mean square is below `least` steps.
-/// Owners that little is seen of lose their small coefficients first: an error there costs as much less as
-/// their weight.
-Products quantised(const Products& products, float step, float least);
 
 /// Root mean square of the coefficients of the strongest product.
 float scale_of(const Products& products);

@@ -12,10 +12,11 @@ namespace {
 
 /// Right sides that are solved for at a time: their columns of all entries stay in the caches.
 constexpr std::size_t columns_at_once = 16;
-constexpr int iterations = 14;
+/// More of them follow the noise of the samples.
+constexpr int iterations = 8;
 /// Pulls, as shares of the mean diagonal of the normal equations.
-constexpr float pull_of_first = 0.01F;
-constexpr float pull_of_others = 0.05F;
+constexpr float pull_of_first = 0.03F;
+constexpr float pull_of_others = 0.5F;
 
 /// One sample: the unknowns that add up to it.
 struct Term {
@@ -282,15 +283,20 @@ SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size
 }
 
 HeightLayer pool_heights(const HeightLayer& fine, int width, int height) {
-  const SlabShape& shape = fine.shape();
-  const int coarse_width = level_size(width, 1);
-  const int coarse_height = level_size(height, 1);
-  const auto columns = overlaps(width * shape.columns, coarse_width * shape.columns);
-  const auto rows = overlaps(height * shape.rows, coarse_height * shape.rows);
-  const auto index = [&](int w, int x, int y, int slab) {
-    const int texel = y / shape.rows * w + x / shape.columns;
-    const int entry = (slab * shape.rows + y % shape.rows) * shape.columns + x % shape.columns;
-    return static_cast<std::size_t>(texel * shape.entries() + entry);
+  return regrid_heights(fine, width, height, {level_size(width, 1), level_size(height, 1)}, fine.shape());
+}
+
+HeightLayer regrid_heights(const HeightLayer& fine, int width, int height, const V2i& texels,
+                           const SlabShape& shape) {
+  const SlabShape& from_shape = fine.shape();
+  const int coarse_width = texels.x;
+  const int coarse_height = texels.y;
+  const auto columns = overlaps(width * from_shape.columns, coarse_width * shape.columns);
+  const auto rows = overlaps(height * from_shape.rows, coarse_height * shape.rows);
+  const auto index = [](const SlabShape& of, int w, int x, int y, int slab) {
+    const int texel = y / of.rows * w + x / of.columns;
+    const int entry = (slab * of.rows + y % of.rows) * of.columns + x % of.columns;
+    return static_cast<std::size_t>(texel * of.entries() + entry);
   };
   const auto values = static_cast<std::size_t>(coarse_width * coarse_height * shape.entries());
   std::vector<float> top(values, 0);
@@ -303,7 +309,7 @@ HeightLayer pool_heights(const HeightLayer& fine, int width, int height) {
         double sum_bottom = 0;
         for (const Overlap& row : rows[static_cast<std::size_t>(y)]) {
           for (const Overlap& column : columns[static_cast<std::size_t>(x)]) {
-            const std::size_t from = index(width, column.fine, row.fine, slab);
+            const std::size_t from = index(from_shape, width, column.fine, row.fine, slab);
             if (!(fine.top()[from] > fine.bottom()[from])) continue;
             const double share = row.share * column.share;
             area += share;
@@ -312,7 +318,7 @@ HeightLayer pool_heights(const HeightLayer& fine, int width, int height) {
           }
         }
         if (area < 0.5) continue;
-        const std::size_t to = index(coarse_width, x, y, slab);
+        const std::size_t to = index(shape, coarse_width, x, y, slab);
         top[to] = static_cast<float>(sum_top / area);
         bottom[to] = static_cast<float>(sum_bottom / area);
       }

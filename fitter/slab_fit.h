@@ -48,4 +48,8 @@ SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size
 /// has it. The shape stays. Precondition: the finer level is larger than 1 x 1.
 HeightLayer pool_heights(const HeightLayer& fine, int width, int height);
 
+/// The same for any number of texels and any shape, of which the slabs are at most as many as the finer ones.
+HeightLayer regrid_heights(const HeightLayer& fine, int width, int height, const V2i& texels,
+                           const SlabShape& shape);
+
 }  // namespace selvedge

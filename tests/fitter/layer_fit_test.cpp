@@ -9,6 +9,7 @@
 #include "fitter/coded_size.h"
 #include "fitter/level_judge.h"
 #include "fitter/principal.h"
+#include "fitter/quantise.h"
 #include "fitter/slab_fit.h"
 #include "format/evaluate.h"
 #include "format/fabric_exr.h"
@@ -236,16 +237,95 @@ TEST_CASE("coarse heights are means over the area that has them") {
   CHECK(coarse.top()[1] == 0);  // a quarter of the area
 }
 
-TEST_CASE("quantised coefficients are multiples of the step, and weak products go") {
+TEST_CASE("heights of a coarser shape are means of the finer cells, of the uppermost slabs") {
+  // One texel of 2 x 1 cells with two slabs.
+  const HeightLayer fine({2, 1, 2}, {4, 2, 1, 1}, {3, 1, 0, 0});
+  const HeightLayer coarse = regrid_heights(fine, 1, 1, {1, 1}, {1, 1, 1});
+  CHECK(coarse.top() == std::vector<float>{3});
+  CHECK(coarse.bottom() == std::vector<float>{2});
+}
+
+TEST_CASE("what texels show of two entries at once is the sum of the products of their shares") {
+  // Two rays; three directions: both meet entry 0; 0 and 1; 1 and nothing.
+  const SlabRays rays{2, {0, 0, 0, 1, 1, SlabRays::nothing}};
+  const SlabOverlaps overlaps = overlaps_of(rays, 3);
+  REQUIRE(overlaps.own.size() == 3);
+  CHECK(overlaps.own[0] == doctest::Approx(1 + 0.25));
+  CHECK(overlaps.own[1] == doctest::Approx(0.25 + 0.25));
+  CHECK(overlaps.own[2] == 0);
+  CHECK(overlaps.first == std::vector<std::size_t>{0, 1, 2, 2});
+  CHECK(overlaps.other == std::vector<std::uint32_t>{1, 0});
+  CHECK(overlaps.shared[0] == doctest::Approx(0.25));
+}
+
+TEST_CASE("coefficients at no price are rounded to multiples of the step, and weak products go") {
   Products products;
   products.view = {{1}};
   products.light = {{1}, {1}};
   products.pairs = {{0, 0}, {0, 1}};
   products.coefficient = {1.1F, 0.01F, -0.9F, 0.02F};
-  const Products coarse = quantised(products, 0.25F, 0.5F);
+  Quantisation how;
+  how.step = 0.25F;
+  how.least = 0.5F;
+  how.width = 2;
+  const Products coarse = quantised(products, how, nullptr);
+  CHECK(products_kept(products, how) == 1);
   CHECK(coarse.pairs == std::vector<V2i>{{0, 0}});
   CHECK(coarse.coefficient == std::vector<float>{1, -1});
-  CHECK(quantised(products, 0.0078125F, 0.5F).pairs.size() == 2);
+  how.step = 0.0078125F;
+  CHECK(quantised(products, how, nullptr).pairs.size() == 2);
+}
+
+TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take") {
+  Products products;
+  products.view = {{1}};
+  products.light = {{1}, {1}, {1}};
+  products.pairs = {{0, 0}, {0, 1}, {0, 2}};
+  Random random(7);
+  for (int i = 0; i < 3 * 32 * 32; ++i) {
+    products.coefficient.push_back(static_cast<float>(std::pow(2 * random.uniform() - 1, 3)));
+  }
+  Quantisation how;
+  how.step = 0.125F;
+  how.width = 32;
+  double last = 1e9;
+  double last_error = 0;
+  for (const float price : {0.0F, 0.2F, 1.0F, 5.0F}) {
+    how.price = price;
+    const std::vector<float> coded = quantised(products, how, nullptr).coefficient;
+    double error = 0;
+    for (std::size_t i = 0; i < coded.size(); ++i) {
+      error += std::pow(static_cast<double>(coded[i] - products.coefficient[i]), 2);
+    }
+    const double bytes = coded_bytes(coded, 3, 32);
+    CHECK(bytes < last);
+    CHECK(error > last_error);
+    last = bytes;
+    last_error = error;
+  }
+}
+
+TEST_CASE("entries that are seen together make good each other's rounding, and unseen ones stay finite") {
+  // Four entries in one texel, of which every view shows three at once; each is 0.4 of a step.
+  SlabRays rays{3, {}};
+  for (const std::uint32_t hidden : {0U, 1U, 2U, 3U}) {
+    for (const std::uint32_t entry : {0U, 1U, 2U, 3U}) {
+      if (entry != hidden) rays.met.push_back(entry);
+    }
+  }
+  Products products;
+  products.view = {{1}};
+  products.light = {{1}};
+  products.pairs = {{0, 0}};
+  products.coefficient = {0.4F, 0.4F, 0.4F, 0.4F, 1e30F};
+  Quantisation how;
+  how.entries = 5;
+  const SlabOverlaps overlaps = overlaps_of(rays, 5);
+  const std::vector<float> coded = quantised(products, how, &overlaps).coefficient;
+  double sum = 0;
+  for (std::size_t e = 0; e < 4; ++e) sum += static_cast<double>(coded[e]);
+  CHECK(sum == doctest::Approx(2));  // rounding alone would make it 0; the truth is 1.6
+  CHECK(std::isfinite(coded[4]));
 }
 
 TEST_CASE("the size of a layer is known before it is written") {
