@@ -165,7 +165,7 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
       matrix[i * bases + i] *= 1 + 1e-12;
       for (std::size_t j = 0; j < bases; ++j) x[i] -= fixed[j] ? gram[i * bases + j] * found[j] : 0;
     }
-    if (!solve_symmetric(matrix, x, fixed)) return;
+    if (!solve_symmetric(matrix, x, fixed)) break;
     bool inside = true;
     for (std::size_t i = 0; i < bases; ++i) {
       if (fixed[i]) continue;
@@ -176,6 +176,10 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
       inside = false;
     }
     if (inside) break;
+  }
+  // Sizes from outside, of a start or of another frame, may lie beyond the bounds.
+  for (std::size_t i = 0; i < bases; ++i) {
+    state.sizes[i] = std::clamp(state.sizes[i], 0.0, i > 0 ? peak_ : std::numeric_limits<double>::max());
   }
   if (value(found) <= value(state.sizes)) state.sizes = found;
 }

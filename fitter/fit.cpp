@@ -97,6 +97,7 @@ void warn(const SamplesHeader& header, FitResult& result) {
               fmt::format("{} of {} texels {}", texels, level.width * level.height, what));
     };
     say(level.unseen, "are holes from every view");
+    say(level.one_view, "are seen from one view only");
     say(level.sparse, "have fewer samples than parameters and table entries");
   }
 }

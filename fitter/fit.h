@@ -36,6 +36,7 @@ struct FitLevelReport {
   double mean_iterations = 0;  ///< evaluations of all samples, per texel and channel
   int unconverged = 0;         ///< texels with a channel that came to max_iterations
   int unseen = 0;              ///< texels that are holes from every view
+  int one_view = 0;            ///< texels that one view of several sees
   int sparse = 0;              ///< texels with fewer samples than parameters and table entries
   double seconds = 0;
 };

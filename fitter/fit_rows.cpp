@@ -213,7 +213,10 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     report.mean_iterations += total.iterations * share;
     report.unconverged += total.converged ? 0 : 1;
     report.unseen += total.views > 0 ? 0 : 1;
-    const std::size_t unknowns = stride + (options_.view_table ? total.views : 0);
+    const std::size_t unknowns = stride + (options_.view_table ? total.views : 0) +
+                                 (options_.light_table ? directions_.lights.size() : 0) +
+                                 (options_.frames ? 3 : 0);
+    report.one_view += total.views == 1 && directions_.views.size() > 1 ? 1 : 0;
     report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
   report.cost = sums.energy > 0 ? sums.cost / sums.energy : 0;

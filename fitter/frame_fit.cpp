@@ -250,7 +250,9 @@ FrameFit fit_frame(const float* alpha, const V3f* radiance, const TexelDirection
   const Axes given{V3d(tangent), V3d(normal)};
   std::vector<Point> points{search.at(given, nullptr)};
   FrameFit result;
-  result.averaged_error = error_of(points[0].samples, points[0].fits);
+  result.averaged_error = error_of(
+      points[0].samples,
+      options.channel.light_table ? refit_texel(points[0].samples, points[0].fits, options) : points[0].fits);
 
   // Lobes are products along the axes: what lies between two axes needs a frame turned by half their angle.
   const std::array<double, 3> eighth{0, 0, std::numbers::pi / 4};

@@ -10,6 +10,7 @@
 #include "fitter/coded_size.h"
 #include "fitter/function_list.h"
 #include "fitter/level_judge.h"
+#include "fitter/radiance_scale.h"
 #include "fitter/slab_fit.h"
 #include "format/fabric_layout.h"
 #include "format/fit_record.h"
@@ -50,7 +51,6 @@ constexpr int least_cells = 16;
 // What a file costs beside its values, in bytes.
 constexpr double bytes_per_channel = 30;
 constexpr double bytes_per_pair = 8;
-constexpr double bytes_of_the_rest = 12000;
 
 /// Heights as multiples of a step that half precision has exactly: 1/256 of the thickness or a little less.
 HeightLayer stored_heights(const HeightLayer& heights, float thickness) {
@@ -78,13 +78,6 @@ double bytes_of_lobes(const FabricLevel& level) {
   const auto width = static_cast<std::size_t>(level.width);
   return 3.6 * static_cast<double>(level.lobes->parameters.size()) + bytes_of(level.frame->normal, 1, width) +
          bytes_of(level.frame->tangent, 1, width);
-}
-
-/// The layers of a level that a kind keeps of the paper's.
-FabricLevel without_table(const FabricLevel& level) {
-  FabricLevel result = level;
-  result.view_table.reset();
-  return result;
 }
 
 /// A level of these texels with nothing but heights.
@@ -196,7 +189,7 @@ void LayerFitter::judge_candidates(std::size_t k, const LevelTruth& truth,
         candidate.error = judge.error(candidate.products, *level.paper.opacity);
         break;
       case LevelCandidate::Kind::lobes:
-        candidate.error = judge.error(without_table(level.paper));
+        candidate.error = judge.error(level.plain);
         break;
       case LevelCandidate::Kind::lobes_and_table:
         candidate.error = judge.error(level.paper);
@@ -217,18 +210,41 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   if (validation.pairs.empty()) {
     return fail(Code::samples_malformed, {}, "validation", "there are no pairs to choose layers by");
   }
+  LayerFitter fitter;
+  // What follows squares radiance and sums it up in single precision. Samples that are no numbers are left as
+  // they are: fit() names their place.
+  float largest = 0;
+  for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
+  fitter.scale_ = scale_for(static_cast<double>(largest));
+  const auto inverse = static_cast<float>(1 / fitter.scale_);
+  PairSamples judged_by = validation;
+  for (std::vector<V3f>* radiance : {&samples.radiance, &judged_by.radiance}) {
+    for (V3f& r : *radiance) r *= inverse;
+  }
   auto paper = fit(samples, header, options, [&](double share) {
-    if (progress) progress(0.7 * share);
+    if (progress) progress(0.5 * share);
   });
   if (!paper) return tl::unexpected(paper.error());
-  LayerFitter fitter;
+  FitOptions without_table = options;
+  without_table.view_table = false;
+  auto plain = fit(samples, header, without_table, [&](double share) {
+    if (progress) progress(0.5 + 0.2 * share);
+  });
+  if (!plain) return tl::unexpected(plain.error());
+  for (Fabric* fabric : {&paper->fabric, &plain->fabric}) remove_radiance_scale(*fabric);
   fitter.shell_ = paper->fabric;
   fitter.shell_.levels.clear();
   fitter.shell_.lights = header.lights;
   for (std::size_t k = 0; k < paper->levels.size(); ++k) {
-    fitter.levels_.push_back({std::move(paper->fabric.levels[k]), paper->levels[k], {}, {}});
+    fitter.levels_.push_back({std::move(paper->fabric.levels[k]),
+                              paper->levels[k],
+                              std::move(plain->fabric.levels[k]),
+                              plain->levels[k],
+                              {},
+                              {}});
   }
   fitter.training_ = std::move(paper->training);
+  for (V3f& r : fitter.training_.radiance) r *= static_cast<float>(fitter.scale_);
   fitter.warnings_ = std::move(paper->warnings);
 
   std::vector<SampleLevel> pooled{std::move(samples)};
@@ -271,9 +287,9 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     fitter.levels_[k].candidates.push_back(table);
   }
 
-  const std::vector<LevelTruth> truths = level_truths(validation);
+  const std::vector<LevelTruth> truths = level_truths(judged_by);
   for (std::size_t k = 0; k < fitter.levels_.size(); ++k) {
-    fitter.judge_candidates(k, truths[k], validation.pairs);
+    fitter.judge_candidates(k, truths[k], judged_by.pairs);
     if (progress)
       progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(fitter.levels_.size()));
   }
@@ -318,13 +334,13 @@ double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
   if (table) channels += 3 * shell_.views.count();
   if (lobes) channels += 6 + 3 * parameter_count(base.lobes->lobes);
   if (lobes && base.light_table) channels += 3 * shell_.lights.count();
-  return functions.bytes() + bytes_per_channel * channels + bytes_of_the_rest;
+  return functions.bytes() + bytes_per_channel * channels;
 }
 
 FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate) const {
   const Level& level = levels_[k];
   if (candidate.kind == LevelCandidate::Kind::lobes_and_table) return level.paper;
-  if (candidate.kind == LevelCandidate::Kind::lobes) return without_table(level.paper);
+  if (candidate.kind == LevelCandidate::Kind::lobes) return level.plain;
   FabricLevel result;
   result.width = level.paper.width;
   result.height = level.paper.height;
@@ -332,13 +348,11 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   if (candidate.kind == LevelCandidate::Kind::products) result.opacity = level.paper.opacity;
   result.products = ProductLayer{result.heights ? result.heights->shape().entries() : 1,
                                  candidate.products.pairs, candidate.products.coefficient};
-  // The scale is that of the lobes, a power of two.
-  for (float& c : result.products->coefficient) c /= shell_.radiance_scale;
   return result;
 }
 
-double LayerFitter::size_of(const Chosen& chosen) const {
-  double sum = bytes_of_functions(chosen);
+double LayerFitter::size_of(const Chosen& chosen, double overhead) const {
+  double sum = overhead + bytes_of_functions(chosen);
   for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
   return sum;
 }
@@ -350,8 +364,9 @@ double LayerFitter::cost_of(const Chosen& chosen) const {
   return sum;
 }
 
-LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes) const {
+LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, double overhead) const {
   const auto allowed = [&](const LevelCandidate& candidate) {
+    if (shape == shapes_) return !has_products(candidate);
     return candidate.kind != LevelCandidate::Kind::slabs || candidate.shape == shape;
   };
   // Of each level the candidate with the least log(error) + lambda * bytes.
@@ -374,12 +389,12 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes) 
   double low = 1e-9;  // too large a file, unless the best of all fits
   double high = 1e3;
   Chosen chosen = best_at(low);
-  if (size_of(chosen) > bytes) {
+  if (size_of(chosen, overhead) > bytes) {
     chosen = best_at(high);
     for (int i = 0; i < 60; ++i) {
       const double middle = std::sqrt(low * high);
       const Chosen tried = best_at(middle);
-      if (size_of(tried) > bytes) {
+      if (size_of(tried, overhead) > bytes) {
         low = middle;
       } else {
         high = middle;
@@ -391,7 +406,7 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes) 
   // What is left over goes, step by step, to the level that gains most for its bytes.
   for (bool better = true; better;) {
     better = false;
-    const double left = bytes - size_of(chosen);
+    const double left = bytes - size_of(chosen, overhead);
     double best_rate = 0;
     std::size_t best_level = 0;
     const LevelCandidate* best = nullptr;
@@ -404,7 +419,7 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes) 
         }
         Chosen tried = chosen;
         tried[k] = &candidate;
-        if (size_of(tried) > bytes) continue;
+        if (size_of(tried, overhead) > bytes) continue;
         best_rate = gain / std::max(more, 1.0);
         best_level = k;
         best = &candidate;
@@ -418,35 +433,42 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes) 
   return chosen;
 }
 
-LayerFit LayerFitter::choose(double bytes) const {
-  Chosen chosen = best_of_shape(0, bytes);
-  for (std::size_t shape = 1; shape < shapes_; ++shape) {
-    const Chosen other = best_of_shape(shape, bytes);
-    const bool fits = size_of(chosen) <= bytes;
-    const bool other_fits = size_of(other) <= bytes;
-    const bool better =
-        fits ? other_fits && cost_of(other) < cost_of(chosen) : size_of(other) < size_of(chosen);
+LayerFit LayerFitter::choose(double bytes, double overhead) const {
+  Chosen chosen = best_of_shape(0, bytes, overhead);
+  for (std::size_t shape = 1; shape <= shapes_; ++shape) {
+    const Chosen other = best_of_shape(shape, bytes, overhead);
+    const bool fits = size_of(chosen, overhead) <= bytes;
+    const bool other_fits = size_of(other, overhead) <= bytes;
+    const bool better = fits ? other_fits && cost_of(other) < cost_of(chosen)
+                             : size_of(other, overhead) < size_of(chosen, overhead);
     if (better) chosen = other;
   }
 
   LayerFit result;
   result.fabric = shell_;
-  result.bytes = size_of(chosen);
+  result.bytes = size_of(chosen, overhead);
   FunctionList functions;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     FabricLevel level = level_of(k, *chosen[k]);
     if (level.products) {
       for (V2i& pair : level.products->pairs) pair = functions.add(chosen[k]->products, pair);
     }
-    result.levels.push_back(
-        {level.width, level.height, layers_text(level), chosen[k]->error, chosen[k]->bytes, {}});
-    if (level.lobes) result.levels.back().lobes = levels_[k].report;
+    result.levels.push_back({level.width,
+                             level.height,
+                             layers_text(level),
+                             chosen[k]->error * scale_ * scale_,
+                             chosen[k]->bytes,
+                             {}});
+    if (level.lobes)
+      result.levels.back().lobes = level.view_table ? levels_[k].report : levels_[k].plain_report;
     result.fabric.levels.push_back(std::move(level));
   }
   const auto bases = std::make_shared<const ProductBases>(functions.bases());
   for (FabricLevel& level : result.fabric.levels) {
     if (level.products) level.bases = bases;
   }
+  set_radiance_scale(result.fabric);
+  result.fabric.radiance_scale *= static_cast<float>(scale_);
   return result;
 }
 

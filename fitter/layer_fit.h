@@ -33,7 +33,7 @@ struct LevelCandidate {
 struct LevelChoice {
   int width = 0;
   int height = 0;
-  std::string layers;           ///< "lobes + table", "products: 24", "slabs: 2 of 2x2, products: 12"
+  std::string layers;           ///< as layers_text() (fit_record.h)
   double validation_error = 0;  ///< as LevelCandidate::error
   double bytes = 0;
   std::optional<FitLevelReport> lobes;  ///< how they were fitted, where the level has them
@@ -53,8 +53,11 @@ class LayerFitter {
                                     const std::optional<HeightLayer>& heights, const PairSamples& validation,
                                     const FitOptions& options, const Progress& progress = {});
 
-  /// The best fabric whose estimated size is within `bytes`; the smallest one where none is.
-  LayerFit choose(double bytes) const;
+  /// The best fabric whose estimated size is within `bytes`; the smallest one where none is. `overhead`: what
+  /// the file has beside the values of its layers, bytes; a first guess, for the caller to improve by what a
+  /// file has shown.
+  LayerFit choose(double bytes, double overhead = typical_overhead) const;
+  static constexpr double typical_overhead = 12000;
 
   /// As those of FitResult.
   const PairSamples& training() const { return training_; }
@@ -64,6 +67,8 @@ class LayerFitter {
   struct Level {
     FabricLevel paper;  ///< lobes, frame, table, opacity
     FitLevelReport report;
+    FabricLevel plain;  ///< the same fitted without a table, where `paper` has one
+    FitLevelReport plain_report;
     std::vector<std::optional<HeightLayer>> heights;  ///< by shape, where the level has cells enough for it
     std::vector<LevelCandidate> candidates;
   };
@@ -75,13 +80,15 @@ class LayerFitter {
   void add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, const HeightLayer& heights,
                  const SamplesHeader& header);
   void judge_candidates(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
-  Chosen best_of_shape(std::size_t shape, double bytes) const;
-  double size_of(const Chosen& chosen) const;
+  /// `shape`: of slabs; beyond the last one: lobes alone.
+  Chosen best_of_shape(std::size_t shape, double bytes, double overhead) const;
+  double size_of(const Chosen& chosen, double overhead) const;
   double cost_of(const Chosen& chosen) const;
   double bytes_of_functions(const Chosen& chosen) const;
   FabricLevel level_of(std::size_t level, const LevelCandidate& candidate) const;
 
-  Fabric shell_;  ///< everything but the levels
+  Fabric shell_;      ///< everything but the levels
+  double scale_ = 1;  ///< by which samples and pairs were divided
   PairSamples training_;
   Issues warnings_;
   std::vector<Level> levels_;

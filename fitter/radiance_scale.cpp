@@ -29,26 +29,44 @@ double largest_of(const Fabric& fabric) {
   return largest;
 }
 
-}  // namespace
-
-void set_radiance_scale(Fabric& fabric) {
-  constexpr double least = 0x1p-8;
-  constexpr double most = 0x1p12;
-  const double largest = largest_of(fabric);
-  if (!(largest > 0) || !std::isfinite(largest) || (largest >= least && largest <= most)) return;
-  // The reciprocal has to be a normal number as well.
-  const double scale = std::exp2(std::clamp(std::round(std::log2(largest)), -120.0, 120.0));
+/// f becomes f / scale; the fabric's own scale is left as it is.
+void divide(Fabric& fabric, double scale) {
   const auto inverse = static_cast<float>(1 / scale);
   for (FabricLevel& level : fabric.levels) {
-    if (!level.lobes) continue;
-    for_all(
-        *level.lobes, [&](float& rho) { rho *= inverse; },
-        [&](float* lobe) {
-          const double factor = std::pow(scale, -1 / static_cast<double>(lobe[3]));
-          for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
-        });
+    if (level.lobes) {
+      for_all(
+          *level.lobes, [&](float& rho) { rho *= inverse; },
+          [&](float* lobe) {
+            const double factor = std::pow(scale, -1 / static_cast<double>(lobe[3]));
+            for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
+          });
+    }
+    if (!level.products) continue;
+    for (float& c : level.products->coefficient) c *= inverse;
   }
+}
+
+}  // namespace
+
+double scale_for(double largest) {
+  constexpr double least = 0x1p-8;
+  constexpr double most = 0x1p12;
+  if (!(largest > 0) || !std::isfinite(largest) || (largest >= least && largest <= most)) return 1;
+  // The reciprocal has to be a normal number as well.
+  return std::exp2(std::clamp(std::round(std::log2(largest)), -120.0, 120.0));
+}
+
+void set_radiance_scale(Fabric& fabric) {
+  const double scale = scale_for(largest_of(fabric));
+  if (scale == 1) return;
+  divide(fabric, scale);
   fabric.radiance_scale = static_cast<float>(scale);
+}
+
+void remove_radiance_scale(Fabric& fabric) {
+  if (fabric.radiance_scale == 1) return;
+  divide(fabric, 1 / static_cast<double>(fabric.radiance_scale));
+  fabric.radiance_scale = 1;
 }
 
 }  // namespace selvedge

@@ -52,7 +52,9 @@ double percentile_999(const PairSamples& truth) {
   if (values.empty()) return 0;
   const auto at = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
-  return static_cast<double>(values[static_cast<std::size_t>(at)]);
+  const float peak = values[static_cast<std::size_t>(at)];
+  if (peak > 0) return static_cast<double>(peak);
+  return static_cast<double>(*std::max_element(values.begin(), values.end()));
 }
 
 Sums compare_level(const Fabric& fabric, int k, const DirectionPair& pair, const TruthImage& truth) {
@@ -80,8 +82,15 @@ Sums compare_level(const Fabric& fabric, int k, const DirectionPair& pair, const
 double decibels(double peak, double mean_square) {
   // An exact match has no finite figure; 200 dB is beyond what single precision can show.
   constexpr double most = 200;
-  if (!(mean_square > 0) || !(peak > 0)) return most;
+  if (!(mean_square > 0)) return most;
+  // Nothing to see, and something is shown.
+  if (!(peak > 0)) return 0;
   return std::min(most, 10 * std::log10(peak * peak / mean_square));
+}
+
+double relative(double squared, double energy) {
+  if (energy > 0) return std::sqrt(squared / energy);
+  return squared > 0 ? 1 : 0;
 }
 
 }  // namespace
@@ -128,7 +137,7 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
     level.width = fabric.levels[k].width;
     level.height = fabric.levels[k].height;
     level.psnr = decibels(result.peak, sums.squared / (3 * sums.count));
-    level.relative_l2 = sums.energy > 0 ? std::sqrt(sums.squared / sums.energy) : 0;
+    level.relative_l2 = relative(sums.squared, sums.energy);
     level.mean_error = sums.truth > 0 ? sums.signed_error / sums.truth : 0;
     level.alpha_rms = std::sqrt(sums.alpha_squared / sums.count);
     level.alpha_noise = std::sqrt(sums.alpha_noise / sums.count);

@@ -14,8 +14,10 @@ struct LevelComparison {
   int level = 0;
   int width = 0;
   int height = 0;
-  double psnr = 0;         ///< dB; peak: the truth's 99.9th percentile at level 0, one for all levels
-  double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2)
+  /// dB; peak: the truth's 99.9th percentile at level 0, or its largest value where that is 0; one for all
+  /// levels. 200 where nothing differs; 0 where the truth is black and the fit is not.
+  double psnr = 0;
+  double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2); 1 where the truth alone is black
   double mean_error = 0;   ///< mean of fit - truth, as a share of the mean truth
   double alpha_rms = 0;    ///< root mean square error of alpha
   double alpha_noise = 0;  ///< the part of alpha_rms that is the truth's own sampling noise

@@ -121,10 +121,12 @@ double draw_tiles(Page& page, const Fabric& fabric, const PairSamples& held_out,
   // As the cloth lies, a texel being a whole number of pixels along u where there is room.
   const double room = (tiles_right - tiles_left - tile_gap * (most_tiles - 1)) / most_tiles;
   const double aspect = static_cast<double>(fabric.period_mm.y) / static_cast<double>(fabric.period_mm.x);
+  // A cell much longer than wide is shown shorter than it is.
+  const double tallest = 2 * room;
   V2d size(std::min(room, room / aspect), 0);
   if (size.x > level.width) size.x = level.width * std::floor(size.x / level.width);
   size.x = std::max(1.0, std::floor(size.x));
-  size.y = std::max(1.0, std::round(size.x * aspect));
+  size.y = std::clamp(std::round(size.x * aspect), 1.0, tallest);
 
   const double first_row = top + 74;
   const std::array<const char*, 3> rows{"truth", "fit", "fit - truth"};

@@ -11,8 +11,9 @@ Image resized(const Image& image, const V2i& size) {
   Image result{size.x, size.y, 3, {}};
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
-      const int from = y * image.height / size.y * image.width + x * image.width / size.x;
-      const auto pixel = image.pixels.begin() + std::ptrdiff_t{3} * from;
+      const std::ptrdiff_t row = std::ptrdiff_t{y} * image.height / size.y;
+      const std::ptrdiff_t column = std::ptrdiff_t{x} * image.width / size.x;
+      const auto pixel = image.pixels.begin() + 3 * (row * image.width + column);
       result.pixels.insert(result.pixels.end(), pixel, pixel + 3);
     }
   }

@@ -3,8 +3,10 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "converter/tool/commands.h"
+#include "converter/tool/distinct_paths.h"
 #include "converter/tool/fit_report.h"
 #include "converter/tool/run_bake.h"
 #include "fitter/layer_fit.h"
@@ -52,11 +54,12 @@ Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& comm
   const auto beside = AtomicFile::create(command.output);
   if (!beside) return tl::unexpected(beside.error());
   const auto budget = static_cast<double>(*command.budget);
-  double bytes = budget;
+  double overhead = LayerFitter::typical_overhead;
   double best = 0;
-  double best_bytes = bytes;
+  double best_overhead = overhead;
+  double smallest = std::numeric_limits<double>::infinity();
   for (int i = 1;; ++i) {
-    LayerFit chosen = fitter.choose(bytes);
+    LayerFit chosen = fitter.choose(budget, overhead);
     FitRecord record = record_of(chosen, fitter.warnings());
     record.peak = -1.23456e-300;
     for (FitRecordLevel& level : record.levels) level.held_out = level.training = unknown;
@@ -67,12 +70,19 @@ Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& comm
     }
     const auto written = static_cast<double>(size_of_file(beside->temporary()));
     const bool fits = written <= budget;
+    smallest = std::min(smallest, written);
     if (fits && written > best) {
       best = written;
-      best_bytes = bytes;
+      best_overhead = overhead;
     }
-    if (i > most_tries || (fits && written > 0.98 * budget)) return chosen;
-    bytes = i == most_tries && best > 0 ? best_bytes : bytes * 0.995 * budget / written;
+    if (fits && (i > most_tries || written > 0.98 * budget)) return chosen;
+    if (i > most_tries) {
+      return fail(Code::option_out_of_range, command.output, "--budget",
+                  fmt::format("{} bytes; the smallest fabric found has {:.0f}", *command.budget, smallest));
+    }
+    // What the estimate missed, and a little more.
+    const double missed = written - chosen.bytes;
+    overhead = i == most_tries && best > 0 ? best_overhead : overhead + missed + (fits ? 0 : 0.002 * budget);
   }
 }
 
@@ -125,6 +135,9 @@ Result<LobeReports> fit_lobes(SamplesReader& reader, const FitCommand& command, 
 
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command) {
   const auto start = std::chrono::steady_clock::now();
+  const auto distinct =
+      check_distinct({{"the samples", samples}, {"--output", command.output}, {"--report", command.report}});
+  if (!distinct) return tl::unexpected(distinct.error());
   // Said before the work, not after it.
   for (const std::string& path : {command.output, command.report}) {
     if (path.empty()) continue;
@@ -169,6 +182,11 @@ int run(const FitCommand& command) {
 
 int run(const MakeCommand& command) {
   apply(command.fit.common);
+  const auto distinct = check_distinct({{"the input", command.bake.input},
+                                        {"--output", command.fit.output},
+                                        {"--keep-samples", command.bake.output},
+                                        {"--report", command.fit.report}});
+  if (!distinct) return report_error(distinct.error());
   // The samples pass through a file, as they do between the single verbs; without --keep-samples through one
   // beside the fabric that is gone afterwards, whatever happens.
   auto passing = AtomicFile::create(command.fit.output);

@@ -82,6 +82,26 @@ test_a_plot_has_the_same_bytes_whatever_the_threads() {
   [ "$(grep -c '<image ' 1.svg)" = 19 ]
 }
 
+test_no_output_is_written_over_another_file_of_the_command() {
+  make_samples
+  cp k.samples.exr before.exr
+  refuses OPTION_OUT_OF_RANGE --report selvedge fit k.samples.exr -o z.md --report z.md
+  refuses OPTION_OUT_OF_RANGE --output selvedge fit k.samples.exr -o ./k.samples.exr
+  ln -s k.samples.exr link.exr
+  refuses OPTION_OUT_OF_RANGE --output selvedge fit link.exr -o k.samples.exr
+  refuses OPTION_OUT_OF_RANGE --report selvedge make plain-knit -o m.exr --keep-samples s.md --report s.md "${small[@]}"
+  same before.exr k.samples.exr
+  [ ! -e z.md ] && [ ! -e m.exr ] && [ ! -e s.md ]
+}
+
+test_a_budget_that_no_fabric_meets_is_refused_with_the_smallest() {
+  make_samples
+  refuses OPTION_OUT_OF_RANGE 'the smallest fabric found has' selvedge fit k.samples.exr -o b.exr --budget 1K
+  [ ! -e b.exr ]
+  exits 0 selvedge fit k.samples.exr -o b.exr --budget 16K
+  [ "$(stat -c %s b.exr)" -le 16384 ]
+}
+
 test_reports_and_plots_are_refused_before_the_work() {
   make_samples
   selvedge fit k.samples.exr -o k.fabric.exr --quiet

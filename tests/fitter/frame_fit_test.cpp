@@ -153,6 +153,28 @@ TEST_CASE("fitted frames give a valid fabric, a smaller error than averaged ones
   CHECK(found->levels[0].training_error < 0.3 * averaged->levels[0].training_error);
 }
 
+TEST_CASE("the gain of frames is over averaged normals with the same layers") {
+  const TexelDirections directions{directions_of(grid), directions_of(grid), grid, grid};
+  const std::vector<float> alpha(64, 1);
+  std::vector<V3f> radiance = radiance_in(axes_of(0.4, 0.6), glossy);
+  // A shadow: the light's table explains it, whatever the frame.
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    if (directions.lights[i % 64].x < 0) radiance[i] *= 0.1F;
+  }
+  LobeFitOptions options;
+  options.lobes = 1;
+  options.channel.light_table = true;
+  const Axes given = axes_of(0.2, 0);
+  const FrameFit fit =
+      fit_frame(alpha.data(), radiance.data(), directions, given.normal, given.tangent, options);
+  const TexelSamples samples =
+      gather_texel(alpha.data(), radiance.data(), directions, given.normal, given.tangent);
+  double averaged = samples.unreachable;
+  for (const ChannelFit& channel : fit_texel(samples, options)) averaged += channel.error;
+  CHECK(fit.averaged_error == doctest::Approx(averaged).epsilon(0.02));
+  CHECK(fit.error < fit.averaged_error);
+}
+
 TEST_CASE("frames of texels that are black, holes or seen from one view stay finite") {
   const TexelDirections directions{directions_of(grid), directions_of(grid), grid, grid};
   const LobeFitOptions options;

@@ -372,6 +372,46 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
   }
 }
 
+TEST_CASE("the choice of layers scales with the radiance") {
+  const Fabric fabric = ribbed(16, 16);
+  SamplesHeader header = header_of(fabric);
+  FitOptions options;
+  options.lobes = 1;
+  std::vector<std::string> layers;
+  for (const float factor : {1.0F, 0x1p-90F, 0x1p-30F, 0x1p30F, 0x1p90F}) {
+    CAPTURE(factor);
+    PairSamples truth = truth_of(fabric, 12);
+    header.pairs[0] = truth.pairs;
+    SampleLevel seen = seen_of(fabric);
+    for (std::vector<V3f>* radiance : {&truth.radiance, &seen.radiance}) {
+      for (V3f& r : *radiance) r *= factor;
+    }
+    const auto fitter = LayerFitter::create(seen, header, fabric.levels[0].heights, truth, options);
+    REQUIRE(fitter);
+    const LayerFit chosen = fitter->choose(40000);
+    REQUIRE(validate(chosen.fabric));
+    std::string text;
+    for (const LevelChoice& level : chosen.levels) text += level.layers + "; ";
+    layers.push_back(text);
+    const std::vector<LevelTruth> truths = level_truths(truth);
+    double error = 0;
+    double energy = 0;
+    for (std::size_t pair = 0; pair < truth.pairs.size(); ++pair) {
+      for (std::size_t t = 0; t < 256; ++t) {
+        const Shading s = evaluate(chosen.fabric, 0, static_cast<int>(t % 16), static_cast<int>(t / 16),
+                                   truth.pairs[pair].light, truth.pairs[pair].view);
+        const V3d shown = V3d(s.radiance) * static_cast<double>(s.alpha);
+        error +=
+            (shown / static_cast<double>(factor) - truths[0].pairs[pair][t] / static_cast<double>(factor))
+                .length2();
+        energy += (truths[0].pairs[pair][t] / static_cast<double>(factor)).length2();
+      }
+    }
+    CHECK(std::sqrt(error / energy) < 0.2);
+  }
+  for (const std::string& text : layers) CHECK(text == layers[0]);
+}
+
 TEST_CASE("without pairs to choose by, or with heights of other texels, layers are refused") {
   const Fabric fabric = ribbed(4, 4);
   SamplesHeader header = header_of(fabric);

@@ -115,6 +115,17 @@ TEST_CASE("plot: the PNG has the SVG's size, its tiles the truth's colours, and 
   CHECK(red_at(0.8, 0.2) == doctest::Approx(linear_to_srgb(0.25F)).epsilon(0.005));
 }
 
+TEST_CASE("plot: a cell of any shape gives a page that can be drawn") {
+  for (const V2f& period : {V2f(1, 1e5F), V2f(1e5F, 1), V2f(1, 30)}) {
+    Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
+    fabric.period_mm = period;
+    const auto drawing = plot(fabric, random_truth(20, 1), random_truth(30, 2), names);
+    REQUIRE(drawing);
+    CHECK(drawing->height < 4000);
+    CHECK(svg_of(*drawing));
+  }
+}
+
 TEST_CASE("plot: refuses samples without held-out pairs, and those of another cell") {
   const Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
   const auto none = plot(fabric, PairSamples(), random_truth(4, 2), names);

@@ -98,6 +98,20 @@ TEST_CASE("an exact fit has 200 dB, and holes count as black") {
   CHECK(result->levels[0].psnr == doctest::Approx(10 * std::log10(0.25 / 0.125)));
 }
 
+TEST_CASE("where nearly all is black the peak is the brightest, and a wrong fit of black has 0 dB") {
+  const Fabric grey = constant_fabric(0.1F, 1);
+  PairSamples truth = constant_truth(1, 0, 1);
+  const auto black = compare(grey, truth, PairKind::held_out);
+  REQUIRE(black);
+  CHECK(black->levels[0].psnr == 0);
+  CHECK(black->levels[0].relative_l2 == 1);
+  truth.radiance[0].x = 0.25F;
+  const auto one = compare(grey, truth, PairKind::held_out);
+  REQUIRE(one);
+  CHECK(one->peak == doctest::Approx(0.25));
+  CHECK(one->levels[0].psnr < 20);
+}
+
 TEST_CASE("samples of another size are refused, even with as many texels") {
   PairSamples truth = constant_truth(2, 1, 1);
   truth.width = 8;
