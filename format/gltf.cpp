@@ -22,6 +22,7 @@
 #include "format/gltf_access.h"
 #include "format/gltf_container.h"
 #include "format/gltf_draco.h"
+#include "format/gltf_meshopt.h"
 #include "format/names.h"
 
 namespace selvedge {
@@ -30,8 +31,10 @@ bool is_read(std::string_view extension) {
   // Looks only: the geometry is the same without them.
   constexpr std::array<std::string_view, 6> looks{"KHR_materials_", "KHR_texture_", "EXT_texture_",
                                                   "KHR_lights_",    "EXT_lights_",  "SELVEDGE_"};
-  return extension == names::gltf::draco || extension == "KHR_mesh_quantization" ||
-         extension == "KHR_animation_pointer" ||
+  constexpr std::array<std::string_view, 6> geometry{names::gltf::draco,       names::gltf::meshopt,
+                                                     names::gltf::khr_meshopt, names::gltf::gpu_instancing,
+                                                     "KHR_mesh_quantization",  "KHR_animation_pointer"};
+  return std::find(geometry.begin(), geometry.end(), extension) != geometry.end() ||
          std::any_of(looks.begin(), looks.end(),
                      [&](std::string_view prefix) { return extension.substr(0, prefix.size()) == prefix; });
 }
@@ -166,7 +169,9 @@ Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::s
     if (!buffer) return tl::unexpected<Error>(std::move(buffer.error()));
     document.buffers.push_back(std::move(*buffer));
   }
-  if (Result<void> good = expand(document); !good) return tl::unexpected<Error>(std::move(good.error()));
+  for (Result<void> (*step)(GltfDocument&) : {expand_meshopt, expand}) {
+    if (Result<void> good = step(document); !good) return tl::unexpected<Error>(std::move(good.error()));
+  }
   return document;
 }
 

@@ -22,7 +22,7 @@ struct GltfDocument {
   std::string file;            ///< as the user named it
   std::string folder;          ///< what relative URIs are relative to
   bool external_files = true;  ///< as GltfLimits said
-  Json json;                   ///< an object; plain geometry: Draco is expanded on loading
+  Json json;                   ///< an object; plain geometry: Draco and meshopt are expanded on loading
   std::vector<std::vector<std::uint8_t>> buffers;  ///< one per entry of json["buffers"]
 };
 
@@ -36,8 +36,9 @@ struct GltfLimits {
 };
 
 /// Loads .gltf (with external or data URIs) or .glb, told apart by content. Missing pictures are no error.
-/// KHR_draco_mesh_compression is expanded and its name removed. Refused: anything cut short, versions other
-/// than 2.x, required extensions that change the geometry and are not read (meshopt compression).
+/// KHR_draco_mesh_compression and EXT_meshopt_compression are expanded and their names removed. Refused:
+/// anything cut short, versions other than 2.x, required extensions that change the geometry and are not
+/// read.
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
 /// From memory; `path` is used in messages and for what relative URIs are relative to.
 Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,

@@ -72,28 +72,24 @@ std::uint32_t unsigned_at(const std::uint8_t* bytes, int component_type) {
   return load<std::uint32_t>(bytes);
 }
 
-float float_at(const std::uint8_t* bytes, int component_type, bool normalized) {
+/// In double, so that a large transform does not multiply the rounding of normalised integers.
+double number_at(const std::uint8_t* bytes, int component_type, bool normalized) {
+  const auto scaled = [normalized](double value, double full) {
+    return normalized ? std::max(value / full, -1.0) : value;
+  };
   switch (component_type) {
-    case 5120: {
-      const auto value = static_cast<float>(load<std::int8_t>(bytes));
-      return normalized ? std::max(value / 127.0F, -1.0F) : value;
-    }
-    case 5121: {
-      const auto value = static_cast<float>(*bytes);
-      return normalized ? value / 255.0F : value;
-    }
-    case 5122: {
-      const auto value = static_cast<float>(load<std::int16_t>(bytes));
-      return normalized ? std::max(value / 32767.0F, -1.0F) : value;
-    }
-    case 5123: {
-      const auto value = static_cast<float>(load<std::uint16_t>(bytes));
-      return normalized ? value / 65535.0F : value;
-    }
+    case 5120:
+      return scaled(load<std::int8_t>(bytes), 127);
+    case 5121:
+      return scaled(*bytes, 255);
+    case 5122:
+      return scaled(load<std::int16_t>(bytes), 32767);
+    case 5123:
+      return scaled(load<std::uint16_t>(bytes), 65535);
     case 5125:
-      return static_cast<float>(load<std::uint32_t>(bytes));
+      return load<std::uint32_t>(bytes);
     default:
-      return load<float>(bytes);
+      return double{load<float>(bytes)};
   }
 }
 
@@ -301,24 +297,30 @@ Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, in
   return elements;
 }
 
-Result<std::vector<float>> read_floats(const GltfDocument& document, int accessor, const std::string& place) {
+Result<std::vector<double>> read_numbers(const GltfDocument& document, int accessor,
+                                         const std::string& place) {
   const Result<AccessorShape> shape = shape_of(document, accessor, place);
   if (!shape) return tl::unexpected<Error>(shape.error());
-  if (member(document.json["accessors"][static_cast<std::size_t>(accessor)], "type")
-          .get_ref<const std::string&>()
-          .starts_with("MAT")) {
+  const std::string type = member(document.json["accessors"][static_cast<std::size_t>(accessor)], "type");
+  // Columns of smaller matrices and components may be padded.
+  if (type.starts_with("MAT") && (type != "MAT4" || shape->component_type != 5126)) {
     return fail(Code::gltf_malformed, document.file, place, "a matrix where a vector belongs");
   }
   const auto elements = read_elements(document, accessor, place);
   if (!elements) return tl::unexpected<Error>(elements.error());
-  return to_floats(*elements, shape->component_type, shape->normalized);
+  const std::size_t size = component_size(shape->component_type);
+  std::vector<double> values(elements->size() / size);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = number_at(elements->data() + i * size, shape->component_type, shape->normalized);
+  }
+  return values;
 }
 
 std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized) {
   const std::size_t size = component_size(component_type);
   std::vector<float> values(elements.size() / size);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = float_at(elements.data() + i * size, component_type, normalized);
+    values[i] = static_cast<float>(number_at(elements.data() + i * size, component_type, normalized));
   }
   return values;
 }

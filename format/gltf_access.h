@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -31,7 +32,7 @@ Result<const Json*> entry_of(const GltfDocument& document, const char* array, in
 /// Checks a buffer view against the declared size of its buffer, and gives back its entry.
 Result<const Json*> view_of(const GltfDocument& document, int view, const std::string& place);
 
-/// Bytes of a buffer view. EXT_meshopt_compression is not decoded: its fallback is read.
+/// Bytes of a buffer view.
 Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document, int view,
                                                     const std::string& place);
 
@@ -72,9 +73,39 @@ Result<std::optional<SparseRuns>> sparse_of(const GltfDocument& document, int ac
 /// accessors without one): a million, and 32 for every byte of its buffers.
 std::size_t unbacked_elements(const GltfDocument& document);
 
-/// All elements as floats, `shape_of().components` each: sparse values applied, normalised integers mapped
-/// as glTF 2.0 section 3.11 says, plain integers as they are. Vectors only, not matrices.
-Result<std::vector<float>> read_floats(const GltfDocument& document, int accessor, const std::string& place);
+/// All elements as numbers, `shape_of().components` each: sparse values applied, normalised integers mapped
+/// as glTF 2.0 section 3.11 says, plain integers as they are. Vectors, and 4 x 4 matrices of floats.
+Result<std::vector<double>> read_numbers(const GltfDocument& document, int accessor,
+                                         const std::string& place);
+
+/// The elements of an attribute as vectors, as many numbers each as V has; MESH_NOT_FINITE for NaN and
+/// infinities. `count`: how many there have to be, 0: any number.
+template <class V>
+Result<std::vector<V>> read_vectors(const GltfDocument& document, int accessor, std::size_t count,
+                                    const std::string& place) {
+  const Result<AccessorShape> shape = shape_of(document, accessor, place);
+  if (!shape) return tl::unexpected<Error>(shape.error());
+  constexpr std::size_t components = V::dimensions();
+  if (static_cast<std::size_t>(shape->components) != components || (count > 0 && shape->count != count)) {
+    return fail(Code::gltf_malformed, document.file, place,
+                std::to_string(shape->count) + " elements of " + std::to_string(shape->components) +
+                    " numbers do not belong here");
+  }
+  const Result<std::vector<double>> numbers = read_numbers(document, accessor, place);
+  if (!numbers) return tl::unexpected<Error>(numbers.error());
+  std::vector<V> vectors(shape->count);
+  for (std::size_t i = 0; i < vectors.size(); ++i) {
+    for (std::size_t c = 0; c < components; ++c) {
+      const double value = (*numbers)[i * components + c];
+      if (!std::isfinite(value)) {
+        return fail(Code::mesh_not_finite, document.file, place,
+                    "element " + std::to_string(i) + " is not finite");
+      }
+      vectors[i][static_cast<int>(c)] = static_cast<typename V::BaseType>(value);
+    }
+  }
+  return vectors;
+}
 
 /// Gapless elements as floats, one per component.
 std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized);

@@ -39,7 +39,7 @@ Result<std::vector<std::uint8_t>> read_buffer(const GltfDocument& document, Gltf
 /// Whether a document that requires the extension can be read.
 bool is_read(std::string_view extension);
 
-/// What is left to do for a document with all of its buffers: tinygltf's opinion of it, and Draco.
+/// What is left to do for a document with all of its buffers plain: tinygltf's opinion of it, and Draco.
 Result<void> expand(GltfDocument& document);
 
 }  // namespace selvedge

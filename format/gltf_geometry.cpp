@@ -27,33 +27,29 @@ bool numbers(const Json& value, std::array<double, count>& out) {
   return true;
 }
 
-/// The attribute's values, gathered into vectors of `components` numbers; empty where it is absent.
+/// The attribute's values; empty where it is absent.
 template <class V>
-Result<std::vector<V>> read_vectors(const GltfDocument& document, const Json& primitive, const char* semantic,
-                                    std::size_t components, std::size_t count, const std::string& place) {
+Result<std::vector<V>> read_attribute(const GltfDocument& document, const Json& primitive,
+                                      const char* semantic, std::size_t count, const std::string& place) {
   const Json& accessor = member(member(primitive, "attributes"), semantic);
-  std::vector<V> vectors;
-  if (accessor.is_null()) return vectors;
-  const std::string where = fmt::format("{}/attributes/{}", place, semantic);
-  const Result<AccessorShape> shape = shape_of(document, index_of(accessor), where);
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  if (static_cast<std::size_t>(shape->components) != components || (count > 0 && shape->count != count)) {
-    return fail(Code::gltf_malformed, document.file, where,
-                fmt::format("{} elements of {} numbers do not belong here", shape->count, shape->components));
-  }
-  const Result<std::vector<float>> values = read_floats(document, index_of(accessor), where);
-  if (!values) return tl::unexpected<Error>(values.error());
-  vectors.resize(shape->count);
-  for (std::size_t i = 0; i < vectors.size(); ++i) {
-    for (std::size_t c = 0; c < components; ++c) {
-      const float value = (*values)[i * components + c];
-      if (!std::isfinite(value)) {
-        return fail(Code::mesh_not_finite, document.file, where, fmt::format("element {} is not finite", i));
-      }
-      vectors[i][static_cast<int>(c)] = static_cast<typename V::BaseType>(value);
-    }
-  }
-  return vectors;
+  if (accessor.is_null()) return std::vector<V>();
+  return read_vectors<V>(document, index_of(accessor), count,
+                         fmt::format("{}/attributes/{}", place, semantic));
+}
+
+/// COLOR_0 has three or four numbers.
+Result<std::vector<V4f>> read_colors(const GltfDocument& document, const Json& primitive, std::size_t count,
+                                     const std::string& place) {
+  const Json& accessor = member(member(primitive, "attributes"), "COLOR_0");
+  const Result<AccessorShape> shape = shape_of(document, index_of(accessor), place + "/attributes/COLOR_0");
+  if (accessor.is_null() || (shape && shape->components == 4))
+    return read_attribute<V4f>(document, primitive, "COLOR_0", count, place);
+  const auto opaque = read_attribute<V3f>(document, primitive, "COLOR_0", count, place);
+  if (!opaque) return tl::unexpected<Error>(opaque.error());
+  std::vector<V4f> colors;
+  colors.reserve(opaque->size());
+  for (const V3f& c : *opaque) colors.emplace_back(c.x, c.y, c.z, 1.0F);
+  return colors;
 }
 
 template <class V>
@@ -68,6 +64,7 @@ void unshare(std::vector<V>& values, const std::vector<std::uint32_t>& indices) 
 void make_flat(ScenePrimitive& primitive) {
   unshare(primitive.positions, primitive.indices);
   for (std::vector<V2d>& set : primitive.tex_coords) unshare(set, primitive.indices);
+  unshare(primitive.colors, primitive.indices);
   primitive.tangents.clear();
   std::iota(primitive.indices.begin(), primitive.indices.end(), 0U);
   primitive.normals.resize(primitive.positions.size());
@@ -123,7 +120,8 @@ Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocum
 }
 
 Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& document, const Json& primitive,
-                                                     const std::string& place, std::size_t vertex_limit) {
+                                                     const std::string& place, std::size_t vertex_limit,
+                                                     const Pose& pose) {
   ScenePrimitive result;
   result.material = index_of(member(primitive, "material"));
   const Json& position = member(member(primitive, "attributes"), "POSITION");
@@ -138,20 +136,24 @@ Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& documen
   if (!*indices) return std::optional<ScenePrimitive>{};
   result.indices = std::move(**indices);
 
-  auto positions = read_vectors<V3f>(document, primitive, "POSITION", 3, 0, place);
-  auto normals = read_vectors<V3f>(document, primitive, "NORMAL", 3, vertices, place);
-  auto tangents = read_vectors<V4f>(document, primitive, "TANGENT", 4, vertices, place);
-  auto uv0 = read_vectors<V2d>(document, primitive, "TEXCOORD_0", 2, vertices, place);
-  auto uv1 = read_vectors<V2d>(document, primitive, "TEXCOORD_1", 2, vertices, place);
-  if (!positions) return tl::unexpected<Error>(std::move(positions.error()));
-  if (!normals) return tl::unexpected<Error>(std::move(normals.error()));
-  if (!tangents) return tl::unexpected<Error>(std::move(tangents.error()));
-  if (!uv0) return tl::unexpected<Error>(std::move(uv0.error()));
-  if (!uv1) return tl::unexpected<Error>(std::move(uv1.error()));
-  result.positions = std::move(*positions);
-  result.normals = std::move(*normals);
-  result.tangents = std::move(*tangents);
-  result.tex_coords = {std::move(*uv0), std::move(*uv1)};
+  const auto fill = [&](auto& values, auto read) -> std::optional<Error> {
+    if (!read) return std::move(read.error());
+    values = std::move(*read);
+    return std::nullopt;
+  };
+  const auto attribute = [&]<class V>(std::vector<V>& values, const char* semantic) {
+    return fill(values, read_attribute<V>(document, primitive, semantic, vertices, place));
+  };
+  for (std::optional<Error> error :
+       {attribute(result.positions, "POSITION"), attribute(result.normals, "NORMAL"),
+        attribute(result.tangents, "TANGENT"), attribute(result.tex_coords[0], "TEXCOORD_0"),
+        attribute(result.tex_coords[1], "TEXCOORD_1"),
+        fill(result.colors, read_colors(document, primitive, vertices, place))}) {
+    if (error) return tl::unexpected<Error>(std::move(*error));
+  }
+  if (Result<void> good = apply_pose(document, primitive, place, pose, result); !good) {
+    return tl::unexpected<Error>(std::move(good.error()));
+  }
   if (result.normals.empty()) {
     if (result.indices.size() > vertex_limit) {
       return fail(Code::file_too_large, document.file, place, "too many vertices");

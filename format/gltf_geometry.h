@@ -5,14 +5,17 @@
 #include <string>
 
 #include "format/gltf.h"
+#include "format/gltf_pose.h"
 #include "format/scene.h"
 
 namespace selvedge {
 
 /// The vertices and triangles of a primitive; nothing for points and lines, or without POSITION. `place` is
 /// its JSON pointer, `vertex_limit` what it may have. Material and name are the caller's to check and to set.
+/// With a pose morphed and skinned, before normals that are missing become flat ones.
 Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& document, const Json& primitive,
-                                                     const std::string& place, std::size_t vertex_limit);
+                                                     const std::string& place, std::size_t vertex_limit,
+                                                     const Pose& pose = {});
 
 /// Vertex numbers of the triangles of a primitive with `vertices` vertices, three each: strips and fans are
 /// expanded, a missing index list counted up, every index checked, and an incomplete triangle left out.

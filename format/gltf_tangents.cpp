@@ -99,7 +99,16 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
     if (!triangles) return tl::unexpected<Error>(std::move(triangles.error()));
     sources = std::move(**triangles);
   }
-  const Tangents tangents = compute_tangents(vertices.positions, vertices.normals, uvs, vertices.indices);
+  const std::vector<V3d> positions(vertices.positions.begin(), vertices.positions.end());
+  std::vector<V3d> normals(vertices.normals.begin(), vertices.normals.end());
+  Tangents tangents = compute_tangents(positions, normals, uvs, vertices.indices, Facing::winding);
+  for (const std::uint32_t copied : tangents.copy_of) normals.push_back(normals[copied]);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    V4f& t = tangents.tangents[i];
+    if (t.x != 0 || t.y != 0 || t.z != 0) continue;
+    const V3f some(any_perpendicular(normals[i]));  // glTF has no tangents of length 0
+    t = V4f(some.x, some.y, some.z, t.w);
+  }
   if (flat || !tangents.copy_of.empty()) {
     for (const std::uint32_t copied : tangents.copy_of) {
       sources.push_back(sources[copied]);

@@ -24,5 +24,9 @@ inline constexpr const char* scale = "scale";
 
 inline constexpr const char* variants = "KHR_materials_variants";
 inline constexpr const char* draco = "KHR_draco_mesh_compression";
+inline constexpr const char* meshopt = "EXT_meshopt_compression";
+inline constexpr const char* khr_meshopt = "KHR_meshopt_compression";
+inline constexpr const char* gpu_instancing = "EXT_mesh_gpu_instancing";
+inline constexpr const char* lights_punctual = "KHR_lights_punctual";
 
 }  // namespace selvedge::names::gltf

@@ -1,6 +1,7 @@
 #include "viewer/camera.h"
 
 #include <Imath/ImathBox.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,12 @@ Result<void> check(const CameraOptions& o) {
   if (!(std::abs(o.focus.x - 0.5) <= 1e3 && std::abs(o.focus.y - 0.5) <= 1e3))
     return refuse("--focus", "must lie near [0, 1]");
   return {};
+}
+
+/// Narrows the frame around a point of it.
+void narrow(const CameraOptions& options, Camera& camera) {
+  camera.window_centre = V2d(2 * options.focus.x - 1, 1 - 2 * options.focus.y) * camera.window_half;
+  camera.window_half /= options.zoom;
 }
 
 }  // namespace
@@ -130,8 +137,52 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
     camera.near = -nearest - 1e-2 * size;
     camera.far = -farthest + 1e-2 * size;
   }
-  camera.window_centre = V2d(2 * options.focus.x - 1, 1 - 2 * options.focus.y) * camera.window_half;
-  camera.window_half /= options.zoom;
+  narrow(options, camera);
+  return camera;
+}
+
+Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::span<const V3d> points,
+                         double aspect, const CameraOptions& options) {
+  if (const auto good = check(options); !good) return tl::unexpected(good.error());
+  const SceneCamera* found = nullptr;
+  std::string present;
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    const SceneCamera& one = scene.cameras[i];
+    // A name comes before a number.
+    if (one.name == wanted || (found == nullptr && fmt::format("{}", i) == wanted)) found = &one;
+    present += fmt::format("{}{} \"{}\"", i == 0 ? "" : ", ", i, one.name);
+  }
+  if (found == nullptr) {
+    return fail(
+        Code::option_out_of_range, scene.file, "--camera",
+        fmt::format("there is no \"{}\"; the scene has {}", wanted, present.empty() ? "none" : present));
+  }
+  const M44d& m = found->world;
+  Camera camera;
+  camera.position = V3d(m[3][0], m[3][1], m[3][2]);
+  // Only where it looks and which way is up: a view has no scale of its own.
+  const V3d back = V3d(m[2][0], m[2][1], m[2][2]).normalized();
+  const V3d up(m[1][0], m[1][1], m[1][2]);
+  camera.right = up.cross(back).normalized();
+  camera.up = back.cross(camera.right);
+  camera.to_viewer = back;
+  if (camera.right.length() < 0.5)
+    return fail(Code::gltf_malformed, scene.file, "--camera", "its node has no direction upwards");
+  camera.projection = found->perspective ? Projection::perspective : Projection::parallel;
+  V2d half = found->magnification;
+  double own_aspect = half.x / half.y;
+  if (found->perspective) {
+    own_aspect = found->aspect.value_or(aspect);
+    half.y = std::tan(found->yfov / 2);
+  }
+  half.y *= std::max(1.0, own_aspect / aspect);  // what the file's own frame shows is seen whole
+  camera.window_half = V2d(half.y * aspect, half.y);
+  double farthest = found->znear;
+  for (const V3d& point : points) farthest = std::max(farthest, (camera.position - point).dot(back));
+  camera.near = found->znear;
+  camera.far = found->zfar.value_or(farthest * 1.01 + 1e-9);
+  if (!(camera.far > camera.near)) camera.far = camera.near * 2 + 1e-9;
+  narrow(options, camera);
   return camera;
 }
 

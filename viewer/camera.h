@@ -6,6 +6,7 @@
 #include <string>
 
 #include "format/error.h"
+#include "format/scene.h"
 #include "format/vec.h"
 
 namespace selvedge {
@@ -55,5 +56,12 @@ struct CameraOptions {
 /// A camera for a frame of width : height = `aspect` that shows `points` (at least one, finite; world, m)
 /// with a small margin. OPTION_OUT_OF_RANGE where an option is.
 Result<Camera> make_camera(std::span<const V3d> points, double aspect, const CameraOptions& options);
+
+/// A camera of the scene by its name or number, for a frame of width : height = `aspect`; a file's own aspect
+/// is kept whole within it. Without a far plane the picture ends behind the last of `points` (world, m).
+/// `zoom` and `focus` of the options apply, the others do not. OPTION_OUT_OF_RANGE for a camera that is not
+/// there.
+Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::span<const V3d> points,
+                         double aspect, const CameraOptions& options);
 
 }  // namespace selvedge

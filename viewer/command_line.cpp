@@ -84,6 +84,20 @@ void add_camera(CLI::App& app, CameraOptions& camera) {
       ->group(group);
 }
 
+void add_choice(CLI::App& app, RenderCommand& command) {
+  const char* group = "Choices (scenes)";
+  app.add_option("--camera", command.camera_of_file,
+                 "A camera of the file, by name or number (default: one that shows everything)")
+      ->type_name("NAME|N")
+      ->group(group);
+  app.add_option("--scene", command.choice.scene, "A scene of the file (default: the one it names)")
+      ->type_name("NAME|N")
+      ->group(group);
+  app.add_option("--variant", command.choice.variant, "A variant of its materials (default: none)")
+      ->type_name("NAME|N")
+      ->group(group);
+}
+
 void add_swatch(CLI::App& app, RenderCommand& command) {
   const char* group = "Swatch (fabric files)";
   add_text(app, "--repeats", "NxM", "Repeats of the fabric across and down (default 1x1)",
@@ -116,7 +130,7 @@ void add_light(CLI::App& app, RenderCommand& command) {
            }
          },
          "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
-         "Without it: "
+         "Without it: the lights of the scene, or else "
          "a key light from the upper left of the camera, a weaker one from the right")
       ->type_name("X,Y,Z[,I]")
       ->expected(1)
@@ -198,6 +212,7 @@ void add_render(CLI::App& app, RenderCommand& command) {
   app.add_flag("--json", command.json, "Report sizes and times as JSON on standard output");
   app.add_flag("--quiet", command.quiet, "No remarks on standard error");
   add_camera(app, command.camera);
+  add_choice(app, command);
   add_swatch(app, command);
   add_light(app, command);
 }

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "format/gltf_scene.h"
 #include "format/program.h"
 #include "viewer/camera.h"
 #include "viewer/render.h"
@@ -21,8 +22,10 @@ struct RenderCommand {
   std::vector<std::string> outputs;  ///< .png or .exr
   RenderOptions render;              ///< without the lights
   CameraOptions camera;              ///< scenes
+  std::string camera_of_file;        ///< scenes: name or number; empty: `camera` finds a place by itself
+  SceneChoice choice;                ///< scenes
   SwatchOptions swatch;              ///< fabric files
-  std::vector<LightOption> lights;   ///< empty: the default lights
+  std::vector<LightOption> lights;   ///< empty: those of the scene, else the default lights
   bool lights_in_camera_frame = false;
   double exposure = 0;            ///< factor on radiance in PNG files
   std::optional<V3f> background;  ///< PNG files; none: transparent

@@ -34,24 +34,45 @@ int report(const Error& error) {
   return 1;
 }
 
-std::vector<Light> lights_of(const RenderCommand& command, const Camera& camera) {
+std::vector<Light> lights_of(const RenderCommand& command, const Scene& scene, const Camera& camera) {
+  if (command.lights.empty() && !scene.lights.empty()) return lights_of(scene);
   if (command.lights.empty()) return default_lights(camera);
   std::vector<Light> lights;
   for (const LightOption& option : command.lights) {
     const V3d direction(option.x, option.y, option.z);
     const V3d world = command.lights_in_camera_frame ? from_camera_frame(camera, direction) : direction;
-    lights.push_back({world.normalized(), V3f(option.w)});
+    Light light;
+    light.direction = world.normalized();
+    light.irradiance = V3f(option.w);
+    lights.push_back(light);
   }
   return lights;
 }
 
-Result<std::vector<Fabric>> read_fabrics(const Scene& scene) {
+/// The fabrics of a scene. Materials whose fabric file is not there are left to their core parameters, with a
+/// remark; what is there and broken is an error.
+Result<std::vector<Fabric>> read_fabrics(Scene& scene) {
   std::vector<Fabric> fabrics;
-  for (const SceneFabric& source : scene.fabrics) {
+  std::vector<SceneFabric> present;
+  std::vector<int> numbers;  // old -> new
+  for (SceneFabric& source : scene.fabrics) {
     Result<Fabric> fabric =
         source.path.empty() ? read_fabric(source.bytes, source.name) : read_fabric(source.path);
-    if (!fabric) return tl::unexpected(fabric.error());
-    fabrics.push_back(std::move(*fabric));
+    if (!fabric && fabric.error().code != Code::file_missing) return tl::unexpected(fabric.error());
+    numbers.push_back(fabric ? static_cast<int>(fabrics.size()) : -1);
+    if (fabric) {
+      fabrics.push_back(std::move(*fabric));
+      present.push_back(std::move(source));
+    } else {
+      scene.remarks.push_back(to_line(fabric.error()) + "; the fallback is drawn");
+    }
+  }
+  scene.fabrics = std::move(present);
+  for (SceneMaterial& material : scene.materials) {
+    if (!material.fabric) continue;
+    int& fabric = material.fabric->fabric;
+    fabric = numbers[static_cast<std::size_t>(fabric)];
+    if (fabric < 0) material.fabric.reset();
   }
   return fabrics;
 }
@@ -79,14 +100,16 @@ Result<Shot> read_swatch(const RenderCommand& command) {
 }
 
 Result<Shot> read_scene_shot(const RenderCommand& command) {
-  Result<Scene> scene = read_scene(command.input);
+  Result<Scene> scene = read_scene(command.input, {}, command.choice);
   if (!scene) return tl::unexpected(scene.error());
   Result<std::vector<Fabric>> fabrics = read_fabrics(*scene);
   if (!fabrics) return tl::unexpected(fabrics.error());
   const Result<std::vector<V3d>> points = world_points(*scene);
   if (!points) return tl::unexpected(points.error());
   const double aspect = static_cast<double>(command.render.width) / command.render.height;
-  const Result<Camera> camera = make_camera(*points, aspect, command.camera);
+  const Result<Camera> camera = command.camera_of_file.empty() ? make_camera(*points, aspect, command.camera)
+                                                               : camera_of(*scene, command.camera_of_file,
+                                                                           *points, aspect, command.camera);
   if (!camera) return tl::unexpected(camera.error());
   return Shot{std::move(*scene), std::move(*fabrics), *camera, command.render};
 }
@@ -134,7 +157,7 @@ int run(const RenderCommand& command) {
   const Clock::time_point start = Clock::now();
   Result<Shot> shot = has_ending(command.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
   if (!shot) return report(shot.error());
-  shot->options.lights = lights_of(command, shot->camera);
+  shot->options.lights = lights_of(command, shot->scene, shot->camera);
   const double read = seconds_since(start);
 
   RenderStats stats;

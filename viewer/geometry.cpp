@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numeric>
+
+#include "format/tangents.h"
 
 namespace selvedge {
 namespace {
@@ -22,63 +24,101 @@ const SceneMaterial* material_of(const Scene& scene, int material) {
   return exists ? &scene.materials[static_cast<std::size_t>(material)] : nullptr;
 }
 
-/// Which texture coordinates a primitive is drawn with, and how they are transformed.
-struct Mapping {
-  const std::vector<V2d>* tex_coords = nullptr;
-  UvTransform transform;
-  bool fabric = false;
-};
-
-Result<Mapping> mapping_of(const Scene& scene, const ScenePrimitive& primitive) {
-  Mapping mapping;
-  const SceneMaterial* material = material_of(scene, primitive.material);
-  if (material == nullptr) return mapping;
-  mapping.fabric = material->fabric.has_value();
-  if (!mapping.fabric && material->base_color_texture.image < 0) return mapping;
-  const int set = mapping.fabric ? material->fabric->tex_coord : material->base_color_texture.tex_coord;
-  mapping.transform = mapping.fabric ? material->fabric->transform : material->base_color_texture.transform;
-  if (set >= 0 && set < 2) mapping.tex_coords = &primitive.tex_coords[static_cast<std::size_t>(set)];
-  if (mapping.tex_coords != nullptr && mapping.tex_coords->empty()) mapping.tex_coords = nullptr;
-  if (mapping.fabric && mapping.tex_coords == nullptr) {
-    return fail(Code::garment_no_uvs, scene.file, primitive.name,
-                fmt::format("material \"{}\" has a fabric but there is no TEXCOORD_{}", material->name, set));
-  }
-  return mapping;
+SceneMaterial material_or_default(const Scene& scene, int material) {
+  const SceneMaterial* found = material_of(scene, material);
+  return found != nullptr ? *found : SceneMaterial{};
 }
 
-Result<void> check(const Scene& scene, const ScenePrimitive& primitive, const Mapping& mapping) {
+const std::vector<V2d>* coordinates_of(const ScenePrimitive& primitive, int set) {
+  if (set < 0 || set > 1) return nullptr;
+  const std::vector<V2d>& coordinates = primitive.tex_coords[static_cast<std::size_t>(set)];
+  return coordinates.empty() ? nullptr : &coordinates;
+}
+
+Result<void> check(const Scene& scene, const ScenePrimitive& primitive, const SceneMaterial& material) {
   const std::size_t count = primitive.positions.size();
   const auto refuse = [&](Code code, const char* reason) -> Result<void> {
     return fail(code, scene.file, primitive.name, reason);
   };
+  if (material.fabric && coordinates_of(primitive, material.fabric->tex_coord) == nullptr) {
+    return fail(Code::garment_no_uvs, scene.file, primitive.name,
+                fmt::format("material \"{}\" has a fabric but there is no TEXCOORD_{}", material.name,
+                            material.fabric->tex_coord));
+  }
   if (primitive.normals.size() != count)
     return refuse(Code::mesh_invalid, "there is not one normal per vertex");
+  if (!primitive.colors.empty() && primitive.colors.size() != count)
+    return refuse(Code::mesh_invalid, "there is not one colour per vertex");
+  if (!primitive.tangents.empty() && primitive.tangents.size() != count)
+    return refuse(Code::mesh_invalid, "there is not one tangent per vertex");
   if (primitive.indices.size() % 3 != 0) return refuse(Code::mesh_invalid, "indices do not come in threes");
   for (const std::uint32_t index : primitive.indices) {
     if (index >= count) return refuse(Code::mesh_invalid, "an index is beyond the vertices");
   }
-  if (mapping.tex_coords != nullptr) {
-    if (mapping.tex_coords->size() != count)
+  for (const std::vector<V2d>& coordinates : primitive.tex_coords) {
+    if (!coordinates.empty() && coordinates.size() != count)
       return refuse(Code::mesh_invalid, "there is not one texture coordinate per vertex");
-    for (const V2d& uv : *mapping.tex_coords) {
-      const V2d moved = mapping.transform.apply(uv);
-      if (!std::isfinite(moved.x) || !std::isfinite(moved.y))
-        return refuse(Code::mesh_not_finite, "a texture coordinate is not finite");
-    }
   }
   return {};
 }
 
-/// Positions in the world and texture coordinates in double, before anything is rounded.
+/// The charts of a primitive: for every vertex a vertex that stands for its chart.
+std::vector<std::uint32_t> charts_of(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
+  std::vector<std::uint32_t> parent(vertices);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+    for (std::size_t k = 1; k < 3; ++k) {
+      const std::uint32_t a = root(indices[i]);
+      const std::uint32_t b = root(indices[i + k]);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
+  return parent;
+}
+
+/// By how much a chart may be moved without its picture changing; 0: not at all.
+double period_of(Wrap wrap) { return wrap == Wrap::repeat ? 1 : wrap == Wrap::mirror ? 2 : 0; }
+
+/// The coordinates under a mapping, each chart brought near zero; empty where the primitive has none.
+Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive, const Mapping& mapping,
+                             const std::vector<std::uint32_t>& charts) {
+  std::vector<V2d> uvs;
+  const std::vector<V2d>* coordinates = coordinates_of(primitive, mapping.tex_coord);
+  if (coordinates == nullptr) return uvs;
+  uvs.reserve(coordinates->size());
+  for (const V2d& uv : *coordinates) {
+    uvs.push_back(mapping.transform.apply(uv));
+    if (!std::isfinite(uvs.back().x) || !std::isfinite(uvs.back().y))
+      return fail(Code::mesh_not_finite, scene.file, primitive.name, "a texture coordinate is not finite");
+  }
+  const V2d period(period_of(mapping.wrap_u), period_of(mapping.wrap_v));
+  std::vector<V2d> low(uvs.size(), V2d(HUGE_VAL, HUGE_VAL));
+  for (std::size_t v = 0; v < uvs.size(); ++v) {
+    V2d& least = low[charts[v]];
+    least = V2d(std::min(least.x, uvs[v].x), std::min(least.y, uvs[v].y));
+  }
+  for (std::size_t v = 0; v < uvs.size(); ++v) {
+    for (int c = 0; c < 2; ++c) {
+      if (period[c] > 0) uvs[v][c] -= std::floor(low[charts[v]][c] / period[c]) * period[c];
+    }
+  }
+  return uvs;
+}
+
+/// An instance in the world in double, before anything is rounded.
 struct Placed {
   std::vector<V3d> position;
   std::vector<V3d> normal;
-  std::vector<V2d> uv;
+  std::vector<V4f> tangent;  ///< the file's own, where it has some
   std::vector<std::uint32_t> indices;
 };
 
-Result<Placed> place(const Scene& scene, const SceneInstance& instance, const Mapping& mapping,
-                     const V3d& origin) {
+Result<Placed> place(const Scene& scene, const SceneInstance& instance, const V3d& origin) {
   const ScenePrimitive& primitive = scene.primitives[static_cast<std::size_t>(instance.primitive)];
   Placed placed;
   placed.position.reserve(primitive.positions.size());
@@ -102,14 +142,11 @@ Result<Placed> place(const Scene& scene, const SceneInstance& instance, const Ma
     const double length = moved.length();
     placed.normal.push_back(std::isfinite(length) && length > 0 ? moved / length : V3d(0, 0, 0));
   }
-  placed.uv.assign(primitive.positions.size(), V2d(0, 0));
-  if (mapping.tex_coords != nullptr) {
-    std::transform(mapping.tex_coords->begin(), mapping.tex_coords->end(), placed.uv.begin(),
-                   [&](const V2d& uv) { return mapping.transform.apply(uv); });
-    V2d base = placed.uv.empty() ? V2d(0, 0) : placed.uv.front();
-    for (const V2d& uv : placed.uv) base = V2d(std::min(base.x, uv.x), std::min(base.y, uv.y));
-    base = V2d(std::floor(base.x), std::floor(base.y));
-    for (V2d& uv : placed.uv) uv -= base;
+  for (const V4f& t : primitive.tangents) {
+    const V3d moved = x * t.x + y * t.y + z * t.z;
+    const double length = moved.length();
+    const V3f unit(std::isfinite(length) && length > 0 ? moved / length : V3d(0, 0, 0));
+    placed.tangent.emplace_back(unit.x, unit.y, unit.z, static_cast<float>(t.w * sign));
   }
   placed.indices = primitive.indices;
   // A mirroring turns the triangles' winding around (glTF 2.0, section 3.7.4).
@@ -120,82 +157,86 @@ Result<Placed> place(const Scene& scene, const SceneInstance& instance, const Ma
   return placed;
 }
 
-/// The direction of dP/du over a triangle, and whether the texture is upright (+1) or mirrored (-1) on it.
-struct TriangleTangent {
-  V3d direction{0, 0, 0};
-  float handedness = 1;
-};
-
-TriangleTangent tangent_of(const Placed& mesh, const std::uint32_t* corner) {
-  TriangleTangent result;
-  const V3d e1 = mesh.position[corner[1]] - mesh.position[corner[0]];
-  const V3d e2 = mesh.position[corner[2]] - mesh.position[corner[0]];
-  const V2d d1 = mesh.uv[corner[1]] - mesh.uv[corner[0]];
-  const V2d d2 = mesh.uv[corner[2]] - mesh.uv[corner[0]];
-  const double determinant = d1.x * d2.y - d2.x * d1.y;
-  if (!std::isfinite(determinant) || determinant == 0) return result;
-  const V3d normal = mesh.normal[corner[0]] + mesh.normal[corner[1]] + mesh.normal[corner[2]];
-  // dP/du x dP/dv = (e1 x e2) / determinant; v grows downwards in an upright picture, hence the sign.
-  const double side = e1.cross(e2).dot(normal) * (determinant < 0 ? -1 : 1);
-  if (side > 0) result.handedness = -1;
-  const V3d along_u = (e1 * d2.y - e2 * d1.y) * (determinant < 0 ? -1 : 1);
-  const double length = along_u.length();
-  if (std::isfinite(length) && length > 0) result.direction = along_u / length;
-  return result;
+/// The coordinates that tangents follow: the fabric's, or those of the normal texture if the file itself
+/// gives no tangents; nullptr where there is nothing that they are needed for.
+const std::vector<V2d>* tangent_coordinates(const SceneMaterial& material, const Mappings& mappings,
+                                            const std::vector<std::vector<V2d>>& uvs, const Placed& placed) {
+  int mapping = material.fabric ? 0 : -1;
+  if (!material.fabric && material.normal_texture.image >= 0 && placed.tangent.empty())
+    mapping = mappings.number_of(mapping_of(material.normal_texture));
+  if (mapping < 0 || uvs[static_cast<std::size_t>(mapping)].empty()) return nullptr;
+  return &uvs[static_cast<std::size_t>(mapping)];
 }
 
-double angle_at(const Placed& mesh, const std::uint32_t* corner, std::size_t k) {
-  const V3d& p = mesh.position[corner[k]];
-  const V3d a = mesh.position[corner[(k + 1) % 3]] - p;
-  const V3d b = mesh.position[corner[(k + 2) % 3]] - p;
-  const double angle = std::atan2(a.cross(b).length(), a.dot(b));
-  return std::isfinite(angle) ? angle : 0;
-}
+Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, const Mappings& mappings,
+               const Placed& placed, const std::vector<std::vector<V2d>>& uvs) {
+  Tangents tangents;
+  tangents.indices = placed.indices;
+  if (const std::vector<V2d>* along = tangent_coordinates(material, mappings, uvs, placed)) {
+    // A fabric's picture is upright or mirrored as the normals see it; a normal texture as MikkTSpace does.
+    const Facing facing = material.fabric ? Facing::normals : Facing::winding;
+    tangents = compute_tangents(placed.position, placed.normal, *along, placed.indices, facing);
+  } else if (!material.fabric) {
+    tangents.tangents = placed.tangent;
+  }
+  tangents.tangents.resize(placed.position.size() + tangents.copy_of.size(), V4f(0, 0, 0, 1));
 
-Surface finish(const Placed& mesh, int material, bool with_tangents) {
   Surface surface;
-  surface.material = material;
-  surface.indices = mesh.indices;
-  std::vector<V3d> tangents;
-  const auto add_vertex = [&](std::uint32_t source, float handedness) {
-    surface.vertices.push_back({V3f(mesh.position[source]), V3f(mesh.normal[source]),
-                                V4f(0, 0, 0, handedness), V2f(mesh.uv[source])});
-    tangents.emplace_back(0, 0, 0);
-    return static_cast<std::uint32_t>(surface.vertices.size() - 1);
-  };
-  if (!with_tangents) {
-    for (std::uint32_t i = 0; i < mesh.position.size(); ++i) add_vertex(i, 1);
-    return surface;
-  }
-  constexpr std::uint32_t none = 0xffffffffU;
-  std::vector<std::array<std::uint32_t, 2>> copies(mesh.position.size(), {none, none});
-  std::vector<std::uint32_t> sources;
-  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
-    const std::uint32_t* corner = &mesh.indices[i];
-    const TriangleTangent tangent = tangent_of(mesh, corner);
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& copy = copies[corner[k]][tangent.handedness > 0 ? 0 : 1];
-      if (copy == none) {
-        copy = add_vertex(corner[k], tangent.handedness);
-        sources.push_back(corner[k]);
-      }
-      surface.indices[i + k] = copy;
-      tangents[copy] += tangent.direction * angle_at(mesh, corner, k);
+  surface.material = primitive.material;
+  surface.indices = std::move(tangents.indices);
+  surface.vertices.reserve(tangents.tangents.size());
+  surface.more_uvs.resize(uvs.empty() ? 0 : uvs.size() - 1);
+  for (std::size_t v = 0; v < tangents.tangents.size(); ++v) {
+    const std::size_t source = v < placed.position.size() ? v : tangents.copy_of[v - placed.position.size()];
+    const V2f uv = uvs.empty() || uvs[0].empty() ? V2f(0, 0) : V2f(uvs[0][source]);
+    surface.vertices.push_back(
+        {V3f(placed.position[source]), V3f(placed.normal[source]), tangents.tangents[v], uv});
+    for (std::size_t m = 1; m < uvs.size(); ++m) {
+      if (!uvs[m].empty()) surface.more_uvs[m - 1].emplace_back(uvs[m][source]);
     }
-  }
-  for (std::size_t i = 0; i < surface.vertices.size(); ++i) {
-    const V3d& n = mesh.normal[sources[i]];
-    const V3d in_plane = tangents[i] - n * n.dot(tangents[i]);
-    const double length = in_plane.length();
-    // Triangles that run against each other leave nothing but rounding: no direction then.
-    if (length <= 1e-9) continue;
-    const V3f t(in_plane / length);
-    surface.vertices[i].tangent = V4f(t.x, t.y, t.z, surface.vertices[i].tangent.w);
+    if (!primitive.colors.empty()) surface.colors.push_back(primitive.colors[source]);
   }
   return surface;
 }
 
+bool operator==(const Mapping& a, const Mapping& b) {
+  return a.tex_coord == b.tex_coord && a.transform.offset == b.transform.offset &&
+         a.transform.rotation == b.transform.rotation && a.transform.scale == b.transform.scale &&
+         a.wrap_u == b.wrap_u && a.wrap_v == b.wrap_v;
+}
+
 }  // namespace
+
+Mapping mapping_of(const TextureReference& texture) {
+  return {texture.tex_coord, texture.transform, texture.wrap_u, texture.wrap_v};
+}
+
+int Mappings::number_of(const Mapping& mapping) const {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i] == mapping) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+Mappings mappings_of(const SceneMaterial& material) {
+  Mappings mappings;
+  const auto add = [&](const Mapping& mapping) {
+    if (mappings.number_of(mapping) < 0) mappings.list.push_back(mapping);
+  };
+  const auto add_texture = [&](const TextureReference& texture) {
+    if (texture.image >= 0) add(mapping_of(texture));
+  };
+  if (material.fabric) {
+    add({material.fabric->tex_coord, material.fabric->transform, Wrap::repeat, Wrap::repeat});
+  } else {
+    add_texture(material.base_color_texture);
+    add_texture(material.metallic_roughness_texture);
+    add_texture(material.normal_texture);
+  }
+  add_texture(material.occlusion_texture);  // these two count beside a fabric, too
+  add_texture(material.emissive_texture);
+  return mappings;
+}
 
 Result<std::vector<V3d>> world_points(const Scene& scene) {
   std::vector<V3d> points;
@@ -223,12 +264,19 @@ Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origi
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[static_cast<std::size_t>(instance.primitive)];
     if (primitive.indices.empty()) continue;
-    const Result<Mapping> mapping = mapping_of(scene, primitive);
-    if (!mapping) return tl::unexpected(mapping.error());
-    if (const auto good = check(scene, primitive, *mapping); !good) return tl::unexpected(good.error());
-    const Result<Placed> placed = place(scene, instance, *mapping, origin);
+    const SceneMaterial material = material_or_default(scene, primitive.material);
+    if (const auto good = check(scene, primitive, material); !good) return tl::unexpected(good.error());
+    const Result<Placed> placed = place(scene, instance, origin);
     if (!placed) return tl::unexpected(placed.error());
-    surfaces.push_back(finish(*placed, primitive.material, mapping->fabric));
+    const std::vector<std::uint32_t> charts = charts_of(primitive.indices, primitive.positions.size());
+    const Mappings mappings = mappings_of(material);
+    std::vector<std::vector<V2d>> uvs;
+    for (const Mapping& mapping : mappings.list) {
+      Result<std::vector<V2d>> mapped = map(scene, primitive, mapping, charts);
+      if (!mapped) return tl::unexpected(mapped.error());
+      uvs.push_back(std::move(*mapped));
+    }
+    surfaces.push_back(finish(primitive, material, mappings, *placed, uvs));
   }
   return surfaces;
 }

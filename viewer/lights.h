@@ -3,15 +3,36 @@
 
 #include <vector>
 
+#include "format/scene.h"
 #include "viewer/camera.h"
 
 namespace selvedge {
 
-/// A light far away.
+/// A light far away, or one at a point (KHR_lights_punctual).
 struct Light {
-  V3d direction{0, 0, 1};   ///< unit, world, towards the light
-  V3f irradiance{1, 1, 1};  ///< on a surface that faces it; 1 makes the picture show the fabric's f itself
+  V3d direction{0, 0, 1};   ///< unit, world, towards the light; spot: against the axis of its cone
+  V3f irradiance{1, 1, 1};  ///< on a surface that faces it; 1 makes the picture show the fabric's f itself.
+                            ///< Point and spot: at a distance of 1 m
+  LightKind kind = LightKind::directional;
+  V3d position{0, 0, 0};   ///< point and spot: m, world
+  double range = 0;        ///< point and spot: m, where the light ends; 0: nowhere
+  double cos_inner = 1;    ///< spot: full light where the angle's cosine is above ...
+  double cos_outer = 0.7;  ///< ... and none where it is below; below cos_inner
 };
+
+/// What a light does to a point.
+struct Illumination {
+  V3d direction{0, 0, 1};   ///< unit, world, towards the light
+  V3f irradiance{0, 0, 0};  ///< on a surface that faces it
+};
+
+/// The light at a point (m, world). Falls off with the square of the distance; towards the end of the range
+/// it is windowed, and between the angles of the cone it falls smoothly, as KHR_lights_punctual recommends. A
+/// point at the light's own place gets nothing.
+Illumination light_at(const Light& light, const V3d& point);
+
+/// The lights of a scene; lux and candela are taken as they are.
+std::vector<Light> lights_of(const Scene& scene);
 
 /// `d` in the camera's axes (right, up, towards the viewer) as a world direction.
 V3d from_camera_frame(const Camera& camera, const V3d& d);

@@ -2,23 +2,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <utility>
 
 namespace selvedge {
 namespace {
 
+/// Pictures that were tried already: colours and data of one file are two pictures.
+using Decoded = std::map<std::pair<int, Transfer>, int>;
+
 /// Index into `looks.images` of a decoded picture, or -1.
-int decode(const Scene& scene, int index, std::map<int, int>& decoded, Looks& looks,
+int decode(const Scene& scene, int index, Transfer transfer, Decoded& decoded, Looks& looks,
            std::vector<std::string>& remarks) {
   if (index < 0) return -1;
-  const auto [entry, fresh] = decoded.try_emplace(index, -1);
+  const auto [entry, fresh] = decoded.try_emplace({index, transfer}, -1);
   if (!fresh) return entry->second;
   if (static_cast<std::size_t>(index) >= scene.images.size()) {
     remarks.push_back(fmt::format("{}: image {} does not exist; drawn without it", scene.file, index));
     return -1;
   }
   const SceneImage& encoded = scene.images[static_cast<std::size_t>(index)];
-  Result<Image> image = decode_image(encoded.bytes, encoded.name, Transfer::srgb);
+  Result<Image> image = decode_image(encoded.bytes, encoded.name, transfer);
   if (!image) {
     remarks.push_back(to_line(image.error()) + "; drawn without it");
     return -1;
@@ -38,14 +43,25 @@ int decode(const Scene& scene, int index, std::map<int, int>& decoded, Looks& lo
 Result<Looks> looks_of(const Scene& scene, const std::vector<Surface>& surfaces, std::size_t fabrics,
                        std::vector<std::string>& remarks) {
   Looks result;
-  std::map<int, int> decoded;
+  Decoded decoded;
   for (const Surface& surface : surfaces) {
     SurfaceLook look;
+    CoreLook core;
     const bool exists =
         surface.material >= 0 && static_cast<std::size_t>(surface.material) < scene.materials.size();
     // The default material of glTF: white, opaque, single-sided.
     const SceneMaterial material =
         exists ? scene.materials[static_cast<std::size_t>(surface.material)] : SceneMaterial{};
+    const Mappings mappings = mappings_of(material);
+    const auto texture = [&](const TextureReference& t, Transfer transfer) {
+      const int image = decode(scene, t.image, transfer, decoded, result, remarks);
+      const int mapping = t.image < 0 ? 0 : mappings.number_of(mapping_of(t));
+      return TextureLook{image, std::max(mapping, 0), t.wrap_u, t.wrap_v, t.nearest};
+    };
+    core.occlusion = texture(material.occlusion_texture, Transfer::keep);
+    core.occlusion_strength = material.occlusion_strength;
+    core.emissive = material.emissive;
+    core.emissive_texture = texture(material.emissive_texture, Transfer::srgb);
     if (material.fabric) {
       look.fabric = material.fabric->fabric;
       if (look.fabric < 0 || static_cast<std::size_t>(look.fabric) >= fabrics) {
@@ -55,12 +71,20 @@ Result<Looks> looks_of(const Scene& scene, const std::vector<Surface>& surfaces,
       look.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
     } else {
       look.base_color = material.base_color;
-      look.image = decode(scene, material.base_color_texture.image, decoded, result, remarks);
+      core.base_color = texture(material.base_color_texture, Transfer::srgb);
+      core.metallic = material.metallic;
+      core.roughness = material.roughness;
+      core.metallic_roughness = texture(material.metallic_roughness_texture, Transfer::keep);
+      core.normal = texture(material.normal_texture, Transfer::keep);
+      core.normal_scale = material.normal_scale;
+      core.unlit = material.unlit;
+      look.image = core.base_color.image;
       look.keeps_opacity = material.alpha_mode == AlphaMode::blend;
       if (material.alpha_mode == AlphaMode::mask) look.opaque_from = material.alpha_cutoff;
     }
     look.culls_back = !material.double_sided;
     result.looks.push_back(look);
+    result.core.push_back(core);
   }
   return result;
 }

@@ -1,4 +1,5 @@
 // check and info: what is in a file, and whether it is as it should be.
+#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -47,9 +48,14 @@ Result<Json> gltf_info(const std::string& path) {
   const auto scene = read_scene(path);
   if (!scene) return tl::unexpected(scene.error());
   std::size_t triangles = 0;
+  Imath::Box3d bounds;
   for (const SceneInstance& instance : scene->instances) {
-    triangles += scene->primitives[static_cast<std::size_t>(instance.primitive)].indices.size() / 3;
+    const ScenePrimitive& primitive = scene->primitives[static_cast<std::size_t>(instance.primitive)];
+    triangles += primitive.indices.size() / 3;
+    for (const std::uint32_t index : primitive.indices)
+      bounds.extendBy(V3d(primitive.positions[index]) * instance.world);
   }
+  const auto numbers = [](const V3d& v) { return Json{v.x, v.y, v.z}; };
   Json materials = Json::array();
   for (const SceneMaterial& m : scene->materials) {
     Json entry = {{"name", m.name}};
@@ -66,6 +72,7 @@ Result<Json> gltf_info(const std::string& path) {
   return Json{{"primitives", scene->primitives.size()},
               {"instances", scene->instances.size()},
               {"triangles", triangles},
+              {"bounds", bounds.isEmpty() ? Json() : Json{numbers(bounds.min), numbers(bounds.max)}},
               {"materials", materials},
               {"fabrics", fabrics},
               {"remarks", scene->remarks}};

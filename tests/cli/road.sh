@@ -123,6 +123,51 @@ test_dressed_square_shows_albedo_over_pi_times_cosine() {
   shows behind.exr 1
 }
 
+# with_choices FILE.gltf: a second scene without nodes, two variants, a camera that looks from behind, a point light.
+with_choices() {
+  node -e 'const file = process.argv[1], json = JSON.parse(require("fs").readFileSync(file));
+    json.nodes.push({camera: 0, name: "behind", translation: [0.05, 0.05, -0.2], rotation: [0, 1, 0, 0]},
+      {translation: [0.05, 0.05, 2], extensions: {KHR_lights_punctual: {light: 0}}});
+    json.cameras = [{type: "perspective", perspective: {yfov: 0.2, znear: 0.01}}];
+    json.scenes = [{nodes: [0, 1, 2]}, {name: "nothing", nodes: [1]}];
+    json.extensionsUsed = [...(json.extensionsUsed ?? []), "KHR_materials_variants", "KHR_lights_punctual"];
+    json.extensions = {...json.extensions, KHR_materials_variants: {variants: [{name: "day"}, {name: "night"}]},
+      KHR_lights_punctual: {lights: [{type: "point", intensity: 2}]}};
+    json.materials[1].pbrMetallicRoughness = {baseColorFactor: [0, 0, 0, 1]};
+    json.meshes[0].primitives[0].extensions = {KHR_materials_variants: {mappings: [{material: 1, variants: [1]}]}};
+    require("fs").writeFileSync(file, JSON.stringify(json));' "$1"
+}
+
+test_scenes_variants_and_cameras_of_a_file_are_chosen_by_name_or_number() {
+  write_quad quad.gltf
+  with_choices quad.gltf
+  exits 0 selvedge check quad.gltf
+  local view=(--size 32x32 --quiet)
+  exits 0 selvedge-view render quad.gltf -o day.png "${view[@]}" --variant day
+  exits 0 selvedge-view render quad.gltf -o plain.png "${view[@]}"
+  exits 0 selvedge-view compare day.png plain.png --max 0
+  exits 0 selvedge-view render quad.gltf -o night.png "${view[@]}" --variant 1 --light 0,0,1
+  exits 1 selvedge-view compare day.png night.png --max 0.3
+  exits 0 selvedge-view render quad.gltf -o front.png "${view[@]}" --light 0,0,-1
+  exits 0 selvedge-view render quad.gltf -o behind.png "${view[@]}" --light 0,0,-1 --camera behind
+  exits 1 selvedge-view compare front.png behind.png --max 0.3
+  refuses GARMENT_EMPTY quad.gltf selvedge-view render quad.gltf -o o.png --scene nothing
+  refuses OPTION_OUT_OF_RANGE '--camera: there is no "top"; the scene has 0 "behind"' selvedge-view render quad.gltf -o o.png --camera top
+  refuses OPTION_OUT_OF_RANGE '--scene: there is no "2"' selvedge-view render quad.gltf -o o.png --scene 2
+  refuses OPTION_OUT_OF_RANGE '--variant: there is no "dusk"' selvedge-view render quad.gltf -o o.png --variant dusk
+}
+
+test_a_missing_fabric_file_leaves_the_fallback() {
+  make_plane_fabric
+  write_quad quad.gltf
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o dressed.gltf --all --quiet
+  exits 0 selvedge-view render dressed.gltf -o fabric.exr --size 32x32 --light 0,0,1 --quiet
+  rm plane.fabric.exr
+  exits 0 selvedge-view render dressed.gltf -o fallback.exr --size 32x32 --light 0,0,1
+  grep -q 'note: .*plane.fabric.exr: .*\[FILE_MISSING\]; the fallback is drawn' "$scratch/err" || fail "$(cat "$scratch/err")"
+  exits 0 selvedge-view compare fabric.exr fallback.exr --max 0.02
+}
+
 test_dress_by_name_number_all_and_repeats() {
   make_plane_fabric
   write_quad quad.gltf

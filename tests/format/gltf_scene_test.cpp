@@ -78,11 +78,6 @@ TEST_CASE("gltf scene: garments have the triangles, vertices and bounds that oth
     if (!file.starts_with("garments/") || row["decoded_tris(gltf-transform)"].empty()) continue;
     CAPTURE(file);
     const Result<Scene> scene = read_scene((folder / file).string());
-    if (row["extensionsRequired"].find("meshopt") != std::string::npos) {
-      REQUIRE(!scene);
-      CHECK(scene.error().code == Code::gltf_unsupported);
-      continue;
-    }
     REQUIRE_MESSAGE(scene.has_value(), to_line(scene.error()));
     const Counts counts = count(*scene);
     // The table counts meshes, of whatever scene; we read the default scene, and no points and lines.
@@ -92,7 +87,12 @@ TEST_CASE("gltf scene: garments have the triangles, vertices and bounds that oth
     // Flat shading unshares vertices.
     if (whole && row["prims_without_normals"] == "0")
       CHECK(counts.vertices == std::stoul(row["decoded_verts"]));
-    if (whole && !row["scene_bounds"].empty()) {
+    // The table's bounds are those of meshes that are neither morphed, skinned nor copied; at rest that is
+    // the same for most. tests/node/rest.mjs asks another program about these.
+    const bool posed = file.find("SimpleInstancing") != std::string::npos ||
+                       file.find("MorphPrimitivesTest") != std::string::npos ||
+                       file.find("RiggedSimple/glTF-Draco") != std::string::npos;
+    if (whole && !posed && !row["scene_bounds"].empty()) {
       const auto bounds = nlohmann::json::parse(row["scene_bounds"]);
       for (int c = 0; c < 3; ++c) {
         // The table has six decimals. Quaternions of two files are off by up to 3e-4 from unit length, which

@@ -17,11 +17,11 @@ using test::Folder;
 namespace fs = std::filesystem;
 
 TEST_CASE("tangents: an upright picture has its tangent along growing u and w = +1") {
-  const std::vector<V3f> positions{V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 1, 0)};
-  const std::vector<V3f> normals(4, V3f(0, 0, 1));
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, 1, 0), V3d(0, 1, 0)};
+  const std::vector<V3d> normals(4, V3d(0, 0, 1));
   const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0)};
   const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3};
-  const Tangents tangents = compute_tangents(positions, normals, uvs, indices);
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
   REQUIRE(tangents.tangents.size() == 4);
   // The bitangent cross(n, t) * w is +y: up in the picture, where v falls.
   for (const V4f& t : tangents.tangents) CHECK(t == V4f(1, 0, 0, 1));
@@ -31,12 +31,12 @@ TEST_CASE("tangents: an upright picture has its tangent along growing u and w = 
 
 TEST_CASE("tangents: vertices on the seam of a mirrored chart are split") {
   // Two squares side by side, the right one with the picture mirrored; vertices 1 and 2 are shared.
-  const std::vector<V3f> positions{V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0),
-                                   V3f(0, 1, 0), V3f(2, 0, 0), V3f(2, 1, 0)};
-  const std::vector<V3f> normals(6, V3f(0, 0, 1));
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, 1, 0),
+                                   V3d(0, 1, 0), V3d(2, 0, 0), V3d(2, 1, 0)};
+  const std::vector<V3d> normals(6, V3d(0, 0, 1));
   const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0), V2d(0, 1), V2d(0, 0)};
   const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2};
-  const Tangents tangents = compute_tangents(positions, normals, uvs, indices);
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
   CHECK(tangents.copy_of == std::vector<std::uint32_t>{1, 2});
   for (std::size_t i = 0; i < 6; ++i) {
     CHECK(tangents.tangents[tangents.indices[i]] == V4f(1, 0, 0, 1));
@@ -44,16 +44,48 @@ TEST_CASE("tangents: vertices on the seam of a mirrored chart are split") {
   }
 }
 
-TEST_CASE("tangents: triangles without area in UV leave unit tangents") {
-  const std::vector<V3f> positions{V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0)};
-  const std::vector<V3f> normals(3, V3f(1, 0, 0));
+TEST_CASE("tangents: triangles without area in UV say nothing") {
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(0, 1, 0)};
+  const std::vector<V3d> normals(3, V3d(1, 0, 0));
   const std::vector<V2d> uvs(3, V2d(0.5, 0.5));
-  const Tangents tangents = compute_tangents(positions, normals, uvs, std::vector<std::uint32_t>{0, 1, 2});
-  for (const V4f& t : tangents.tangents) {
-    CHECK(V3f(t.x, t.y, t.z).length() == doctest::Approx(1));
-    CHECK(t.x == 0);
-    CHECK(t.w == 1);
-  }
+  const std::vector<std::uint32_t> indices{0, 1, 2};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  for (const V4f& t : tangents.tangents) CHECK(t == V4f(0, 0, 0, 1));
+  CHECK(any_perpendicular(normals[0]).dot(normals[0]) == 0);
+  CHECK(any_perpendicular(normals[0]).length() == doctest::Approx(1));
+}
+
+TEST_CASE("tangents: corners that only meet in a vertex have tangents of their own") {
+  // Two triangles of one vertex, their pictures turned against each other.
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(0, 1, 0), V3d(-1, 0, 0), V3d(0, -1, 0)};
+  const std::vector<V3d> normals(5, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 0), V2d(1, 0), V2d(0, -1), V2d(0, 1), V2d(1, 0)};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 0, 3, 4};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  CHECK(tangents.copy_of == std::vector<std::uint32_t>{0});
+  CHECK((tangents.tangents[tangents.indices[0]] - V4f(1, 0, 0, 1)).length() < 1e-6F);
+  CHECK((tangents.tangents[tangents.indices[3]] - V4f(0, -1, 0, 1)).length() < 1e-6F);
+}
+
+TEST_CASE("tangents: vertices that are doubled for nothing count as one") {
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, 1, 0),
+                                   V3d(0, 0, 0), V3d(1, 1, 0), V3d(0, 1, 0.5)};
+  const std::vector<V3d> normals(6, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 1), V2d(1, 0), V2d(0.3, 0.2)};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 3, 4, 5};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  CHECK(tangents.tangents[0] == tangents.tangents[3]);
+  CHECK(tangents.tangents[2] == tangents.tangents[4]);
+  CHECK(tangents.tangents[1] != tangents.tangents[5]);
+}
+
+TEST_CASE("tangents: triangles that run against their normals are mirrored by them only") {
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 1, 0), V3d(1, 0, 0)};
+  const std::vector<V3d> normals(3, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 0), V2d(1, 1)};
+  const std::vector<std::uint32_t> indices{0, 1, 2};
+  CHECK(compute_tangents(positions, normals, uvs, indices, Facing::winding).tangents[0] == V4f(1, 0, 0, -1));
+  CHECK(compute_tangents(positions, normals, uvs, indices, Facing::normals).tangents[0] == V4f(1, 0, 0, 1));
 }
 
 TEST_CASE("tangents: duplicated vertices take every attribute and morph target along") {
@@ -89,11 +121,11 @@ TEST_CASE("tangents: duplicated vertices take every attribute and morph target a
     CAPTURE(semantic);
     CHECK(document->json["accessors"][accessor.get<std::size_t>()]["count"] == 8);
   }
-  const auto moved = read_floats(*document, index_of(json["targets"][0]["POSITION"]), "");
+  const auto moved = read_numbers(*document, index_of(json["targets"][0]["POSITION"]), "");
   REQUIRE(moved);
   CHECK((*moved)[18] == 3);  // the copy of vertex 1
   CHECK((*moved)[21] == 6);  // and of vertex 2
-  const auto ids = read_floats(*document, index_of(json["attributes"]["_ID"]), "");
+  const auto ids = read_numbers(*document, index_of(json["attributes"]["_ID"]), "");
   REQUIRE(ids);
   CHECK((*ids)[6] == 1);
   CHECK((*ids)[7] == 2);
@@ -110,8 +142,10 @@ TEST_CASE("tangents: agree with those that a simulated drape was exported with")
   REQUIRE(scene);
   const ScenePrimitive& cloth = scene->primitives[0];
   REQUIRE_FALSE(cloth.tangents.empty());
+  const std::vector<V3d> positions(cloth.positions.begin(), cloth.positions.end());
+  const std::vector<V3d> normals(cloth.normals.begin(), cloth.normals.end());
   const Tangents tangents =
-      compute_tangents(cloth.positions, cloth.normals, cloth.tex_coords[0], cloth.indices);
+      compute_tangents(positions, normals, cloth.tex_coords[0], cloth.indices, Facing::winding);
   std::size_t far = 0;
   std::size_t flipped = 0;
   for (std::size_t i = 0; i < cloth.tangents.size(); ++i) {

@@ -2,6 +2,7 @@
 
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>
+#include <meshoptimizer.h>
 
 #include <array>
 #include <cstdint>
@@ -303,6 +304,99 @@ std::string compressed(bool edgebreaker, int bits, bool company = false) {
   return b.as_glb();
 }
 
+/// A square whose views are compressed in every mode and by every filter.
+std::string meshopt() {
+  Builder b;
+  std::size_t plain = 0;
+  const auto view = [&](const std::vector<unsigned char>& stream, const char* mode, std::size_t count,
+                        std::size_t stride, const char* filter = "NONE") {
+    const int number = b.view({stream.begin(), stream.end()});
+    Json& json = b.json["bufferViews"].back();
+    Json extension{{"buffer", 0},
+                   {"byteOffset", json["byteOffset"]},
+                   {"byteLength", stream.size()},
+                   {"byteStride", stride},
+                   {"mode", mode},
+                   {"count", count},
+                   {"filter", filter}};
+    json = {{"buffer", 1}, {"byteOffset", plain}, {"byteLength", count * stride}};
+    json["extensions"]["EXT_meshopt_compression"] = std::move(extension);
+    plain += count * stride;
+    return number;
+  };
+  const auto attributes = [](const void* values, std::size_t count, std::size_t stride) {
+    std::vector<unsigned char> stream(meshopt_encodeVertexBufferBound(count, stride));
+    stream.resize(meshopt_encodeVertexBuffer(stream.data(), stream.size(), values, count, stride));
+    return stream;
+  };
+  const std::vector<unsigned> indices(corners.begin(), corners.end());
+  std::vector<unsigned char> list(meshopt_encodeIndexBufferBound(6, 4));
+  list.resize(meshopt_encodeIndexBuffer(list.data(), list.size(), indices.data(), 6));
+  std::vector<unsigned char> sequence(meshopt_encodeIndexSequenceBound(6, 4));
+  sequence.resize(meshopt_encodeIndexSequence(sequence.data(), sequence.size(), indices.data(), 6));
+  const std::vector<std::int8_t> octahedra{0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0};
+  const std::vector<std::int32_t> powers{0, 1 << 24 | 1, 0, 0, 3, 3, 0, 5};
+  const std::vector<std::int16_t> turns{0, 0, 0, 2047, 0, 0, 0, 2047, 0, 0, 0, 2047, 0, 0, 0, 2047};
+
+  const int position = b.position(view(attributes(positions.data(), 4, 12), "ATTRIBUTES", 4, 12), 4);
+  const int normal =
+      b.accessor(view(attributes(octahedra.data(), 4, 4), "ATTRIBUTES", 4, 4, "OCTAHEDRAL"), 5120, 4, "VEC3");
+  b.json["accessors"].back()["normalized"] = true;
+  b.json["bufferViews"].back()["byteStride"] = 4;
+  const int uv =
+      b.accessor(view(attributes(powers.data(), 4, 8), "ATTRIBUTES", 4, 8, "EXPONENTIAL"), 5126, 4, "VEC2");
+  view(attributes(turns.data(), 4, 8), "ATTRIBUTES", 4, 8, "QUATERNION");
+  const int triangles = b.accessor(view(list, "TRIANGLES", 6, 2), 5123, 6, "SCALAR");
+  const int plain_order = b.accessor(view(sequence, "INDICES", 6, 4), 5125, 6, "SCALAR");
+  const Json vertices{{"POSITION", position}, {"NORMAL", normal}, {"TEXCOORD_0", uv}};
+  b.json["meshes"] = {{{"primitives",
+                        {{{"attributes", vertices}, {"indices", triangles}},
+                         {{"attributes", vertices}, {"indices", plain_order}}}}}};
+  b.json["extensionsUsed"] = {"EXT_meshopt_compression", "KHR_mesh_quantization"};
+  b.json["extensionsRequired"] = {"EXT_meshopt_compression", "KHR_mesh_quantization"};
+  b.json["buffers"] = {
+      {{"byteLength", b.binary.size()}},
+      {{"byteLength", plain}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}};
+  return glb(b.json.dump(), b.binary);
+}
+
+/// A square that is morphed and skinned, one of instances, a camera, a light, two scenes, a variant.
+std::string rest() {
+  Builder b = quad();
+  const std::vector<std::uint8_t> joints(16, 0);
+  std::vector<float> weights;
+  for (int v = 0; v < 4; ++v) weights.insert(weights.end(), {0.5F, 0.5F, 0, 0});
+  std::vector<float> matrix(16, 0.0F);
+  for (std::size_t i = 0; i < 16; i += 5) matrix[i] = 1;
+  const int joint = b.accessor(b.view(bytes_of(joints)), 5121, 4, "VEC4");
+  const int weight = b.accessor(b.view(bytes_of(weights)), 5126, 4, "VEC4");
+  const int inverse = b.accessor(b.view(bytes_of(matrix)), 5126, 1, "MAT4");
+  const int steps = b.accessor(b.view(bytes_of(positions)), 5126, 4, "VEC3");
+  const int differences = b.position(b.view(bytes_of(positions)), 4);
+  Json skinned = primitive_of(b);
+  skinned["attributes"]["JOINTS_0"] = joint;
+  skinned["attributes"]["WEIGHTS_0"] = weight;
+  primitive_of(b)["targets"] = {{{"POSITION", differences}, {"NORMAL", differences}}};
+  primitive_of(b)["extensions"]["KHR_materials_variants"]["mappings"] = {
+      {{"material", 0}, {"variants", {0}}}};
+  b.json["meshes"][0]["weights"] = {0.5};
+  b.json["meshes"].push_back({{"primitives", {skinned}}});
+  b.json["skins"] = {{{"joints", {2}}, {"inverseBindMatrices", inverse}}};
+  b.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}}};
+  b.json["nodes"] = {
+      {{"mesh", 0},
+       {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", steps}}}}}}}},
+      {{"mesh", 1}, {"skin", 0}},
+      {{"translation", {0, 1, 0}}, {"children", {3}}},
+      {{"camera", 0}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}};
+  b.json["scenes"] = {{{"nodes", {0, 1, 2}}}, {{"nodes", {2}}}};
+  b.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing", "KHR_lights_punctual", "KHR_materials_variants"};
+  b.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "spot"}, {"spot", {{"outerConeAngle", 0.5}}}}};
+  b.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "night"}}};
+  return b.as_glb();
+}
+
 }  // namespace
 
 std::map<std::string, std::string> gltf_seeds(const std::string& fabric, const std::string& picture) {
@@ -315,9 +409,11 @@ std::map<std::string, std::string> gltf_seeds(const std::string& fabric, const s
           {"draco-unquantized.glb", compressed(false, 0)},
           {"dressed.glb", dressed(fabric, picture)},
           {"external.gltf", as_text("../missing%20buffer.bin")},
+          {"meshopt.glb", meshopt()},
           {"modes.glb", modes()},
           {"quad.glb", plain.as_glb()},
           {"quantized.glb", quantized()},
+          {"rest.glb", rest()},
           {"sparse.glb", sparse()}};
 }
 

@@ -1,4 +1,4 @@
-// Bytes -> check_gltf, load_gltf (Draco included), read_scene, and the tangents that dressing adds. No other
+// Bytes -> check_gltf, load_gltf (Draco and meshopt included), read_scene, and the tangents that dressing adds. No other
 // file is opened.
 #include <algorithm>
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "format/random.h"
@@ -148,6 +149,65 @@ TEST_CASE("options out of range are refused by name") {
   CHECK(place_of([](CameraOptions& o) { o.zoom = 0; }) == "--zoom");
   CHECK(place_of([](CameraOptions& o) { o.distance = -1; }) == "--distance");
   CHECK(place_of([](CameraOptions& o) { o.distance_factor = std::nan(""); }) == "--distance-factor");
+}
+
+/// A camera of a file at (1, 2, 3) that looks along -x.
+SceneCamera camera_in_file() {
+  SceneCamera camera;
+  camera.name = "side";
+  camera.yfov = std::numbers::pi / 2;
+  camera.znear = 0.5;
+  camera.world.setScale(V3d(2, 3, 4));
+  camera.world *= M44d().rotate(V3d(0, std::numbers::pi / 2, 0));
+  camera.world *= M44d().setTranslation(V3d(1, 2, 3));
+  return camera;
+}
+
+TEST_CASE("a camera of the file stands where its node is, whatever its scale") {
+  Scene scene;
+  scene.cameras = {camera_in_file()};
+  const std::vector<V3d> points{V3d(-9, 0, 0), V3d(0, 0, 0)};
+  for (const char* wanted : {"side", "0"}) {
+    const Result<Camera> camera = camera_of(scene, wanted, points, 2, {});
+    REQUIRE(camera.has_value());
+    CHECK((camera->position - V3d(1, 2, 3)).length() < 1e-12);
+    CHECK((camera->back() - V3d(1, 0, 0)).length() < 1e-12);
+    CHECK((camera->up - V3d(0, 1, 0)).length() < 1e-12);
+    CHECK(camera->near == 0.5);
+    CHECK(camera->far > 10);
+    // 90 degrees from bottom to top: the point one before and one above it is on the upper edge.
+    const V3d edge = V3d(0, 3, 3) * clip_matrix(*camera, V3d(0, 0, 0));
+    CHECK(edge.y == doctest::Approx(1));
+    CHECK(edge.x == doctest::Approx(0));
+  }
+}
+
+TEST_CASE("what a camera of the file shows in its own frame is seen whole in another") {
+  Scene scene;
+  SceneCamera narrow = camera_in_file();
+  narrow.aspect = 3;
+  SceneCamera flat = camera_in_file();
+  flat.perspective = false;
+  flat.magnification = V2d(4, 1);
+  flat.zfar = 20;
+  scene.cameras = {narrow, flat};
+  const std::vector<V3d> points{V3d(-9, 0, 0)};
+  CHECK(camera_of(scene, "0", points, 1.5, {})->window_half.y == doctest::Approx(2));
+  CHECK(camera_of(scene, "0", points, 4, {})->window_half.y == doctest::Approx(1));
+  const Result<Camera> parallel = camera_of(scene, "1", points, 2, {});
+  CHECK(parallel->projection == Projection::parallel);
+  CHECK(parallel->window_half == V2d(4, 2));
+  CHECK(parallel->far == 20);
+}
+
+TEST_CASE("a camera that the scene does not have is refused with those that it has") {
+  Scene scene;
+  scene.cameras = {camera_in_file()};
+  const Result<Camera> camera = camera_of(scene, "top", std::vector<V3d>{V3d(0, 0, 0)}, 1, {});
+  REQUIRE_FALSE(camera.has_value());
+  CHECK(camera.error().code == Code::option_out_of_range);
+  CHECK(camera.error().place == "--camera");
+  CHECK(camera.error().message.find("0 \"side\"") != std::string::npos);
 }
 
 }  // namespace

@@ -119,6 +119,49 @@ TEST_CASE("whole repeats are taken off before the coordinates become float") {
   CHECK(s.vertices[2].uv == V2f(1.25F, 1.5F));
 }
 
+TEST_CASE("charts are brought near zero one by one") {
+  Scene scene;
+  ScenePrimitive p = test::square(1);
+  const ScenePrimitive other = test::square(1, 2);
+  p.positions.insert(p.positions.end(), other.positions.begin(), other.positions.end());
+  p.normals.insert(p.normals.end(), other.normals.begin(), other.normals.end());
+  for (const V2d& uv : other.tex_coords[0]) p.tex_coords[0].push_back(uv + V2d(3e9 + 0.125, 0.5));
+  p.indices.insert(p.indices.end(), {4, 5, 6, 4, 6, 7});
+  test::add(scene, p, test::material(0));
+  const Surface s = build_one(scene);
+  CHECK(s.vertices[0].uv == V2f(0, 0));
+  CHECK(s.vertices[4].uv == V2f(0.125F, 0.5F));
+  CHECK(s.vertices[6].uv == V2f(1.125F, 1.5F));
+}
+
+TEST_CASE("a picture that ends is not moved, a mirrored one by pairs of repeats") {
+  Scene scene;
+  SceneMaterial material = test::material(-1);
+  material.base_color_texture.image = 0;
+  material.base_color_texture.wrap_u = Wrap::clamp;
+  material.base_color_texture.wrap_v = Wrap::mirror;
+  ScenePrimitive p = test::square(1);
+  for (V2d& uv : p.tex_coords[0]) uv += V2d(5, 5);
+  test::add(scene, p, material);
+  CHECK(build_one(scene).vertices[0].uv == V2f(5, 1));
+}
+
+TEST_CASE("vertex colours and the file's own tangents come along") {
+  Scene scene;
+  SceneMaterial material = test::material(-1);
+  material.normal_texture.image = 0;
+  ScenePrimitive p = test::square(1);
+  p.colors.assign(4, V4f(0.5F, 0.25F, 1, 1));
+  p.tangents.assign(4, V4f(0, 1, 0, -1));
+  M44d world;
+  world.setScale(V3d(1, -3, 1));
+  test::add(scene, p, material, world);
+  const Surface s = build_one(scene);
+  CHECK(s.colors == std::vector<V4f>(4, V4f(0.5F, 0.25F, 1, 1)));
+  // A mirroring turns cross(normal, tangent) against the picture: the sign turns, too.
+  for (const SurfaceVertex& v : s.vertices) CHECK(v.tangent == V4f(0, -1, 0, 1));
+}
+
 TEST_CASE("triangles without area leave finite vertices") {
   Scene scene;
   ScenePrimitive p = test::square(1);

@@ -1,0 +1,201 @@
+// Garments of others, from file to picture.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <numbers>
+#include <tuple>
+
+#include "format/gltf_scene.h"
+#include "format/image.h"
+#include "tests/viewer/shapes.h"
+#include "viewer/render.h"
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path garments = fs::path(SELVEDGE_DATA_DIR) / "garments";
+
+/// What a way of encoding may do to the plain cloth.
+struct Encoding {
+  const char* name;
+  int uv_bits;
+  int position_bits;
+};
+
+/// For every vertex of `other` the vertex of `plain` at the same place, which is nearer than `reach`.
+std::vector<std::size_t> partners(const std::vector<V3d>& plain, const std::vector<V3d>& other,
+                                  double reach) {
+  using Cell = std::tuple<long, long, long>;
+  const auto cell_of = [&](const V3d& p, int dx, int dy, int dz) {
+    return Cell(std::lround(p.x / reach) + dx, std::lround(p.y / reach) + dy, std::lround(p.z / reach) + dz);
+  };
+  std::map<Cell, std::vector<std::size_t>> cells;
+  for (std::size_t i = 0; i < plain.size(); ++i) cells[cell_of(plain[i], 0, 0, 0)].push_back(i);
+  std::vector<std::size_t> result;
+  for (const V3d& p : other) {
+    std::size_t best = plain.size();
+    double least = HUGE_VAL;
+    for (int i = 0; i < 27; ++i) {
+      const auto found = cells.find(cell_of(p, i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+      if (found == cells.end()) continue;
+      for (const std::size_t candidate : found->second) {
+        const double distance = (plain[candidate] - p).length();
+        if (distance < least) std::tie(best, least) = std::tuple(candidate, distance);
+      }
+    }
+    result.push_back(best);
+  }
+  return result;
+}
+
+std::vector<V3d> world_positions(const Scene& scene) {
+  std::vector<V3d> positions;
+  for (const V3f& p : scene.primitives[0].positions) positions.push_back(V3d(p) * scene.instances[0].world);
+  return positions;
+}
+
+/// A picture without edges: u and v as two waves over the whole cloth.
+Result<SceneImage> smooth_picture(int waves) {
+  Image image{256, 256, 3, {}};
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const auto wave = [&](int i) {
+        return 0.5F + 0.5F * static_cast<float>(std::sin(2 * std::numbers::pi * waves * (i + 0.5) / 256));
+      };
+      image.pixels.insert(image.pixels.end(), {wave(x), wave(y), 0.5F});
+    }
+  }
+  Result<std::vector<std::uint8_t>> png = encode_png(image);
+  if (!png) return tl::unexpected(png.error());
+  return SceneImage{"waves", "image/png", std::move(*png)};
+}
+
+}  // namespace
+
+TEST_CASE("the encodings of one cloth have the same coordinates, within a step of each") {
+  if (!fs::exists(garments)) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const auto file = [](const char* name) {
+    return (garments / "encodings" / (std::string("enc__SheenCloth__") + name + ".glb")).string();
+  };
+  const Result<Scene> plain = read_scene(file("plain"));
+  test::require(plain);
+  const std::vector<V3d> positions = world_positions(*plain);
+  const auto& uvs = plain->primitives[0].tex_coords[0];
+  double extent = 0;
+  double range = 0;
+  for (int c = 0; c < 3; ++c) {
+    double low = HUGE_VAL;
+    double high = -HUGE_VAL;
+    for (const V3d& p : positions)
+      std::tie(low, high) = std::tuple(std::min(low, p[c]), std::max(high, p[c]));
+    extent = std::max(extent, high - low);
+  }
+  for (int c = 0; c < 2; ++c) {
+    for (const V2d& uv : uvs) range = std::max(range, std::abs(uv[c]));
+  }
+  // The encoder's own bits: gltf-transform's defaults.
+  for (const Encoding& encoding : {Encoding{"draco_edgebreaker", 12, 14},
+                                   Encoding{"draco_sequential", 12, 14}, Encoding{"quantized", 12, 14},
+                                   Encoding{"meshopt_medium", 12, 14}, Encoding{"meshopt_high", 12, 14}}) {
+    CAPTURE(encoding.name);
+    const Result<Scene> scene = read_scene(file(encoding.name));
+    test::require(scene);
+    const ScenePrimitive& cloth = scene->primitives[0];
+    REQUIRE(cloth.positions.size() == positions.size());
+    const double position_step = extent / ((1 << encoding.position_bits) - 1);
+    const std::vector<std::size_t> partner = partners(positions, world_positions(*scene), 4 * position_step);
+    const double uv_step = range / ((1 << encoding.uv_bits) - 1);
+    double worst = 0;
+    std::size_t alone = 0;
+    for (std::size_t v = 0; v < partner.size(); ++v) {
+      if (partner[v] == positions.size()) {
+        ++alone;
+        continue;
+      }
+      const V2d off = cloth.tex_coords[0][v] - uvs[partner[v]];
+      worst = std::max({worst, std::abs(off.x), std::abs(off.y)});
+    }
+    CHECK(alone == 0);
+    MESSAGE(std::string(encoding.name) << ": UVs off by " << worst / uv_step << " steps at most");
+    CHECK(worst <= uv_step);
+  }
+}
+
+TEST_CASE("the encodings of one cloth give the same picture, within what their steps allow") {
+  if (!fs::exists(garments)) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  constexpr int waves = 4;
+  const Result<SceneImage> picture = smooth_picture(waves);
+  test::require(picture);
+  std::vector<float> first;
+  for (const char* name :
+       {"plain", "draco_edgebreaker", "draco_sequential", "quantized", "meshopt_medium", "meshopt_high"}) {
+    CAPTURE(name);
+    Result<Scene> scene =
+        read_scene((garments / "encodings" / (std::string("enc__SheenCloth__") + name + ".glb")).string());
+    test::require(scene);
+    // One smooth picture under the same light everywhere: what differs is where it lies.
+    SceneMaterial material;
+    material.base_color_texture.image = 0;
+    material.double_sided = true;
+    scene->images = {*picture};
+    scene->materials = {material};
+    for (ScenePrimitive& primitive : scene->primitives) {
+      primitive.material = 0;
+      primitive.normals.assign(primitive.positions.size(), V3f(0, 1, 0));
+      primitive.tangents.clear();
+    }
+    const auto points = world_points(*scene);
+    test::require(points);
+    CameraOptions above;
+    above.elevation = 90;
+    const auto camera = make_camera(*points, 1, above);
+    test::require(camera);
+    RenderOptions options;
+    options.width = options.height = 200;
+    options.layers = 1;
+    Light light;
+    light.direction = V3d(0, 1, 0);
+    light.irradiance = V3f(std::numbers::pi_v<float>);
+    options.lights = {light};
+    const Result<Frame> frame = render(*scene, {}, *camera, options);
+    test::require(frame);
+    if (first.empty()) {
+      for (const V4f& p : frame->pixels) first.insert(first.end(), {p.x, p.y, p.z, p.w});
+      continue;
+    }
+    // A wave's steepest slope, in sRGB-free light, is pi * waves per repeat; a step moves the picture by
+    // 1/4095 of the cloth. Steps of the position (1/16383 of the cloth) move it by a quarter of that. Another
+    // 1/255 for the picture's own 8 bits.
+    const double bound = std::numbers::pi * waves * (1 + 0.25) / 4095 + 1.0 / 255;
+    std::size_t seen = 0;
+    std::size_t far = 0;
+    for (std::size_t i = 0; i < frame->pixels.size(); ++i) {
+      const V4f& p = frame->pixels[i];
+      if (p.w == 0 && first[4 * i + 3] == 0) continue;
+      ++seen;
+      for (int c = 0; c < 4; ++c) {
+        if (std::abs(p[c] - first[4 * i + static_cast<std::size_t>(c)]) > bound) {
+          ++far;
+          break;
+        }
+      }
+    }
+    MESSAGE(std::string(name) << ": " << far << " of " << seen << " pixels differ by more than " << bound);
+    CHECK(seen > 5000);
+    // On silhouettes and folds another part of the cloth is seen.
+    CHECK(static_cast<double>(far) < 0.005 * static_cast<double>(seen));
+  }
+}
+
+}  // namespace selvedge
