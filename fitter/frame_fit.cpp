@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "fitter/powers.h"
+#include "format/powers.h"
 #include "format/fabric.h"
 
 namespace selvedge {

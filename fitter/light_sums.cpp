@@ -1,6 +1,6 @@
 #include "fitter/light_sums.h"
 
-#include "fitter/powers.h"
+#include "format/powers.h"
 
 namespace selvedge {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "fitter/powers.h"
+#include "format/powers.h"
 
 namespace selvedge {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "fitter/small_solve.h"
-#include "fitter/wide.h"
+#include "format/wide.h"
 
 namespace selvedge {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "fitter/wide.h"
+#include "format/wide.h"
 
 namespace selvedge {
 

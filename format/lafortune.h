@@ -11,22 +11,32 @@
 
 #include <cmath>
 
+#include "format/wide.h"
+
 namespace selvedge {
 
 /// Number of parameters of one colour channel: rho, then (Cx, Cy, Cz, n) per lobe.
 constexpr int parameter_count(int lobes) { return 1 + 4 * lobes; }
 
+/// base^exponent where the base is positive, else 0, whatever the exponent. Vectors have their own
+/// (wide_float.h).
+template <class T>
+SELVEDGE_INLINE T positive_power(const T& base, const T& exponent) {
+  using std::pow;
+  return base > T(0) ? T(pow(base, exponent)) : T(0);
+}
+
 /// The bracket of equation (2), without the cosine. `p` holds parameter_count(lobes) values of one
 /// channel. A lobe whose base is not positive contributes 0, whatever its exponent; with exponent 0 and
-/// positive base it contributes 1. T is float, double or an automatic-differentiation scalar.
+/// positive base it contributes 1. T is float, double, an automatic-differentiation
+/// scalar or a vector of numbers of several texels.
 template <class T, class D>
-T lafortune_lobes(const T* p, int lobes, const D* l, const D* v) {
-  using std::pow;
+SELVEDGE_INLINE T lafortune_lobes(const T* p, int lobes, const D* l, const D* v) {
   T sum = p[0];
   for (int j = 0; j < lobes; ++j) {
     const T* lobe = p + 1 + 4 * j;
     const T base = lobe[0] * (l[0] * v[0]) + lobe[1] * (l[1] * v[1]) + lobe[2] * (l[2] * v[2]);
-    if (base > T(0)) sum += pow(base, lobe[3]);
+    sum += positive_power(base, lobe[3]);
   }
   return sum;
 }

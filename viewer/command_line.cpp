@@ -193,18 +193,54 @@ void add_render(CLI::App& app, RenderCommand& command) {
   app.add_option("--supersample", command.render.supersample, "Draw N times larger per side, and average")
       ->type_name("N")
       ->capture_default_str();
-  app.add_option("--layers", command.render.layers, "Surfaces behind each other that show through holes")
+  app.add_option("--layers", command.render.layers,
+                 "Surfaces behind each other that show through holes (1 to 64)")
       ->type_name("N")
       ->capture_default_str();
   app.add_option_function<std::string>(
-         "--level-blend", [&](const std::string& t) { command.render.blend_levels = t == "on"; },
+         "--level-blend", [&](const std::string& t) { command.render.levels.blend = t == "on"; },
          "Blend between two mip levels (default on)")
       ->type_name("on|off")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--level", command.render.forced_level,
-                 "Mip level to show everywhere (default: OpenGL chooses)")
+  app.add_option("--level", command.render.levels.forced,
+                 "Mip level to show everywhere (default: by the pixel's footprint)")
       ->type_name("K")
       ->check(CLI::Range(0, 30));
+  app.add_option_function<std::string>(
+         "--path",
+         [&](const std::string& t) {
+           command.render.path = t == "shader" ? RenderPath::shader : RenderPath::hybrid;
+         },
+         "Who evaluates the fabrics: the processor (default) or OpenGL")
+      ->type_name("hybrid|shader")
+      ->check(CLI::IsMember({"hybrid", "shader"}));
+  app.add_option_function<std::string>(
+         "--context",
+         [&](const std::string& t) {
+           command.render.context = t == "egl"      ? ContextKind::egl
+                                    : t == "osmesa" ? ContextKind::osmesa
+                                                    : ContextKind::automatic;
+         },
+         "Whose OpenGL: Mesa's software rasteriser, or EGL's first device (default auto: EGL for the shader "
+         "path, if it is there)")
+      ->type_name("auto|osmesa|egl")
+      ->check(CLI::IsMember({"auto", "osmesa", "egl"}));
+  app.add_option_function<std::string>(
+         "--filter",
+         [&](const std::string& t) {
+           command.render.levels.linear = t == "linear";
+           // Half a level finer: what linear taps lose in sharpness they need not lose twice
+           // (tests/bench/levels_bench.cpp).
+           command.render.levels.bias = t == "linear" ? -0.5F : 0.0F;
+         },
+         "Between the texels of coarser levels: the nearest (default), or linear: smoother and slower")
+      ->type_name("nearest|linear")
+      ->check(CLI::IsMember({"nearest", "linear"}));
+  app.add_option(
+         "--anisotropy", command.render.levels.taps,
+         "Texels along a pixel's footprint where the cloth is seen at a grazing angle, at most N (1 to 16)")
+      ->type_name("N")
+      ->capture_default_str();
   app.add_option("--threads", command.threads, "Threads to work with; 0: all cores")
       ->type_name("N")
       ->capture_default_str()
@@ -254,7 +290,7 @@ Command parse_command_line(int argc, const char* const* argv) {
     return ExitNow{2};
   }
   if (compare_verb->parsed()) return compare;
-  render.swatch.level = render.render.forced_level;
+  render.swatch.level = render.render.levels.forced;
   return render;
 }
 

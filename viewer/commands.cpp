@@ -129,6 +129,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& 
           {"width", shot.options.width},
           {"height", shot.options.height},
           {"supersample", shot.options.supersample},
+          {"path", shot.options.path == RenderPath::shader ? "shader" : "hybrid"},
           {"threads", thread_count()},
           {"fabrics", shot.fabrics.size()},
           {"triangles", stats.triangles},
@@ -138,10 +139,13 @@ Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& 
           {"remarks", stats.remarks},
           {"seconds",
            {{"prepare", stats.prepare},
+            {"project", stats.project},
             {"geometry", stats.geometry},
             {"readBack", stats.read_back},
             {"evaluation", stats.evaluation},
-            {"filter", stats.filter}}}};
+            {"filter", stats.filter},
+            {"shaderGeometry", 1e-9 * static_cast<double>(stats.shader.geometry)},
+            {"shaderShading", 1e-9 * static_cast<double>(stats.shader.shading)}}}};
 }
 
 }  // namespace

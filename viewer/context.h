@@ -1,5 +1,5 @@
-// An OpenGL context without a window, behind the one interface that the rest of the viewer sees. OSMesa is
-// the first backend; EGL or a window can join as another file and another factory function.
+// An OpenGL context without a window, behind the one interface that the rest of the viewer sees; each kind is
+// a file and a factory function.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,14 @@ class GraphicsContext {
   virtual Function function(const char* name) const = 0;
 };
 
+/// Which of them.
+enum class ContextKind { automatic, osmesa, egl };
+
 /// A context of Mesa's software rasteriser: no display, no GPU. GRAPHICS_UNAVAILABLE where that fails.
 Result<std::unique_ptr<GraphicsContext>> make_osmesa_context();
+
+/// A context of EGL without a surface: a graphics processor's where there is one, else Mesa's software
+/// rasteriser. GRAPHICS_UNAVAILABLE where that fails.
+Result<std::unique_ptr<GraphicsContext>> make_egl_context();
 
 }  // namespace selvedge

@@ -13,10 +13,13 @@ struct GlFunctions {
 #define SELVEDGE_GL_FUNCTIONS(F)                                       \
   F(PFNGLATTACHSHADERPROC, AttachShader)                               \
   F(PFNGLBEGINQUERYPROC, BeginQuery)                                   \
+  F(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                           \
   F(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                         \
   F(PFNGLBINDTEXTUREUNITPROC, BindTextureUnit)                         \
   F(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                         \
+  F(PFNGLBLENDFUNCPROC, BlendFunc)                                     \
   F(PFNGLCHECKNAMEDFRAMEBUFFERSTATUSPROC, CheckNamedFramebufferStatus) \
+  F(PFNGLCLEARNAMEDFRAMEBUFFERFIPROC, ClearNamedFramebufferfi)         \
   F(PFNGLCLEARNAMEDFRAMEBUFFERFVPROC, ClearNamedFramebufferfv)         \
   F(PFNGLCLEARNAMEDFRAMEBUFFERUIVPROC, ClearNamedFramebufferuiv)       \
   F(PFNGLCOMPILESHADERPROC, CompileShader)                             \
@@ -27,7 +30,6 @@ struct GlFunctions {
   F(PFNGLCREATESHADERPROC, CreateShader)                               \
   F(PFNGLCREATETEXTURESPROC, CreateTextures)                           \
   F(PFNGLCREATEVERTEXARRAYSPROC, CreateVertexArrays)                   \
-  F(PFNGLCULLFACEPROC, CullFace)                                       \
   F(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                             \
   F(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                   \
   F(PFNGLDELETEPROGRAMPROC, DeleteProgram)                             \
@@ -37,6 +39,7 @@ struct GlFunctions {
   F(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                   \
   F(PFNGLDEPTHFUNCPROC, DepthFunc)                                     \
   F(PFNGLDISABLEPROC, Disable)                                         \
+  F(PFNGLDRAWARRAYSPROC, DrawArrays)                                   \
   F(PFNGLDRAWELEMENTSPROC, DrawElements)                               \
   F(PFNGLENABLEPROC, Enable)                                           \
   F(PFNGLENABLEVERTEXARRAYATTRIBPROC, EnableVertexArrayAttrib)         \
@@ -44,26 +47,32 @@ struct GlFunctions {
   F(PFNGLFINISHPROC, Finish)                                           \
   F(PFNGLGENERATETEXTUREMIPMAPPROC, GenerateTextureMipmap)             \
   F(PFNGLGETERRORPROC, GetError)                                       \
-  F(PFNGLGETINTEGERVPROC, GetIntegerv)                                 \
+  F(PFNGLGETINTEGER64VPROC, GetInteger64v)                             \
   F(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                     \
   F(PFNGLGETPROGRAMIVPROC, GetProgramiv)                               \
+  F(PFNGLGETQUERYOBJECTUI64VPROC, GetQueryObjectui64v)                 \
   F(PFNGLGETQUERYOBJECTUIVPROC, GetQueryObjectuiv)                     \
   F(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                       \
   F(PFNGLGETSHADERIVPROC, GetShaderiv)                                 \
-  F(PFNGLGETSTRINGPROC, GetString)                                     \
   F(PFNGLLINKPROGRAMPROC, LinkProgram)                                 \
   F(PFNGLNAMEDBUFFERSTORAGEPROC, NamedBufferStorage)                   \
+  F(PFNGLNAMEDBUFFERSUBDATAPROC, NamedBufferSubData)                   \
   F(PFNGLNAMEDFRAMEBUFFERDRAWBUFFERSPROC, NamedFramebufferDrawBuffers) \
   F(PFNGLNAMEDFRAMEBUFFERREADBUFFERPROC, NamedFramebufferReadBuffer)   \
   F(PFNGLNAMEDFRAMEBUFFERTEXTUREPROC, NamedFramebufferTexture)         \
   F(PFNGLPIXELSTOREIPROC, PixelStorei)                                 \
+  F(PFNGLQUERYCOUNTERPROC, QueryCounter)                               \
   F(PFNGLREADPIXELSPROC, ReadPixels)                                   \
   F(PFNGLSHADERSOURCEPROC, ShaderSource)                               \
+  F(PFNGLSTENCILFUNCPROC, StencilFunc)                                 \
+  F(PFNGLSTENCILOPPROC, StencilOp)                                     \
   F(PFNGLTEXTUREPARAMETERIPROC, TextureParameteri)                     \
   F(PFNGLTEXTURESTORAGE2DPROC, TextureStorage2D)                       \
   F(PFNGLTEXTURESUBIMAGE2DPROC, TextureSubImage2D)                     \
-  F(PFNGLUNIFORM1IPROC, Uniform1i)                                     \
   F(PFNGLUNIFORM1FPROC, Uniform1f)                                     \
+  F(PFNGLUNIFORM1IPROC, Uniform1i)                                     \
+  F(PFNGLUNIFORM2FPROC, Uniform2f)                                     \
+  F(PFNGLUNIFORM3FPROC, Uniform3f)                                     \
   F(PFNGLUNIFORM4FPROC, Uniform4f)                                     \
   F(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv)                       \
   F(PFNGLUSEPROGRAMPROC, UseProgram)                                   \

@@ -1,12 +1,14 @@
 #include "viewer/gl_objects.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "viewer/shaders.h"
+#include "format/fabric.h"
 
 namespace selvedge {
 namespace {
@@ -24,26 +26,13 @@ Result<GLuint> compile(const GlFunctions& gl, GLenum stage, const char* text) {
   return fail(Code::graphics_unavailable, "", "shader", log.data());
 }
 
-GLuint make_mipmapped(const GlFunctions& gl, GLenum format, const Fabric& fabric) {
-  const FabricLevel& finest = fabric.levels.front();
-  const auto levels = static_cast<GLsizei>(std::min<std::size_t>(
-      fabric.levels.size(), static_cast<std::size_t>(level_count(finest.width, finest.height))));
-  GLuint texture = 0;
-  gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);
-  gl.TextureStorage2D(texture, levels, format, finest.width, finest.height);
-  gl.TextureParameteri(texture, GL_TEXTURE_MAX_LEVEL, levels - 1);
-  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_REPEAT);
-  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_REPEAT);
-  gl.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  return texture;
-}
-
 }  // namespace
 
-Result<GLuint> make_index_program(const GlFunctions& gl) {
-  Result<GLuint> vertex = compile(gl, GL_VERTEX_SHADER, index_vertex_shader);
+Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex_text,
+                            const std::string& fragment_text) {
+  Result<GLuint> vertex = compile(gl, GL_VERTEX_SHADER, vertex_text.c_str());
   if (!vertex) return vertex;
-  Result<GLuint> fragment = compile(gl, GL_FRAGMENT_SHADER, index_fragment_shader);
+  Result<GLuint> fragment = compile(gl, GL_FRAGMENT_SHADER, fragment_text.c_str());
   if (!fragment) {
     gl.DeleteShader(*vertex);
     return fragment;
@@ -63,37 +52,12 @@ Result<GLuint> make_index_program(const GlFunctions& gl) {
   return fail(Code::graphics_unavailable, "", "program", log.data());
 }
 
-GLuint make_index_texture(const GlFunctions& gl, const Fabric& fabric) {
-  const GLuint texture = make_mipmapped(gl, GL_RGBA16UI, fabric);
-  gl.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_NEAREST);
-  for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
-    const FabricLevel& level = fabric.levels[k];
-    std::vector<std::uint16_t> texels;
-    texels.reserve(static_cast<std::size_t>(level.texels()) * 4);
-    for (int y = 0; y < level.height; ++y) {
-      for (int x = 0; x < level.width; ++x) {
-        for (const std::size_t value :
-             {static_cast<std::size_t>(x), static_cast<std::size_t>(y), k, std::size_t{0}})
-          texels.push_back(static_cast<std::uint16_t>(value));
-      }
-    }
-    gl.TextureSubImage2D(texture, static_cast<GLint>(k), 0, 0, level.width, level.height, GL_RGBA_INTEGER,
-                         GL_UNSIGNED_SHORT, texels.data());
+Result<void> check_errors(const GlFunctions& gl, const char* place) {
+  const GLenum error = gl.GetError();
+  if (error == GL_NO_ERROR) return {};
+  while (gl.GetError() != GL_NO_ERROR) {
   }
-  return texture;
-}
-
-GLuint make_level_texture(const GlFunctions& gl, const Fabric& fabric) {
-  // Half floats hold every level number exactly; the filter works in float.
-  const GLuint texture = make_mipmapped(gl, GL_R16F, fabric);
-  gl.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_LINEAR);
-  for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
-    const FabricLevel& level = fabric.levels[k];
-    const std::vector<float> texels(static_cast<std::size_t>(level.texels()), static_cast<float>(k));
-    gl.TextureSubImage2D(texture, static_cast<GLint>(k), 0, 0, level.width, level.height, GL_RED, GL_FLOAT,
-                         texels.data());
-  }
-  return texture;
+  return fail(Code::graphics_unavailable, "", place, fmt::format("OpenGL reports error {:#06x}", error));
 }
 
 GLuint make_colour_texture(const GlFunctions& gl, const Image& image) {

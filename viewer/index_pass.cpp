@@ -1,211 +1,293 @@
 #include "viewer/index_pass.h"
 
-#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
 
-#include <cstddef>
-
-#include "viewer/gl_objects.h"
+#include "format/evaluate.h"
+#include "viewer/fetch.h"
+#include "viewer/footprint.h"
 
 namespace selvedge {
 namespace {
 
-// Locations of the uniforms and units of the textures, as written in shaders.h.
-enum Uniform : GLint {
-  to_clip,
-  surface_number,
-  has_fabric,
-  level_mode,
-  last_level,
-  layer_number,
-  base_color,
-  has_texture,
-  opaque_from,
-  keeps_opacity,
+/// Per pixel, what choosing the texels needs.
+struct Footprints {
+  alignas(64) LaneFloats u;  ///< in [0, 1]
+  alignas(64) LaneFloats v;
+  alignas(64) LaneFloats parts;       ///< into which the footprint is cut, one tap for each
+  std::array<LaneTexels, 2> nearest;  ///< those of the two levels at (u, v)
+  alignas(64) LaneFloats axis_u;      ///< in texture coordinates
+  alignas(64) LaneFloats axis_v;
 };
-enum Unit : GLuint { index_unit, level_unit, base_color_unit, depth_unit, finished_unit };
 
-constexpr std::array<GLenum, 4> colour_formats{GL_RGBA32F, GL_RGBA32F, GL_RGBA16UI, GL_RGBA16UI};
+/// What the pixels' triangles are made of.
+struct Corners {
+  std::array<std::array<const Group*, lane_count>, 3> screen;
+  std::array<std::array<const Group*, lane_count>, 3> attributes;
+  alignas(64) LaneFloats width;  ///< of level 0
+  alignas(64) LaneFloats height;
+  alignas(64) LaneFloats last_level;
+};
 
-Result<void> check_errors(const GlFunctions& gl, const char* place) {
-  const GLenum error = gl.GetError();
-  if (error == GL_NO_ERROR) return {};
-  while (gl.GetError() != GL_NO_ERROR) {
+/// A value at the three corners, interpolated.
+template <std::size_t N>
+struct Interpolation {
+  WideFloat<N> l1, l2;              ///< barycentric coordinates of corners 1 and 2
+  WideFloat<N> l1_right, l2_right;  ///< their change per pixel to the right
+  WideFloat<N> l1_up, l2_up;
+  SELVEDGE_INLINE WideFloat<N> at(const WideFloat<N>& a, const WideFloat<N>& b, const WideFloat<N>& c) const {
+    return a + l1 * (b - a) + l2 * (c - a);
   }
-  return fail(Code::graphics_unavailable, "", place, fmt::format("OpenGL reports error {:#06x}", error));
+};
+
+/// Homogeneous: works for corners behind the viewer, and is right in perspective (after Olano and Greer
+/// 1997).
+template <std::size_t N>
+SELVEDGE_INLINE Interpolation<N> interpolation(const Corners& corners, const PixelBlock& block,
+                                               std::size_t first) {
+  using Wide = WideFloat<N>;
+  const Wide x = Wide::load(&block.from_middle_x[first]);
+  const Wide y = Wide::load(&block.from_middle_y[first]);
+  Wide a[3];  // NOLINT(modernize-avoid-c-arrays): corners relative to the pixel, times their w
+  Wide b[3];  // NOLINT(modernize-avoid-c-arrays)
+  Wide w[3];  // NOLINT(modernize-avoid-c-arrays)
+  for (std::size_t k = 0; k < 3; ++k) {
+    Wide group[4];  // NOLINT(modernize-avoid-c-arrays)
+    fetch<N>(corners.screen[k].data() + first, 0, group);
+    a[k] = group[0] - x * group[2];
+    b[k] = group[1] - y * group[2];
+    w[k] = group[2];
+  }
+  const Wide e0 = a[1] * b[2] - a[2] * b[1];
+  const Wide e1 = a[2] * b[0] - a[0] * b[2];
+  const Wide e2 = a[0] * b[1] - a[1] * b[0];
+  const Wide sum = e0 + e1 + e2;
+  const Wide scale = if_greater(abs(sum), Wide(0), Wide(1) / sum, Wide(0));
+  Interpolation<N> result;
+  result.l1 = e1 * scale;
+  result.l2 = e2 * scale;
+  // d a_k / dx = -w_k, d b_k / dy = -w_k.
+  const Wide e0_right = w[2] * b[1] - w[1] * b[2];
+  const Wide e1_right = w[0] * b[2] - w[2] * b[0];
+  const Wide e2_right = w[1] * b[0] - w[0] * b[1];
+  const Wide e0_up = a[2] * w[1] - a[1] * w[2];
+  const Wide e1_up = a[0] * w[2] - a[2] * w[0];
+  const Wide e2_up = a[1] * w[0] - a[0] * w[1];
+  const Wide sum_right = e0_right + e1_right + e2_right;
+  const Wide sum_up = e0_up + e1_up + e2_up;
+  result.l1_right = (e1_right - result.l1 * sum_right) * scale;
+  result.l2_right = (e2_right - result.l2 * sum_right) * scale;
+  result.l1_up = (e1_up - result.l1 * sum_up) * scale;
+  result.l2_up = (e2_up - result.l2 * sum_up) * scale;
+  return result;
+}
+
+/// Texture coordinate from those of the corners: its value with whole repeats of the first corner taken off,
+/// and its change per pixel.
+template <std::size_t N>
+struct Coordinate {
+  WideFloat<N> value, right, up;
+};
+
+template <std::size_t N>
+SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideFloat<N>* corner) {
+  using Wide = WideFloat<N>;
+  const Wide one = corner[1] - corner[0];
+  const Wide two = corner[2] - corner[0];
+  // Exact: what is left has no more digits than before.
+  const Wide start = corner[0] - floor(corner[0]);
+  return {start + (at.l1 * one + at.l2 * two), at.l1_right * one + at.l2_right * two,
+          at.l1_up * one + at.l2_up * two};
+}
+
+/// The texel at (u, v) in [0, 1] of a level, whose size follows from that of level 0 (level_size()).
+template <std::size_t N>
+SELVEDGE_INLINE void choose_texel(const WideFloat<N>& width0, const WideFloat<N>& height0,
+                                  const WideFloat<N>& level, const WideFloat<N>& u, const WideFloat<N>& v,
+                                  LaneTexels& to, std::size_t first) {
+  using Wide = WideFloat<N>;
+  const Wide scale = power_of_two(-level);
+  const Wide width = max(floor(width0 * scale), Wide(1));
+  const Wide height = max(floor(height0 * scale), Wide(1));
+  const Wide x = min(floor(u * width), width - Wide(1));
+  const Wide y = min(floor(v * height), height - Wide(1));
+  // Exact: at most 4096 x 4096 texels.
+  store_whole(y * width + x, &to.texel[first]);
+  store_whole(level, &to.level[first]);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOptions& options, PixelBlock& block,
+                                       Footprints& footprints) {
+  using Wide = WideFloat<N>;
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const Interpolation<N> at = interpolation<N>(corners, block, first);
+    at.l1.store(&block.second_corner[first]);
+    at.l2.store(&block.third_corner[first]);
+    Wide normal_u[3][4];   // NOLINT(modernize-avoid-c-arrays)
+    Wide tangent_v[3][4];  // NOLINT(modernize-avoid-c-arrays)
+    for (std::size_t k = 0; k < 3; ++k) {
+      fetch<N>(corners.attributes[k].data() + first, 0, normal_u[k]);
+      fetch<N>(corners.attributes[k].data() + first, 1, tangent_v[k]);
+    }
+    const auto along = [&](const Wide(&corner)[3][4], std::size_t i) __attribute__((always_inline)) {
+      return at.at(corner[0][i], corner[1][i], corner[2][i]);
+    };
+    along(normal_u, 0).store(&block.normal.x[first]);
+    along(normal_u, 1).store(&block.normal.y[first]);
+    along(normal_u, 2).store(&block.normal.z[first]);
+    along(tangent_v, 0).store(&block.tangent.x[first]);
+    along(tangent_v, 1).store(&block.tangent.y[first]);
+    along(tangent_v, 2).store(&block.tangent.z[first]);
+    const Wide us[3] = {normal_u[0][3], normal_u[1][3], normal_u[2][3]};  // NOLINT(modernize-avoid-c-arrays)
+    const Wide vs[3] = {tangent_v[0][3], tangent_v[1][3],
+                        tangent_v[2][3]};  // NOLINT(modernize-avoid-c-arrays)
+    const Coordinate<N> u = coordinate<N>(at, us);
+    const Coordinate<N> v = coordinate<N>(at, vs);
+    const Wide width = Wide::load(&corners.width[first]);
+    const Wide height = Wide::load(&corners.height[first]);
+    const Footprint<Wide> of = footprint<Wide>(
+        {u.right * width, v.right * height, u.up * width, v.up * height}, static_cast<float>(options.taps));
+    // 0 where coordinates overflow.
+    const Wide in_u = max(u.value - floor(u.value), Wide(0));
+    const Wide in_v = max(v.value - floor(v.value), Wide(0));
+    in_u.store(&footprints.u[first]);
+    in_v.store(&footprints.v[first]);
+    const Wide wanted =
+        options.forced >= 0 ? Wide(static_cast<float>(options.forced)) : of.level + Wide(options.bias);
+    const Wide last = Wide::load(&corners.last_level[first]);
+    // Down to the finest for NaN as well.
+    const Wide clamped = min(max(wanted, Wide(0)), last);
+    const Wide level = options.blend ? clamped : floor(clamped + Wide(0.5F));
+    const Wide lower = floor(level);
+    const Wide upper = min(lower + Wide(1), last);
+    choose_texel<N>(width, height, lower, in_u, in_v, footprints.nearest[0], first);
+    choose_texel<N>(width, height, upper, in_u, in_v, footprints.nearest[1], first);
+    (Wide(1) - (level - lower)).store(&footprints.nearest[0].weight[first]);
+    (level - lower).store(&footprints.nearest[1].weight[first]);
+    // Parts that are smaller than a texel of level 0 need no tap of their own.
+    const Wide long_axis = sqrt(of.axis_x * of.axis_x + of.axis_y * of.axis_y) + Wide(1);
+    min(of.ratio, long_axis).store(&footprints.parts[first]);
+    const Wide farthest(1e6F);
+    max(min(of.axis_x / width, farthest), -farthest).store(&footprints.axis_u[first]);
+    max(min(of.axis_y / height, farthest), -farthest).store(&footprints.axis_v[first]);
+  }
+}
+SELVEDGE_THREE_BODIES(interpolate_lanes,
+                      (const Corners& corners, const LevelOptions& options, PixelBlock& block,
+                       Footprints& footprints),
+                      (corners, options, block, footprints))
+
+void set_texel(LaneTexels& to, std::size_t lane, int level, int texel, float weight) {
+  to.level[lane] = level;
+  to.texel[lane] = texel;
+  to.weight[lane] = weight;
+}
+
+/// The four texels around (u, v), weighted by distance.
+void set_linear(const PackedLevel& of, int level, const V2d& uv, float weight, std::size_t lane,
+                std::span<LaneTexels, 4> to) {
+  const V2d at(uv.x * of.width - 0.5, uv.y * of.height - 0.5);
+  const V2d corner(std::floor(at.x), std::floor(at.y));
+  const V2f part(at - corner);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const bool right = (k & 1U) != 0;
+    const bool down = (k & 2U) != 0;
+    const int x = wrap_texel((corner.x + (right ? 1.5 : 0.5)) / of.width, of.width);
+    const int y = wrap_texel((corner.y + (down ? 1.5 : 0.5)) / of.height, of.height);
+    const float share = (right ? part.x : 1 - part.x) * (down ? part.y : 1 - part.y);
+    set_texel(to[k], lane, level, y * of.width + x, weight * share);
+  }
+}
+
+/// Spreads the two texels of a pixel over taps along the footprint's longer axis and over the texels around
+/// each, where the options and the footprint want it. Gives how many texels there are.
+std::size_t spread(const PackedFabric& fabric, const LevelOptions& options, const Footprints& at,
+                   std::size_t lane, PixelBlock& block) {
+  const std::array<LaneTexels, 2>& whole = at.nearest;
+  const bool one_tap = options.taps == 1 || options.forced >= 0 || !(at.parts[lane] > 1.001F);
+  const bool minified = whole[0].level[lane] > 0 || whole[1].weight[lane] > 0;
+  const bool linear = options.linear && minified;
+  const std::size_t per_level = linear ? 4 : 1;
+  const int taps = one_tap ? 1 : std::min(static_cast<int>(at.parts[lane] + 0.999F), options.taps);
+  const float share = 1 / static_cast<float>(taps);
+  std::size_t count = 0;
+  for (int tap = 0; tap < taps; ++tap) {
+    const float along = (static_cast<float>(tap) + 0.5F) * share - 0.5F;
+    const V2d uv(static_cast<double>(at.u[lane] + along * at.axis_u[lane]),
+                 static_cast<double>(at.v[lane] + along * at.axis_v[lane]));
+    for (const LaneTexels& of : whole) {
+      const float weight = share * of.weight[lane];
+      if (weight == 0) continue;
+      const int number = of.level[lane];
+      const PackedLevel& level = fabric.levels[static_cast<std::size_t>(number)];
+      // Level 0 has weight only on the way to level 1: its texels' edges fade with it.
+      if (linear && number > 0) {
+        set_linear(level, number, uv, weight, lane, std::span<LaneTexels, 4>(&block.texels[count], 4));
+        count += per_level;
+      } else {
+        set_texel(block.texels[count++], lane, number,
+                  wrap_texel(uv.y, level.height) * level.width + wrap_texel(uv.x, level.width), weight);
+      }
+    }
+  }
+  return count;
 }
 
 }  // namespace
 
-Result<std::unique_ptr<IndexPass>> IndexPass::create(const GlFunctions& gl, std::span<const Surface> surfaces,
-                                                     std::span<const SurfaceLook> looks,
-                                                     std::span<const Fabric> fabrics,
-                                                     std::span<const Image> images,
-                                                     const IndexPassOptions& options) {
-  std::unique_ptr<IndexPass> pass(new IndexPass(gl, options));
-  const Result<GLuint> program = make_index_program(gl);
-  if (!program) return tl::unexpected(program.error());
-  pass->program_ = *program;
-  gl.CreateQueries(GL_ANY_SAMPLES_PASSED, 1, &pass->query_);
-  for (const Fabric& fabric : fabrics) {
-    pass->fabrics_.push_back({make_index_texture(gl, fabric), make_level_texture(gl, fabric),
-                              static_cast<int>(fabric.levels.size()) - 1});
+void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlock& block) {
+  static const auto interpolate = interpolate_lanes_for_this_processor();
+  block.count = pixels.count;
+  block.x = pixels.x;
+  block.y = pixels.y;
+  if (pixels.has_colours) block.colour = pixels.colour;
+  Corners corners;
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    // Idle lanes go along with the first.
+    const std::size_t from = lane < pixels.count ? lane : 0;
+    const MergedTriangle& triangle = scene.mesh.triangles[pixels.triangle[from]];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = triangle.corners[k];
+      corners.screen[k][lane] = &scene.projected.screen[vertex];
+      corners.attributes[k][lane] = scene.mesh.attributes[vertex].data();
+    }
+    block.from_middle_x[lane] =
+        static_cast<float>(pixels.x[from]) + 0.5F - 0.5F * static_cast<float>(scene.projected.width);
+    block.from_middle_y[lane] =
+        static_cast<float>(pixels.y[from]) + 0.5F - 0.5F * static_cast<float>(scene.projected.height);
+    block.surface[lane] = triangle.surface;
+    block.triangle[lane] = pixels.triangle[from];
+    block.handedness[lane] = triangle.handedness;
+    block.side[lane] = pixels.back[from] ? -1.0F : 1.0F;
+    const int fabric = scene.looks[triangle.surface].fabric;
+    corners.width[lane] = corners.height[lane] = 1;
+    corners.last_level[lane] = 0;
+    if (fabric < 0) continue;
+    const std::vector<PackedLevel>& levels = scene.fabrics[static_cast<std::size_t>(fabric)].levels;
+    corners.width[lane] = static_cast<float>(levels.front().width);
+    corners.height[lane] = static_cast<float>(levels.front().height);
+    corners.last_level[lane] = static_cast<float>(levels.size() - 1);
   }
-  for (const Image& image : images) pass->images_.push_back(make_colour_texture(gl, image));
-  for (std::size_t i = 0; i < surfaces.size(); ++i) pass->upload(surfaces[i], looks[i]);
-  if (const auto good = pass->make_targets(); !good) return tl::unexpected(good.error());
-  if (const auto good = check_errors(gl, "upload"); !good) return tl::unexpected(good.error());
-  return pass;
-}
-
-IndexPass::~IndexPass() {
-  const auto delete_textures = [&](std::span<const GLuint> names) {
-    gl_.DeleteTextures(static_cast<GLsizei>(names.size()), names.data());
-  };
-  for (const Mesh& mesh : meshes_) gl_.DeleteVertexArrays(1, &mesh.array);
-  gl_.DeleteBuffers(static_cast<GLsizei>(buffers_.size()), buffers_.data());
-  for (const FabricTextures& fabric : fabrics_) delete_textures(std::array{fabric.index, fabric.level});
-  delete_textures(images_);
-  delete_textures(colours_);
-  delete_textures(depths_);
-  delete_textures(std::array{finished_});
-  gl_.DeleteFramebuffers(2, framebuffers_.data());
-  gl_.DeleteQueries(1, &query_);
-  gl_.DeleteProgram(program_);
-}
-
-void IndexPass::upload(const Surface& surface, const SurfaceLook& look) {
-  std::array<GLuint, 2> buffer{};
-  gl_.CreateBuffers(2, buffer.data());
-  buffers_.insert(buffers_.end(), buffer.begin(), buffer.end());
-  gl_.NamedBufferStorage(buffer[0], static_cast<GLsizeiptr>(surface.vertices.size() * sizeof(SurfaceVertex)),
-                         surface.vertices.data(), 0);
-  gl_.NamedBufferStorage(buffer[1], static_cast<GLsizeiptr>(surface.indices.size() * sizeof(std::uint32_t)),
-                         surface.indices.data(), 0);
-  Mesh mesh;
-  mesh.count = static_cast<GLsizei>(surface.indices.size());
-  mesh.look = look;
-  gl_.CreateVertexArrays(1, &mesh.array);
-  gl_.VertexArrayVertexBuffer(mesh.array, 0, buffer[0], 0, sizeof(SurfaceVertex));
-  gl_.VertexArrayElementBuffer(mesh.array, buffer[1]);
-  const auto attribute = [&](GLuint location, GLint components, std::size_t offset) {
-    gl_.EnableVertexArrayAttrib(mesh.array, location);
-    gl_.VertexArrayAttribFormat(mesh.array, location, components, GL_FLOAT, GL_FALSE,
-                                static_cast<GLuint>(offset));
-    gl_.VertexArrayAttribBinding(mesh.array, location, 0);
-  };
-  attribute(0, 3, offsetof(SurfaceVertex, position));
-  attribute(1, 3, offsetof(SurfaceVertex, normal));
-  attribute(2, 4, offsetof(SurfaceVertex, tangent));
-  attribute(3, 2, offsetof(SurfaceVertex, uv));
-  meshes_.push_back(mesh);
-}
-
-Result<void> IndexPass::make_targets() {
-  for (std::size_t i = 0; i < colours_.size(); ++i)
-    colours_[i] = make_plain_texture(gl_, colour_formats[i], options_.width, options_.band_rows);
-  finished_ = make_plain_texture(gl_, GL_R8UI, options_.width, options_.band_rows);
-  constexpr std::array<GLenum, 4> attachments{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
-                                              GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3};
-  for (std::size_t i = 0; i < 2; ++i) {
-    depths_[i] = make_plain_texture(gl_, GL_DEPTH_COMPONENT32F, options_.width, options_.band_rows);
-    gl_.CreateFramebuffers(1, &framebuffers_[i]);
-    for (std::size_t k = 0; k < 4; ++k)
-      gl_.NamedFramebufferTexture(framebuffers_[i], attachments[k], colours_[k], 0);
-    gl_.NamedFramebufferTexture(framebuffers_[i], GL_DEPTH_ATTACHMENT, depths_[i], 0);
-    gl_.NamedFramebufferDrawBuffers(framebuffers_[i], 4, attachments.data());
-    if (gl_.CheckNamedFramebufferStatus(framebuffers_[i], GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-      return fail(Code::graphics_unavailable, "", "frame buffer", "OpenGL refuses the index buffers");
+  Footprints footprints;
+  interpolate(corners, scene.levels, block, footprints);
+  block.texels[0] = footprints.nearest[0];
+  block.texels[1] = footprints.nearest[1];
+  block.texel_count = 0;
+  const bool spreads = scene.levels.linear || scene.levels.taps > 1;
+  std::array<std::size_t, lane_count> own{};
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    const int fabric = scene.looks[block.surface[lane]].fabric;
+    if (fabric < 0) continue;
+    own[lane] = 2;
+    if (spreads)
+      own[lane] =
+          spread(scene.fabrics[static_cast<std::size_t>(fabric)], scene.levels, footprints, lane, block);
+    block.texel_count = std::max(block.texel_count, own[lane]);
   }
-  return {};
-}
-
-void IndexPass::draw_mesh(std::size_t i) {
-  const Mesh& mesh = meshes_[i];
-  const SurfaceLook& look = mesh.look;
-  gl_.Uniform1i(surface_number, static_cast<GLint>(i + 1));
-  gl_.Uniform1i(has_fabric, look.fabric >= 0 ? 1 : 0);
-  if (look.fabric >= 0) {
-    const FabricTextures& textures = fabrics_[static_cast<std::size_t>(look.fabric)];
-    gl_.Uniform1i(last_level, textures.last_level);
-    gl_.BindTextureUnit(index_unit, textures.index);
-    gl_.BindTextureUnit(level_unit, textures.level);
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    for (std::size_t i = own[lane]; i < block.texel_count; ++i) block.texels[i].weight[lane] = 0;
   }
-  gl_.Uniform4f(base_color, look.base_color.x, look.base_color.y, look.base_color.z, look.base_color.w);
-  gl_.Uniform1i(has_texture, look.image >= 0 ? 1 : 0);
-  if (look.image >= 0) gl_.BindTextureUnit(base_color_unit, images_[static_cast<std::size_t>(look.image)]);
-  gl_.Uniform1f(opaque_from, look.opaque_from);
-  gl_.Uniform1i(keeps_opacity, look.keeps_opacity ? 1 : 0);
-  if (look.culls_back)
-    gl_.Enable(GL_CULL_FACE);
-  else
-    gl_.Disable(GL_CULL_FACE);
-  gl_.BindVertexArray(mesh.array);
-  gl_.DrawElements(GL_TRIANGLES, mesh.count, GL_UNSIGNED_INT, nullptr);
-}
-
-Result<bool> IndexPass::draw(const M44d& clip, int first_row, int layer,
-                             std::span<const std::uint8_t> finished) {
-  drawn_into_ = static_cast<std::size_t>(layer % 2);
-  const GLuint target = framebuffers_[drawn_into_];
-  constexpr std::array<GLuint, 4> nothing{0, 0, 0, 0};
-  constexpr GLfloat farthest = 1;
-  // The marks alone say whether a pixel is empty.
-  gl_.ClearNamedFramebufferuiv(target, GL_COLOR, 3, nothing.data());
-  gl_.ClearNamedFramebufferfv(target, GL_DEPTH, 0, &farthest);
-
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, target);
-  // On by default, and it would change coded values.
-  gl_.Disable(GL_DITHER);
-  gl_.Enable(GL_DEPTH_TEST);
-  gl_.DepthFunc(GL_LESS);
-  gl_.CullFace(GL_BACK);
-  // The viewport is that of the whole frame, moved: a band covers the pixels that it would without bands.
-  gl_.Viewport(0, -first_row, options_.width, options_.height);
-  gl_.UseProgram(program_);
-  std::array<GLfloat, 16> matrix{};
-  for (std::size_t i = 0; i < 16; ++i) matrix[i] = static_cast<GLfloat>(clip[static_cast<int>(i / 4)][i % 4]);
-  // Imath's row vectors and row-major memory are OpenGL's column vectors and column-major memory.
-  gl_.UniformMatrix4fv(to_clip, 1, GL_FALSE, matrix.data());
-  const int unforced = options_.blend_levels ? -2 : -1;
-  gl_.Uniform1i(level_mode, options_.forced_level >= 0 ? options_.forced_level : unforced);
-  gl_.Uniform1i(layer_number, layer);
-  if (layer > 0) {
-    gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    gl_.TextureSubImage2D(finished_, 0, 0, 0, options_.width, options_.band_rows, GL_RED_INTEGER,
-                          GL_UNSIGNED_BYTE, finished.data());
-  }
-  gl_.BindTextureUnit(depth_unit, depths_[1 - drawn_into_]);
-  gl_.BindTextureUnit(finished_unit, finished_);
-
-  gl_.BeginQuery(GL_ANY_SAMPLES_PASSED, query_);
-  for (std::size_t i = 0; i < meshes_.size(); ++i) draw_mesh(i);
-  gl_.EndQuery(GL_ANY_SAMPLES_PASSED);
-  gl_.Finish();
-  GLuint any = 0;
-  gl_.GetQueryObjectuiv(query_, GL_QUERY_RESULT, &any);
-  if (const auto good = check_errors(gl_, "drawing"); !good) return tl::unexpected(good.error());
-  return any != 0;
-}
-
-void IndexPass::read(PixelLayer& layer) const {
-  const std::size_t count =
-      static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.band_rows);
-  layer.width = options_.width;
-  layer.rows = options_.band_rows;
-  layer.normal.resize(count);
-  layer.surface.resize(count);
-  layer.texels.resize(count);
-  layer.marks.resize(count);
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffers_[drawn_into_]);
-  gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
-  const auto read = [&](GLenum attachment, GLenum format, GLenum type, void* data) {
-    gl_.NamedFramebufferReadBuffer(framebuffers_[drawn_into_], attachment);
-    gl_.ReadPixels(0, 0, options_.width, options_.band_rows, format, type, data);
-  };
-  read(GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, layer.normal.data());
-  read(GL_COLOR_ATTACHMENT1, GL_RGBA, GL_FLOAT, layer.surface.data());
-  read(GL_COLOR_ATTACHMENT2, GL_RGBA_INTEGER, GL_UNSIGNED_SHORT, layer.texels.data());
-  read(GL_COLOR_ATTACHMENT3, GL_RGBA_INTEGER, GL_UNSIGNED_SHORT, layer.marks.data());
 }
 
 }  // namespace selvedge

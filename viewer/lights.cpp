@@ -5,12 +5,12 @@
 
 namespace selvedge {
 
-Illumination light_at(const Light& light, const V3d& point) {
-  if (light.kind == LightKind::directional) return {light.direction, light.irradiance};
+LightShare light_share_at(const Light& light, const V3d& point) {
+  if (light.kind == LightKind::directional) return {light.direction, 1};
   const V3d towards = light.position - point;
   const double distance2 = towards.length2();
-  if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, V3f(0)};
-  Illumination result;
+  if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, 0};
+  LightShare result;
   result.direction = towards / std::sqrt(distance2);
   double share = 1 / distance2;
   if (light.range > 0) {
@@ -23,8 +23,13 @@ Illumination light_at(const Light& light, const V3d& point) {
         std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
     share *= t * t;
   }
-  result.irradiance = light.irradiance * static_cast<float>(share);
+  result.share = share;
   return result;
+}
+
+Illumination light_at(const Light& light, const V3d& point) {
+  const LightShare at = light_share_at(light, point);
+  return {at.direction, light.irradiance * static_cast<float>(at.share)};
 }
 
 std::vector<Light> lights_of(const Scene& scene) {

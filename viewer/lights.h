@@ -31,6 +31,13 @@ struct Illumination {
 /// point at the light's own place gets nothing.
 Illumination light_at(const Light& light, const V3d& point);
 
+/// `share` of light_at()'s irradiance, and its direction.
+struct LightShare {
+  V3d direction{0, 0, 1};
+  double share = 0;
+};
+LightShare light_share_at(const Light& light, const V3d& point);
+
 /// The lights of a scene; lux and candela are taken as they are.
 std::vector<Light> lights_of(const Scene& scene);
 

@@ -6,32 +6,42 @@
 
 #include "format/scene.h"
 #include "viewer/camera.h"
+#include "viewer/context.h"
 #include "viewer/frame.h"
 #include "viewer/shade.h"
+#include "viewer/shader_path.h"
 
 namespace selvedge {
 
+/// Who turns texels into light: the processor (hybrid) or OpenGL (shader).
+enum class RenderPath { hybrid, shader };
+
 struct RenderOptions {
+  RenderPath path = RenderPath::hybrid;
+  /// Which OpenGL draws; automatic: Mesa's software rasteriser for the hybrid path, whose pixels come back to
+  /// the processor anyway, and for the shader path a graphics processor's where there is one.
+  ContextKind context = ContextKind::automatic;
   int width = 800;
   int height = 600;
   int supersample = 1;  ///< the frame is drawn this many times larger per side, and averaged
-  int layers = 4;       ///< surfaces behind each other that a pixel can show
-  bool blend_levels = true;
-  int forced_level = -1;  ///< not -1: this mip level everywhere
+  int layers = 8;       ///< surfaces behind each other that a pixel can show
+  LevelOptions levels;
   std::vector<Light> lights;
 };
 
 /// What a rendering did, and how long each stage took, in seconds.
 struct RenderStats {
-  double prepare = 0;   ///< context, vertices, textures
-  double geometry = 0;  ///< drawing with OpenGL
+  double prepare = 0;   ///< context, vertices, fabrics; once for all frames
+  double project = 0;   ///< vertices and triangles to the frame
+  double geometry = 0;  ///< drawing with OpenGL; of the shader path: until its pixels are there
   double read_back = 0;
-  double evaluation = 0;  ///< on the processor
+  double evaluation = 0;  ///< texels, frames and light on the processor
   double filter = 0;
   std::int64_t triangles = 0;
   std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
   std::int64_t evaluated_pixels = 0;  ///< over all layers
-  int layers = 0;                     ///< that had something to show
+  int layers = 0;                     ///< the most that a pixel shows
+  ShaderTimes shader;                 ///< of the shader path
   std::vector<std::string> remarks;   ///< what could not be honoured, one line each
 };
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
-#include "format/parallel.h"
+#include "format/wide_float.h"
+#include "viewer/view_rays.h"
 
 namespace selvedge {
 namespace {
@@ -13,114 +13,195 @@ namespace {
 /// Smallest cosine between view and normal after bending.
 constexpr float horizon = 0.01F;
 
-/// What is left to be seen when a pixel counts as opaque.
-constexpr float opaque_rest = 0.5F / 255;
-
-V3f unit_or(const V3f& v, const V3f& otherwise) {
-  const float length = v.length();
-  return std::isfinite(length) && length > 0 ? v / length : otherwise;
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> load(const LaneDirections& d, std::size_t first) {
+  using Wide = WideFloat<N>;
+  return {Wide::load(&d.x[first]), Wide::load(&d.y[first]), Wide::load(&d.z[first])};
 }
+
+template <std::size_t N>
+SELVEDGE_INLINE void store(const WideVec3<N>& v, LaneDirections& d, std::size_t first) {
+  v.x.store(&d.x[first]);
+  v.y.store(&d.y[first]);
+  v.z.store(&d.z[first]);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> wide(const V3f& v) {
+  return {WideFloat<N>(v.x), WideFloat<N>(v.y), WideFloat<N>(v.z)};
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> choose(const WideFloat<N>& a, const WideFloat<N>& b, const WideVec3<N>& yes,
+                                   const WideVec3<N>& no) {
+  return {if_greater(a, b, yes.x, no.x), if_greater(a, b, yes.y, no.y), if_greater(a, b, yes.z, no.z)};
+}
+
+/// `v` made unit; `otherwise` where it has no direction.
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> unit_or(const WideVec3<N>& v, const WideVec3<N>& otherwise) {
+  using Wide = WideFloat<N>;
+  const Wide length2 = v.dot(v);
+  // NaN is not greater than anything, nor is anything greater than it.
+  const Wide usable = if_greater(Wide(1e36F), length2, length2, Wide(0));
+  return choose(usable, Wide(1e-36F), v * (Wide(1) / sqrt(length2)), otherwise);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelBlock& block, LaneFrames& result) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const Vec ray = wide<N>(rays.base) + wide<N>(rays.right) * Wide::load(&block.from_middle_x[first]) +
+                    wide<N>(rays.up) * Wide::load(&block.from_middle_y[first]);
+    const Vec view = ray * (Wide(1) / sqrt(ray.dot(ray)));
+    const Wide side = Wide::load(&block.side[first]);
+    Vec normal = unit_or(load<N>(block.normal, first), view * side) * side;
+    const Wide cosine = normal.dot(view);
+    const Wide least(horizon);
+    normal = choose(least, cosine, unit_or(normal + view * (least - cosine), view), normal);
+    // The fixed axis: x, or y where the normal lies along x (tangent_of()).
+    const Wide zero(0);
+    const Vec axis = choose(Wide(1) - normal.x * normal.x, Wide(1e-6F), Vec{Wide(1), zero, zero},
+                            Vec{zero, Wide(1), zero});
+    const Vec fixed = unit_or(axis - normal * normal.dot(axis), axis);
+    const Vec t = load<N>(block.tangent, first);
+    const Vec tangent = unit_or(t - normal * normal.dot(t), fixed);
+    const Vec up = normal.cross(tangent) * (side * Wide::load(&block.handedness[first]));
+    store(tangent, result.tangent, first);
+    store(up, result.up, first);
+    store(normal, result.normal, first);
+    store(Vec{view.dot(tangent), view.dot(up), view.dot(normal)}, result.view, first);
+  }
+}
+SELVEDGE_THREE_BODIES(frames, (const ViewRays& rays, const PixelBlock& block, LaneFrames& result),
+                      (rays, block, result))
+
+template <std::size_t N>
+SELVEDGE_INLINE void light_lanes(const LaneFrames& frame, const V3f& direction, LaneDirections& result) {
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const WideVec3<N> d = wide<N>(direction);
+    store(WideVec3<N>{d.dot(load<N>(frame.tangent, first)), d.dot(load<N>(frame.up, first)),
+                      d.dot(load<N>(frame.normal, first))},
+          result, first);
+  }
+}
+SELVEDGE_THREE_BODIES(light_lanes, (const LaneFrames& frame, const V3f& direction, LaneDirections& result),
+                      (frame, direction, result))
 
 /// Keeps a lobe that overflowed from spreading as NaN through sums and filters.
 float tame(float radiance) { return radiance >= 0 ? std::min(radiance, 1e30F) : 0.0F; }
 
-/// One texel under all lights.
-Shading shade_texel(const Fabric& fabric, int level_index, int x, int y, const GarmentFrame& frame,
-                    const V3f& view, std::span<const Light> lights) {
-  const int k = std::min(level_index, static_cast<int>(fabric.levels.size()) - 1);
-  const FabricLevel& level = fabric.levels[static_cast<std::size_t>(k)];
-  const int i = std::min(x, level.width - 1);
-  const int j = std::min(y, level.height - 1);
-  if (lights.empty()) return evaluate(fabric, k, i, j, V3f(0, 0, -1), view);
-  Shading sum;
-  for (const Light& light : lights) {
-    const Shading one = evaluate(fabric, k, i, j, frame.into(V3f(light.direction)), view);
-    sum.alpha = one.alpha;
-    sum.radiance += one.radiance * light.irradiance;
-  }
-  return sum;
+void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha) {
+  shading.red[lane] = tame(colour.x);
+  shading.green[lane] = tame(colour.y);
+  shading.blue[lane] = tame(colour.z);
+  shading.alpha[lane] = alpha;
 }
 
-Shading shade_lambert(const V4f& colour, const GarmentFrame& frame, std::span<const Light> lights) {
-  Shading sum;
-  sum.alpha = std::clamp(colour.w, 0.0F, 1.0F);
-  for (const Light& light : lights) {
-    const float cosine = std::max(0.0F, frame.normal.dot(V3f(light.direction)));
-    sum.radiance += light.irradiance * cosine;
-  }
-  sum.radiance *= V3f(colour.x, colour.y, colour.z) * std::numbers::inv_pi_v<float>;
-  return sum;
+void shade_lambert(const V4f& colour, std::span<const LaneLight> lights, std::size_t lane,
+                   LaneShading& shading) {
+  V3f sum(0, 0, 0);
+  for (const LaneLight& light : lights)
+    sum += light.irradiance * (light.share[lane] * std::max(0.0F, light.direction.z[lane]));
+  const float alpha = std::clamp(colour.w, 0.0F, 1.0F);
+  set(shading, lane, sum * V3f(colour.x, colour.y, colour.z) * (alpha * std::numbers::inv_pi_v<float>),
+      alpha);
 }
 
-Shading shade_pixel(const ShadingScene& scene, const PixelLayer& layer, std::size_t i, const V3f& view) {
-  const auto& marks = layer.marks[i];
-  const V4f& normal = layer.normal[i];
-  const V4f& surface = layer.surface[i];
-  const SurfaceLook& look = scene.looks[marks[0] - 1U];
-  const V4f tangent = look.fabric >= 0 ? surface : V4f(0, 0, 0, 1);
-  const GarmentFrame frame = garment_frame(V3f(normal.x, normal.y, normal.z), tangent, marks[3] != 0, view);
-  if (look.fabric < 0) return shade_lambert(surface, frame, scene.lights);
-
-  const Fabric& fabric = scene.fabrics[static_cast<std::size_t>(look.fabric)];
-  const V3f in_frame = frame.into(view);
-  const auto& texels = layer.texels[i];
-  Shading shading = shade_texel(fabric, marks[1], texels[0], texels[1], frame, in_frame, scene.lights);
-  if (marks[1] != marks[2] && normal.w > 0) {
-    const Shading second = shade_texel(fabric, marks[2], texels[2], texels[3], frame, in_frame, scene.lights);
-    shading = blend(shading, second, normal.w);
+/// The block's texels without those of other fabrics.
+std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBlock& block, int fabric,
+                                      std::vector<LaneTexels>& texels) {
+  texels.assign(block.texels.begin(), block.texels.begin() + static_cast<std::ptrdiff_t>(block.texel_count));
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    if (scene.looks[block.surface[lane]].fabric == fabric) continue;
+    for (LaneTexels& of : texels) of.weight[lane] = 0;
   }
-  if (!look.keeps_opacity) shading.alpha = 1;
-  return shading;
+  return texels;
 }
 
 }  // namespace
 
-GarmentFrame garment_frame(const V3f& normal, const V4f& tangent, bool seen_from_back, const V3f& view) {
-  GarmentFrame frame;
-  frame.normal = unit_or(normal, seen_from_back ? -view : view);
-  if (seen_from_back) frame.normal = -frame.normal;
-  const float cosine = frame.normal.dot(view);
-  if (cosine < horizon) frame.normal = unit_or(frame.normal + view * (horizon - cosine), view);
-  const V3f t(tangent.x, tangent.y, tangent.z);
-  frame.tangent = unit_or(t - frame.normal * frame.normal.dot(t), V3f(0, 0, 0));
-  if (frame.tangent == V3f(0, 0, 0)) frame.tangent = tangent_of(frame.normal);
-  const bool left_handed = (tangent.w < 0) != seen_from_back;
-  frame.up = frame.normal.cross(frame.tangent) * (left_handed ? -1.0F : 1.0F);
-  return frame;
+LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block) {
+  static const auto frames = frames_for_this_processor();
+  LaneFrames result;
+  frames(view_rays(camera, width, height), block, result);
+  return result;
 }
 
-LayerCount shade_layer(const ShadingScene& scene, const PixelLayer& layer, int first_row,
-                       std::span<V4f> pixels, std::span<std::uint8_t> finished) {
-  std::vector<LayerCount> rows(static_cast<std::size_t>(layer.rows));
-  parallel_for(0, layer.rows, [&](int row) {
-    LayerCount count;
-    for (int x = 0; x < layer.width; ++x) {
-      const std::size_t i =
-          static_cast<std::size_t>(row) * static_cast<std::size_t>(layer.width) + static_cast<std::size_t>(x);
-      if (layer.marks[i][0] == 0) {
-        finished[i] = 1;
-        continue;
-      }
-      const V2d image_point((2.0 * x + 1) / scene.width - 1,
-                            (2.0 * (first_row + row) + 1) / scene.height - 1);
-      const V3f view(view_direction(scene.camera, image_point));
-      const Shading shading = shade_pixel(scene, layer, i, view);
-      V4f& pixel = pixels[i];
-      const float share = (1 - pixel.w) * shading.alpha;
-      pixel += V4f(share * tame(shading.radiance.x), share * tame(shading.radiance.y),
-                   share * tame(shading.radiance.z), share);
-      finished[i] = 1 - pixel.w < opaque_rest ? 1 : 0;
-      ++count.covered;
-      if (finished[i] == 0) ++count.open;
-    }
-    rows[static_cast<std::size_t>(row)] = count;
-  });
-  LayerCount sum;
-  for (const LayerCount& row : rows) {
-    sum.covered += row.covered;
-    sum.open += row.open;
+namespace {
+
+/// What the pixel shows, m, world.
+V3d point_of(const ShadingScene& scene, const PixelBlock& block, std::size_t lane) {
+  const auto& corners = scene.mesh->triangles[block.triangle[lane]].corners;
+  const V3d a(scene.mesh->positions[corners[0]]);
+  const V3d b(scene.mesh->positions[corners[1]]);
+  const V3d c(scene.mesh->positions[corners[2]]);
+  return scene.origin + a + (b - a) * static_cast<double>(block.second_corner[lane]) +
+         (c - a) * static_cast<double>(block.third_corner[lane]);
+}
+
+/// A light that stands somewhere: from each point of the block another.
+void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+                 const Light& light, LaneLight& result) {
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    const LightShare at = light_share_at(light, point_of(scene, block, lane));
+    const V3f d(at.direction);
+    const auto along = [&](const LaneDirections& axis) {
+      return d.x * axis.x[lane] + d.y * axis.y[lane] + d.z * axis.z[lane];
+    };
+    result.direction.x[lane] = along(frames.tangent);
+    result.direction.y[lane] = along(frames.up);
+    result.direction.z[lane] = along(frames.normal);
+    result.share[lane] = static_cast<float>(std::min(at.share, 1e30));
   }
-  return sum;
+}
+
+}  // namespace
+
+LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
+  static const auto light_lanes = light_lanes_for_this_processor();
+  const LaneFrames frames = garment_frames(scene.camera, scene.width, scene.height, block);
+  scratch.lights.resize(scene.lights.size());
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    scratch.lights[i].irradiance = scene.lights[i].irradiance;
+    if (scene.lights[i].kind != LightKind::directional && scene.mesh != nullptr) {
+      place_light(scene, block, frames, scene.lights[i], scratch.lights[i]);
+      continue;
+    }
+    light_lanes(frames, V3f(scene.lights[i].direction), scratch.lights[i].direction);
+    scratch.lights[i].share.fill(1);
+  }
+  const auto fabric_of = [&](std::size_t lane) { return scene.looks[block.surface[lane]].fabric; };
+  LaneShading shading;
+  const int first_fabric = fabric_of(0);
+  bool one_fabric = true;
+  for (std::size_t lane = 1; lane < block.count; ++lane) one_fabric &= fabric_of(lane) == first_fabric;
+  if (one_fabric && first_fabric >= 0) {
+    evaluate_lanes(scene.fabrics[static_cast<std::size_t>(first_fabric)],
+                   std::span(block.texels).first(block.texel_count), frames.view, scratch.lights,
+                   scratch.lanes, shading);
+  } else if (!one_fabric) {
+    for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
+      bool any = false;
+      for (std::size_t lane = 0; lane < block.count; ++lane) any |= fabric_of(lane) == static_cast<int>(i);
+      if (!any) continue;
+      evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
+                     frames.view, scratch.lights, scratch.lanes, shading);
+    }
+  }
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    const SurfaceLook& look = scene.looks[block.surface[lane]];
+    if (look.fabric < 0) {
+      shade_lambert(block.colour[lane], scratch.lights, lane, shading);
+      continue;
+    }
+    const float alpha = shading.alpha[lane];
+    const float scale = look.keeps_opacity ? 1.0F : (alpha > 0 ? 1 / alpha : 0.0F);
+    set(shading, lane, V3f(shading.red[lane], shading.green[lane], shading.blue[lane]) * scale,
+        look.keeps_opacity ? alpha : 1.0F);
+  }
+  return shading;
 }
 
 }  // namespace selvedge

@@ -1,11 +1,9 @@
-// The evaluation on the processor (paper section 6): every covered pixel of a layer is turned into light on
-// all cores and laid behind the layers before it.
+// The evaluation on the processor (paper section 6): the texels that pixels see are turned into light.
 #pragma once
 
-#include <cstdint>
 #include <span>
+#include <vector>
 
-#include "format/evaluate.h"
 #include "viewer/camera.h"
 #include "viewer/index_pass.h"
 #include "viewer/lights.h"
@@ -16,38 +14,38 @@ namespace selvedge {
 /// growing u and `up` along falling v on both sides, `normal` points out of the side that is seen. So the
 /// back of a cloth looks like the front's mirror image in the cloth's plane; the frame is left-handed
 /// wherever the picture is seen mirrored.
-struct GarmentFrame {
-  V3f tangent;
-  V3f up;
-  V3f normal;
-  /// A world direction as the fabric knows it.
-  V3f into(const V3f& d) const { return {d.dot(tangent), d.dot(up), d.dot(normal)}; }
+struct LaneFrames {
+  LaneDirections tangent;
+  LaneDirections up;
+  LaneDirections normal;
+  LaneDirections view;  ///< towards the viewer, in the frame
 };
 
-/// `normal` and `tangent` as interpolated (geometry.h), neither unit nor perpendicular; `view` unit. A normal
-/// that an interpolation turned away from the viewer is bent until the view just clears the horizon. Where
-/// there is no tangent the paper's fixed axis takes its place.
-GarmentFrame garment_frame(const V3f& normal, const V4f& tangent, bool seen_from_back, const V3f& view);
-
 struct ShadingScene {
-  Camera camera;
+  const Camera& camera;
   int width = 1;  ///< of the whole frame
   int height = 1;
   std::span<const SurfaceLook> looks;  ///< of the surfaces
-  std::span<const Fabric> fabrics;
+  std::span<const PackedFabric> fabrics;
   std::span<const Light> lights;
+  /// For lights that stand somewhere: the block's triangles, and where their coordinates begin.
+  const MergedSurfaces* mesh = nullptr;
+  V3d origin{0, 0, 0};
 };
 
-/// What one layer did.
-struct LayerCount {
-  std::int64_t covered = 0;  ///< pixels that the layer has
-  std::int64_t open = 0;     ///< of these, pixels through which something behind would show
+/// A normal that an interpolation turned away from the viewer is bent until the view just clears the horizon.
+/// Where there is no tangent the paper's fixed axis takes its place.
+LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block);
+
+/// Kept between calls; one per thread.
+struct ShadingScratch {
+  LaneScratch lanes;
+  std::vector<LaneLight> lights;
+  std::vector<LaneTexels> texels;
 };
 
-/// Adds a layer (rows first_row ... of the frame, from its bottom) behind what `pixels` holds: radiance times
-/// opacity, and opacity. Marks pixels that are empty, or opaque to less than half a step of an 8-bit picture,
-/// in `finished`. A surface without fabric is Lambertian: base colour / pi.
-LayerCount shade_layer(const ShadingScene& scene, const PixelLayer& layer, int first_row,
-                       std::span<V4f> pixels, std::span<std::uint8_t> finished);
+/// Radiance times opacity, and opacity, of every pixel of the block; what lies behind does not count. A
+/// surface without fabric is Lambertian: base colour / pi.
+LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch);
 
 }  // namespace selvedge

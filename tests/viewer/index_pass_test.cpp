@@ -4,42 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "format/evaluate.h"
-#include "tests/viewer/shapes.h"
-#include "viewer/camera.h"
+#include "format/gltf_scene.h"
+#include "tests/viewer/indexed.h"
+#include "viewer/footprint.h"
 
 namespace selvedge {
 namespace {
-
-/// The index pass over a scene whose surfaces all have fabric 0.
-struct Drawn {
-  PixelLayer layer;
-  bool any = false;
-};
-
-Drawn draw(const Scene& scene, const Fabric& fabric, const Camera& camera, const IndexPassOptions& options,
-           int first_row = 0) {
-  const Result<std::unique_ptr<GraphicsContext>> context = make_osmesa_context();
-  test::require(context);
-  REQUIRE((*context)->make_current());
-  const Result<GlFunctions> gl = load_gl_functions(**context);
-  test::require(gl);
-  const Result<std::vector<Surface>> surfaces = build_surfaces(scene, V3d(0, 0, 0));
-  REQUIRE(surfaces);
-  SurfaceLook look;
-  look.fabric = 0;
-  const std::vector<SurfaceLook> looks(surfaces->size(), look);
-  const Result<std::unique_ptr<IndexPass>> pass =
-      IndexPass::create(*gl, *surfaces, looks, {&fabric, 1}, {}, options);
-  test::require(pass);
-  Drawn drawn;
-  const Result<bool> any = (*pass)->draw(clip_matrix(camera, V3d(0, 0, 0)), first_row, 0, {});
-  test::require(any);
-  drawn.any = *any;
-  (*pass)->read(drawn.layer);
-  return drawn;
-}
 
 Camera tilted(double aspect) {
   CameraOptions options;
@@ -52,127 +25,304 @@ Camera tilted(double aspect) {
   return *camera;
 }
 
-/// Texture coordinates of test::square seen at a pixel (row 0 at the bottom), by meeting the plane z = 0.
-V2d uv_at(const Camera& camera, double x, double y, int width, int height, double repeats) {
-  const V3d away = -view_direction(camera, V2d((2 * x + 1) / width - 1, (2 * y + 1) / height - 1));
-  const V3d p = camera.position - away * (camera.position.z / away.z);
-  return V2d((p.x + 1) / 2, (1 - p.y) / 2) * repeats;
+/// What a ray from the viewer meets first, by going through all triangles in double precision.
+struct RayHit {
+  double distance = 0;
+  std::size_t triangle = 0;
+  V3d normal;  ///< of the triangle's plane, not unit
+};
+
+class RayCaster {
+ public:
+  RayCaster(const test::Indexed& scene, const Camera& camera) : scene_(scene), camera_(camera) {}
+
+  /// x, y: pixel coordinates from the frame's lower left corner.
+  std::optional<RayHit> cast(double x, double y) const {
+    const V3d away = -view(x, y);
+    std::optional<RayHit> nearest;
+    for (std::size_t i = 0; i < scene_.mesh.triangles.size(); ++i) {
+      const V3d a = corner(i, 0);
+      const V3d normal = (corner(i, 1) - a).cross(corner(i, 2) - a);
+      const double t = (a - camera_.position).dot(normal) / away.dot(normal);
+      if (!(t > 0) || (nearest && t >= nearest->distance)) continue;
+      const V3d b = barycentric(i, camera_.position + away * t);
+      if (std::min({b.x, b.y, b.z}) >= 0) nearest = RayHit{t, i, normal};
+    }
+    return nearest;
+  }
+
+  /// Texture coordinates where the ray meets the plane of a triangle.
+  V2d uv(std::size_t triangle, double x, double y) const {
+    const V3d away = -view(x, y);
+    const V3d a = corner(triangle, 0);
+    const V3d normal = (corner(triangle, 1) - a).cross(corner(triangle, 2) - a);
+    const double t = (a - camera_.position).dot(normal) / away.dot(normal);
+    const V3d b = barycentric(triangle, camera_.position + away * t);
+    V2d sum(0, 0);
+    for (unsigned k = 0; k < 3; ++k) {
+      const auto& groups = scene_.mesh.attributes[scene_.mesh.triangles[triangle].corners[k]];
+      sum +=
+          V2d(static_cast<double>(groups[0][3]), static_cast<double>(groups[1][3])) * b[static_cast<int>(k)];
+    }
+    return sum;
+  }
+
+  /// Smallest barycentric coordinate at the ray: how far inside it is.
+  double inside(std::size_t triangle, double x, double y) const {
+    const V3d away = -view(x, y);
+    const V3d a = corner(triangle, 0);
+    const V3d normal = (corner(triangle, 1) - a).cross(corner(triangle, 2) - a);
+    const double t = (a - camera_.position).dot(normal) / away.dot(normal);
+    const V3d b = barycentric(triangle, camera_.position + away * t);
+    return std::min({b.x, b.y, b.z});
+  }
+
+ private:
+  V3d view(double x, double y) const {
+    return view_direction(camera_, V2d(2 * x / scene_.width - 1, 2 * y / scene_.height - 1));
+  }
+  V3d corner(std::size_t triangle, std::size_t k) const {
+    return V3d(scene_.mesh.positions[scene_.mesh.triangles[triangle].corners[k]]);
+  }
+  V3d barycentric(std::size_t triangle, const V3d& p) const {
+    const V3d a = corner(triangle, 0);
+    const V3d b = corner(triangle, 1);
+    const V3d c = corner(triangle, 2);
+    const V3d normal = (b - a).cross(c - a);
+    const double area = normal.length2();
+    const double l1 = (p - a).cross(c - a).dot(normal) / area;
+    const double l2 = (b - a).cross(p - a).dot(normal) / area;
+    return {1 - l1 - l2, l1, l2};
+  }
+
+  const test::Indexed& scene_;
+  const Camera& camera_;
+};
+
+/// log2 of the longer axis of the ellipse that a disc of one pixel becomes among the texels of level 0: the
+/// larger singular value of the 2 x 2 matrix of slopes.
+double expected_level(const V2d& right, const V2d& up) {
+  const double sum = right.length2() + up.length2();
+  const double det = right.x * up.y - right.y * up.x;
+  return 0.5 * std::log2((sum + std::sqrt(std::max(0.0, sum * sum - 4 * det * det))) / 2);
 }
 
 double to_edge(double texels) { return std::abs(texels - std::round(texels)); }
 
-TEST_CASE("every pixel names the texel that its texture coordinates lie in") {
+struct Agreement {
+  int compared = 0;
+  int wrong = 0;
+  double worst_level = 0;
+};
+
+/// Every `step`th covered pixel against a ray: triangle, texels and level.
+Agreement compare_to_rays(const test::Indexed& indexed, const std::vector<Fabric>& fabrics,
+                          const Camera& camera, int step) {
+  const RayCaster rays(indexed, camera);
+  Agreement result;
+  int number = 0;
+  test::each_pixel(indexed, [&](const PixelBlock& block, std::size_t lane) {
+    if (number++ % step != 0) return;
+    const double x = block.x[lane] + 0.5;
+    const double y = block.y[lane] + 0.5;
+    const std::optional<RayHit> hit = rays.cast(x, y);
+    // At the edges of triangles a rasteriser rounds to 1/256 of a pixel.
+    if (!hit || rays.inside(hit->triangle, x + 0.01, y) < 0 || rays.inside(hit->triangle, x - 0.01, y) < 0 ||
+        rays.inside(hit->triangle, x, y + 0.01) < 0 || rays.inside(hit->triangle, x, y - 0.01) < 0)
+      return;
+    const MergedTriangle& triangle = indexed.mesh.triangles[hit->triangle];
+    const Fabric& fabric = fabrics[static_cast<std::size_t>(indexed.looks[triangle.surface].fabric)];
+    const V2d size(fabric.levels[0].width, fabric.levels[0].height);
+    const V2d uv = rays.uv(hit->triangle, x, y);
+    constexpr double h = 1e-3;
+    const V2d right = (rays.uv(hit->triangle, x + h, y) - rays.uv(hit->triangle, x - h, y)) * size / (2 * h);
+    const V2d up = (rays.uv(hit->triangle, x, y + h) - rays.uv(hit->triangle, x, y - h)) * size / (2 * h);
+    const double last = static_cast<double>(fabric.levels.size()) - 1;
+    const double level = std::clamp(expected_level(right, up), 0.0, last);
+    bool counts = level == 0 || level == last || to_edge(level) > 1e-3;
+    bool good =
+        block.texels[0].level[lane] == static_cast<int>(level) && block.surface[lane] == triangle.surface;
+    for (std::size_t k = 0; k < 2 && good; ++k) {
+      if (block.texels[k].weight[lane] == 0) continue;
+      const FabricLevel& of = fabric.levels[static_cast<std::size_t>(block.texels[k].level[lane])];
+      if (to_edge(uv.x * of.width) < 0.02 || to_edge(uv.y * of.height) < 0.02) counts = false;
+      good =
+          block.texels[k].texel[lane] == wrap_texel(uv.y, of.height) * of.width + wrap_texel(uv.x, of.width);
+    }
+    if (!counts) return;
+    result.worst_level = std::max(result.worst_level, std::abs(test::level_of(block, lane) - level));
+    ++result.compared;
+    if (!good) ++result.wrong;
+  });
+  return result;
+}
+
+TEST_CASE("texels and levels are those of a ray through the pixel, on 99.9 % of the pixels off the edges") {
   constexpr int width = 240;
   constexpr int height = 180;
-  for (const V2i& size : {V2i(16, 16), V2i(5, 3)}) {
-    const Fabric fabric = test::random_fabric(size.x, size.y, 1);
+  for (const V2i& size : {V2i(16, 16), V2i(64, 24), V2i(5, 3)}) {
+    const std::vector<Fabric> fabrics{test::random_fabric(size.x, size.y, 1)};
     for (const double repeats : {1.0, 7.0, 300.0}) {
       Scene scene;
       test::add(scene, test::square(repeats), test::material(0));
       const Camera camera = tilted(static_cast<double>(width) / height);
-      const Drawn drawn = draw(scene, fabric, camera, {width, height, height, false, 0});
-      int compared = 0;
-      int wrong = 0;
-      for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-          const V2d uv = uv_at(camera, x, y, width, height, repeats);
-          const std::size_t i = static_cast<std::size_t>(y * width + x);
-          if (drawn.layer.marks[i][0] == 0) continue;
-          // Float texture coordinates of up to 300 repeats are good to some 1e-3 of a texel.
-          if (to_edge(uv.x * size.x) < 0.01 || to_edge(uv.y * size.y) < 0.01) continue;
-          ++compared;
-          if (drawn.layer.texels[i][0] != wrap_texel(uv.x, size.x) ||
-              drawn.layer.texels[i][1] != wrap_texel(uv.y, size.y))
-            ++wrong;
-        }
-      }
-      CHECK(compared > 10000);
-      CHECK(wrong == 0);
+      const Agreement a =
+          compare_to_rays(test::index_nearest(scene, fabrics, camera, width, height, {}), fabrics, camera, 1);
+      CAPTURE(repeats);
+      MESSAGE(a.wrong << " of " << a.compared << " pixels differ, levels by " << a.worst_level);
+      CHECK(a.compared > 5000);
+      CHECK(a.wrong * 1000 <= a.compared);
+      CHECK(a.worst_level < 1e-3);
     }
-  }
-}
-
-TEST_CASE("the level follows the logarithm of the footprint") {
-  constexpr int width = 256;
-  constexpr int height = 256;
-  const Fabric fabric = test::random_fabric(64, 64, 1);
-  for (const double repeats : {4.0, 20.0, 60.0}) {
     Scene scene;
-    test::add(scene, test::square(repeats), test::material(0));
-    CameraOptions options;
-    options.elevation = 50;
-    const std::vector<V3d> points{V3d(-1, -1, 0), V3d(1, 1, 0)};
-    const Result<Camera> camera = make_camera(points, 1, options);
-    REQUIRE(camera);
-    const Drawn drawn = draw(scene, fabric, *camera, {width, height, height, true, -1});
-    double worst = 0;
-    int compared = 0;
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y * width + x);
-        if (drawn.layer.marks[i][0] == 0) continue;
-        const V2d across = uv_at(*camera, x + 0.5, y, width, height, repeats) -
-                           uv_at(*camera, x - 0.5, y, width, height, repeats);
-        const V2d down = uv_at(*camera, x, y + 0.5, width, height, repeats) -
-                         uv_at(*camera, x, y - 0.5, width, height, repeats);
-        const double footprint = 64 * std::max(across.length(), down.length());
-        const double expected = std::clamp(std::log2(footprint), 0.0, 6.0);
-        const double level = drawn.layer.marks[i][1] + drawn.layer.normal[i].w;
-        worst = std::max(worst, std::abs(level - expected));
-        ++compared;
-      }
-    }
-    CAPTURE(repeats);
-    CHECK(compared > 5000);
-    // Mesa's logarithm and blend are off by up to 0.05 each; derivatives are taken over two pixels.
-    CHECK(worst < 0.15);
+    test::add(scene, test::sphere(24, 12, V2d(30, 15)), test::material(0));
+    const std::vector<V3d> points{V3d(-1, -1, -1), V3d(1, 1, 1)};
+    const Result<Camera> made = make_camera(points, static_cast<double>(width) / height, {});
+    REQUIRE(made);
+    const Camera& camera = *made;
+    const Agreement a =
+        compare_to_rays(test::index_nearest(scene, fabrics, camera, width, height, {}), fabrics, camera, 1);
+    CHECK(a.compared > 5000);
+    CHECK(a.wrong * 1000 <= a.compared);
+    CHECK(a.worst_level < 1e-3);
   }
 }
 
-TEST_CASE("both levels of a blend name the texel at the same texture coordinates") {
-  constexpr int width = 200;
-  constexpr int height = 200;
-  const Fabric fabric = test::random_fabric(20, 12, 1);
-  Scene scene;
-  test::add(scene, test::square(12), test::material(0));
-  const Camera camera = tilted(1);
-  const Drawn drawn = draw(scene, fabric, camera, {width, height, height, true, -1});
-  int compared = 0;
-  int wrong = 0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y * width + x);
-      const auto& marks = drawn.layer.marks[i];
-      if (marks[0] == 0) continue;
-      REQUIRE(marks[2] == std::min(marks[1] + 1, 4));
-      const V2d uv = uv_at(camera, x, y, width, height, 12);
-      for (std::size_t k = 0; k < 2; ++k) {
-        const FabricLevel& level = fabric.levels[marks[1 + k]];
-        if (to_edge(uv.x * level.width) < 0.01 || to_edge(uv.y * level.height) < 0.01) continue;
-        ++compared;
-        if (drawn.layer.texels[i][2 * k] != wrap_texel(uv.x, level.width) ||
-            drawn.layer.texels[i][2 * k + 1] != wrap_texel(uv.y, level.height))
-          ++wrong;
-      }
-    }
+TEST_CASE("a footprint's axes are the singular values of the slopes, and its parts are round") {
+  Random random(4);
+  for (int i = 0; i < 2000; ++i) {
+    const auto number = [&] {
+      return static_cast<float>(std::exp(8 * random.uniform() - 4) * (random.uniform() < 0.5 ? -1 : 1));
+    };
+    const TexelSlopes<float> s{number(), number(), number(), number()};
+    const V2d right(static_cast<double>(s.x_along_right), static_cast<double>(s.y_along_right));
+    const V2d up(static_cast<double>(s.x_along_up), static_cast<double>(s.y_along_up));
+    const double longest = expected_level(right, up);
+    const double shortest = std::log2(std::abs(right.x * up.y - right.y * up.x)) - longest;
+    const Footprint<float> one = footprint(s, 1);
+    CHECK(static_cast<double>(one.level) == doctest::Approx(longest).epsilon(1e-5));
+    CHECK(one.ratio == 1);
+    const Footprint<float> eight = footprint(s, 8);
+    CHECK(static_cast<double>(eight.level) == doctest::Approx(std::max(shortest, longest - 3)).epsilon(1e-3));
+    CHECK(static_cast<double>(eight.level + std::log2(eight.ratio)) ==
+          doctest::Approx(longest).epsilon(1e-4));
+    // The axis, moved back into the pixel, is as long as what is taken off the long axis there.
+    const V2d axis(static_cast<double>(eight.axis_x), static_cast<double>(eight.axis_y));
+    CHECK(axis.length() ==
+          doctest::Approx(std::exp2(longest) - std::exp2(static_cast<double>(eight.level))).epsilon(1e-3));
   }
-  CHECK(compared > 10000);
-  CHECK(wrong == 0);
+}
+
+TEST_CASE("what a pixel's coordinates do not tell is level 0") {
+  const Footprint<float> none = footprint(TexelSlopes<float>{0, 0, 0, 0}, 4);
+  CHECK(none.level < 0);
+  CHECK(none.axis_x == 0);
+}
+
+TEST_CASE("several taps lie along the footprint's longer axis, with levels as fine as its shorter one") {
+  const std::vector<Fabric> fabrics{test::random_fabric(32, 32, 1)};
+  Scene scene;
+  test::add(scene, test::square(20), test::material(0));
+  CameraOptions grazing;
+  grazing.elevation = 75;
+  const std::vector<V3d> points{V3d(-1, -1, 0), V3d(1, 1, 0)};
+  const Result<Camera> camera = make_camera(points, 1, grazing);
+  REQUIRE(camera);
+  LevelOptions one;
+  LevelOptions four;
+  four.taps = 4;
+  const test::Indexed a = test::index_nearest(scene, fabrics, *camera, 100, 100, one);
+  const test::Indexed b = test::index_nearest(scene, fabrics, *camera, 100, 100, four);
+  REQUIRE(a.blocks.size() == b.blocks.size());
+  int finer = 0;
+  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
+    for (std::size_t lane = 0; lane < a.blocks[i].count; ++lane) {
+      float sum = 0;
+      for (std::size_t k = 0; k < b.blocks[i].texel_count; ++k) sum += b.blocks[i].texels[k].weight[lane];
+      CHECK(sum == doctest::Approx(1));
+      CHECK(b.blocks[i].texels[0].level[lane] <= a.blocks[i].texels[0].level[lane]);
+      finer += b.blocks[i].texels[0].level[lane] < a.blocks[i].texels[0].level[lane] ? 1 : 0;
+    }
+    CHECK(b.blocks[i].texel_count <= 8);
+  }
+  // At 15 degrees above the cloth the footprint is four times as long as wide: two levels.
+  CHECK(finer > 1000);
+}
+
+TEST_CASE("linear taps are the four texels around, and sum to 1; texels of level 0 keep their edges") {
+  const std::vector<Fabric> fabrics{test::random_fabric(32, 32, 1)};
+  Scene scene;
+  test::add(scene, test::square(5), test::material(0));
+  LevelOptions linear;
+  linear.linear = true;
+  int four = 0;
+  int one = 0;
+  test::each_pixel(test::index_nearest(scene, fabrics, tilted(1), 100, 100, linear),
+                   [&](const PixelBlock& block, std::size_t lane) {
+                     float sum = 0;
+                     std::array<int, 6> of_level{};
+                     for (std::size_t k = 0; k < block.texel_count; ++k) {
+                       if (block.texels[k].weight[lane] == 0) continue;
+                       sum += block.texels[k].weight[lane];
+                       ++of_level[static_cast<std::size_t>(block.texels[k].level[lane])];
+                     }
+                     CHECK(sum == doctest::Approx(1));
+                     CHECK(of_level[0] <= 1);
+                     one += of_level[0];
+                     for (std::size_t level = 1; level < 6; ++level) {
+                       CHECK(of_level[level] <= 4);
+                       four += of_level[level] == 4 ? 1 : 0;
+                     }
+                   });
+  CHECK(one > 100);
+  CHECK(four > 1000);
 }
 
 TEST_CASE("levels that a fabric does not have are never chosen") {
-  Fabric fabric = test::random_fabric(32, 32, 1);
-  fabric.levels.resize(2);
+  std::vector<Fabric> fabrics{test::random_fabric(32, 32, 1)};
+  fabrics[0].levels.resize(2);
   Scene scene;
   test::add(scene, test::square(1000), test::material(0));
   for (const bool blend : {false, true}) {
     for (const int forced : {-1, 5}) {
-      const Drawn drawn = draw(scene, fabric, tilted(1), {64, 64, 64, blend, forced});
-      CHECK(drawn.any);
-      for (const auto& marks : drawn.layer.marks) {
-        CHECK(marks[1] <= 1);
-        CHECK(marks[2] <= 1);
-      }
+      LevelOptions levels;
+      levels.blend = blend;
+      levels.forced = forced;
+      int seen = 0;
+      test::each_pixel(test::index_nearest(scene, fabrics, tilted(1), 64, 64, levels),
+                       [&](const PixelBlock& block, std::size_t lane) {
+                         ++seen;
+                         CHECK(block.texels[0].level[lane] <= 1);
+                         CHECK(block.texels[1].level[lane] <= 1);
+                         if (!blend) CHECK(block.texels[1].weight[lane] == 0);
+                       });
+      CHECK(seen > 1000);
+    }
+  }
+}
+
+TEST_CASE("texture coordinates that overflow still name a texel") {
+  const std::vector<Fabric> fabrics{test::random_fabric(8, 8, 1)};
+  for (const double repeats : {1e12, 1e30, 3e38}) {
+    for (const bool linear : {false, true}) {
+      Scene scene;
+      test::add(scene, test::square(repeats), test::material(0));
+      LevelOptions levels;
+      levels.taps = 4;
+      levels.linear = linear;
+      int seen = 0;
+      test::each_pixel(test::index_nearest(scene, fabrics, tilted(1), 32, 32, levels),
+                       [&](const PixelBlock& block, std::size_t lane) {
+                         ++seen;
+                         for (std::size_t k = 0; k < block.texel_count; ++k) {
+                           if (block.texels[k].weight[lane] == 0) continue;
+                           const auto level = static_cast<std::size_t>(block.texels[k].level[lane]);
+                           REQUIRE(level < fabrics[0].levels.size());
+                           CHECK(block.texels[k].texel[lane] >= 0);
+                           CHECK(block.texels[k].texel[lane] < fabrics[0].levels[level].texels());
+                         }
+                       });
+      CHECK(seen > 300);
     }
   }
 }
@@ -180,35 +330,25 @@ TEST_CASE("levels that a fabric does not have are never chosen") {
 TEST_CASE("a band of rows is what the whole frame has there") {
   constexpr int width = 50;
   constexpr int height = 46;
-  const Fabric fabric = test::random_fabric(16, 16, 1);
+  const std::vector<Fabric> fabrics{test::random_fabric(16, 16, 1)};
   Scene scene;
   test::add(scene, test::sphere(20, 10, V2d(9, 5)), test::material(0));
   const Camera camera = tilted(static_cast<double>(width) / height);
-  const Drawn whole = draw(scene, fabric, camera, {width, height, height, true, -1});
+  std::vector<int> whole(static_cast<std::size_t>(width * height), -1);
+  std::vector<int> bands = whole;
+  const auto note = [&](std::vector<int>& to) {
+    return [&](const PixelBlock& block, std::size_t lane) {
+      to[static_cast<std::size_t>(block.y[lane] * width + block.x[lane])] =
+          block.texels[0].level[lane] * 1000 + block.texels[0].texel[lane];
+    };
+  };
+  test::each_pixel(test::index_nearest(scene, fabrics, camera, width, height, {}), note(whole));
   for (int first = 0; first < height; first += 12) {
-    CAPTURE(first);
-    const Drawn band = draw(scene, fabric, camera, {width, height, 12, true, -1}, first);
-    const std::size_t count = static_cast<std::size_t>(std::min(12, height - first)) * width;
-    int covered = 0;
-    int other_coverage = 0;
-    int other_texel = 0;
-    float worst = 0;
-    for (std::size_t i = 0; i < band.layer.marks.size(); ++i) {
-      const std::size_t j = static_cast<std::size_t>(first) * width + i;
-      const int expected = i < count ? whole.layer.marks[j][0] : 0;
-      if (band.layer.marks[i][0] != expected) ++other_coverage;
-      if (expected == 0) continue;
-      ++covered;
-      if (band.layer.texels[i] != whole.layer.texels[j]) ++other_texel;
-      const V4f d = band.layer.surface[i] - whole.layer.surface[j];
-      worst = std::max(worst, std::sqrt(d.dot(d)));
-    }
-    CHECK(other_coverage == 0);
-    // Interpolation starts from another corner: values agree to float rounding, and so do texels but at
-    // their very edges.
-    CHECK(worst < 1e-5F);
-    CHECK(other_texel * 100 <= covered);
+    test::each_pixel(
+        test::index_nearest(scene, fabrics, camera, width, height, {}, first, std::min(12, height - first)),
+        note(bands));
   }
+  CHECK(whole == bands);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d
   swatch.view = view;
   if (swatch_level < 0) swatch.pixels_per_texel = std::pow(0.5, level);
   RenderOptions options;
-  options.blend_levels = false;
+  options.levels.blend = false;
   options.lights = {{light.normalized(), V3f(1, 1, 1)}};
   const Result<Frame> frame = render_swatch(fabric, swatch, options);
   test::require(frame);
@@ -86,7 +86,7 @@ TEST_CASE("a swatch at one pixel per 2^k texels hardly changes when levels are b
   RenderOptions options;
   options.lights = {{V3d(0, 0, 1), V3f(1, 1, 1)}};
   const Result<Frame> blended = render_swatch(fabric, swatch, options);
-  options.blend_levels = false;
+  options.levels.blend = false;
   const Result<Frame> single = render_swatch(fabric, swatch, options);
   REQUIRE(blended);
   REQUIRE(single);

@@ -1,4 +1,4 @@
-#include "fitter/powers.h"
+#include "format/powers.h"
 
 #include <doctest/doctest.h>
 

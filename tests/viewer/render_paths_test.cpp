@@ -1,0 +1,159 @@
+// The same frames by different paths: the processor and OpenGL evaluate the same formulas.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/format/fabrics.h"
+#include "tests/viewer/shapes.h"
+#include "viewer/geometry.h"
+#include "viewer/render.h"
+
+namespace selvedge {
+namespace {
+
+struct Setting {
+  Scene scene;
+  std::vector<Fabric> fabrics;
+  CameraOptions camera;
+  RenderOptions options;
+};
+
+Frame drawn(const Setting& setting, RenderPath path) {
+  const auto points = world_points(setting.scene);
+  test::require(points);
+  const auto camera = make_camera(
+      *points, static_cast<double>(setting.options.width) / setting.options.height, setting.camera);
+  test::require(camera);
+  RenderOptions options = setting.options;
+  options.path = path;
+  options.context = ContextKind::osmesa;
+  const Result<Frame> frame = render(setting.scene, setting.fabrics, *camera, options);
+  test::require(frame);
+  return *frame;
+}
+
+/// What a picture of an 8-bit display shows, premultiplied.
+double shown(float linear) {
+  const double x = std::clamp(static_cast<double>(linear) * 3.14159265, 0.0, 1.0);
+  return 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055);
+}
+
+/// The share of pixels that differ by more than 2 of 255.
+double share_apart(const Setting& setting) {
+  const Frame a = drawn(setting, RenderPath::hybrid);
+  const Frame b = drawn(setting, RenderPath::shader);
+  int apart = 0;
+  double worst = 0;
+  int covered = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    double difference = 255 * std::abs(static_cast<double>(a.pixels[i].w - b.pixels[i].w));
+    for (int c = 0; c < 3; ++c)
+      difference = std::max(difference, std::abs(shown(a.pixels[i][c]) - shown(b.pixels[i][c])));
+    worst = std::max(worst, difference);
+    if (difference > 2) ++apart;
+    if (a.pixels[i].w > 0) ++covered;
+  }
+  CHECK(covered > static_cast<int>(a.pixels.size() / 8));
+  MESSAGE("largest difference ", worst, " of 255, ", apart, " of ", a.pixels.size(), " pixels beyond 2");
+  return static_cast<double>(apart) / static_cast<double>(a.pixels.size());
+}
+
+Setting sphere_in(const Fabric& fabric) {
+  Setting setting;
+  test::add(setting.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
+  setting.fabrics.push_back(fabric);
+  setting.options.width = 300;
+  setting.options.height = 200;
+  setting.camera.elevation = 20;
+  setting.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)}, {V3d(-0.6, 0, 0.8), V3f(0.5F, 0.5F, 1)}};
+  return setting;
+}
+
+}  // namespace
+
+TEST_CASE("hybrid and shader agree to 2 of 255 on 99.9 % of pixels: lobes, table, holes, front and back") {
+  Setting setting = sphere_in(test::random_fabric(16, 16, 1));
+  CHECK(share_apart(setting) <= 0.001);
+  setting.options.levels.taps = 4;
+  setting.options.levels.linear = true;
+  CHECK(share_apart(setting) <= 0.001);
+  setting.options.levels.linear = false;
+  setting.options.levels.taps = 8;
+  CHECK(share_apart(setting) <= 0.001);
+  setting.options.supersample = 2;
+  setting.options.levels.blend = false;
+  CHECK(share_apart(setting) <= 0.001);
+  setting.options.levels.forced = 1;
+  setting.options.layers = 1;
+  CHECK(share_apart(setting) <= 0.001);
+}
+
+TEST_CASE("hybrid and shader agree on light tables, products and slabs") {
+  CHECK(share_apart(sphere_in(test::random_slab_fabric(16, 16, {4, 4}, 1, 3))) <= 0.001);
+}
+
+TEST_CASE("hybrid and shader agree under point and spot lights, which fall off as they should") {
+  Setting setting = sphere_in(test::random_fabric(16, 16, 1));
+  Light point;
+  point.kind = LightKind::point;
+  point.position = V3d(1.5, 1, 1.5);
+  point.irradiance = V3f(4, 3, 2);
+  point.range = 6;
+  Light spot = point;
+  spot.kind = LightKind::spot;
+  spot.position = V3d(-1, 0.5, 2);
+  spot.direction = V3d(-1, 0.5, 2).normalized();
+  spot.cos_inner = 0.98;
+  spot.cos_outer = 0.9;
+  setting.options.lights = {point, spot};
+  CHECK(share_apart(setting) <= 0.001);
+}
+
+TEST_CASE("a point light over a Lambertian square has the radiance of its closed form") {
+  Setting setting;
+  test::add(setting.scene, test::square(1, 0), test::material(0));
+  setting.fabrics.push_back(test::lambert_fabric(1, V3f(0.5F)));
+  setting.options.width = setting.options.height = 64;
+  setting.camera.projection = Projection::parallel;
+  Light point;
+  point.kind = LightKind::point;
+  point.position = V3d(0.2, 0.1, 0.7);
+  point.irradiance = V3f(2);
+  setting.options.lights = {point};
+  const auto points = world_points(setting.scene);
+  test::require(points);
+  const auto camera = make_camera(*points, 1, setting.camera);
+  test::require(camera);
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    const Frame frame = drawn(setting, path);
+    for (int y = 8; y < 56; y += 9) {
+      for (int x = 8; x < 56; x += 9) {
+        const V2d s((2.0 * x + 1) / 64 - 1, 1 - (2.0 * y + 1) / 64);
+        const V2d at = camera->window_centre + s * camera->window_half;
+        const V3d p = camera->position + camera->right * at.x + camera->up * at.y;
+        const V3d towards = point.position - V3d(p.x, p.y, 0);
+        const double expected = 0.5 / 3.14159265358979 * 2 * towards.z / std::pow(towards.length2(), 1.5);
+        CHECK(frame.pixels[static_cast<std::size_t>(y * 64 + x)].x ==
+              doctest::Approx(expected).epsilon(1e-3));
+      }
+    }
+  }
+}
+
+TEST_CASE("hybrid and shader agree on surfaces with and without fabric, one behind the other") {
+  Setting setting;
+  Fabric holes = test::lambert_fabric(8, V3f(0.8F, 0.5F, 0.2F), 0.5F);
+  holes.radiance_scale = 0.5F;
+  test::add(setting.scene, test::square(3, 0.2F), test::material(0));
+  test::add(setting.scene, test::square(2, 0.1F), test::material(-1, V4f(0.2F, 0.4F, 0.9F, 1)));
+  test::add(setting.scene, test::square(1, 0), test::material(1));
+  setting.fabrics = {holes, test::random_fabric(8, 4, 5)};
+  setting.options.width = 160;
+  setting.options.height = 120;
+  setting.camera.azimuth = 25;
+  setting.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(2)}};
+  CHECK(share_apart(setting) <= 0.001);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,287 @@
+#include "viewer/renderer.h"
+
+#include <Imath/ImathBox.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "format/parallel.h"
+#include "viewer/context.h"
+#include "viewer/layers.h"
+#include "viewer/materials.h"
+
+namespace selvedge {
+namespace {
+
+/// Pixels that are drawn, read back and evaluated at a time: bounds the memory of large frames, and holds a
+/// frame of 1920 x 1080 whole.
+constexpr int pixels_per_band = 1 << 21;
+
+/// Adds the time since the last call to one of the stages.
+class Watch {
+ public:
+  void add_to(double& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    stage += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+Result<void> check(const RenderOptions& o) {
+  const auto refuse = [](const char* option, std::string reason) -> Result<void> {
+    return fail(Code::option_out_of_range, "", option, std::move(reason));
+  };
+  if (o.supersample < 1 || o.supersample > 16) return refuse("--supersample", "must lie between 1 and 16");
+  const int limit = index_pass_side_limit / o.supersample;
+  if (o.width < 1 || o.height < 1 || o.width > limit || o.height > limit)
+    return refuse("--size", fmt::format("must lie between 1x1 and {0}x{0}", limit));
+  if (o.layers < 1 || o.layers > most_layers)
+    return refuse("--layers", fmt::format("must lie between 1 and {}", most_layers));
+  if (o.levels.forced < -1) return refuse("--level", "must not be negative");
+  const int taps = tap_limit(o.levels.linear);
+  if (o.levels.taps < 1 || o.levels.taps > taps)
+    return refuse("--anisotropy", fmt::format("must lie between 1 and {}{}", taps,
+                                              o.levels.linear ? " with --filter linear" : ""));
+  return {};
+}
+
+Result<void> check(const Scene& scene, const std::vector<Fabric>& fabrics) {
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    const std::vector<FabricLevel>& levels = fabrics[i].levels;
+    const std::string name = i < scene.fabrics.size() ? scene.fabrics[i].name : "";
+    if (levels.empty()) return fail(Code::fabric_malformed, name, "", "the fabric has no level");
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      const auto step = static_cast<int>(k);
+      if (levels[k].width != level_size(levels[0].width, step) ||
+          levels[k].height != level_size(levels[0].height, step))
+        return fail(Code::fabric_malformed, name, fmt::format("level {}", k),
+                    "its size does not follow from level 0");
+    }
+    if (levels.size() > static_cast<std::size_t>(level_count(levels[0].width, levels[0].height)))
+      return fail(Code::fabric_malformed, name, "", "there are more levels than sizes");
+  }
+  return {};
+}
+
+Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& options) {
+  if (options.context == ContextKind::egl) return make_egl_context();
+  if (options.context == ContextKind::automatic && options.path == RenderPath::shader) {
+    if (auto context = make_egl_context()) return context;
+  }
+  return make_osmesa_context();
+}
+
+/// A multiple of the supersampling.
+int rows_per_band(int width, int height, int supersample) {
+  const int rows = std::max(pixels_per_band / width / supersample, 1) * supersample;
+  return std::min(rows, (height + supersample - 1) / supersample * supersample);
+}
+
+}  // namespace
+
+struct Renderer::State {
+  RenderOptions options;
+  int width = 1;  ///< of the supersampled frame
+  int height = 1;
+  int band_rows = 1;
+  V3d origin{0, 0, 0};
+  MergedSurfaces mesh;
+  Looks looks;
+  std::vector<std::string> remarks;
+  std::vector<PackedFabric> packed;
+  std::unique_ptr<GraphicsContext> context;
+  GlFunctions gl;
+  std::unique_ptr<VisibilityPass> pass;  ///< goes before its context
+  std::unique_ptr<ShaderPath> shader;    ///< in place of the pass
+  double prepare = 0;
+  std::array<DrawnSide, 2> sides;
+  std::vector<V4f> large;  ///< pixels of a supersampled band
+
+  Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
+                           RenderStats& stats);
+  Result<void> draw_behind(const IndexScene& index, FrameTiles where, DeepPixels& deep, Watch& watch,
+                           RenderStats& stats);
+  Result<void> draw_band(const IndexScene& index, const ShadingScene& shading, const BandPixels& pixels,
+                         Watch& watch, RenderStats& stats);
+};
+
+Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Renderer::~Renderer() {
+  // OpenGL's objects need their context.
+  if (state_ && state_->context) static_cast<void>(state_->context->make_current());
+}
+const std::vector<std::string>& Renderer::remarks() const { return state_->remarks; }
+
+Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std::vector<Fabric>& fabrics,
+                                                   const RenderOptions& options) {
+  Watch watch;
+  if (const auto good = check(options); !good) return tl::unexpected(good.error());
+  if (const auto good = check(scene, fabrics); !good) return tl::unexpected(good.error());
+  const Result<std::vector<V3d>> points = world_points(scene);
+  if (!points) return tl::unexpected(points.error());
+
+  auto state = std::make_unique<State>();
+  State& s = *state;
+  s.options = options;
+  // Coordinates relative to the scene's centre keep their digits in float.
+  Imath::Box3d bounds;
+  for (const V3d& point : *points) bounds.extendBy(point);
+  s.origin = bounds.center();
+  const Result<std::vector<Surface>> surfaces = build_surfaces(scene, s.origin);
+  if (!surfaces) return tl::unexpected(surfaces.error());
+  Result<Looks> looks = looks_of(scene, *surfaces, fabrics.size(), s.remarks);
+  if (!looks) return tl::unexpected(looks.error());
+  s.looks = std::move(*looks);
+  s.mesh = merge(*surfaces);
+  for (const Fabric& fabric : fabrics) s.packed.push_back(pack(fabric));
+
+  Result<std::unique_ptr<GraphicsContext>> context = make_context(options);
+  if (!context) return tl::unexpected(context.error());
+  s.context = std::move(*context);
+  if (auto good = s.context->make_current(); !good) return tl::unexpected(good.error());
+  const Result<GlFunctions> gl = load_gl_functions(*s.context);
+  if (!gl) return tl::unexpected(gl.error());
+  s.gl = *gl;
+  s.width = options.width * options.supersample;
+  s.height = options.height * options.supersample;
+  if (options.path == RenderPath::shader) {
+    Result<std::unique_ptr<ShaderPath>> shader =
+        ShaderPath::create(s.gl, s.mesh, s.looks.looks, s.looks.images, fabrics);
+    if (!shader) return tl::unexpected(shader.error());
+    s.shader = std::move(*shader);
+    watch.add_to(s.prepare);
+    return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
+  }
+  s.band_rows = rows_per_band(s.width, s.height, options.supersample);
+  Result<std::unique_ptr<VisibilityPass>> pass =
+      VisibilityPass::create(s.gl, s.mesh, s.looks.looks, s.looks.images, {s.width, s.height, s.band_rows});
+  if (!pass) return tl::unexpected(pass.error());
+  s.pass = std::move(*pass);
+  watch.add_to(s.prepare);
+  return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
+}
+
+Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame,
+                                          Watch& watch, RenderStats& stats) {
+  const ShaderFrame how{width, height, options.layers, look.levels};
+  if (const auto good = shader->draw(camera, origin, look.lights, how, &stats.shader); !good) return good;
+  gl.Finish();
+  watch.add_to(stats.geometry);
+  shader->read(large);
+  watch.add_to(stats.read_back);
+  stats.layers = stats.shader.rounds;
+  stats.covered_pixels = std::count_if(large.begin(), large.end(), [](const V4f& p) { return p.w > 0; });
+  box_filter(large, 0, options.supersample, frame);
+  watch.add_to(stats.filter);
+  return {};
+}
+
+/// What lies behind the first round, at the deep pixels.
+Result<void> Renderer::State::draw_behind(const IndexScene& index, FrameTiles where, DeepPixels& deep,
+                                          Watch& watch, RenderStats& stats) {
+  for (int side = 0; side < 2; ++side) {
+    DrawnSide& drawn = sides[static_cast<std::size_t>(side)];
+    deep.take(side, 0, drawn);
+    for (int round = 1; round < options.layers && deep.has_more(side, round); ++round) {
+      where.tiles = deep.tiles(width, where.rows, side, round);
+      drawn.list = sift_triangles(mesh, index.projected, drawn.list, where);
+      if (auto good = pass->draw(side, round, where.first_row, drawn.list); !good) return good;
+      pass->finish();
+      watch.add_to(stats.geometry);
+      pass->read(side, round, where, drawn.seen);
+      watch.add_to(stats.read_back);
+      deep.take(side, round, drawn);
+    }
+  }
+  return {};
+}
+
+Result<void> Renderer::State::draw_band(const IndexScene& index, const ShadingScene& shading,
+                                        const BandPixels& pixels, Watch& watch, RenderStats& stats) {
+  const FrameTiles where{pixels.first_row, pixels.rows, {}};
+  TriangleLists lists = list_triangles(mesh, index.projected, looks.looks, where);
+  sides[0].list = std::move(lists.front);
+  sides[1].list = std::move(lists.back);
+  watch.add_to(stats.project);
+  for (int side = 0; side < 2; ++side) {
+    auto good = pass->draw(side, 0, where.first_row, sides[static_cast<std::size_t>(side)].list);
+    if (!good) return good;
+  }
+  pass->finish();
+  watch.add_to(stats.geometry);
+  for (int side = 0; side < 2; ++side) pass->read(side, 0, where, sides[static_cast<std::size_t>(side)].seen);
+  watch.add_to(stats.read_back);
+  DeepPixels deep;
+  LayerCount count = shade_band(index, shading, sides, options.layers, pixels, deep);
+  if (!deep.empty()) {
+    watch.add_to(stats.evaluation);
+    if (sides[0].seen.colours.empty()) {
+      deep.cast(mesh, index.projected, sides, pixels);
+      watch.add_to(stats.geometry);
+    } else if (auto good = draw_behind(index, where, deep, watch, stats); !good) {
+      return good;
+    }
+    count += shade_deep(index, shading, deep, options.layers, pixels);
+  }
+  watch.add_to(stats.evaluation);
+  stats.covered_pixels += count.covered;
+  stats.evaluated_pixels += count.evaluated;
+  stats.layers = std::max(stats.layers, count.layers);
+  return {};
+}
+
+Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Frame& frame,
+                            RenderStats& stats) {
+  State& s = *state_;
+  stats = {};
+  stats.prepare = s.prepare;
+  stats.triangles = static_cast<std::int64_t>(s.mesh.triangles.size());
+  stats.remarks = s.remarks;
+  if (auto good = s.context->make_current(); !good) return good;
+  Watch watch;
+  const int n = s.options.supersample;
+  frame.width = s.options.width;
+  frame.height = s.options.height;
+  frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
+  if (s.shader) return s.draw_shader(camera, look, frame, watch, stats);
+  const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
+  s.pass->place(projected);
+  watch.add_to(stats.project);
+  const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
+  const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
+                             s.packed, look.lights, &s.mesh,  s.origin};
+  if (n > 1) s.large.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.band_rows));
+  for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
+    BandPixels pixels{first_row, s.width, std::min(s.band_rows, s.height - first_row), s.large.data(),
+                      s.width};
+    if (n == 1) {
+      // The frame itself, whose first row is at the top.
+      pixels.bottom = frame.pixels.data() + static_cast<std::ptrdiff_t>(s.height - 1 - first_row) * s.width;
+      pixels.stride = -s.width;
+    }
+    if (auto good = s.draw_band(index, shading, pixels, watch, stats); !good) return good;
+    if (n > 1) {
+      const auto count = static_cast<std::size_t>(s.width) * static_cast<std::size_t>(pixels.rows);
+      box_filter(std::span<const V4f>(s.large).first(count), first_row, n, frame);
+    }
+    watch.add_to(stats.filter);
+  }
+  return {};
+}
+
+Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
+                     const RenderOptions& options, RenderStats* stats) {
+  RenderStats unwanted;
+  const Result<std::unique_ptr<Renderer>> renderer = Renderer::create(scene, fabrics, options);
+  if (!renderer) return tl::unexpected(renderer.error());
+  Frame frame;
+  if (auto good = (*renderer)->draw(camera, options, frame, stats != nullptr ? *stats : unwanted); !good)
+    return tl::unexpected(good.error());
+  return frame;
+}
+
+}  // namespace selvedge

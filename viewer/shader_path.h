@@ -1,0 +1,103 @@
+// A frame made wholly by OpenGL: triangle numbers, round by round from front to back, each round turned into
+// light by a shader that evaluates the fabrics. The same numbers and the same formulas as the hybrid path's,
+// on the graphics processor.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "format/image.h"
+#include "viewer/gl_functions.h"
+#include "viewer/index_pass.h"
+#include "viewer/lights.h"
+
+namespace selvedge {
+
+struct ShaderFrame {
+  int width = 1;
+  int height = 1;
+  int layers = 8;  ///< surfaces behind each other that a pixel can show
+  LevelOptions levels;
+};
+
+/// Nanoseconds on the graphics processor, where it has a clock for them, else 0.
+struct ShaderTimes {
+  std::uint64_t geometry = 0;
+  std::uint64_t shading = 0;
+  int rounds = 0;
+};
+
+class ShaderPath {
+ public:
+  /// Loads mesh, pictures and fabrics. `looks[i]` belongs to surface i of `mesh`. The context of `gl` must be
+  /// current whenever a function of this class is called, the destructor included. OPTION_OUT_OF_RANGE where
+  /// the fabrics are larger than a shader's buffer may be; GRAPHICS_UNAVAILABLE.
+  static Result<std::unique_ptr<ShaderPath>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
+                                                    std::span<const SurfaceLook> looks,
+                                                    std::span<const Image> images,
+                                                    std::span<const Fabric> fabrics);
+  ~ShaderPath();
+  ShaderPath(const ShaderPath&) = delete;
+  ShaderPath& operator=(const ShaderPath&) = delete;
+
+  /// `origin` is that of the mesh's coordinates. What is drawn stays in a texture until the next frame.
+  Result<void> draw(const Camera& camera, const V3d& origin, std::span<const Light> lights,
+                    const ShaderFrame& frame, ShaderTimes* times = nullptr);
+
+  /// Radiance times opacity, and opacity; bottom row first. Precondition: something was drawn.
+  void read(std::vector<V4f>& pixels) const;
+
+  /// Framebuffer of the last frame, for a window that shows it.
+  GLuint framebuffer() const { return result_.framebuffer; }
+
+ private:
+  struct Round {
+    GLuint framebuffer = 0;
+    GLuint triangles = 0;
+    GLuint colours = 0;
+    GLuint depth = 0;
+  };
+  struct Target {
+    GLuint framebuffer = 0;
+    GLuint colour = 0;
+  };
+  /// Triangles of a surface.
+  struct Span {
+    std::uint32_t surface = 0;
+    std::size_t first = 0;
+    std::size_t end = 0;
+  };
+
+  explicit ShaderPath(const GlFunctions& gl) : gl_(gl) {}
+  Result<void> load(const MergedSurfaces& mesh, std::span<const SurfaceLook> looks,
+                    std::span<const Image> images, std::span<const Fabric> fabrics);
+  Result<void> resize(int width, int height);
+  void release_targets();
+  void draw_triangles(const Round& to, const Round& before, int round, const std::array<GLfloat, 16>& clip);
+
+  const GlFunctions& gl_;
+  std::vector<SurfaceLook> looks_;
+  std::vector<Span> spans_;
+  std::vector<GLuint> images_;
+  std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
+  GLuint shading_program_ = 0;
+  GLuint array_ = 0;
+  GLuint empty_array_ = 0;
+  GLuint indices_ = 0;
+  GLuint fabrics_ = 0;
+  GLuint vertices_ = 0;
+  GLuint triangles_ = 0;
+  GLuint surfaces_ = 0;
+  GLuint lights_ = 0;
+  std::size_t light_room_ = 0;
+  GLuint any_ = 0;                  ///< query: did a round show anything
+  std::array<GLuint, 2> clocks_{};  ///< queries
+  int width_ = 0;
+  int height_ = 0;
+  std::array<Round, 2> rounds_{};
+  Target result_;
+};
+
+}  // namespace selvedge

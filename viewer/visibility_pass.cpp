@@ -1,0 +1,225 @@
+#include "viewer/visibility_pass.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "viewer/gl_objects.h"
+#include "viewer/shaders.h"
+
+namespace selvedge {
+namespace {
+
+// Locations of the uniforms and units of the textures, as written in shaders.h.
+enum Uniform : GLint {
+  first_triangle,
+  has_surface_colour,
+  base_color,
+  has_texture,
+  opaque_from,
+  keeps_opacity
+};
+enum Unit : GLuint { base_color_unit, depth_unit };
+
+}  // namespace
+
+Result<std::unique_ptr<VisibilityPass>> VisibilityPass::create(const GlFunctions& gl,
+                                                               const MergedSurfaces& mesh,
+                                                               std::span<const SurfaceLook> looks,
+                                                               std::span<const Image> images,
+                                                               const VisibilityOptions& options) {
+  std::unique_ptr<VisibilityPass> pass(new VisibilityPass(gl, mesh, options));
+  pass->looks_.assign(looks.begin(), looks.end());
+  pass->has_colours_ =
+      std::any_of(looks.begin(), looks.end(), [](const SurfaceLook& look) { return look.fabric < 0; });
+  for (std::size_t later = 0; later < 2; ++later) {
+    const Result<GLuint> program = make_program(gl, visibility_vertex_shader,
+                                                visibility_fragment_shader(pass->has_colours_, later != 0));
+    if (!program) return tl::unexpected(program.error());
+    pass->programs_[later] = *program;
+  }
+  for (const Image& image : images) pass->images_.push_back(make_colour_texture(gl, image));
+  pass->upload(mesh);
+  for (auto& side : pass->targets_) {
+    for (Target& target : side) {
+      if (const auto good = pass->make_target(target); !good) return tl::unexpected(good.error());
+    }
+  }
+  if (const auto good = check_errors(gl, "upload"); !good) return tl::unexpected(good.error());
+  return pass;
+}
+
+VisibilityPass::~VisibilityPass() {
+  for (const auto& side : targets_) {
+    for (const Target& target : side) {
+      gl_.DeleteFramebuffers(1, &target.framebuffer);
+      const std::array textures{target.triangles, target.colours, target.depth};
+      gl_.DeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
+    }
+  }
+  gl_.DeleteTextures(static_cast<GLsizei>(images_.size()), images_.data());
+  gl_.DeleteVertexArrays(1, &array_);
+  const std::array buffers{clip_, uv_, indices_};
+  gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
+  for (const GLuint program : programs_) gl_.DeleteProgram(program);
+}
+
+void VisibilityPass::upload(const MergedSurfaces& mesh) {
+  std::vector<V2f> uv;
+  uv.reserve(mesh.attributes.size());
+  for (const auto& groups : mesh.attributes) uv.emplace_back(groups[0][3], groups[1][3]);
+  const auto make = [&](GLuint& buffer, std::size_t bytes, const void* data) {
+    gl_.CreateBuffers(1, &buffer);
+    gl_.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 4)), data,
+                           GL_DYNAMIC_STORAGE_BIT);
+  };
+  make(clip_, mesh.positions.size() * sizeof(V4f), nullptr);
+  make(uv_, uv.size() * sizeof(V2f), uv.data());
+  make(indices_, mesh.triangles.size() * 3 * sizeof(std::uint32_t), nullptr);
+  gl_.CreateVertexArrays(1, &array_);
+  const auto attribute = [&](GLuint location, GLuint buffer, GLint components) {
+    gl_.VertexArrayVertexBuffer(array_, location, buffer, 0,
+                                static_cast<GLsizei>(static_cast<std::size_t>(components) * sizeof(float)));
+    gl_.EnableVertexArrayAttrib(array_, location);
+    gl_.VertexArrayAttribFormat(array_, location, components, GL_FLOAT, GL_FALSE, 0);
+    gl_.VertexArrayAttribBinding(array_, location, location);
+  };
+  attribute(0, clip_, 4);
+  if (has_colours_) attribute(1, uv_, 2);
+  gl_.VertexArrayElementBuffer(array_, indices_);
+}
+
+Result<void> VisibilityPass::make_target(Target& target) {
+  const int width = options_.width;
+  const int rows = options_.band_rows;
+  target.triangles = make_plain_texture(gl_, GL_R32UI, width, rows);
+  target.depth = make_plain_texture(gl_, GL_DEPTH32F_STENCIL8, width, rows);
+  gl_.CreateFramebuffers(1, &target.framebuffer);
+  gl_.NamedFramebufferTexture(target.framebuffer, GL_COLOR_ATTACHMENT0, target.triangles, 0);
+  gl_.NamedFramebufferTexture(target.framebuffer, GL_DEPTH_STENCIL_ATTACHMENT, target.depth, 0);
+  if (has_colours_) {
+    target.colours = make_plain_texture(gl_, GL_RGBA32F, width, rows);
+    gl_.NamedFramebufferTexture(target.framebuffer, GL_COLOR_ATTACHMENT1, target.colours, 0);
+  }
+  constexpr std::array<GLenum, 2> attachments{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  gl_.NamedFramebufferDrawBuffers(target.framebuffer, has_colours_ ? 2 : 1, attachments.data());
+  if (gl_.CheckNamedFramebufferStatus(target.framebuffer, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    return fail(Code::graphics_unavailable, "", "frame buffer", "OpenGL refuses the index buffers");
+  return {};
+}
+
+void VisibilityPass::place(const ProjectedVertices& projected) {
+  gl_.NamedBufferSubData(clip_, 0, static_cast<GLsizeiptr>(projected.clip.size() * sizeof(V4f)),
+                         projected.clip.data());
+}
+
+void VisibilityPass::draw_surface(const SurfaceLook& look, std::size_t first, std::size_t end) {
+  gl_.Uniform1i(first_triangle, static_cast<GLint>(first));
+  if (has_colours_) {
+    gl_.Uniform1i(has_surface_colour, look.fabric < 0 ? 1 : 0);
+    gl_.Uniform4f(base_color, look.base_color.x, look.base_color.y, look.base_color.z, look.base_color.w);
+    gl_.Uniform1i(has_texture, look.image >= 0 ? 1 : 0);
+    if (look.image >= 0) gl_.BindTextureUnit(base_color_unit, images_[static_cast<std::size_t>(look.image)]);
+    gl_.Uniform1f(opaque_from, look.opaque_from);
+    gl_.Uniform1i(keeps_opacity, look.keeps_opacity ? 1 : 0);
+  }
+  gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * (end - first)), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(3 * first * sizeof(std::uint32_t)));
+}
+
+Result<void> VisibilityPass::draw(int side, int round, int first_row,
+                                  std::span<const std::uint32_t> triangles) {
+  const auto& targets = targets_[static_cast<std::size_t>(side)];
+  const Target& target = targets[static_cast<std::size_t>(round % 2)];
+  // The depth alone says whether a pixel is empty.
+  gl_.ClearNamedFramebufferfi(target.framebuffer, GL_DEPTH_STENCIL, 0, 1, 0);
+  if (triangles.empty()) return {};
+
+  corners_.resize(triangles.size() * 3);
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    std::copy_n(mesh_.triangles[triangles[i]].corners.begin(), 3, &corners_[3 * i]);
+  gl_.NamedBufferSubData(indices_, 0, static_cast<GLsizeiptr>(corners_.size() * sizeof(std::uint32_t)),
+                         corners_.data());
+
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+  // On by default, and it would change coded values.
+  gl_.Disable(GL_DITHER);
+  gl_.Disable(GL_CULL_FACE);
+  gl_.Enable(GL_DEPTH_TEST);
+  gl_.DepthFunc(GL_LESS);
+  // The first round counts what lies behind each other, seen or not.
+  if (round == 0)
+    gl_.Enable(GL_STENCIL_TEST);
+  else
+    gl_.Disable(GL_STENCIL_TEST);
+  gl_.StencilFunc(GL_ALWAYS, 0, 0xff);
+  gl_.StencilOp(GL_KEEP, GL_INCR, GL_INCR);
+  // The viewport is that of the whole frame, moved: a band covers the pixels that it would without bands.
+  gl_.Viewport(0, -first_row, options_.width, options_.height);
+  gl_.UseProgram(programs_[round == 0 ? 0 : 1]);
+  if (round > 0) gl_.BindTextureUnit(depth_unit, targets[static_cast<std::size_t>((round + 1) % 2)].depth);
+  gl_.BindVertexArray(array_);
+  // Without colours the surfaces differ in nothing that OpenGL has to know.
+  std::size_t first = 0;
+  while (first < triangles.size()) {
+    const std::uint32_t surface = mesh_.triangles[triangles[first]].surface;
+    std::size_t end = triangles.size();
+    if (has_colours_) {
+      const auto other = [&](std::uint32_t t) { return mesh_.triangles[t].surface != surface; };
+      end = static_cast<std::size_t>(
+          std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
+          triangles.begin());
+    }
+    draw_surface(looks_[surface], first, end);
+    first = end;
+  }
+  return check_errors(gl_, "drawing");
+}
+
+void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const {
+  const Target& target = targets_[static_cast<std::size_t>(side)][static_cast<std::size_t>(round % 2)];
+  const std::size_t start = static_cast<std::size_t>(rectangle.y) * static_cast<std::size_t>(options_.width) +
+                            static_cast<std::size_t>(rectangle.x);
+  const auto read = [&](GLenum format, GLenum type, void* data) {
+    gl_.ReadPixels(rectangle.x, rectangle.y, rectangle.width, rectangle.rows, format, type, data);
+  };
+  gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT0);
+  read(GL_RED_INTEGER, GL_UNSIGNED_INT, &to.triangles[start]);
+  read(GL_DEPTH_COMPONENT, GL_FLOAT, &to.depth[start]);
+  if (round == 0) read(GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, &to.counts[start]);
+  if (has_colours_) {
+    gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT1);
+    read(GL_RGBA, GL_FLOAT, &to.colours[start]);
+  }
+}
+
+void VisibilityPass::read(int side, int round, const FrameTiles& where, VisibleSide& to) const {
+  const std::size_t count =
+      static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.band_rows);
+  to.triangles.resize(count);
+  to.depth.resize(count);
+  to.counts.resize(count);
+  if (has_colours_) to.colours.resize(count);
+  gl_.BindFramebuffer(
+      GL_FRAMEBUFFER,
+      targets_[static_cast<std::size_t>(side)][static_cast<std::size_t>(round % 2)].framebuffer);
+  gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, options_.width);
+  // Each call has its price; many small ones cost more than all pixels.
+  constexpr std::ptrdiff_t most_calls = 16;
+  if (where.tiles.empty() ||
+      std::count(where.tiles.begin(), where.tiles.end(), std::uint8_t{1}) > most_calls) {
+    read_pixels(side, round, {0, 0, options_.width, where.rows}, to);
+    return;
+  }
+  const int columns = (options_.width + tile_side - 1) / tile_side;
+  for (int i = 0; i < static_cast<int>(where.tiles.size()); ++i) {
+    if (where.tiles[static_cast<std::size_t>(i)] == 0) continue;
+    const int x = i % columns * tile_side;
+    const int y = i / columns * tile_side;
+    read_pixels(side, round,
+                {x, y, std::min(tile_side, options_.width - x), std::min(tile_side, where.rows - y)}, to);
+  }
+}
+
+}  // namespace selvedge
