@@ -365,7 +365,7 @@ std::string rest() {
   Builder b = quad();
   const std::vector<std::uint8_t> joints(16, 0);
   std::vector<float> weights;
-  for (int v = 0; v < 4; ++v) weights.insert(weights.end(), {0.5F, 0.5F, 0, 0});
+  for (int v = 0; v < 4; ++v) weights.insert(weights.end(), {1, 0, 0, 0});
   std::vector<float> matrix(16, 0.0F);
   for (std::size_t i = 0; i < 16; i += 5) matrix[i] = 1;
   const int joint = b.accessor(b.view(bytes_of(joints)), 5121, 4, "VEC4");

@@ -1,5 +1,5 @@
-// Bytes -> check_gltf, load_gltf (Draco and meshopt included), read_scene, and the tangents that dressing adds. No other
-// file is opened.
+// Bytes -> check_gltf, load_gltf (Draco and meshopt included), read_scene, and the tangents that dressing
+// adds. No other file is opened.
 #include <algorithm>
 
 #include "format/gltf_check.h"
