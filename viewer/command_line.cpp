@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -98,11 +99,17 @@ void add_choice(CLI::App& app, RenderCommand& command) {
       ->group(group);
 }
 
+void add_repeats(CLI::App& app, SwatchOptions& swatch, const char* group) {
+  add_text(app, "--repeats", "NxM",
+           fmt::format("Repeats of the fabric across and down (default {}x{})", swatch.repeats.x,
+                       swatch.repeats.y),
+           [&](const std::string& t) { swatch.repeats = pair_of("--repeats", t); })
+      ->group(group);
+}
+
 void add_swatch(CLI::App& app, RenderCommand& command) {
   const char* group = "Swatch (fabric files)";
-  add_text(app, "--repeats", "NxM", "Repeats of the fabric across and down (default 1x1)",
-           [&](const std::string& t) { command.swatch.repeats = pair_of("--repeats", t); })
-      ->group(group);
+  add_repeats(app, command.swatch, group);
   app.add_option("--pixels-per-texel", command.swatch.pixels_per_texel, "Size of a texel of the level")
       ->type_name("N")
       ->capture_default_str()
@@ -112,7 +119,12 @@ void add_swatch(CLI::App& app, RenderCommand& command) {
       ->group(group);
 }
 
-void add_light(CLI::App& app, RenderCommand& command) {
+/// Lights and what becomes of radiance; the same for all that draw.
+template <class Command>
+void add_light(CLI::App& app, Command& command) {
+  constexpr double white_shows_as_one = std::numbers::pi;
+  command.display.exposure = static_cast<float>(white_shows_as_one);
+  command.display.background = V3f(0.18F);
   const char* group = "Light and picture";
   app.add_option_function<std::vector<std::string>>(
          "--light",
@@ -143,7 +155,7 @@ void add_light(CLI::App& app, RenderCommand& command) {
       ->check(CLI::IsMember({"world", "camera"}))
       ->group(group);
   app.add_option(
-         "--exposure", command.exposure,
+         "--exposure", command.display.exposure,
          "Factor on radiance in PNG files (default pi: white that faces a light of intensity 1 becomes 1)")
       ->type_name("FACTOR")
       ->check([](const std::string& text) {
@@ -154,23 +166,70 @@ void add_light(CLI::App& app, RenderCommand& command) {
       ->group(group);
   add_text(app, "--background", "R,G,B|transparent", "Of PNG files, linear (default 0.18,0.18,0.18)",
            [&](const std::string& t) {
-             command.background.reset();
+             command.display.background.reset();
              if (t != "transparent")
-               command.background = V3f(vector_of(checked("--background", t, ',', 3, 3)));
+               command.display.background = V3f(vector_of(checked("--background", t, ',', 3, 3)));
            })
+      ->group(group);
+  app.add_option_function<std::string>(
+         "--tone-map",
+         [&](const std::string& t) {
+           const auto name = std::find(tone_curve_names.begin(), tone_curve_names.end(), t);
+           command.display.tone = static_cast<ToneCurve>(name - tone_curve_names.begin());
+         },
+         "Curve over exposed colours in PNG files (default none)")
+      ->type_name("none|reinhard|aces")
+      ->check(CLI::IsMember({"none", "reinhard", "aces"}))
       ->group(group);
 }
 
+/// Levels, layers and the like.
+void add_levels(CLI::App& app, LevelOptions& levels, int& layers) {
+  app.add_option("--layers", layers, "Surfaces behind each other that show through holes (1 to 64)")
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--level-blend", [&](const std::string& t) { levels.blend = t == "on"; },
+         "Blend between two mip levels (default on)")
+      ->type_name("on|off")
+      ->check(CLI::IsMember({"on", "off"}));
+  app.add_option("--level", levels.forced, "Mip level to show everywhere (default: by the pixel's footprint)")
+      ->type_name("K")
+      ->check(CLI::Range(0, 30));
+  app.add_option_function<std::string>(
+         "--filter",
+         [&](const std::string& t) {
+           levels.linear = t == "linear";
+           // Half a level finer: what linear taps lose in sharpness they need not lose twice
+           // (tests/bench/levels_bench.cpp).
+           levels.bias = t == "linear" ? -0.5F : 0.0F;
+         },
+         "Between the texels of coarser levels: the nearest (default), or linear: smoother and slower")
+      ->type_name("nearest|linear")
+      ->check(CLI::IsMember({"nearest", "linear"}));
+  app.add_option(
+         "--anisotropy", levels.taps,
+         "Texels along a pixel's footprint where the cloth is seen at a grazing angle, at most N (1 to 16)")
+      ->type_name("N")
+      ->capture_default_str();
+}
+
+void add_threads(CLI::App& app, int& threads) {
+  app.add_option("--threads", threads, "Threads to work with; 0: all cores")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
+}
+
 void add_render(CLI::App& app, RenderCommand& command) {
-  constexpr double white_shows_as_one = std::numbers::pi;
-  command.exposure = white_shows_as_one;
-  command.background = V3f(0.18F);
   app.footer(
       "Examples:\n"
       "  selvedge-view render sweater.glb -o sweater.png --size 1280x960 --azimuth 30 --supersample 2\n"
       "  selvedge-view render knit.fabric.exr -o knit.exr --repeats 4x4 --light 0,0.5,1 --view 0,-1,1\n"
-      "\nPNG: radiance * exposure over the background, clipped, sRGB. EXR: linear radiance * opacity, and "
-      "opacity.\n"
+      "\nPNG: radiance * exposure, tone curve, over the background, clipped, sRGB.\n"
+      "EXR: linear radiance * opacity, and opacity.\n"
+      "Tone curves of an exposed colour c: reinhard is c / (1 + Y), Y its luminance (Reinhard et al. 2002,\n"
+      "equation 3); aces is c (2.51 c + 0.03) / (c (2.43 c + 0.59) + 0.14) per channel (Narkowicz 2016).\n"
       "Exit status: 0 good, 1 the input is bad, 2 usage.");
   app.add_option("input", command.input, "A glTF scene (.gltf, .glb) or a fabric (.exr)")
       ->required()
@@ -193,19 +252,7 @@ void add_render(CLI::App& app, RenderCommand& command) {
   app.add_option("--supersample", command.render.supersample, "Draw N times larger per side, and average")
       ->type_name("N")
       ->capture_default_str();
-  app.add_option("--layers", command.render.layers,
-                 "Surfaces behind each other that show through holes (1 to 64)")
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option_function<std::string>(
-         "--level-blend", [&](const std::string& t) { command.render.levels.blend = t == "on"; },
-         "Blend between two mip levels (default on)")
-      ->type_name("on|off")
-      ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--level", command.render.levels.forced,
-                 "Mip level to show everywhere (default: by the pixel's footprint)")
-      ->type_name("K")
-      ->check(CLI::Range(0, 30));
+  add_levels(app, command.render.levels, command.render.layers);
   app.add_option_function<std::string>(
          "--path",
          [&](const std::string& t) {
@@ -225,31 +272,58 @@ void add_render(CLI::App& app, RenderCommand& command) {
          "path, if it is there)")
       ->type_name("auto|osmesa|egl")
       ->check(CLI::IsMember({"auto", "osmesa", "egl"}));
-  app.add_option_function<std::string>(
-         "--filter",
-         [&](const std::string& t) {
-           command.render.levels.linear = t == "linear";
-           // Half a level finer: what linear taps lose in sharpness they need not lose twice
-           // (tests/bench/levels_bench.cpp).
-           command.render.levels.bias = t == "linear" ? -0.5F : 0.0F;
-         },
-         "Between the texels of coarser levels: the nearest (default), or linear: smoother and slower")
-      ->type_name("nearest|linear")
-      ->check(CLI::IsMember({"nearest", "linear"}));
+  add_threads(app, command.threads);
+  app.add_option("--turntable", command.turntable,
+                 "Draw N frames once around a scene: name-0001.png and so on, all of them or none")
+      ->type_name("N")
+      ->check(CLI::Range(1, 9999));
   app.add_option(
-         "--anisotropy", command.render.levels.taps,
-         "Texels along a pixel's footprint where the cloth is seen at a grazing angle, at most N (1 to 16)")
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option("--threads", command.threads, "Threads to work with; 0: all cores")
-      ->type_name("N")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 4096));
-  app.add_flag("--json", command.json, "Report sizes and times as JSON on standard output");
+         "--compare", command.compare,
+         "Draw beside it another scene (.gltf, .glb), or the same in another fabric (.exr), by the same "
+         "camera and lights; a black line lies between them")
+      ->type_name("FILE");
+  app.add_option("--stats", command.stats, "Report sizes, times and bytes as JSON into a file; - is --json")
+      ->type_name("FILE|-");
+  app.add_flag("--json", command.json, "The same on standard output");
   app.add_flag("--quiet", command.quiet, "No remarks on standard error");
   add_camera(app, command.camera);
   add_choice(app, command);
   add_swatch(app, command);
+  add_light(app, command);
+}
+
+void add_show(CLI::App& app, ShowCommand& command) {
+  app.footer(
+      "Examples:\n"
+      "  selvedge-view show sweater.glb\n"
+      "  selvedge-view show sweater.glb --fabric rib.fabric.exr --azimuth 30\n"
+      "\nMouse: left drag turns around the garment, middle drag (or Shift + left) moves it, right drag (or\n"
+      "Ctrl + left) turns the light, the wheel comes nearer. Keys: E texel edges, P probe, F next\n"
+      "fabric, R first view, H panel, Escape closes.\n"
+      "Exit status: 0 good, 1 the input is bad or there is no display, 2 usage.");
+  app.add_option("input", command.input, "A glTF scene (.gltf, .glb) or a fabric (.exr)")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--fabric", command.fabrics, "A fabric file to choose from; may be repeated")
+      ->type_name("FILE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_text(app, "--size", "WxH", "Size of the window (default 1280x800)",
+           [&](const std::string& t) { command.size = pair_of("--size", t); });
+  add_levels(app, command.levels, command.layers);
+  app.add_flag("--texel-edges", command.texel_edges, "Begin with lines where texels end");
+  app.add_option("--screenshot", command.screenshot, "Write the window as it was when it closed")
+      ->type_name("FILE")
+      ->check([](const std::string& path) {
+        return has_ending(path, ".png") ? std::string() : "\"" + path + "\" does not end in .png";
+      });
+  add_threads(app, command.threads);
+  app.add_flag("--json", command.json,
+               "Report the last view, probe and times as JSON when the window closes");
+  app.add_flag("--quiet", command.quiet, "No remarks on standard error");
+  add_camera(app, command.camera);
+  command.swatch.repeats = V2i(4, 4);
+  add_repeats(app, command.swatch, "Swatch (fabric files)");
   add_light(app, command);
 }
 
@@ -275,11 +349,14 @@ Command parse_command_line(int argc, const char* const* argv) {
   app.set_version_flag("--version", "selvedge-view " SELVEDGE_VERSION);
   app.require_subcommand(1);
   RenderCommand render;
+  ShowCommand show;
   CompareCommand compare;
   CLI::App* render_verb =
       app.add_subcommand("render", "Draws a scene, or a swatch of a fabric, into PNG and EXR files");
   CLI::App* compare_verb = app.add_subcommand("compare", "Tells how far two pictures are apart");
+  CLI::App* show_verb = app.add_subcommand("show", "Opens a window in which a scene can be handled");
   add_render(*render_verb, render);
+  add_show(*show_verb, show);
   add_compare(*compare_verb, compare);
   try {
     app.parse(argc, argv);
@@ -290,6 +367,12 @@ Command parse_command_line(int argc, const char* const* argv) {
     return ExitNow{2};
   }
   if (compare_verb->parsed()) return compare;
+  if (show_verb->parsed()) return show;
+  if (has_ending(render.input, ".exr") && (render.turntable > 0 || !render.compare.empty())) {
+    fmt::print(stderr,
+               "selvedge-view: --turntable and --compare are for scenes, not for a swatch; see --help\n");
+    return ExitNow{2};
+  }
   render.swatch.level = render.render.levels.forced;
   return render;
 }

@@ -9,6 +9,7 @@
 #include "format/gltf_scene.h"
 #include "format/program.h"
 #include "viewer/camera.h"
+#include "viewer/display.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"
 
@@ -27,9 +28,29 @@ struct RenderCommand {
   SwatchOptions swatch;              ///< fabric files
   std::vector<LightOption> lights;   ///< empty: those of the scene, else the default lights
   bool lights_in_camera_frame = false;
-  double exposure = 0;            ///< factor on radiance in PNG files
-  std::optional<V3f> background;  ///< PNG files; none: transparent
-  int threads = 0;                ///< 0: all cores
+  DisplayOptions display;  ///< PNG files
+  int turntable = 0;       ///< frames once around the scene; 0: one frame
+  std::string compare;     ///< scenes: what is drawn beside it, a scene or a fabric; empty: nothing
+  std::string stats;       ///< file for the report; "-": standard output; empty: none
+  int threads = 0;         ///< 0: all cores
+  bool json = false;
+  bool quiet = false;
+};
+
+struct ShowCommand {
+  std::string input;
+  std::vector<std::string> fabrics;  ///< files, to choose from
+  V2i size{1280, 800};
+  CameraOptions camera;
+  SwatchOptions swatch;             ///< fabric files
+  std::vector<LightOption> lights;  ///< empty: the default lights
+  bool lights_in_camera_frame = false;
+  DisplayOptions display;
+  LevelOptions levels;
+  int layers = 8;
+  bool texel_edges = false;
+  std::string screenshot;  ///< of the window as it was when it closed, .png; empty: none
+  int threads = 0;
   bool json = false;
   bool quiet = false;
 };
@@ -41,7 +62,7 @@ struct CompareCommand {
   bool json = false;
 };
 
-using Command = std::variant<ExitNow, RenderCommand, CompareCommand>;
+using Command = std::variant<ExitNow, RenderCommand, ShowCommand, CompareCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

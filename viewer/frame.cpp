@@ -29,20 +29,4 @@ Image to_linear_image(const Frame& frame) {
   return image;
 }
 
-Image to_display_image(const Frame& frame, float exposure, const std::optional<V3f>& background) {
-  Image image{frame.width, frame.height, background ? 3 : 4, {}};
-  image.pixels.reserve(frame.pixels.size() * static_cast<std::size_t>(image.channels));
-  for (const V4f& p : frame.pixels) {
-    V3f colour = V3f(p.x, p.y, p.z) * exposure;
-    if (background) {
-      colour += *background * (1 - p.w);
-    } else if (p.w > 0) {
-      colour /= p.w;
-    }
-    image.pixels.insert(image.pixels.end(), {colour.x, colour.y, colour.z});
-    if (!background) image.pixels.push_back(p.w);
-  }
-  return image;
-}
-
 }  // namespace selvedge

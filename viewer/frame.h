@@ -1,7 +1,6 @@
-// The finished picture in linear light, and the ways it leaves: as light for EXR, as display values for PNG.
+// The finished picture in linear light. What a display shows of it is made in display.h.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,9 +23,5 @@ void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame);
 
 /// As it is: linear, premultiplied, four channels.
 Image to_linear_image(const Frame& frame);
-
-/// For a display: colour * exposure, over `background` (linear, not exposed) if there is one, else with the
-/// opacity kept and the colour not premultiplied. Values above 1 are clipped on writing; no tone curve.
-Image to_display_image(const Frame& frame, float exposure, const std::optional<V3f>& background);
 
 }  // namespace selvedge

@@ -103,6 +103,8 @@ struct Renderer::State {
 
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
                            RenderStats& stats);
+  Result<void> draw_nearest(const IndexScene& index, const FrameTiles& where, Watch& watch,
+                            RenderStats& stats);
   Result<void> draw_behind(const IndexScene& index, FrameTiles where, DeepPixels& deep, Watch& watch,
                            RenderStats& stats);
   Result<void> draw_band(const IndexScene& index, const ShadingScene& shading, const BandPixels& pixels,
@@ -117,7 +119,8 @@ Renderer::~Renderer() {
 const std::vector<std::string>& Renderer::remarks() const { return state_->remarks; }
 
 Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std::vector<Fabric>& fabrics,
-                                                   const RenderOptions& options) {
+                                                   const RenderOptions& options,
+                                                   std::unique_ptr<GraphicsContext> context) {
   Watch watch;
   if (const auto good = check(options); !good) return tl::unexpected(good.error());
   if (const auto good = check(scene, fabrics); !good) return tl::unexpected(good.error());
@@ -139,9 +142,12 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   s.mesh = merge(*surfaces);
   for (const Fabric& fabric : fabrics) s.packed.push_back(pack(fabric));
 
-  Result<std::unique_ptr<GraphicsContext>> context = make_context(options);
-  if (!context) return tl::unexpected(context.error());
-  s.context = std::move(*context);
+  if (!context) {
+    Result<std::unique_ptr<GraphicsContext>> own = make_context(options);
+    if (!own) return tl::unexpected(own.error());
+    context = std::move(*own);
+  }
+  s.context = std::move(context);
   if (auto good = s.context->make_current(); !good) return tl::unexpected(good.error());
   const Result<GlFunctions> gl = load_gl_functions(*s.context);
   if (!gl) return tl::unexpected(gl.error());
@@ -200,9 +206,9 @@ Result<void> Renderer::State::draw_behind(const IndexScene& index, FrameTiles wh
   return {};
 }
 
-Result<void> Renderer::State::draw_band(const IndexScene& index, const ShadingScene& shading,
-                                        const BandPixels& pixels, Watch& watch, RenderStats& stats) {
-  const FrameTiles where{pixels.first_row, pixels.rows, {}};
+/// Both sides of the cloth, the first round.
+Result<void> Renderer::State::draw_nearest(const IndexScene& index, const FrameTiles& where, Watch& watch,
+                                           RenderStats& stats) {
   TriangleLists lists = list_triangles(mesh, index.projected, looks.looks, where);
   sides[0].list = std::move(lists.front);
   sides[1].list = std::move(lists.back);
@@ -215,6 +221,13 @@ Result<void> Renderer::State::draw_band(const IndexScene& index, const ShadingSc
   watch.add_to(stats.geometry);
   for (int side = 0; side < 2; ++side) pass->read(side, 0, where, sides[static_cast<std::size_t>(side)].seen);
   watch.add_to(stats.read_back);
+  return {};
+}
+
+Result<void> Renderer::State::draw_band(const IndexScene& index, const ShadingScene& shading,
+                                        const BandPixels& pixels, Watch& watch, RenderStats& stats) {
+  const FrameTiles where{pixels.first_row, pixels.rows, {}};
+  if (const auto good = draw_nearest(index, where, watch, stats); !good) return good;
   DeepPixels deep;
   LayerCount count = shade_band(index, shading, sides, options.layers, pixels, deep);
   if (!deep.empty()) {
@@ -269,6 +282,70 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
       box_filter(std::span<const V4f>(s.large).first(count), first_row, n, frame);
     }
     watch.add_to(stats.filter);
+  }
+  return {};
+}
+
+Result<void> Renderer::resize(const RenderOptions& options) {
+  State& s = *state_;
+  if (const auto good = check(options); !good) return good;
+  const int width = options.width * options.supersample;
+  const int height = options.height * options.supersample;
+  s.options = options;
+  if (width == s.width && height == s.height) return {};
+  s.width = width;
+  s.height = height;
+  s.band_rows = rows_per_band(width, height, options.supersample);
+  if (const auto good = s.context->make_current(); !good) return good;
+  return s.pass->resize({width, height, s.band_rows});
+}
+
+Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const RenderOptions& look,
+                                                  const V2i& pixel) {
+  State& s = *state_;
+  if (const auto good = s.context->make_current(); !good) return tl::unexpected(good.error());
+  Watch watch;
+  RenderStats unwanted;
+  const int row = s.height - 1 - pixel.y;
+  const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
+  s.pass->place(projected);
+  const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
+  const ShadingScene shading{camera, s.width, s.height, s.looks.looks, s.packed, look.lights};
+  // A band of one row, and of it the tile that holds the pixel.
+  FrameTiles where{row, 1, {}};
+  where.tiles.resize(static_cast<std::size_t>((s.width + tile_side - 1) / tile_side));
+  where.tiles[static_cast<std::size_t>(pixel.x / tile_side)] = 1;
+  if (const auto good = s.draw_nearest(index, where, watch, unwanted); !good)
+    return tl::unexpected(good.error());
+  const auto i = static_cast<std::size_t>(pixel.x);
+  const std::optional<NearestSurface> nearest = nearest_surface(s.sides, i);
+  if (!nearest) return std::nullopt;
+  PixelTriangles pixels;
+  pixels.count = 1;
+  pixels.x[0] = static_cast<std::uint16_t>(pixel.x);
+  pixels.y[0] = static_cast<std::uint16_t>(row);
+  pixels.triangle[0] = nearest->triangle;
+  pixels.back[0] = nearest->back;
+  const std::vector<V4f>& colours = s.sides[nearest->back ? 1 : 0].seen.colours;
+  pixels.has_colours = !colours.empty();
+  if (pixels.has_colours) pixels.colour[0] = colours[i];
+  return probe_pixel(index, shading, pixels);
+}
+
+Result<void> Renderer::texel_edges(const Camera& camera, const RenderOptions& look,
+                                   std::vector<OverlayPixel>& overlay) {
+  State& s = *state_;
+  if (const auto good = s.context->make_current(); !good) return good;
+  Watch watch;
+  RenderStats unwanted;
+  const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
+  s.pass->place(projected);
+  const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
+  overlay.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
+  for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
+    const FrameTiles where{first_row, std::min(s.band_rows, s.height - first_row), {}};
+    if (const auto good = s.draw_nearest(index, where, watch, unwanted); !good) return good;
+    draw_texel_edges(index, s.sides, first_row, where.rows, overlay);
   }
   return {};
 }

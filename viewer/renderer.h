@@ -3,19 +3,24 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "format/scene.h"
+#include "viewer/context.h"
+#include "viewer/inspect.h"
 #include "viewer/render.h"
 
 namespace selvedge {
 
 class Renderer {
  public:
-  /// Size, supersampling and the number of layers are fixed here. `fabrics[i]` is scene.fabrics[i]; they must
-  /// outlive the object, the scene need not. Errors as render() (render.h).
+  /// Size, supersampling and the number of layers are set here. `fabrics[i]` is scene.fabrics[i]; they must
+  /// outlive the object, the scene need not. Draws with `context`, or with one of its own where that is null.
+  /// Errors as render() (render.h).
   static Result<std::unique_ptr<Renderer>> create(const Scene& scene, const std::vector<Fabric>& fabrics,
-                                                  const RenderOptions& options);
+                                                  const RenderOptions& options,
+                                                  std::unique_ptr<GraphicsContext> context = nullptr);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -24,6 +29,18 @@ class Renderer {
   /// not depend on the number of threads, nor on the frames before. To be called on the thread that created
   /// the object. `frame` is given back to be filled again.
   Result<void> draw(const Camera& camera, const RenderOptions& look, Frame& frame, RenderStats& stats);
+
+  /// Takes size, supersampling and number of layers from `options`; meshes and fabrics stay as they are.
+  /// After an error nothing may be drawn before a resize has succeeded.
+  Result<void> resize(const RenderOptions& options);
+
+  /// What the nearest surface shows at a pixel, counted from the top left of the supersampled frame; none
+  /// where there is nothing. Precondition: the pixel lies in the frame.
+  Result<std::optional<PixelProbe>> probe(const Camera& camera, const RenderOptions& look, const V2i& pixel);
+
+  /// Where texels end (inspect.h), for every pixel of the supersampled frame, top row first.
+  Result<void> texel_edges(const Camera& camera, const RenderOptions& look,
+                           std::vector<OverlayPixel>& overlay);
 
   /// What could not be honoured, one line each.
   const std::vector<std::string>& remarks() const;

@@ -40,23 +40,40 @@ Result<std::unique_ptr<VisibilityPass>> VisibilityPass::create(const GlFunctions
   }
   for (const Image& image : images) pass->images_.push_back(make_colour_texture(gl, image));
   pass->upload(mesh);
-  for (auto& side : pass->targets_) {
-    for (Target& target : side) {
-      if (const auto good = pass->make_target(target); !good) return tl::unexpected(good.error());
-    }
-  }
+  if (const auto good = pass->make_targets(); !good) return tl::unexpected(good.error());
   if (const auto good = check_errors(gl, "upload"); !good) return tl::unexpected(good.error());
   return pass;
 }
 
-VisibilityPass::~VisibilityPass() {
-  for (const auto& side : targets_) {
-    for (const Target& target : side) {
+Result<void> VisibilityPass::make_targets() {
+  for (auto& side : targets_) {
+    for (Target& target : side) {
+      if (const auto good = make_target(target); !good) return good;
+    }
+  }
+  return {};
+}
+
+void VisibilityPass::release_targets() {
+  for (auto& side : targets_) {
+    for (Target& target : side) {
       gl_.DeleteFramebuffers(1, &target.framebuffer);
       const std::array textures{target.triangles, target.colours, target.depth};
       gl_.DeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
+      target = {};
     }
   }
+}
+
+Result<void> VisibilityPass::resize(const VisibilityOptions& options) {
+  release_targets();
+  options_ = options;
+  if (const auto good = make_targets(); !good) return good;
+  return check_errors(gl_, "frame buffer");
+}
+
+VisibilityPass::~VisibilityPass() {
+  release_targets();
   gl_.DeleteTextures(static_cast<GLsizei>(images_.size()), images_.data());
   gl_.DeleteVertexArrays(1, &array_);
   const std::array buffers{clip_, uv_, indices_};

@@ -43,6 +43,9 @@ class VisibilityPass {
   VisibilityPass(const VisibilityPass&) = delete;
   VisibilityPass& operator=(const VisibilityPass&) = delete;
 
+  /// Frames of another size; what was drawn is gone.
+  Result<void> resize(const VisibilityOptions& options);
+
   /// Where the vertices are in the frames to come.
   void place(const ProjectedVertices& projected);
 
@@ -72,6 +75,8 @@ class VisibilityPass {
   VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const VisibilityOptions& options)
       : gl_(gl), mesh_(mesh), options_(options) {}
   Result<void> make_target(Target& target);
+  Result<void> make_targets();
+  void release_targets();
   void upload(const MergedSurfaces& mesh);
   void read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const;
   void draw_surface(const SurfaceLook& look, std::size_t first, std::size_t end);

@@ -32,20 +32,5 @@ TEST_CASE("EXR pixels are the frame as it is") {
   CHECK(to_linear_image(frame).pixels == std::vector<float>{0.5F, 2, 0, 0.25F});
 }
 
-TEST_CASE("a background shows through by what opacity leaves") {
-  const Frame frame{1, 1, {V4f(0.25F, 0.5F, 0, 0.75F)}};
-  const Image image = to_display_image(frame, 2, V3f(0.4F, 0.4F, 0.8F));
-  CHECK(image.channels == 3);
-  CHECK(image.pixels[0] == doctest::Approx(0.25 * 2 + 0.25 * 0.4));
-  CHECK(image.pixels[1] == doctest::Approx(0.5 * 2 + 0.25 * 0.4));
-  CHECK(image.pixels[2] == doctest::Approx(0.25 * 0.8));
-}
-
-TEST_CASE("without background colour is divided by opacity, and empty pixels stay finite") {
-  const Frame frame{2, 1, {V4f(0.25F, 0.5F, 0, 0.5F), V4f(0, 0, 0, 0)}};
-  const Image image = to_display_image(frame, 2, std::nullopt);
-  CHECK(image.pixels == std::vector<float>{1, 2, 0, 0.5F, 0, 0, 0, 0});
-}
-
 }  // namespace
 }  // namespace selvedge

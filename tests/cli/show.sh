@@ -1,0 +1,162 @@
+#!/usr/bin/env bash
+# The window of `selvedge-view show` under a virtual X server, handled with real events of mouse and keyboard.
+# shellcheck source=tests/cli/lib.sh
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+need_screen() {
+  for tool in Xvfb xdotool; do
+    if ! command -v "$tool" >/dev/null; then
+      echo "skipped: there is no $tool" >&2
+      exit 77
+    fi
+  done
+}
+
+# A textured square of 0.1 m that fills the window, one level without blending: every pixel sees one texel.
+make_cloth() {
+  selvedge make plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
+  write_quad quad.gltf
+  selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
+}
+
+# session ARGUMENTS... -- XDOTOOL COMMANDS: shows with these arguments, does what is said once the window is there,
+# presses Escape. Reports as JSON in report.json, gives show's exit status.
+session() {
+  local arguments=() viewer status=0 number
+  while [ "$1" != -- ]; do
+    arguments+=("$1")
+    shift
+  done
+  shift
+  mkfifo number.fifo
+  Xvfb -displayfd 3 -screen 0 1000x700x24 3>number.fifo >server.log 2>&1 &
+  server=$!
+  trap 'kill "$server" 2>/dev/null || true; rm -rf "$scratch"' EXIT
+  read -r number <number.fifo
+  rm number.fifo
+  export DISPLAY=:$number
+  timeout 60 selvedge-view show "${arguments[@]}" --size 900x600 --json >report.json 2>errors.txt &
+  viewer=$!
+  timeout 20 xdotool search --sync --onlyvisible --name Selvedge >/dev/null || fail "no window: $(cat errors.txt)"
+  sleep 1
+  while [ $# -gt 0 ]; do
+    # shellcheck disable=SC2086
+    xdotool $1
+    sleep 0.2
+    shift
+  done
+  xdotool key Escape
+  wait "$viewer" || status=$?
+  kill "$server"
+  wait "$server" || true
+  unset DISPLAY
+  return "$status"
+}
+
+test_show_without_a_display_is_one_line() {
+  make_plane_fabric
+  unset DISPLAY WAYLAND_DISPLAY
+  refuses GRAPHICS_UNAVAILABLE window selvedge-view show plane.fabric.exr
+}
+
+test_show_refuses_what_it_cannot_read_before_a_window_opens() {
+  make_plane_fabric
+  cut_short plane.fabric.exr short.fabric.exr
+  unset DISPLAY WAYLAND_DISPLAY
+  refuses FILE_DAMAGED short.fabric.exr selvedge-view show short.fabric.exr
+  refuses FILE_MISSING nothing.glb selvedge-view show nothing.glb
+  exits 2 selvedge-view show
+  exits 2 selvedge-view show plane.fabric.exr --size 0x4
+  exits 2 selvedge-view show plane.fabric.exr --screenshot window.jpg
+}
+
+test_show_probes_the_texel_under_the_mouse_and_its_light() {
+  need_screen
+  make_cloth
+  session quad.glb --level 0 --level-blend off -- 'mousemove 200 250' 'mousemove 233 287'
+  [ ! -s errors.txt ] || fail "says: $(cat errors.txt)"
+  # Where the ray through the pixel's centre meets the plane z = 0; dressing repeats the fabric by its size.
+  selvedge info k.fabric.exr --json >info.json
+  holds '(() => {
+    const fs = require("fs"), info = JSON.parse(fs.readFileSync("info.json", "utf8"));
+    const [x, y] = r.probe.pixel, c = r.camera, slope = Math.tan(c.fov * Math.PI / 360);
+    if (x !== 233 || y !== 287 || c.azimuth !== 0 || c.elevation !== 0) return false;
+    const metres = 2 * slope * c.distance / r.height;
+    const at = [c.lookAt[0] + (x + 0.5 - r.width / 2) * metres, c.lookAt[1] + (r.height / 2 - y - 0.5) * metres];
+    const [width, height] = info.content.texels, period = info.content.mmPerRepeat;
+    const uv = [at[0] * 1000 / period[0], (0.1 - at[1]) * 1000 / period[1]].map(v => v - Math.floor(v));
+    const texel = [Math.floor(uv[0] * width), Math.floor(uv[1] * height)];
+    const t = r.probe.texels;
+    return Math.abs(uv[0] - r.probe.uv[0]) < 1e-4 && Math.abs(uv[1] - r.probe.uv[1]) < 1e-4 && t.length === 1
+      && t[0].level === 0 && t[0].texel.join() === texel.join();
+  })()' report.json
+  # The same texel as the reference evaluates it, light for light.
+  node -e 'const r = JSON.parse(require("fs").readFileSync("report.json", "utf8"));
+    for (const light of r.probe.lights)
+      console.log(`--level 0 --texel ${r.probe.texels[0].texel} --light ${light} --view ${r.probe.view}`);' >evaluations.txt
+  local i=0 arguments
+  while read -r arguments; do
+    # shellcheck disable=SC2086
+    selvedge evaluate k.fabric.exr $arguments --json >"light$i.json"
+    i=$((i + 1))
+  done <evaluations.txt
+  [ "$i" = 2 ] || fail "not two lights but $i"
+  holds '(() => {
+    const fs = require("fs");
+    const lights = [0, 1].map(i => JSON.parse(fs.readFileSync(`light${i}.json`, "utf8")));
+    return r.probe.radiance.every((value, c) => {
+      const sum = lights.reduce((s, l, i) => s + l.rgb[c] * r.lights[i].irradiance[c], 0);
+      return Math.abs(value - sum) <= 1e-4 * Math.max(sum, 1e-3);
+    }) && lights[0].alpha > 0 && Math.abs(r.probe.alpha - lights[0].alpha) < 1e-5;
+  })()' report.json
+}
+
+test_show_turns_moves_and_nears_with_the_mouse() {
+  need_screen
+  make_cloth
+  session quad.glb --screenshot before.png -- 'mousemove 300 300'
+  holds 'r.camera.azimuth === 0 && r.camera.elevation === 0' report.json
+  mv report.json still.json
+  # 100 pixels to the right and 50 up, of the window's 600.
+  session quad.glb --screenshot after.png -- 'mousemove 300 300' 'mousedown 1' 'mousemove 350 275' \
+    'mousemove 400 250' 'mouseup 1' 'mousemove 300 300'
+  holds 'Math.abs(r.camera.azimuth + 30) < 1e-6 && Math.abs(r.camera.elevation + 15) < 1e-6' report.json
+  exits 1 selvedge-view compare before.png after.png --max 0.2
+  session quad.glb -- 'mousemove 300 300' 'mousedown 2' 'mousemove 360 300' 'mouseup 2' 'click 4' 'click 5'
+  holds '(() => {
+    const first = JSON.parse(require("fs").readFileSync("still.json", "utf8")).camera;
+    const metres = 2 * Math.tan(first.fov * Math.PI / 360) * first.distance * 60 / 600;
+    return Math.abs(r.camera.lookAt[0] - first.lookAt[0] + metres) < 1e-6
+      && Math.abs(r.camera.distance - first.distance) < 1e-9;
+  })()' report.json
+}
+
+test_show_turns_the_light_with_the_right_button() {
+  need_screen
+  make_cloth
+  session quad.glb --light 0,0,1 --light-frame camera -- 'mousemove 200 300' 'mousedown 3' 'mousemove 300 300' 'mouseup 3'
+  # A sixth of half a turn to the right.
+  holds 'r.camera.azimuth === 0 && Math.abs(r.lights[0].direction[0] - 0.5) < 1e-6
+    && Math.abs(r.lights[0].direction[2] - Math.sqrt(0.75)) < 1e-6' report.json
+}
+
+test_show_draws_texel_edges_and_hides_the_panel_by_keys() {
+  need_screen
+  make_cloth
+  session quad.glb --screenshot plain.png -- 'mousemove 200 300' 'key h'
+  holds 'r.window.join() === "900,600" && r.width === 900' report.json
+  session quad.glb --screenshot edges.png -- 'mousemove 200 300' 'key h' 'key e'
+  exits 1 selvedge-view compare plain.png edges.png --max 0.2
+  session quad.glb --screenshot panel.png -- 'mousemove 200 300'
+  holds 'r.width < 600' report.json
+}
+
+test_show_swaps_fabrics() {
+  need_screen
+  make_cloth
+  make_plane_fabric
+  session quad.glb --fabric plane.fabric.exr -- 'mousemove 200 300' 'key f'
+  holds 'r.fabrics[0] === 1 && r.probe.fabric === "plane.fabric.exr"' report.json
+}
+
+"$2"

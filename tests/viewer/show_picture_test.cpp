@@ -1,0 +1,226 @@
+#include "viewer/show_picture.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "format/evaluate.h"
+#include "tests/viewer/indexed.h"
+#include "viewer/change_fabrics.h"
+#include "viewer/needed_levels.h"
+
+namespace selvedge {
+namespace {
+
+Scene two_squares() {
+  Scene scene;
+  test::add(scene, test::square(3), test::material(0));
+  test::add(scene, test::square(2, -0.5F), test::material(1), M44d().setTranslation(V3d(0.7, 0.3, 0)));
+  scene.fabrics.resize(2);
+  return scene;
+}
+
+std::vector<Fabric> two_fabrics() { return {test::random_fabric(16, 16, 1), test::random_fabric(8, 8, 2)}; }
+
+std::unique_ptr<ShowPicture> picture_of(const Scene& scene, const std::vector<Fabric>& fabrics) {
+  auto picture = ShowPicture::create(scene, fabrics, [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(picture);
+  return std::move(*picture);
+}
+
+ShowState state_of(const ShowPicture& picture) {
+  const Result<ShowState> state = picture.first_state({}, 1.25);
+  test::require(state);
+  ShowState result = *state;
+  result.lights = default_lights(Camera{});
+  return result;
+}
+
+bool same(const Frame& a, const Frame& b) {
+  return a.width == b.width && a.height == b.height &&
+         std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(V4f)) == 0;
+}
+
+TEST_CASE("a picture that was resized is the one of that size from the start") {
+  const auto picture = picture_of(two_squares(), two_fabrics());
+  const ShowState state = state_of(*picture);
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  CHECK(picture->frame().width == 100);
+  const Frame first = picture->frame();
+  test::require(picture->update(state, Change::frame, V2i(133, 61), 1));
+  test::require(picture->update(state, Change::frame, V2i(200, 160), 2));
+  CHECK(same(picture->frame(), first));
+  const auto fresh = picture_of(two_squares(), two_fabrics());
+  test::require(fresh->update(state, Change::scene, V2i(133, 61), 1));
+  test::require(picture->update(state, Change::frame, V2i(133, 61), 1));
+  CHECK(same(picture->frame(), fresh->frame()));
+}
+
+TEST_CASE("the number of layers changes between frames") {
+  const auto picture = picture_of(two_squares(), two_fabrics());
+  ShowState state = state_of(*picture);
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  const Frame deep = picture->frame();
+  state.layers = 1;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK(picture->stats().layers == 1);
+  CHECK_FALSE(same(picture->frame(), deep));
+}
+
+TEST_CASE("the probe tells the texel of the index pass and the light of the reference") {
+  const Scene scene = two_squares();
+  const std::vector<Fabric> fabrics = two_fabrics();
+  const auto picture = picture_of(scene, fabrics);
+  ShowState state = state_of(*picture);
+  state.camera.azimuth = 25;
+  state.camera.elevation = 10;
+  const V2i size(100, 80);
+  test::require(picture->update(state, Change::scene, size, 1));
+  const test::Indexed indexed =
+      test::index_nearest(scene, fabrics, picture->camera(), size.x, size.y, state.levels);
+  int probed = 0;
+  int mismatched = 0;
+  double worst = 0;
+  test::each_pixel(indexed, [&](const PixelBlock& block, std::size_t lane) {
+    if ((block.x[lane] * 7 + block.y[lane]) % 41 != 0) return;
+    ++probed;
+    const V2i pixel(block.x[lane], size.y - 1 - block.y[lane]);
+    const auto probe = picture->probe((V2d(pixel) + V2d(0.5)) / V2d(size));
+    test::require(probe);
+    REQUIRE(*probe);
+    const PixelProbe& p = **probe;
+    REQUIRE(p.pixel == pixel);
+    const int fabric = indexed.looks[block.surface[lane]].fabric;
+    REQUIRE(p.fabric == fabric);
+    const PackedLevel& level =
+        indexed.packed[static_cast<std::size_t>(fabric)].levels[static_cast<std::size_t>(p.texels[0].level)];
+    // The renderer takes coordinates relative to the scene's middle, the other to the origin.
+    if (p.texels[0].level != block.texels[0].level[lane] ||
+        p.texels[0].texel.y * level.width + p.texels[0].texel.x != block.texels[0].texel[lane])
+      ++mismatched;
+    // Texture coordinates in double lie in the texel, or on its edge.
+    const V2d texel = p.uv * V2d(level.width, level.height) - V2d(p.texels[0].texel) - V2d(0.5);
+    CHECK(std::abs(texel.x - level.width * std::round(texel.x / level.width)) <= 0.5 + 1e-3);
+    CHECK(std::abs(texel.y - level.height * std::round(texel.y / level.height)) <= 0.5 + 1e-3);
+
+    V3f sum(0, 0, 0);
+    float alpha = 0;
+    for (const ProbedTexel& t : p.texels) {
+      for (std::size_t i = 0; i < p.lights.size(); ++i) {
+        const Shading s = evaluate(fabrics[static_cast<std::size_t>(fabric)], t.level, t.texel.x, t.texel.y,
+                                   p.lights[i], p.view);
+        sum += s.radiance * (picture->lights()[i].irradiance.x * s.alpha * t.weight);
+        if (i == 0) alpha += s.alpha * t.weight;
+      }
+    }
+    CHECK(p.alpha == doctest::Approx(alpha).epsilon(1e-4));
+    worst = std::max(worst, static_cast<double>((p.radiance - sum / alpha).length()));
+  });
+  CHECK(probed > 50);
+  CHECK(mismatched <= probed / 50);
+  // Fast powers against std::pow.
+  CHECK(worst < 1e-3);
+}
+
+TEST_CASE("beside the scene there is nothing to probe") {
+  const auto picture = picture_of(two_squares(), two_fabrics());
+  test::require(picture->update(state_of(*picture), Change::scene, V2i(100, 80), 1));
+  for (const V2d& at : {V2d(0.001, 0.001), V2d(1, 0.5), V2d(0.5, -0.1)}) {
+    const auto probe = picture->probe(at);
+    test::require(probe);
+    CHECK_FALSE(probe->has_value());
+  }
+}
+
+TEST_CASE("texel edges are lines a pixel wide, one for each texel of the finer level") {
+  Scene scene;
+  test::add(scene, test::square(2), test::material(0));
+  scene.fabrics.resize(1);
+  // 160 pixels for 8 texels: of 20 pixels each.
+  const auto picture = picture_of(scene, {test::lambert_fabric(4, V3f(0.5F))});
+  ShowState state = state_of(*picture);
+  state.camera.projection = Projection::parallel;
+  state.camera.distance = 1 / std::tan(15 * std::numbers::pi / 180);
+  state.texel_edges = true;
+  test::require(picture->update(state, Change::scene, V2i(160, 160), 1));
+  REQUIRE(picture->overlay().size() == 160 * 160);
+  const auto row = [&](int y, int x) { return picture->overlay()[static_cast<std::size_t>(y * 160 + x)]; };
+  for (int x = 0; x < 160; ++x) {
+    const int within = x % 20;
+    const bool edge = within == 0 || within == 19;
+    CHECK((row(50, x)[3] > 0) == edge);
+    // Whole repeats have a colour of their own.
+    const bool repeat = x % 80 == 0 || x % 80 == 79;
+    if (edge) CHECK((row(50, x)[0] == 255) == repeat);
+  }
+}
+
+TEST_CASE("another fabric keeps the size of its yarns") {
+  Scene scene = two_squares();
+  scene.materials[0].fabric->transform.scale = V2d(4, 6);
+  scene.materials[0].fabric->transform.offset = V2d(0.5, 0.25);
+  std::vector<Fabric> fabrics = two_fabrics();
+  fabrics[0].period_mm = V2f(2, 3);
+  fabrics[1].period_mm = V2f(4, 1);
+  const Scene changed = change_fabrics(scene, fabrics, std::vector<int>{1, -1});
+  CHECK(changed.materials[0].fabric->fabric == 1);
+  CHECK(changed.materials[0].fabric->transform.scale == V2d(2, 18));
+  CHECK(changed.materials[0].fabric->transform.offset == V2d(0.25, 0.75));
+  CHECK_FALSE(changed.materials[1].fabric.has_value());
+  CHECK(fabrics_of(scene) == std::vector<int>{0, 1});
+  CHECK(fabrics_of(changed) == std::vector<int>{1, -1});
+}
+
+TEST_CASE("no pixel asks for a finer level than was foreseen, and the frame is the same without the others") {
+  Scene scene;
+  test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
+  const std::vector<Fabric> all{test::random_fabric(32, 32, 7)};
+  const V2i size = V2i(all[0].levels[0].width, all[0].levels[0].height);
+  const auto count = static_cast<int>(all[0].levels.size());
+  scene.fabrics.resize(1);
+  int left_out = 0;
+  for (const Projection projection : {Projection::perspective, Projection::parallel}) {
+    for (const double distance : {2.0, 8.0, 40.0}) {
+      CameraOptions options;
+      options.projection = projection;
+      options.look_at = V3d(0, 0, 0);
+      options.distance = distance;
+      options.elevation = 20;
+      options.field_of_view = 60;
+      const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
+      test::require(camera);
+      RenderOptions look;
+      look.width = 100;
+      look.height = 80;
+      look.lights = default_lights(*camera);
+      const int finest = finest_levels(scene, *camera, look.height, look.levels, std::vector<V2i>{size},
+                                       std::vector<int>{count})[0];
+      const test::Indexed indexed =
+          test::index_nearest(scene, all, *camera, look.width, look.height, look.levels);
+      int seen = count;
+      test::each_pixel(indexed, [&](const PixelBlock& block, std::size_t lane) {
+        seen = std::min(seen, block.texels[0].level[lane]);
+      });
+      CHECK(finest <= seen);
+      left_out += finest;
+      std::vector<Fabric> some = all;
+      some[0].levels.erase(some[0].levels.begin(), some[0].levels.begin() + finest);
+      const Result<Frame> whole = render(scene, all, *camera, look);
+      const Result<Frame> part = render(scene, some, *camera, look);
+      test::require(whole);
+      test::require(part);
+      float worst = 0;
+      for (std::size_t i = 0; i < whole->pixels.size(); ++i) {
+        for (int c = 0; c < 4; ++c)
+          worst = std::max(worst, std::abs(whole->pixels[i][c] - part->pixels[i][c]));
+      }
+      // The weights of two levels are rounded differently.
+      CHECK(worst < 1e-4F);
+    }
+  }
+  CHECK(left_out > 5);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,65 @@
+#include "viewer/load.h"
+
+#include <filesystem>
+
+#include "format/gltf_scene.h"
+
+namespace selvedge {
+
+Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice) {
+  Result<Scene> scene = read_scene(path, {}, choice);
+  if (!scene) return tl::unexpected(scene.error());
+  OpenScene open{std::move(*scene), {}, 0};
+  std::vector<SceneFabric> present;
+  std::vector<int> numbers;  // old -> new
+  for (SceneFabric& source : open.scene.fabrics) {
+    Result<FabricReader> reader =
+        source.path.empty() ? FabricReader::open(source.bytes, source.name) : FabricReader::open(source.path);
+    if (!reader && reader.error().code != Code::file_missing) return tl::unexpected(reader.error());
+    numbers.push_back(reader ? static_cast<int>(present.size()) : -1);
+    if (!reader) {
+      open.scene.remarks.push_back(to_line(reader.error()) + "; the fallback is drawn");
+      continue;
+    }
+    open.readers.push_back(std::move(*reader));
+    std::error_code unknown;
+    open.file_bytes +=
+        source.path.empty() ? source.bytes.size() : std::filesystem::file_size(source.path, unknown);
+    present.push_back(std::move(source));
+  }
+  open.scene.fabrics = std::move(present);
+  for (SceneMaterial& material : open.scene.materials) {
+    if (!material.fabric) continue;
+    int& fabric = material.fabric->fabric;
+    fabric = numbers[static_cast<std::size_t>(fabric)];
+    if (fabric < 0) material.fabric.reset();
+  }
+  return open;
+}
+
+Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelRange> ranges) {
+  std::vector<Fabric> fabrics;
+  for (std::size_t i = 0; i < open.readers.size(); ++i) {
+    const LevelRange range = ranges.empty() ? LevelRange{0, open.readers[i].header().levels - 1} : ranges[i];
+    Result<Fabric> fabric = open.readers[i].read_levels(range.first, range.last);
+    if (!fabric) return tl::unexpected(fabric.error());
+    fabrics.push_back(std::move(*fabric));
+  }
+  return fabrics;
+}
+
+std::uint64_t bytes_read(const OpenScene& open) {
+  std::uint64_t sum = 0;
+  for (const FabricReader& reader : open.readers) sum += reader.bytes_read();
+  return sum;
+}
+
+Result<LoadedScene> load_scene(const std::string& path) {
+  Result<OpenScene> open = open_scene(path);
+  if (!open) return tl::unexpected(open.error());
+  Result<std::vector<Fabric>> fabrics = read_fabrics(*open);
+  if (!fabrics) return tl::unexpected(fabrics.error());
+  return LoadedScene{std::move(open->scene), std::move(*fabrics)};
+}
+
+}  // namespace selvedge

@@ -1,0 +1,95 @@
+#include "viewer/orbit.h"
+
+#include <Imath/ImathBox.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+constexpr double degrees_per_height = 180;
+constexpr double radians_per_degree = std::numbers::pi / 180;
+constexpr double factor_per_step = 0.9;
+
+/// The camera's axes without its position: right, up.
+struct Axes {
+  V3d right;
+  V3d up;
+};
+Axes axes_of(const CameraOptions& orbit) {
+  const double azimuth = orbit.azimuth * radians_per_degree;
+  const double elevation = orbit.elevation * radians_per_degree;
+  const V3d right(std::cos(azimuth), 0, -std::sin(azimuth));
+  const V3d back(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                 std::cos(elevation) * std::cos(azimuth));
+  return {right, back.cross(right)};
+}
+
+/// Half the height of what is seen at the distance of the orbit's point, m.
+double half_height(const CameraOptions& orbit) {
+  return *orbit.distance * std::tan(orbit.field_of_view * radians_per_degree / 2) / orbit.zoom;
+}
+
+V3d turned(const V3d& v, const V3d& axis, double degrees) {
+  const double angle = degrees * radians_per_degree;
+  return v * std::cos(angle) + axis.cross(v) * std::sin(angle) + axis * (axis.dot(v) * (1 - std::cos(angle)));
+}
+
+}  // namespace
+
+std::vector<V3d> box_corners(std::span<const V3d> points) {
+  Imath::Box3d bounds;
+  for (const V3d& point : points) bounds.extendBy(point);
+  std::vector<V3d> corners;
+  for (const double x : {bounds.min.x, bounds.max.x}) {
+    for (const double y : {bounds.min.y, bounds.max.y}) {
+      for (const double z : {bounds.min.z, bounds.max.z}) corners.emplace_back(x, y, z);
+    }
+  }
+  return corners;
+}
+
+Result<CameraOptions> start_orbit(std::span<const V3d> points, double aspect, const CameraOptions& options) {
+  CameraOptions orbit = options;
+  if (!orbit.look_at) {
+    Imath::Box3d bounds;
+    for (const V3d& point : points) bounds.extendBy(point);
+    orbit.look_at = bounds.center();
+  }
+  const Result<Camera> camera = make_camera(points, aspect, orbit);
+  if (!camera) return tl::unexpected(camera.error());
+  if (!orbit.distance) {
+    const double slope = std::tan(orbit.field_of_view * radians_per_degree / 2);
+    orbit.distance = orbit.projection == Projection::perspective
+                         ? (camera->position - *orbit.look_at).dot(camera->back())
+                         : camera->window_half.y * orbit.zoom / slope;
+  }
+  return orbit;
+}
+
+void turn(CameraOptions& orbit, const V2d& drag) {
+  orbit.azimuth = std::remainder(orbit.azimuth - drag.x * degrees_per_height, 360);
+  orbit.elevation = std::clamp(orbit.elevation - drag.y * degrees_per_height, -90.0, 90.0);
+}
+
+void pan(CameraOptions& orbit, const V2d& drag) {
+  const Axes axes = axes_of(orbit);
+  *orbit.look_at -= (axes.right * drag.x + axes.up * drag.y) * (2 * half_height(orbit));
+}
+
+void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect, double size) {
+  const Axes axes = axes_of(orbit);
+  const double before = half_height(orbit);
+  orbit.distance = std::clamp(*orbit.distance * std::pow(factor_per_step, steps), 1e-4 * size, 100 * size);
+  const double lost = before - half_height(orbit);
+  *orbit.look_at += axes.right * (cursor.x * aspect * lost) + axes.up * (cursor.y * lost);
+}
+
+V3d turn_light(const V3d& direction, const V2d& drag) {
+  const V3d around = turned(direction, V3d(0, 1, 0), drag.x * degrees_per_height);
+  return turned(around, V3d(1, 0, 0), -drag.y * degrees_per_height).normalized();
+}
+
+}  // namespace selvedge

@@ -1,0 +1,393 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "format/atomic_file.h"
+#include "format/option_text.h"
+#include "format/parallel.h"
+#include "format/printable.h"
+#include "viewer/change_fabrics.h"
+#include "viewer/commands.h"
+#include "viewer/geometry.h"
+#include "viewer/load.h"
+#include "viewer/needed_levels.h"
+#include "viewer/renderer.h"
+#include "viewer/turntable.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+/// Files that one run may make: they are all open until the last is there.
+constexpr std::size_t most_files = 720;
+/// Pixels between two pictures side by side.
+constexpr int divider_width = 4;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// What is drawn: a scene and its fabrics.
+struct Subject {
+  std::string file;
+  Scene scene;
+  std::vector<Fabric> fabrics;
+  std::uint64_t bytes_read = 0;  ///< of the fabric files
+  std::uint64_t file_bytes = 0;
+};
+
+/// One or two subjects, and how they are drawn.
+struct Shot {
+  std::vector<Subject> subjects;
+  std::vector<Camera> cameras;  ///< one for each frame
+  RenderOptions options;
+};
+
+std::vector<Light> lights_for(const RenderCommand& command, const Scene& scene, const Camera& camera) {
+  if (command.lights.empty() && !scene.lights.empty()) return lights_of(scene);
+  if (command.lights.empty()) return default_lights(camera);
+  std::vector<Light> lights = lights_from(command.lights);
+  if (command.lights_in_camera_frame) {
+    for (Light& light : lights) light.direction = from_camera_frame(camera, light.direction);
+  }
+  return lights;
+}
+
+Result<Shot> read_swatch(const RenderCommand& command) {
+  Result<FabricReader> reader = FabricReader::open(command.input);
+  if (!reader) return tl::unexpected(reader.error());
+  Result<Fabric> fabric = reader->read();
+  if (!fabric) return tl::unexpected(fabric.error());
+  Result<Swatch> swatch = make_swatch(*fabric, command.swatch);
+  if (!swatch) return tl::unexpected(swatch.error());
+  std::error_code unknown;
+  const std::uint64_t file_bytes = std::filesystem::file_size(command.input, unknown);
+  Shot shot;
+  shot.options = command.render;
+  shot.options.width = swatch->width;
+  shot.options.height = swatch->height;
+  shot.options.layers = 1;
+  shot.cameras = {swatch->camera};
+  Subject subject{command.input, std::move(swatch->scene), {}, reader->bytes_read(), file_bytes};
+  subject.scene.file = command.input;
+  subject.fabrics.push_back(std::move(*fabric));
+  shot.subjects.push_back(std::move(subject));
+  return shot;
+}
+
+/// The levels that the frames can ask for: a forced one alone, else from the finest on.
+std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
+  std::vector<V2i> sizes;
+  std::vector<int> counts;
+  std::vector<LevelRange> needed;
+  const LevelOptions& levels = shot.options.levels;
+  for (const FabricReader& reader : open.readers) {
+    sizes.emplace_back(reader.header().width, reader.header().height);
+    counts.push_back(reader.header().levels);
+    const int last = counts.back() - 1;
+    const int forced = std::min(levels.forced, last);
+    needed.push_back(levels.forced >= 0 ? LevelRange{forced, forced} : LevelRange{last, last});
+  }
+  if (levels.forced >= 0) return needed;
+  const int height = shot.options.height * shot.options.supersample;
+  for (const Camera& camera : shot.cameras) {
+    const std::vector<int> finest = finest_levels(open.scene, camera, height, levels, sizes, counts);
+    for (std::size_t i = 0; i < needed.size(); ++i) needed[i].first = std::min(needed[i].first, finest[i]);
+  }
+  return needed;
+}
+
+/// Reads what the frames need of the fabrics.
+Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot& shot) {
+  Subject subject;
+  subject.file = file;
+  const std::vector<LevelRange> needed = needed_levels(open, shot);
+  Result<std::vector<Fabric>> fabrics = read_fabrics(open, needed);
+  if (!fabrics) return tl::unexpected(fabrics.error());
+  subject.fabrics = std::move(*fabrics);
+  subject.bytes_read = bytes_read(open);
+  subject.file_bytes = open.file_bytes;
+  subject.scene = std::move(open.scene);
+  return subject;
+}
+
+/// The same scene with another fabric on all that has one.
+Result<OpenScene> dress_in(const RenderCommand& command, const std::string& path) {
+  Result<OpenScene> open = open_scene(command.input, command.choice);
+  if (!open) return open;
+  Result<FabricReader> reader = FabricReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  // Their periods are all that the change looks at.
+  std::vector<Fabric> fabrics(open->readers.size() + 1);
+  for (std::size_t i = 0; i < open->readers.size(); ++i)
+    fabrics[i].period_mm = open->readers[i].header().period_mm;
+  fabrics.back().period_mm = reader->header().period_mm;
+  std::vector<int> choice = fabrics_of(open->scene);
+  for (int& fabric : choice) {
+    if (fabric >= 0) fabric = static_cast<int>(fabrics.size()) - 1;
+  }
+  open->scene = change_fabrics(open->scene, fabrics, choice);
+  for (SceneMaterial& material : open->scene.materials) {
+    if (material.fabric) material.fabric->fabric = 0;
+  }
+  SceneFabric source;
+  source.name = source.path = path;
+  open->scene.fabrics = {source};
+  open->readers.clear();
+  open->readers.push_back(std::move(*reader));
+  std::error_code unknown;
+  open->file_bytes = std::filesystem::file_size(path, unknown);
+  return open;
+}
+
+Result<Shot> read_scene_shot(const RenderCommand& command) {
+  Result<OpenScene> open = open_scene(command.input, command.choice);
+  if (!open) return tl::unexpected(open.error());
+  const Result<std::vector<V3d>> points = world_points(open->scene);
+  if (!points) return tl::unexpected(points.error());
+  Shot shot;
+  shot.options = command.render;
+  const double aspect = static_cast<double>(command.render.width) / command.render.height;
+  if (command.camera_of_file.empty()) {
+    Result<std::vector<Camera>> cameras = turntable(*points, aspect, command.camera, command.turntable);
+    if (!cameras) return tl::unexpected(cameras.error());
+    shot.cameras = std::move(*cameras);
+  } else if (command.turntable > 0) {
+    return fail(Code::option_out_of_range, "", "--camera",
+                "a camera of the file does not turn: no --turntable");
+  } else {
+    Result<Camera> camera = camera_of(open->scene, command.camera_of_file, *points, aspect, command.camera);
+    if (!camera) return tl::unexpected(camera.error());
+    shot.cameras = {*camera};
+  }
+  Result<Subject> subject = read_subject(command.input, std::move(*open), shot);
+  if (!subject) return tl::unexpected(subject.error());
+  shot.subjects.push_back(std::move(*subject));
+  if (command.compare.empty()) return shot;
+  Result<OpenScene> other =
+      has_ending(command.compare, ".exr") ? dress_in(command, command.compare) : open_scene(command.compare);
+  if (!other) return tl::unexpected(other.error());
+  Result<Subject> second = read_subject(command.compare, std::move(*other), shot);
+  if (!second) return tl::unexpected(second.error());
+  shot.subjects.push_back(std::move(*second));
+  return shot;
+}
+
+/// Two frames of one size with an opaque black line between them.
+Frame side_by_side(const Frame& left, const Frame& right) {
+  Frame both{left.width + divider_width + right.width, left.height, {}};
+  both.pixels.reserve(static_cast<std::size_t>(both.width) * static_cast<std::size_t>(both.height));
+  for (int y = 0; y < left.height; ++y) {
+    const auto add_row = [&](const Frame& from) {
+      const auto row = from.pixels.begin() + static_cast<std::ptrdiff_t>(y) * from.width;
+      both.pixels.insert(both.pixels.end(), row, row + from.width);
+    };
+    add_row(left);
+    both.pixels.insert(both.pixels.end(), divider_width, V4f(0, 0, 0, 1));
+    add_row(right);
+  }
+  return both;
+}
+
+Result<void> write(const RenderCommand& command, const Frame& frame, const std::string& like,
+                   const std::string& path) {
+  if (has_ending(like, ".exr")) return write_exr(path, to_linear_image(frame));
+  return write_png(path, to_display_image(frame, command.display));
+}
+
+void add(const RenderStats& one, RenderStats& sum) {
+  sum.prepare = one.prepare;
+  sum.project += one.project;
+  sum.geometry += one.geometry;
+  sum.read_back += one.read_back;
+  sum.evaluation += one.evaluation;
+  sum.filter += one.filter;
+  sum.shader.geometry += one.shader.geometry;
+  sum.shader.shading += one.shader.shading;
+  sum.triangles = one.triangles;
+  sum.covered_pixels += one.covered_pixels;
+  sum.evaluated_pixels += one.evaluated_pixels;
+  sum.layers = std::max(sum.layers, one.layers);
+  sum.remarks = one.remarks;
+}
+
+/// All frames, into files that are not yet in their places.
+class Series {
+ public:
+  Series(const RenderCommand& command, const Shot& shot) : command_(command), shot_(shot) {}
+
+  /// So that an unwritable folder is found before the work begins.
+  Result<void> open_files() {
+    for (std::size_t frame = 0; frame < shot_.cameras.size(); ++frame) {
+      for (const std::string& path : command_.outputs) {
+        Result<AtomicFile> file =
+            AtomicFile::create(command_.turntable > 0 ? frame_path(path, static_cast<int>(frame)) : path);
+        if (!file) return tl::unexpected(file.error());
+        files_.push_back(std::move(*file));
+      }
+    }
+    return {};
+  }
+
+  Result<void> draw() {
+    std::vector<std::unique_ptr<Renderer>> renderers;
+    for (const Subject& subject : shot_.subjects) {
+      Result<std::unique_ptr<Renderer>> renderer =
+          Renderer::create(subject.scene, subject.fabrics, shot_.options);
+      if (!renderer) return tl::unexpected(renderer.error());
+      renderers.push_back(std::move(*renderer));
+    }
+    stats_.resize(renderers.size());
+    std::array<Frame, 2> frames;
+    std::size_t file = 0;
+    for (const Camera& camera : shot_.cameras) {
+      RenderOptions look = shot_.options;
+      look.lights = lights_for(command_, shot_.subjects.front().scene, camera);
+      for (std::size_t i = 0; i < renderers.size(); ++i) {
+        RenderStats stats;
+        if (const auto good = renderers[i]->draw(camera, look, frames[i], stats); !good) return good;
+        add(stats, stats_[i]);
+      }
+      const Clock::time_point start = Clock::now();
+      if (renderers.size() > 1) frames[0] = side_by_side(frames[0], frames[1]);
+      for (const std::string& path : command_.outputs) {
+        if (auto good = write(command_, frames[0], path, files_[file].temporary()); !good) {
+          Error error = good.error();
+          error.file = files_[file].path();
+          return tl::unexpected(error);
+        }
+        ++file;
+      }
+      write_seconds_ += seconds_since(start);
+    }
+    return {};
+  }
+
+  /// Moves all of them to their places.
+  Result<void> commit() {
+    for (AtomicFile& file : files_) {
+      if (const auto good = file.commit(); !good) return good;
+    }
+    return {};
+  }
+
+  const std::vector<RenderStats>& stats() const { return stats_; }
+  double write_seconds() const { return write_seconds_; }
+
+ private:
+  const RenderCommand& command_;
+  const Shot& shot_;
+  std::vector<AtomicFile> files_;
+  std::vector<RenderStats> stats_;  ///< of the subjects, over all frames
+  double write_seconds_ = 0;
+};
+
+Json to_json(const RenderStats& stats) {
+  return {{"prepare", stats.prepare},
+          {"project", stats.project},
+          {"geometry", stats.geometry},
+          {"readBack", stats.read_back},
+          {"evaluation", stats.evaluation},
+          {"filter", stats.filter},
+          {"shaderGeometry", 1e-9 * static_cast<double>(stats.shader.geometry)},
+          {"shaderShading", 1e-9 * static_cast<double>(stats.shader.shading)}};
+}
+
+Json to_json(const Subject& subject, const RenderStats& stats) {
+  return {{"fabrics", subject.fabrics.size()},
+          {"fabricBytes", {{"read", subject.bytes_read}, {"inFiles", subject.file_bytes}}},
+          {"triangles", stats.triangles},
+          {"layers", stats.layers},
+          {"coveredPixels", stats.covered_pixels},
+          {"evaluatedPixels", stats.evaluated_pixels},
+          {"remarks", stats.remarks},
+          {"seconds", to_json(stats)}};
+}
+
+Json to_json(const RenderCommand& command, const Shot& shot, const Series& series) {
+  Json all = {{"program", "selvedge-view"},
+              {"version", SELVEDGE_VERSION},
+              {"report", 1},
+              {"verb", "render"},
+              {"input", command.input},
+              {"outputs", command.outputs},
+              {"width", shot.options.width},
+              {"height", shot.options.height},
+              {"frames", shot.cameras.size()},
+              {"supersample", shot.options.supersample},
+              {"path", shot.options.path == RenderPath::shader ? "shader" : "hybrid"},
+              {"threads", thread_count()}};
+  all.update(to_json(shot.subjects.front(), series.stats().front()));
+  if (shot.subjects.size() > 1) {
+    all["compare"] = {{"input", command.compare}};
+    all["compare"].update(to_json(shot.subjects[1], series.stats()[1]));
+  }
+  return all;
+}
+
+void print_remarks(const Shot& shot, const Series& series) {
+  for (std::size_t i = 0; i < shot.subjects.size(); ++i) {
+    for (const std::vector<std::string>& remarks :
+         {shot.subjects[i].scene.remarks, series.stats()[i].remarks}) {
+      for (const std::string& remark : remarks)
+        fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
+    }
+  }
+}
+
+Result<void> render_all(const RenderCommand& command) {
+  if (command.outputs.size() * static_cast<std::size_t>(std::max(command.turntable, 1)) > most_files) {
+    return fail(Code::option_out_of_range, "", "--turntable",
+                fmt::format("makes more than {} files at once", most_files));
+  }
+  std::optional<AtomicFile> stats_file;
+  if (!command.stats.empty() && command.stats != "-") {
+    Result<AtomicFile> file = AtomicFile::create(command.stats);
+    if (!file) return tl::unexpected(file.error());
+    stats_file.emplace(std::move(*file));
+  }
+  const Clock::time_point start = Clock::now();
+  // Said before a large garment is read.
+  if (command.turntable == 0) {
+    for (const std::string& path : command.outputs) {
+      if (const auto writable = AtomicFile::create(path); !writable) return tl::unexpected(writable.error());
+    }
+  }
+  const Result<Shot> shot =
+      has_ending(command.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
+  if (!shot) return tl::unexpected(shot.error());
+  const double read = seconds_since(start);
+  Series series(command, *shot);
+  if (const auto good = series.open_files(); !good) return good;
+  if (const auto good = series.draw(); !good) return good;
+  if (const auto good = series.commit(); !good) return good;
+  if (!command.quiet) print_remarks(*shot, series);
+  Json all = to_json(command, *shot, series);
+  all["seconds"]["read"] = read;
+  all["seconds"]["write"] = series.write_seconds();
+  all["seconds"]["total"] = seconds_since(start);
+  const std::string text = all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (command.json || command.stats == "-") fmt::print("{}", text);
+  if (!stats_file) return {};
+  if (const auto good = write_file(stats_file->temporary(), text); !good) return good;
+  return stats_file->commit();
+}
+
+}  // namespace
+
+int run(const RenderCommand& command) {
+  set_threads(command.threads);
+  limit_mesa_threads(command.threads);
+  const auto good = render_all(command);
+  if (good) return 0;
+  fmt::print(stderr, "selvedge-view: {}\n", to_line(good.error()));
+  return 1;
+}
+
+}  // namespace selvedge
