@@ -96,7 +96,7 @@ struct Renderer::State {
   std::unique_ptr<GraphicsContext> context;
   GlFunctions gl;
   std::unique_ptr<VisibilityPass> pass;  ///< goes before its context
-  std::unique_ptr<ShaderPath> shader;    ///< in place of the pass
+  std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass
   double prepare = 0;
   std::array<DrawnSide, 2> sides;
   std::vector<V4f> large;  ///< pixels of a supersampled band
@@ -159,9 +159,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
         ShaderPath::create(s.gl, s.mesh, s.looks.looks, s.looks.images, fabrics);
     if (!shader) return tl::unexpected(shader.error());
     s.shader = std::move(*shader);
-    watch.add_to(s.prepare);
-    return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
   }
+  // For probes and texel edges in any case.
   s.band_rows = rows_per_band(s.width, s.height, options.supersample);
   Result<std::unique_ptr<VisibilityPass>> pass =
       VisibilityPass::create(s.gl, s.mesh, s.looks.looks, s.looks.images, {s.width, s.height, s.band_rows});

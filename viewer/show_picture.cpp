@@ -55,6 +55,7 @@ Result<void> ShowPicture::add_fabric(const std::string& path) {
 
 Result<void> ShowPicture::load(const ShowState& state) {
   renderer_.reset();
+  options_.path = state.path == 1 ? RenderPath::shader : RenderPath::hybrid;
   Result<std::unique_ptr<Renderer>> renderer =
       Renderer::create(change_fabrics(scene_, fabrics_, state.fabrics), fabrics_, options_, make_context_());
   if (!renderer) return tl::unexpected(renderer.error());

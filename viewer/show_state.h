@@ -12,7 +12,7 @@
 namespace selvedge {
 
 /// Ways to a frame that the window can switch between.
-inline constexpr std::array<std::string_view, 1> show_path_names{"hybrid"};
+inline constexpr std::array<std::string_view, 2> show_path_names{"hybrid", "shader"};
 
 struct ShowState {
   CameraOptions camera;                ///< an orbit (orbit.h)
