@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "format/powers.h"
 #include "format/fabric.h"
+#include "format/powers.h"
 
 namespace selvedge {
 namespace {
