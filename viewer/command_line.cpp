@@ -200,16 +200,15 @@ void add_levels(CLI::App& app, LevelOptions& levels, int& layers) {
          "--filter",
          [&](const std::string& t) {
            levels.linear = t == "linear";
-           // Half a level finer: what linear taps lose in sharpness they need not lose twice
-           // (tests/bench/levels_bench.cpp).
-           levels.bias = t == "linear" ? -0.5F : 0.0F;
+           levels.bias = t == "linear" ? best_levels.bias : 0.0F;
          },
-         "Between the texels of coarser levels: the nearest (default), or linear: smoother and slower")
+         "Between the texels of coarser levels: linear (default), or the nearest: faster, with moire")
       ->type_name("nearest|linear")
       ->check(CLI::IsMember({"nearest", "linear"}));
   app.add_option(
          "--anisotropy", levels.taps,
-         "Texels along a pixel's footprint where the cloth is seen at a grazing angle, at most N (1 to 16)")
+         "Taps along a pixel's footprint where the cloth is seen at a grazing angle, at most N (1 to 4; with "
+         "nearest texels to 16)")
       ->type_name("N")
       ->capture_default_str();
 }
@@ -222,6 +221,7 @@ void add_threads(CLI::App& app, int& threads) {
 }
 
 void add_render(CLI::App& app, RenderCommand& command) {
+  command.render.levels = best_levels;
   app.footer(
       "Examples:\n"
       "  selvedge-view render sweater.glb -o sweater.png --size 1280x960 --azimuth 30 --supersample 2\n"

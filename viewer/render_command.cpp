@@ -73,6 +73,8 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   shot.options.width = swatch->width;
   shot.options.height = swatch->height;
   shot.options.layers = 1;
+  // A level by itself is looked at for its texels.
+  if (shot.options.levels.forced >= 0) shot.options.levels.linear = false;
   shot.cameras = {swatch->camera};
   Subject subject{command.input, std::move(swatch->scene), {}, reader->bytes_read(), file_bytes};
   subject.scene.file = command.input;
