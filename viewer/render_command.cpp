@@ -253,7 +253,7 @@ class Series {
       look.lights = lights_for(command_, shot_.subjects.front().scene, camera);
       for (std::size_t i = 0; i < renderers.size(); ++i) {
         RenderStats stats;
-        if (const auto good = renderers[i]->draw(camera, look, frames[i], stats); !good) return good;
+        if (auto good = renderers[i]->draw(camera, look, frames[i], stats); !good) return good;
         add(stats, stats_[i]);
       }
       const Clock::time_point start = Clock::now();
@@ -274,7 +274,7 @@ class Series {
   /// Moves all of them to their places.
   Result<void> commit() {
     for (AtomicFile& file : files_) {
-      if (const auto good = file.commit(); !good) return good;
+      if (auto good = file.commit(); !good) return good;
     }
     return {};
   }
@@ -366,9 +366,9 @@ Result<void> render_all(const RenderCommand& command) {
   if (!shot) return tl::unexpected(shot.error());
   const double read = seconds_since(start);
   Series series(command, *shot);
-  if (const auto good = series.open_files(); !good) return good;
-  if (const auto good = series.draw(); !good) return good;
-  if (const auto good = series.commit(); !good) return good;
+  if (auto good = series.open_files(); !good) return good;
+  if (auto good = series.draw(); !good) return good;
+  if (auto good = series.commit(); !good) return good;
   if (!command.quiet) print_remarks(*shot, series);
   Json all = to_json(command, *shot, series);
   all["seconds"]["read"] = read;
@@ -377,7 +377,7 @@ Result<void> render_all(const RenderCommand& command) {
   const std::string text = all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   if (command.json || command.stats == "-") fmt::print("{}", text);
   if (!stats_file) return {};
-  if (const auto good = write_file(stats_file->temporary(), text); !good) return good;
+  if (auto good = write_file(stats_file->temporary(), text); !good) return good;
   return stats_file->commit();
 }
 

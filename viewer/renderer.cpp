@@ -173,7 +173,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
 Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame,
                                           Watch& watch, RenderStats& stats) {
   const ShaderFrame how{width, height, options.layers, look.levels};
-  if (const auto good = shader->draw(camera, origin, look.lights, how, &stats.shader); !good) return good;
+  if (auto good = shader->draw(camera, origin, look.lights, how, &stats.shader); !good) return good;
   gl.Finish();
   watch.add_to(stats.geometry);
   shader->read(large);
@@ -226,7 +226,7 @@ Result<void> Renderer::State::draw_nearest(const IndexScene& index, const FrameT
 Result<void> Renderer::State::draw_band(const IndexScene& index, const ShadingScene& shading,
                                         const BandPixels& pixels, Watch& watch, RenderStats& stats) {
   const FrameTiles where{pixels.first_row, pixels.rows, {}};
-  if (const auto good = draw_nearest(index, where, watch, stats); !good) return good;
+  if (auto good = draw_nearest(index, where, watch, stats); !good) return good;
   DeepPixels deep;
   LayerCount count = shade_band(index, shading, sides, options.layers, pixels, deep);
   if (!deep.empty()) {
@@ -287,7 +287,7 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
 
 Result<void> Renderer::resize(const RenderOptions& options) {
   State& s = *state_;
-  if (const auto good = check(options); !good) return good;
+  if (auto good = check(options); !good) return good;
   const int width = options.width * options.supersample;
   const int height = options.height * options.supersample;
   s.options = options;
@@ -295,7 +295,7 @@ Result<void> Renderer::resize(const RenderOptions& options) {
   s.width = width;
   s.height = height;
   s.band_rows = rows_per_band(width, height, options.supersample);
-  if (const auto good = s.context->make_current(); !good) return good;
+  if (auto good = s.context->make_current(); !good) return good;
   return s.pass->resize({width, height, s.band_rows});
 }
 
@@ -334,7 +334,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
 Result<void> Renderer::texel_edges(const Camera& camera, const RenderOptions& look,
                                    std::vector<OverlayPixel>& overlay) {
   State& s = *state_;
-  if (const auto good = s.context->make_current(); !good) return good;
+  if (auto good = s.context->make_current(); !good) return good;
   Watch watch;
   RenderStats unwanted;
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
@@ -343,7 +343,7 @@ Result<void> Renderer::texel_edges(const Camera& camera, const RenderOptions& lo
   overlay.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
   for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
     const FrameTiles where{first_row, std::min(s.band_rows, s.height - first_row), {}};
-    if (const auto good = s.draw_nearest(index, where, watch, unwanted); !good) return good;
+    if (auto good = s.draw_nearest(index, where, watch, unwanted); !good) return good;
     draw_texel_edges(index, s.sides, first_row, where.rows, overlay);
   }
   return {};

@@ -190,7 +190,7 @@ Result<void> ShaderPath::resize(int width, int height) {
     gl_.NamedFramebufferTexture(round.framebuffer, GL_COLOR_ATTACHMENT1, round.colours, 0);
     gl_.NamedFramebufferTexture(round.framebuffer, GL_DEPTH_ATTACHMENT, round.depth, 0);
     gl_.NamedFramebufferDrawBuffers(round.framebuffer, 2, attachments.data());
-    if (const auto good = complete(round.framebuffer); !good) return good;
+    if (auto good = complete(round.framebuffer); !good) return good;
   }
   result_.colour = make_plain_texture(gl_, GL_RGBA32F, width, height);
   gl_.CreateFramebuffers(1, &result_.framebuffer);
@@ -237,7 +237,7 @@ void ShaderPath::draw_triangles(const Round& to, const Round& before, int round,
 
 Result<void> ShaderPath::draw(const Camera& camera, const V3d& origin, std::span<const Light> lights,
                               const ShaderFrame& frame, ShaderTimes* times) {
-  if (const auto good = resize(frame.width, frame.height); !good) return good;
+  if (auto good = resize(frame.width, frame.height); !good) return good;
   std::array<GLfloat, 16> clip{};
   const M44d matrix = clip_matrix(camera, origin);
   // Imath's row vectors and row-major memory are OpenGL's column vectors and column-major memory.

@@ -102,7 +102,7 @@ class Show {
       if (!closes) return tl::unexpected(closes.error());
       closing = *closes || window_.wants_to_close();
       if (closing && !command_.screenshot.empty()) {
-        if (const auto good = write_screenshot(); !good) return good;
+        if (auto good = write_screenshot(); !good) return good;
       }
       window_.swap();
       if (closing) break;
@@ -186,12 +186,12 @@ class Show {
   /// The picture after a change, on its way to the screen.
   Result<void> draw(Change change) {
     if (change == Change::none) return {};
-    if (const auto good = picture_.update(state_, change, size_, divisor_); !good) {
+    if (auto good = picture_.update(state_, change, size_, divisor_); !good) {
       // With the fabrics before, which were good.
       if (change != Change::scene || state_.fabrics == good_.fabrics) return good;
       message_ = to_line(good.error());
       state_.fabrics = good_.fabrics;
-      if (const auto again = picture_.update(state_, change, size_, divisor_); !again) return again;
+      if (auto again = picture_.update(state_, change, size_, divisor_); !again) return again;
     }
     good_ = state_;
     drawn_divisor_ = divisor_;

@@ -71,13 +71,13 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   camera_ = *camera;
   options_.levels = state.levels;
   options_.lights = lights_in_world(state, camera_);
-  if (const auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
+  if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);
   overlay_.clear();
   overlay_seconds_ = 0;
   if (!state.texel_edges) return {};
   const Clock::time_point overlay_start = Clock::now();
-  const auto good = renderer_->texel_edges(camera_, options_, overlay_);
+  auto good = renderer_->texel_edges(camera_, options_, overlay_);
   overlay_seconds_ = seconds_since(overlay_start);
   return good;
 }
@@ -88,13 +88,13 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
   options_.height = std::max(1, size.y / divisor);
   options_.layers = state.layers;
   if (change == Change::scene || !renderer_) {
-    if (const auto good = load(state); !good) return good;
+    if (auto good = load(state); !good) return good;
     change = Change::scene;
-  } else if (const auto good = renderer_->resize(options_); !good) {
+  } else if (auto good = renderer_->resize(options_); !good) {
     return good;
   }
   if (change >= Change::frame || frame_.width != options_.width || frame_.height != options_.height) {
-    if (const auto good = draw(state); !good) return good;
+    if (auto good = draw(state); !good) return good;
   }
   const Clock::time_point start = Clock::now();
   to_display_bytes(frame_, state.display, bytes_);

@@ -48,7 +48,7 @@ Result<std::unique_ptr<VisibilityPass>> VisibilityPass::create(const GlFunctions
 Result<void> VisibilityPass::make_targets() {
   for (auto& side : targets_) {
     for (Target& target : side) {
-      if (const auto good = make_target(target); !good) return good;
+      if (auto good = make_target(target); !good) return good;
     }
   }
   return {};
@@ -68,7 +68,7 @@ void VisibilityPass::release_targets() {
 Result<void> VisibilityPass::resize(const VisibilityOptions& options) {
   release_targets();
   options_ = options;
-  if (const auto good = make_targets(); !good) return good;
+  if (auto good = make_targets(); !good) return good;
   return check_errors(gl_, "frame buffer");
 }
 
