@@ -19,9 +19,9 @@ make_cloth() {
   selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
 }
 
-# session ARGUMENTS... -- XDOTOOL COMMANDS: shows with these arguments, does what is said once the window is there,
+# with_window ARGUMENTS... -- XDOTOOL COMMANDS: shows with these arguments, does what is said once the window is there,
 # presses Escape. Reports as JSON in report.json, gives show's exit status.
-session() {
+with_window() {
   local arguments=() viewer status=0 number
   while [ "$1" != -- ]; do
     arguments+=("$1")
@@ -73,7 +73,7 @@ test_show_refuses_what_it_cannot_read_before_a_window_opens() {
 test_show_probes_the_texel_under_the_mouse_and_its_light() {
   need_screen
   make_cloth
-  session quad.glb --level 0 --level-blend off -- 'mousemove 200 250' 'mousemove 233 287'
+  with_window quad.glb --level 0 --level-blend off -- 'mousemove 200 250' 'mousemove 233 287'
   [ ! -s errors.txt ] || fail "says: $(cat errors.txt)"
   # Where the ray through the pixel's centre meets the plane z = 0; dressing repeats the fabric by its size.
   selvedge info k.fabric.exr --json >info.json
@@ -114,15 +114,15 @@ test_show_probes_the_texel_under_the_mouse_and_its_light() {
 test_show_turns_moves_and_nears_with_the_mouse() {
   need_screen
   make_cloth
-  session quad.glb --screenshot before.png -- 'mousemove 300 300'
+  with_window quad.glb --screenshot before.png -- 'mousemove 300 300'
   holds 'r.camera.azimuth === 0 && r.camera.elevation === 0' report.json
   mv report.json still.json
   # 100 pixels to the right and 50 up, of the window's 600.
-  session quad.glb --screenshot after.png -- 'mousemove 300 300' 'mousedown 1' 'mousemove 350 275' \
+  with_window quad.glb --screenshot after.png -- 'mousemove 300 300' 'mousedown 1' 'mousemove 350 275' \
     'mousemove 400 250' 'mouseup 1' 'mousemove 300 300'
   holds 'Math.abs(r.camera.azimuth + 30) < 1e-6 && Math.abs(r.camera.elevation + 15) < 1e-6' report.json
   exits 1 selvedge-view compare before.png after.png --max 0.2
-  session quad.glb -- 'mousemove 300 300' 'mousedown 2' 'mousemove 360 300' 'mouseup 2' 'click 4' 'click 5'
+  with_window quad.glb -- 'mousemove 300 300' 'mousedown 2' 'mousemove 360 300' 'mouseup 2' 'click 4' 'click 5'
   holds '(() => {
     const first = JSON.parse(require("fs").readFileSync("still.json", "utf8")).camera;
     const metres = 2 * Math.tan(first.fov * Math.PI / 360) * first.distance * 60 / 600;
@@ -134,7 +134,7 @@ test_show_turns_moves_and_nears_with_the_mouse() {
 test_show_turns_the_light_with_the_right_button() {
   need_screen
   make_cloth
-  session quad.glb --light 0,0,1 --light-frame camera -- 'mousemove 200 300' 'mousedown 3' 'mousemove 300 300' 'mouseup 3'
+  with_window quad.glb --light 0,0,1 --light-frame camera -- 'mousemove 200 300' 'mousedown 3' 'mousemove 300 300' 'mouseup 3'
   # A sixth of half a turn to the right.
   holds 'r.camera.azimuth === 0 && Math.abs(r.lights[0].direction[0] - 0.5) < 1e-6
     && Math.abs(r.lights[0].direction[2] - Math.sqrt(0.75)) < 1e-6' report.json
@@ -143,11 +143,11 @@ test_show_turns_the_light_with_the_right_button() {
 test_show_draws_texel_edges_and_hides_the_panel_by_keys() {
   need_screen
   make_cloth
-  session quad.glb --screenshot plain.png -- 'mousemove 200 300' 'key h'
+  with_window quad.glb --screenshot plain.png -- 'mousemove 200 300' 'key h'
   holds 'r.window.join() === "900,600" && r.width === 900' report.json
-  session quad.glb --screenshot edges.png -- 'mousemove 200 300' 'key h' 'key e'
+  with_window quad.glb --screenshot edges.png -- 'mousemove 200 300' 'key h' 'key e'
   exits 1 selvedge-view compare plain.png edges.png --max 0.2
-  session quad.glb --screenshot panel.png -- 'mousemove 200 300'
+  with_window quad.glb --screenshot panel.png -- 'mousemove 200 300'
   holds 'r.width < 600' report.json
 }
 
@@ -155,7 +155,7 @@ test_show_swaps_fabrics() {
   need_screen
   make_cloth
   make_plane_fabric
-  session quad.glb --fabric plane.fabric.exr -- 'mousemove 200 300' 'key f'
+  with_window quad.glb --fabric plane.fabric.exr -- 'mousemove 200 300' 'key f'
   holds 'r.fabrics[0] === 1 && r.probe.fabric === "plane.fabric.exr"' report.json
 }
 
