@@ -191,8 +191,6 @@ std::array<double, 3> turning_gradient(const TexelSamples& samples, const std::a
     }
     for (std::size_t index = 0; index < samples.lights.size(); ++index) {
       const V3f& l = samples.lights[index];
-      const float s =
-          fit.light_table.empty() ? 1.0F : static_cast<float>(fit.light_table[samples.light_of[index]]);
       // l turned about each axis.
       const std::array<V3f, 3> dl{V3f(0, -l.z, l.y), V3f(l.z, 0, -l.x), V3f(-l.y, l.x, 0)};
       std::array<double, 3> sum{};
@@ -230,7 +228,7 @@ std::array<double, 3> turning_gradient(const TexelSamples& samples, const std::a
                                  d.z * (dl[k].z * z + l.z * dv[k][2]));
           }
         }
-        const L::Floats residual = wt * s * (t * s * l.z * model - r);
+        const L::Floats residual = wt * (t * l.z * model - r);
         for (std::size_t k = 0; k < 3; ++k) {
           const L::Floats one = residual * (dl[k].z * model + l.z * turns[k]);
           for (std::size_t lane = 0; lane < L::count; ++lane) sum[k] += static_cast<double>(one[lane]);

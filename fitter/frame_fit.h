@@ -22,6 +22,7 @@ double cost_in_frame(const TexelSamples& samples, const std::array<ChannelFit, 3
 
 /// Derivatives of that cost by small turns of the frame about its own axes (tangent, binormal, normal), in
 /// 1/rad: where lobes and tables are at their minimum, also the derivatives of the minimum itself.
+/// Precondition: no light table.
 std::array<double, 3> turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3>& fits);
 
 /// Fits in the given frame and some turned ones, then follows the gradient (BFGS) from the best

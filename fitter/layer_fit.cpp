@@ -225,12 +225,15 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     if (progress) progress(0.5 * share);
   });
   if (!paper) return tl::unexpected(paper.error());
-  FitOptions without_table = options;
-  without_table.view_table = false;
-  auto plain = fit(samples, header, without_table, [&](double share) {
-    if (progress) progress(0.5 + 0.2 * share);
-  });
-  if (!plain) return tl::unexpected(plain.error());
+  Result<FitResult> plain = paper;
+  if (options.view_table) {
+    FitOptions without_table = options;
+    without_table.view_table = false;
+    plain = fit(samples, header, without_table, [&](double share) {
+      if (progress) progress(0.5 + 0.2 * share);
+    });
+    if (!plain) return tl::unexpected(plain.error());
+  }
   for (Fabric* fabric : {&paper->fabric, &plain->fabric}) remove_radiance_scale(*fabric);
   fitter.shell_ = paper->fabric;
   fitter.shell_.levels.clear();

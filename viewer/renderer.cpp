@@ -96,11 +96,13 @@ struct Renderer::State {
   std::unique_ptr<GraphicsContext> context;
   GlFunctions gl;
   std::unique_ptr<VisibilityPass> pass;  ///< goes before its context
-  std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass
+  std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass, where it is there
   double prepare = 0;
   std::array<DrawnSide, 2> sides;
   std::vector<V4f> large;  ///< pixels of a supersampled band
 
+  /// Makes the pass if it is not there; the shader path needs it for probes and texel edges only.
+  Result<void> need_pass();
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
                            RenderStats& stats);
   Result<void> draw_nearest(const IndexScene& index, const FrameTiles& where, Watch& watch,
@@ -160,14 +162,20 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
     if (!shader) return tl::unexpected(shader.error());
     s.shader = std::move(*shader);
   }
-  // For probes and texel edges in any case.
   s.band_rows = rows_per_band(s.width, s.height, options.supersample);
-  Result<std::unique_ptr<VisibilityPass>> pass =
-      VisibilityPass::create(s.gl, s.mesh, s.looks.looks, s.looks.images, {s.width, s.height, s.band_rows});
-  if (!pass) return tl::unexpected(pass.error());
-  s.pass = std::move(*pass);
+  if (!s.shader) {
+    if (auto good = s.need_pass(); !good) return tl::unexpected(good.error());
+  }
   watch.add_to(s.prepare);
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
+}
+
+Result<void> Renderer::State::need_pass() {
+  if (pass) return {};
+  auto made = VisibilityPass::create(gl, mesh, looks.looks, looks.images, {width, height, band_rows});
+  if (!made) return tl::unexpected(made.error());
+  pass = std::move(*made);
+  return {};
 }
 
 Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame,
@@ -296,6 +304,7 @@ Result<void> Renderer::resize(const RenderOptions& options) {
   s.height = height;
   s.band_rows = rows_per_band(width, height, options.supersample);
   if (auto good = s.context->make_current(); !good) return good;
+  if (!s.pass) return {};
   return s.pass->resize({width, height, s.band_rows});
 }
 
@@ -303,13 +312,15 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
                                                   const V2i& pixel) {
   State& s = *state_;
   if (const auto good = s.context->make_current(); !good) return tl::unexpected(good.error());
+  if (const auto good = s.need_pass(); !good) return tl::unexpected(good.error());
   Watch watch;
   RenderStats unwanted;
   const int row = s.height - 1 - pixel.y;
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
-  const ShadingScene shading{camera, s.width, s.height, s.looks.looks, s.packed, look.lights};
+  const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
+                             s.packed, look.lights, &s.mesh,  s.origin};
   // A band of one row, and of it the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
   where.tiles.resize(static_cast<std::size_t>((s.width + tile_side - 1) / tile_side));
@@ -335,6 +346,7 @@ Result<void> Renderer::texel_edges(const Camera& camera, const RenderOptions& lo
                                    std::vector<OverlayPixel>& overlay) {
   State& s = *state_;
   if (auto good = s.context->make_current(); !good) return good;
+  if (auto good = s.need_pass(); !good) return good;
   Watch watch;
   RenderStats unwanted;
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);

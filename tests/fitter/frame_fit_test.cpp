@@ -86,7 +86,6 @@ TEST_CASE("the gradient by turns of the frame is that of the error") {
   const TexelSamples samples = gather_texel(alpha.data(), radiance.data(), directions, at.normal, at.tangent);
   LobeFitOptions options;
   options.max_iterations = 3;  // not at a minimum: the partial derivative is meant
-  options.channel.light_table = true;
   const std::array<ChannelFit, 3> fits = fit_texel(samples, options);
   const std::array<double, 3> gradient = turning_gradient(samples, fits);
 

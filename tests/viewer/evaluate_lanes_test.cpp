@@ -8,21 +8,10 @@
 #include "format/evaluate.h"
 #include "format/random.h"
 #include "tests/format/fabrics.h"
+#include "tests/viewer/shapes.h"
 
 namespace selvedge {
 namespace {
-
-/// A random direction of the whole sphere, some of them straight along an axis.
-V3f any_direction(Random& random) {
-  const double kind = random.uniform();
-  if (kind < 0.05) return {0, 0, 1};
-  if (kind < 0.08) return {0, 0, -1};
-  if (kind < 0.1) return {1, 0, 0};
-  const double z = 1.25 * random.uniform() - 0.25;
-  const double phi = 2 * 3.14159265358979 * random.uniform();
-  const double planar = std::sqrt(std::max(0.0, 1 - z * z));
-  return V3f(V3d(planar * std::cos(phi), planar * std::sin(phi), z));
-}
 
 void set(LaneDirections& directions, std::size_t lane, const V3f& d) {
   directions.x[lane] = d.x;
@@ -47,9 +36,9 @@ Differences compare(const Fabric& fabric, std::size_t entries, std::size_t light
     std::vector<LaneLight> lights(light_count);
     std::vector<LaneTexels> texels(entries);
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
-      set(view, lane, any_direction(random));
+      set(view, lane, test::any_direction(random));
       for (LaneLight& light : lights) {
-        set(light.direction, lane, any_direction(random));
+        set(light.direction, lane, test::any_direction(random));
         light.share[lane] = static_cast<float>(random.uniform());
         light.irradiance = V3f(1, 2, 0.5F);
       }

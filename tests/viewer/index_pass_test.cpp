@@ -53,11 +53,7 @@ class RayCaster {
 
   /// Texture coordinates where the ray meets the plane of a triangle.
   V2d uv(std::size_t triangle, double x, double y) const {
-    const V3d away = -view(x, y);
-    const V3d a = corner(triangle, 0);
-    const V3d normal = (corner(triangle, 1) - a).cross(corner(triangle, 2) - a);
-    const double t = (a - camera_.position).dot(normal) / away.dot(normal);
-    const V3d b = barycentric(triangle, camera_.position + away * t);
+    const V3d b = at_plane(triangle, x, y);
     V2d sum(0, 0);
     for (unsigned k = 0; k < 3; ++k) {
       const auto& groups = scene_.mesh.attributes[scene_.mesh.triangles[triangle].corners[k]];
@@ -69,15 +65,20 @@ class RayCaster {
 
   /// Smallest barycentric coordinate at the ray: how far inside it is.
   double inside(std::size_t triangle, double x, double y) const {
-    const V3d away = -view(x, y);
-    const V3d a = corner(triangle, 0);
-    const V3d normal = (corner(triangle, 1) - a).cross(corner(triangle, 2) - a);
-    const double t = (a - camera_.position).dot(normal) / away.dot(normal);
-    const V3d b = barycentric(triangle, camera_.position + away * t);
+    const V3d b = at_plane(triangle, x, y);
     return std::min({b.x, b.y, b.z});
   }
 
  private:
+  /// Barycentric coordinates where the ray meets the plane of a triangle.
+  V3d at_plane(std::size_t triangle, double x, double y) const {
+    const V3d away = -view(x, y);
+    const V3d a = corner(triangle, 0);
+    const V3d normal = (corner(triangle, 1) - a).cross(corner(triangle, 2) - a);
+    const double t = (a - camera_.position).dot(normal) / away.dot(normal);
+    return barycentric(triangle, camera_.position + away * t);
+  }
+
   V3d view(double x, double y) const {
     return view_direction(camera_, V2d(2 * x / scene_.width - 1, 2 * y / scene_.height - 1));
   }

@@ -8,6 +8,7 @@
 #include "tests/viewer/shapes.h"
 #include "viewer/geometry.h"
 #include "viewer/render.h"
+#include "viewer/renderer.h"
 
 namespace selvedge {
 namespace {
@@ -138,6 +139,39 @@ TEST_CASE("a point light over a Lambertian square has the radiance of its closed
               doctest::Approx(expected).epsilon(1e-3));
       }
     }
+  }
+}
+
+TEST_CASE("a probe sees the light of the picture, lights that stand somewhere included, on either path") {
+  Setting setting;
+  test::add(setting.scene, test::square(1, 0), test::material(0));
+  setting.fabrics.push_back(test::lambert_fabric(1, V3f(0.5F)));
+  setting.options.width = setting.options.height = 64;
+  Light point;
+  point.kind = LightKind::point;
+  point.position = V3d(0.2, 0.1, 0.7);
+  setting.options.lights = {point};
+  const auto points = world_points(setting.scene);
+  test::require(points);
+  const auto camera = make_camera(*points, 1, setting.camera);
+  test::require(camera);
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    setting.options.path = path;
+    setting.options.context = ContextKind::osmesa;
+    const auto renderer = Renderer::create(setting.scene, setting.fabrics, setting.options);
+    test::require(renderer);
+    Frame frame;
+    RenderStats stats;
+    REQUIRE((*renderer)->draw(*camera, setting.options, frame, stats));
+    const auto probe = (*renderer)->probe(*camera, setting.options, V2i(20, 40));
+    test::require(probe);
+    REQUIRE(probe->has_value());
+    CHECK((*probe)->radiance.x > 0.01F);
+    CHECK((*probe)->radiance.x == doctest::Approx(frame.pixels[40 * 64 + 20].x).epsilon(1e-4));
+    // After a probe the next frame is the same.
+    const Frame before = frame;
+    REQUIRE((*renderer)->draw(*camera, setting.options, frame, stats));
+    CHECK(frame.pixels == before.pixels);
   }
 }
 

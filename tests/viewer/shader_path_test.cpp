@@ -10,10 +10,11 @@
 #include "format/evaluate.h"
 #include "format/random.h"
 #include "tests/format/fabrics.h"
+#include "tests/viewer/shapes.h"
 #include "viewer/context.h"
 #include "viewer/gl_objects.h"
-#include "viewer/shader_evaluation.h"
 #include "viewer/shader_fabrics.h"
+#include "viewer/shader_texts.h"
 
 namespace selvedge {
 using test::random_fabric;
@@ -53,11 +54,6 @@ struct Query {
 std::vector<V4f> evaluated(const Graphics& graphics, std::span<const Fabric> fabrics,
                            const std::vector<Query>& queries) {
   const GlFunctions& gl = graphics.gl;
-  const std::string vertex = R"(#version 450 core
-void main() {
-  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
-}
-)";
   const std::string fragment = std::string(R"(#version 450 core
 struct Query { uvec4 place; vec4 view; vec4 light; };
 layout(std430, binding = 1) readonly buffer Queries { Query queries[]; };
@@ -74,7 +70,7 @@ void main() {
   shade_texel(q.place.x, q.place.y, q.place.z, q.view.xyz, mat3(1.0), 1.0, result);
 }
 )";
-  const Result<GLuint> program = make_program(gl, vertex, fragment);
+  const Result<GLuint> program = make_program(gl, frame_vertex_shader, fragment);
   REQUIRE_MESSAGE(program, (program ? "" : to_line(program.error())));
   const auto width = static_cast<int>(queries.size());
   const GLuint target = make_plain_texture(gl, GL_RGBA32F, width, 1);
@@ -106,17 +102,6 @@ void main() {
   return result;
 }
 
-V3f any_direction(Random& random) {
-  const double kind = random.uniform();
-  if (kind < 0.05) return {0, 0, 1};
-  if (kind < 0.08) return {0, 0, -1};
-  if (kind < 0.1) return {1, 0, 0};
-  const double z = 1.25 * random.uniform() - 0.25;
-  const double phi = 2 * 3.14159265358979 * random.uniform();
-  const double planar = std::sqrt(std::max(0.0, 1 - z * z));
-  return V3f(V3d(planar * std::cos(phi), planar * std::sin(phi), z));
-}
-
 /// The share of random queries that differ by more than `bound`, relative to 1 + what they should be.
 double share_beyond(const std::vector<Fabric>& fabrics, double bound, std::uint64_t seed,
                     std::unique_ptr<GraphicsContext> context) {
@@ -131,8 +116,8 @@ double share_beyond(const std::vector<Fabric>& fabrics, double bound, std::uint6
         static_cast<std::size_t>(random.uniform() * static_cast<double>(fabrics[fabric].levels.size()));
     const FabricLevel& of = fabrics[fabric].levels[level];
     const auto texel = static_cast<int>(random.uniform() * of.texels());
-    const V3f view = any_direction(random);
-    const V3f light = any_direction(random);
+    const V3f view = test::any_direction(random);
+    const V3f light = test::any_direction(random);
     q.place = {static_cast<std::uint32_t>(fabric), static_cast<std::uint32_t>(level),
                static_cast<std::uint32_t>(texel), 0};
     q.view = V4f(view.x, view.y, view.z, 0);

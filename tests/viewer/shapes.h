@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -17,6 +18,18 @@ namespace selvedge::test {
 template <class T>
 void require(const Result<T>& result) {
   if (!result) FAIL(to_line(result.error()));
+}
+
+/// A random direction of the whole sphere, some of them straight along an axis.
+inline V3f any_direction(Random& random) {
+  const double kind = random.uniform();
+  if (kind < 0.05) return {0, 0, 1};
+  if (kind < 0.08) return {0, 0, -1};
+  if (kind < 0.1) return {1, 0, 0};
+  const double z = 1.25 * random.uniform() - 0.25;
+  const double phi = 2 * std::numbers::pi * random.uniform();
+  const double planar = std::sqrt(std::max(0.0, 1 - z * z));
+  return V3f(V3d(planar * std::cos(phi), planar * std::sin(phi), z));
 }
 
 /// Random lobes, frames, view table and opacity in every texel of every level: no two texels alike.
