@@ -110,8 +110,11 @@ std::vector<int> finest_levels(const Scene& scene, const Camera& camera, int hei
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const double level = std::log2(std::max(least[i], 1e-30)) + static_cast<double>(options.bias) - rounding;
     const double last = counts[i] - 1;
+    // The first level that is there counts as level 0, whose texels keep their edges: with linear taps the
+    // levels that are seen lie behind it.
+    const double spare = options.linear ? 1 : 0;
     const bool halves = is_power_of_two(sizes[i].x) && is_power_of_two(sizes[i].y);
-    levels.push_back(halves ? static_cast<int>(std::clamp(std::floor(level), 0.0, last)) : 0);
+    levels.push_back(halves ? static_cast<int>(std::clamp(std::floor(level) - spare, 0.0, last)) : 0);
   }
   return levels;
 }

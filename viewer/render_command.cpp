@@ -59,6 +59,13 @@ std::vector<Light> lights_for(const RenderCommand& command, const Scene& scene, 
   return lights;
 }
 
+RenderOptions options_of(const RenderCommand& command) {
+  RenderOptions options = command.render;
+  // A level by itself is looked at for its texels.
+  if (options.levels.forced >= 0) options.levels.linear = false;
+  return options;
+}
+
 Result<Shot> read_swatch(const RenderCommand& command) {
   Result<FabricReader> reader = FabricReader::open(command.input);
   if (!reader) return tl::unexpected(reader.error());
@@ -69,12 +76,10 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   std::error_code unknown;
   const std::uint64_t file_bytes = std::filesystem::file_size(command.input, unknown);
   Shot shot;
-  shot.options = command.render;
+  shot.options = options_of(command);
   shot.options.width = swatch->width;
   shot.options.height = swatch->height;
   shot.options.layers = 1;
-  // A level by itself is looked at for its texels.
-  if (shot.options.levels.forced >= 0) shot.options.levels.linear = false;
   shot.cameras = {swatch->camera};
   Subject subject{command.input, std::move(swatch->scene), {}, reader->bytes_read(), file_bytes};
   subject.scene.file = command.input;
@@ -154,7 +159,7 @@ Result<Shot> read_scene_shot(const RenderCommand& command) {
   const Result<std::vector<V3d>> points = world_points(open->scene);
   if (!points) return tl::unexpected(points.error());
   Shot shot;
-  shot.options = command.render;
+  shot.options = options_of(command);
   const double aspect = static_cast<double>(command.render.width) / command.render.height;
   if (command.camera_of_file.empty()) {
     Result<std::vector<Camera>> cameras = turntable(*points, aspect, command.camera, command.turntable);

@@ -181,16 +181,18 @@ TEST_CASE("no pixel asks for a finer level than was foreseen, and the frame is t
   scene.fabrics.resize(1);
   int left_out = 0;
   for (const Projection projection : {Projection::perspective, Projection::parallel}) {
-    for (const double distance : {2.0, 8.0, 40.0}) {
+    for (const double distance : {2.0, 8.0, 40.0, -2.0, -4.0, -8.0, -40.0}) {
+      // With linear taps where it is negative.
       CameraOptions options;
       options.projection = projection;
       options.look_at = V3d(0, 0, 0);
-      options.distance = distance;
+      options.distance = std::abs(distance);
       options.elevation = 20;
       options.field_of_view = 60;
       const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
       test::require(camera);
       RenderOptions look;
+      if (distance < 0) look.levels = best_levels;
       look.width = 100;
       look.height = 80;
       look.lights = default_lights(*camera);
