@@ -202,7 +202,7 @@ void add_levels(CLI::App& app, LevelOptions& levels, int& layers) {
            levels.linear = t == "linear";
            levels.bias = t == "linear" ? best_levels.bias : 0.0F;
          },
-         "Between the texels of coarser levels: linear (default), or the nearest: faster, with moire")
+         "Between the texels of coarser levels: linear (default), or the nearest: faster, rougher")
       ->type_name("nearest|linear")
       ->check(CLI::IsMember({"nearest", "linear"}));
   app.add_option(

@@ -24,8 +24,9 @@ struct LevelOptions {
   bool linear = false;
 };
 
-/// What pictures are drawn with unless something else is asked for: no moire, and little flicker in a slow
-/// zoom (spec/view.md). Half a level finer: what linear taps lose in sharpness they need not lose twice.
+/// What pictures are drawn with unless something else is asked for: in most views nearest to many samples a
+/// pixel, with little flicker in a slow zoom (spec/view.md). Half a level finer: what linear taps lose in
+/// sharpness they need not lose twice.
 inline constexpr LevelOptions best_levels{true, -1, 4, -0.5F, true};
 
 /// The most taps along the footprint with and without `linear`.
