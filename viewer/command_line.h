@@ -6,9 +6,9 @@
 #include <variant>
 #include <vector>
 
+#include "format/camera.h"
 #include "format/gltf_scene.h"
 #include "format/program.h"
-#include "viewer/camera.h"
 #include "viewer/display.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"

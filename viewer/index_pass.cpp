@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "format/evaluate.h"
+#include "format/footprint.h"
 #include "viewer/fetch.h"
-#include "viewer/footprint.h"
 
 namespace selvedge {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "viewer/camera.h"
+#include "format/camera.h"
 #include "viewer/geometry.h"
 #include "viewer/packed_fabric.h"
 #include "viewer/surface_look.h"

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "format/camera.h"
 #include "format/scene.h"
-#include "viewer/camera.h"
 #include "viewer/index_pass.h"
 
 namespace selvedge {

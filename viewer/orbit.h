@@ -7,7 +7,7 @@
 
 #include <span>
 
-#include "viewer/camera.h"
+#include "format/camera.h"
 
 namespace selvedge {
 

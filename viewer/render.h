@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "format/camera.h"
 #include "format/scene.h"
-#include "viewer/camera.h"
 #include "viewer/context.h"
 #include "viewer/frame.h"
 #include "viewer/shade.h"

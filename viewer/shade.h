@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "viewer/camera.h"
+#include "format/camera.h"
+#include "format/lights.h"
 #include "viewer/index_pass.h"
-#include "viewer/lights.h"
 
 namespace selvedge {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "format/image.h"
+#include "format/lights.h"
 #include "viewer/gl_functions.h"
 #include "viewer/index_pass.h"
-#include "viewer/lights.h"
 
 namespace selvedge {
 

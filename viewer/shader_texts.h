@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "viewer/footprint.h"
+#include "format/footprint.h"
 #include "viewer/shader_evaluation.h"
 
 namespace selvedge {

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "format/lights.h"
 #include "viewer/display.h"
-#include "viewer/lights.h"
 #include "viewer/render.h"
 
 namespace selvedge {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "viewer/camera.h"
+#include "format/camera.h"
 
 namespace selvedge {
 

@@ -1,7 +1,7 @@
 // Where the viewer is, seen from the pixels of a frame.
 #pragma once
 
-#include "viewer/camera.h"
+#include "format/camera.h"
 
 namespace selvedge {
 

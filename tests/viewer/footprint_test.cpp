@@ -1,4 +1,4 @@
-#include "viewer/footprint.h"
+#include "format/footprint.h"
 
 #include <doctest/doctest.h>
 

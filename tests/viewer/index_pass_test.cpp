@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "format/evaluate.h"
+#include "format/footprint.h"
 #include "format/gltf_scene.h"
 #include "tests/viewer/indexed.h"
-#include "viewer/footprint.h"
 
 namespace selvedge {
 namespace {

@@ -1,4 +1,4 @@
-#include "viewer/camera.h"
+#include "format/camera.h"
 
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "viewer/camera.h"
+#include "format/camera.h"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "viewer/lights.h"
+#include "format/lights.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "format/camera.h"
 #include "format/scene.h"
-#include "viewer/camera.h"
 
 namespace selvedge {
 

@@ -1,4 +1,4 @@
-#include "viewer/lights.h"
+#include "format/lights.h"
 
 #include <doctest/doctest.h>
 
