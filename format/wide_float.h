@@ -55,11 +55,12 @@ SELVEDGE_INLINE WideFloat<N> if_greater(const WideFloat<N>& a, const WideFloat<N
 /// Whether a > b for any of the numbers.
 template <std::size_t N>
 SELVEDGE_INLINE bool any_greater(const WideFloat<N>& a, const WideFloat<N>& b) {
-  float found[N];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in a register
-  if_greater(a, b, WideFloat<N>(1), WideFloat<N>(0)).store(found);
-  float sum = 0;
-  for (std::size_t i = 0; i < N; ++i) sum = found[i] > sum ? found[i] : sum;
-  return sum > 0;
+  const WideFloat<N> found = if_greater(a, b, WideFloat<N>(1), WideFloat<N>(0));
+  std::uint64_t bits[N / 2];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in a register
+  std::memcpy(bits, &found.v, sizeof bits);
+  std::uint64_t any = 0;
+  for (std::size_t i = 0; i < N / 2; ++i) any |= bits[i];
+  return any != 0;
 }
 
 /// The smaller; `b` where one of them is NaN.

@@ -17,6 +17,10 @@ constexpr std::size_t most_lobes = 16;
 
 /// What one stroke evaluates: texels of one layout.
 struct Stroke {
+  /// Leaves the numbers to be filled in.
+  Stroke(const PackedFabric& of_fabric, const PackedLayout& of_layout)
+      : fabric(of_fabric), layout(of_layout) {}
+
   const PackedFabric& fabric;
   const PackedLayout& layout;
   std::array<const Group*, lane_count> texel;   ///< its groups
@@ -134,8 +138,9 @@ SELVEDGE_INLINE void fill(const Surroundings& s, std::size_t first, Lookups<N>& 
   }
 }
 
-/// The texels of one stroke; `with_alpha`: opacity is added as well.
-template <std::size_t N>
+/// The texels of one stroke; `with_alpha`: opacity is added as well. `Known`: how many lobes the layout has,
+/// 0 where only the layout knows.
+template <std::size_t N, int Known>
 SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const Lookups<N>& lookups,
                               std::size_t first, bool with_alpha, LaneShading& result) {
   using Wide = WideFloat<N>;
@@ -155,11 +160,12 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
   const Wide share = Wide::load(&stroke.weight[first]) * table[3];
 
   // The texel's frame and lobes.
-  const std::size_t per_channel = 1 + 4 * static_cast<std::size_t>(layout.lobes);
-  Wide parameters[3 * (1 + 4 * most_lobes)];  // NOLINT(modernize-avoid-c-arrays)
-  Wide normal[4];                             // NOLINT(modernize-avoid-c-arrays)
-  Wide tangent[4];                            // NOLINT(modernize-avoid-c-arrays)
-  Wide rest[4];                               // NOLINT(modernize-avoid-c-arrays)
+  const int lobes = Known > 0 ? Known : layout.lobes;
+  const std::size_t per_channel = 1 + 4 * static_cast<std::size_t>(lobes);
+  Wide parameters[3 * (1 + 4 * (Known > 0 ? Known : most_lobes))];  // NOLINT(modernize-avoid-c-arrays)
+  Wide normal[4];                                                   // NOLINT(modernize-avoid-c-arrays)
+  Wide tangent[4];                                                  // NOLINT(modernize-avoid-c-arrays)
+  Wide rest[4];                                                     // NOLINT(modernize-avoid-c-arrays)
   const Group* const* texel = stroke.texel.data() + first;
   fetch<N>(texel, 0, normal);
   fetch<N>(texel, 1, tangent);
@@ -168,9 +174,8 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
   parameters[per_channel] = tangent[3];
   parameters[2 * per_channel] = rest[0];
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t j = 0; j < static_cast<std::size_t>(layout.lobes); ++j)
-      fetch<N>(texel, 3 + c * static_cast<std::size_t>(layout.lobes) + j,
-               parameters + c * per_channel + 1 + 4 * j);
+    for (std::size_t j = 0; j < static_cast<std::size_t>(lobes); ++j)
+      fetch<N>(texel, 3 + c * static_cast<std::size_t>(lobes) + j, parameters + c * per_channel + 1 + 4 * j);
   }
   const WideVec3<N> n{normal[0], normal[1], normal[2]};
   const WideVec3<N> t{tangent[0], tangent[1], tangent[2]};
@@ -199,8 +204,9 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
     if (layout.has_lobes) {
       const Wide to_light[3] = {l.dot(t), l.dot(b), l.dot(n)};  // NOLINT(modernize-avoid-c-arrays)
       const Wide cosine = max(to_light[2], zero);
+#pragma GCC unroll 3
       for (std::size_t c = 0; c < 3; ++c) {
-        const Wide bracket = lafortune_lobes(parameters + c * per_channel, layout.lobes, to_light, in_texel);
+        const Wide bracket = lafortune_lobes(parameters + c * per_channel, lobes, to_light, in_texel);
         factor[c] = held(factor[c] * held(if_greater(cosine, zero, bracket * cosine, zero)));
       }
     }
@@ -230,10 +236,12 @@ class Strokes {
     while (left != 0) {
       const auto leader = static_cast<std::size_t>(std::countr_zero(left));
       const int layout = level_of(texels, leader).layout;
-      std::uint32_t group = 0;
-      for (std::size_t lane = 0; lane < lane_count; ++lane) {
-        const bool same = (left >> lane & 1U) != 0 && level_of(texels, lane).layout == layout;
-        group |= (same ? 1U : 0U) << lane;
+      std::uint32_t group = left;
+      if (fabric_.layouts.size() > 1) {
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+          const bool other = (left >> lane & 1U) != 0 && level_of(texels, lane).layout != layout;
+          group &= ~((other ? 1U : 0U) << lane);
+        }
       }
       left &= ~group;
       const PackedLayout& of = fabric_.layouts[static_cast<std::size_t>(layout)];
@@ -252,7 +260,7 @@ class Strokes {
 
   Stroke plain(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group,
                std::size_t leader) const {
-    Stroke stroke{fabric_, layout, {}, {}, {}, {}, {}};
+    Stroke stroke(fabric_, layout);
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
       // Idle lanes go along with another's texel, and count for nothing.
       const bool on = (group >> lane & 1U) != 0;
@@ -268,7 +276,8 @@ class Strokes {
                 const Body& body) const {
     // Levels of one layout may still divide their texels differently.
     for (int ray = 0;; ++ray) {
-      Stroke stroke{fabric_, layout, {}, {}, {}, {}, {}};
+      Stroke stroke(fabric_, layout);
+      stroke.weight.fill(0);
       bool any = false;
       bool hits = false;
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -339,9 +348,14 @@ SELVEDGE_THREE_BODIES(fill_all, (const Surroundings& s, AllLookups& lookups), (s
 template <std::size_t N>
 SELVEDGE_INLINE void evaluate_all(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
                                   bool with_alpha, LaneShading& result) {
-  for (std::size_t i = 0; i < lane_count / N; ++i)
-    evaluate<N>(s, stroke, reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i], i * N, with_alpha,
-                result);
+  for (std::size_t i = 0; i < lane_count / N; ++i) {
+    const Lookups<N>& of = reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i];
+    // The number of lobes that fabrics mostly have.
+    if (stroke.layout.lobes == 2)
+      evaluate<N, 2>(s, stroke, of, i * N, with_alpha, result);
+    else
+      evaluate<N, 0>(s, stroke, of, i * N, with_alpha, result);
+  }
 }
 SELVEDGE_THREE_BODIES(evaluate_all,
                       (const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,

@@ -243,6 +243,13 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   block.y = pixels.y;
   if (pixels.has_colours) block.colour = pixels.colour;
   Corners corners;
+  const float middle_x = 0.5F * static_cast<float>(scene.projected.width) - 0.5F;
+  const float middle_y = 0.5F * static_cast<float>(scene.projected.height) - 0.5F;
+  // Neighbours mostly lie on one surface.
+  std::uint32_t known_surface = ~0U;
+  float width = 1;
+  float height = 1;
+  float last_level = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     // Idle lanes go along with the first.
     const std::size_t from = lane < pixels.count ? lane : 0;
@@ -252,22 +259,27 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
       corners.screen[k][lane] = &scene.projected.screen[vertex];
       corners.attributes[k][lane] = scene.mesh.attributes[vertex].data();
     }
-    block.from_middle_x[lane] =
-        static_cast<float>(pixels.x[from]) + 0.5F - 0.5F * static_cast<float>(scene.projected.width);
-    block.from_middle_y[lane] =
-        static_cast<float>(pixels.y[from]) + 0.5F - 0.5F * static_cast<float>(scene.projected.height);
+    block.from_middle_x[lane] = static_cast<float>(pixels.x[from]) - middle_x;
+    block.from_middle_y[lane] = static_cast<float>(pixels.y[from]) - middle_y;
     block.surface[lane] = triangle.surface;
     block.triangle[lane] = pixels.triangle[from];
     block.handedness[lane] = triangle.handedness;
     block.side[lane] = pixels.back[from] ? -1.0F : 1.0F;
-    const int fabric = scene.looks[triangle.surface].fabric;
-    corners.width[lane] = corners.height[lane] = 1;
-    corners.last_level[lane] = 0;
-    if (fabric < 0) continue;
-    const std::vector<PackedLevel>& levels = scene.fabrics[static_cast<std::size_t>(fabric)].levels;
-    corners.width[lane] = static_cast<float>(levels.front().width);
-    corners.height[lane] = static_cast<float>(levels.front().height);
-    corners.last_level[lane] = static_cast<float>(levels.size() - 1);
+    if (triangle.surface != known_surface) {
+      known_surface = triangle.surface;
+      const int fabric = scene.looks[known_surface].fabric;
+      width = height = 1;
+      last_level = 0;
+      if (fabric >= 0) {
+        const std::vector<PackedLevel>& levels = scene.fabrics[static_cast<std::size_t>(fabric)].levels;
+        width = static_cast<float>(levels.front().width);
+        height = static_cast<float>(levels.front().height);
+        last_level = static_cast<float>(levels.size() - 1);
+      }
+    }
+    corners.width[lane] = width;
+    corners.height[lane] = height;
+    corners.last_level[lane] = last_level;
   }
   Footprints footprints;
   interpolate(corners, scene.levels, block, footprints);

@@ -111,7 +111,7 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   const auto first = [](const LaneDirections& d) { return V3f(d.x[0], d.y[0], d.z[0]); };
   probe.view = first(frames.view);
   ShadingScratch scratch;
-  const LaneShading light = shade(shading, block, scratch);
+  const LaneShading& light = shade(shading, block, scratch);
   for (const LaneLight& of : scratch.lights) probe.lights.push_back(first(of.direction));
   probe.alpha = light.alpha[0];
   if (probe.alpha > 0) probe.radiance = V3f(light.red[0], light.green[0], light.blue[0]) / probe.alpha;

@@ -40,14 +40,15 @@ class TriangleSieve {
   TriangleSieve(const ProjectedVertices& projected, const FrameTiles& where)
       : projected_(projected), where_(where), tile_columns_((projected.width + tile_side - 1) / tile_side) {}
 
+  /// Rows of the frame in which the triangle may cover the centre of a pixel.
+  PixelRange rows(const MergedTriangle& triangle) const {
+    const auto [x, y] = ranges(triangle);
+    return x.first <= x.last ? y : PixelRange{};
+  }
+
   /// Whether the triangle may cover the centre of a pixel that is of interest.
   bool keeps(const MergedTriangle& triangle) const {
-    PixelRange x{0, projected_.width - 1};
-    PixelRange y{0, projected_.height - 1};
-    if (corner(triangle, 0)[2] > 0 && corner(triangle, 1)[2] > 0 && corner(triangle, 2)[2] > 0) {
-      x = range(triangle, 0, projected_.width);
-      y = range(triangle, 1, projected_.height);
-    }
+    auto [x, y] = ranges(triangle);
     y.first = std::max(y.first, where_.first_row);
     y.last = std::min(y.last, where_.first_row + where_.rows - 1);
     if (x.first > x.last || y.first > y.last) return false;
@@ -74,6 +75,11 @@ class TriangleSieve {
  private:
   const Group& corner(const MergedTriangle& triangle, std::size_t k) const {
     return projected_.screen[triangle.corners[k]];
+  }
+  std::array<PixelRange, 2> ranges(const MergedTriangle& triangle) const {
+    if (corner(triangle, 0)[2] > 0 && corner(triangle, 1)[2] > 0 && corner(triangle, 2)[2] > 0)
+      return {range(triangle, 0, projected_.width), range(triangle, 1, projected_.height)};
+    return {PixelRange{0, projected_.width - 1}, PixelRange{0, projected_.height - 1}};
   }
   PixelRange range(const MergedTriangle& triangle, std::size_t axis, int size) const {
     const auto at = [&](std::size_t k) { return corner(triangle, k)[axis] / corner(triangle, k)[2]; };
@@ -132,24 +138,59 @@ ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int widt
   return projected;
 }
 
+namespace {
+
+/// Puts a triangle on the list of the side that is seen, if any is.
+void add_by_side(const TriangleSieve& sieve, const MergedSurfaces& mesh, std::span<const SurfaceLook> looks,
+                 std::size_t triangle, std::span<TriangleLists> to) {
+  const double facing = sieve.facing(mesh.triangles[triangle]);
+  for (TriangleLists& lists : to) {
+    if (facing > 0) lists.front.push_back(static_cast<std::uint32_t>(triangle));
+    if (facing < 0 && !looks[mesh.triangles[triangle].surface].culls_back)
+      lists.back.push_back(static_cast<std::uint32_t>(triangle));
+  }
+}
+
+void append(const TriangleLists& part, TriangleLists& lists) {
+  lists.front.insert(lists.front.end(), part.front.begin(), part.front.end());
+  lists.back.insert(lists.back.end(), part.back.begin(), part.back.end());
+}
+
+}  // namespace
+
 TriangleLists list_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                              std::span<const SurfaceLook> looks, const FrameTiles& where) {
   const TriangleSieve sieve(projected, where);
   std::vector<TriangleLists> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
   in_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
-    TriangleLists& part = parts[chunk];
     for (std::size_t i = first; i < end; ++i) {
-      if (!sieve.keeps(mesh.triangles[i])) continue;
-      const double facing = sieve.facing(mesh.triangles[i]);
-      if (facing > 0) part.front.push_back(static_cast<std::uint32_t>(i));
-      if (facing < 0 && !looks[mesh.triangles[i].surface].culls_back)
-        part.back.push_back(static_cast<std::uint32_t>(i));
+      if (sieve.keeps(mesh.triangles[i])) add_by_side(sieve, mesh, looks, i, std::span(&parts[chunk], 1));
     }
   });
   TriangleLists lists;
-  for (const TriangleLists& part : parts) {
-    lists.front.insert(lists.front.end(), part.front.begin(), part.front.end());
-    lists.back.insert(lists.back.end(), part.back.begin(), part.back.end());
+  for (const TriangleLists& part : parts) append(part, lists);
+  return lists;
+}
+
+std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
+                                      std::span<const SurfaceLook> looks, int band_rows) {
+  const FrameTiles everywhere{0, projected.height, {}};
+  const TriangleSieve sieve(projected, everywhere);
+  const auto bands = static_cast<std::size_t>((projected.height + band_rows - 1) / band_rows);
+  std::vector<std::vector<TriangleLists>> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
+  in_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
+    parts[chunk].resize(bands);
+    for (std::size_t i = first; i < end; ++i) {
+      const PixelRange rows = sieve.rows(mesh.triangles[i]);
+      if (rows.first > rows.last) continue;
+      const auto lowest = static_cast<std::size_t>(rows.first / band_rows);
+      const auto highest = static_cast<std::size_t>(rows.last / band_rows);
+      add_by_side(sieve, mesh, looks, i, std::span(parts[chunk]).subspan(lowest, highest - lowest + 1));
+    }
+  });
+  std::vector<TriangleLists> lists(bands);
+  for (const std::vector<TriangleLists>& part : parts) {
+    for (std::size_t band = 0; band < bands; ++band) append(part[band], lists[band]);
   }
   return lists;
 }

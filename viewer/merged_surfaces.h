@@ -60,6 +60,10 @@ struct TriangleLists {
 TriangleLists list_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                              std::span<const SurfaceLook> looks, const FrameTiles& where);
 
+/// The same for bands of `band_rows` rows each, from the bottom of the frame.
+std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
+                                      std::span<const SurfaceLook> looks, int band_rows);
+
 /// Those of a list that may still, for other tiles.
 std::vector<std::uint32_t> sift_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                           std::span<const std::uint32_t> list, const FrameTiles& where);

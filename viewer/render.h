@@ -29,7 +29,8 @@ struct RenderOptions {
   std::vector<Light> lights;
 };
 
-/// What a rendering did, and how long each stage took, in seconds.
+/// What a rendering did, and how long each stage took, in seconds. Drawing and evaluation go on at the same
+/// time, of one part of the frame after another: their times add up to more than the frame's.
 struct RenderStats {
   double prepare = 0;   ///< context, vertices, fabrics; once for all frames
   double project = 0;   ///< vertices and triangles to the frame

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <future>
 
 #include "format/parallel.h"
 #include "viewer/context.h"
@@ -14,9 +15,10 @@
 namespace selvedge {
 namespace {
 
-/// Pixels that are drawn, read back and evaluated at a time: bounds the memory of large frames, and holds a
-/// frame of 1920 x 1080 whole.
+/// Pixels that are drawn, read back and evaluated at a time: bounds the memory of large frames.
 constexpr int pixels_per_band = 1 << 21;
+constexpr int bands_per_frame = 6;
+constexpr int rasteriser_tile = 64;
 
 /// Adds the time since the last call to one of the stages.
 class Watch {
@@ -75,10 +77,12 @@ Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& optio
   return make_osmesa_context();
 }
 
-/// A multiple of the supersampling.
+/// A multiple of the supersampling. Whole tiles of the rasteriser, few enough that a band is drawn while the
+/// one before is shaded.
 int rows_per_band(int width, int height, int supersample) {
-  const int rows = std::max(pixels_per_band / width / supersample, 1) * supersample;
-  return std::min(rows, (height + supersample - 1) / supersample * supersample);
+  const int share = (height / bands_per_frame + rasteriser_tile - 1) / rasteriser_tile * rasteriser_tile;
+  const int rows = std::clamp(share, 1, std::max(pixels_per_band / width, 1));
+  return std::max(rows / supersample, 1) * supersample;
 }
 
 }  // namespace
@@ -98,19 +102,23 @@ struct Renderer::State {
   std::unique_ptr<VisibilityPass> pass;  ///< goes before its context
   std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass, where it is there
   double prepare = 0;
-  std::array<DrawnSide, 2> sides;
-  std::vector<V4f> large;  ///< pixels of a supersampled band
+  /// Rows on their way: while one band is shaded the next is drawn.
+  struct Band {
+    std::array<DrawnSide, 2> sides;
+    std::vector<V4f> large;  ///< pixels, where supersampled
+  };
+  std::array<Band, 2> bands;
 
   /// Makes the pass if it is not there; the shader path needs it for probes and texel edges only.
   Result<void> need_pass();
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
                            RenderStats& stats);
-  Result<void> draw_nearest(const IndexScene& index, const FrameTiles& where, Watch& watch,
-                            RenderStats& stats);
-  Result<void> draw_behind(const IndexScene& index, FrameTiles where, DeepPixels& deep, Watch& watch,
-                           RenderStats& stats);
-  Result<void> draw_band(const IndexScene& index, const ShadingScene& shading, const BandPixels& pixels,
-                         Watch& watch, RenderStats& stats);
+  Result<void> draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
+                            Watch& watch, RenderStats& stats);
+  Result<void> draw_behind(const IndexScene& index, FrameTiles where, std::array<DrawnSide, 2>& sides,
+                           DeepPixels& deep, Watch& watch, RenderStats& stats);
+  Result<void> shade(const IndexScene& index, const ShadingScene& shading, int first_row, Band& band,
+                     Frame& frame, RenderStats& stats);
 };
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -184,6 +192,7 @@ Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOpti
   if (auto good = shader->draw(camera, origin, look.lights, how, &stats.shader); !good) return good;
   gl.Finish();
   watch.add_to(stats.geometry);
+  std::vector<V4f>& large = bands[0].large;
   shader->read(large);
   watch.add_to(stats.read_back);
   stats.layers = stats.shader.rounds;
@@ -194,13 +203,14 @@ Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOpti
 }
 
 /// What lies behind the first round, at the deep pixels.
-Result<void> Renderer::State::draw_behind(const IndexScene& index, FrameTiles where, DeepPixels& deep,
-                                          Watch& watch, RenderStats& stats) {
+Result<void> Renderer::State::draw_behind(const IndexScene& index, FrameTiles where,
+                                          std::array<DrawnSide, 2>& sides, DeepPixels& deep, Watch& watch,
+                                          RenderStats& stats) {
   for (int side = 0; side < 2; ++side) {
     DrawnSide& drawn = sides[static_cast<std::size_t>(side)];
     deep.take(side, 0, drawn);
     for (int round = 1; round < options.layers && deep.has_more(side, round); ++round) {
-      where.tiles = deep.tiles(width, where.rows, side, round);
+      where.tiles = deep.tiles(side, round);
       drawn.list = sift_triangles(mesh, index.projected, drawn.list, where);
       if (auto good = pass->draw(side, round, where.first_row, drawn.list); !good) return good;
       pass->finish();
@@ -214,12 +224,11 @@ Result<void> Renderer::State::draw_behind(const IndexScene& index, FrameTiles wh
 }
 
 /// Both sides of the cloth, the first round.
-Result<void> Renderer::State::draw_nearest(const IndexScene& index, const FrameTiles& where, Watch& watch,
+Result<void> Renderer::State::draw_nearest(TriangleLists lists, const FrameTiles& where,
+                                           std::array<DrawnSide, 2>& sides, Watch& watch,
                                            RenderStats& stats) {
-  TriangleLists lists = list_triangles(mesh, index.projected, looks.looks, where);
   sides[0].list = std::move(lists.front);
   sides[1].list = std::move(lists.back);
-  watch.add_to(stats.project);
   for (int side = 0; side < 2; ++side) {
     auto good = pass->draw(side, 0, where.first_row, sides[static_cast<std::size_t>(side)].list);
     if (!good) return good;
@@ -231,26 +240,39 @@ Result<void> Renderer::State::draw_nearest(const IndexScene& index, const FrameT
   return {};
 }
 
-Result<void> Renderer::State::draw_band(const IndexScene& index, const ShadingScene& shading,
-                                        const BandPixels& pixels, Watch& watch, RenderStats& stats) {
-  const FrameTiles where{pixels.first_row, pixels.rows, {}};
-  if (auto good = draw_nearest(index, where, watch, stats); !good) return good;
-  DeepPixels deep;
-  LayerCount count = shade_band(index, shading, sides, options.layers, pixels, deep);
+/// From what a band's pixels see to the frame. Draws only where the scene has surfaces without fabric.
+Result<void> Renderer::State::shade(const IndexScene& index, const ShadingScene& shading, int first_row,
+                                    Band& band, Frame& frame, RenderStats& stats) {
+  Watch watch;
+  BandPixels pixels{first_row, width, std::min(band_rows, height - first_row), nullptr, width};
+  const int n = options.supersample;
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(pixels.rows);
+  if (n > 1) {
+    band.large.resize(count);
+    pixels.bottom = band.large.data();
+  } else {
+    // The frame itself, whose first row is at the top.
+    pixels.bottom = frame.pixels.data() + static_cast<std::ptrdiff_t>(height - 1 - first_row) * width;
+    pixels.stride = -width;
+  }
+  DeepPixels deep(width, pixels.rows);
+  LayerCount seen = shade_band(index, shading, band.sides, options.layers, pixels, deep);
   if (!deep.empty()) {
-    watch.add_to(stats.evaluation);
-    if (sides[0].seen.colours.empty()) {
-      deep.cast(mesh, index.projected, sides, pixels);
-      watch.add_to(stats.geometry);
-    } else if (auto good = draw_behind(index, where, deep, watch, stats); !good) {
-      return good;
+    if (band.sides[0].seen.colours.empty()) {
+      deep.cast(mesh, index.projected, band.sides, first_row);
+    } else {
+      watch.add_to(stats.evaluation);
+      const FrameTiles where{first_row, pixels.rows, {}};
+      if (auto good = draw_behind(index, where, band.sides, deep, watch, stats); !good) return good;
     }
-    count += shade_deep(index, shading, deep, options.layers, pixels);
+    seen += shade_deep(index, shading, deep, options.layers, pixels);
   }
   watch.add_to(stats.evaluation);
-  stats.covered_pixels += count.covered;
-  stats.evaluated_pixels += count.evaluated;
-  stats.layers = std::max(stats.layers, count.layers);
+  stats.covered_pixels += seen.covered;
+  stats.evaluated_pixels += seen.evaluated;
+  stats.layers = std::max(stats.layers, seen.layers);
+  if (n > 1) box_filter(std::span<const V4f>(band.large).first(count), first_row, n, frame);
+  watch.add_to(stats.filter);
   return {};
 }
 
@@ -263,33 +285,49 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
   stats.remarks = s.remarks;
   if (auto good = s.context->make_current(); !good) return good;
   Watch watch;
-  const int n = s.options.supersample;
   frame.width = s.options.width;
   frame.height = s.options.height;
   frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
   if (s.shader) return s.draw_shader(camera, look, frame, watch, stats);
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
+  std::vector<TriangleLists> lists = list_bands(s.mesh, projected, s.looks.looks, s.band_rows);
   watch.add_to(stats.project);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
   const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
                              s.packed, look.lights, &s.mesh,  s.origin};
-  if (n > 1) s.large.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.band_rows));
-  for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
-    BandPixels pixels{first_row, s.width, std::min(s.band_rows, s.height - first_row), s.large.data(),
-                      s.width};
-    if (n == 1) {
-      // The frame itself, whose first row is at the top.
-      pixels.bottom = frame.pixels.data() + static_cast<std::ptrdiff_t>(s.height - 1 - first_row) * s.width;
-      pixels.stride = -s.width;
+  // What is drawn twice, because of surfaces without fabric, cannot wait for the next band.
+  const bool at_once = thread_count() == 1 || s.pass->has_colours();
+  RenderStats shaded;
+  double waited = 0;
+  std::future<Result<void>> shading_before;
+  const auto finish_before = [&]() -> Result<void> {
+    if (!shading_before.valid()) return {};
+    return shading_before.get();
+  };
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    const int first_row = static_cast<int>(i) * s.band_rows;
+    State::Band& band = s.bands[i % 2];
+    const FrameTiles where{first_row, std::min(s.band_rows, s.height - first_row), {}};
+    if (auto good = s.draw_nearest(std::move(lists[i]), where, band.sides, watch, stats); !good) return good;
+    if (auto good = finish_before(); !good) return good;
+    watch.add_to(waited);
+    const auto shade = [&, first_row] { return s.shade(index, shading, first_row, band, frame, shaded); };
+    if (!at_once) {
+      shading_before = std::async(std::launch::async, shade);
+    } else if (auto good = shade(); !good) {
+      return good;
     }
-    if (auto good = s.draw_band(index, shading, pixels, watch, stats); !good) return good;
-    if (n > 1) {
-      const auto count = static_cast<std::size_t>(s.width) * static_cast<std::size_t>(pixels.rows);
-      box_filter(std::span<const V4f>(s.large).first(count), first_row, n, frame);
-    }
-    watch.add_to(stats.filter);
+    watch.add_to(waited);
   }
+  if (auto good = finish_before(); !good) return good;
+  stats.geometry += shaded.geometry;
+  stats.read_back += shaded.read_back;
+  stats.evaluation = shaded.evaluation;
+  stats.filter = shaded.filter;
+  stats.covered_pixels = shaded.covered_pixels;
+  stats.evaluated_pixels = shaded.evaluated_pixels;
+  stats.layers = shaded.layers;
   return {};
 }
 
@@ -321,14 +359,17 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
   const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
                              s.packed, look.lights, &s.mesh,  s.origin};
+  std::array<DrawnSide, 2>& sides = s.bands[0].sides;
   // A band of one row, and of it the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
   where.tiles.resize(static_cast<std::size_t>((s.width + tile_side - 1) / tile_side));
   where.tiles[static_cast<std::size_t>(pixel.x / tile_side)] = 1;
-  if (const auto good = s.draw_nearest(index, where, watch, unwanted); !good)
+  if (const auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.looks.looks, where), where, sides,
+                                       watch, unwanted);
+      !good)
     return tl::unexpected(good.error());
   const auto i = static_cast<std::size_t>(pixel.x);
-  const std::optional<NearestSurface> nearest = nearest_surface(s.sides, i);
+  const std::optional<NearestSurface> nearest = nearest_surface(sides, i);
   if (!nearest) return std::nullopt;
   PixelTriangles pixels;
   pixels.count = 1;
@@ -336,7 +377,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   pixels.y[0] = static_cast<std::uint16_t>(row);
   pixels.triangle[0] = nearest->triangle;
   pixels.back[0] = nearest->back;
-  const std::vector<V4f>& colours = s.sides[nearest->back ? 1 : 0].seen.colours;
+  const std::vector<V4f>& colours = sides[nearest->back ? 1 : 0].seen.colours;
   pixels.has_colours = !colours.empty();
   if (pixels.has_colours) pixels.colour[0] = colours[i];
   return probe_pixel(index, shading, pixels);
@@ -352,11 +393,15 @@ Result<void> Renderer::texel_edges(const Camera& camera, const RenderOptions& lo
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
+  std::array<DrawnSide, 2>& sides = s.bands[0].sides;
   overlay.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
   for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
     const FrameTiles where{first_row, std::min(s.band_rows, s.height - first_row), {}};
-    if (auto good = s.draw_nearest(index, where, watch, unwanted); !good) return good;
-    draw_texel_edges(index, s.sides, first_row, where.rows, overlay);
+    if (auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.looks.looks, where), where, sides,
+                                   watch, unwanted);
+        !good)
+      return good;
+    draw_texel_edges(index, sides, first_row, where.rows, overlay);
   }
   return {};
 }

@@ -92,6 +92,29 @@ SELVEDGE_THREE_BODIES(light_lanes, (const LaneFrames& frame, const V3f& directio
 /// Keeps a lobe that overflowed from spreading as NaN through sums and filters.
 float tame(float radiance) { return radiance >= 0 ? std::min(radiance, 1e30F) : 0.0F; }
 
+/// What a fabric gave as the picture needs it: opaque where the material says so.
+template <std::size_t N>
+SELVEDGE_INLINE void finish(const LaneFloats& keeps_opacity, LaneShading& shading) {
+  using Wide = WideFloat<N>;
+  const Wide zero(0);
+  const Wide one(1);
+  const Wide most(1e30F);
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const Wide keeps = Wide::load(&keeps_opacity[first]);
+    const Wide alpha = Wide::load(&shading.alpha[first]);
+    const Wide scale = if_greater(keeps, zero, one, if_greater(alpha, zero, one / alpha, zero));
+    for (LaneFloats* channel : {&shading.red, &shading.green, &shading.blue}) {
+      float* at = channel->data() + first;
+      const Wide radiance = Wide::load(at) * scale;
+      // NaN is not greater than 0.
+      if_greater(radiance, zero, min(radiance, most), zero).store(at);
+    }
+    if_greater(keeps, zero, alpha, one).store(&shading.alpha[first]);
+  }
+}
+SELVEDGE_THREE_BODIES(finish, (const LaneFloats& keeps_opacity, LaneShading& shading),
+                      (keeps_opacity, shading))
+
 void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha) {
   shading.red[lane] = tame(colour.x);
   shading.green[lane] = tame(colour.y);
@@ -120,12 +143,16 @@ std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBloc
   return texels;
 }
 
+void fill_frames(const Camera& camera, int width, int height, const PixelBlock& block, LaneFrames& result) {
+  static const auto fill = frames_for_this_processor();
+  fill(view_rays(camera, width, height), block, result);
+}
+
 }  // namespace
 
 LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block) {
-  static const auto frames = frames_for_this_processor();
   LaneFrames result;
-  frames(view_rays(camera, width, height), block, result);
+  fill_frames(camera, width, height, block, result);
   return result;
 }
 
@@ -159,9 +186,11 @@ void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneF
 
 }  // namespace
 
-LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
+const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
   static const auto light_lanes = light_lanes_for_this_processor();
-  const LaneFrames frames = garment_frames(scene.camera, scene.width, scene.height, block);
+  static const auto finish = finish_for_this_processor();
+  LaneFrames& frames = scratch.frames;
+  fill_frames(scene.camera, scene.width, scene.height, block, frames);
   scratch.lights.resize(scene.lights.size());
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     scratch.lights[i].irradiance = scene.lights[i].irradiance;
@@ -172,36 +201,41 @@ LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScr
     light_lanes(frames, V3f(scene.lights[i].direction), scratch.lights[i].direction);
     scratch.lights[i].share.fill(1);
   }
-  const auto fabric_of = [&](std::size_t lane) { return scene.looks[block.surface[lane]].fabric; };
-  LaneShading shading;
-  const int first_fabric = fabric_of(0);
-  bool one_fabric = true;
-  for (std::size_t lane = 1; lane < block.count; ++lane) one_fabric &= fabric_of(lane) == first_fabric;
-  if (one_fabric && first_fabric >= 0) {
-    evaluate_lanes(scene.fabrics[static_cast<std::size_t>(first_fabric)],
+  LaneShading& light = scratch.light;
+  light = {};
+  bool one_surface = true;
+  for (std::size_t lane = 1; lane < block.count; ++lane)
+    one_surface &= block.surface[lane] == block.surface[0];
+  const auto look_of = [&](std::size_t lane) -> const SurfaceLook& {
+    return scene.looks[block.surface[lane]];
+  };
+  if (one_surface && look_of(0).fabric >= 0) {
+    evaluate_lanes(scene.fabrics[static_cast<std::size_t>(look_of(0).fabric)],
                    std::span(block.texels).first(block.texel_count), frames.view, scratch.lights,
-                   scratch.lanes, shading);
-  } else if (!one_fabric) {
+                   scratch.lanes, light);
+  } else if (!one_surface) {
     for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
       bool any = false;
-      for (std::size_t lane = 0; lane < block.count; ++lane) any |= fabric_of(lane) == static_cast<int>(i);
+      for (std::size_t lane = 0; lane < block.count; ++lane)
+        any |= look_of(lane).fabric == static_cast<int>(i);
       if (!any) continue;
       evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
-                     frames.view, scratch.lights, scratch.lanes, shading);
+                     frames.view, scratch.lights, scratch.lanes, light);
     }
   }
+  alignas(64) LaneFloats keeps_opacity{};
+  if (one_surface) {
+    keeps_opacity.fill(look_of(0).keeps_opacity ? 1.0F : 0.0F);
+  } else {
+    for (std::size_t lane = 0; lane < block.count; ++lane)
+      keeps_opacity[lane] = look_of(lane).keeps_opacity ? 1.0F : 0.0F;
+  }
+  finish(keeps_opacity, light);
+  if (one_surface && look_of(0).fabric >= 0) return light;
   for (std::size_t lane = 0; lane < block.count; ++lane) {
-    const SurfaceLook& look = scene.looks[block.surface[lane]];
-    if (look.fabric < 0) {
-      shade_lambert(block.colour[lane], scratch.lights, lane, shading);
-      continue;
-    }
-    const float alpha = shading.alpha[lane];
-    const float scale = look.keeps_opacity ? 1.0F : (alpha > 0 ? 1 / alpha : 0.0F);
-    set(shading, lane, V3f(shading.red[lane], shading.green[lane], shading.blue[lane]) * scale,
-        look.keeps_opacity ? alpha : 1.0F);
+    if (look_of(lane).fabric < 0) shade_lambert(block.colour[lane], scratch.lights, lane, light);
   }
-  return shading;
+  return light;
 }
 
 }  // namespace selvedge

@@ -42,10 +42,12 @@ struct ShadingScratch {
   LaneScratch lanes;
   std::vector<LaneLight> lights;
   std::vector<LaneTexels> texels;
+  LaneFrames frames;
+  LaneShading light;
 };
 
 /// Radiance times opacity, and opacity, of every pixel of the block; what lies behind does not count. A
-/// surface without fabric is Lambertian: base colour / pi.
-LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch);
+/// surface without fabric is Lambertian: base colour / pi. The result lies in `scratch`.
+const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch);
 
 }  // namespace selvedge

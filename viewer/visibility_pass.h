@@ -54,6 +54,9 @@ class VisibilityPass {
   /// the same side, which must have been drawn just before.
   Result<void> draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
 
+  /// Whether the scene has surfaces without fabric.
+  bool has_colours() const { return has_colours_; }
+
   /// Waits until everything is drawn.
   void finish() const { gl_.Finish(); }
 

@@ -123,7 +123,7 @@ double worst_difference(const Scene& scene, const std::vector<Fabric>& fabrics, 
   ShadingScratch scratch;
   double worst = 0;
   for (const PixelBlock& block : indexed.blocks) {
-    const LaneShading found = shade(shading, block, scratch);
+    const LaneShading& found = shade(shading, block, scratch);
     for (std::size_t k = 0; k < block.count; ++k) {
       ++pixels;
       const int fabric_index = indexed.looks[block.surface[k]].fabric;
@@ -234,7 +234,7 @@ TEST_CASE("a lobe that overflows stays finite") {
   const test::Indexed indexed = test::index_nearest(scene, fabrics, camera, 8, 8, {});
   REQUIRE(!indexed.blocks.empty());
   ShadingScratch scratch;
-  const LaneShading found =
+  const LaneShading& found =
       shade({camera, 8, 8, indexed.looks, indexed.packed, {&light, 1}}, indexed.blocks[0], scratch);
   CHECK(std::isfinite(found.red[0]));
   CHECK(found.red[0] > 0);
