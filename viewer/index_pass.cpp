@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/evaluate.h"
 #include "format/footprint.h"
 #include "viewer/fetch.h"
 
@@ -14,9 +13,11 @@ namespace {
 struct Footprints {
   alignas(64) LaneFloats u;  ///< in [0, 1]
   alignas(64) LaneFloats v;
-  alignas(64) LaneFloats parts;       ///< into which the footprint is cut, one tap for each
-  std::array<LaneTexels, 2> nearest;  ///< those of the two levels at (u, v)
-  alignas(64) LaneFloats axis_u;      ///< in texture coordinates
+  alignas(64) LaneFloats lower;   ///< the finer of the two levels
+  alignas(64) LaneFloats upper;   ///< the coarser
+  alignas(64) LaneFloats weight;  ///< of the coarser
+  alignas(64) LaneFloats taps;    ///< into which the footprint is cut
+  alignas(64) LaneFloats axis_u;  ///< in texture coordinates
   alignas(64) LaneFloats axis_v;
 };
 
@@ -27,6 +28,7 @@ struct Corners {
   alignas(64) LaneFloats width;  ///< of level 0
   alignas(64) LaneFloats height;
   alignas(64) LaneFloats last_level;
+  alignas(64) LaneFloats counts;  ///< 1 where there is a fabric to look at, else 0
 };
 
 /// A value at the three corners, interpolated.
@@ -100,20 +102,17 @@ SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideF
           at.l1_up * one + at.l2_up * two};
 }
 
-/// The texel at (u, v) in [0, 1] of a level, whose size follows from that of level 0 (level_size()).
+/// A level's size follows from that of level 0 (level_size()).
 template <std::size_t N>
-SELVEDGE_INLINE void choose_texel(const WideFloat<N>& width0, const WideFloat<N>& height0,
-                                  const WideFloat<N>& level, const WideFloat<N>& u, const WideFloat<N>& v,
-                                  LaneTexels& to, std::size_t first) {
+SELVEDGE_INLINE WideFloat<N> size_of_level(const WideFloat<N>& size0, const WideFloat<N>& scale) {
+  return max(floor(size0 * scale), WideFloat<N>(1));
+}
+
+/// The texel of `size` that holds the coordinate c, which repeats; the first for NaN.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> wrap(const WideFloat<N>& c, const WideFloat<N>& size) {
   using Wide = WideFloat<N>;
-  const Wide scale = power_of_two(-level);
-  const Wide width = max(floor(width0 * scale), Wide(1));
-  const Wide height = max(floor(height0 * scale), Wide(1));
-  const Wide x = min(floor(u * width), width - Wide(1));
-  const Wide y = min(floor(v * height), height - Wide(1));
-  // Exact: at most 4096 x 4096 texels.
-  store_whole(y * width + x, &to.texel[first]);
-  store_whole(level, &to.level[first]);
+  return max(min(floor((c - floor(c)) * size), size - Wide(1)), Wide(0));
 }
 
 template <std::size_t N>
@@ -160,14 +159,15 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     const Wide clamped = min(max(wanted, Wide(0)), last);
     const Wide level = options.blend ? clamped : floor(clamped + Wide(0.5F));
     const Wide lower = floor(level);
-    const Wide upper = min(lower + Wide(1), last);
-    choose_texel<N>(width, height, lower, in_u, in_v, footprints.nearest[0], first);
-    choose_texel<N>(width, height, upper, in_u, in_v, footprints.nearest[1], first);
-    (Wide(1) - (level - lower)).store(&footprints.nearest[0].weight[first]);
-    (level - lower).store(&footprints.nearest[1].weight[first]);
+    lower.store(&footprints.lower[first]);
+    min(lower + Wide(1), last).store(&footprints.upper[first]);
+    (level - lower).store(&footprints.weight[first]);
     // Parts that are smaller than a texel of level 0 need no tap of their own.
     const Wide long_axis = sqrt(of.axis_x * of.axis_x + of.axis_y * of.axis_y) + Wide(1);
-    min(of.ratio, long_axis).store(&footprints.parts[first]);
+    const Wide parts = min(of.ratio, long_axis);
+    const Wide most(options.forced >= 0 ? 1.0F : static_cast<float>(options.taps));
+    const Wide cut = max(min(floor(parts + Wide(0.999F)), most), Wide(1));
+    if_greater(parts, Wide(1.001F), cut, Wide(1)).store(&footprints.taps[first]);
     const Wide farthest(1e6F);
     max(min(of.axis_x / width, farthest), -farthest).store(&footprints.axis_u[first]);
     max(min(of.axis_y / height, farthest), -farthest).store(&footprints.axis_v[first]);
@@ -178,60 +178,108 @@ SELVEDGE_THREE_BODIES(interpolate_lanes,
                        Footprints& footprints),
                       (corners, options, block, footprints))
 
-void set_texel(LaneTexels& to, std::size_t lane, int level, int texel, float weight) {
-  to.level[lane] = level;
-  to.texel[lane] = texel;
-  to.weight[lane] = weight;
-}
+/// Which of a pixel's texels are meant.
+struct Slot {
+  int tap = 0;
+  bool coarser = false;  ///< of the two levels
+  bool linear = false;   ///< the four texels around where the level is above 0, else the nearest alone
+};
 
-/// The four texels around (u, v), weighted by distance.
-void set_linear(const PackedLevel& of, int level, const V2d& uv, float weight, std::size_t lane,
-                std::span<LaneTexels, 4> to) {
-  const V2d at(uv.x * of.width - 0.5, uv.y * of.height - 0.5);
-  const V2d corner(std::floor(at.x), std::floor(at.y));
-  const V2f part(at - corner);
-  for (std::size_t k = 0; k < 4; ++k) {
-    const bool right = (k & 1U) != 0;
-    const bool down = (k & 2U) != 0;
-    const int x = wrap_texel((corner.x + (right ? 1.5 : 0.5)) / of.width, of.width);
-    const int y = wrap_texel((corner.y + (down ? 1.5 : 0.5)) / of.height, of.height);
-    const float share = (right ? part.x : 1 - part.x) * (down ? part.y : 1 - part.y);
-    set_texel(to[k], lane, level, y * of.width + x, weight * share);
+/// Fills one list of texels, or four where `slot.linear`.
+template <std::size_t N>
+SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, const Slot& slot,
+                               LaneTexels* to) {
+  using Wide = WideFloat<N>;
+  const Wide zero(0);
+  const Wide one(1);
+  const Wide half(0.5F);
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const Wide taps = Wide::load(&at.taps[first]);
+    const Wide tap(static_cast<float>(slot.tap));
+    const Wide share = one / taps;
+    const Wide along = (tap + half) * share - half;
+    const Wide u = Wide::load(&at.u[first]) + along * Wide::load(&at.axis_u[first]);
+    const Wide v = Wide::load(&at.v[first]) + along * Wide::load(&at.axis_v[first]);
+    const Wide level = Wide::load(slot.coarser ? &at.upper[first] : &at.lower[first]);
+    const Wide of_coarser = Wide::load(&at.weight[first]);
+    const Wide of_level = slot.coarser ? of_coarser : one - of_coarser;
+    const Wide counted = if_greater(Wide::load(&corners.counts[first]), zero, of_level * share, zero);
+    const Wide weight = if_greater(taps, tap, counted, zero);
+    const Wide scale = power_of_two(-level);
+    const Wide width = size_of_level<N>(Wide::load(&corners.width[first]), scale);
+    const Wide height = size_of_level<N>(Wide::load(&corners.height[first]), scale);
+    const auto store = [&](const Wide& x, const Wide& y, const Wide& part, LaneTexels& of)
+        __attribute__((always_inline)) {
+      // Exact: at most 4096 x 4096 texels.
+      store_whole(y * width + x, &of.texel[first]);
+      store_whole(level, &of.level[first]);
+      part.store(&of.weight[first]);
+    };
+    const Wide x = wrap<N>(u, width);
+    const Wide y = wrap<N>(v, height);
+    if (!slot.linear) {
+      store(x, y, weight, to[0]);
+      continue;
+    }
+    const Wide from_x = u * width - half;
+    const Wide from_y = v * height - half;
+    const Wide left = floor(from_x);
+    const Wide upper = floor(from_y);
+    const Wide part_x = from_x - left;
+    const Wide part_y = from_y - upper;
+    // Level 0 has weight only on the way to level 1: its texels' edges fade with it.
+    const auto choose = [&](const Wide& linear, const Wide& nearest) __attribute__((always_inline)) {
+      return if_greater(level, zero, linear, nearest);
+    };
+    const Wide x0 = choose(wrap<N>((left + half) / width, width), x);
+    const Wide x1 = wrap<N>((left + Wide(1.5F)) / width, width);
+    const Wide y0 = choose(wrap<N>((upper + half) / height, height), y);
+    const Wide y1 = wrap<N>((upper + Wide(1.5F)) / height, height);
+    const Wide share_x1 = choose(part_x, zero);
+    const Wide share_y1 = choose(part_y, zero);
+    store(x0, y0, weight * (one - share_x1) * (one - share_y1), to[0]);
+    store(x1, y0, weight * share_x1 * (one - share_y1), to[1]);
+    store(x0, y1, weight * (one - share_x1) * share_y1, to[2]);
+    store(x1, y1, weight * share_x1 * share_y1, to[3]);
   }
 }
+SELVEDGE_THREE_BODIES(fill_slot,
+                      (const Corners& corners, const Footprints& at, const Slot& slot, LaneTexels* to),
+                      (corners, at, slot, to))
 
-/// Spreads the two texels of a pixel over taps along the footprint's longer axis and over the texels around
-/// each, where the options and the footprint want it. Gives how many texels there are.
-std::size_t spread(const PackedFabric& fabric, const LevelOptions& options, const Footprints& at,
-                   std::size_t lane, PixelBlock& block) {
-  const std::array<LaneTexels, 2>& whole = at.nearest;
-  const bool one_tap = options.taps == 1 || options.forced >= 0 || !(at.parts[lane] > 1.001F);
-  const bool minified = whole[0].level[lane] > 0 || whole[1].weight[lane] > 0;
-  const bool linear = options.linear && minified;
-  const std::size_t per_level = linear ? 4 : 1;
-  const int taps = one_tap ? 1 : std::min(static_cast<int>(at.parts[lane] + 0.999F), options.taps);
-  const float share = 1 / static_cast<float>(taps);
-  std::size_t count = 0;
-  for (int tap = 0; tap < taps; ++tap) {
-    const float along = (static_cast<float>(tap) + 0.5F) * share - 0.5F;
-    const V2d uv(static_cast<double>(at.u[lane] + along * at.axis_u[lane]),
-                 static_cast<double>(at.v[lane] + along * at.axis_v[lane]));
-    for (const LaneTexels& of : whole) {
-      const float weight = share * of.weight[lane];
-      if (weight == 0) continue;
-      const int number = of.level[lane];
-      const PackedLevel& level = fabric.levels[static_cast<std::size_t>(number)];
-      // Level 0 has weight only on the way to level 1: its texels' edges fade with it.
-      if (linear && number > 0) {
-        set_linear(level, number, uv, weight, lane, std::span<LaneTexels, 4>(&block.texels[count], 4));
-        count += per_level;
-      } else {
-        set_texel(block.texels[count++], lane, number,
-                  wrap_texel(uv.y, level.height) * level.width + wrap_texel(uv.x, level.width), weight);
-      }
+/// Whether any pixel with a fabric has weight in one of the levels, and whether linear taps matter there.
+struct LevelUse {
+  bool seen = false;
+  bool linear = false;
+};
+LevelUse use_of(const Corners& corners, const Footprints& at, bool coarser) {
+  LevelUse use;
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    const bool seen = corners.counts[lane] > 0 && (coarser ? at.weight[lane] > 0 : at.weight[lane] < 1);
+    use.seen |= seen;
+    use.linear |= seen && (coarser ? at.upper[lane] : at.lower[lane]) > 0;
+  }
+  return use;
+}
+
+/// Lists the texels of all pixels, over taps along the footprint's longer axis and over the texels around
+/// each, where the options and the footprints want it.
+void list_texels(const Corners& corners, const Footprints& at, const LevelOptions& options,
+                 PixelBlock& block) {
+  static const auto fill = fill_slot_for_this_processor();
+  float taps = 0;
+  for (std::size_t lane = 0; lane < lane_count; ++lane)
+    taps = std::max(taps, corners.counts[lane] > 0 ? at.taps[lane] : 0.0F);
+  block.texel_count = 0;
+  for (const bool coarser : {false, true}) {
+    const LevelUse use = use_of(corners, at, coarser);
+    if (!use.seen) continue;
+    const bool linear = options.linear && use.linear;
+    for (int tap = 0; tap < static_cast<int>(taps); ++tap) {
+      fill(corners, at, {tap, coarser, linear}, &block.texels[block.texel_count]);
+      block.texel_count += linear ? 4 : 1;
     }
   }
-  return count;
 }
 
 }  // namespace
@@ -250,6 +298,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   float width = 1;
   float height = 1;
   float last_level = 0;
+  float counts = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     // Idle lanes go along with the first.
     const std::size_t from = lane < pixels.count ? lane : 0;
@@ -270,6 +319,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
       const int fabric = scene.looks[known_surface].fabric;
       width = height = 1;
       last_level = 0;
+      counts = fabric >= 0 ? 1 : 0;
       if (fabric >= 0) {
         const std::vector<PackedLevel>& levels = scene.fabrics[static_cast<std::size_t>(fabric)].levels;
         width = static_cast<float>(levels.front().width);
@@ -280,26 +330,11 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
     corners.width[lane] = width;
     corners.height[lane] = height;
     corners.last_level[lane] = last_level;
+    corners.counts[lane] = lane < pixels.count ? counts : 0;
   }
   Footprints footprints;
   interpolate(corners, scene.levels, block, footprints);
-  block.texels[0] = footprints.nearest[0];
-  block.texels[1] = footprints.nearest[1];
-  block.texel_count = 0;
-  const bool spreads = scene.levels.linear || scene.levels.taps > 1;
-  std::array<std::size_t, lane_count> own{};
-  for (std::size_t lane = 0; lane < block.count; ++lane) {
-    const int fabric = scene.looks[block.surface[lane]].fabric;
-    if (fabric < 0) continue;
-    own[lane] = 2;
-    if (spreads)
-      own[lane] =
-          spread(scene.fabrics[static_cast<std::size_t>(fabric)], scene.levels, footprints, lane, block);
-    block.texel_count = std::max(block.texel_count, own[lane]);
-  }
-  for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    for (std::size_t i = own[lane]; i < block.texel_count; ++i) block.texels[i].weight[lane] = 0;
-  }
+  list_texels(corners, footprints, scene.levels, block);
 }
 
 }  // namespace selvedge
