@@ -261,12 +261,29 @@ class Strokes {
   Stroke plain(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group,
                std::size_t leader) const {
     Stroke stroke(fabric_, layout);
+    std::array<const PackedLevel*, lane_count> level;
+    std::array<std::size_t, lane_count> texel;
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
       // Idle lanes go along with another's texel, and count for nothing.
       const bool on = (group >> lane & 1U) != 0;
       const std::size_t from = on ? lane : leader;
-      point(stroke, lane, level_of(texels, from), static_cast<std::size_t>(texels.texel[from]), 0);
+      level[lane] = &level_of(texels, from);
+      texel[lane] = static_cast<std::size_t>(texels.texel[from]);
       stroke.weight[lane] = on ? texels.weight[lane] : 0.0F;
+    }
+    const auto point = [&](std::array<const Group*, lane_count>& to, std::vector<Group> PackedLevel::*groups,
+                           std::size_t per_texel) {
+      for (std::size_t lane = 0; lane < lane_count; ++lane)
+        to[lane] = (level[lane]->*groups).data() + texel[lane] * per_texel;
+    };
+    point(stroke.texel, &PackedLevel::texels, static_cast<std::size_t>(layout.texel_groups()));
+    if (layout.has_views)
+      point(stroke.views, &PackedLevel::views, static_cast<std::size_t>(fabric_.fabric->views.count()));
+    if (layout.has_lights)
+      point(stroke.lights, &PackedLevel::lights, static_cast<std::size_t>(fabric_.fabric->lights.count()));
+    if (layout.products > 0) {
+      point(stroke.entry, &PackedLevel::entries,
+            static_cast<std::size_t>(layout.entries) * static_cast<std::size_t>(layout.entry_groups()));
     }
     return stroke;
   }
