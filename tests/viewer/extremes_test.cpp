@@ -1,0 +1,254 @@
+// Scenes at the edge of what can be asked, on both paths (spec/view.md, "At the extremes").
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "tests/format/fabrics.h"
+#include "tests/viewer/shapes.h"
+#include "viewer/geometry.h"
+#include "viewer/render.h"
+
+namespace selvedge {
+namespace {
+
+constexpr float albedo = 0.5F;
+constexpr float facing_radiance = albedo / std::numbers::pi_v<float>;
+
+struct Extreme {
+  Scene scene;
+  std::vector<Fabric> fabrics;
+  Camera camera;
+  RenderOptions options;
+};
+
+/// Parallel, looking along -z at a window of 2 x 2 m.
+Camera facing_camera() {
+  Camera camera;
+  camera.projection = Projection::parallel;
+  camera.position = V3d(0, 0, 0);
+  camera.near = -10;
+  camera.far = 10;
+  return camera;
+}
+
+Extreme facing_square(const Fabric& fabric, double repeats) {
+  Extreme of;
+  test::add(of.scene, test::square(repeats), test::material(0));
+  of.fabrics.push_back(fabric);
+  of.camera = facing_camera();
+  of.options.width = of.options.height = 64;
+  of.options.lights = {Light{}};
+  return of;
+}
+
+/// The frame by one path; every number of it finite, radiance not below 0, opacity within [0, 1].
+Frame drawn(const Extreme& of, RenderPath path) {
+  RenderOptions options = of.options;
+  options.path = path;
+  options.context = ContextKind::osmesa;
+  const Result<Frame> frame = render(of.scene, of.fabrics, of.camera, options);
+  test::require(frame);
+  int wrong = 0;
+  for (const V4f& p : frame->pixels) {
+    for (int c = 0; c < 4; ++c) wrong += std::isfinite(p[c]) && p[c] >= 0 ? 0 : 1;
+    wrong += p.w <= 1 ? 0 : 1;
+  }
+  CHECK(wrong == 0);
+  return *frame;
+}
+
+void on_both_paths(const Extreme& of, const std::function<void(const Frame&)>& check) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    CAPTURE(path == RenderPath::hybrid);
+    check(drawn(of, path));
+  }
+}
+
+int covered(const Frame& frame) {
+  return static_cast<int>(
+      std::count_if(frame.pixels.begin(), frame.pixels.end(), [](const V4f& p) { return p.w > 0; }));
+}
+
+/// Largest difference of radiance, relative to the largest radiance of `b`.
+double apart(const Frame& a, const Frame& b) {
+  REQUIRE(a.pixels.size() == b.pixels.size());
+  double difference = 0;
+  double most = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      difference = std::max(difference, std::abs(static_cast<double>(a.pixels[i][c] - b.pixels[i][c])));
+      most = std::max(most, static_cast<double>(b.pixels[i][c]));
+    }
+  }
+  REQUIRE(most > 0);
+  return difference / most;
+}
+
+TEST_CASE("a garment of one pixel has the colour of its cloth") {
+  Extreme of = facing_square(test::lambert_fabric(16, V3f(albedo)), 200);
+  of.camera.window_half = V2d(64, 64);
+  of.camera.window_centre = V2d(1, 1);
+  on_both_paths(of, [](const Frame& frame) {
+    REQUIRE(covered(frame) == 1);
+    for (const V4f& p : frame.pixels) {
+      if (p.w > 0) CHECK(p.x == doctest::Approx(facing_radiance));
+    }
+  });
+}
+
+TEST_CASE("ten thousand repeats in 64 pixels are the coarsest level everywhere") {
+  Extreme of = facing_square(test::random_fabric(16, 16, 1), 10000);
+  Extreme coarsest = of;
+  coarsest.options.levels.forced = 4;
+  for (const bool linear : {false, true}) {
+    of.options.levels.linear = linear;
+    of.options.levels.taps = linear ? 4 : 1;
+    on_both_paths(of, [&](const Frame& frame) {
+      CHECK(covered(frame) == 64 * 64);
+      CHECK(apart(frame, drawn(coarsest, RenderPath::hybrid)) < 1e-4);
+    });
+  }
+}
+
+TEST_CASE("a camera inside the cloth, and one in its plane, see what is before them") {
+  Extreme of;
+  test::add(of.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
+  of.fabrics.push_back(test::lambert_fabric(8, V3f(albedo)));
+  of.options.width = of.options.height = 48;
+  of.options.lights = {Light{}};
+  of.camera.near = 1e-4;
+  SUBCASE("in the middle the back is all around") {
+    of.camera.position = V3d(0, 0, 0);
+    on_both_paths(of, [](const Frame& frame) { CHECK(covered(frame) == 48 * 48); });
+  }
+  SUBCASE("on the surface") {
+    of.camera.position = V3d(0, 0, 1);
+    on_both_paths(of, [](const Frame& frame) { CHECK(covered(frame) > 0); });
+  }
+  SUBCASE("a thousandth of a millimetre before it") {
+    of.camera.position = V3d(0, 0, 1 + 1e-6);
+    on_both_paths(of, [](const Frame&) {});
+  }
+}
+
+TEST_CASE("a cloth seen at 89.99 degrees stays what it is") {
+  Extreme of = facing_square(test::lambert_fabric(32, V3f(albedo)), 40);
+  const double angle = 89.99 * std::numbers::pi / 180;
+  of.camera.to_viewer = V3d(0, -std::sin(angle), std::cos(angle));
+  of.camera.up = V3d(0, std::cos(angle), std::sin(angle));
+  of.camera.window_half = V2d(1, std::cos(angle));
+  of.camera.near = -1000;
+  of.camera.far = 1000;
+  for (const int taps : {1, 16}) {
+    of.options.levels.taps = taps;
+    on_both_paths(of, [](const Frame& frame) {
+      CHECK(covered(frame) > 60 * 60);
+      for (const V4f& p : frame.pixels) {
+        if (p.w > 0) CHECK(p.x == doctest::Approx(facing_radiance).epsilon(1e-3));
+      }
+    });
+  }
+}
+
+TEST_CASE("light along, against and across the view gives the cosine, or nothing") {
+  for (const auto& [direction, cosine] :
+       {std::pair(V3d(0, 0, 1), 1.0), std::pair(V3d(0, 0, -1), 0.0), std::pair(V3d(1, 0, 0), 0.0),
+        std::pair(V3d(std::sin(1.57), 0, std::cos(1.57)), std::cos(1.57))}) {
+    CAPTURE(cosine);
+    Extreme of = facing_square(test::lambert_fabric(8, V3f(albedo)), 3);
+    of.options.lights[0].direction = direction;
+    on_both_paths(of, [&](const Frame& frame) {
+      CHECK(covered(frame) == 64 * 64);
+      for (const V4f& p : frame.pixels)
+        CHECK(static_cast<double>(p.x) == doctest::Approx(facing_radiance * cosine).epsilon(1e-4));
+    });
+  }
+}
+
+TEST_CASE("a hundred lights are a hundred times one of them") {
+  Extreme one = facing_square(test::random_fabric(8, 8, 1), 3);
+  one.options.lights[0].direction = V3d(0.6, 0, 0.8);
+  Extreme hundred = one;
+  hundred.options.lights.assign(100, one.options.lights[0]);
+  one.options.lights[0].irradiance = V3f(100);
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader})
+    CHECK(apart(drawn(hundred, path), drawn(one, path)) < 1e-4);
+}
+
+TEST_CASE("the picture follows the light's strength from 1e-6 to 1e9") {
+  Extreme of = facing_square(test::random_fabric(8, 8, 1), 3);
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    of.options.lights[0].irradiance = V3f(1);
+    const Frame plain = drawn(of, path);
+    for (const float strength : {1e-6F, 1e9F}) {
+      of.options.lights[0].irradiance = V3f(strength);
+      Frame scaled = drawn(of, path);
+      for (V4f& p : scaled.pixels) p = V4f(p.x / strength, p.y / strength, p.z / strength, p.w);
+      CHECK(apart(scaled, plain) < 1e-5);
+    }
+    // Beyond floats it ends, finite (drawn() looks).
+    of.options.lights[0].irradiance = V3f(3e38F);
+    static_cast<void>(drawn(of, path));
+  }
+}
+
+TEST_CASE("triangles without area change nothing, and one of a kilometre is as flat as a small one") {
+  Extreme of = facing_square(test::lambert_fabric(8, V3f(albedo)), 3);
+  Extreme with = of;
+  ScenePrimitive& cloth = with.scene.primitives[0];
+  cloth.indices.insert(cloth.indices.end(), {0, 0, 0, 0, 1, 1, 2, 3, 2});
+  Extreme large = of;
+  for (V3f& p : large.scene.primitives[0].positions) p *= 500.0F;
+  for (V2d& uv : large.scene.primitives[0].tex_coords[0]) uv *= 500.0;
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    const Frame plain = drawn(of, path);
+    CHECK(drawn(with, path).pixels == plain.pixels);
+    CHECK(apart(drawn(large, path), plain) < 1e-5);
+  }
+}
+
+TEST_CASE("a frame of one pixel is the mean of what is there") {
+  Extreme of = facing_square(test::lambert_fabric(8, V3f(albedo)), 3);
+  of.options.width = of.options.height = 1;
+  for (const int supersample : {1, 16}) {
+    of.options.supersample = supersample;
+    on_both_paths(of, [](const Frame& frame) {
+      REQUIRE(frame.pixels.size() == 1);
+      CHECK(frame.pixels[0].x == doctest::Approx(facing_radiance));
+      CHECK(frame.pixels[0].w == doctest::Approx(1));
+    });
+  }
+}
+
+TEST_CASE("texture coordinates a million repeats away show the same texels") {
+  const Extreme of = facing_square(test::random_fabric(8, 8, 1), 3);
+  for (const double away : {1e6, -1e6}) {
+    Extreme far = of;
+    for (V2d& uv : far.scene.primitives[0].tex_coords[0]) uv += V2d(away, -away);
+    for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader})
+      CHECK(apart(drawn(far, path), drawn(of, path)) < 1e-6);
+  }
+}
+
+TEST_CASE("fabrics of one texel and of 4096 directions are drawn alike by both paths") {
+  for (const Fabric& fabric : {test::random_fabric(1, 1, 1), test::random_fabric(4, 4, {64, 64}, 2, 1)}) {
+    Extreme of = facing_square(fabric, 3);
+    of.camera.to_viewer = V3d(0.3, 0.2, 0.9).normalized();
+    of.options.lights[0].direction = V3d(0.6, 0, 0.8);
+    CHECK(apart(drawn(of, RenderPath::shader), drawn(of, RenderPath::hybrid)) < 1e-3);
+  }
+}
+
+TEST_CASE("cells of 0.01 mm and of 10 m on a cloth of two metres") {
+  const Fabric fabric = test::random_fabric(16, 16, 1);
+  for (const double cell : {1e-5, 10.0}) {
+    const Extreme of = facing_square(fabric, 2 / cell);
+    CHECK(apart(drawn(of, RenderPath::shader), drawn(of, RenderPath::hybrid)) < 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace selvedge
