@@ -154,9 +154,9 @@ TEST_CASE("a cloth seen at 89.99 degrees stays what it is") {
 }
 
 TEST_CASE("light along, against and across the view gives the cosine, or nothing") {
-  for (const auto& [direction, cosine] :
-       {std::pair(V3d(0, 0, 1), 1.0), std::pair(V3d(0, 0, -1), 0.0), std::pair(V3d(1, 0, 0), 0.0),
-        std::pair(V3d(std::sin(1.57), 0, std::cos(1.57)), std::cos(1.57))}) {
+  for (const V3d& direction :
+       {V3d(0, 0, 1), V3d(0, 0, -1), V3d(1, 0, 0), V3d(std::sin(1.57), 0, std::cos(1.57))}) {
+    const double cosine = std::max(direction.z, 0.0);
     CAPTURE(cosine);
     Extreme of = facing_square(test::lambert_fabric(8, V3f(albedo)), 3);
     of.options.lights[0].direction = direction;

@@ -89,7 +89,7 @@ inline Fabric lambert_fabric(int size, V3f albedo, float opacity = 1) {
 }
 
 /// A scene with one material per primitive; `fabric` as FabricReference::fabric, or none if negative.
-inline SceneMaterial material(int fabric, V4f base_color = V4f(1, 1, 1, 1)) {
+inline SceneMaterial material(int fabric, const V4f& base_color = V4f(1, 1, 1, 1)) {
   SceneMaterial m;
   m.base_color = base_color;
   m.double_sided = true;
@@ -125,7 +125,7 @@ inline ScenePrimitive square(double repeats, float z = 0) {
 }
 
 /// The unit sphere, u around the y axis, v from the north pole down.
-inline ScenePrimitive sphere(int columns, int rows, V2d repeats) {
+inline ScenePrimitive sphere(int columns, int rows, const V2d& repeats) {
   ScenePrimitive p;
   p.name = "sphere/0";
   for (int j = 0; j <= rows; ++j) {
