@@ -93,7 +93,9 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
   std::vector<V2i> sizes;
   std::vector<int> counts;
   std::vector<LevelRange> needed;
-  const LevelOptions& levels = shot.options.levels;
+  LevelOptions levels = shot.options.levels;
+  // OpenGL may choose its level finer than the formula, by up to half of one and what its drivers round.
+  if (shot.options.path == RenderPath::paper) levels.bias = -1;
   for (const FabricReader& reader : open.readers) {
     sizes.emplace_back(reader.header().width, reader.header().height);
     counts.push_back(reader.header().levels);
@@ -328,7 +330,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Series& serie
               {"height", shot.options.height},
               {"frames", shot.cameras.size()},
               {"supersample", shot.options.supersample},
-              {"path", shot.options.path == RenderPath::shader ? "shader" : "hybrid"},
+              {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
               {"threads", thread_count()}};
   all.update(to_json(shot.subjects.front(), series.stats().front()));
   if (shot.subjects.size() > 1) {

@@ -10,6 +10,7 @@
 #include "viewer/context.h"
 #include "viewer/layers.h"
 #include "viewer/materials.h"
+#include "viewer/paper_layers.h"
 
 namespace selvedge {
 namespace {
@@ -31,6 +32,14 @@ class Watch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// What a frame may ask of the paper's path.
+Result<void> check_paper(const RenderOptions& look) {
+  if (look.levels.linear || look.levels.taps > 1 || look.levels.bias != 0)
+    return fail(Code::option_out_of_range, "", "--filter",
+                "the paper's path takes one texel of a level, the nearest, and OpenGL's level as it is");
+  return check_paper_lights(look.lights);
+}
+
 Result<void> check(const RenderOptions& o) {
   const auto refuse = [](const char* option, std::string reason) -> Result<void> {
     return fail(Code::option_out_of_range, "", option, std::move(reason));
@@ -46,6 +55,7 @@ Result<void> check(const RenderOptions& o) {
   if (o.levels.taps < 1 || o.levels.taps > taps)
     return refuse("--anisotropy", fmt::format("must lie between 1 and {}{}", taps,
                                               o.levels.linear ? " with --filter linear" : ""));
+  if (o.path == RenderPath::paper) return check_paper(o);
   return {};
 }
 
@@ -75,10 +85,12 @@ Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& optio
   return make_osmesa_context();
 }
 
-/// A multiple of the supersampling.
+/// An even number of rows, so that OpenGL's quads of 2 x 2 pixels lie the same in every band, and a multiple
+/// of the supersampling.
 int rows_per_band(int width, int height, int supersample) {
-  const int rows = std::max(pixels_per_band / width / supersample, 1) * supersample;
-  return std::min(rows, (height + supersample - 1) / supersample * supersample);
+  const int step = 2 * supersample;
+  const int rows = std::max(pixels_per_band / width / step, 1) * step;
+  return std::min(rows, (height + step - 1) / step * step);
 }
 
 }  // namespace
@@ -97,6 +109,10 @@ struct Renderer::State {
   GlFunctions gl;
   std::unique_ptr<VisibilityPass> pass;  ///< goes before its context
   std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass, where it is there
+  std::unique_ptr<PaperPass> paper;      ///< the same
+  PaperKinds kinds;
+  std::vector<SurfaceLook> kind_looks;
+  PaperFrames coded;
   double prepare = 0;
   std::array<DrawnSide, 2> sides;
   std::vector<V4f> large;  ///< pixels of a supersampled band
@@ -105,12 +121,19 @@ struct Renderer::State {
   Result<void> need_pass();
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
                            RenderStats& stats);
+  Result<void> make_paper(const Scene& scene, const std::vector<Surface>& surfaces,
+                          const std::vector<Fabric>& fabrics);
+  Result<void> draw_paper(const Camera& camera, const RenderOptions& look, const BandPixels& pixels,
+                          Watch& watch, RenderStats& stats);
   Result<void> draw_nearest(const IndexScene& index, const FrameTiles& where, Watch& watch,
                             RenderStats& stats);
   Result<void> draw_behind(const IndexScene& index, FrameTiles where, DeepPixels& deep, Watch& watch,
                            RenderStats& stats);
   Result<void> draw_band(const IndexScene& index, const ShadingScene& shading, const BandPixels& pixels,
                          Watch& watch, RenderStats& stats);
+  /// body(pixels) for every band of the frame.
+  template <class Draw>
+  Result<void> draw_bands(Frame& frame, Watch& watch, RenderStats& stats, const Draw& body);
 };
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -163,7 +186,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
     s.shader = std::move(*shader);
   }
   s.band_rows = rows_per_band(s.width, s.height, options.supersample);
-  if (!s.shader) {
+  if (options.path == RenderPath::paper) {
+    if (auto good = s.make_paper(scene, *surfaces, fabrics); !good) return tl::unexpected(good.error());
+  } else if (!s.shader) {
     if (auto good = s.need_pass(); !good) return tl::unexpected(good.error());
   }
   watch.add_to(s.prepare);
@@ -190,6 +215,39 @@ Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOpti
   stats.covered_pixels = std::count_if(large.begin(), large.end(), [](const V4f& p) { return p.w > 0; });
   box_filter(large, 0, options.supersample, frame);
   watch.add_to(stats.filter);
+  return {};
+}
+
+Result<void> Renderer::State::make_paper(const Scene& scene, const std::vector<Surface>& surfaces,
+                                         const std::vector<Fabric>& fabrics) {
+  Result<PaperKinds> found = paper_kinds(scene, surfaces, looks, fabrics, remarks);
+  if (!found) return tl::unexpected(found.error());
+  kinds = std::move(*found);
+  kind_looks = looks_of_kinds(kinds);
+  auto made = PaperPass::create(gl, mesh, looks.looks, kinds, fabrics, {width, height, band_rows});
+  if (!made) return tl::unexpected(made.error());
+  paper = std::move(*made);
+  return {};
+}
+
+Result<void> Renderer::State::draw_paper(const Camera& camera, const RenderOptions& look,
+                                         const BandPixels& pixels, Watch& watch, RenderStats& stats) {
+  const ShadingScene shading{camera, width, height, kind_looks, packed, look.lights};
+  for (int y = 0; y < pixels.rows; ++y) std::fill_n(&pixels.at(0, y), pixels.width, V4f(0, 0, 0, 0));
+  for (int round = 0; round < options.layers; ++round) {
+    const Result<bool> any = paper->draw(clip_matrix(camera, origin), pixels.first_row, round, look.levels);
+    if (!any) return tl::unexpected(any.error());
+    watch.add_to(stats.geometry);
+    if (!*any) break;
+    paper->read(coded);
+    watch.add_to(stats.read_back);
+    const LayerCount count = shade_round(coded, kinds, look.levels.blend, shading, pixels);
+    watch.add_to(stats.evaluation);
+    if (round == 0) stats.covered_pixels += count.covered;
+    stats.evaluated_pixels += count.evaluated;
+    if (count.evaluated == 0) break;
+    stats.layers = std::max(stats.layers, round + 1);
+  }
   return {};
 }
 
@@ -254,6 +312,27 @@ Result<void> Renderer::State::draw_band(const IndexScene& index, const ShadingSc
   return {};
 }
 
+template <class Draw>
+Result<void> Renderer::State::draw_bands(Frame& frame, Watch& watch, RenderStats& stats, const Draw& body) {
+  const int n = options.supersample;
+  if (n > 1) large.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(band_rows));
+  for (int first_row = 0; first_row < height; first_row += band_rows) {
+    BandPixels pixels{first_row, width, std::min(band_rows, height - first_row), large.data(), width};
+    if (n == 1) {
+      // The frame itself, whose first row is at the top.
+      pixels.bottom = frame.pixels.data() + static_cast<std::ptrdiff_t>(height - 1 - first_row) * width;
+      pixels.stride = -width;
+    }
+    if (auto good = body(pixels); !good) return good;
+    if (n > 1) {
+      const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(pixels.rows);
+      box_filter(std::span<const V4f>(large).first(count), first_row, n, frame);
+    }
+    watch.add_to(stats.filter);
+  }
+  return {};
+}
+
 Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Frame& frame,
                             RenderStats& stats) {
   State& s = *state_;
@@ -263,34 +342,25 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
   stats.remarks = s.remarks;
   if (auto good = s.context->make_current(); !good) return good;
   Watch watch;
-  const int n = s.options.supersample;
   frame.width = s.options.width;
   frame.height = s.options.height;
   frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
   if (s.shader) return s.draw_shader(camera, look, frame, watch, stats);
+  if (s.paper) {
+    if (auto good = check_paper(look); !good) return good;
+    return s.draw_bands(frame, watch, stats, [&](const BandPixels& pixels) {
+      return s.draw_paper(camera, look, pixels, watch, stats);
+    });
+  }
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
   watch.add_to(stats.project);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
   const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
                              s.packed, look.lights, &s.mesh,  s.origin};
-  if (n > 1) s.large.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.band_rows));
-  for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
-    BandPixels pixels{first_row, s.width, std::min(s.band_rows, s.height - first_row), s.large.data(),
-                      s.width};
-    if (n == 1) {
-      // The frame itself, whose first row is at the top.
-      pixels.bottom = frame.pixels.data() + static_cast<std::ptrdiff_t>(s.height - 1 - first_row) * s.width;
-      pixels.stride = -s.width;
-    }
-    if (auto good = s.draw_band(index, shading, pixels, watch, stats); !good) return good;
-    if (n > 1) {
-      const auto count = static_cast<std::size_t>(s.width) * static_cast<std::size_t>(pixels.rows);
-      box_filter(std::span<const V4f>(s.large).first(count), first_row, n, frame);
-    }
-    watch.add_to(stats.filter);
-  }
-  return {};
+  return s.draw_bands(frame, watch, stats, [&](const BandPixels& pixels) {
+    return s.draw_band(index, shading, pixels, watch, stats);
+  });
 }
 
 Result<void> Renderer::resize(const RenderOptions& options) {
@@ -304,6 +374,9 @@ Result<void> Renderer::resize(const RenderOptions& options) {
   s.height = height;
   s.band_rows = rows_per_band(width, height, options.supersample);
   if (auto good = s.context->make_current(); !good) return good;
+  if (s.paper) {
+    if (auto good = s.paper->resize({width, height, s.band_rows}); !good) return good;
+  }
   if (!s.pass) return {};
   return s.pass->resize({width, height, s.band_rows});
 }
