@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "viewer/needed_levels.h"
 #include "viewer/paper_coding.h"
 
 namespace selvedge {
@@ -71,6 +72,18 @@ Result<void> check_paper_lights(std::span<const Light> lights) {
                                [](const Light& light) { return light.kind == LightKind::directional; });
   if (!far) return refuse({}, "point and spot lights need the pixel's place, which its frames do not have");
   return {};
+}
+
+std::vector<int> finest_paper_levels(const Scene& scene, const Camera& camera, int height,
+                                     const LevelOptions& options, std::span<const V2i> sizes,
+                                     std::span<const int> counts) {
+  LevelOptions finer = options;
+  // OpenGL takes the longer one of two sides of a pixel for its diagonal, at most half a level less than the
+  // formula; the rest is for what its drivers round.
+  finer.bias = -1;
+  std::vector<int> levels = finest_levels(scene, camera, height, finer, sizes, counts);
+  for (int& level : levels) level -= level % 2;
+  return levels;
 }
 
 }  // namespace selvedge

@@ -32,4 +32,10 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
 /// OPTION_OUT_OF_RANGE at --path for lights that stand somewhere: the frames do not have the pixel's place.
 Result<void> check_paper_lights(std::span<const Light> lights);
 
+/// As finest_levels() (needed_levels.h), for levels that OpenGL chooses. Even: the levels that are left then
+/// have the same distances in blue as in the whole fabric, and the frame the same bytes.
+std::vector<int> finest_paper_levels(const Scene& scene, const Camera& camera, int height,
+                                     const LevelOptions& options, std::span<const V2i> sizes,
+                                     std::span<const int> counts);
+
 }  // namespace selvedge

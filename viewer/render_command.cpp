@@ -15,6 +15,7 @@
 #include "viewer/geometry.h"
 #include "viewer/load.h"
 #include "viewer/needed_levels.h"
+#include "viewer/paper_limits.h"
 #include "viewer/renderer.h"
 #include "viewer/turntable.h"
 
@@ -93,9 +94,7 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
   std::vector<V2i> sizes;
   std::vector<int> counts;
   std::vector<LevelRange> needed;
-  LevelOptions levels = shot.options.levels;
-  // OpenGL may choose its level finer than the formula, by up to half of one and what its drivers round.
-  if (shot.options.path == RenderPath::paper) levels.bias = -1;
+  const LevelOptions& levels = shot.options.levels;
   for (const FabricReader& reader : open.readers) {
     sizes.emplace_back(reader.header().width, reader.header().height);
     counts.push_back(reader.header().levels);
@@ -106,7 +105,8 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
   if (levels.forced >= 0) return needed;
   const int height = shot.options.height * shot.options.supersample;
   for (const Camera& camera : shot.cameras) {
-    const std::vector<int> finest = finest_levels(open.scene, camera, height, levels, sizes, counts);
+    const auto finest_of = shot.options.path == RenderPath::paper ? finest_paper_levels : finest_levels;
+    const std::vector<int> finest = finest_of(open.scene, camera, height, levels, sizes, counts);
     for (std::size_t i = 0; i < needed.size(); ++i) needed[i].first = std::min(needed[i].first, finest[i]);
   }
   return needed;
