@@ -43,7 +43,9 @@ class Rows {
   }
   const std::vector<std::string>& arguments() const { return arguments_; }
 
-  void add(const std::string& name, double value, const char* unit) {
+  /// Characters that would part columns become underscores.
+  void add(std::string name, double value, const char* unit) {
+    for (char& c : name) c = c == ',' || c == ' ' ? '_' : c;
     text_ += fmt::format("{},{:.4g},{}\n", name, value, unit);
   }
 
