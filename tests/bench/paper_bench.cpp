@@ -150,9 +150,12 @@ int main(int argc, char** argv) {
   near.zoom = 9;
   near.focus = V2d(0.58, 0.24);
   compare(of_scene("sweater, near", scene, near), rows);
+  CameraOptions half = view;
+  half.distance_factor = 2;
+  compare(of_scene("sweater, twice as far", scene, half), rows);
   CameraOptions far = view;
   far.distance_factor = 5;
-  compare(of_scene("sweater, far", scene, far), rows);
+  compare(of_scene("sweater, five times as far", scene, far), rows);
   compare(of_swatch("swatch", fabric, V3d(0, 0, 1), V3d(0.3, 0.4, 0.87)), rows);
   compare(of_swatch("swatch, light grazing", fabric, V3d(0, 0, 1), V3d(0.9, 0.4, 0.1)), rows);
   compare(of_swatch("swatch, view grazing", fabric, V3d(0.2, -0.9, 0.2), V3d(0.3, 0.4, 0.87)), rows);
