@@ -67,28 +67,6 @@ RenderOptions options_of(const RenderCommand& command) {
   return options;
 }
 
-Result<Shot> read_swatch(const RenderCommand& command) {
-  Result<FabricReader> reader = FabricReader::open(command.input);
-  if (!reader) return tl::unexpected(reader.error());
-  Result<Fabric> fabric = reader->read();
-  if (!fabric) return tl::unexpected(fabric.error());
-  Result<Swatch> swatch = make_swatch(*fabric, command.swatch);
-  if (!swatch) return tl::unexpected(swatch.error());
-  std::error_code unknown;
-  const std::uint64_t file_bytes = std::filesystem::file_size(command.input, unknown);
-  Shot shot;
-  shot.options = options_of(command);
-  shot.options.width = swatch->width;
-  shot.options.height = swatch->height;
-  shot.options.layers = 1;
-  shot.cameras = {swatch->camera};
-  Subject subject{command.input, std::move(swatch->scene), {}, reader->bytes_read(), file_bytes};
-  subject.scene.file = command.input;
-  subject.fabrics.push_back(std::move(*fabric));
-  shot.subjects.push_back(std::move(subject));
-  return shot;
-}
-
 /// The levels that the frames can ask for: a forced one alone, else from the finest on.
 std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
   std::vector<V2i> sizes;
@@ -124,6 +102,36 @@ Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot
   subject.file_bytes = open.file_bytes;
   subject.scene = std::move(open.scene);
   return subject;
+}
+
+Result<Shot> read_swatch(const RenderCommand& command) {
+  Result<FabricReader> reader = FabricReader::open(command.input);
+  if (!reader) return tl::unexpected(reader.error());
+  // The sizes are all that a swatch is made of.
+  Fabric sizes = without_levels(reader->header());
+  for (int k = 0; k < reader->header().levels; ++k) {
+    FabricLevel& level = sizes.levels.emplace_back();
+    level.width = level_size(reader->header().width, k);
+    level.height = level_size(reader->header().height, k);
+  }
+  Result<Swatch> swatch = make_swatch(sizes, command.swatch);
+  if (!swatch) return tl::unexpected(swatch.error());
+  OpenScene open{std::move(swatch->scene), {}, 0};
+  open.scene.file = command.input;
+  open.scene.fabrics.emplace_back().name = command.input;
+  open.readers.push_back(std::move(*reader));
+  std::error_code unknown;
+  open.file_bytes = std::filesystem::file_size(command.input, unknown);
+  Shot shot;
+  shot.options = options_of(command);
+  shot.options.width = swatch->width;
+  shot.options.height = swatch->height;
+  shot.options.layers = 1;
+  shot.cameras = {swatch->camera};
+  Result<Subject> subject = read_subject(command.input, std::move(open), shot);
+  if (!subject) return tl::unexpected(subject.error());
+  shot.subjects.push_back(std::move(*subject));
+  return shot;
 }
 
 /// The same scene with another fabric on all that has one.
