@@ -104,7 +104,7 @@ class ExrReader {
   const std::vector<ExrPart>& parts() const;
   /// Index of the part of that name, or -1.
   int find_part(const std::string& part_name) const;
-  /// Bytes asked of the file so far, header included.
+  /// Bytes asked of the file so far, header included, each counted once.
   std::uint64_t bytes_read() const;
   /// Bytes that a level's pixels take in the file, compressed; without the heads of the chunks.
   std::uint64_t packed_bytes(int part, int level = 0) const;

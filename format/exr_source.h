@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,14 +22,16 @@ class ExrSource {
   std::uint64_t size() const { return file_ ? file_->size() : bytes_.size(); }
   /// Fills `out` from `offset` on; false where the bytes are not there.
   bool read(std::uint64_t offset, std::span<std::uint8_t> out);
-  /// Bytes asked for so far.
+  /// Bytes asked for so far, each counted once.
   std::uint64_t bytes_read() const { return bytes_read_; }
 
  private:
   explicit ExrSource(InputFile file) : file_(std::move(file)) {}
+  void count(std::uint64_t begin, std::uint64_t end);
 
   std::optional<InputFile> file_;  ///< none: from memory
   std::span<const std::uint8_t> bytes_;
+  std::map<std::uint64_t, std::uint64_t> seen_;  ///< where stretches that were read begin and end; apart
   std::uint64_t bytes_read_ = 0;
 };
 

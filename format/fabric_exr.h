@@ -63,7 +63,7 @@ class FabricReader {
   /// bases stand at level 0.
   std::uint64_t packed_bytes(Layer layer, int level) const;
 
-  /// Bytes of the file that were read so far, headers included.
+  /// Bytes of the file that were read so far, headers included, each counted once.
   std::uint64_t bytes_read() const { return file_.bytes_read(); }
 
  private:

@@ -256,11 +256,14 @@ void add_render(CLI::App& app, RenderCommand& command) {
   app.add_option_function<std::string>(
          "--path",
          [&](const std::string& t) {
-           command.render.path = t == "shader" ? RenderPath::shader : RenderPath::hybrid;
+           const auto name = std::find(path_names.begin(), path_names.end(), t);
+           command.render.path = static_cast<RenderPath>(name - path_names.begin());
          },
-         "Who evaluates the fabrics: the processor (default) or OpenGL")
-      ->type_name("hybrid|shader")
-      ->check(CLI::IsMember({"hybrid", "shader"}));
+         "Who evaluates the fabrics: the processor (default) or OpenGL. paper: as published in 2001, in "
+         "colours "
+         "of 8 bits, nearest texels")
+      ->type_name("hybrid|shader|paper")
+      ->check(CLI::IsMember({"hybrid", "shader", "paper"}));
   app.add_option_function<std::string>(
          "--context",
          [&](const std::string& t) {
@@ -372,6 +375,15 @@ Command parse_command_line(int argc, const char* const* argv) {
     fmt::print(stderr,
                "selvedge-view: --turntable and --compare are for scenes, not for a swatch; see --help\n");
     return ExitNow{2};
+  }
+  if (render.render.path == RenderPath::paper) {
+    // Refused where they were asked for.
+    LevelOptions& levels = render.render.levels;
+    if (render_verb->count("--filter") == 0) {
+      levels.linear = false;
+      levels.bias = 0;
+    }
+    if (render_verb->count("--anisotropy") == 0) levels.taps = 1;
   }
   render.swatch.level = render.render.levels.forced;
   return render;

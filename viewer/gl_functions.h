@@ -22,6 +22,7 @@ struct GlFunctions {
   F(PFNGLCLEARNAMEDFRAMEBUFFERFIPROC, ClearNamedFramebufferfi)         \
   F(PFNGLCLEARNAMEDFRAMEBUFFERFVPROC, ClearNamedFramebufferfv)         \
   F(PFNGLCLEARNAMEDFRAMEBUFFERUIVPROC, ClearNamedFramebufferuiv)       \
+  F(PFNGLCOLORMASKPROC, ColorMask)                                     \
   F(PFNGLCOMPILESHADERPROC, CompileShader)                             \
   F(PFNGLCREATEBUFFERSPROC, CreateBuffers)                             \
   F(PFNGLCREATEFRAMEBUFFERSPROC, CreateFramebuffers)                   \

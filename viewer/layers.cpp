@@ -9,14 +9,9 @@
 namespace selvedge {
 namespace {
 
-/// What is left to be seen when a pixel counts as opaque: less than half a step of an 8-bit picture.
-constexpr float opaque_rest = 0.5F / 255;
-
 /// Rows that one task shades.
 constexpr int rows_per_task = 4;
 constexpr std::size_t deep_pixels_per_task = 1024;
-
-bool is_open(const V4f& pixel) { return !(1 - pixel.w < opaque_rest); }
 
 /// Lays what comes in sixteens behind what the pixels have.
 class Painter {

@@ -15,6 +15,10 @@ namespace selvedge {
 /// The most surfaces behind each other that a pixel can show.
 inline constexpr int most_layers = 64;
 
+/// What is left to be seen when a pixel counts as opaque: less than half a step of an 8-bit picture.
+inline constexpr float opaque_rest = 0.5F / 255;
+inline bool is_open(const V4f& pixel) { return !(1 - pixel.w < opaque_rest); }
+
 /// What a band did.
 struct LayerCount {
   std::int64_t covered = 0;    ///< pixels in which something is seen

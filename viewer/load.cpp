@@ -40,12 +40,25 @@ Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice)
 Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelRange> ranges) {
   std::vector<Fabric> fabrics;
   for (std::size_t i = 0; i < open.readers.size(); ++i) {
-    const LevelRange range = ranges.empty() ? LevelRange{0, open.readers[i].header().levels - 1} : ranges[i];
-    Result<Fabric> fabric = open.readers[i].read_levels(range.first, range.last);
-    if (!fabric) return tl::unexpected(fabric.error());
-    fabrics.push_back(std::move(*fabric));
+    FabricReader& reader = open.readers[i];
+    const FabricHeader& header = reader.header();
+    const LevelRange range = ranges.empty() ? LevelRange{0, header.levels - 1} : ranges[i];
+    Fabric fabric = without_levels(header);
+    for (int k = range.first; k <= range.last; ++k) {
+      Result<FabricLevel> level =
+          reader.read_level(k, ranges.empty() ? LayerSet::all() : seen_layers(header, k));
+      if (!level) return tl::unexpected(level.error());
+      fabric.levels.push_back(std::move(*level));
+    }
+    fabrics.push_back(std::move(fabric));
   }
   return fabrics;
+}
+
+LayerSet seen_layers(const FabricHeader& header, int level) {
+  LayerSet layers = LayerSet::all();
+  if (entry_of(header.layer(Layer::lobes), level) < 0) layers.erase({Layer::frame});
+  return layers;
 }
 
 std::uint64_t bytes_read(const OpenScene& open) {

@@ -28,8 +28,12 @@ struct LevelRange {
 /// core parameters, with a remark; what is there and broken is an error, as those of read_scene() are.
 Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice = {});
 
-/// The levels ranges[i] of fabric i, whose level 0 is then the first of them; all where `ranges` is empty.
+/// The levels ranges[i] of fabric i, whose level 0 is then the first of them, with the layers that a picture
+/// depends on (seen_layers()); everything where `ranges` is empty.
 Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelRange> ranges = {});
+
+/// A level without lobes looks the same whatever its texels' own frames are.
+LayerSet seen_layers(const FabricHeader& header, int level);
 
 /// Bytes of the fabric files that were read so far.
 std::uint64_t bytes_read(const OpenScene& open);

@@ -261,7 +261,7 @@ void Panel::take_keys(const PanelInfo& info, ShowState& state, PanelWish& wish) 
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish) {
   label("path");
-  raise(wish.change, choose("##path", show_path_names, state.path, false), Change::scene);
+  raise(wish.change, choose("##path", path_names, state.path, false), Change::scene);
   std::size_t levels = 1;
   for (const Fabric& fabric : info.picture.fabrics()) levels = std::max(levels, fabric.levels.size());
   label("level");
@@ -271,8 +271,10 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish) 
         Change::frame);
   label("");
   raise(wish.change, ImGui::Checkbox("blend two levels", &state.levels.blend), Change::frame);
-  label("taps");
-  raise(wish.change, ImGui::SliderInt("##taps", &state.levels.taps, 1, most_taps), Change::frame);
+  if (static_cast<RenderPath>(state.path) != RenderPath::paper) {
+    label("taps");
+    raise(wish.change, ImGui::SliderInt("##taps", &state.levels.taps, 1, most_taps), Change::frame);
+  }
   label("layers");
   raise(wish.change, ImGui::SliderInt("##layers", &state.layers, 1, most_layers), Change::frame);
   label("");

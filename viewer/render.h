@@ -1,7 +1,9 @@
 // A scene and its fabrics to a frame: the whole of the paper's section 6.
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "format/camera.h"
@@ -13,13 +15,16 @@
 
 namespace selvedge {
 
-/// Who turns texels into light: the processor (hybrid) or OpenGL (shader).
-enum class RenderPath { hybrid, shader };
+/// Who finds texels and turns them into light: the processor (hybrid) or OpenGL (shader); paper: OpenGL finds
+/// them, in colours of 8 bits, and the processor lights them (spec/view.md).
+enum class RenderPath { hybrid, shader, paper };
+inline constexpr std::array<std::string_view, 3> path_names{"hybrid", "shader", "paper"};
 
 struct RenderOptions {
   RenderPath path = RenderPath::hybrid;
-  /// Which OpenGL draws; automatic: Mesa's software rasteriser for the hybrid path, whose pixels come back to
-  /// the processor anyway, and for the shader path a graphics processor's where there is one.
+  /// Which OpenGL draws; automatic: Mesa's software rasteriser for the hybrid and the paper's path, whose
+  /// pixels come back to the processor anyway, and for the shader path a graphics processor's where there is
+  /// one.
   ContextKind context = ContextKind::automatic;
   int width = 800;
   int height = 600;

@@ -15,6 +15,7 @@
 #include "viewer/geometry.h"
 #include "viewer/load.h"
 #include "viewer/needed_levels.h"
+#include "viewer/paper_limits.h"
 #include "viewer/renderer.h"
 #include "viewer/turntable.h"
 
@@ -66,28 +67,6 @@ RenderOptions options_of(const RenderCommand& command) {
   return options;
 }
 
-Result<Shot> read_swatch(const RenderCommand& command) {
-  Result<FabricReader> reader = FabricReader::open(command.input);
-  if (!reader) return tl::unexpected(reader.error());
-  Result<Fabric> fabric = reader->read();
-  if (!fabric) return tl::unexpected(fabric.error());
-  Result<Swatch> swatch = make_swatch(*fabric, command.swatch);
-  if (!swatch) return tl::unexpected(swatch.error());
-  std::error_code unknown;
-  const std::uint64_t file_bytes = std::filesystem::file_size(command.input, unknown);
-  Shot shot;
-  shot.options = options_of(command);
-  shot.options.width = swatch->width;
-  shot.options.height = swatch->height;
-  shot.options.layers = 1;
-  shot.cameras = {swatch->camera};
-  Subject subject{command.input, std::move(swatch->scene), {}, reader->bytes_read(), file_bytes};
-  subject.scene.file = command.input;
-  subject.fabrics.push_back(std::move(*fabric));
-  shot.subjects.push_back(std::move(subject));
-  return shot;
-}
-
 /// The levels that the frames can ask for: a forced one alone, else from the finest on.
 std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
   std::vector<V2i> sizes;
@@ -104,7 +83,8 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
   if (levels.forced >= 0) return needed;
   const int height = shot.options.height * shot.options.supersample;
   for (const Camera& camera : shot.cameras) {
-    const std::vector<int> finest = finest_levels(open.scene, camera, height, levels, sizes, counts);
+    const auto finest_of = shot.options.path == RenderPath::paper ? finest_paper_levels : finest_levels;
+    const std::vector<int> finest = finest_of(open.scene, camera, height, levels, sizes, counts);
     for (std::size_t i = 0; i < needed.size(); ++i) needed[i].first = std::min(needed[i].first, finest[i]);
   }
   return needed;
@@ -122,6 +102,36 @@ Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot
   subject.file_bytes = open.file_bytes;
   subject.scene = std::move(open.scene);
   return subject;
+}
+
+Result<Shot> read_swatch(const RenderCommand& command) {
+  Result<FabricReader> reader = FabricReader::open(command.input);
+  if (!reader) return tl::unexpected(reader.error());
+  // The sizes are all that a swatch is made of.
+  Fabric sizes = without_levels(reader->header());
+  for (int k = 0; k < reader->header().levels; ++k) {
+    FabricLevel& level = sizes.levels.emplace_back();
+    level.width = level_size(reader->header().width, k);
+    level.height = level_size(reader->header().height, k);
+  }
+  Result<Swatch> swatch = make_swatch(sizes, command.swatch);
+  if (!swatch) return tl::unexpected(swatch.error());
+  OpenScene open{std::move(swatch->scene), {}, 0};
+  open.scene.file = command.input;
+  open.scene.fabrics.emplace_back().name = command.input;
+  open.readers.push_back(std::move(*reader));
+  std::error_code unknown;
+  open.file_bytes = std::filesystem::file_size(command.input, unknown);
+  Shot shot;
+  shot.options = options_of(command);
+  shot.options.width = swatch->width;
+  shot.options.height = swatch->height;
+  shot.options.layers = 1;
+  shot.cameras = {swatch->camera};
+  Result<Subject> subject = read_subject(command.input, std::move(open), shot);
+  if (!subject) return tl::unexpected(subject.error());
+  shot.subjects.push_back(std::move(*subject));
+  return shot;
 }
 
 /// The same scene with another fabric on all that has one.
@@ -328,7 +338,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Series& serie
               {"height", shot.options.height},
               {"frames", shot.cameras.size()},
               {"supersample", shot.options.supersample},
-              {"path", shot.options.path == RenderPath::shader ? "shader" : "hybrid"},
+              {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
               {"threads", thread_count()}};
   all.update(to_json(shot.subjects.front(), series.stats().front()));
   if (shot.subjects.size() > 1) {

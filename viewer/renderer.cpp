@@ -11,6 +11,7 @@
 #include "viewer/context.h"
 #include "viewer/layers.h"
 #include "viewer/materials.h"
+#include "viewer/paper_layers.h"
 
 namespace selvedge {
 namespace {
@@ -33,6 +34,14 @@ class Watch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// What a frame may ask of the paper's path.
+Result<void> check_paper(const RenderOptions& look) {
+  if (look.levels.linear || look.levels.taps > 1 || look.levels.bias != 0)
+    return fail(Code::option_out_of_range, "", "--filter",
+                "the paper's path takes one texel of a level, the nearest, and OpenGL's level as it is");
+  return check_paper_lights(look.lights);
+}
+
 Result<void> check(const RenderOptions& o) {
   const auto refuse = [](const char* option, std::string reason) -> Result<void> {
     return fail(Code::option_out_of_range, "", option, std::move(reason));
@@ -48,6 +57,7 @@ Result<void> check(const RenderOptions& o) {
   if (o.levels.taps < 1 || o.levels.taps > taps)
     return refuse("--anisotropy", fmt::format("must lie between 1 and {}{}", taps,
                                               o.levels.linear ? " with --filter linear" : ""));
+  if (o.path == RenderPath::paper) return check_paper(o);
   return {};
 }
 
@@ -77,12 +87,14 @@ Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& optio
   return make_osmesa_context();
 }
 
-/// A multiple of the supersampling. Whole tiles of the rasteriser, few enough that a band is drawn while the
-/// one before is shaded.
+/// A multiple of the supersampling, and an even number of rows, so that OpenGL's quads of 2 x 2 pixels lie
+/// the same in every band. Whole tiles of the rasteriser, few enough that a band is drawn while the one
+/// before is shaded.
 int rows_per_band(int width, int height, int supersample) {
   const int share = (height / bands_per_frame + rasteriser_tile - 1) / rasteriser_tile * rasteriser_tile;
   const int rows = std::clamp(share, 1, std::max(pixels_per_band / width, 1));
-  return std::max(rows / supersample, 1) * supersample;
+  const int step = 2 * supersample;
+  return std::max(rows / step, 1) * step;
 }
 
 }  // namespace
@@ -101,6 +113,10 @@ struct Renderer::State {
   GlFunctions gl;
   std::unique_ptr<VisibilityPass> pass;  ///< goes before its context
   std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass, where it is there
+  std::unique_ptr<PaperPass> paper;      ///< the same
+  PaperKinds kinds;
+  std::vector<SurfaceLook> kind_looks;
+  PaperFrames coded;
   double prepare = 0;
   /// Rows on their way: while one band is shaded the next is drawn.
   struct Band {
@@ -113,12 +129,21 @@ struct Renderer::State {
   Result<void> need_pass();
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
                            RenderStats& stats);
+  Result<void> make_paper(const Scene& scene, const std::vector<Surface>& surfaces,
+                          const std::vector<Fabric>& fabrics);
+  Result<void> draw_paper(const Camera& camera, const RenderOptions& look, int first_row, Frame& frame,
+                          Watch& watch, RenderStats& stats);
   Result<void> draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
                             Watch& watch, RenderStats& stats);
   Result<void> draw_behind(const IndexScene& index, FrameTiles where, std::array<DrawnSide, 2>& sides,
                            DeepPixels& deep, Watch& watch, RenderStats& stats);
   Result<void> shade(const IndexScene& index, const ShadingScene& shading, int first_row, Band& band,
                      Frame& frame, RenderStats& stats);
+  Result<void> draw_hybrid(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
+                           RenderStats& stats);
+  /// Where a band's pixels go: the frame itself, or a supersampled piece of it, which filter() takes there.
+  BandPixels pixels_of(Band& band, int first_row, Frame& frame) const;
+  void filter(const Band& band, const BandPixels& pixels, Frame& frame) const;
 };
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -171,7 +196,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
     s.shader = std::move(*shader);
   }
   s.band_rows = rows_per_band(s.width, s.height, options.supersample);
-  if (!s.shader) {
+  if (options.path == RenderPath::paper) {
+    if (auto good = s.make_paper(scene, *surfaces, fabrics); !good) return tl::unexpected(good.error());
+  } else if (!s.shader) {
     if (auto good = s.need_pass(); !good) return tl::unexpected(good.error());
   }
   watch.add_to(s.prepare);
@@ -198,6 +225,42 @@ Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOpti
   stats.layers = stats.shader.rounds;
   stats.covered_pixels = std::count_if(large.begin(), large.end(), [](const V4f& p) { return p.w > 0; });
   box_filter(large, 0, options.supersample, frame);
+  watch.add_to(stats.filter);
+  return {};
+}
+
+Result<void> Renderer::State::make_paper(const Scene& scene, const std::vector<Surface>& surfaces,
+                                         const std::vector<Fabric>& fabrics) {
+  Result<PaperKinds> found = paper_kinds(scene, surfaces, looks, fabrics, remarks);
+  if (!found) return tl::unexpected(found.error());
+  kinds = std::move(*found);
+  kind_looks = looks_of_kinds(kinds);
+  auto made = PaperPass::create(gl, mesh, looks.looks, kinds, fabrics, {width, height, band_rows});
+  if (!made) return tl::unexpected(made.error());
+  paper = std::move(*made);
+  return {};
+}
+
+Result<void> Renderer::State::draw_paper(const Camera& camera, const RenderOptions& look, int first_row,
+                                         Frame& frame, Watch& watch, RenderStats& stats) {
+  const BandPixels pixels = pixels_of(bands[0], first_row, frame);
+  const ShadingScene shading{camera, width, height, kind_looks, packed, look.lights};
+  for (int y = 0; y < pixels.rows; ++y) std::fill_n(&pixels.at(0, y), pixels.width, V4f(0, 0, 0, 0));
+  for (int round = 0; round < options.layers; ++round) {
+    const Result<bool> any = paper->draw(clip_matrix(camera, origin), pixels.first_row, round, look.levels);
+    if (!any) return tl::unexpected(any.error());
+    watch.add_to(stats.geometry);
+    if (!*any) break;
+    paper->read(coded);
+    watch.add_to(stats.read_back);
+    const LayerCount count = shade_round(coded, kinds, look.levels.blend, shading, pixels);
+    watch.add_to(stats.evaluation);
+    if (round == 0) stats.covered_pixels += count.covered;
+    stats.evaluated_pixels += count.evaluated;
+    if (count.evaluated == 0) break;
+    stats.layers = std::max(stats.layers, round + 1);
+  }
+  filter(bands[0], pixels, frame);
   watch.add_to(stats.filter);
   return {};
 }
@@ -244,17 +307,7 @@ Result<void> Renderer::State::draw_nearest(TriangleLists lists, const FrameTiles
 Result<void> Renderer::State::shade(const IndexScene& index, const ShadingScene& shading, int first_row,
                                     Band& band, Frame& frame, RenderStats& stats) {
   Watch watch;
-  BandPixels pixels{first_row, width, std::min(band_rows, height - first_row), nullptr, width};
-  const int n = options.supersample;
-  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(pixels.rows);
-  if (n > 1) {
-    band.large.resize(count);
-    pixels.bottom = band.large.data();
-  } else {
-    // The frame itself, whose first row is at the top.
-    pixels.bottom = frame.pixels.data() + static_cast<std::ptrdiff_t>(height - 1 - first_row) * width;
-    pixels.stride = -width;
-  }
+  const BandPixels pixels = pixels_of(band, first_row, frame);
   DeepPixels deep(width, pixels.rows);
   LayerCount seen = shade_band(index, shading, band.sides, options.layers, pixels, deep);
   if (!deep.empty()) {
@@ -271,33 +324,39 @@ Result<void> Renderer::State::shade(const IndexScene& index, const ShadingScene&
   stats.covered_pixels += seen.covered;
   stats.evaluated_pixels += seen.evaluated;
   stats.layers = std::max(stats.layers, seen.layers);
-  if (n > 1) box_filter(std::span<const V4f>(band.large).first(count), first_row, n, frame);
+  filter(band, pixels, frame);
   watch.add_to(stats.filter);
   return {};
 }
 
-Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Frame& frame,
-                            RenderStats& stats) {
-  State& s = *state_;
-  stats = {};
-  stats.prepare = s.prepare;
-  stats.triangles = static_cast<std::int64_t>(s.mesh.triangles.size());
-  stats.remarks = s.remarks;
-  if (auto good = s.context->make_current(); !good) return good;
-  Watch watch;
-  frame.width = s.options.width;
-  frame.height = s.options.height;
-  frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
-  if (s.shader) return s.draw_shader(camera, look, frame, watch, stats);
-  const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
-  s.pass->place(projected);
-  std::vector<TriangleLists> lists = list_bands(s.mesh, projected, s.looks.looks, s.band_rows);
+BandPixels Renderer::State::pixels_of(Band& band, int first_row, Frame& frame) const {
+  BandPixels pixels{first_row, width, std::min(band_rows, height - first_row), nullptr, width};
+  if (options.supersample > 1) {
+    band.large.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(pixels.rows));
+    pixels.bottom = band.large.data();
+  } else {
+    // The frame's first row is at the top.
+    pixels.bottom = frame.pixels.data() + static_cast<std::ptrdiff_t>(height - 1 - first_row) * width;
+    pixels.stride = -width;
+  }
+  return pixels;
+}
+
+void Renderer::State::filter(const Band& band, const BandPixels& pixels, Frame& frame) const {
+  if (options.supersample > 1) box_filter(band.large, pixels.first_row, options.supersample, frame);
+}
+
+/// Each band is shaded while the next is drawn.
+Result<void> Renderer::State::draw_hybrid(const Camera& camera, const RenderOptions& look, Frame& frame,
+                                          Watch& watch, RenderStats& stats) {
+  const ProjectedVertices projected = project(mesh, clip_matrix(camera, origin), width, height);
+  pass->place(projected);
+  std::vector<TriangleLists> lists = list_bands(mesh, projected, looks.looks, band_rows);
   watch.add_to(stats.project);
-  const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
-  const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
-                             s.packed, look.lights, &s.mesh,  s.origin};
+  const IndexScene index{mesh, projected, looks.looks, packed, look.levels};
+  const ShadingScene shading{camera, width, height, looks.looks, packed, look.lights, &mesh, origin};
   // What is drawn twice, because of surfaces without fabric, cannot wait for the next band.
-  const bool at_once = thread_count() == 1 || s.pass->has_colours();
+  const bool at_once = thread_count() == 1 || pass->has_colours();
   RenderStats shaded;
   double waited = 0;
   std::future<Result<void>> shading_before;
@@ -306,13 +365,13 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
     return shading_before.get();
   };
   for (std::size_t i = 0; i < lists.size(); ++i) {
-    const int first_row = static_cast<int>(i) * s.band_rows;
-    State::Band& band = s.bands[i % 2];
-    const FrameTiles where{first_row, std::min(s.band_rows, s.height - first_row), {}};
-    if (auto good = s.draw_nearest(std::move(lists[i]), where, band.sides, watch, stats); !good) return good;
+    const int first_row = static_cast<int>(i) * band_rows;
+    Band& band = bands[i % 2];
+    const FrameTiles where{first_row, std::min(band_rows, height - first_row), {}};
+    if (auto good = draw_nearest(std::move(lists[i]), where, band.sides, watch, stats); !good) return good;
     if (auto good = finish_before(); !good) return good;
     watch.add_to(waited);
-    const auto shade = [&, first_row] { return s.shade(index, shading, first_row, band, frame, shaded); };
+    const auto shade = [&, first_row] { return this->shade(index, shading, first_row, band, frame, shaded); };
     if (!at_once) {
       shading_before = std::async(std::launch::async, shade);
     } else if (auto good = shade(); !good) {
@@ -331,6 +390,29 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
   return {};
 }
 
+Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Frame& frame,
+                            RenderStats& stats) {
+  State& s = *state_;
+  stats = {};
+  stats.prepare = s.prepare;
+  stats.triangles = static_cast<std::int64_t>(s.mesh.triangles.size());
+  stats.remarks = s.remarks;
+  if (auto good = s.context->make_current(); !good) return good;
+  Watch watch;
+  frame.width = s.options.width;
+  frame.height = s.options.height;
+  frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
+  if (s.shader) return s.draw_shader(camera, look, frame, watch, stats);
+  if (s.paper) {
+    if (auto good = check_paper(look); !good) return good;
+    for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
+      if (auto good = s.draw_paper(camera, look, first_row, frame, watch, stats); !good) return good;
+    }
+    return {};
+  }
+  return s.draw_hybrid(camera, look, frame, watch, stats);
+}
+
 Result<void> Renderer::resize(const RenderOptions& options) {
   State& s = *state_;
   if (auto good = check(options); !good) return good;
@@ -342,6 +424,9 @@ Result<void> Renderer::resize(const RenderOptions& options) {
   s.height = height;
   s.band_rows = rows_per_band(width, height, options.supersample);
   if (auto good = s.context->make_current(); !good) return good;
+  if (s.paper) {
+    if (auto good = s.paper->resize({width, height, s.band_rows}); !good) return good;
+  }
   if (!s.pass) return {};
   return s.pass->resize({width, height, s.band_rows});
 }

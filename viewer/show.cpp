@@ -187,10 +187,12 @@ class Show {
   Result<void> draw(Change change) {
     if (change == Change::none) return {};
     if (auto good = picture_.update(state_, change, size_, divisor_); !good) {
-      // With the fabrics before, which were good.
-      if (change != Change::scene || state_.fabrics == good_.fabrics) return good;
+      // With the fabrics and the path before, which were good.
+      const bool tried = state_.fabrics != good_.fabrics || state_.path != good_.path;
+      if (change != Change::scene || !tried) return good;
       message_ = to_line(good.error());
       state_.fabrics = good_.fabrics;
+      state_.path = good_.path;
       if (auto again = picture_.update(state_, change, size_, divisor_); !again) return again;
     }
     good_ = state_;

@@ -55,7 +55,7 @@ Result<void> ShowPicture::add_fabric(const std::string& path) {
 
 Result<void> ShowPicture::load(const ShowState& state) {
   renderer_.reset();
-  options_.path = state.path == 1 ? RenderPath::shader : RenderPath::hybrid;
+  options_.path = static_cast<RenderPath>(state.path);
   Result<std::unique_ptr<Renderer>> renderer =
       Renderer::create(change_fabrics(scene_, fabrics_, state.fabrics), fabrics_, options_, make_context_());
   if (!renderer) return tl::unexpected(renderer.error());
@@ -70,6 +70,8 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *camera;
   options_.levels = state.levels;
+  // The panel offers no choice of them there.
+  if (options_.path == RenderPath::paper) options_.levels.taps = 1;
   options_.lights = lights_in_world(state, camera_);
   if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);

@@ -11,9 +11,6 @@
 
 namespace selvedge {
 
-/// Ways to a frame that the window can switch between.
-inline constexpr std::array<std::string_view, 2> show_path_names{"hybrid", "shader"};
-
 struct ShowState {
   CameraOptions camera;                ///< an orbit (orbit.h)
   std::vector<Light> lights;           ///< see lights_in_camera_frame
@@ -22,7 +19,7 @@ struct ShowState {
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
-  int path = 0;              ///< index into show_path_names
+  int path = 0;              ///< a RenderPath
   std::vector<int> fabrics;  ///< of the materials, index into the fabrics; -1: the core material
   bool texel_edges = false;
   bool probes = true;

@@ -1,29 +1,18 @@
 // What mip levels, blending and taps are worth: a flat piece of fabric, turned by 17 degrees, drawn smaller
 // and smaller, against a picture of at least two samples per texel of level 0: selvedge-bench-levels
-// FABRIC.exr
-#include <fmt/format.h>
-
+// FABRIC.exr [--rows FILE]
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <numbers>
 
 #include "format/fabric_exr.h"
+#include "tests/bench/rows.h"
 #include "viewer/renderer.h"
 
 namespace {
 
 using namespace selvedge;
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) {
-    std::fprintf(stderr, "selvedge-bench-levels: %s\n", to_line(result.error()).c_str());
-    std::exit(1);
-  }
-  return std::move(*result);
-}
+using bench::need;
 
 constexpr int side = 64;
 constexpr int samples = 16;  ///< per pixel and side of the renderer's own supersampling
@@ -152,11 +141,12 @@ const std::vector<Mode>& modes() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    fmt::print(stderr, "usage: selvedge-bench-levels FABRIC.exr\n");
+  bench::Rows rows(argc, argv);
+  if (rows.arguments().size() != 1) {
+    fmt::print(stderr, "usage: selvedge-bench-levels FABRIC.exr [--rows FILE]\n");
     return 2;
   }
-  const std::vector<Fabric> fabrics{need(read_fabric(argv[1]))};
+  const std::vector<Fabric> fabrics{need(read_fabric(rows.arguments()[0]))};
   const int width = fabrics[0].levels[0].width;
   for (const double degrees : {90.0, 30.0, 15.0}) {
     fmt::print(
@@ -171,10 +161,13 @@ int main(int argc, char** argv) {
       references.push_back(reference(cloth(texels, width), fabrics, camera_at(degrees, 1), texels));
     for (const Mode& mode : modes()) {
       fmt::print("{:16}", mode.name);
-      for (std::size_t i = 0; i < zooms.size(); ++i)
-        fmt::print("{:8.1f}",
-                   psnr(draw(cloth(zooms[i], width), fabrics, camera_at(degrees, 1), side, 1, mode.levels),
-                        references[i]));
+      for (std::size_t i = 0; i < zooms.size(); ++i) {
+        const double dB =
+            psnr(draw(cloth(zooms[i], width), fabrics, camera_at(degrees, 1), side, 1, mode.levels),
+                 references[i]);
+        fmt::print("{:8.1f}", dB);
+        rows.add(fmt::format("minified/{}_degrees/{}_texels/{}", degrees, zooms[i], mode.name), dB, "dB");
+      }
       fmt::print("\n");
     }
   }
@@ -190,7 +183,9 @@ int main(int argc, char** argv) {
     for (const double texels : starts) {
       std::vector<Frame> frames;
       for (int t = 0; t < 24; ++t) frames.push_back(frame_at(texels, std::pow(1.01, -t)));
-      fmt::print("{:8.2f}", flicker(frames));
+      const double steps = flicker(frames);
+      fmt::print("{:8.2f}", steps);
+      rows.add(fmt::format("flicker/{}_texels/{}", texels, name), steps, "1/255");
     }
     fmt::print("\n");
   };
@@ -202,4 +197,5 @@ int main(int argc, char** argv) {
   zoom_row("reference", [&](double texels, double zoom) {
     return reference(cloth(texels, width), fabrics, camera_at(90, zoom), texels);
   });
+  rows.write();
 }

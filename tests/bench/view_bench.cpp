@@ -1,35 +1,28 @@
-// How fast a dressed garment is drawn, what a frame's time is made of, and how fast its fabrics are evaluated
-// beside the reference: selvedge-bench-view SCENE.glb ...
-#include <fmt/format.h>
-
+// How fast dressed garments are drawn by each path, what a frame's time is made of, how it grows with
+// triangles and with pixels, and how fast fabrics are evaluated beside the reference: selvedge-bench-view
+// [--rows FILE]
+// [--paths hybrid,paper,shader] SCENE.glb ... The first scene is the one whose growth is told.
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
 #include <ctime>
+#include <filesystem>
+#include <map>
+#include <utility>
 
 #include "format/evaluate.h"
-#include "format/fabric_exr.h"
-#include "format/gltf_scene.h"
+#include "format/option_text.h"
 #include "format/parallel.h"
+#include "tests/bench/rows.h"
+#include "viewer/load.h"
 #include "viewer/renderer.h"
 
 namespace {
 
 using namespace selvedge;
+using bench::need;
 
-template <class T>
-T need(Result<T> result) {
-  if (!result) {
-    std::fprintf(stderr, "selvedge-bench-view: %s\n", to_line(result.error()).c_str());
-    std::exit(1);
-  }
-  return std::move(*result);
-}
-
-constexpr int width = 1920;
-constexpr int height = 1080;
-constexpr int frames = 30;
+constexpr V2i full_size(1920, 1080);
+constexpr double zoom = 1.15;  ///< the sweater then covers more than half of the pixels
 
 double wall() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -47,12 +40,94 @@ struct Sample {
   RenderStats stats;
 };
 
-double median(std::vector<Sample>& samples, double (*of)(const Sample&)) {
-  std::vector<double> values;
-  for (const Sample& s : samples) values.push_back(of(s) * 1e3);
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
+/// Medians over frames, ms.
+class Samples {
+ public:
+  void add(const Sample& sample) { samples_.push_back(sample); }
+  double median(double (*of)(const Sample&)) const {
+    std::vector<double> values;
+    for (const Sample& s : samples_) values.push_back(of(s) * 1e3);
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
+  double frame() const {
+    return median([](const Sample& s) { return s.wall; });
+  }
+  double processor() const {
+    return median([](const Sample& s) { return s.processor; });
+  }
+  double project() const {
+    return median([](const Sample& s) { return s.stats.project; });
+  }
+  double geometry() const {
+    return median([](const Sample& s) { return s.stats.geometry; });
+  }
+  double read_back() const {
+    return median([](const Sample& s) { return s.stats.read_back; });
+  }
+  double evaluation() const {
+    return median([](const Sample& s) { return s.stats.evaluation; });
+  }
+  double filter() const {
+    return median([](const Sample& s) { return s.stats.filter; });
+  }
+  const RenderStats& last() const { return samples_.back().stats; }
+
+ private:
+  std::vector<Sample> samples_;
+};
+
+struct Subject {
+  std::string name;
+  Scene scene;
+  std::vector<Fabric> fabrics;
+  std::vector<V3d> points;
+};
+
+Subject load(const std::string& path) {
+  OpenScene open = need(open_scene(path));
+  Subject subject{std::filesystem::path(path).stem().string(), {}, need(read_fabrics(open)), {}};
+  subject.scene = std::move(open.scene);
+  subject.points = need(world_points(subject.scene));
+  return subject;
+}
+
+/// A turn by a quarter of a degree a frame, nearest texels, one tap.
+Result<Samples> draw(const Subject& subject, RenderPath path, const V2i& size, int frames) {
+  RenderOptions options;
+  options.path = path;
+  options.context = ContextKind::osmesa;
+  options.width = 64;
+  options.height = 36;
+  Result<std::unique_ptr<Renderer>> renderer = Renderer::create(subject.scene, subject.fabrics, options);
+  if (!renderer) return tl::unexpected(renderer.error());
+  Frame frame;
+  Samples samples;
+  const auto one = [&](int i) {
+    CameraOptions view;
+    view.zoom = zoom;
+    view.azimuth = 0.25 * i;
+    const Camera camera = need(make_camera(subject.points, 16.0 / 9, view));
+    options.lights = default_lights(camera);
+    Sample sample;
+    const double start = wall();
+    const double start_processor = processor();
+    need((*renderer)->draw(camera, options, frame, sample.stats));
+    sample.wall = wall() - start;
+    sample.processor = processor() - start_processor;
+    return sample;
+  };
+  // The first frames compile shaders and touch memory for the first time.
+  one(0);
+  options.width = size.x;
+  options.height = size.y;
+  need((*renderer)->resize(options));
+  for (int i = frames > 1 ? -2 : 0; i < frames; ++i) {
+    const Sample sample = one(i);
+    if (i >= 0) samples.add(sample);
+  }
+  return samples;
 }
 
 /// Pixels in sixteens, each with two texels under two lights: what a frame asks for.
@@ -100,7 +175,7 @@ double rate(std::size_t blocks, const Body& body) {
   return best;
 }
 
-void evaluate_rates(const Fabric& fabric, const std::string& name) {
+void evaluate_rates(const Fabric& fabric, const std::string& name, bench::Rows& rows) {
   const PackedFabric packed = pack(fabric);
   const std::vector<Lanes> all = make_lanes(fabric);
   std::vector<float> sums(64);
@@ -136,64 +211,148 @@ void evaluate_rates(const Fabric& fabric, const std::string& name) {
     parallel_for(0, tasks, [&](int i) { wide(static_cast<std::size_t>(i) % sums.size()); });
   });
   fmt::print(
-      "  fabric {}: reference {:.1f} M evaluations/s a thread, sixteen at once {:.1f} M/s = {:.1f} x; {} "
-      "threads "
-      "{:.1f} M/s = {:.2f} x one\n",
+      "{}: reference {:.1f} M evaluations/s a thread, sixteen at once {:.1f} M/s = {:.1f} x; {} threads "
+      "{:.1f} M/s "
+      "= {:.2f} x one\n",
       name, scalar / 1e6, one / 1e6, one / scalar, threads, many / 1e6, many / one);
+  rows.add("evaluation/" + name + "/one_thread", one / scalar, "x reference");
+  rows.add("evaluation/" + name + "/all_threads", many / one, "x one");
 }
 
-void run(const std::string& path, double zoom) {
-  const Scene scene = need(read_scene(path));
-  std::vector<Fabric> fabrics;
-  for (const SceneFabric& source : scene.fabrics)
-    fabrics.push_back(
-        need(source.path.empty() ? read_fabric(source.bytes, source.name) : read_fabric(source.path)));
-  const std::vector<V3d> points = need(world_points(scene));
-  RenderOptions options;
-  options.width = width;
-  options.height = height;
-  const auto renderer = need(Renderer::create(scene, fabrics, options));
-  Frame frame;
-  std::vector<Sample> samples;
-  for (int i = -2; i < frames; ++i) {
-    CameraOptions view;
-    view.zoom = zoom;
-    view.azimuth = 0.25 * i;
-    const Camera camera = need(make_camera(points, static_cast<double>(width) / height, view));
-    options.lights = default_lights(camera);
-    Sample sample;
-    const double start = wall();
-    const double start_processor = processor();
-    if (const auto good = renderer->draw(camera, options, frame, sample.stats); !good) std::exit(1);
-    sample.wall = wall() - start;
-    sample.processor = processor() - start_processor;
-    // The first frames compile shaders and touch memory for the first time.
-    if (i >= 0) samples.push_back(sample);
+int frames_of(RenderPath path) {
+  // A frame by the shader path takes seconds on the software rasteriser.
+  return path == RenderPath::hybrid ? 30 : path == RenderPath::paper ? 8 : 1;
+}
+
+void draw_by_all_paths(const Subject& subject, const std::vector<RenderPath>& paths, bench::Rows& rows) {
+  double hybrid = 0;
+  for (const RenderPath path : paths) {
+    const std::string name(path_names[static_cast<std::size_t>(path)]);
+    const Result<Samples> samples = draw(subject, path, full_size, frames_of(path));
+    if (!samples) {
+      fmt::print("| {} | {} | {} |\n", subject.name, name, to_line(samples.error()));
+      continue;
+    }
+    if (path == RenderPath::hybrid) hybrid = samples->frame();
+    const RenderStats& last = samples->last();
+    const std::string ratio = hybrid > 0 ? fmt::format("{:.2f}", samples->frame() / hybrid) : "";
+    fmt::print("| {} | {} | {:.1f} % | {:.2f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {} |\n",
+               subject.name, name,
+               100.0 * static_cast<double>(last.covered_pixels) / (full_size.x * full_size.y),
+               static_cast<double>(last.evaluated_pixels) / static_cast<double>(last.covered_pixels),
+               samples->project(), samples->geometry(), samples->read_back(), samples->evaluation(),
+               samples->frame(), samples->processor(), ratio);
+    rows.add(fmt::format("frame/{}/{}", subject.name, name), samples->frame(), "ms");
+    if (path == RenderPath::hybrid) {
+      rows.add("frame/" + subject.name + "/hybrid/geometry", samples->geometry(), "ms");
+      rows.add("frame/" + subject.name + "/hybrid/read_back", samples->read_back(), "ms");
+      rows.add("frame/" + subject.name + "/hybrid/evaluation", samples->evaluation(), "ms");
+    }
   }
-  const RenderStats& last = samples.back().stats;
-  fmt::print("{} zoom {}: {} triangles, {:.1f} % of the pixels covered, {:.2f} surfaces in each\n", path,
-             zoom, last.triangles, 100.0 * static_cast<double>(last.covered_pixels) / (width * height),
-             static_cast<double>(last.evaluated_pixels) / static_cast<double>(last.covered_pixels));
+}
+
+/// Every triangle cut into four of the same plane: more triangles over the same pixels.
+void subdivide(ScenePrimitive& p) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+  const auto half = [](auto& values, std::uint32_t a, std::uint32_t b, float scale) {
+    if (values.empty()) return;
+    using Value = std::decay_t<decltype(values[0])>;
+    values.push_back(Value(values[a] + values[b]) * static_cast<typename Value::BaseType>(scale));
+  };
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [entry, fresh] =
+        middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(p.positions.size()));
+    if (fresh) {
+      half(p.positions, a, b, 0.5F);
+      half(p.normals, a, b, 1);
+      if (!p.normals.empty()) p.normals.back().normalize();
+      half(p.tangents, a, b, 0.5F);
+      for (std::vector<V2d>& set : p.tex_coords) half(set, a, b, 0.5F);
+      half(p.colors, a, b, 0.5F);
+    }
+    return entry->second;
+  };
+  std::vector<std::uint32_t> finer;
+  for (std::size_t k = 0; k + 2 < p.indices.size(); k += 3) {
+    const std::uint32_t a = p.indices[k];
+    const std::uint32_t b = p.indices[k + 1];
+    const std::uint32_t c = p.indices[k + 2];
+    const std::uint32_t ab = middle(a, b);
+    const std::uint32_t bc = middle(b, c);
+    const std::uint32_t ca = middle(c, a);
+    finer.insert(finer.end(), {a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca});
+  }
+  p.indices = std::move(finer);
+}
+
+/// Time beyond the geometry pass grows with the pixels that are covered, and not with triangles.
+void growth(const Subject& subject, bench::Rows& rows) {
   fmt::print(
-      "  frame {:6.2f} ms ({:.1f}/s), processor {:6.2f} ms; project {:.2f}, geometry {:.2f}, read back "
-      "{:.2f}, "
-      "evaluation {:.2f}, filter {:.2f}; evaluation per surface and pixel {:.1f} ns x {} threads\n",
-      median(samples, [](const Sample& s) { return s.wall; }),
-      1e3 / median(samples, [](const Sample& s) { return s.wall; }),
-      median(samples, [](const Sample& s) { return s.processor; }),
-      median(samples, [](const Sample& s) { return s.stats.project; }),
-      median(samples, [](const Sample& s) { return s.stats.geometry; }),
-      median(samples, [](const Sample& s) { return s.stats.read_back; }),
-      median(samples, [](const Sample& s) { return s.stats.evaluation; }),
-      median(samples, [](const Sample& s) { return s.stats.filter; }),
-      1e6 * median(samples, [](const Sample& s) { return s.stats.evaluation; }) /
-          static_cast<double>(last.evaluated_pixels),
-      thread_count());
-  for (std::size_t i = 0; i < fabrics.size(); ++i) evaluate_rates(fabrics[i], scene.fabrics[i].name);
+      "\n{}, hybrid: by triangles and by pixels\n\n"
+      "| triangles | pixels covered | project | geometry | read back | texels, frames, light | ns per "
+      "surface "
+      "of a pixel | frame (ms) |\n|---|---|---|---|---|---|---|---|\n",
+      subject.name);
+  const auto line = [&](const Subject& of, const V2i& size, const std::string& name) {
+    const Samples samples = need(draw(of, RenderPath::hybrid, size, 15));
+    const RenderStats& last = samples.last();
+    fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", last.triangles,
+               last.covered_pixels, samples.project(), samples.geometry(), samples.read_back(),
+               samples.evaluation(), 1e6 * samples.evaluation() / static_cast<double>(last.evaluated_pixels),
+               samples.frame());
+    rows.add("growth/" + name + "/geometry", samples.geometry(), "ms");
+    rows.add("growth/" + name + "/evaluation", samples.evaluation(), "ms");
+  };
+  line(subject, full_size / 2, "pixels_1/4");
+  // The root of a half is 0.7071.
+  line(subject, V2i(1358, 764), "pixels_1/2");
+  Subject finer = subject;
+  for (int times = 1; times <= 16; times *= 4) {
+    if (times > 1) {
+      for (ScenePrimitive& primitive : finer.scene.primitives) subdivide(primitive);
+    }
+    line(finer, full_size, fmt::format("triangles_{}", times));
+  }
+}
+
+std::vector<RenderPath> paths_of(const std::string& text) {
+  std::vector<RenderPath> paths;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const auto name = std::find(path_names.begin(), path_names.end(), text.substr(begin, end - begin));
+    if (name != path_names.end()) paths.push_back(static_cast<RenderPath>(name - path_names.begin()));
+    begin = end + 1;
+  }
+  return paths;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  for (int i = 1; i < argc; ++i) run(argv[i], 1.15);
+  bench::Rows rows(argc, argv);
+  std::vector<RenderPath> paths{RenderPath::hybrid, RenderPath::paper, RenderPath::shader};
+  std::vector<std::string> files = rows.arguments();
+  if (files.size() > 1 && files[0] == "--paths") {
+    paths = paths_of(files[1]);
+    files.erase(files.begin(), files.begin() + 2);
+  }
+  if (files.empty() || paths.empty()) {
+    fmt::print(stderr,
+               "usage: selvedge-bench-view [--rows FILE] [--paths hybrid,paper,shader] SCENE.glb ...\n");
+    return 2;
+  }
+  std::vector<Subject> subjects;
+  for (const std::string& file : files) subjects.push_back(load(file));
+  fmt::print(
+      "{} x {}, {} threads, OSMesa, nearest texels, one tap; ms, medians\n\n"
+      "| | path | covered | surfaces | project | geometry | read back | texels, frames, light | frame | "
+      "processor | times hybrid |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
+      full_size.x, full_size.y, thread_count());
+  for (const Subject& subject : subjects) draw_by_all_paths(subject, paths, rows);
+  growth(subjects.front(), rows);
+  fmt::print("\n");
+  for (const Subject& subject : subjects) {
+    for (const Fabric& fabric : subject.fabrics) evaluate_rates(fabric, subject.name, rows);
+  }
+  rows.write();
 }

@@ -10,6 +10,7 @@
 #include "format/footprint.h"
 #include "format/gltf_scene.h"
 #include "tests/viewer/indexed.h"
+#include "tests/viewer/ray_caster.h"
 
 namespace selvedge {
 namespace {
@@ -25,81 +26,6 @@ Camera tilted(double aspect) {
   return *camera;
 }
 
-/// What a ray from the viewer meets first, by going through all triangles in double precision.
-struct RayHit {
-  double distance = 0;
-  std::size_t triangle = 0;
-  V3d normal;  ///< of the triangle's plane, not unit
-};
-
-class RayCaster {
- public:
-  RayCaster(const test::Indexed& scene, const Camera& camera) : scene_(scene), camera_(camera) {}
-
-  /// x, y: pixel coordinates from the frame's lower left corner.
-  std::optional<RayHit> cast(double x, double y) const {
-    const V3d away = -view(x, y);
-    std::optional<RayHit> nearest;
-    for (std::size_t i = 0; i < scene_.mesh.triangles.size(); ++i) {
-      const V3d a = corner(i, 0);
-      const V3d normal = (corner(i, 1) - a).cross(corner(i, 2) - a);
-      const double t = (a - camera_.position).dot(normal) / away.dot(normal);
-      if (!(t > 0) || (nearest && t >= nearest->distance)) continue;
-      const V3d b = barycentric(i, camera_.position + away * t);
-      if (std::min({b.x, b.y, b.z}) >= 0) nearest = RayHit{t, i, normal};
-    }
-    return nearest;
-  }
-
-  /// Texture coordinates where the ray meets the plane of a triangle.
-  V2d uv(std::size_t triangle, double x, double y) const {
-    const V3d b = at_plane(triangle, x, y);
-    V2d sum(0, 0);
-    for (unsigned k = 0; k < 3; ++k) {
-      const auto& groups = scene_.mesh.attributes[scene_.mesh.triangles[triangle].corners[k]];
-      sum +=
-          V2d(static_cast<double>(groups[0][3]), static_cast<double>(groups[1][3])) * b[static_cast<int>(k)];
-    }
-    return sum;
-  }
-
-  /// Smallest barycentric coordinate at the ray: how far inside it is.
-  double inside(std::size_t triangle, double x, double y) const {
-    const V3d b = at_plane(triangle, x, y);
-    return std::min({b.x, b.y, b.z});
-  }
-
- private:
-  /// Barycentric coordinates where the ray meets the plane of a triangle.
-  V3d at_plane(std::size_t triangle, double x, double y) const {
-    const V3d away = -view(x, y);
-    const V3d a = corner(triangle, 0);
-    const V3d normal = (corner(triangle, 1) - a).cross(corner(triangle, 2) - a);
-    const double t = (a - camera_.position).dot(normal) / away.dot(normal);
-    return barycentric(triangle, camera_.position + away * t);
-  }
-
-  V3d view(double x, double y) const {
-    return view_direction(camera_, V2d(2 * x / scene_.width - 1, 2 * y / scene_.height - 1));
-  }
-  V3d corner(std::size_t triangle, std::size_t k) const {
-    return V3d(scene_.mesh.positions[scene_.mesh.triangles[triangle].corners[k]]);
-  }
-  V3d barycentric(std::size_t triangle, const V3d& p) const {
-    const V3d a = corner(triangle, 0);
-    const V3d b = corner(triangle, 1);
-    const V3d c = corner(triangle, 2);
-    const V3d normal = (b - a).cross(c - a);
-    const double area = normal.length2();
-    const double l1 = (p - a).cross(c - a).dot(normal) / area;
-    const double l2 = (b - a).cross(p - a).dot(normal) / area;
-    return {1 - l1 - l2, l1, l2};
-  }
-
-  const test::Indexed& scene_;
-  const Camera& camera_;
-};
-
 /// log2 of the longer axis of the ellipse that a disc of one pixel becomes among the texels of level 0: the
 /// larger singular value of the 2 x 2 matrix of slopes.
 double expected_level(const V2d& right, const V2d& up) {
@@ -107,8 +33,6 @@ double expected_level(const V2d& right, const V2d& up) {
   const double det = right.x * up.y - right.y * up.x;
   return 0.5 * std::log2((sum + std::sqrt(std::max(0.0, sum * sum - 4 * det * det))) / 2);
 }
-
-double to_edge(double texels) { return std::abs(texels - std::round(texels)); }
 
 struct Agreement {
   int compared = 0;
@@ -119,14 +43,14 @@ struct Agreement {
 /// Every `step`th covered pixel against a ray: triangle, texels and level.
 Agreement compare_to_rays(const test::Indexed& indexed, const std::vector<Fabric>& fabrics,
                           const Camera& camera, int step) {
-  const RayCaster rays(indexed, camera);
+  const test::RayCaster rays(indexed.mesh, V2i(indexed.width, indexed.height), camera);
   Agreement result;
   int number = 0;
   test::each_pixel(indexed, [&](const PixelBlock& block, std::size_t lane) {
     if (number++ % step != 0) return;
     const double x = block.x[lane] + 0.5;
     const double y = block.y[lane] + 0.5;
-    const std::optional<RayHit> hit = rays.cast(x, y);
+    const std::optional<test::RayHit> hit = rays.cast(x, y);
     // At the edges of triangles a rasteriser rounds to 1/256 of a pixel.
     if (!hit || rays.inside(hit->triangle, x + 0.01, y) < 0 || rays.inside(hit->triangle, x - 0.01, y) < 0 ||
         rays.inside(hit->triangle, x, y + 0.01) < 0 || rays.inside(hit->triangle, x, y - 0.01) < 0)
@@ -140,13 +64,13 @@ Agreement compare_to_rays(const test::Indexed& indexed, const std::vector<Fabric
     const V2d up = (rays.uv(hit->triangle, x, y + h) - rays.uv(hit->triangle, x, y - h)) * size / (2 * h);
     const double last = static_cast<double>(fabric.levels.size()) - 1;
     const double level = std::clamp(expected_level(right, up), 0.0, last);
-    bool counts = level == 0 || level == last || to_edge(level) > 1e-3;
+    bool counts = level == 0 || level == last || test::to_edge(level) > 1e-3;
     bool good =
         block.texels[0].level[lane] == static_cast<int>(level) && block.surface[lane] == triangle.surface;
     for (std::size_t k = 0; k < 2 && good; ++k) {
       if (block.texels[k].weight[lane] == 0) continue;
       const FabricLevel& of = fabric.levels[static_cast<std::size_t>(block.texels[k].level[lane])];
-      if (to_edge(uv.x * of.width) < 0.02 || to_edge(uv.y * of.height) < 0.02) counts = false;
+      if (test::to_edge(uv.x * of.width) < 0.02 || test::to_edge(uv.y * of.height) < 0.02) counts = false;
       good =
           block.texels[k].texel[lane] == wrap_texel(uv.y, of.height) * of.width + wrap_texel(uv.x, of.width);
     }

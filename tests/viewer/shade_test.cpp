@@ -8,6 +8,7 @@
 #include "format/random.h"
 #include "tests/format/fabrics.h"
 #include "tests/viewer/indexed.h"
+#include "tests/viewer/plain_frame.h"
 
 namespace selvedge {
 namespace {
@@ -27,22 +28,6 @@ Camera parallel(const V3d& to_viewer) {
   camera.projection = Projection::parallel;
   camera.to_viewer = to_viewer;
   return camera;
-}
-
-/// The frame of spec/brdf.md ("Garment frame", "The back"), plainly.
-struct PlainFrame {
-  V3d tangent, up, normal;
-  V3f into(const V3d& d) const { return V3f(V3d(d.dot(tangent), d.dot(up), d.dot(normal))); }
-};
-PlainFrame plain_frame(const V3d& normal, const V3d& tangent, double handedness, double side,
-                       const V3d& view) {
-  PlainFrame f;
-  f.normal = normal.normalized() * side;
-  const double cosine = f.normal.dot(view);
-  if (cosine < 0.01) f.normal = (f.normal + view * (0.01 - cosine)).normalized();
-  f.tangent = (tangent - f.normal * f.normal.dot(tangent)).normalized();
-  f.up = f.normal.cross(f.tangent) * (side * handedness);
-  return f;
 }
 
 TEST_CASE("the garment's frame is orthonormal and faces the viewer whatever was interpolated") {
@@ -77,9 +62,9 @@ TEST_CASE("the garment's frame is orthonormal and faces the viewer whatever was 
       CHECK((lane(frames.view, k) - V3d(view.dot(t), view.dot(lane(frames.up, k)), view.dot(n))).length() <
             1e-5);
       if (k < 3 || k > 6) {
-        const PlainFrame plain =
-            plain_frame(lane(block.normal, k), lane(block.tangent, k),
-                        static_cast<double>(block.handedness[k]), static_cast<double>(block.side[k]), view);
+        const test::PlainFrame plain = test::plain_frame(lane(block.normal, k), lane(block.tangent, k),
+                                                         static_cast<double>(block.handedness[k]),
+                                                         static_cast<double>(block.side[k]), view);
         CHECK((plain.normal - n).length() < 1e-5);
         if (lane(block.tangent, k).normalized().cross(n).length() > 0.1)
           CHECK((plain.tangent - t).length() < 1e-4);
@@ -107,11 +92,6 @@ TEST_CASE("both sides of a cloth have the same tangent and up direction") {
   CHECK(lane(back.normal, 1) == V3d(0, 0, -1));
 }
 
-double srgb(double linear) {
-  const double c = std::clamp(linear, 0.0, 1.0);
-  return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
-}
-
 /// Largest difference in sRGB between the viewer's shading of every pixel, over black, and the reference
 /// evaluation of the same texels in plain frames.
 double worst_difference(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
@@ -131,9 +111,9 @@ double worst_difference(const Scene& scene, const std::vector<Fabric>& fabrics, 
       const Fabric& fabric = fabrics[static_cast<std::size_t>(fabric_index)];
       const V3d view = view_direction(
           camera, V2d((2.0 * block.x[k] + 1) / width - 1, (2.0 * block.y[k] + 1) / height - 1));
-      const PlainFrame frame =
-          plain_frame(lane(block.normal, k), lane(block.tangent, k), static_cast<double>(block.handedness[k]),
-                      static_cast<double>(block.side[k]), view);
+      const test::PlainFrame frame = test::plain_frame(lane(block.normal, k), lane(block.tangent, k),
+                                                       static_cast<double>(block.handedness[k]),
+                                                       static_cast<double>(block.side[k]), view);
       V3d sum(0, 0, 0);
       double alpha = 0;
       for (std::size_t i = 0; i < block.texel_count; ++i) {
@@ -149,8 +129,8 @@ double worst_difference(const Scene& scene, const std::vector<Fabric>& fabrics, 
       }
       const std::array<float, 3> colour{found.red[k], found.green[k], found.blue[k]};
       for (unsigned c = 0; c < 3; ++c)
-        worst =
-            std::max(worst, std::abs(srgb(sum[static_cast<int>(c)]) - srgb(static_cast<double>(colour[c]))));
+        worst = std::max(worst, std::abs(test::srgb(sum[static_cast<int>(c)]) -
+                                         test::srgb(static_cast<double>(colour[c]))));
       worst = std::max(worst, std::abs(alpha - static_cast<double>(found.alpha[k])));
     }
   }
