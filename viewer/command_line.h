@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "format/camera.h"
+#include "format/display.h"
 #include "format/gltf_scene.h"
 #include "format/program.h"
-#include "viewer/display.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "viewer/frame.h"
+#include "format/frame.h"
 
 namespace selvedge {
 
