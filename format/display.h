@@ -32,6 +32,10 @@ struct DisplayOptions {
   std::optional<V3f> background;  ///< linear, as it shall be shown: neither exposed nor tone mapped
 };
 
+/// What pictures are made with unless something else is asked for, and swatches are judged in: white that
+/// faces a light of irradiance 1 becomes 1, over a dark grey.
+DisplayOptions default_display();
+
 /// Linear display values. Over the background if there is one, else with the opacity kept and the colour not
 /// premultiplied. Values above 1 are left to be clipped.
 Image to_display_image(const Frame& frame, const DisplayOptions& options);

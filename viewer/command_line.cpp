@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string_view>
 
 #include "format/option_text.h"
@@ -117,14 +116,18 @@ void add_swatch(CLI::App& app, RenderCommand& command) {
   add_text(app, "--view", "X,Y,Z", "Direction towards the viewer, in the fabric's frame (default 0,0,1)",
            [&](const std::string& t) { command.swatch.view = vector_of(checked("--view", t, ',', 3, 3)); })
       ->group(group);
+  app.add_option_function<std::string>(
+         "--place", [&](const std::string& t) { command.place = swatch_view_named(t); },
+         "Instead: in perspective from a place and under the lights of `selvedge swatch`; --size counts")
+      ->type_name("near|middle|far|grazing")
+      ->check(CLI::IsMember(std::vector<std::string>(swatch_view_names.begin(), swatch_view_names.end())))
+      ->group(group);
 }
 
 /// Lights and what becomes of radiance; the same for all that draw.
 template <class Command>
 void add_light(CLI::App& app, Command& command) {
-  constexpr double white_shows_as_one = std::numbers::pi;
-  command.display.exposure = static_cast<float>(white_shows_as_one);
-  command.display.background = V3f(0.18F);
+  command.display = default_display();
   const char* group = "Light and picture";
   app.add_option_function<std::vector<std::string>>(
          "--light",
@@ -368,6 +371,10 @@ Command parse_command_line(int argc, const char* const* argv) {
   }
   if (compare_verb->parsed()) return compare;
   if (show_verb->parsed()) return show;
+  if (!has_ending(render.input, ".exr") && render.place) {
+    fmt::print(stderr, "selvedge-view: --place is for fabrics, not for a scene; see --help\n");
+    return ExitNow{2};
+  }
   if (has_ending(render.input, ".exr") && (render.turntable > 0 || !render.compare.empty())) {
     fmt::print(stderr,
                "selvedge-view: --turntable and --compare are for scenes, not for a swatch; see --help\n");

@@ -10,6 +10,7 @@
 #include "format/display.h"
 #include "format/gltf_scene.h"
 #include "format/program.h"
+#include "format/swatch.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"
 
@@ -26,6 +27,7 @@ struct RenderCommand {
   std::string camera_of_file;        ///< scenes: name or number; empty: `camera` finds a place by itself
   SceneChoice choice;                ///< scenes
   SwatchOptions swatch;              ///< fabric files
+  std::optional<SwatchView> place;   ///< fabric files: instead of `swatch`
   std::vector<LightOption> lights;   ///< empty: those of the scene, else the default lights
   bool lights_in_camera_frame = false;
   DisplayOptions display;  ///< PNG files

@@ -47,6 +47,7 @@ struct Shot {
   std::vector<Subject> subjects;
   std::vector<Camera> cameras;  ///< one for each frame
   RenderOptions options;
+  std::vector<Light> lights;  ///< of a swatch that has its own
 };
 
 std::vector<Light> lights_for(const RenderCommand& command, const Scene& scene, const Camera& camera) {
@@ -71,11 +72,19 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   if (!reader) return tl::unexpected(reader.error());
   Result<Fabric> fabric = reader->read();
   if (!fabric) return tl::unexpected(fabric.error());
-  Result<Swatch> swatch = make_swatch(*fabric, command.swatch);
+  Shot shot;
+  Result<Swatch> swatch = Swatch();
+  if (command.place) {
+    const V2d period(fabric->period_mm);
+    SwatchShot of = swatch_shot(*command.place, period, command.render.width, command.render.height);
+    swatch = Swatch{swatch_scene(period, of), of.camera, of.width, of.height};
+    shot.lights = std::move(of.lights);
+  } else {
+    swatch = make_swatch(*fabric, command.swatch);
+  }
   if (!swatch) return tl::unexpected(swatch.error());
   std::error_code unknown;
   const std::uint64_t file_bytes = std::filesystem::file_size(command.input, unknown);
-  Shot shot;
   shot.options = options_of(command);
   shot.options.width = swatch->width;
   shot.options.height = swatch->height;
@@ -255,7 +264,9 @@ class Series {
     std::size_t file = 0;
     for (const Camera& camera : shot_.cameras) {
       RenderOptions look = shot_.options;
-      look.lights = lights_for(command_, shot_.subjects.front().scene, camera);
+      look.lights = command_.lights.empty() && !shot_.lights.empty()
+                        ? shot_.lights
+                        : lights_for(command_, shot_.subjects.front().scene, camera);
       for (std::size_t i = 0; i < renderers.size(); ++i) {
         RenderStats stats;
         if (auto good = renderers[i]->draw(camera, look, frames[i], stats); !good) return good;

@@ -31,6 +31,7 @@ struct Verbs {
   AnswerCommand answer;
   RepackCommand repack;
   CompareCommand compare;
+  SwatchCommand swatch;
 };
 
 void add_stitch_verb(CLI::App& app, StitchCommand& command) {
@@ -122,6 +123,70 @@ void add_dress_verb(CLI::App& app, DressCommand& command) {
   verb->add_option("--usda", command.dress.usd,
                    "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
       ->type_name("FILE");
+}
+
+/// Where a swatch is seen from, how large the picture is, and its lights.
+void add_shot(CLI::App& app, SwatchCommand& command) {
+  add_text(app, "--view", "NAME", "near, middle, far or grazing (near)", [&command](const std::string& t) {
+    const auto view = swatch_view_named(t);
+    if (!view)
+      throw CLI::ValidationError("--view", fmt::format("\"{}\" is none of near, middle, far, grazing", t));
+    command.view = *view;
+  });
+  add_text(app, "--size", "WxH", "Of the picture, in pixels (320x240)", [&command](const std::string& t) {
+    const auto n = whole_numbers("--size", t, 'x', 2, 2, "320x240");
+    if (n[0] < 1 || n[1] < 1 || n[0] > 8192 || n[1] > 8192 || n[0] > 4 * n[1])
+      throw CLI::ValidationError("--size", "must lie in 1 to 8192, at most four times as wide as high");
+    command.size = V2i(n[0], n[1]);
+  });
+  app.add_option_function<std::vector<std::string>>(
+         "--light",
+         [&command](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             const auto n = numbers("--light", text, ',', 3, 4, "0,0.6,0.8 or 0,0.6,0.8,2");
+             Light light;
+             light.direction = V3d(n[0], n[1], n[2]);
+             const double intensity = n.size() > 3 ? n[3] : 1;
+             if (!(light.direction.length() > 0) || !(intensity >= 0 && intensity <= 1e6))
+               throw CLI::ValidationError("--light", "has no direction or no intensity in 0 to 1e6");
+             light.direction.normalize();
+             light.irradiance = V3f(static_cast<float>(intensity));
+             command.lights.push_back(light);
+           }
+         },
+         "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
+         "and "
+         "a fill light of 0.3)")
+      ->type_name("X,Y,Z[,I]")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_swatch_verb(CLI::App& app, SwatchCommand& command, BakeOptions& transport) {
+  CLI::App* verb =
+      add_verb(app, "swatch", "Draw a flat swatch: of a fabric, or with --truth of the stitch itself",
+               "selvedge swatch --truth plain-knit --view middle -o truth.exr");
+  add_common(*verb, command.common, true);
+  add_cell(*verb, command.input, command.cell);
+  verb->get_option("input")->description("A fabric file; with --truth a stitch, as bake takes it");
+  verb->add_flag("--truth", command.truth, "Trace the stitch's geometry, repeat beside repeat");
+  add_output(*verb, command.output, "The picture: .png as people see it, .exr linear with opacity");
+  verb->get_option("--output")->check(ends_in({".png", ".exr"}));
+  add_shot(*verb, command);
+  const char* group = "With --truth";
+  verb->add_option("--samples", command.trace.samples, "Rays a pixel")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  transport.bounces = command.trace.bounces;
+  transport.indirect = command.trace.indirect;
+  add_transport(*verb, transport, group);
+  verb->get_option("--bounces")->description("Indirect bounces of light (unlimited)");
+  verb->get_option("--indirect")->description("As of bake (traced)");
+  verb->add_option("--seed", command.trace.seed, "Same seed, same picture")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
 }
 
 LayerSet layers_from(const std::string& text) {
@@ -261,6 +326,8 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_repack_verb(app, verbs.repack);
   add_reattach_verb(app, verbs.reattach);
   add_reading_verbs(app, verbs);
+  BakeOptions transport;
+  add_swatch_verb(app, verbs.swatch, transport);
   try {
     app.parse(argc, argv);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
@@ -297,6 +364,13 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (verb == "evaluate") return verbs.evaluate;
   if (verb == "answer") return verbs.answer;
   if (verb == "repack") return verbs.repack;
+  if (verb == "swatch") {
+    verbs.swatch.trace.bounces = transport.bounces;
+    verbs.swatch.trace.indirect = transport.indirect;
+    verbs.swatch.trace.ground = transport.ground;
+    verbs.swatch.trace.reference = transport.reference;
+    return verbs.swatch;
+  }
   return verbs.compare;
 }
 
