@@ -32,6 +32,7 @@ struct Verbs {
   RepackCommand repack;
   CompareCommand compare;
   SwatchCommand swatch;
+  TradeCommand trade;
 };
 
 void add_stitch_verb(CLI::App& app, StitchCommand& command) {
@@ -189,6 +190,54 @@ void add_swatch_verb(CLI::App& app, SwatchCommand& command, BakeOptions& transpo
       ->group(group);
 }
 
+void add_trade_verb(CLI::App& app, TradeCommand& command) {
+  CLI::App* verb = add_verb(app, "trade", "Measure what speed costs in accuracy: a sweep over the knobs",
+                            "selvedge trade plain-knit -o trade-knit");
+  add_common(*verb, command.common, true);
+  command.common.seed = 1;
+  verb->add_option("--seed", command.common.seed, "Of all bakes")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("input", command.input, "As make takes it")->type_name("STITCH")->required();
+  verb->add_option_function<std::vector<std::string>>(
+          "--set",
+          [&command](const std::vector<std::string>& texts) {
+            command.settings = texts;
+            for (const std::string& text : texts) {
+              if (!parse_setting(text, command.cell.settings))
+                throw CLI::ValidationError("--set", fmt::format("\"{}\" is not of the form name=1.5", text));
+            }
+          },
+          "Set a parameter of the stitch; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_option("-o,--output", command.output,
+                   "A folder for points, pictures, fabrics and the page; a sweep in it goes on")
+      ->required()
+      ->type_name("DIR");
+  verb->add_option("--grid", command.grid,
+                   "The points to measure (JSON, spec/trade.md), instead of the usual")
+      ->type_name("FILE");
+  const auto add = [&](const char* name, int& value, const char* help, int least, int most) {
+    verb->add_option(name, value, help)
+        ->type_name("N")
+        ->capture_default_str()
+        ->check(CLI::Range(least, most));
+  };
+  add("--repeats", command.repeats, "Times are medians of so many runs", 1, 99);
+  add("--truth-samples", command.truth_samples, "Rays a pixel of the true pictures", 4, 1 << 20);
+  add("--held-out-pairs", command.held_out_pairs, "Pairs of directions to judge by", 1, 65536);
+  add("--held-out-samples", command.held_out_samples, "Rays per texel and pair", 2, 1 << 20);
+  add_text(*verb, "--size", "WxH", "Of the pictures (160x120)", [&command](const std::string& t) {
+    const auto n = whole_numbers("--size", t, 'x', 2, 2, "160x120");
+    if (n[0] < 22 || n[1] < 22 || n[0] > 2048 || n[1] > 2048 || n[0] > 4 * n[1])
+      throw CLI::ValidationError("--size", "must lie in 22 to 2048, at most four times as wide as high");
+    command.size = V2i(n[0], n[1]);
+  });
+  verb->add_flag("--keep-samples", command.keep_samples, "Keep the points' samples: large");
+}
+
 LayerSet layers_from(const std::string& text) {
   LayerSet layers;
   std::stringstream names(text);
@@ -328,6 +377,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_reading_verbs(app, verbs);
   BakeOptions transport;
   add_swatch_verb(app, verbs.swatch, transport);
+  add_trade_verb(app, verbs.trade);
   try {
     app.parse(argc, argv);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
@@ -364,6 +414,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (verb == "evaluate") return verbs.evaluate;
   if (verb == "answer") return verbs.answer;
   if (verb == "repack") return verbs.repack;
+  if (verb == "trade") return verbs.trade;
   if (verb == "swatch") {
     verbs.swatch.trace.bounces = transport.bounces;
     verbs.swatch.trace.indirect = transport.indirect;

@@ -139,9 +139,24 @@ struct SwatchCommand {
   LevelOptions levels = best_levels;  ///< without `truth`
 };
 
+struct TradeCommand {
+  CommonOptions common;
+  std::string input;
+  std::vector<std::string> settings;  ///< of the stitch, as they were given: for the points' command lines
+  CellOptions cell;
+  std::string output;  ///< a folder
+  std::string grid;    ///< file; empty: default_grid()
+  int repeats = 3;     ///< of everything that is timed
+  V2i size{160, 120};  ///< of pictures
+  int truth_samples = 64;
+  int held_out_pairs = 48;
+  int held_out_samples = 32;
+  bool keep_samples = false;
+};
+
 using Command = std::variant<ExitNow, StitchCommand, BakeCommand, MergeCommand, FitCommand, MakeCommand,
                              DressCommand, ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand,
-                             AnswerCommand, RepackCommand, CompareCommand, SwatchCommand>;
+                             AnswerCommand, RepackCommand, CompareCommand, SwatchCommand, TradeCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

@@ -20,5 +20,6 @@ int run(const AnswerCommand& command);
 int run(const RepackCommand& command);
 int run(const CompareCommand& command);
 int run(const SwatchCommand& command);
+int run(const TradeCommand& command);
 
 }  // namespace selvedge
