@@ -12,8 +12,8 @@ namespace {
 
 constexpr int width = 560;
 constexpr int height = 400;
-constexpr V2d corner(64, 40);  // of the frame, top left
-const V2d frame(width - 64 - 20, height - 40 - 56);
+constexpr V2d corner(64, 56);  // of the frame, top left
+const V2d frame(width - 64 - 24, height - 56 - 56);
 
 struct Axes {
   double cost_low, cost_high;  // log10
@@ -51,7 +51,7 @@ std::string cost_text(double cost) {
 }
 
 void draw_axes(Page& page, const TradePlot& plot, const Axes& axes) {
-  page.text({corner.x, 22}, plot.title, 14, ink, Page::Anchor::start, true);
+  page.text({corner.x, 20}, plot.title, 14, ink, Page::Anchor::start, true);
   page.box(corner, frame, panel);
   for (int decade = static_cast<int>(std::floor(axes.cost_low)); decade <= axes.cost_high; ++decade) {
     for (const double step : {1.0, 2.0, 5.0}) {
@@ -71,7 +71,7 @@ void draw_axes(Page& page, const TradePlot& plot, const Axes& axes) {
               Page::Anchor::end);
   }
   page.text({corner.x + frame.x / 2, height - 14.0}, plot.cost, 12, ink, Page::Anchor::middle);
-  page.text({corner.x, corner.y - 6}, plot.quality, 12, ink);
+  page.text({corner.x, corner.y - 10}, plot.quality, 12, ink);
 }
 
 }  // namespace

@@ -64,7 +64,16 @@ struct CompareCommand {
   bool json = false;
 };
 
-using Command = std::variant<ExitNow, RenderCommand, ShowCommand, CompareCommand>;
+struct TradeCommand {
+  std::string folder;  ///< of a sweep by `selvedge trade`
+  int repeats = 5;     ///< times are medians of so many
+  V2i size{640, 480};  ///< of the frames that are timed
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+using Command = std::variant<ExitNow, RenderCommand, ShowCommand, CompareCommand, TradeCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 
