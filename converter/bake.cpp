@@ -11,7 +11,6 @@
 #include "converter/bake_plan.h"
 #include "converter/bake_texels.h"
 #include "converter/cell_heights.h"
-#include "converter/reference_height.h"
 #include "format/atomic_file.h"
 #include "format/parallel.h"
 #include "format/random.h"
@@ -175,31 +174,6 @@ void scale_to_budget(Bake& bake, BakeOptions& o, const SamplesHeader& header,
   };
   o.samples = scaled(o.samples, 1);
   o.truth_samples = scaled(o.truth_samples, 2) / 2 * 2;
-}
-
-/// Height of the plane in mm, from a scene whose unit is `mm`.
-Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::string& name,
-                        const BakeOptions& o, double mm) {
-  const double thickness = static_cast<double>(scene.bounds().max.z) * mm;
-  switch (o.reference.kind) {
-    case ReferencePlane::Kind::top:
-      return thickness;
-    case ReferencePlane::Kind::mean:
-      return mean_height(scene) * mm;
-    case ReferencePlane::Kind::best:
-      return best_reference_height(mesh, name, o);
-    case ReferencePlane::Kind::share:
-    case ReferencePlane::Kind::at:
-      break;
-  }
-  const bool is_share = o.reference.kind == ReferencePlane::Kind::share;
-  const double height = o.reference.value * (is_share ? thickness : 1);
-  const double reach = thickness + std::max(mesh.period.x, mesh.period.y);
-  if (std::abs(height) > 4 * reach) {
-    return fail(Code::option_out_of_range, name, "reference-height",
-                fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));
-  }
-  return height;
 }
 
 Result<BakeReport> assemble(std::span<BakeJournal> journals, const std::string& output) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "converter/reference_height.h"
 #include "format/exr.h"
 #include "format/fabric.h"
 #include "format/random.h"
@@ -37,6 +38,30 @@ ScaledMesh scaled_to_unit(const CellMesh& mesh) {
   scaled.mesh.period /= scaled.mm;
   for (V3f& p : scaled.mesh.positions) p = V3f(V3d(p) / scaled.mm);
   return scaled;
+}
+
+Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::string& name,
+                        const BakeOptions& o, double mm) {
+  const double thickness = static_cast<double>(scene.bounds().max.z) * mm;
+  switch (o.reference.kind) {
+    case ReferencePlane::Kind::top:
+      return thickness;
+    case ReferencePlane::Kind::mean:
+      return mean_height(scene) * mm;
+    case ReferencePlane::Kind::best:
+      return best_reference_height(mesh, name, o);
+    case ReferencePlane::Kind::share:
+    case ReferencePlane::Kind::at:
+      break;
+  }
+  const bool is_share = o.reference.kind == ReferencePlane::Kind::share;
+  const double height = o.reference.value * (is_share ? thickness : 1);
+  const double reach = thickness + std::max(mesh.period.x, mesh.period.y);
+  if (std::abs(height) > 4 * reach) {
+    return fail(Code::option_out_of_range, name, "reference-height",
+                fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));
+  }
+  return height;
 }
 
 Result<void> check_options(const BakeOptions& o, const std::string& name) {

@@ -12,6 +12,10 @@ struct ScaledMesh {
 };
 ScaledMesh scaled_to_unit(const CellMesh& mesh);
 
+/// Height of the texels' plane above the lowest point of `mesh`, mm; `scene` is that mesh in units of `mm`.
+Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::string& name,
+                        const BakeOptions& options, double mm);
+
 Result<void> check_options(const BakeOptions& options, const std::string& name);
 
 /// XXH3-128 of everything of the mesh that light depends on.

@@ -202,14 +202,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
 void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const {
   TransportTaps taps;
   if (!transport_->taps(point, taps)) return;
-  V3f albedo = scene_.albedo(point);
-  if (!scene_.mesh().gloss.empty()) {
-    const Gloss gloss = surface_at(scene_, point).gloss;
-    if (gloss.weight > 0) {
-      albedo = albedo * (1 - gloss.weight) +
-               V3f(gloss.weight * static_cast<float>(mean_gloss_albedo(gloss.roughness)));
-    }
-  }
+  const V3f albedo = albedo_with_gloss(scene_, point);
   const std::size_t n = lights.directions.size();
   for (std::size_t k = 0; k < 3; ++k) {
     const float* row = &lights.indirect[static_cast<std::size_t>(taps.point[k]) * 3 * n];

@@ -197,4 +197,13 @@ double mean_gloss_albedo(float roughness) {
   return table[below] * (1 - share) + table[below + 1] * share;
 }
 
+V3f albedo_with_gloss(const RayScene& scene, const SurfacePoint& point) {
+  const V3f albedo = scene.albedo(point);
+  if (scene.mesh().gloss.empty()) return albedo;
+  const Gloss gloss = surface_at(scene, point).gloss;
+  if (!(gloss.weight > 0)) return albedo;
+  return albedo * (1 - gloss.weight) +
+         V3f(gloss.weight * static_cast<float>(mean_gloss_albedo(gloss.roughness)));
+}
+
 }  // namespace selvedge

@@ -58,4 +58,8 @@ V3d cosine_direction(const V3d& normal, const V2d& square);
 /// Share of uniform light that the gloss reflects, to 1e-3. In (0, 1].
 double mean_gloss_albedo(float roughness);
 
+/// Share of uniform light that yarn reflects at a point, gloss included: what indirect light is multiplied by
+/// where it counts as reflected alike in all directions.
+V3f albedo_with_gloss(const RayScene& scene, const SurfacePoint& point);
+
 }  // namespace selvedge

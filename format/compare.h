@@ -39,8 +39,18 @@ struct Comparison {
   std::vector<PairComparison> by_pair;  ///< at level 0
 };
 
+/// The peak of a comparison with these pairs alone, 1/sr.
+double peak_of(const PairSamples& truth);
+
 /// `peak`: 0 takes it from these pairs; the tool takes the held-out set's for all sets, so that figures
 /// compare. Refuses (fabric_mismatch) samples of another texel count than the fabric's level 0.
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
+
+/// The same against pairs of 2^d times as many texels along both sides as the fabric's level 0 has, d >= 0:
+/// the levels are those of the truth. Where the fabric has no level as fine, its level 0 stands for it, each
+/// texel for the 2^k x 2^k that lie within it. So fabrics of different sizes have figures that compare.
+/// FABRIC_MISMATCH for other sizes.
+Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
+                                      double peak = 0);
 
 }  // namespace selvedge

@@ -4,34 +4,10 @@
 #include <cmath>
 
 #include "format/drawing.h"
-#include "format/printable.h"
+#include "format/markup.h"
 
 namespace selvedge {
 namespace {
-
-/// Text within XML. What is no UTF-8 or a control character is replaced as on a terminal.
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : printable(as_utf8(text))) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
 
 std::string hex(const Rgb& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", colour.r, colour.g, colour.b);
@@ -39,19 +15,6 @@ std::string hex(const Rgb& colour) {
 
 /// A coordinate to a hundredth of a pixel, without zeros at its end.
 std::string number(double value) { return fmt::format("{:g}", std::round(value * 100) / 100); }
-
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static constexpr std::string_view digits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t bits = 0;
-    for (std::size_t j = 0; j < 3; ++j) bits = bits << 8 | (j < count ? bytes[i + j] : 0U);
-    for (std::size_t j = 0; j < 4; ++j) text += j <= count ? digits[bits >> (18 - 6 * j) & 63] : '=';
-  }
-  return text;
-}
 
 Result<std::string> element(const DrawnBox& box) {
   return fmt::format(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="{}"/>)", number(box.corner.x),

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string_view>
 
 #include "format/option_text.h"
@@ -117,14 +116,18 @@ void add_swatch(CLI::App& app, RenderCommand& command) {
   add_text(app, "--view", "X,Y,Z", "Direction towards the viewer, in the fabric's frame (default 0,0,1)",
            [&](const std::string& t) { command.swatch.view = vector_of(checked("--view", t, ',', 3, 3)); })
       ->group(group);
+  app.add_option_function<std::string>(
+         "--place", [&](const std::string& t) { command.place = swatch_view_named(t); },
+         "Instead: in perspective from a place and under the lights of `selvedge swatch`; --size counts")
+      ->type_name("near|middle|far|grazing")
+      ->check(CLI::IsMember(std::vector<std::string>(swatch_view_names.begin(), swatch_view_names.end())))
+      ->group(group);
 }
 
 /// Lights and what becomes of radiance; the same for all that draw.
 template <class Command>
 void add_light(CLI::App& app, Command& command) {
-  constexpr double white_shows_as_one = std::numbers::pi;
-  command.display.exposure = static_cast<float>(white_shows_as_one);
-  command.display.background = V3f(0.18F);
+  command.display = default_display();
   const char* group = "Light and picture";
   app.add_option_function<std::vector<std::string>>(
          "--light",
@@ -344,6 +347,26 @@ void add_compare(CLI::App& app, CompareCommand& command) {
   app.add_flag("--json", command.json, "Report as JSON on standard output");
 }
 
+void add_trade(CLI::App& app, TradeCommand& command) {
+  app.footer(
+      "Example:\n"
+      "  selvedge trade plain-knit -o trade-knit && selvedge-view trade trade-knit\n"
+      "\nExit status: 0 good, 1 the input is bad, 2 usage.");
+  app.add_option("folder", command.folder, "What selvedge trade has made")->required()->type_name("DIR");
+  app.add_option("--repeats", command.repeats, "Times are medians of so many frames")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 999));
+  add_text(app, "--size", "WxH", "Of the frames that are timed (640x480)", [&](const std::string& t) {
+    command.size = pair_of("--size", t);
+    if (command.size.x > 4 * command.size.y || std::max(command.size.x, command.size.y) > 8192)
+      throw CLI::ValidationError("--size", "must be at most 8192, and four times as wide as high");
+  });
+  add_threads(app, command.threads);
+  app.add_flag("--json", command.json, "Report as JSON on standard output");
+  app.add_flag("--quiet", command.quiet, "No progress, no line per setting");
+}
+
 }  // namespace
 
 Command parse_command_line(int argc, const char* const* argv) {
@@ -358,6 +381,10 @@ Command parse_command_line(int argc, const char* const* argv) {
       app.add_subcommand("render", "Draws a scene, or a swatch of a fabric, into PNG and EXR files");
   CLI::App* compare_verb = app.add_subcommand("compare", "Tells how far two pictures are apart");
   CLI::App* show_verb = app.add_subcommand("show", "Opens a window in which a scene can be handled");
+  TradeCommand trade;
+  CLI::App* trade_verb =
+      app.add_subcommand("trade", "Adds the viewer's settings and times to a sweep over speed and accuracy");
+  add_trade(*trade_verb, trade);
   add_render(*render_verb, render);
   add_show(*show_verb, show);
   add_compare(*compare_verb, compare);
@@ -371,6 +398,11 @@ Command parse_command_line(int argc, const char* const* argv) {
   }
   if (compare_verb->parsed()) return compare;
   if (show_verb->parsed()) return show;
+  if (trade_verb->parsed()) return trade;
+  if (!has_ending(render.input, ".exr") && render.place) {
+    fmt::print(stderr, "selvedge-view: --place is for fabrics, not for a scene; see --help\n");
+    return ExitNow{2};
+  }
   if (has_ending(render.input, ".exr") && (render.turntable > 0 || !render.compare.empty())) {
     fmt::print(stderr,
                "selvedge-view: --turntable and --compare are for scenes, not for a swatch; see --help\n");

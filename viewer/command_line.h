@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "format/camera.h"
+#include "format/display.h"
 #include "format/gltf_scene.h"
 #include "format/program.h"
-#include "viewer/display.h"
+#include "format/swatch.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"
 
@@ -26,6 +27,7 @@ struct RenderCommand {
   std::string camera_of_file;        ///< scenes: name or number; empty: `camera` finds a place by itself
   SceneChoice choice;                ///< scenes
   SwatchOptions swatch;              ///< fabric files
+  std::optional<SwatchView> place;   ///< fabric files: instead of `swatch`
   std::vector<LightOption> lights;   ///< empty: those of the scene, else the default lights
   bool lights_in_camera_frame = false;
   DisplayOptions display;  ///< PNG files
@@ -62,7 +64,16 @@ struct CompareCommand {
   bool json = false;
 };
 
-using Command = std::variant<ExitNow, RenderCommand, ShowCommand, CompareCommand>;
+struct TradeCommand {
+  std::string folder;  ///< of a sweep by `selvedge trade`
+  int repeats = 5;     ///< times are medians of so many
+  V2i size{640, 480};  ///< of the frames that are timed
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+using Command = std::variant<ExitNow, RenderCommand, ShowCommand, CompareCommand, TradeCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "format/image.h"
+#include "format/similarity.h"
 
 namespace selvedge {
 namespace {
@@ -48,6 +49,10 @@ int run(const CompareCommand& command) {
     if (error.file.empty()) error.file = command.second;
     return report(error);
   }
+  const auto similarity = structural_similarity(*first, *second);
+  if (!similarity) return report(similarity.error());
+  // Too small a picture has none, NaN has no likeness.
+  const bool similar = *similarity && std::isfinite(**similarity);
   const ImageDifference& d = *difference;
   if (command.json) {
     const Json all = {{"program", "selvedge-view"},
@@ -59,11 +64,12 @@ int run(const CompareCommand& command) {
                       {"y", d.y},
                       {"channel", d.channel},
                       {"rmse", std::isfinite(d.rmse) ? Json(d.rmse) : Json(nullptr)},
-                      {"psnr", std::isfinite(d.psnr) ? Json(d.psnr) : Json(nullptr)}};
+                      {"psnr", std::isfinite(d.psnr) ? Json(d.psnr) : Json(nullptr)},
+                      {"ssim", similar ? Json(**similarity) : Json(nullptr)}};
     fmt::print("{}\n", all.dump(2));
   } else {
-    fmt::print("max {:.6g} at ({}, {}) channel {}, RMSE {:.6g}, PSNR {:.2f} dB\n", d.max_absolute, d.x, d.y,
-               d.channel, d.rmse, d.psnr);
+    fmt::print("max {:.6g} at ({}, {}) channel {}, RMSE {:.6g}, PSNR {:.2f} dB{}\n", d.max_absolute, d.x, d.y,
+               d.channel, d.rmse, d.psnr, similar ? fmt::format(", SSIM {:.4f}", **similarity) : "");
   }
   if (command.max && !(d.max_absolute <= *command.max)) {
     return report({Code::image_mismatch, command.second, fmt::format("pixel ({}, {})", d.x, d.y),

@@ -9,6 +9,7 @@ namespace selvedge {
 int run(const RenderCommand& command);
 int run(const ShowCommand& command);
 int run(const CompareCommand& command);
+int run(const TradeCommand& command);
 
 /// The lights as asked for, in the axes that they were asked for in.
 std::vector<Light> lights_from(const std::vector<LightOption>& options);

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "format/camera.h"
+#include "format/frame.h"
 #include "format/scene.h"
 #include "viewer/context.h"
-#include "viewer/frame.h"
 #include "viewer/shade.h"
 #include "viewer/shader_path.h"
 

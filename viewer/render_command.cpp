@@ -48,6 +48,7 @@ struct Shot {
   std::vector<Subject> subjects;
   std::vector<Camera> cameras;  ///< one for each frame
   RenderOptions options;
+  std::vector<Light> lights;  ///< of a swatch that has its own
 };
 
 std::vector<Light> lights_for(const RenderCommand& command, const Scene& scene, const Camera& camera) {
@@ -114,7 +115,16 @@ Result<Shot> read_swatch(const RenderCommand& command) {
     level.width = level_size(reader->header().width, k);
     level.height = level_size(reader->header().height, k);
   }
-  Result<Swatch> swatch = make_swatch(sizes, command.swatch);
+  Shot shot;
+  Result<Swatch> swatch = Swatch();
+  if (command.place) {
+    const V2d period(sizes.period_mm);
+    SwatchShot of = swatch_shot(*command.place, period, command.render.width, command.render.height);
+    swatch = Swatch{swatch_scene(period, of), of.camera, of.width, of.height};
+    shot.lights = std::move(of.lights);
+  } else {
+    swatch = make_swatch(sizes, command.swatch);
+  }
   if (!swatch) return tl::unexpected(swatch.error());
   OpenScene open{std::move(swatch->scene), {}, 0};
   open.scene.file = command.input;
@@ -122,7 +132,6 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   open.readers.push_back(std::move(*reader));
   std::error_code unknown;
   open.file_bytes = std::filesystem::file_size(command.input, unknown);
-  Shot shot;
   shot.options = options_of(command);
   shot.options.width = swatch->width;
   shot.options.height = swatch->height;
@@ -265,7 +274,9 @@ class Series {
     std::size_t file = 0;
     for (const Camera& camera : shot_.cameras) {
       RenderOptions look = shot_.options;
-      look.lights = lights_for(command_, shot_.subjects.front().scene, camera);
+      look.lights = command_.lights.empty() && !shot_.lights.empty()
+                        ? shot_.lights
+                        : lights_for(command_, shot_.subjects.front().scene, camera);
       for (std::size_t i = 0; i < renderers.size(); ++i) {
         RenderStats stats;
         if (auto good = renderers[i]->draw(camera, look, frames[i], stats); !good) return good;

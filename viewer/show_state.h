@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "format/display.h"
 #include "format/lights.h"
-#include "viewer/display.h"
 #include "viewer/render.h"
 
 namespace selvedge {

@@ -5,25 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "format/swatch.h"
+
 namespace selvedge {
-namespace {
-
-ScenePrimitive quad(const V2d& size, const V2i& repeats) {
-  ScenePrimitive primitive;
-  primitive.name = "swatch/0";
-  primitive.material = 0;
-  for (const V2d& corner : {V2d(0, 0), V2d(1, 0), V2d(1, 1), V2d(0, 1)}) {
-    // The picture's first row is at the top.
-    primitive.positions.emplace_back(static_cast<float>(corner.x * size.x),
-                                     static_cast<float>(-corner.y * size.y), 0.0F);
-    primitive.normals.emplace_back(0.0F, 0.0F, 1.0F);
-    primitive.tex_coords[0].emplace_back(corner.x * repeats.x, corner.y * repeats.y);
-  }
-  primitive.indices = {0, 3, 2, 0, 2, 1};
-  return primitive;
-}
-
-}  // namespace
 
 Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   const auto refuse = [](const char* option, std::string reason) {
@@ -52,15 +36,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   swatch.width = std::max(1, static_cast<int>(std::lround(pixels.x)));
   swatch.height = std::max(1, static_cast<int>(std::lround(pixels.y)));
   const V2d size = V2d(fabric.period_mm) * V2d(options.repeats) / 1000.0;
-  swatch.scene.file = "swatch";
-  swatch.scene.primitives.push_back(quad(size, options.repeats));
-  swatch.scene.instances.emplace_back();
-  SceneMaterial material;
-  material.name = "swatch";
-  material.fabric = FabricReference{};
-  material.alpha_mode = AlphaMode::blend;
-  material.double_sided = true;
-  swatch.scene.materials.push_back(material);
+  swatch.scene = swatch_scene(V2d(fabric.period_mm), {0, 0}, options.repeats);
 
   swatch.camera.projection = Projection::parallel;
   swatch.camera.position = V3d(size.x / 2, -size.y / 2, 0);

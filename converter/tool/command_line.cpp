@@ -31,6 +31,8 @@ struct Verbs {
   AnswerCommand answer;
   RepackCommand repack;
   CompareCommand compare;
+  SwatchCommand swatch;
+  TradeCommand trade;
 };
 
 void add_stitch_verb(CLI::App& app, StitchCommand& command) {
@@ -122,6 +124,118 @@ void add_dress_verb(CLI::App& app, DressCommand& command) {
   verb->add_option("--usda", command.dress.usd,
                    "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
       ->type_name("FILE");
+}
+
+/// Where a swatch is seen from, how large the picture is, and its lights.
+void add_shot(CLI::App& app, SwatchCommand& command) {
+  add_text(app, "--view", "NAME", "near, middle, far or grazing (near)", [&command](const std::string& t) {
+    const auto view = swatch_view_named(t);
+    if (!view)
+      throw CLI::ValidationError("--view", fmt::format("\"{}\" is none of near, middle, far, grazing", t));
+    command.view = *view;
+  });
+  add_text(app, "--size", "WxH", "Of the picture, in pixels (320x240)", [&command](const std::string& t) {
+    const auto n = whole_numbers("--size", t, 'x', 2, 2, "320x240");
+    if (n[0] < 1 || n[1] < 1 || n[0] > 8192 || n[1] > 8192 || n[0] > 4 * n[1])
+      throw CLI::ValidationError("--size", "must lie in 1 to 8192, at most four times as wide as high");
+    command.size = V2i(n[0], n[1]);
+  });
+  app.add_option_function<std::vector<std::string>>(
+         "--light",
+         [&command](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             const auto n = numbers("--light", text, ',', 3, 4, "0,0.6,0.8 or 0,0.6,0.8,2");
+             Light light;
+             light.direction = V3d(n[0], n[1], n[2]);
+             const double intensity = n.size() > 3 ? n[3] : 1;
+             if (!(light.direction.length() > 0) || !(intensity >= 0 && intensity <= 1e6))
+               throw CLI::ValidationError("--light", "has no direction or no intensity in 0 to 1e6");
+             light.direction.normalize();
+             light.irradiance = V3f(static_cast<float>(intensity));
+             command.lights.push_back(light);
+           }
+         },
+         "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
+         "and "
+         "a fill light of 0.3)")
+      ->type_name("X,Y,Z[,I]")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_swatch_verb(CLI::App& app, SwatchCommand& command, BakeOptions& transport) {
+  CLI::App* verb =
+      add_verb(app, "swatch", "Draw a flat swatch: of a fabric, or with --truth of the stitch itself",
+               "selvedge swatch --truth plain-knit --view middle -o truth.exr");
+  add_common(*verb, command.common, true);
+  add_cell(*verb, command.input, command.cell);
+  verb->get_option("input")->description("A fabric file; with --truth a stitch, as bake takes it");
+  verb->add_flag("--truth", command.truth, "Trace the stitch's geometry, repeat beside repeat");
+  add_output(*verb, command.output, "The picture: .png as people see it, .exr linear with opacity");
+  verb->get_option("--output")->check(ends_in({".png", ".exr"}));
+  add_shot(*verb, command);
+  const char* group = "With --truth";
+  verb->add_option("--samples", command.trace.samples, "Rays a pixel")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  transport.bounces = command.trace.bounces;
+  transport.indirect = command.trace.indirect;
+  add_transport(*verb, transport, group);
+  verb->get_option("--bounces")->description("Indirect bounces of light (unlimited)");
+  verb->get_option("--indirect")->description("As of bake (traced)");
+  verb->add_option("--seed", command.trace.seed, "Same seed, same picture")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+}
+
+void add_trade_verb(CLI::App& app, TradeCommand& command) {
+  CLI::App* verb = add_verb(app, "trade", "Measure what speed costs in accuracy: a sweep over the knobs",
+                            "selvedge trade plain-knit -o trade-knit");
+  add_common(*verb, command.common, true);
+  command.common.seed = 1;
+  verb->add_option("--seed", command.common.seed, "Of all bakes")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("input", command.input, "As make takes it")->type_name("STITCH")->required();
+  verb->add_option_function<std::vector<std::string>>(
+          "--set",
+          [&command](const std::vector<std::string>& texts) {
+            command.settings = texts;
+            for (const std::string& text : texts) {
+              if (!parse_setting(text, command.cell.settings))
+                throw CLI::ValidationError("--set", fmt::format("\"{}\" is not of the form name=1.5", text));
+            }
+          },
+          "Set a parameter of the stitch; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_option("-o,--output", command.output,
+                   "A folder for points, pictures, fabrics and the page; a sweep in it goes on")
+      ->required()
+      ->type_name("DIR");
+  verb->add_option("--grid", command.grid,
+                   "The points to measure (JSON, spec/trade.md), instead of the usual")
+      ->type_name("FILE");
+  const auto add = [&](const char* name, int& value, const char* help, int least, int most) {
+    verb->add_option(name, value, help)
+        ->type_name("N")
+        ->capture_default_str()
+        ->check(CLI::Range(least, most));
+  };
+  add("--repeats", command.repeats, "Times are medians of so many runs", 1, 99);
+  add("--truth-samples", command.truth_samples, "Rays a pixel of the true pictures", 4, 1 << 20);
+  add("--held-out-pairs", command.held_out_pairs, "Pairs of directions to judge by", 1, 65536);
+  add("--held-out-samples", command.held_out_samples, "Rays per texel and pair", 2, 1 << 20);
+  add_text(*verb, "--size", "WxH", "Of the pictures (160x120)", [&command](const std::string& t) {
+    const auto n = whole_numbers("--size", t, 'x', 2, 2, "160x120");
+    if (n[0] < 22 || n[1] < 22 || n[0] > 2048 || n[1] > 2048 || n[0] > 4 * n[1])
+      throw CLI::ValidationError("--size", "must lie in 22 to 2048, at most four times as wide as high");
+    command.size = V2i(n[0], n[1]);
+  });
+  verb->add_flag("--keep-samples", command.keep_samples, "Keep the points' samples: large");
 }
 
 LayerSet layers_from(const std::string& text) {
@@ -261,6 +375,9 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_repack_verb(app, verbs.repack);
   add_reattach_verb(app, verbs.reattach);
   add_reading_verbs(app, verbs);
+  BakeOptions transport;
+  add_swatch_verb(app, verbs.swatch, transport);
+  add_trade_verb(app, verbs.trade);
   try {
     app.parse(argc, argv);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
@@ -297,6 +414,14 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (verb == "evaluate") return verbs.evaluate;
   if (verb == "answer") return verbs.answer;
   if (verb == "repack") return verbs.repack;
+  if (verb == "trade") return verbs.trade;
+  if (verb == "swatch") {
+    verbs.swatch.trace.bounces = transport.bounces;
+    verbs.swatch.trace.indirect = transport.indirect;
+    verbs.swatch.trace.ground = transport.ground;
+    verbs.swatch.trace.reference = transport.reference;
+    return verbs.swatch;
+  }
   return verbs.compare;
 }
 

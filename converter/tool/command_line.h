@@ -11,8 +11,10 @@
 #include "converter/cell_source.h"
 #include "converter/dress.h"
 #include "converter/reattach.h"
+#include "converter/truth_swatch.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
+#include "format/level_options.h"
 #include "format/program.h"
 
 namespace selvedge {
@@ -124,9 +126,37 @@ struct CompareCommand {
   std::string plot;                ///< .png or .svg of the one fabric; empty: none
 };
 
+struct SwatchCommand {
+  CommonOptions common;
+  bool truth = false;  ///< the input is a stitch and is traced; else it is a fabric file
+  std::string input;
+  std::string output;  ///< .png or .exr
+  CellOptions cell;    ///< with `truth`
+  TruthOptions trace;
+  SwatchView view = SwatchView::near;
+  V2i size{320, 240};
+  std::vector<Light> lights;          ///< empty: those of the view
+  LevelOptions levels = best_levels;  ///< without `truth`
+};
+
+struct TradeCommand {
+  CommonOptions common;
+  std::string input;
+  std::vector<std::string> settings;  ///< of the stitch, as they were given: for the points' command lines
+  CellOptions cell;
+  std::string output;  ///< a folder
+  std::string grid;    ///< file; empty: default_grid()
+  int repeats = 3;     ///< of everything that is timed
+  V2i size{160, 120};  ///< of pictures
+  int truth_samples = 64;
+  int held_out_pairs = 48;
+  int held_out_samples = 32;
+  bool keep_samples = false;
+};
+
 using Command = std::variant<ExitNow, StitchCommand, BakeCommand, MergeCommand, FitCommand, MakeCommand,
                              DressCommand, ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand,
-                             AnswerCommand, RepackCommand, CompareCommand>;
+                             AnswerCommand, RepackCommand, CompareCommand, SwatchCommand, TradeCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

@@ -19,5 +19,7 @@ int run(const EvaluateCommand& command);
 int run(const AnswerCommand& command);
 int run(const RepackCommand& command);
 int run(const CompareCommand& command);
+int run(const SwatchCommand& command);
+int run(const TradeCommand& command);
 
 }  // namespace selvedge

@@ -112,9 +112,7 @@ void add_cell(CLI::App& app, std::string& input, CellOptions& cell) {
       ->group(group);
 }
 
-namespace {
-
-void add_light(CLI::App& app, BakeOptions& bake, const char* group) {
+void add_transport(CLI::App& app, BakeOptions& bake, const char* group) {
   add_text(app, "--bounces", "N|unlimited", "Indirect bounces of light (2)", [&bake](const std::string& t) {
     bake.bounces =
         t == "unlimited" ? unlimited_bounces : whole_numbers("--bounces", t, ',', 1, 1, "2 or unlimited")[0];
@@ -149,8 +147,6 @@ void add_light(CLI::App& app, BakeOptions& bake, const char* group) {
       ->group(group);
 }
 
-}  // namespace
-
 void add_bake(CLI::App& app, BakeCommand& command) {
   BakeOptions& bake = command.bake;
   const char* group = "Bake";
@@ -175,7 +171,7 @@ void add_bake(CLI::App& app, BakeCommand& command) {
       ->group(group)
       ->excludes(samples)
       ->excludes(noise);
-  add_light(app, bake, group);
+  add_transport(app, bake, group);
   auto* pairs = app.add_option("--pairs", command.pairs, "Pairs of directions from a file (JSON)")
                     ->type_name("FILE")
                     ->group(group);

@@ -9,6 +9,7 @@
 #include "converter/tool/distinct_paths.h"
 #include "converter/tool/fit_report.h"
 #include "converter/tool/run_bake.h"
+#include "converter/tool/run_fit.h"
 #include "fitter/layer_fit.h"
 #include "format/atomic_file.h"
 
@@ -133,6 +134,8 @@ Result<LobeReports> fit_lobes(SamplesReader& reader, const FitCommand& command, 
   return LobeReports(result->levels.begin(), result->levels.end());
 }
 
+}  // namespace
+
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command) {
   const auto start = std::chrono::steady_clock::now();
   const auto distinct =
@@ -165,8 +168,6 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return outcome;
 }
-
-}  // namespace
 
 int run(const FitCommand& command) {
   apply(command.common);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "viewer/frame.h"
+#include "format/frame.h"
 
 namespace selvedge::bench {
 

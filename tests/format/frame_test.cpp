@@ -1,4 +1,4 @@
-#include "viewer/frame.h"
+#include "format/frame.h"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,9 @@
-#include "viewer/display.h"
+#include "format/display.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "format/parallel.h"
 
@@ -56,6 +57,8 @@ V3f tone_mapped(ToneCurve curve, const V3f& colour) {
   }
   return colour;
 }
+
+DisplayOptions default_display() { return {std::numbers::pi_v<float>, ToneCurve::none, V3f(0.18F)}; }
 
 Image to_display_image(const Frame& frame, const DisplayOptions& options) {
   Image image{frame.width, frame.height, options.background ? 3 : 4, {}};

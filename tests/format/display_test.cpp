@@ -1,4 +1,4 @@
-#include "viewer/display.h"
+#include "format/display.h"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "viewer/frame.h"
+#include "format/frame.h"
 
 namespace selvedge {
 
@@ -27,6 +27,14 @@ Image to_linear_image(const Frame& frame) {
   image.pixels.reserve(frame.pixels.size() * 4);
   for (const V4f& p : frame.pixels) image.pixels.insert(image.pixels.end(), {p.x, p.y, p.z, p.w});
   return image;
+}
+
+Frame to_frame(const Image& image) {
+  Frame frame{image.width, image.height, {}};
+  for (std::size_t i = 0; i + 3 < image.pixels.size(); i += 4) {
+    frame.pixels.emplace_back(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2], image.pixels[i + 3]);
+  }
+  return frame;
 }
 
 }  // namespace selvedge

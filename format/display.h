@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "viewer/frame.h"
+#include "format/frame.h"
 
 namespace selvedge {
 
@@ -31,6 +31,10 @@ struct DisplayOptions {
   ToneCurve tone = ToneCurve::none;
   std::optional<V3f> background;  ///< linear, as it shall be shown: neither exposed nor tone mapped
 };
+
+/// What pictures are made with unless something else is asked for, and swatches are judged in: white that
+/// faces a light of irradiance 1 becomes 1, over a dark grey.
+DisplayOptions default_display();
 
 /// Linear display values. Over the background if there is one, else with the opacity kept and the colour not
 /// premultiplied. Values above 1 are left to be clipped.

@@ -24,4 +24,7 @@ void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame);
 /// As it is: linear, premultiplied, four channels.
 Image to_linear_image(const Frame& frame);
 
+/// The inverse. Precondition: four channels.
+Frame to_frame(const Image& image);
+
 }  // namespace selvedge

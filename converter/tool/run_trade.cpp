@@ -1,0 +1,285 @@
+// trade: a sweep over the knobs of the road from stitch to fabric, all points judged alike. What is done
+// stays in the folder; an interrupted sweep goes on there.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "converter/bake_plan.h"
+#include "converter/tool/commands.h"
+#include "converter/tool/trade_point.h"
+#include "format/atomic_file.h"
+#include "format/display.h"
+#include "format/json_text.h"
+#include "format/machine.h"
+#include "format/parallel.h"
+#include "format/trade_page.h"
+
+namespace selvedge {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+int finest(const std::vector<TradePoint>& points) {
+  int texels = 1;
+  for (const TradePoint& point : points) texels = std::max(texels, point.texels);
+  return texels;
+}
+
+Result<std::vector<TradePoint>> points_of(const TradeCommand& command) {
+  if (command.grid.empty()) return default_grid();
+  constexpr std::uintmax_t most = std::uintmax_t{1} << 20;
+  const auto text = read_file(command.grid, most);
+  if (!text) return tl::unexpected(text.error());
+  return read_grid(*text, command.grid);
+}
+
+/// In seconds of some machine: what the estimate of the time left goes by.
+double cost_of(const TradePoint& p) {
+  const double texels = static_cast<double>(p.texels) * p.texels;
+  const double pairs = static_cast<double>(p.views) * p.lights;
+  const double bake = texels * (pairs * p.samples + 224.0 * 64) / 20e6;
+  const double fit = texels * pairs * 0.5e-6 * (p.budget > 0 ? 6 : 1);
+  return bake + fit + 1;
+}
+
+/// What has to agree for points to stand in one table.
+Json identity_of(const TradeCommand& command, const CellMesh& mesh, int texels) {
+  const Machine machine = this_machine();
+  return {
+      {"software", "selvedge " SELVEDGE_VERSION},
+      {"stitch", command.input},
+      {"settings", command.settings},
+      {"mesh", digest_of(mesh)},
+      {"seed", command.common.seed},
+      {"repeats", command.repeats},
+      {"size", {command.size.x, command.size.y}},
+      {"truthSamples", command.truth_samples},
+      {"heldOut",
+       {{"texels", texels}, {"pairs", command.held_out_pairs}, {"samples", command.held_out_samples}}},
+      {"machine", {{"processor", machine.processor}, {"cores", machine.cores}, {"threads", thread_count()}}}};
+}
+
+/// Refuses a folder with another sweep in it.
+Result<void> claim(const TradeFolder& folder, const Json& identity) {
+  std::error_code error;
+  for (const char* name : {"bakes", "fabrics", "truth", trade_points_folder, trade_pictures_folder}) {
+    std::filesystem::create_directories(folder.path + "/" + name, error);
+    if (error) return fail(Code::file_unwritable, folder.path, name, error.message());
+  }
+  const std::string path = folder.path + "/" + trade_sweep_file;
+  if (!std::filesystem::exists(path)) return {};
+  const auto text = read_file(path);
+  if (!text) return tl::unexpected(text.error());
+  const Json there = Json::parse(*text, nullptr, false);
+  if (!there.is_object() || !there.contains("identity"))
+    return fail(Code::file_damaged, path, "", "is not the record of a sweep");
+  for (const auto& [name, value] : identity.items()) {
+    if (there["identity"].value(name, Json()) != value)
+      return fail(Code::option_out_of_range, path, name,
+                  "is another than that of the sweep in this folder: take a new one");
+  }
+  return {};
+}
+
+/// A true picture, twice as noisy, from one seed.
+Result<Frame> trace_half(const TradeCommand& command, const CellMesh& mesh, const SwatchShot& shot,
+                         std::uint64_t seed) {
+  TruthOptions options;
+  options.samples = command.truth_samples / 2;
+  options.seed = seed;
+  auto swatch = trace_swatch(mesh, command.input, shot, options);
+  if (!swatch) return tl::unexpected(swatch.error());
+  return std::move(swatch->frame);
+}
+
+/// The true picture from one place, from its file if it is there; its noise goes beside it.
+Result<Frame> true_picture(const TradeCommand& command, const CellMesh& mesh, SwatchView view,
+                           const TradeFolder& folder, Json& noise) {
+  const std::string path = fmt::format("{}/truth/{}.exr", folder.path, name_of(view));
+  const std::string record = fmt::format("{}/truth/{}.json", folder.path, name_of(view));
+  if (std::filesystem::exists(path) && std::filesystem::exists(record)) {
+    const auto image = read_image(path, Transfer::keep);
+    if (!image) return tl::unexpected(image.error());
+    const auto text = read_file(record);
+    if (!text) return tl::unexpected(text.error());
+    noise = Json::parse(*text, nullptr, false);
+    return to_frame(*image);
+  }
+  const SwatchShot shot = swatch_shot(view, mesh.period, command.size.x, command.size.y);
+  const std::uint64_t seed = mix(command.common.seed) >> 1;
+  auto a = trace_half(command, mesh, shot, seed);
+  if (!a) return a;
+  const auto b = trace_half(command, mesh, shot, seed + 1);
+  if (!b) return tl::unexpected(b.error());
+  const auto between = picture_error(*a, *b);
+  if (!between) return tl::unexpected(between.error());
+  for (std::size_t i = 0; i < a->pixels.size(); ++i) a->pixels[i] = (a->pixels[i] + b->pixels[i]) * 0.5F;
+  // Two pictures of variance s^2 differ by 2 s^2; their mean has s^2 / 2.
+  noise = {{"noisePsnr", psnr_of(between->mean_square / 4)}};
+  if (auto ok = write_exr(path, to_linear_image(*a)); !ok) return tl::unexpected(ok.error());
+  if (auto ok = write_png(fmt::format("{}/truth/{}.png", folder.path, name_of(view)),
+                          to_display_image(*a, default_display()));
+      !ok)
+    return tl::unexpected(ok.error());
+  if (auto ok = write_file(record, noise.dump(2) + "\n"); !ok) return tl::unexpected(ok.error());
+  return a;
+}
+
+/// Pairs of the finest size under light that bounces without end, from another seed than the points'.
+Result<PairSamples> held_out_pairs(const TradeCommand& command, const CellMesh& mesh,
+                                   const TradeFolder& folder, int texels) {
+  const std::string path = folder.path + "/truth/held-out.samples.exr";
+  if (!std::filesystem::exists(path)) {
+    BakeOptions options;
+    options.width = options.height = texels;
+    options.views = options.lights = 1;
+    options.samples = 1;
+    options.bounces = unlimited_bounces;
+    options.validation_pairs = options.rim_pairs = 0;
+    options.held_out_pairs = command.held_out_pairs;
+    options.truth_samples = command.held_out_samples;
+    options.seed = mix(command.common.seed) >> 1;
+    if (const auto baked = bake(mesh, command.input, options, "{}", path); !baked)
+      return tl::unexpected(baked.error());
+  }
+  auto reader = SamplesReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  return reader->read_pairs(PairKind::held_out);
+}
+
+class Sweep {
+ public:
+  explicit Sweep(const TradeCommand& command)
+      : command_(command), folder_{command.output}, progress_("trade", command.common.quiet) {}
+
+  Result<void> run() {
+    auto points = points_of(command_);
+    if (!points) return tl::unexpected(points.error());
+    points_ = std::move(*points);
+    auto cell = find_cell(command_.input, command_.cell);
+    if (!cell) return tl::unexpected(cell.error());
+    leave_out_too_coarse(*cell);
+    const int texels = finest(points_);
+    identity_ = identity_of(command_, cell->mesh, texels);
+    if (auto ok = claim(folder_, identity_); !ok) return ok;
+    if (auto ok = find_truth(cell->mesh, texels); !ok) return ok;
+    return measure();
+  }
+
+  std::size_t points() const { return points_.size(); }
+  int measured() const { return measured_; }
+
+ private:
+  /// What the stitch refuses to be baked with.
+  void leave_out_too_coarse(const Cell& cell) {
+    if (!cell.stitch) return;
+    const int least = std::max(cell.stitch->least_texels.x, cell.stitch->least_texels.y);
+    const auto too_coarse = [&](const TradePoint& p) { return p.texels < least; };
+    const auto end = std::remove_if(points_.begin(), points_.end(), too_coarse);
+    if (end == points_.end()) return;
+    points_.erase(end, points_.end());
+    if (!command_.common.quiet)
+      report_remark(command_.input, fmt::format("points of fewer than {} texels are left out", least));
+  }
+
+  Result<void> find_truth(const CellMesh& mesh, int texels) {
+    truth_.period_mm = mesh.period;
+    Json noise = Json::object();
+    for (const SwatchView view : all_swatch_views) {
+      say(fmt::format("the true picture {}", name_of(view)));
+      auto picture = true_picture(command_, mesh, view, folder_, noise[std::string(name_of(view))]);
+      if (!picture) return tl::unexpected(picture.error());
+      truth_.pictures.push_back(std::move(*picture));
+    }
+    say("the held-out pairs");
+    auto pairs = held_out_pairs(command_, mesh, folder_, texels);
+    if (!pairs) return tl::unexpected(pairs.error());
+    truth_.held_out = std::move(*pairs);
+    truth_.peak = peak_of(truth_.held_out);
+    if (auto ok = write_png(folder_.picture(trade_truth_picture), thumbnail_of(truth_.pictures)); !ok)
+      return ok;
+    Json names = Json::array();
+    for (const TradePoint& point : points_) names.push_back(name_of(point));
+    const Json sweep = {
+        {"trade", 1},     {"identity", identity_}, {"periodMm", {mesh.period.x, mesh.period.y}},
+        {"truth", noise}, {"peak", truth_.peak},   {"points", names}};
+    return write_file(folder_.path + "/" + trade_sweep_file, sweep.dump(2) + "\n");
+  }
+
+  /// Points of one bake after each other, so that its samples can go.
+  Result<void> measure() {
+    std::vector<TradePoint> left;
+    double total = 0;
+    for (const TradePoint& first : points_) {
+      for (const TradePoint& point : points_) {
+        if (bake_name_of(point) != bake_name_of(first) || std::filesystem::exists(folder_.record(point)) ||
+            std::find(left.begin(), left.end(), point) != left.end())
+          continue;
+        left.push_back(point);
+        total += cost_of(point);
+      }
+    }
+    const auto start = Clock::now();
+    const Progress bar = progress_.callback();
+    double done = 0;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      const TradePoint& point = left[i];
+      say(name_of(point));
+      const auto bake_seconds = ensure_samples(command_, point, folder_);
+      if (!bake_seconds) return tl::unexpected(bake_seconds.error());
+      const auto record = measure_point(command_, point, folder_, truth_, *bake_seconds);
+      if (!record) return tl::unexpected(record.error());
+      const bool last_of_bake = i + 1 == left.size() || bake_name_of(left[i + 1]) != bake_name_of(point);
+      if (last_of_bake && !command_.keep_samples) std::filesystem::remove(folder_.samples(point));
+      ++measured_;
+      done += cost_of(point);
+      if (bar) bar(done / total);
+      tell(*record, i + 1, left.size(), seconds_since(start) * (total - done) / done);
+    }
+    return write_trade_page(folder_.path);
+  }
+
+  void say(const std::string& what) { progress_.note(what); }
+
+  void tell(const Json& record, std::size_t done, std::size_t all, double seconds_left) {
+    if (command_.common.quiet || command_.common.json) return;
+    fmt::print(stderr, "{}/{} {}: {:.2f} dB, SSIM {:.4f}, {} bytes, {:.2f} s; {:.0f} s left\n", done, all,
+               record["name"].get<std::string>(), record["pictures"]["all"]["psnr"].get<double>(),
+               record["pictures"]["all"]["ssim"].get<double>(), record["bytes"].get<std::uint64_t>(),
+               record["seconds"]["make"].get<double>(), seconds_left);
+  }
+
+  const TradeCommand& command_;
+  TradeFolder folder_;
+  TerminalProgress progress_;
+  std::vector<TradePoint> points_;
+  Json identity_;
+  TradeTruth truth_;
+  int measured_ = 0;
+};
+
+}  // namespace
+
+int run(const TradeCommand& command) {
+  apply(command.common);
+  const auto start = Clock::now();
+  Sweep sweep(command);
+  if (auto ok = sweep.run(); !ok) return report_error(ok.error());
+  const double seconds = seconds_since(start);
+  report(command.common, "trade",
+         {{"input", command.input},
+          {"output", command.output},
+          {"points", sweep.points()},
+          {"measured", sweep.measured()},
+          {"seconds", seconds}},
+         fmt::format("{} points, {} of them measured now, in {:.1f} s -> {}/index.html\n", sweep.points(),
+                     sweep.measured(), seconds, command.output));
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,21 @@
+#include "format/machine.h"
+
+#include <fstream>
+#include <thread>
+
+namespace selvedge {
+
+Machine this_machine() {
+  Machine machine{"unknown", static_cast<int>(std::thread::hardware_concurrency())};
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) {
+      machine.processor = line.substr(colon + 2);
+      break;
+    }
+  }
+  return machine;
+}
+
+}  // namespace selvedge

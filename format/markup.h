@@ -1,0 +1,17 @@
+// Texts and bytes within SVG and HTML.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace selvedge {
+
+/// Text within an element or an attribute in double quotes. What is no UTF-8 or a control character is
+/// replaced as on a terminal.
+std::string escaped(const std::string& text);
+
+/// As in a data URI.
+std::string base64(std::span<const std::uint8_t> bytes);
+
+}  // namespace selvedge

@@ -1,0 +1,33 @@
+// The result of a sweep over speed and accuracy, out of the records in its folder: trade.json, trade.csv and
+// index.html, a page that needs nothing beside it. Both programs add to a folder and call this; spec/trade.md
+// has the files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "format/error.h"
+
+namespace selvedge {
+
+// Names in the folder.
+inline constexpr const char* trade_sweep_file = "sweep.json";
+inline constexpr const char* trade_points_folder = "points";  ///< a record each of fabrics
+inline constexpr const char* trade_frames_folder = "frames";  ///< and of settings of the viewer
+inline constexpr const char* trade_pictures_folder = "pictures";
+inline constexpr const char* trade_truth_picture = "truth";  ///< among the pictures, without ending
+
+/// A point of a plot: the larger `quality` the better, the smaller `cost`.
+struct TradeFigure {
+  double cost = 0;
+  double quality = 0;
+};
+
+/// Which of them no other beats: none has less cost and at least the quality, or the same cost and more
+/// quality. Of equal ones all are on the front; points that are not finite are not.
+std::vector<bool> pareto_front(const std::vector<TradeFigure>& figures);
+
+/// Records that are damaged or of another sweep are refused (FILE_DAMAGED).
+Result<void> write_trade_page(const std::string& folder);
+
+}  // namespace selvedge

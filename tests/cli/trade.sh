@@ -1,0 +1,102 @@
+#!/usr/bin/env bash
+# Speed against accuracy: swatches of fabrics and of stitches, sweeps, and their pages.
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+test_a_swatch_of_a_lambert_plane_is_the_same_traced_fitted_and_drawn() {
+  make_plane_fabric
+  # A plane's held-out directions are met to half precision; so are these pictures, in steps of 8 bits.
+  for view in near grazing; do
+    exits 0 selvedge swatch --truth plane.obj --period 2x2 --albedo 0.8,0.4,0.2 --view "$view" --size 40x30 --samples 4 \
+      -o truth.png --json
+    holds 'r.verb === "swatch" && r.truth === true && r.samples === 4 && r.noise < 1e-6 && r.alphaNoise === 0'
+    exits 0 selvedge swatch plane.fabric.exr --view "$view" --size 40x30 -o fabric.png
+    exits 0 selvedge-view render plane.fabric.exr --place "$view" --size 40x30 -o viewer.png
+    exits 0 selvedge-view compare truth.png fabric.png --json
+    holds '(r.psnr === null || r.psnr > 40) && r.ssim > 0.99'
+    exits 0 selvedge-view compare fabric.png viewer.png --max 0.004
+  done
+}
+
+test_a_traced_swatch_has_the_same_bytes_for_any_threads_and_others_for_another_seed() {
+  swatch() { selvedge swatch --truth plain-knit --size 32x24 --samples 4 --quiet "$@"; }
+  swatch -o a.exr --threads 1
+  swatch -o b.exr --threads 3
+  same a.exr b.exr
+  swatch -o c.exr --seed 2
+  differ a.exr c.exr
+}
+
+test_a_swatch_refuses_what_it_cannot_draw() {
+  refuses FILE_MISSING none.fabric.exr selvedge swatch none.fabric.exr -o a.png
+  refuses STITCH_UNKNOWN papier selvedge swatch --truth papier -o a.png
+  refuses OPTION_OUT_OF_RANGE samples selvedge swatch --truth plain-knit --samples 1 -o a.png
+  refuses FILE_UNWRITABLE nowhere selvedge swatch --truth plain-knit -o nowhere/a.png
+  exits 2 selvedge swatch --truth plain-knit -o a.jpg
+  exits 2 selvedge swatch --truth plain-knit -o a.png --view far-away
+  exits 2 selvedge swatch --truth plain-knit -o a.png --size 500x100
+  exits 2 selvedge-view render a.glb -o a.png --place near
+}
+
+grid='{"centre": {"texels": 8, "directions": 16, "samples": 2}, "vary": {"lobes": [1], "texels": [4]}}'
+sweep() {
+  selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 --held-out-pairs 4 \
+    --held-out-samples 4 "$@"
+}
+
+test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
+  echo "$grid" >grid.json
+  exits 0 sweep --json
+  holds 'r.points === 3 && r.measured === 3'
+  exits 0 selvedge-view trade sweep --repeats 1 --size 32x24 --json
+  holds 'r.measured >= 15'
+  holds 'r.identity.machine.cores > 0 && r.points.length === 3 && r.points.every(p => p.bytes > 0 && p.seconds.make > 0 &&
+    p.loadMs > 0 && p.frameMs > 0 && p.heldOut.length === 4 && p.pictures.near.ssim > 0 && p.pictures.all.psnr > 10)' \
+    sweep/trade.json
+  holds 'r.points[0].heldOut[0].texels[0] === 8 && r.points[2].heldOut[0].texels[0] === 8' sweep/trade.json
+  # The viewer shows what the reference evaluation shows: half a hundredth of a decibel is a pixel or two.
+  holds 'r.frames.filter(f => f.usual).every(f =>
+    Math.abs(f.pictures.all.psnr - r.points.find(p => p.name === f.fabric).pictures.all.psnr) < 0.05)' sweep/trade.json
+  [ "$(grep -c '<svg' sweep/index.html)" = 6 ]
+  [ "$(wc -l <sweep/trade.csv)" = "$((1 + 3 + $(find sweep/frames -name '*-t8*' -o -name 't8*2lobes*--*' | wc -l)))" ]
+}
+
+test_the_command_of_a_point_makes_its_fabric() {
+  echo "$grid" >grid.json
+  sweep --quiet
+  node -e 'for (const p of JSON.parse(require("fs").readFileSync("sweep/trade.json", "utf8")).points)
+    console.log(p.command + " --quiet")' >commands
+  [ "$(wc -l <commands)" = 3 ]
+  # shellcheck disable=SC1091
+  source ./commands
+  for made in *.fabric.exr; do
+    selvedge evaluate "$made" --texel 1,2 --light 0,0.6,0.8 >a.json
+    selvedge evaluate "sweep/fabrics/$made" --texel 1,2 --light 0,0.6,0.8 >b.json
+    same a.json b.json
+  done
+}
+
+test_an_interrupted_sweep_goes_on_where_it_was() {
+  echo "$grid" >grid.json
+  sweep --quiet
+  cp -r sweep/points before
+  rm sweep/points/*-1lobes-*.json sweep/index.html
+  exits 0 sweep --json
+  holds 'r.points === 3 && r.measured === 1'
+  [ -f sweep/index.html ]
+  for kept in sweep/points/*-2lobes-*.json; do same "$kept" "before/${kept##*/}"; done
+  exits 0 sweep --json
+  holds 'r.measured === 0'
+}
+
+test_a_folder_keeps_to_one_sweep() {
+  echo "$grid" >grid.json
+  sweep --quiet
+  refuses OPTION_OUT_OF_RANGE seed sweep --seed 7
+  refuses OPTION_OUT_OF_RANGE repeats selvedge trade plain-knit -o sweep --grid grid.json
+  echo '{"centre": {"texels": 7.5}}' >grid.json
+  refuses OPTION_OUT_OF_RANGE /centre/texels sweep
+  refuses FILE_MISSING none.json sweep --grid none.json
+  refuses FILE_MISSING nowhere selvedge-view trade nowhere
+}
+
+"$2"

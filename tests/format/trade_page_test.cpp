@@ -1,0 +1,123 @@
+#include "format/trade_page.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "files.h"
+#include "format/atomic_file.h"
+#include "format/picture_error.h"
+#include "format/trade_plot.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST_CASE("on the front is what nothing else beats in cost and quality") {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<TradeFigure> figures{{1, 10}, {2, 20}, {2, 15}, {3, 20}, {4, 30}, {4, 30}, {0.5, none}};
+  CHECK(pareto_front(figures) == std::vector<bool>{true, true, false, false, true, true, false});
+}
+
+TEST_CASE("the plot's line steps along the front, from the cheapest to the best") {
+  const Drawing drawing =
+      trade_plot({"title", "bytes", "dB", {{1000, 30}, {10, 10}, {100, 20}, {100, 5}}, {"1", "2", "3", "4"}});
+  const DrawnLine* line = nullptr;
+  for (const Drawn& shape : drawing.shapes) {
+    const auto* of = std::get_if<DrawnLine>(&shape);
+    if (of != nullptr && of->points.size() > 2) line = of;
+  }
+  REQUIRE(line != nullptr);
+  // Two points for each of three on the front: across, then up; the last goes on to the frame's edge.
+  REQUIRE(line->points.size() == 6);
+  for (std::size_t i = 1; i < line->points.size(); ++i) {
+    const V2d step = line->points[i] - line->points[i - 1];
+    const bool across = i % 2 == 1;
+    CHECK((across ? step.y : step.x) == 0);
+    CHECK((across ? step.x > 0 : step.y < 0));
+  }
+}
+
+TEST_CASE("picture errors are those of what a display shows") {
+  // Radiance 1 / pi is white, 0 black; where the pictures differ it is by 1 in one of two pixels.
+  const float white = 1 / 3.14159265F;
+  const Frame a{2, 1, {V4f(white, white, white, 1), V4f(0, 0, 0, 1)}};
+  const Frame b{2, 1, {V4f(white, white, white, 1), V4f(9, 9, 9, 1)}};
+  const auto error = picture_error(a, b);
+  REQUIRE(error);
+  CHECK(error->mean_square == doctest::Approx(0.5).epsilon(1e-5));
+  CHECK(psnr_of(0.01) == doctest::Approx(20));
+  CHECK(psnr_of(0) == 200);
+  CHECK_FALSE(picture_error(a, Frame{1, 2, a.pixels}));
+}
+
+/// A record such as the sweeps write.
+Json record(const std::string& name, double bytes, double psnr) {
+  return {{"name", name},
+          {"knobs", {{"texels", 8}, {"layers", "a, \"b\""}}},
+          {"command", "selvedge make <stitch>"},
+          {"bytes", bytes},
+          {"seconds", {{"bake", 1}, {"fit", 2}, {"make", 3}}},
+          {"loadMs", 1},
+          {"heldOut", {{{"texels", {8, 8}}, {"psnr", 20}, {"relativeL2", 0.3}}}},
+          {"pictures", {{"all", {{"psnr", psnr}, {"ssim", 0.5}}}}}};
+}
+
+TEST_CASE("a page has the points of its sweep, the front marked, times per frame joined, and no address") {
+  const test::Folder folder;
+  for (const char* name : {trade_points_folder, trade_frames_folder, trade_pictures_folder})
+    std::filesystem::create_directory(folder / name);
+  const Json sweep = {{"trade", 1}, {"identity", {{"stitch", "s"}}}, {"points", {"good", "bad", "missing"}}};
+  REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
+  REQUIRE(write_file(folder / "points/good.json", record("good", 1000, 30).dump()));
+  REQUIRE(write_file(folder / "points/bad.json", record("bad", 2000, 25).dump()));
+  REQUIRE(write_file(folder / "points/other.json", record("other", 1, 99).dump()));
+  Json frame = record("good--usual", 0, 30);
+  frame["fabric"] = "good";
+  frame["usual"] = frame["swept"] = true;
+  frame["frameMs"] = 12.5;
+  REQUIRE(write_file(folder / "frames/good--usual.json", frame.dump()));
+  const auto written = write_trade_page(folder / ".");
+  REQUIRE_MESSAGE(written, to_line(written.error()));
+
+  const auto json = read_file(folder / "trade.json");
+  REQUIRE(json);
+  const Json all = Json::parse(*json);
+  REQUIRE(all["points"].size() == 2);
+  CHECK(all["points"][0]["name"] == "good");
+  CHECK(all["points"][0]["front"]["bytes"] == true);
+  CHECK(all["points"][0]["frameMs"] == 12.5);
+  CHECK(all["points"][1]["front"]["bytes"] == false);
+  CHECK(all["frames"].size() == 1);
+
+  const auto csv = read_file(folder / "trade.csv");
+  REQUIRE(csv);
+  CHECK(std::count(csv->begin(), csv->end(), '\n') == 4);  // a header, two fabrics, one setting of the viewer
+  CHECK(csv->find(",\"a, \"\"b\"\"\",8,") != std::string::npos);
+
+  const auto page = read_file(folder / "index.html");
+  REQUIRE(page);
+  CHECK(page->find("selvedge make &lt;stitch&gt;") != std::string::npos);
+  CHECK(page->find("<polyline") != std::string::npos);
+  // The name of SVG's language is no address that anything is loaded from.
+  for (const char* loads : {"src=\"http", "href=\"http", "url(", "<script", "@import"})
+    CHECK(page->find(loads) == std::string::npos);
+}
+
+TEST_CASE("a damaged record of a sweep is refused by its name") {
+  const test::Folder folder;
+  std::filesystem::create_directory(folder / trade_points_folder);
+  REQUIRE(write_file(folder / "sweep.json", std::string(R"({"points": ["a"]})")));
+  REQUIRE(write_file(folder / "points/a.json", std::string("{")));
+  const auto written = write_trade_page(folder / ".");
+  REQUIRE_FALSE(written);
+  CHECK(written.error().code == Code::file_damaged);
+  CHECK(written.error().file == folder / "./points/a.json");
+  CHECK_FALSE(std::filesystem::exists(folder / "index.html"));
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,250 @@
+// trade: adds the viewer's own settings, and times per frame, to a sweep that `selvedge trade` has made.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "format/atomic_file.h"
+#include "format/fabric_exr.h"
+#include "format/json_text.h"
+#include "format/parallel.h"
+#include "format/picture_error.h"
+#include "format/progress.h"
+#include "format/swatch.h"
+#include "format/trade_page.h"
+#include "viewer/commands.h"
+#include "viewer/renderer.h"
+#include "viewer/trade_settings.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[(values.size() - 1) / 2];
+}
+
+Result<std::vector<Frame>> read_truth(const std::string& folder) {
+  std::vector<Frame> frames;
+  for (const std::string_view view : swatch_view_names) {
+    const std::string path = fmt::format("{}/truth/{}.exr", folder, view);
+    const auto image = read_image(path, Transfer::keep);
+    if (!image) return tl::unexpected(image.error());
+    frames.push_back(to_frame(*image));
+  }
+  return frames;
+}
+
+Result<std::vector<std::string>> read_points(const std::string& folder) {
+  const std::string path = folder + "/" + trade_sweep_file;
+  const auto text = read_file(path);
+  if (!text) return tl::unexpected(text.error());
+  const nlohmann::json sweep = parse_json(*text);
+  std::vector<std::string> points;
+  if (sweep.is_object() && sweep.contains("points") && sweep["points"].is_array()) {
+    for (const auto& point : sweep["points"]) {
+      if (point.is_string()) points.push_back(point.get<std::string>());
+    }
+  }
+  if (points.empty()) return fail(Code::file_damaged, path, "points", "is no list of the sweep's points");
+  return points;
+}
+
+/// A fabric read and made ready, and how long that takes.
+struct Loaded {
+  Fabric fabric;
+  std::string digest;
+  double milliseconds = 0;
+};
+
+Result<Loaded> load(const std::string& path, int repeats) {
+  Loaded loaded;
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    const auto start = Clock::now();
+    auto reader = FabricReader::open(path);
+    if (!reader) return tl::unexpected(reader.error());
+    auto fabric = reader->read();
+    if (!fabric) return tl::unexpected(fabric.error());
+    times.push_back(ms_since(start));
+    loaded.fabric = std::move(*fabric);
+    loaded.digest = reader->digest();
+  }
+  loaded.milliseconds = median(times);
+  return loaded;
+}
+
+class FrameSweep {
+ public:
+  explicit FrameSweep(const TradeCommand& command) : command_(command) {}
+
+  Result<void> run() {
+    auto truth = read_truth(command_.folder);
+    if (!truth) return tl::unexpected(truth.error());
+    truth_ = std::move(*truth);
+    const auto points = read_points(command_.folder);
+    if (!points) return tl::unexpected(points.error());
+    const std::string frames = fmt::format("{}/{}", command_.folder, trade_frames_folder);
+    std::error_code error;
+    std::filesystem::create_directories(frames, error);
+    if (error) return fail(Code::file_unwritable, frames, "", error.message());
+    TerminalProgress progress("trade", command_.quiet);
+    const Progress bar = progress.callback();
+    for (std::size_t i = 0; i < points->size(); ++i) {
+      const std::string& point = (*points)[i];
+      // A sweep that was interrupted has not made all of them.
+      if (!std::filesystem::exists(fabric_path(point))) continue;
+      if (auto ok = measure_fabric(point, i == 0); !ok) return ok;
+      if (bar) bar(static_cast<double>(i + 1) / static_cast<double>(points->size()));
+    }
+    return write_trade_page(command_.folder);
+  }
+
+  int measured() const { return measured_; }
+
+ private:
+  std::string fabric_path(const std::string& point) const {
+    return fmt::format("{}/fabrics/{}.fabric.exr", command_.folder, point);
+  }
+
+  /// The sweep's first point, which is its centre, with all settings, the others with the usual one.
+  Result<void> measure_fabric(const std::string& point, bool all) {
+    const auto loaded = load(fabric_path(point), command_.repeats);
+    if (!loaded) return tl::unexpected(loaded.error());
+    for (const TradeSetting& setting : all ? trade_settings() : std::vector{usual_setting()}) {
+      if (auto ok = measure(point, *loaded, setting, all); !ok) return ok;
+    }
+    return {};
+  }
+
+  Result<void> measure(const std::string& point, const Loaded& loaded, const TradeSetting& setting,
+                       bool swept) {
+    const std::string name = point + "--" + setting.name;
+    const std::string path = fmt::format("{}/{}/{}.json", command_.folder, trade_frames_folder, name);
+    const Json made_by = {{"fabric", loaded.digest},
+                          {"repeats", command_.repeats},
+                          {"threads", thread_count()},
+                          {"frameSize", {command_.size.x, command_.size.y}}};
+    if (const auto text = std::filesystem::exists(path) ? read_file(path) : Result<std::string>("")) {
+      const Json there = Json::parse(*text, nullptr, false);
+      if (there.is_object() && there.value("madeBy", Json()) == made_by &&
+          there.value("swept", false) == swept)
+        return {};
+    }
+    Json pictures = Json::object();
+    std::vector<PictureError> errors;
+    std::vector<Frame> frames;
+    double frame_ms = 0;
+    double prepare_ms = 0;
+    for (std::size_t i = 0; i < all_swatch_views.size(); ++i) {
+      const Frame& truth = truth_[i];
+      auto frame = draw(loaded.fabric, setting, all_swatch_views[i], truth.width, truth.height, 1, nullptr);
+      if (!frame) return tl::unexpected(frame.error());
+      const auto error = picture_error(*frame, truth);
+      if (!error) return tl::unexpected(error.error());
+      pictures[std::string(swatch_view_names[i])] = {{"psnr", psnr_of(error->mean_square)},
+                                                     {"ssim", error->ssim}};
+      errors.push_back(*error);
+      frames.push_back(std::move(*frame));
+      Timing timing;
+      const auto large = draw(loaded.fabric, setting, all_swatch_views[i], command_.size.x, command_.size.y,
+                              command_.repeats, &timing);
+      if (!large) return tl::unexpected(large.error());
+      frame_ms += timing.frame / static_cast<double>(all_swatch_views.size());
+      prepare_ms += timing.prepare / static_cast<double>(all_swatch_views.size());
+    }
+    const PictureError mean = mean_of(errors);
+    pictures["all"] = {{"psnr", psnr_of(mean.mean_square)}, {"ssim", mean.ssim}};
+    const std::string picture = fmt::format("{}/{}/{}.png", command_.folder, trade_pictures_folder, name);
+    if (auto ok = write_png(picture, thumbnail_of(frames)); !ok) return ok;
+    const Json record = {
+        {"name", name},
+        {"fabric", point},
+        {"usual", setting.name == usual_setting().name},
+        {"swept", swept},
+        {"knobs", Json::parse(setting.knobs)},
+        {"command", fmt::format("selvedge-view render {}.fabric.exr --place near --size {}x{} {} -o near.png",
+                                point, truth_[0].width, truth_[0].height, setting.options)},
+        {"madeBy", made_by},
+        {"loadMs", loaded.milliseconds + prepare_ms},
+        {"frameMs", frame_ms},
+        {"pictures", pictures}};
+    if (auto ok = write_file(path, record.dump(2) + "\n"); !ok) return ok;
+    ++measured_;
+    if (!command_.quiet && !command_.json)
+      fmt::print(stderr, "{}: {:.2f} dB, SSIM {:.4f}, {:.2f} ms a frame\n", name, psnr_of(mean.mean_square),
+                 mean.ssim, frame_ms);
+    return {};
+  }
+
+  struct Timing {
+    double prepare = 0;  // ms
+    double frame = 0;
+  };
+
+  /// With `timing`: once to warm up, then so many times. `repeats` at least 1.
+  static Result<Frame> draw(const Fabric& fabric, const TradeSetting& setting, SwatchView view, int width,
+                            int height, int repeats, Timing* timing) {
+    const V2d period(fabric.period_mm);
+    const SwatchShot shot = swatch_shot(view, period, width, height);
+    RenderOptions options = setting.render;
+    options.width = width;
+    options.height = height;
+    options.lights = shot.lights;
+    const std::vector<Fabric> fabrics{fabric};
+    const auto start = Clock::now();
+    auto renderer = Renderer::create(swatch_scene(period, shot), fabrics, options);
+    if (!renderer) return tl::unexpected(renderer.error());
+    if (timing != nullptr) timing->prepare = ms_since(start);
+    Frame frame;
+    std::vector<double> times;
+    for (int i = timing != nullptr ? -1 : 0; i < repeats; ++i) {
+      const auto before = Clock::now();
+      RenderStats stats;
+      if (auto ok = (*renderer)->draw(shot.camera, options, frame, stats); !ok)
+        return tl::unexpected(ok.error());
+      if (i >= 0) times.push_back(ms_since(before));
+    }
+    if (timing != nullptr) timing->frame = median(times);
+    return frame;
+  }
+
+  const TradeCommand& command_;
+  std::vector<Frame> truth_;
+  int measured_ = 0;
+};
+
+}  // namespace
+
+int run(const TradeCommand& command) {
+  set_threads(command.threads);
+  limit_mesa_threads(command.threads);
+  const auto start = Clock::now();
+  FrameSweep sweep(command);
+  if (auto ok = sweep.run(); !ok) {
+    fmt::print(stderr, "selvedge-view: {}\n", to_line(ok.error()));
+    return 1;
+  }
+  const double seconds = ms_since(start) / 1000;
+  if (command.json) {
+    const Json all = {
+        {"program", "selvedge-view"}, {"version", SELVEDGE_VERSION},  {"report", 1},       {"verb", "trade"},
+        {"folder", command.folder},   {"measured", sweep.measured()}, {"seconds", seconds}};
+    fmt::print("{}\n", all.dump(2, ' ', false, Json::error_handler_t::replace));
+  } else if (!command.quiet) {
+    fmt::print("{} settings measured in {:.1f} s -> {}/index.html\n", sweep.measured(), seconds,
+               command.folder);
+  }
+  return 0;
+}
+
+}  // namespace selvedge
