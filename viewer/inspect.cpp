@@ -93,6 +93,7 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   probe.surface = block.surface[0];
   probe.triangle = pixels.triangle[0];
   probe.back = pixels.back[0];
+  probe.position = seen_point(*shading.mesh, shading.origin, block, 0);
   probe.fabric = index.looks[probe.surface].fabric;
   if (probe.fabric >= 0) {
     const std::vector<PackedLevel>& levels = index.fabrics[static_cast<std::size_t>(probe.fabric)].levels;

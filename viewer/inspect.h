@@ -24,6 +24,7 @@ struct PixelProbe {
   std::uint32_t surface = 0;
   std::uint32_t triangle = 0;  ///< index into MergedSurfaces::triangles
   bool back = false;           ///< of the cloth is seen
+  V3d position{0, 0, 0};       ///< m, world
   int fabric = -1;             ///< -1: the surface has none, nor any texels
   V2d uv{0, 0};                ///< in [0, 1): whole repeats are left out
   V2d texels_per_pixel{0, 0};  ///< of level 0, along u and v
@@ -42,7 +43,7 @@ struct NearestSurface {
 /// What the first round shows at pixel `i` of a band; none where that is nothing.
 std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
 
-/// Precondition: `pixels` holds one pixel.
+/// Precondition: `pixels` holds one pixel, and `shading` the mesh.
 PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, const PixelTriangles& pixels);
 
 /// Red, green, blue and opacity of an overlay, for a display.

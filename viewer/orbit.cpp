@@ -87,6 +87,17 @@ void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect,
   *orbit.look_at += axes.right * (cursor.x * aspect * lost) + axes.up * (cursor.y * lost);
 }
 
+void orbit_about(CameraOptions& orbit, const V3d& seen) {
+  if (orbit.projection == Projection::parallel) return;
+  const Axes axes = axes_of(orbit);
+  const V3d back = axes.right.cross(axes.up);
+  const V3d eye = *orbit.look_at + back * *orbit.distance;
+  const double depth = (eye - seen).dot(back);
+  if (!(depth > 0)) return;
+  orbit.look_at = eye - back * depth;
+  orbit.distance = depth;
+}
+
 V3d turn_light(const V3d& direction, const V2d& drag) {
   const V3d around = turned(direction, V3d(0, 1, 0), drag.x * degrees_per_height);
   return turned(around, V3d(1, 0, 0), -drag.y * degrees_per_height).normalized();

@@ -31,6 +31,11 @@ void pan(CameraOptions& orbit, const V2d& drag);
 /// of the scene.
 void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect, double size);
 
+/// Turns and steps are from now on about what is seen: the orbit's point moves along the axis to the depth of
+/// `seen` (world, m), and the camera stays. Steps towards the scene then never pass through it. Nothing for
+/// what does not lie before the camera, nor in parallel projection, where nothing is passed.
+void orbit_about(CameraOptions& orbit, const V3d& seen);
+
 /// A direction in the camera's axes, turned by a drag as if the light hung on the near side of a sphere: half
 /// a turn for the height of the window.
 V3d turn_light(const V3d& direction, const V2d& drag);

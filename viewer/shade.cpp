@@ -156,23 +156,22 @@ LaneFrames garment_frames(const Camera& camera, int width, int height, const Pix
   return result;
 }
 
-namespace {
-
-/// What the pixel shows, m, world.
-V3d point_of(const ShadingScene& scene, const PixelBlock& block, std::size_t lane) {
-  const auto& corners = scene.mesh->triangles[block.triangle[lane]].corners;
-  const V3d a(scene.mesh->positions[corners[0]]);
-  const V3d b(scene.mesh->positions[corners[1]]);
-  const V3d c(scene.mesh->positions[corners[2]]);
-  return scene.origin + a + (b - a) * static_cast<double>(block.second_corner[lane]) +
+V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& block, std::size_t lane) {
+  const auto& corners = mesh.triangles[block.triangle[lane]].corners;
+  const V3d a(mesh.positions[corners[0]]);
+  const V3d b(mesh.positions[corners[1]]);
+  const V3d c(mesh.positions[corners[2]]);
+  return origin + a + (b - a) * static_cast<double>(block.second_corner[lane]) +
          (c - a) * static_cast<double>(block.third_corner[lane]);
 }
+
+namespace {
 
 /// A light that stands somewhere: from each point of the block another.
 void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
                  const Light& light, LaneLight& result) {
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const LightShare at = light_share_at(light, point_of(scene, block, lane));
+    const LightShare at = light_share_at(light, seen_point(*scene.mesh, scene.origin, block, lane));
     const V3f d(at.direction);
     const auto along = [&](const LaneDirections& axis) {
       return d.x * axis.x[lane] + d.y * axis.y[lane] + d.z * axis.z[lane];

@@ -37,6 +37,9 @@ struct ShadingScene {
 /// Where there is no tangent the paper's fixed axis takes its place.
 LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block);
 
+/// What a pixel of the block shows; m, world. `origin`: where the mesh's coordinates begin.
+V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& block, std::size_t lane);
+
 /// Kept between calls; one per thread.
 struct ShadingScratch {
   LaneScratch lanes;

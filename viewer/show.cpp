@@ -156,7 +156,8 @@ class Show {
   Result<bool> step() {
     panel_.begin();
     size_ = panel_.picture_size(window_size_);
-    const ShowInput input = panel_.input(window_.take_drags());
+    ShowInput input = panel_.input(window_.take_drags());
+    if (const auto good = aim(input); !good) return tl::unexpected(good.error());
     const double aspect = static_cast<double>(size_.x) / size_.y;
     Change change = std::max(pending_, apply(input, aspect, picture_.size(), state_));
     pending_ = Change::none;
@@ -181,6 +182,16 @@ class Show {
     gl_.Finish();
     window_seconds_ = seconds_since(start);
     return wish.close;
+  }
+
+  /// Steps towards the scene are steps towards what lies under the cursor.
+  Result<void> aim(ShowInput& input) {
+    const std::optional<V2d> cursor = input.wheel > 0 ? panel_.cursor() : std::nullopt;
+    if (!cursor) return {};
+    const auto probe = picture_.probe(*cursor);
+    if (!probe) return tl::unexpected(probe.error());
+    if (*probe) input.seen = (*probe)->position;
+    return {};
   }
 
   /// The picture after a change, on its way to the screen.

@@ -35,6 +35,7 @@ Change apply(const ShowInput& input, double aspect, double size, ShowState& stat
       turn_held_light(input.drag, axes_of(state.camera), state);
       break;
   }
+  if (input.wheel > 0 && input.seen) orbit_about(state.camera, *input.seen);
   if (input.wheel != 0) dolly(state.camera, input.wheel, input.cursor, aspect, size);
   return Change::frame;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -32,9 +33,10 @@ enum class Change { none, display, frame, scene };
 struct ShowInput {
   enum class Grip { turn, pan, light };
   Grip grip = Grip::turn;
-  V2d drag{0, 0};    ///< in heights of the window, x to the right, y up
-  double wheel = 0;  ///< steps, above 0 towards the scene
-  V2d cursor{0, 0};  ///< in [-1, 1]^2, y up
+  V2d drag{0, 0};                ///< in heights of the window, x to the right, y up
+  double wheel = 0;              ///< steps, above 0 towards the scene
+  V2d cursor{0, 0};              ///< in [-1, 1]^2, y up
+  std::optional<V3d> seen = {};  ///< what lies under the cursor; world, m
   bool moves() const { return drag != V2d(0, 0) || wheel != 0; }
 };
 

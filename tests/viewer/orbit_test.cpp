@@ -100,6 +100,22 @@ TEST_CASE("the wheel nears by a tenth and keeps what lies under the cursor at th
   CHECK(*orbit.distance == doctest::Approx(7e-4));
 }
 
+TEST_CASE("steps towards what is seen never pass it, and the camera does not jump") {
+  CameraOptions orbit = started();
+  orbit.azimuth = 30;
+  const Camera before = camera_of(orbit);
+  const V3d seen = before.position - before.back() * 2.0 + before.right * 0.1;
+  orbit_about(orbit, seen);
+  CHECK((camera_of(orbit).position - before.position).length() < 1e-9);
+  CHECK(*orbit.distance == doctest::Approx(2));
+  for (int i = 0; i < 200; ++i) dolly(orbit, 1, V2d(0, 0), aspect, 1e-9);
+  const Camera near = camera_of(orbit);
+  CHECK((near.position - seen).dot(near.back()) > 0);
+  const CameraOptions kept = orbit;
+  orbit_about(orbit, near.position + near.back());
+  CHECK(*orbit.distance == *kept.distance);
+}
+
 TEST_CASE("a light is dragged as if it hung on a sphere") {
   const V3d right = turn_light(V3d(0, 0, 1), V2d(0.5, 0));
   CHECK((right - V3d(1, 0, 0)).length() < 1e-12);
