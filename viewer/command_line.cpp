@@ -119,6 +119,29 @@ void add_swatch(CLI::App& app, RenderCommand& command) {
       ->group(group);
 }
 
+/// An option that may be repeated: three numbers and an intensity. take(numbers, intensity) tells whether
+/// they make a light.
+template <class Function>
+CLI::Option* add_lights(CLI::App& app, const std::string& name, const std::string& type,
+                        const std::string& help, Function&& take) {
+  return app
+      .add_option_function<std::vector<std::string>>(
+          name,
+          [name, take = std::forward<Function>(take)](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              const std::vector<double> n = checked(name, text, ',', 3, 4);
+              const double intensity = n.size() > 3 ? n[3] : 1;
+              if (!(intensity >= 0 && intensity <= 1e6) || !take(vector_of(n), static_cast<float>(intensity)))
+                throw CLI::ValidationError(
+                    name, fmt::format("\"{}\" has no direction or no intensity in 0 to 1e6", text));
+            }
+          },
+          help)
+      ->type_name(type)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
 /// Lights and what becomes of radiance; the same for all that draw.
 template <class Command>
 void add_light(CLI::App& app, Command& command) {
@@ -126,27 +149,30 @@ void add_light(CLI::App& app, Command& command) {
   command.display.exposure = static_cast<float>(white_shows_as_one);
   command.display.background = V3f(0.18F);
   const char* group = "Light and picture";
-  app.add_option_function<std::vector<std::string>>(
-         "--light",
-         [&](const std::vector<std::string>& texts) {
-           for (const std::string& text : texts) {
-             const std::vector<double> n = checked("--light", text, ',', 3, 4);
-             const double length = vector_of(n).length();
-             const double irradiance = n.size() > 3 ? n[3] : 1;
-             if (!(length > 0) || !(irradiance >= 0 && irradiance <= 1e6))
-               throw CLI::ValidationError(
-                   "--light", fmt::format("\"{}\" has no direction or no intensity in 0 to 1e6", text));
-             const V3d d = vector_of(n) / length;
-             command.lights.emplace_back(static_cast<float>(d.x), static_cast<float>(d.y),
-                                         static_cast<float>(d.z), static_cast<float>(irradiance));
-           }
-         },
-         "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
-         "Without it: the lights of the scene, or else "
-         "a key light from the upper left of the camera, a weaker one from the right")
-      ->type_name("X,Y,Z[,I]")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+  add_lights(app, "--light", "X,Y,Z[,I]",
+             "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
+             "Without any: the lights of the scene, or else "
+             "a key light from the upper left of the camera, a weaker one from the right",
+             [&](const V3d& direction, float irradiance) {
+               if (!(direction.length() > 0)) return false;
+               Light light;
+               light.direction = direction.normalized();
+               light.irradiance = V3f(irradiance);
+               command.lights.push_back(light);
+               return true;
+             })
+      ->group(group);
+  add_lights(app, "--point-light", "X,Y,Z[,I]",
+             "Place of a light in metres, in the scene's axes, and its intensity at a distance of 1 m "
+             "(default 1); may be repeated",
+             [&](const V3d& position, float irradiance) {
+               Light light;
+               light.kind = LightKind::point;
+               light.position = position;
+               light.irradiance = V3f(irradiance);
+               command.lights.push_back(light);
+               return true;
+             })
       ->group(group);
   app.add_option_function<std::string>(
          "--light-frame", [&](const std::string& t) { command.lights_in_camera_frame = t == "camera"; },

@@ -10,9 +10,6 @@ int run(const RenderCommand& command);
 int run(const ShowCommand& command);
 int run(const CompareCommand& command);
 
-/// The lights as asked for, in the axes that they were asked for in.
-std::vector<Light> lights_from(const std::vector<LightOption>& options);
-
 /// Mesa's rasteriser has threads of its own, which are limited here unless whoever set their number knows
 /// better. 0: as many as it likes.
 void limit_mesa_threads(int threads);

@@ -152,7 +152,11 @@ void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& ce
   const Camera& camera = info.picture.camera();
   const std::vector<Light>& lights = info.picture.lights();
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    const V3d& d = lights[i].direction;
+    // A light that stands somewhere: as it is seen from what the camera turns around.
+    const V3d towards = lights[i].kind == LightKind::directional
+                            ? lights[i].direction
+                            : lights[i].position - state.camera.look_at.value_or(V3d(0, 0, 0));
+    const V3d d = towards / std::max(towards.length(), 1e-12);
     const ImVec2 at(centre.x + radius * static_cast<float>(d.dot(camera.right)),
                     centre.y - radius * static_cast<float>(d.dot(camera.up)));
     const ImU32 colour = i == state.held_light ? IM_COL32(255, 214, 90, 255) : IM_COL32(230, 230, 230, 200);
@@ -307,7 +311,10 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
     ImGui::AlignTextToFramePadding();
     if (ImGui::RadioButton(fmt::format("light {}", i + 1).c_str(), state.held_light == i))
       state.held_light = i;
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("the light that drags turn");
+    const bool turns = light.kind == LightKind::directional;
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("%s",
+                        turns ? "the light that drags turn" : "stands in the scene: drags do not turn it");
     ImGui::SameLine(label_width);
     ImGui::SetNextItemWidth(-1);
     float strength = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});

@@ -52,11 +52,7 @@ struct Shot {
 std::vector<Light> lights_for(const RenderCommand& command, const Scene& scene, const Camera& camera) {
   if (command.lights.empty() && !scene.lights.empty()) return lights_of(scene);
   if (command.lights.empty()) return default_lights(camera);
-  std::vector<Light> lights = lights_from(command.lights);
-  if (command.lights_in_camera_frame) {
-    for (Light& light : lights) light.direction = from_camera_frame(camera, light.direction);
-  }
-  return lights;
+  return command.lights_in_camera_frame ? from_camera_frame(camera, command.lights) : command.lights;
 }
 
 RenderOptions options_of(const RenderCommand& command) {

@@ -102,6 +102,28 @@ test_render_reads_only_the_levels_that_it_shows() {
   holds 'r.fabricBytes.read < 0.6 * r.fabricBytes.inFiles' far.json
 }
 
+test_render_point_lights_fall_off_with_the_square_of_their_distance() {
+  make_scene
+  local view=(--size 60x40 --quiet --look-at 0.05,0.05,0)
+  # Over the middle, four times as strong at twice the distance: the same there but for the slant.
+  selvedge-view render quad.glb -o near.exr "${view[@]}" --point-light 0.05,0.05,10,100
+  selvedge-view render quad.glb -o far.exr "${view[@]}" --point-light 0.05,0.05,20,400
+  selvedge-view render quad.glb -o sun.exr "${view[@]}" --light 0,0,1
+  exits 0 selvedge-view compare near.exr far.exr --max 1e-3
+  exits 0 selvedge-view compare near.exr sun.exr --max 2e-3
+  # Beside lights that are far away, in any order; light adds up.
+  selvedge-view render quad.glb -o both.exr "${view[@]}" --light 0,0,1,0.5 --point-light 0.05,0.05,10,50
+  selvedge-view render quad.glb -o also.exr "${view[@]}" --point-light 0.05,0.05,10,50 --light 0,0,1,0.5
+  exits 0 selvedge-view compare both.exr sun.exr --max 2e-3
+  exits 0 selvedge-view compare both.exr also.exr --max 1e-6
+  # It stands in the scene, whatever the axes of --light.
+  selvedge-view render quad.glb -o turned.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100
+  selvedge-view render quad.glb -o again.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100 --light-frame camera
+  same turned.exr again.exr
+  exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2
+  exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2,3,-1
+}
+
 test_render_stats_are_a_file_or_standard_output() {
   make_scene
   exits 0 selvedge-view render quad.glb -o a.png --size 20x20 --stats -
