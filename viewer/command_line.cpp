@@ -144,7 +144,7 @@ CLI::Option* add_lights(CLI::App& app, const std::string& name, const std::strin
 
 /// Lights and what becomes of radiance; the same for all that draw.
 template <class Command>
-void add_light(CLI::App& app, Command& command) {
+void add_light(CLI::App& app, Command& command, float& ambient) {
   constexpr double white_shows_as_one = std::numbers::pi;
   command.display.exposure = static_cast<float>(white_shows_as_one);
   command.display.background = V3f(0.18F);
@@ -179,6 +179,14 @@ void add_light(CLI::App& app, Command& command) {
          "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)")
       ->type_name("world|camera")
       ->check(CLI::IsMember({"world", "camera"}))
+      ->group(group);
+  app.add_option(
+         "--ambient", ambient,
+         "Light from all sides on materials without a fabric: white ones show so much of what they show "
+         "facing a light of intensity 1")
+      ->type_name("SHARE")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6))
       ->group(group);
   app.add_option(
          "--exposure", command.display.exposure,
@@ -315,7 +323,7 @@ void add_render(CLI::App& app, RenderCommand& command) {
   add_camera(app, command.camera);
   add_choice(app, command);
   add_swatch(app, command);
-  add_light(app, command);
+  add_light(app, command, command.render.ambient);
 }
 
 void add_show(CLI::App& app, ShowCommand& command) {
@@ -350,7 +358,7 @@ void add_show(CLI::App& app, ShowCommand& command) {
   add_camera(app, command.camera);
   command.swatch.repeats = V2i(4, 4);
   add_repeats(app, command.swatch, "Swatch (fabric files)");
-  add_light(app, command);
+  add_light(app, command, command.ambient);
 }
 
 void add_compare(CLI::App& app, CompareCommand& command) {

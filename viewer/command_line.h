@@ -43,6 +43,7 @@ struct ShowCommand {
   std::vector<Light> lights;            ///< empty: those of the scene, else the default lights
   bool lights_in_camera_frame = false;  ///< of the lights above, those that are far away
   DisplayOptions display;
+  float ambient = RenderOptions{}.ambient;
   LevelOptions levels;
   int layers = 8;
   bool texel_edges = false;

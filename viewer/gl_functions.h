@@ -15,6 +15,7 @@ struct GlFunctions {
   F(PFNGLBEGINQUERYPROC, BeginQuery)                                   \
   F(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                           \
   F(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                         \
+  F(PFNGLBINDSAMPLERPROC, BindSampler)                                 \
   F(PFNGLBINDTEXTUREUNITPROC, BindTextureUnit)                         \
   F(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                         \
   F(PFNGLBLENDFUNCPROC, BlendFunc)                                     \
@@ -27,6 +28,7 @@ struct GlFunctions {
   F(PFNGLCREATEFRAMEBUFFERSPROC, CreateFramebuffers)                   \
   F(PFNGLCREATEPROGRAMPROC, CreateProgram)                             \
   F(PFNGLCREATEQUERIESPROC, CreateQueries)                             \
+  F(PFNGLCREATESAMPLERSPROC, CreateSamplers)                           \
   F(PFNGLCREATESHADERPROC, CreateShader)                               \
   F(PFNGLCREATETEXTURESPROC, CreateTextures)                           \
   F(PFNGLCREATEVERTEXARRAYSPROC, CreateVertexArrays)                   \
@@ -34,6 +36,7 @@ struct GlFunctions {
   F(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                   \
   F(PFNGLDELETEPROGRAMPROC, DeleteProgram)                             \
   F(PFNGLDELETEQUERIESPROC, DeleteQueries)                             \
+  F(PFNGLDELETESAMPLERSPROC, DeleteSamplers)                           \
   F(PFNGLDELETESHADERPROC, DeleteShader)                               \
   F(PFNGLDELETETEXTURESPROC, DeleteTextures)                           \
   F(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                   \
@@ -63,6 +66,7 @@ struct GlFunctions {
   F(PFNGLPIXELSTOREIPROC, PixelStorei)                                 \
   F(PFNGLQUERYCOUNTERPROC, QueryCounter)                               \
   F(PFNGLREADPIXELSPROC, ReadPixels)                                   \
+  F(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                     \
   F(PFNGLSHADERSOURCEPROC, ShaderSource)                               \
   F(PFNGLSTENCILFUNCPROC, StencilFunc)                                 \
   F(PFNGLSTENCILOPPROC, StencilOp)                                     \

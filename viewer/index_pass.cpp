@@ -241,7 +241,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   block.count = pixels.count;
   block.x = pixels.x;
   block.y = pixels.y;
-  if (pixels.has_colours) block.colour = pixels.colour;
+  if (pixels.has_core) block.core = pixels.core;
   Corners corners;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     // Idle lanes go along with the first.

@@ -19,20 +19,20 @@ bool is_open(const V4f& pixel) { return !(1 - pixel.w < opaque_rest); }
 /// Lays what comes in sixteens behind what the pixels have.
 class Painter {
  public:
-  Painter(const IndexScene& index, const ShadingScene& shading, bool has_colours, const BandPixels& pixels)
+  Painter(const IndexScene& index, const ShadingScene& shading, bool has_core, const BandPixels& pixels)
       : index_(index), shading_(shading), pixels_(pixels) {
-    waiting_.has_colours = has_colours;
+    waiting_.has_core = has_core;
   }
 
   /// body(x, y) is called for every pixel that has been painted; it must not add to this painter.
   template <class Body>
-  void add(int x, int y, std::uint32_t triangle, bool back, const V4f* colour, const Body& body) {
+  void add(int x, int y, std::uint32_t triangle, bool back, const CorePixel& core, const Body& body) {
     const std::size_t lane = waiting_.count++;
     waiting_.x[lane] = static_cast<std::uint16_t>(x);
     waiting_.y[lane] = static_cast<std::uint16_t>(pixels_.first_row + y);
     waiting_.triangle[lane] = triangle;
     waiting_.back[lane] = back;
-    if (colour != nullptr) waiting_.colour[lane] = *colour;
+    if (waiting_.has_core) waiting_.core[lane] = core;
     if (waiting_.count == lane_count) paint(body);
   }
 
@@ -130,9 +130,8 @@ void each_pixel_of(const MergedTriangle& triangle, const ProjectedVertices& proj
   }
 }
 
-/// Null where the scene has no surfaces without fabric.
-const V4f* colour_at(const DrawnSide& side, std::size_t i) {
-  return side.seen.colours.empty() ? nullptr : &side.seen.colours[i];
+CorePixel core_at(const DrawnSide& side, std::size_t i) {
+  return side.seen.colours.empty() ? CorePixel{} : CorePixel{side.seen.colours[i], side.seen.core[i]};
 }
 
 /// Some rows of a band: what one task does.
@@ -188,14 +187,14 @@ class RowShader {
       deep_.push_back({static_cast<std::uint32_t>(i), counts});
       return;
     }
-    near_.add(x, y, seen, side == 1, colour_at(sides_[side], i), [this](int a, int b) { show_second(a, b); });
+    near_.add(x, y, seen, side == 1, core_at(sides_[side], i), [this](int a, int b) { show_second(a, b); });
   }
 
   void show_second(int x, int y) {
     const std::size_t i = index_of(x, y);
     if (layers_ == 1 || !sees(0, i) || !sees(1, i) || !is_open(pixels_.at(x, y))) return;
     const std::size_t side = 1 - nearer(i);
-    far_.add(x, y, triangle(side, i), side == 1, colour_at(sides_[side], i), [](int, int) {});
+    far_.add(x, y, triangle(side, i), side == 1, core_at(sides_[side], i), [](int, int) {});
   }
 
   const IndexScene& index_;
@@ -239,8 +238,7 @@ void DeepPixels::take(int side, int round, const DrawnSide& drawn) {
     const float depth = drawn.seen.depth[p.pixel];
     if (p.counts[s] <= round || !(depth < 1)) continue;
     const std::uint32_t triangle = drawn.list[drawn.seen.triangles[p.pixel]];
-    const V4f* colour = colour_at(drawn, p.pixel);
-    hits_.push_back({p.pixel, depth, triangle, side == 1, colour != nullptr ? *colour : V4f(0, 0, 0, 0)});
+    hits_.push_back({p.pixel, depth, triangle, side == 1, core_at(drawn, p.pixel)});
   }
 }
 
@@ -258,8 +256,7 @@ void DeepPixels::cast(const MergedSurfaces& mesh, const ProjectedVertices& proje
       const std::size_t end = std::min(first + triangles_per_task, list.size());
       for (std::size_t i = first; i < end; ++i) {
         const auto hit = [&](std::uint32_t pixel, float depth) {
-          found[static_cast<std::size_t>(task)].push_back(
-              {pixel, depth, list[i], side == 1, V4f(0, 0, 0, 0)});
+          found[static_cast<std::size_t>(task)].push_back({pixel, depth, list[i], side == 1, CorePixel{}});
         };
         each_pixel_of(mesh.triangles[list[i]], projected, band, wanted, hit);
       }
@@ -321,7 +318,7 @@ LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, cons
         const DeepHit& hit = hits[starts[k] + layer];
         const auto x = static_cast<int>(hit.pixel % static_cast<std::uint32_t>(pixels.width));
         const auto y = static_cast<int>(hit.pixel / static_cast<std::uint32_t>(pixels.width));
-        if (is_open(pixels.at(x, y))) painter.add(x, y, hit.triangle, hit.back, &hit.colour, nothing);
+        if (is_open(pixels.at(x, y))) painter.add(x, y, hit.triangle, hit.back, hit.core, nothing);
       }
       painter.paint(nothing);
       if (painter.count() == before) break;

@@ -46,7 +46,7 @@ struct DeepHit {
   float depth = 0;
   std::uint32_t triangle = 0;  ///< of the mesh
   bool back = false;
-  V4f colour{0, 0, 0, 0};  ///< of a surface without fabric
+  CorePixel core;
 };
 
 /// Pixels where one side of the cloth lies behind itself. They wait until all their layers are known.

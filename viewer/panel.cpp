@@ -325,6 +325,12 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
     }
     ImGui::PopID();
   }
+  const auto is_plain = [](const SceneMaterial& material) { return !material.fabric; };
+  const std::vector<SceneMaterial>& materials = info.picture.scene().materials;
+  if (std::any_of(materials.begin(), materials.end(), is_plain)) {
+    label("all around");
+    raise(wish.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
+  }
   label("");
   bool follows = state.lights_in_camera_frame;
   if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(info.picture.camera(), state);

@@ -27,6 +27,9 @@ struct RenderOptions {
   int layers = 8;       ///< surfaces behind each other that a pixel can show
   LevelOptions levels;
   std::vector<Light> lights;
+  /// Light from all sides on surfaces without fabric, which metals would be black without: white ones show
+  /// ambient / pi more. Fabrics know no such light.
+  float ambient = 0.1F;
 };
 
 /// What a rendering did, and how long each stage took, in seconds.

@@ -101,6 +101,9 @@ struct Renderer::State {
   std::array<DrawnSide, 2> sides;
   std::vector<V4f> large;  ///< pixels of a supersampled band
 
+  ShadingScene shading_of(const Camera& camera, const RenderOptions& look) const {
+    return {camera, width, height, looks.looks, packed, look.lights, &mesh, origin, looks.core, look.ambient};
+  }
   /// Makes the pass if it is not there; the shader path needs it for probes and texel edges only.
   Result<void> need_pass();
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
@@ -157,8 +160,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   s.width = options.width * options.supersample;
   s.height = options.height * options.supersample;
   if (options.path == RenderPath::shader) {
-    Result<std::unique_ptr<ShaderPath>> shader =
-        ShaderPath::create(s.gl, s.mesh, s.looks.looks, s.looks.images, fabrics);
+    Result<std::unique_ptr<ShaderPath>> shader = ShaderPath::create(s.gl, s.mesh, s.looks, fabrics);
     if (!shader) return tl::unexpected(shader.error());
     s.shader = std::move(*shader);
   }
@@ -172,7 +174,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
 
 Result<void> Renderer::State::need_pass() {
   if (pass) return {};
-  auto made = VisibilityPass::create(gl, mesh, looks.looks, looks.images, {width, height, band_rows});
+  auto made = VisibilityPass::create(gl, mesh, looks, {width, height, band_rows});
   if (!made) return tl::unexpected(made.error());
   pass = std::move(*made);
   return {};
@@ -180,7 +182,7 @@ Result<void> Renderer::State::need_pass() {
 
 Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame,
                                           Watch& watch, RenderStats& stats) {
-  const ShaderFrame how{width, height, options.layers, look.levels};
+  const ShaderFrame how{width, height, options.layers, look.levels, look.ambient};
   if (auto good = shader->draw(camera, origin, look.lights, how, &stats.shader); !good) return good;
   gl.Finish();
   watch.add_to(stats.geometry);
@@ -272,8 +274,7 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
   s.pass->place(projected);
   watch.add_to(stats.project);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
-  const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
-                             s.packed, look.lights, &s.mesh,  s.origin};
+  const ShadingScene shading = s.shading_of(camera, look);
   if (n > 1) s.large.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.band_rows));
   for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
     BandPixels pixels{first_row, s.width, std::min(s.band_rows, s.height - first_row), s.large.data(),
@@ -319,8 +320,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
-  const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
-                             s.packed, look.lights, &s.mesh,  s.origin};
+  const ShadingScene shading = s.shading_of(camera, look);
   // A band of one row, and of it the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
   where.tiles.resize(static_cast<std::size_t>((s.width + tile_side - 1) / tile_side));
@@ -336,9 +336,9 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   pixels.y[0] = static_cast<std::uint16_t>(row);
   pixels.triangle[0] = nearest->triangle;
   pixels.back[0] = nearest->back;
-  const std::vector<V4f>& colours = s.sides[nearest->back ? 1 : 0].seen.colours;
-  pixels.has_colours = !colours.empty();
-  if (pixels.has_colours) pixels.colour[0] = colours[i];
+  const VisibleSide& seen = s.sides[nearest->back ? 1 : 0].seen;
+  pixels.has_core = !seen.colours.empty();
+  if (pixels.has_core) pixels.core[0] = {seen.colours[i], seen.core[i]};
   return probe_pixel(index, shading, pixels);
 }
 

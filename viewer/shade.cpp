@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "format/wide_float.h"
+#include "viewer/core_shading.h"
 #include "viewer/view_rays.h"
 
 namespace selvedge {
@@ -99,14 +99,9 @@ void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha)
   shading.alpha[lane] = alpha;
 }
 
-void shade_lambert(const V4f& colour, std::span<const LaneLight> lights, std::size_t lane,
-                   LaneShading& shading) {
-  V3f sum(0, 0, 0);
-  for (const LaneLight& light : lights)
-    sum += light.irradiance * (light.share[lane] * std::max(0.0F, light.direction.z[lane]));
-  const float alpha = std::clamp(colour.w, 0.0F, 1.0F);
-  set(shading, lane, sum * V3f(colour.x, colour.y, colour.z) * (alpha * std::numbers::inv_pi_v<float>),
-      alpha);
+/// Whether the material beneath a fabric gives light itself.
+bool shines(const ShadingScene& scene, std::uint32_t surface) {
+  return surface < scene.core.size() && scene.core[surface].emissive != V3f(0, 0, 0);
 }
 
 /// The block's texels without those of other fabrics.
@@ -190,16 +185,23 @@ LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScr
                      frames.view, scratch.lights, scratch.lanes, shading);
     }
   }
+  LaneShading core;
+  bool any_core = false;
+  for (std::size_t lane = 0; lane < block.count; ++lane) any_core |= fabric_of(lane) < 0;
+  if (any_core) shade_core(scene, block, frames, scratch.lights, core);
   for (std::size_t lane = 0; lane < block.count; ++lane) {
     const SurfaceLook& look = scene.looks[block.surface[lane]];
     if (look.fabric < 0) {
-      shade_lambert(block.colour[lane], scratch.lights, lane, shading);
+      const float alpha = std::clamp(block.core[lane].colour.w, 0.0F, 1.0F);
+      set(shading, lane, V3f(core.red[lane], core.green[lane], core.blue[lane]) * alpha, alpha);
       continue;
     }
     const float alpha = shading.alpha[lane];
     const float scale = look.keeps_opacity ? 1.0F : (alpha > 0 ? 1 / alpha : 0.0F);
-    set(shading, lane, V3f(shading.red[lane], shading.green[lane], shading.blue[lane]) * scale,
-        look.keeps_opacity ? alpha : 1.0F);
+    V3f radiance = V3f(shading.red[lane], shading.green[lane], shading.blue[lane]) * scale;
+    const float opacity = look.keeps_opacity ? alpha : 1.0F;
+    if (shines(scene, block.surface[lane])) radiance += core_values(block.core[lane]).emission * opacity;
+    set(shading, lane, radiance, opacity);
   }
   return shading;
 }

@@ -31,6 +31,8 @@ struct ShadingScene {
   /// For lights that stand somewhere: the block's triangles, and where their coordinates begin.
   const MergedSurfaces* mesh = nullptr;
   V3d origin{0, 0, 0};
+  std::span<const CoreLook> core{};  ///< of the surfaces; empty: all have a fabric that does not shine
+  float ambient = 0;                 ///< light from all sides on core materials: white shows ambient / pi
 };
 
 /// A normal that an interpolation turned away from the viewer is bent until the view just clears the horizon.
@@ -44,8 +46,8 @@ struct ShadingScratch {
   std::vector<LaneTexels> texels;
 };
 
-/// Radiance times opacity, and opacity, of every pixel of the block; what lies behind does not count. A
-/// surface without fabric is Lambertian: base colour / pi.
+/// Radiance times opacity, and opacity, of every pixel of the block; what lies behind does not count.
+/// Surfaces without fabric are shaded by shade_core().
 LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch);
 
 }  // namespace selvedge

@@ -288,6 +288,7 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   Result<ShowState> state = picture.first_state(command.camera, aspect);
   if (!state) return state;
   state->display = command.display;
+  state->ambient = command.ambient;
   state->levels = command.levels;
   state->layers = command.layers;
   state->texel_edges = command.texel_edges;

@@ -20,6 +20,7 @@ struct ShowState {
   std::size_t held_light = 0;  ///< that drags turn
   /// Directions of lights far away are in the camera's axes, else in the world's.
   bool lights_in_camera_frame = true;
+  float ambient = RenderOptions{}.ambient;  ///< as there
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;

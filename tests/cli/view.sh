@@ -124,6 +124,28 @@ test_render_point_lights_fall_off_with_the_square_of_their_distance() {
   exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2,3,-1
 }
 
+test_render_draws_materials_without_fabric_by_their_core_parameters() {
+  write_quad quad.gltf
+  # White metal, rough: all light from around comes back, and nothing else without a light that hits it.
+  local view=(--size 40x40 --quiet --orthographic --light 0,0,-1 --background 0,0,0)
+  selvedge-view render quad.gltf -o metal.png "${view[@]}" --ambient 0.5
+  selvedge-view render quad.gltf -o dark.png "${view[@]}" --ambient 0
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
+    g.extensionsUsed = ["KHR_materials_unlit"];
+    g.materials[0].extensions = {KHR_materials_unlit: {}};
+    g.materials[0].pbrMetallicRoughness = {baseColorFactor: [0.5, 0.5, 0.5, 1]};
+    fs.writeFileSync("unlit.gltf", JSON.stringify(g));'
+  selvedge-view render unlit.gltf -o unlit.png "${view[@]}" --ambient 0
+  exits 0 selvedge-view compare metal.png unlit.png --max 0.005
+  exits 1 selvedge-view compare dark.png unlit.png --max 0.5
+  local path
+  for path in hybrid shader; do
+    selvedge-view render quad.gltf -o "$path.png" --size 40x40 --azimuth 30 --path "$path" --context osmesa --quiet
+  done
+  exits 0 selvedge-view compare hybrid.png shader.png --max 0.005
+  exits 2 selvedge-view render quad.gltf -o x.png --ambient -1
+}
+
 test_render_stats_are_a_file_or_standard_output() {
   make_scene
   exits 0 selvedge-view render quad.glb -o a.png --size 20x20 --stats -
