@@ -144,7 +144,7 @@ CLI::Option* add_lights(CLI::App& app, const std::string& name, const std::strin
 
 /// Lights and what becomes of radiance; the same for all that draw.
 template <class Command>
-void add_light(CLI::App& app, Command& command, float& ambient) {
+void add_light(CLI::App& app, Command& command, float& ambient, int& shadows) {
   constexpr double white_shows_as_one = std::numbers::pi;
   command.display.exposure = static_cast<float>(white_shows_as_one);
   command.display.background = V3f(0.18F);
@@ -179,6 +179,11 @@ void add_light(CLI::App& app, Command& command, float& ambient) {
          "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)")
       ->type_name("world|camera")
       ->check(CLI::IsMember({"world", "camera"}))
+      ->group(group);
+  // A flag: a number that stood apart could be the input.
+  app.add_flag(fmt::format("--shadows{{{}}}", default_shadow_size), shadows,
+               "Shadows of lights far away and of spots, by maps; --shadows=SIZE says how many texels a side")
+      ->check(CLI::Range(least_shadow_size, most_shadow_size))
       ->group(group);
   app.add_option(
          "--ambient", ambient,
@@ -323,7 +328,7 @@ void add_render(CLI::App& app, RenderCommand& command) {
   add_camera(app, command.camera);
   add_choice(app, command);
   add_swatch(app, command);
-  add_light(app, command, command.render.ambient);
+  add_light(app, command, command.render.ambient, command.render.shadows);
 }
 
 void add_show(CLI::App& app, ShowCommand& command) {
@@ -358,7 +363,7 @@ void add_show(CLI::App& app, ShowCommand& command) {
   add_camera(app, command.camera);
   command.swatch.repeats = V2i(4, 4);
   add_repeats(app, command.swatch, "Swatch (fabric files)");
-  add_light(app, command, command.ambient);
+  add_light(app, command, command.ambient, command.shadows);
 }
 
 void add_compare(CLI::App& app, CompareCommand& command) {

@@ -44,6 +44,7 @@ struct ShowCommand {
   bool lights_in_camera_frame = false;  ///< of the lights above, those that are far away
   DisplayOptions display;
   float ambient = RenderOptions{}.ambient;
+  int shadows = 0;  ///< RenderOptions::shadows
   LevelOptions levels;
   int layers = 8;
   bool texel_edges = false;

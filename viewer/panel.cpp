@@ -123,6 +123,7 @@ void show_times(const PanelInfo& info) {
     double seconds;
   };
   const std::array parts{Part{"project", s.project},
+                         Part{"shadows", s.shadows},
                          Part{"geometry", s.geometry},
                          Part{"read back", s.read_back},
                          Part{"evaluation", s.evaluation},
@@ -330,6 +331,12 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
   if (std::any_of(materials.begin(), materials.end(), is_plain)) {
     label("all around");
     raise(wish.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
+  }
+  label("");
+  bool casts = state.shadows > 0;
+  if (ImGui::Checkbox("shadows", &casts)) {
+    state.shadows = casts ? default_shadow_size : 0;
+    raise(wish.change, true, Change::frame);
   }
   label("");
   bool follows = state.lights_in_camera_frame;

@@ -30,12 +30,15 @@ struct RenderOptions {
   /// Light from all sides on surfaces without fabric, which metals would be black without: white ones show
   /// ambient / pi more. Fabrics know no such light.
   float ambient = 0.1F;
+  /// Texels per side of a shadow map for each light that can cast shadows (shadows.h); 0: no shadows.
+  int shadows = 0;
 };
 
 /// What a rendering did, and how long each stage took, in seconds.
 struct RenderStats {
   double prepare = 0;   ///< context, vertices, fabrics; once for all frames
   double project = 0;   ///< vertices and triangles to the frame
+  double shadows = 0;   ///< drawing shadow maps, and reading them back where the processor needs them
   double geometry = 0;  ///< drawing with OpenGL; of the shader path: until its pixels are there
   double read_back = 0;
   double evaluation = 0;  ///< texels, frames and light on the processor

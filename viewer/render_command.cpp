@@ -207,6 +207,7 @@ Result<void> write(const RenderCommand& command, const Frame& frame, const std::
 void add(const RenderStats& one, RenderStats& sum) {
   sum.prepare = one.prepare;
   sum.project += one.project;
+  sum.shadows += one.shadows;
   sum.geometry += one.geometry;
   sum.read_back += one.read_back;
   sum.evaluation += one.evaluation;
@@ -294,6 +295,7 @@ class Series {
 Json to_json(const RenderStats& stats) {
   return {{"prepare", stats.prepare},
           {"project", stats.project},
+          {"shadows", stats.shadows},
           {"geometry", stats.geometry},
           {"readBack", stats.read_back},
           {"evaluation", stats.evaluation},

@@ -49,6 +49,12 @@ Result<void> check(const RenderOptions& o) {
   return {};
 }
 
+Result<void> check_shadows(const RenderOptions& o) {
+  if (o.shadows == 0 || (o.shadows >= least_shadow_size && o.shadows <= most_shadow_size)) return {};
+  return fail(Code::option_out_of_range, "", "--shadows",
+              fmt::format("must lie between {} and {}", least_shadow_size, most_shadow_size));
+}
+
 Result<void> check(const Scene& scene, const std::vector<Fabric>& fabrics) {
   for (std::size_t i = 0; i < fabrics.size(); ++i) {
     const std::vector<FabricLevel>& levels = fabrics[i].levels;
@@ -97,13 +103,18 @@ struct Renderer::State {
   GlFunctions gl;
   std::unique_ptr<VisibilityPass> pass;  ///< goes before its context
   std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass, where it is there
+  std::unique_ptr<ShadowPass> shadows;   ///< made when shadows are asked for
   double prepare = 0;
+  std::span<const ShadowMap> maps;  ///< of the frame that is being drawn
   std::array<DrawnSide, 2> sides;
   std::vector<V4f> large;  ///< pixels of a supersampled band
 
   ShadingScene shading_of(const Camera& camera, const RenderOptions& look) const {
-    return {camera, width, height, looks.looks, packed, look.lights, &mesh, origin, looks.core, look.ambient};
+    return {camera, width,  height,     looks.looks, packed,      look.lights,
+            &mesh,  origin, looks.core, maps,        look.ambient};
   }
+  /// Draws the maps that the look asks for; reads them back, unless the shader path alone needs them.
+  Result<void> draw_shadows(const RenderOptions& look, bool read);
   /// Makes the pass if it is not there; the shader path needs it for probes and texel edges only.
   Result<void> need_pass();
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
@@ -180,9 +191,27 @@ Result<void> Renderer::State::need_pass() {
   return {};
 }
 
+Result<void> Renderer::State::draw_shadows(const RenderOptions& look, bool read) {
+  maps = {};
+  if (look.shadows == 0) return {};
+  if (!shadows) {
+    auto made = ShadowPass::create(gl, mesh, looks);
+    if (!made) return tl::unexpected(made.error());
+    shadows = std::move(*made);
+  }
+  const std::vector<ShadowView> views = shadow_views(look.lights, mesh.positions, origin, look.shadows);
+  if (auto good = shadows->draw(views); !good) return good;
+  if (read)
+    maps = shadows->read();
+  else
+    gl.Finish();
+  return {};
+}
+
 Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame,
                                           Watch& watch, RenderStats& stats) {
-  const ShaderFrame how{width, height, options.layers, look.levels, look.ambient};
+  const ShaderFrame how{width,       height,       options.layers,
+                        look.levels, look.ambient, look.shadows > 0 ? shadows.get() : nullptr};
   if (auto good = shader->draw(camera, origin, look.lights, how, &stats.shader); !good) return good;
   gl.Finish();
   watch.add_to(stats.geometry);
@@ -265,6 +294,15 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
   stats.remarks = s.remarks;
   if (auto good = s.context->make_current(); !good) return good;
   Watch watch;
+  if (auto good = check_shadows(look); !good) return good;
+  if (auto good = s.draw_shadows(look, !s.shader); !good) return good;
+  if (look.shadows > 0) {
+    watch.add_to(stats.shadows);
+    if (s.shadows->views().size() < look.lights.size())
+      stats.remarks.push_back(
+          fmt::format("{} of {} lights cast no shadows: points, wide cones, and what comes after {} others",
+                      look.lights.size() - s.shadows->views().size(), look.lights.size(), most_shadows));
+  }
   const int n = s.options.supersample;
   frame.width = s.options.width;
   frame.height = s.options.height;
@@ -320,6 +358,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
+  if (const auto good = s.draw_shadows(look, true); !good) return tl::unexpected(good.error());
   const ShadingScene shading = s.shading_of(camera, look);
   // A band of one row, and of it the tile that holds the pixel.
   FrameTiles where{row, 1, {}};

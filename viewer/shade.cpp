@@ -152,6 +152,22 @@ void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneF
   }
 }
 
+/// Takes from the lights what does not reach the pixels.
+void cast_shadow(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+                 const ShadowMap& map, LaneLight& light) {
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    // Its cosine: fabrics give no light from behind, and a share of 0 stays 0.
+    if (!(light.direction.z[lane] > 0) && scene.looks[block.surface[lane]].fabric >= 0) continue;
+    const V3f tangent(frames.tangent.x[lane], frames.tangent.y[lane], frames.tangent.z[lane]);
+    const V3f up(frames.up.x[lane], frames.up.y[lane], frames.up.z[lane]);
+    const V3f normal(frames.normal.x[lane], frames.normal.y[lane], frames.normal.z[lane]);
+    const V3f direction =
+        tangent * light.direction.x[lane] + up * light.direction.y[lane] + normal * light.direction.z[lane];
+    light.share[lane] *=
+        shadow_share(map, V3f(point_of(scene, block, lane) - scene.origin), normal, direction);
+  }
+}
+
 }  // namespace
 
 LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
@@ -167,6 +183,8 @@ LaneShading shade(const ShadingScene& scene, const PixelBlock& block, ShadingScr
     light_lanes(frames, V3f(scene.lights[i].direction), scratch.lights[i].direction);
     scratch.lights[i].share.fill(1);
   }
+  for (const ShadowMap& map : scene.shadows)
+    cast_shadow(scene, block, frames, map, scratch.lights[map.view.light]);
   const auto fabric_of = [&](std::size_t lane) { return scene.looks[block.surface[lane]].fabric; };
   LaneShading shading;
   const int first_fabric = fabric_of(0);

@@ -7,6 +7,7 @@
 #include "format/camera.h"
 #include "format/lights.h"
 #include "viewer/index_pass.h"
+#include "viewer/shadows.h"
 
 namespace selvedge {
 
@@ -31,8 +32,9 @@ struct ShadingScene {
   /// For lights that stand somewhere: the block's triangles, and where their coordinates begin.
   const MergedSurfaces* mesh = nullptr;
   V3d origin{0, 0, 0};
-  std::span<const CoreLook> core{};  ///< of the surfaces; empty: all have a fabric that does not shine
-  float ambient = 0;                 ///< light from all sides on core materials: white shows ambient / pi
+  std::span<const CoreLook> core{};      ///< of the surfaces; empty: all have a fabric that does not shine
+  std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
+  float ambient = 0;                     ///< light from all sides on core materials: white shows ambient / pi
 };
 
 /// A normal that an interpolation turned away from the viewer is bent until the view just clears the horizon.

@@ -37,8 +37,8 @@ enum Uniform : GLint {
   linear,
   ambient
 };
-enum Unit : GLuint { triangles_unit, colours_unit, core_unit };
-enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights };
+enum Unit : GLuint { triangles_unit, colours_unit, core_unit, shadows_unit };
+enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows };
 }  // namespace shading
 
 /// Of a surface.
@@ -72,16 +72,14 @@ Result<std::unique_ptr<ShaderPath>> ShaderPath::create(const GlFunctions& gl, co
 }
 
 Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const Fabric> fabrics) {
-  const std::string definitions = core_.definitions();
+  definitions_ = core_.definitions();
   for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program = make_program(gl_, triangle_vertex_shader(definitions),
-                                                triangle_fragment_shader(definitions, later != 0));
+    const Result<GLuint> program = make_program(gl_, triangle_vertex_shader(definitions_),
+                                                triangle_fragment_shader(definitions_, later != 0));
     if (!program) return tl::unexpected(program.error());
     triangle_programs_[later] = *program;
   }
-  const Result<GLuint> program = make_program(gl_, frame_vertex_shader, shading_fragment_shader(definitions));
-  if (!program) return tl::unexpected(program.error());
-  shading_program_ = *program;
+  if (const auto program = shading_program(false); !program) return tl::unexpected(program.error());
 
   const std::vector<std::uint32_t> words = shader_words(fabrics);
   std::vector<V4f> vertices;
@@ -147,6 +145,15 @@ Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const Fabric
   return check_errors(gl_, "upload");
 }
 
+Result<GLuint> ShaderPath::shading_program(bool shadows) {
+  GLuint& program = shading_programs_[shadows ? 1 : 0];
+  if (program != 0) return program;
+  const std::string definitions = definitions_ + (shadows ? "#define SHADOWS\n" : "");
+  const Result<GLuint> made = make_program(gl_, frame_vertex_shader, shading_fragment_shader(definitions));
+  if (made) program = *made;
+  return made;
+}
+
 void ShaderPath::release_targets() {
   for (Round& round : rounds_) {
     gl_.DeleteFramebuffers(1, &round.framebuffer);
@@ -167,7 +174,8 @@ ShaderPath::~ShaderPath() {
   gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
   const std::array queries{any_, clocks_[0], clocks_[1]};
   gl_.DeleteQueries(static_cast<GLsizei>(queries.size()), queries.data());
-  for (const GLuint program : {triangle_programs_[0], triangle_programs_[1], shading_program_}) {
+  for (const GLuint program :
+       {triangle_programs_[0], triangle_programs_[1], shading_programs_[0], shading_programs_[1]}) {
     gl_.DeleteProgram(program);
   }
 }
@@ -253,6 +261,14 @@ Result<void> ShaderPath::draw(const Camera& camera, const V3d& origin, std::span
     light_groups.emplace_back(p.x, p.y, p.z, static_cast<float>(light.cos_inner));
     light_groups.emplace_back(static_cast<float>(light.cos_outer), 0.0F, 0.0F, 0.0F);
   }
+  const bool has_shadows = frame.shadows != nullptr && !frame.shadows->views().empty();
+  const Result<GLuint> program = shading_program(has_shadows);
+  if (!program) return tl::unexpected(program.error());
+  if (has_shadows) {
+    for (std::size_t i = 0; i < frame.shadows->views().size(); ++i)
+      light_groups[4 * frame.shadows->views()[i].light + 3].y = static_cast<float>(i + 1);
+    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::shadows, frame.shadows->buffer());
+  }
   if (light_room_ < light_groups.size() || lights_ == 0) {
     gl_.DeleteBuffers(1, &lights_);
     light_room_ = std::max<std::size_t>(light_groups.size(), 4);
@@ -303,7 +319,7 @@ Result<void> ShaderPath::draw(const Camera& camera, const V3d& origin, std::span
     // What was there before lies in front.
     gl_.Enable(GL_BLEND);
     gl_.BlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
-    gl_.UseProgram(shading_program_);
+    gl_.UseProgram(*program);
     gl_.UniformMatrix4fv(shading::to_clip, 1, GL_FALSE, clip.data());
     gl_.Uniform2f(shading::frame_size, static_cast<GLfloat>(frame.width), static_cast<GLfloat>(frame.height));
     set_uniform(gl_, shading::ray_base, rays.base);
@@ -321,6 +337,7 @@ Result<void> ShaderPath::draw(const Camera& camera, const V3d& origin, std::span
       gl_.BindTextureUnit(shading::colours_unit, rounds_[which].colours);
       gl_.BindTextureUnit(shading::core_unit, rounds_[which].core);
     }
+    if (has_shadows) gl_.BindTextureUnit(shading::shadows_unit, frame.shadows->texture());
     gl_.BindVertexArray(empty_array_);
     gl_.DrawArrays(GL_TRIANGLES, 0, 3);
     stamp(1);

@@ -12,6 +12,7 @@
 #include "viewer/core_inputs.h"
 #include "viewer/gl_functions.h"
 #include "viewer/index_pass.h"
+#include "viewer/shadow_pass.h"
 
 namespace selvedge {
 
@@ -20,7 +21,8 @@ struct ShaderFrame {
   int height = 1;
   int layers = 8;  ///< surfaces behind each other that a pixel can show
   LevelOptions levels;
-  float ambient = 0;  ///< ShadingScene::ambient
+  float ambient = 0;                    ///< ShadingScene::ambient
+  const ShadowPass* shadows = nullptr;  ///< with maps of the lights; null: none
 };
 
 /// Nanoseconds on the graphics processor, where it has a clock for them, else 0.
@@ -74,6 +76,7 @@ class ShaderPath {
   ShaderPath(const GlFunctions& gl, const MergedSurfaces& mesh, const Looks& looks)
       : gl_(gl), looks_(looks), core_(gl, mesh, looks) {}
   Result<void> load(const MergedSurfaces& mesh, std::span<const Fabric> fabrics);
+  Result<GLuint> shading_program(bool shadows);
   Result<void> resize(int width, int height);
   void release_targets();
   void draw_triangles(const Round& to, const Round& before, int round, const std::array<GLfloat, 16>& clip);
@@ -83,7 +86,8 @@ class ShaderPath {
   CoreInputs core_;
   std::vector<Span> spans_;
   std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
-  GLuint shading_program_ = 0;
+  std::string definitions_;
+  std::array<GLuint, 2> shading_programs_{};  ///< without and with shadows, which is made when it is needed
   GLuint array_ = 0;
   GLuint empty_array_ = 0;
   GLuint indices_ = 0;

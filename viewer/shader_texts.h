@@ -6,6 +6,7 @@
 #include "format/footprint.h"
 #include "viewer/core_glsl.h"
 #include "viewer/shader_evaluation.h"
+#include "viewer/shadow_glsl.h"
 
 namespace selvedge {
 
@@ -70,7 +71,8 @@ void main() {
 }
 )";
 
-/// From triangle numbers to light: the twin of index_pass.h and shade.h.
+/// From triangle numbers to light: the twin of index_pass.h and shade.h. `definitions`:
+/// CoreInputs::definitions(), and SHADOWS where there are shadow maps.
 inline std::string shading_fragment_shader(const std::string& definitions) {
   return "#version 450 core\n" + definitions + R"(
 layout(binding = 0) uniform usampler2D triangle_numbers;
@@ -86,7 +88,7 @@ layout(std430, binding = 2) readonly buffer Triangles { uvec4 triangles[]; };
 // Number of the fabric, -1 where there is none; flags: its opacity counts 1, unlit 2, it gives light itself 4.
 layout(std430, binding = 3) readonly buffer Surfaces { ivec2 surfaces[]; };
 // Four a light: direction towards it (spot: against its axis) and kind (0 far away, 1 point, 2 spot); irradiance
-// and range; position and where the cone begins; where it ends.
+// and range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
 layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
 
 layout(location = 0) uniform mat4 to_clip;
@@ -108,7 +110,7 @@ layout(location = 0) out vec4 out_colour;
 
 vec3 surface_point;  // relative to the origin of the vertices
 uint light_count() { return uint(lights_in_use); }
-void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
   vec4 towards_kind = lights[4u * i];
   vec4 irradiance_range = lights[4u * i + 1u];
   direction = towards_kind.xyz;
@@ -136,8 +138,19 @@ void light_at(uint i, out vec3 direction, out vec3 irradiance) {
   }
   irradiance *= min(share, 1e30);
 }
-)" + shader_evaluation_glsl +
-         (definitions.empty() ? "" : core_shading_glsl) + footprint_glsl + R"(
+#ifdef SHADOWS
+// Of the pixel, by the numbers of the maps.
+float shadow_shares[16];
+#endif
+void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  open_light_at(i, direction, irradiance);
+#ifdef SHADOWS
+  int map = int(lights[4u * i + 3u].y);
+  if (map > 0) irradiance *= shadow_shares[map - 1];
+#endif
+}
+)" + (definitions.find("SHADOWS") == std::string::npos ? "" : shadow_lookup_glsl()) +
+         shader_evaluation_glsl + (definitions.empty() ? "" : core_shading_glsl) + footprint_glsl + R"(
 vec3 unit_or(vec3 v, vec3 otherwise) {
   float length2 = dot(v, v);
   return length2 > 1e-36 && length2 < 1e36 ? v * inversesqrt(length2) : otherwise;
@@ -214,6 +227,16 @@ void main() {
   const float horizon = 0.01;
   if (cosine < horizon) normal = unit_or(normal + view * (horizon - cosine), view);
 
+#ifdef SHADOWS
+  for (uint i = 0u; i < light_count(); ++i) {
+    int map = int(lights[4u * i + 3u].y);
+    if (map == 0) continue;
+    vec3 direction;
+    vec3 irradiance;
+    open_light_at(i, direction, irradiance);
+    shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, normal, direction);
+  }
+#endif
   vec3 axis = 1.0 - normal.x * normal.x > 1e-6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
   vec3 fixed_axis = unit_or(axis - normal * dot(normal, axis), axis);
   vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +

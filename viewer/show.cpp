@@ -148,6 +148,7 @@ class Show {
     const RenderStats& s = picture_.stats();
     all["seconds"] = {{"prepare", s.prepare},
                       {"project", s.project},
+                      {"shadows", s.shadows},
                       {"geometry", s.geometry},
                       {"readBack", s.read_back},
                       {"evaluation", s.evaluation},
@@ -289,6 +290,7 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   if (!state) return state;
   state->display = command.display;
   state->ambient = command.ambient;
+  state->shadows = command.shadows;
   state->levels = command.levels;
   state->layers = command.layers;
   state->texel_edges = command.texel_edges;

@@ -71,6 +71,7 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   camera_ = *camera;
   options_.levels = state.levels;
   options_.ambient = state.ambient;
+  options_.shadows = state.shadows;
   options_.lights = lights_in_world(state, camera_);
   if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);

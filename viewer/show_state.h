@@ -21,6 +21,7 @@ struct ShowState {
   /// Directions of lights far away are in the camera's axes, else in the world's.
   bool lights_in_camera_frame = true;
   float ambient = RenderOptions{}.ambient;  ///< as there
+  int shadows = 0;                          ///< as there
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;

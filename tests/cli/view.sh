@@ -146,6 +146,35 @@ test_render_draws_materials_without_fabric_by_their_core_parameters() {
   exits 2 selvedge-view render quad.gltf -o x.png --ambient -1
 }
 
+test_render_shadows_are_an_option() {
+  make_scene
+  local view=(quad.glb --size 60x40 --quiet)
+  selvedge-view render "${view[@]}" -o plain.exr
+  # A flat square shadows nothing: the same picture, made another way.
+  selvedge-view render "${view[@]}" --shadows -o shadows.exr --stats shadows.json
+  exits 0 selvedge-view compare plain.exr shadows.exr --max 0
+  holds 'r.seconds.shadows > 0' shadows.json
+  # A second square before it, on the way of the light.
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
+    g.nodes.push({mesh: 0, translation: [0.05, 0, 0.05]});
+    g.scenes[0].nodes.push(1);
+    fs.writeFileSync("two.gltf", JSON.stringify(g));'
+  selvedge dress two.gltf k.fabric.exr -o two.glb --all --quiet
+  view=(two.glb --size 60x40 --quiet --light 1,0,1)
+  selvedge-view render "${view[@]}" -o open.exr
+  local path
+  for path in hybrid shader; do
+    selvedge-view render "${view[@]}" -o "$path.exr" --shadows=512 --path "$path" --context osmesa
+    exits 1 selvedge-view compare open.exr "$path.exr" --max 0.02
+  done
+  exits 0 selvedge-view compare hybrid.exr shader.exr --max 1e-3
+  # Who does not ask for them gets what there was before.
+  selvedge-view render "${view[@]}" -o again.exr
+  same open.exr again.exr
+  exits 2 selvedge-view render quad.glb -o x.png --shadows=8
+  exits 2 selvedge-view render quad.glb -o x.png --shadows=many
+}
+
 test_render_stats_are_a_file_or_standard_output() {
   make_scene
   exits 0 selvedge-view render quad.glb -o a.png --size 20x20 --stats -
