@@ -52,6 +52,13 @@ V3d from_camera_frame(const Camera& camera, const V3d& d) {
   return camera.right * d.x + camera.up * d.y + camera.back() * d.z;
 }
 
+std::vector<Light> from_camera_frame(const Camera& camera, std::vector<Light> lights) {
+  for (Light& light : lights) {
+    if (light.kind == LightKind::directional) light.direction = from_camera_frame(camera, light.direction);
+  }
+  return lights;
+}
+
 std::vector<Light> default_lights(const Camera& camera) {
   const auto light = [&](const V3d& direction, float irradiance) {
     Light result;

@@ -44,6 +44,9 @@ std::vector<Light> lights_of(const Scene& scene);
 /// `d` in the camera's axes (right, up, towards the viewer) as a world direction.
 V3d from_camera_frame(const Camera& camera, const V3d& d);
 
+/// Lights far away whose directions were told in the camera's axes; those that stand somewhere stay there.
+std::vector<Light> from_camera_frame(const Camera& camera, std::vector<Light> lights);
+
 /// A key light of irradiance 1 from the upper left of the camera and a fill light of 0.3 from its right: a
 /// white Lambertian surface that faces the camera gets a radiance of about 1 / pi.
 std::vector<Light> default_lights(const Camera& camera);

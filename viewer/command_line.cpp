@@ -124,38 +124,77 @@ void add_swatch(CLI::App& app, RenderCommand& command) {
       ->group(group);
 }
 
+/// An option that may be repeated: three numbers and an intensity. take(numbers, intensity) tells whether
+/// they make a light.
+template <class Function>
+CLI::Option* add_lights(CLI::App& app, const std::string& name, const std::string& type,
+                        const std::string& help, Function&& take) {
+  return app
+      .add_option_function<std::vector<std::string>>(
+          name,
+          [name, take = std::forward<Function>(take)](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              const std::vector<double> n = checked(name, text, ',', 3, 4);
+              const double intensity = n.size() > 3 ? n[3] : 1;
+              if (!(intensity >= 0 && intensity <= 1e6) || !take(vector_of(n), static_cast<float>(intensity)))
+                throw CLI::ValidationError(
+                    name, fmt::format("\"{}\" has no direction or no intensity in 0 to 1e6", text));
+            }
+          },
+          help)
+      ->type_name(type)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
 /// Lights and what becomes of radiance; the same for all that draw.
 template <class Command>
-void add_light(CLI::App& app, Command& command) {
+void add_light(CLI::App& app, Command& command, float& ambient, int& shadows) {
   command.display = default_display();
   const char* group = "Light and picture";
-  app.add_option_function<std::vector<std::string>>(
-         "--light",
-         [&](const std::vector<std::string>& texts) {
-           for (const std::string& text : texts) {
-             const std::vector<double> n = checked("--light", text, ',', 3, 4);
-             const double length = vector_of(n).length();
-             const double irradiance = n.size() > 3 ? n[3] : 1;
-             if (!(length > 0) || !(irradiance >= 0 && irradiance <= 1e6))
-               throw CLI::ValidationError(
-                   "--light", fmt::format("\"{}\" has no direction or no intensity in 0 to 1e6", text));
-             const V3d d = vector_of(n) / length;
-             command.lights.emplace_back(static_cast<float>(d.x), static_cast<float>(d.y),
-                                         static_cast<float>(d.z), static_cast<float>(irradiance));
-           }
-         },
-         "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
-         "Without it: the lights of the scene, or else "
-         "a key light from the upper left of the camera, a weaker one from the right")
-      ->type_name("X,Y,Z[,I]")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+  add_lights(app, "--light", "X,Y,Z[,I]",
+             "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
+             "Without any: the lights of the scene, or else "
+             "a key light from the upper left of the camera, a weaker one from the right",
+             [&](const V3d& direction, float irradiance) {
+               if (!(direction.length() > 0)) return false;
+               Light light;
+               light.direction = direction.normalized();
+               light.irradiance = V3f(irradiance);
+               command.lights.push_back(light);
+               return true;
+             })
+      ->group(group);
+  add_lights(app, "--point-light", "X,Y,Z[,I]",
+             "Place of a light in metres, in the scene's axes, and its intensity at a distance of 1 m "
+             "(default 1); may be repeated",
+             [&](const V3d& position, float irradiance) {
+               Light light;
+               light.kind = LightKind::point;
+               light.position = position;
+               light.irradiance = V3f(irradiance);
+               command.lights.push_back(light);
+               return true;
+             })
       ->group(group);
   app.add_option_function<std::string>(
          "--light-frame", [&](const std::string& t) { command.lights_in_camera_frame = t == "camera"; },
          "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)")
       ->type_name("world|camera")
       ->check(CLI::IsMember({"world", "camera"}))
+      ->group(group);
+  // A flag: a number that stood apart could be the input.
+  app.add_flag(fmt::format("--shadows{{{}}}", default_shadow_size), shadows,
+               "Shadows of lights far away and of spots, by maps; --shadows=SIZE says how many texels a side")
+      ->check(CLI::Range(least_shadow_size, most_shadow_size))
+      ->group(group);
+  app.add_option(
+         "--ambient", ambient,
+         "Light from all sides on materials without a fabric: white ones show so much of what they show "
+         "facing a light of intensity 1")
+      ->type_name("SHARE")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6))
       ->group(group);
   app.add_option(
          "--exposure", command.display.exposure,
@@ -295,7 +334,7 @@ void add_render(CLI::App& app, RenderCommand& command) {
   add_camera(app, command.camera);
   add_choice(app, command);
   add_swatch(app, command);
-  add_light(app, command);
+  add_light(app, command, command.render.ambient, command.render.shadows);
 }
 
 void add_show(CLI::App& app, ShowCommand& command) {
@@ -330,7 +369,7 @@ void add_show(CLI::App& app, ShowCommand& command) {
   add_camera(app, command.camera);
   command.swatch.repeats = V2i(4, 4);
   add_repeats(app, command.swatch, "Swatch (fabric files)");
-  add_light(app, command);
+  add_light(app, command, command.ambient, command.shadows);
 }
 
 void add_compare(CLI::App& app, CompareCommand& command) {

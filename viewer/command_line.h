@@ -16,25 +16,22 @@
 
 namespace selvedge {
 
-/// A light as it was asked for: x, y, z and the irradiance.
-using LightOption = V4f;
-
 struct RenderCommand {
   std::string input;
-  std::vector<std::string> outputs;  ///< .png or .exr
-  RenderOptions render;              ///< without the lights
-  CameraOptions camera;              ///< scenes
-  std::string camera_of_file;        ///< scenes: name or number; empty: `camera` finds a place by itself
-  SceneChoice choice;                ///< scenes
-  SwatchOptions swatch;              ///< fabric files
-  std::optional<SwatchView> place;   ///< fabric files: instead of `swatch`
-  std::vector<LightOption> lights;   ///< empty: those of the scene, else the default lights
-  bool lights_in_camera_frame = false;
-  DisplayOptions display;  ///< PNG files
-  int turntable = 0;       ///< frames once around the scene; 0: one frame
-  std::string compare;     ///< scenes: what is drawn beside it, a scene or a fabric; empty: nothing
-  std::string stats;       ///< file for the report; "-": standard output; empty: none
-  int threads = 0;         ///< 0: all cores
+  std::vector<std::string> outputs;     ///< .png or .exr
+  RenderOptions render;                 ///< without the lights
+  CameraOptions camera;                 ///< scenes
+  std::string camera_of_file;           ///< scenes: name or number; empty: `camera` finds a place by itself
+  SceneChoice choice;                   ///< scenes
+  SwatchOptions swatch;                 ///< fabric files
+  std::optional<SwatchView> place;      ///< fabric files: instead of `swatch`
+  std::vector<Light> lights;            ///< empty: those of the scene, else the default lights
+  bool lights_in_camera_frame = false;  ///< of the lights above, those that are far away
+  DisplayOptions display;               ///< PNG files
+  int turntable = 0;                    ///< frames once around the scene; 0: one frame
+  std::string compare;  ///< scenes: what is drawn beside it, a scene or a fabric; empty: nothing
+  std::string stats;    ///< file for the report; "-": standard output; empty: none
+  int threads = 0;      ///< 0: all cores
   bool json = false;
   bool quiet = false;
 };
@@ -44,10 +41,12 @@ struct ShowCommand {
   std::vector<std::string> fabrics;  ///< files, to choose from
   V2i size{1280, 800};
   CameraOptions camera;
-  SwatchOptions swatch;             ///< fabric files
-  std::vector<LightOption> lights;  ///< empty: the default lights
-  bool lights_in_camera_frame = false;
+  SwatchOptions swatch;                 ///< fabric files
+  std::vector<Light> lights;            ///< empty: those of the scene, else the default lights
+  bool lights_in_camera_frame = false;  ///< of the lights above, those that are far away
   DisplayOptions display;
+  float ambient = RenderOptions{}.ambient;
+  int shadows = 0;  ///< RenderOptions::shadows
   LevelOptions levels;
   int layers = 8;
   bool texel_edges = false;

@@ -22,17 +22,6 @@ int report(const Error& error) {
 
 }  // namespace
 
-std::vector<Light> lights_from(const std::vector<LightOption>& options) {
-  std::vector<Light> lights;
-  for (const LightOption& option : options) {
-    Light light;
-    light.direction = V3d(option.x, option.y, option.z).normalized();
-    light.irradiance = V3f(option.w);
-    lights.push_back(light);
-  }
-  return lights;
-}
-
 void limit_mesa_threads(int threads) {
   if (threads > 0) setenv("LP_NUM_THREADS", fmt::format("{}", threads).c_str(), 0);
 }

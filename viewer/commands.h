@@ -11,9 +11,6 @@ int run(const ShowCommand& command);
 int run(const CompareCommand& command);
 int run(const TradeCommand& command);
 
-/// The lights as asked for, in the axes that they were asked for in.
-std::vector<Light> lights_from(const std::vector<LightOption>& options);
-
 /// Mesa's rasteriser has threads of its own, which are limited here unless whoever set their number knows
 /// better. 0: as many as it likes.
 void limit_mesa_threads(int threads);

@@ -158,8 +158,7 @@ void DeepPixels::take(int side, int round, const DrawnSide& drawn) {
     const float depth = drawn.seen.depth[p.pixel];
     if (p.counts[s] <= round || !(depth < 1)) continue;
     const std::uint32_t triangle = drawn.list[drawn.seen.triangles[p.pixel]];
-    const V4f* colour = drawn.colour_at(p.pixel);
-    hits_.push_back({p.pixel, depth, triangle, side == 1, colour != nullptr ? *colour : V4f(0, 0, 0, 0)});
+    hits_.push_back({p.pixel, depth, triangle, side == 1, drawn.core_at(p.pixel)});
   }
 }
 
@@ -175,8 +174,7 @@ void DeepPixels::cast(const MergedSurfaces& mesh, const ProjectedVertices& proje
       const std::size_t end = std::min(first + triangles_per_task, list.size());
       for (std::size_t i = first; i < end; ++i) {
         const auto hit = [&](std::uint32_t pixel, float depth) {
-          found[static_cast<std::size_t>(task)].push_back(
-              {pixel, depth, list[i], side == 1, V4f(0, 0, 0, 0)});
+          found[static_cast<std::size_t>(task)].push_back({pixel, depth, list[i], side == 1, CorePixel{}});
         };
         each_pixel_of(mesh.triangles[list[i]], projected, wanted, hit);
       }

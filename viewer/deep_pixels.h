@@ -14,8 +14,10 @@ namespace selvedge {
 struct DrawnSide {
   VisibleSide seen;
   std::vector<std::uint32_t> list;
-  /// Null where the scene has no surfaces without fabric.
-  const V4f* colour_at(std::size_t i) const { return seen.colours.empty() ? nullptr : &seen.colours[i]; }
+  /// Nothing where no surface of the scene needs it.
+  CorePixel core_at(std::size_t i) const {
+    return seen.colours.empty() ? CorePixel{} : CorePixel{seen.colours[i], seen.core[i]};
+  }
 };
 
 /// Where a band's pixels go: radiance times opacity, and opacity. Row y, counted from the band's bottom,
@@ -35,7 +37,7 @@ struct DeepHit {
   float depth = 0;
   std::uint32_t triangle = 0;  ///< of the mesh
   bool back = false;
-  V4f colour{0, 0, 0, 0};  ///< of a surface without fabric
+  CorePixel core;
 };
 
 /// The surfaces of pixels: those of pixel i are hits starts[i] ... starts[i + 1] - 1, nearest first.

@@ -289,7 +289,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   block.count = pixels.count;
   block.x = pixels.x;
   block.y = pixels.y;
-  if (pixels.has_colours) block.colour = pixels.colour;
+  if (pixels.has_core) block.core = pixels.core;
   Corners corners;
   const float middle_x = 0.5F * static_cast<float>(scene.projected.width) - 0.5F;
   const float middle_y = 0.5F * static_cast<float>(scene.projected.height) - 0.5F;

@@ -27,9 +27,8 @@ struct PixelTriangles {
   std::array<std::uint16_t, lane_count> y{};         ///< counted from the bottom
   std::array<std::uint32_t, lane_count> triangle{};  ///< index into MergedSurfaces::triangles
   std::array<bool, lane_count> back{};
-  bool has_colours = false;
-  std::array<V4f, lane_count>
-      colour{};  ///< linear, with opacity, of surfaces without fabric; if there are any
+  bool has_core = false;  ///< some surface of the scene needs what follows
+  std::array<CorePixel, lane_count> core{};
 };
 
 /// What these pixels have to evaluate.
@@ -47,7 +46,7 @@ struct PixelBlock {
   LaneDirections tangent;                  ///< the same
   alignas(64) LaneFloats handedness{};     ///< of the tangents (geometry.h)
   alignas(64) LaneFloats side{};           ///< 1 where the front is seen, -1 where the back is
-  std::array<V4f, lane_count> colour{};
+  std::array<CorePixel, lane_count> core{};
   /// Texels of the fabrics of the pixels' surfaces; the weights of a pixel sum to 1.
   std::size_t texel_count = 0;
   std::array<LaneTexels, std::size_t{2} * most_taps> texels;

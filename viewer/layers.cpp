@@ -16,18 +16,18 @@ constexpr std::size_t deep_pixels_per_task = 1024;
 /// Lays what comes in sixteens behind what the pixels have.
 class Painter {
  public:
-  Painter(const IndexScene& index, const ShadingScene& shading, bool has_colours, const BandPixels& pixels)
+  Painter(const IndexScene& index, const ShadingScene& shading, bool has_core, const BandPixels& pixels)
       : index_(index), shading_(shading), pixels_(pixels) {
-    waiting_.has_colours = has_colours;
+    waiting_.has_core = has_core;
   }
 
-  void add(int x, int y, std::uint32_t triangle, bool back, const V4f* colour) {
+  void add(int x, int y, std::uint32_t triangle, bool back, const CorePixel& core) {
     const std::size_t lane = waiting_.count++;
     waiting_.x[lane] = static_cast<std::uint16_t>(x);
     waiting_.y[lane] = static_cast<std::uint16_t>(pixels_.first_row + y);
     waiting_.triangle[lane] = triangle;
     waiting_.back[lane] = back;
-    if (colour != nullptr) waiting_.colour[lane] = *colour;
+    if (waiting_.has_core) waiting_.core[lane] = core;
     if (waiting_.count == lane_count) paint();
   }
 
@@ -85,7 +85,7 @@ class RowShader {
       if (!is_open(pixels_.at(second.x, second.y))) continue;
       const std::size_t i = index_of(second.x, second.y);
       far_.add(second.x, second.y, triangle(second.side, i), second.side == 1,
-               sides_[second.side].colour_at(i));
+               sides_[second.side].core_at(i));
     }
     far_.paint();
     count_.covered = near_.count() + static_cast<std::int64_t>(deep_.size());
@@ -138,7 +138,7 @@ class RowShader {
       }
       if (front < 1 && back < 1) seconds_.push_back({x, y, 1 - side});
     }
-    near_.add(x, y, seen, side == 1, sides_[side].colour_at(i));
+    near_.add(x, y, seen, side == 1, sides_[side].core_at(i));
   }
 
   const IndexScene& index_;
@@ -198,7 +198,7 @@ LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, cons
         const DeepHit& hit = layered.hits[layered.starts[k] + layer];
         const auto x = static_cast<int>(hit.pixel % static_cast<std::uint32_t>(pixels.width));
         const auto y = static_cast<int>(hit.pixel / static_cast<std::uint32_t>(pixels.width));
-        if (is_open(pixels.at(x, y))) painter.add(x, y, hit.triangle, hit.back, &hit.colour);
+        if (is_open(pixels.at(x, y))) painter.add(x, y, hit.triangle, hit.back, hit.core);
       }
       painter.paint();
       if (painter.count() == before) break;

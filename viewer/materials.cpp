@@ -78,7 +78,6 @@ Result<Looks> looks_of(const Scene& scene, const std::vector<Surface>& surfaces,
       core.normal = texture(material.normal_texture, Transfer::keep);
       core.normal_scale = material.normal_scale;
       core.unlit = material.unlit;
-      look.image = core.base_color.image;
       look.keeps_opacity = material.alpha_mode == AlphaMode::blend;
       if (material.alpha_mode == AlphaMode::mask) look.opaque_from = material.alpha_cutoff;
     }

@@ -6,35 +6,10 @@
 
 #include "format/image.h"
 #include "format/scene.h"
-#include "viewer/index_pass.h"
+#include "viewer/geometry.h"
+#include "viewer/surface_look.h"
 
 namespace selvedge {
-
-/// A picture on a surface.
-struct TextureLook {
-  int image = -1;  ///< index into Looks::images; -1: none, a factor of 1
-  int mapping =
-      0;  ///< with which coordinates it is looked up: 0 SurfaceVertex::uv, k Surface::more_uvs[k - 1]
-  Wrap wrap_u = Wrap::repeat;
-  Wrap wrap_v = Wrap::repeat;
-  bool nearest = false;
-};
-
-/// glTF's core material of a surface. On one with a fabric only occlusion and emission count. The first two
-/// factors multiply the base colour: `SurfaceLook::base_color` and `image`, and Surface::colors.
-struct CoreLook {
-  TextureLook base_color;
-  float metallic = 1;
-  float roughness = 1;
-  TextureLook metallic_roughness;  ///< linear; roughness in green, metal in blue
-  TextureLook normal;              ///< linear, (n + 1) / 2
-  float normal_scale = 1;
-  TextureLook occlusion;  ///< linear, in red
-  float occlusion_strength = 1;
-  V3f emissive{0, 0, 0};  ///< linear radiance
-  TextureLook emissive_texture;
-  bool unlit = false;
-};
 
 struct Looks {
   std::vector<SurfaceLook> looks;  ///< one per surface

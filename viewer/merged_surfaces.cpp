@@ -111,7 +111,18 @@ MergedSurfaces merge(std::span<const Surface> surfaces) {
                                 static_cast<std::uint32_t>(i),
                                 surface.vertices[corner[0]].tangent.w < 0 ? -1.0F : 1.0F});
     }
+    mesh.more_uvs.resize(std::max(mesh.more_uvs.size(), surface.more_uvs.size()));
+    for (std::size_t m = 0; m < surface.more_uvs.size(); ++m) {
+      mesh.more_uvs[m].resize(base, V2f(0, 0));
+      mesh.more_uvs[m].insert(mesh.more_uvs[m].end(), surface.more_uvs[m].begin(), surface.more_uvs[m].end());
+    }
+    if (!surface.colors.empty()) {
+      mesh.colors.resize(base, V4f(1, 1, 1, 1));
+      mesh.colors.insert(mesh.colors.end(), surface.colors.begin(), surface.colors.end());
+    }
   }
+  for (std::vector<V2f>& uvs : mesh.more_uvs) uvs.resize(mesh.positions.size(), V2f(0, 0));
+  if (!mesh.colors.empty()) mesh.colors.resize(mesh.positions.size(), V4f(1, 1, 1, 1));
   return mesh;
 }
 

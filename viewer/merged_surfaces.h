@@ -24,6 +24,10 @@ struct MergedSurfaces {
   /// Two groups a vertex: normal and u; tangent and v.
   std::vector<std::array<Group, 2>> attributes;
   std::vector<MergedTriangle> triangles;  ///< in the order of the surfaces
+  /// Surface::more_uvs and Surface::colors of all, [mapping - 1][vertex] and [vertex]; (0, 0) and white where
+  /// a surface has none, empty where none has.
+  std::vector<std::vector<V2f>> more_uvs;
+  std::vector<V4f> colors;
 };
 
 MergedSurfaces merge(std::span<const Surface> surfaces);

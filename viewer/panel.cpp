@@ -123,6 +123,7 @@ void show_times(const PanelInfo& info) {
     double seconds;
   };
   const std::array parts{Part{"project", s.project},
+                         Part{"shadows", s.shadows},
                          Part{"geometry", s.geometry},
                          Part{"read back", s.read_back},
                          Part{"evaluation", s.evaluation},
@@ -152,7 +153,11 @@ void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& ce
   const Camera& camera = info.picture.camera();
   const std::vector<Light>& lights = info.picture.lights();
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    const V3d& d = lights[i].direction;
+    // A light that stands somewhere: as it is seen from what the camera turns around.
+    const V3d towards = lights[i].kind == LightKind::directional
+                            ? lights[i].direction
+                            : lights[i].position - state.camera.look_at.value_or(V3d(0, 0, 0));
+    const V3d d = towards / std::max(towards.length(), 1e-12);
     const ImVec2 at(centre.x + radius * static_cast<float>(d.dot(camera.right)),
                     centre.y - radius * static_cast<float>(d.dot(camera.up)));
     const ImU32 colour = i == state.held_light ? IM_COL32(255, 214, 90, 255) : IM_COL32(230, 230, 230, 200);
@@ -309,7 +314,10 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
     ImGui::AlignTextToFramePadding();
     if (ImGui::RadioButton(fmt::format("light {}", i + 1).c_str(), state.held_light == i))
       state.held_light = i;
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("the light that drags turn");
+    const bool turns = light.kind == LightKind::directional;
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("%s",
+                        turns ? "the light that drags turn" : "stands in the scene: drags do not turn it");
     ImGui::SameLine(label_width);
     ImGui::SetNextItemWidth(-1);
     float strength = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
@@ -319,6 +327,18 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
       raise(wish.change, true, Change::frame);
     }
     ImGui::PopID();
+  }
+  const auto is_plain = [](const SceneMaterial& material) { return !material.fabric; };
+  const std::vector<SceneMaterial>& materials = info.picture.scene().materials;
+  if (std::any_of(materials.begin(), materials.end(), is_plain)) {
+    label("all around");
+    raise(wish.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
+  }
+  label("");
+  bool casts = state.shadows > 0;
+  if (ImGui::Checkbox("shadows", &casts)) {
+    state.shadows = casts ? default_shadow_size : 0;
+    raise(wish.change, true, Change::frame);
   }
   label("");
   bool follows = state.lights_in_camera_frame;

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "format/fabric.h"
+#include "format/level_options.h"
 #include "format/lights.h"
 #include "viewer/geometry.h"
 #include "viewer/materials.h"

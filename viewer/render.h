@@ -32,6 +32,11 @@ struct RenderOptions {
   int layers = 8;       ///< surfaces behind each other that a pixel can show
   LevelOptions levels;
   std::vector<Light> lights;
+  /// Light from all sides on surfaces without fabric, which metals would be black without: white ones show
+  /// ambient / pi more. Fabrics know no such light.
+  float ambient = 0.1F;
+  /// Texels per side of a shadow map for each light that can cast shadows (shadows.h); 0: no shadows.
+  int shadows = 0;
 };
 
 /// What a rendering did, and how long each stage took, in seconds. Drawing and evaluation go on at the same
@@ -39,6 +44,7 @@ struct RenderOptions {
 struct RenderStats {
   double prepare = 0;   ///< context, vertices, fabrics; once for all frames
   double project = 0;   ///< vertices and triangles to the frame
+  double shadows = 0;   ///< drawing shadow maps, and reading them back where the processor needs them
   double geometry = 0;  ///< drawing with OpenGL; of the shader path: until its pixels are there
   double read_back = 0;
   double evaluation = 0;  ///< texels, frames and light on the processor

@@ -54,11 +54,7 @@ struct Shot {
 std::vector<Light> lights_for(const RenderCommand& command, const Scene& scene, const Camera& camera) {
   if (command.lights.empty() && !scene.lights.empty()) return lights_of(scene);
   if (command.lights.empty()) return default_lights(camera);
-  std::vector<Light> lights = lights_from(command.lights);
-  if (command.lights_in_camera_frame) {
-    for (Light& light : lights) light.direction = from_camera_frame(camera, light.direction);
-  }
-  return lights;
+  return command.lights_in_camera_frame ? from_camera_frame(camera, command.lights) : command.lights;
 }
 
 RenderOptions options_of(const RenderCommand& command) {
@@ -230,6 +226,7 @@ Result<void> write(const RenderCommand& command, const Frame& frame, const std::
 void add(const RenderStats& one, RenderStats& sum) {
   sum.prepare = one.prepare;
   sum.project += one.project;
+  sum.shadows += one.shadows;
   sum.geometry += one.geometry;
   sum.read_back += one.read_back;
   sum.evaluation += one.evaluation;
@@ -319,6 +316,7 @@ class Series {
 Json to_json(const RenderStats& stats) {
   return {{"prepare", stats.prepare},
           {"project", stats.project},
+          {"shadows", stats.shadows},
           {"geometry", stats.geometry},
           {"readBack", stats.read_back},
           {"evaluation", stats.evaluation},

@@ -39,6 +39,9 @@ Result<void> check_paper(const RenderOptions& look) {
   if (look.levels.linear || look.levels.taps > 1 || look.levels.bias != 0)
     return fail(Code::option_out_of_range, "", "--filter",
                 "the paper's path takes one texel of a level, the nearest, and OpenGL's level as it is");
+  if (look.shadows > 0)
+    return fail(Code::option_out_of_range, "", "--shadows",
+                "the paper's frames do not have the pixel's place, which shadows need: take --path hybrid");
   return check_paper_lights(look.lights);
 }
 
@@ -59,6 +62,12 @@ Result<void> check(const RenderOptions& o) {
                                               o.levels.linear ? " with --filter linear" : ""));
   if (o.path == RenderPath::paper) return check_paper(o);
   return {};
+}
+
+Result<void> check_shadows(const RenderOptions& o) {
+  if (o.shadows == 0 || (o.shadows >= least_shadow_size && o.shadows <= most_shadow_size)) return {};
+  return fail(Code::option_out_of_range, "", "--shadows",
+              fmt::format("must lie between {} and {}", least_shadow_size, most_shadow_size));
 }
 
 Result<void> check(const Scene& scene, const std::vector<Fabric>& fabrics) {
@@ -117,7 +126,9 @@ struct Renderer::State {
   PaperKinds kinds;
   std::vector<SurfaceLook> kind_looks;
   PaperFrames coded;
+  std::unique_ptr<ShadowPass> shadows;  ///< made when shadows are asked for
   double prepare = 0;
+  std::span<const ShadowMap> maps;  ///< of the frame that is being drawn
   /// Rows on their way: while one band is shaded the next is drawn.
   struct Band {
     std::array<DrawnSide, 2> sides;
@@ -125,6 +136,12 @@ struct Renderer::State {
   };
   std::array<Band, 2> bands;
 
+  ShadingScene shading_of(const Camera& camera, const RenderOptions& look) const {
+    return {camera, width,  height,     looks.looks, packed,      look.lights,
+            &mesh,  origin, looks.core, maps,        look.ambient};
+  }
+  /// Draws the maps that the look asks for; reads them back, unless the shader path alone needs them.
+  Result<void> draw_shadows(const RenderOptions& look, bool read);
   /// Makes the pass if it is not there; the shader path needs it for probes and texel edges only.
   Result<void> need_pass();
   Result<void> draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame, Watch& watch,
@@ -190,8 +207,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   s.width = options.width * options.supersample;
   s.height = options.height * options.supersample;
   if (options.path == RenderPath::shader) {
-    Result<std::unique_ptr<ShaderPath>> shader =
-        ShaderPath::create(s.gl, s.mesh, s.looks.looks, s.looks.images, fabrics);
+    Result<std::unique_ptr<ShaderPath>> shader = ShaderPath::create(s.gl, s.mesh, s.looks, fabrics);
     if (!shader) return tl::unexpected(shader.error());
     s.shader = std::move(*shader);
   }
@@ -207,15 +223,33 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
 
 Result<void> Renderer::State::need_pass() {
   if (pass) return {};
-  auto made = VisibilityPass::create(gl, mesh, looks.looks, looks.images, {width, height, band_rows});
+  auto made = VisibilityPass::create(gl, mesh, looks, {width, height, band_rows});
   if (!made) return tl::unexpected(made.error());
   pass = std::move(*made);
   return {};
 }
 
+Result<void> Renderer::State::draw_shadows(const RenderOptions& look, bool read) {
+  maps = {};
+  if (look.shadows == 0) return {};
+  if (!shadows) {
+    auto made = ShadowPass::create(gl, mesh, looks);
+    if (!made) return tl::unexpected(made.error());
+    shadows = std::move(*made);
+  }
+  const std::vector<ShadowView> views = shadow_views(look.lights, mesh.positions, origin, look.shadows);
+  if (auto good = shadows->draw(views); !good) return good;
+  if (read)
+    maps = shadows->read();
+  else
+    gl.Finish();
+  return {};
+}
+
 Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOptions& look, Frame& frame,
                                           Watch& watch, RenderStats& stats) {
-  const ShaderFrame how{width, height, options.layers, look.levels};
+  const ShaderFrame how{width,       height,       options.layers,
+                        look.levels, look.ambient, look.shadows > 0 ? shadows.get() : nullptr};
   if (auto good = shader->draw(camera, origin, look.lights, how, &stats.shader); !good) return good;
   gl.Finish();
   watch.add_to(stats.geometry);
@@ -354,9 +388,9 @@ Result<void> Renderer::State::draw_hybrid(const Camera& camera, const RenderOpti
   std::vector<TriangleLists> lists = list_bands(mesh, projected, looks.looks, band_rows);
   watch.add_to(stats.project);
   const IndexScene index{mesh, projected, looks.looks, packed, look.levels};
-  const ShadingScene shading{camera, width, height, looks.looks, packed, look.lights, &mesh, origin};
+  const ShadingScene shading = shading_of(camera, look);
   // What is drawn twice, because of surfaces without fabric, cannot wait for the next band.
-  const bool at_once = thread_count() == 1 || pass->has_colours();
+  const bool at_once = thread_count() == 1 || pass->has_core();
   RenderStats shaded;
   double waited = 0;
   std::future<Result<void>> shading_before;
@@ -399,12 +433,23 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
   stats.remarks = s.remarks;
   if (auto good = s.context->make_current(); !good) return good;
   Watch watch;
+  if (s.paper) {
+    if (auto good = check_paper(look); !good) return good;
+  }
+  if (auto good = check_shadows(look); !good) return good;
+  if (auto good = s.draw_shadows(look, !s.shader); !good) return good;
+  if (look.shadows > 0) {
+    watch.add_to(stats.shadows);
+    if (s.shadows->views().size() < look.lights.size())
+      stats.remarks.push_back(
+          fmt::format("{} of {} lights cast no shadows: points, wide cones, and what comes after {} others",
+                      look.lights.size() - s.shadows->views().size(), look.lights.size(), most_shadows));
+  }
   frame.width = s.options.width;
   frame.height = s.options.height;
   frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
   if (s.shader) return s.draw_shader(camera, look, frame, watch, stats);
   if (s.paper) {
-    if (auto good = check_paper(look); !good) return good;
     for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
       if (auto good = s.draw_paper(camera, look, first_row, frame, watch, stats); !good) return good;
     }
@@ -442,8 +487,8 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
   const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
-  const ShadingScene shading{camera,   s.width,     s.height, s.looks.looks,
-                             s.packed, look.lights, &s.mesh,  s.origin};
+  if (const auto good = s.draw_shadows(look, true); !good) return tl::unexpected(good.error());
+  const ShadingScene shading = s.shading_of(camera, look);
   std::array<DrawnSide, 2>& sides = s.bands[0].sides;
   // A band of one row, and of it the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
@@ -462,9 +507,9 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   pixels.y[0] = static_cast<std::uint16_t>(row);
   pixels.triangle[0] = nearest->triangle;
   pixels.back[0] = nearest->back;
-  const std::vector<V4f>& colours = sides[nearest->back ? 1 : 0].seen.colours;
-  pixels.has_colours = !colours.empty();
-  if (pixels.has_colours) pixels.colour[0] = colours[i];
+  const VisibleSide& seen = sides[nearest->back ? 1 : 0].seen;
+  pixels.has_core = !seen.colours.empty();
+  if (pixels.has_core) pixels.core[0] = {seen.colours[i], seen.core[i]};
   return probe_pixel(index, shading, pixels);
 }
 

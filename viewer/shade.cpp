@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "format/wide_float.h"
+#include "viewer/core_shading.h"
 #include "viewer/view_rays.h"
 
 namespace selvedge {
@@ -122,14 +122,9 @@ void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha)
   shading.alpha[lane] = alpha;
 }
 
-void shade_lambert(const V4f& colour, std::span<const LaneLight> lights, std::size_t lane,
-                   LaneShading& shading) {
-  V3f sum(0, 0, 0);
-  for (const LaneLight& light : lights)
-    sum += light.irradiance * (light.share[lane] * std::max(0.0F, light.direction.z[lane]));
-  const float alpha = std::clamp(colour.w, 0.0F, 1.0F);
-  set(shading, lane, sum * V3f(colour.x, colour.y, colour.z) * (alpha * std::numbers::inv_pi_v<float>),
-      alpha);
+/// Whether the material beneath a fabric gives light itself.
+bool shines(const ShadingScene& scene, std::uint32_t surface) {
+  return surface < scene.core.size() && scene.core[surface].emissive != V3f(0, 0, 0);
 }
 
 /// The block's texels without those of other fabrics.
@@ -183,6 +178,22 @@ void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneF
   }
 }
 
+/// Takes from the lights what does not reach the pixels.
+void cast_shadow(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+                 const ShadowMap& map, LaneLight& light) {
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    // Its cosine: fabrics give no light from behind, and a share of 0 stays 0.
+    if (!(light.direction.z[lane] > 0) && scene.looks[block.surface[lane]].fabric >= 0) continue;
+    const V3f tangent(frames.tangent.x[lane], frames.tangent.y[lane], frames.tangent.z[lane]);
+    const V3f up(frames.up.x[lane], frames.up.y[lane], frames.up.z[lane]);
+    const V3f normal(frames.normal.x[lane], frames.normal.y[lane], frames.normal.z[lane]);
+    const V3f direction =
+        tangent * light.direction.x[lane] + up * light.direction.y[lane] + normal * light.direction.z[lane];
+    light.share[lane] *= shadow_share(
+        map, V3f(seen_point(*scene.mesh, scene.origin, block, lane) - scene.origin), normal, direction);
+  }
+}
+
 }  // namespace
 
 const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
@@ -200,6 +211,8 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
     light_lanes(frames, V3f(scene.lights[i].direction), scratch.lights[i].direction);
     scratch.lights[i].share.fill(1);
   }
+  for (const ShadowMap& map : scene.shadows)
+    cast_shadow(scene, block, frames, map, scratch.lights[map.view.light]);
   LaneShading& light = scratch.light;
   light = {};
   bool one_surface = true;
@@ -230,9 +243,20 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
       keeps_opacity[lane] = look_of(lane).keeps_opacity ? 1.0F : 0.0F;
   }
   finish(keeps_opacity, light);
-  if (one_surface && look_of(0).fabric >= 0) return light;
+  if (one_surface && look_of(0).fabric >= 0 && !shines(scene, block.surface[0])) return light;
+  LaneShading core;
+  bool any_core = false;
+  for (std::size_t lane = 0; lane < block.count; ++lane) any_core |= look_of(lane).fabric < 0;
+  if (any_core) shade_core(scene, block, frames, scratch.lights, core);
   for (std::size_t lane = 0; lane < block.count; ++lane) {
-    if (look_of(lane).fabric < 0) shade_lambert(block.colour[lane], scratch.lights, lane, light);
+    if (look_of(lane).fabric < 0) {
+      const float alpha = std::clamp(block.core[lane].colour.w, 0.0F, 1.0F);
+      set(light, lane, V3f(core.red[lane], core.green[lane], core.blue[lane]) * alpha, alpha);
+    } else if (shines(scene, block.surface[lane])) {
+      const V3f radiance(light.red[lane], light.green[lane], light.blue[lane]);
+      set(light, lane, radiance + core_values(block.core[lane]).emission * light.alpha[lane],
+          light.alpha[lane]);
+    }
   }
   return light;
 }

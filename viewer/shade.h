@@ -7,6 +7,7 @@
 #include "format/camera.h"
 #include "format/lights.h"
 #include "viewer/index_pass.h"
+#include "viewer/shadows.h"
 
 namespace selvedge {
 
@@ -31,6 +32,9 @@ struct ShadingScene {
   /// For lights that stand somewhere: the block's triangles, and where their coordinates begin.
   const MergedSurfaces* mesh = nullptr;
   V3d origin{0, 0, 0};
+  std::span<const CoreLook> core{};      ///< of the surfaces; empty: all have a fabric that does not shine
+  std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
+  float ambient = 0;                     ///< light from all sides on core materials: white shows ambient / pi
 };
 
 /// A normal that an interpolation turned away from the viewer is bent until the view just clears the horizon.
@@ -49,8 +53,8 @@ struct ShadingScratch {
   LaneShading light;
 };
 
-/// Radiance times opacity, and opacity, of every pixel of the block; what lies behind does not count. A
-/// surface without fabric is Lambertian: base colour / pi. The result lies in `scratch`.
+/// Radiance times opacity, and opacity, of every pixel of the block; what lies behind does not count.
+/// Surfaces without fabric are shaded by shade_core(). The result lies in `scratch`.
 const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch);
 
 }  // namespace selvedge

@@ -19,13 +19,8 @@ enum Uniform : GLint {
   to_clip,
   first_triangle,
   culls_back,
-  has_surface_colour,
-  base_color,
-  has_texture,
-  opaque_from,
-  keeps_opacity
 };
-enum Unit : GLuint { base_color_unit, depth_unit, frame_unit };
+enum Unit : GLuint { depth_unit = 1, frame_unit };
 }  // namespace triangle
 namespace shading {
 enum Uniform : GLint {
@@ -39,11 +34,15 @@ enum Uniform : GLint {
   blend_levels,
   most_taps,
   level_bias,
-  linear
+  linear,
+  ambient
 };
-enum Unit : GLuint { triangles_unit, colours_unit };
-enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights };
+enum Unit : GLuint { triangles_unit, colours_unit, core_unit, shadows_unit };
+enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows };
 }  // namespace shading
+
+/// Of a surface.
+enum SurfaceFlag : std::int32_t { keeps_opacity_flag = 1, unlit_flag = 2, shines_flag = 4 };
 
 constexpr std::uint32_t highest_bit = 0x80000000U;
 
@@ -66,27 +65,21 @@ void set_uniform(const GlFunctions& gl, GLint at, const V3f& v) { gl.Uniform3f(a
 }  // namespace
 
 Result<std::unique_ptr<ShaderPath>> ShaderPath::create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                       std::span<const SurfaceLook> looks,
-                                                       std::span<const Image> images,
-                                                       std::span<const Fabric> fabrics) {
-  std::unique_ptr<ShaderPath> path(new ShaderPath(gl));
-  if (const auto good = path->load(mesh, looks, images, fabrics); !good) return tl::unexpected(good.error());
+                                                       const Looks& looks, std::span<const Fabric> fabrics) {
+  std::unique_ptr<ShaderPath> path(new ShaderPath(gl, mesh, looks));
+  if (const auto good = path->load(mesh, fabrics); !good) return tl::unexpected(good.error());
   return path;
 }
 
-Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const SurfaceLook> looks,
-                              std::span<const Image> images, std::span<const Fabric> fabrics) {
-  looks_.assign(looks.begin(), looks.end());
+Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const Fabric> fabrics) {
+  definitions_ = core_.definitions();
   for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program =
-        make_program(gl_, triangle_vertex_shader, triangle_fragment_shader(later != 0));
+    const Result<GLuint> program = make_program(gl_, triangle_vertex_shader(definitions_),
+                                                triangle_fragment_shader(definitions_, later != 0));
     if (!program) return tl::unexpected(program.error());
     triangle_programs_[later] = *program;
   }
-  const Result<GLuint> program = make_program(gl_, frame_vertex_shader, shading_fragment_shader());
-  if (!program) return tl::unexpected(program.error());
-  shading_program_ = *program;
-  for (const Image& image : images) images_.push_back(make_colour_texture(gl_, image));
+  if (const auto program = shading_program(false); !program) return tl::unexpected(program.error());
 
   const std::vector<std::uint32_t> words = shader_words(fabrics);
   std::vector<V4f> vertices;
@@ -108,7 +101,13 @@ Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const Surfac
     indices.insert(indices.end(), t.corners.begin(), t.corners.end());
   }
   std::vector<std::array<std::int32_t, 2>> surfaces;
-  for (const SurfaceLook& look : looks_) surfaces.push_back({look.fabric, look.keeps_opacity ? 1 : 0});
+  for (std::size_t i = 0; i < looks_.looks.size(); ++i) {
+    const SurfaceLook& look = looks_.looks[i];
+    const CoreLook& core = looks_.core[i];
+    surfaces.push_back({look.fabric, (look.keeps_opacity ? keeps_opacity_flag : 0) |
+                                         (core.unlit ? unlit_flag : 0) |
+                                         (core.emissive != V3f(0, 0, 0) ? shines_flag : 0)});
+  }
 
   GLint64 room = 0;
   gl_.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &room);
@@ -141,14 +140,24 @@ Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const Surfac
   // u and v stand apart: v is one group behind u.
   attribute(1, 1, 3 * sizeof(float));
   attribute(2, 1, 7 * sizeof(float));
+  core_.attach(array_);
   gl_.VertexArrayElementBuffer(array_, indices_);
   return check_errors(gl_, "upload");
+}
+
+Result<GLuint> ShaderPath::shading_program(bool shadows) {
+  GLuint& program = shading_programs_[shadows ? 1 : 0];
+  if (program != 0) return program;
+  const std::string definitions = definitions_ + (shadows ? "#define SHADOWS\n" : "");
+  const Result<GLuint> made = make_program(gl_, frame_vertex_shader, shading_fragment_shader(definitions));
+  if (made) program = *made;
+  return made;
 }
 
 void ShaderPath::release_targets() {
   for (Round& round : rounds_) {
     gl_.DeleteFramebuffers(1, &round.framebuffer);
-    const std::array textures{round.triangles, round.colours, round.depth};
+    const std::array textures{round.triangles, round.colours, round.core, round.depth};
     gl_.DeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
     round = {};
   }
@@ -159,14 +168,14 @@ void ShaderPath::release_targets() {
 
 ShaderPath::~ShaderPath() {
   release_targets();
-  gl_.DeleteTextures(static_cast<GLsizei>(images_.size()), images_.data());
   const std::array arrays{array_, empty_array_};
   gl_.DeleteVertexArrays(static_cast<GLsizei>(arrays.size()), arrays.data());
   const std::array buffers{indices_, fabrics_, vertices_, triangles_, surfaces_, lights_};
   gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
   const std::array queries{any_, clocks_[0], clocks_[1]};
   gl_.DeleteQueries(static_cast<GLsizei>(queries.size()), queries.data());
-  for (const GLuint program : {triangle_programs_[0], triangle_programs_[1], shading_program_}) {
+  for (const GLuint program :
+       {triangle_programs_[0], triangle_programs_[1], shading_programs_[0], shading_programs_[1]}) {
     gl_.DeleteProgram(program);
   }
 }
@@ -176,20 +185,25 @@ Result<void> ShaderPath::resize(int width, int height) {
   release_targets();
   width_ = width;
   height_ = height;
-  constexpr std::array<GLenum, 2> attachments{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  constexpr std::array<GLenum, 3> attachments{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+                                              GL_COLOR_ATTACHMENT2};
   const auto complete = [&](GLuint framebuffer) -> Result<void> {
     if (gl_.CheckNamedFramebufferStatus(framebuffer, GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
     return fail(Code::graphics_unavailable, "", "frame buffer", "OpenGL refuses it");
   };
   for (Round& round : rounds_) {
     round.triangles = make_plain_texture(gl_, GL_R32UI, width, height);
-    round.colours = make_plain_texture(gl_, GL_RGBA32F, width, height);
     round.depth = make_plain_texture(gl_, GL_DEPTH_COMPONENT32F, width, height);
     gl_.CreateFramebuffers(1, &round.framebuffer);
     gl_.NamedFramebufferTexture(round.framebuffer, GL_COLOR_ATTACHMENT0, round.triangles, 0);
-    gl_.NamedFramebufferTexture(round.framebuffer, GL_COLOR_ATTACHMENT1, round.colours, 0);
     gl_.NamedFramebufferTexture(round.framebuffer, GL_DEPTH_ATTACHMENT, round.depth, 0);
-    gl_.NamedFramebufferDrawBuffers(round.framebuffer, 2, attachments.data());
+    if (core_.needed()) {
+      round.colours = make_plain_texture(gl_, GL_RGBA32F, width, height);
+      round.core = make_plain_texture(gl_, GL_RGBA32UI, width, height);
+      gl_.NamedFramebufferTexture(round.framebuffer, GL_COLOR_ATTACHMENT1, round.colours, 0);
+      gl_.NamedFramebufferTexture(round.framebuffer, GL_COLOR_ATTACHMENT2, round.core, 0);
+    }
+    gl_.NamedFramebufferDrawBuffers(round.framebuffer, core_.needed() ? 3 : 1, attachments.data());
     if (auto good = complete(round.framebuffer); !good) return good;
   }
   result_.colour = make_plain_texture(gl_, GL_RGBA32F, width, height);
@@ -218,17 +232,9 @@ void ShaderPath::draw_triangles(const Round& to, const Round& before, int round,
   gl_.BindVertexArray(array_);
   gl_.BeginQuery(GL_ANY_SAMPLES_PASSED, any_);
   for (const Span& span : spans_) {
-    const SurfaceLook& look = looks_[span.surface];
     gl_.Uniform1i(triangle::first_triangle, static_cast<GLint>(span.first + 1));
-    gl_.Uniform1i(triangle::culls_back, look.culls_back ? 1 : 0);
-    gl_.Uniform1i(triangle::has_surface_colour, look.fabric < 0 ? 1 : 0);
-    gl_.Uniform4f(triangle::base_color, look.base_color.x, look.base_color.y, look.base_color.z,
-                  look.base_color.w);
-    gl_.Uniform1i(triangle::has_texture, look.image >= 0 ? 1 : 0);
-    if (look.image >= 0)
-      gl_.BindTextureUnit(triangle::base_color_unit, images_[static_cast<std::size_t>(look.image)]);
-    gl_.Uniform1f(triangle::opaque_from, look.opaque_from);
-    gl_.Uniform1i(triangle::keeps_opacity, look.keeps_opacity ? 1 : 0);
+    gl_.Uniform1i(triangle::culls_back, looks_.looks[span.surface].culls_back ? 1 : 0);
+    core_.use(span.surface);
     gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * (span.end - span.first)), GL_UNSIGNED_INT,
                      reinterpret_cast<const void*>(3 * span.first * sizeof(std::uint32_t)));
   }
@@ -254,6 +260,14 @@ Result<void> ShaderPath::draw(const Camera& camera, const V3d& origin, std::span
                               static_cast<float>(light.range));
     light_groups.emplace_back(p.x, p.y, p.z, static_cast<float>(light.cos_inner));
     light_groups.emplace_back(static_cast<float>(light.cos_outer), 0.0F, 0.0F, 0.0F);
+  }
+  const bool has_shadows = frame.shadows != nullptr && !frame.shadows->views().empty();
+  const Result<GLuint> program = shading_program(has_shadows);
+  if (!program) return tl::unexpected(program.error());
+  if (has_shadows) {
+    for (std::size_t i = 0; i < frame.shadows->views().size(); ++i)
+      light_groups[4 * frame.shadows->views()[i].light + 3].y = static_cast<float>(i + 1);
+    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::shadows, frame.shadows->buffer());
   }
   if (light_room_ < light_groups.size() || lights_ == 0) {
     gl_.DeleteBuffers(1, &lights_);
@@ -305,7 +319,7 @@ Result<void> ShaderPath::draw(const Camera& camera, const V3d& origin, std::span
     // What was there before lies in front.
     gl_.Enable(GL_BLEND);
     gl_.BlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
-    gl_.UseProgram(shading_program_);
+    gl_.UseProgram(*program);
     gl_.UniformMatrix4fv(shading::to_clip, 1, GL_FALSE, clip.data());
     gl_.Uniform2f(shading::frame_size, static_cast<GLfloat>(frame.width), static_cast<GLfloat>(frame.height));
     set_uniform(gl_, shading::ray_base, rays.base);
@@ -318,7 +332,12 @@ Result<void> ShaderPath::draw(const Camera& camera, const V3d& origin, std::span
     gl_.Uniform1f(shading::level_bias, frame.levels.bias);
     gl_.Uniform1i(shading::linear, frame.levels.linear ? 1 : 0);
     gl_.BindTextureUnit(shading::triangles_unit, rounds_[which].triangles);
-    gl_.BindTextureUnit(shading::colours_unit, rounds_[which].colours);
+    if (core_.needed()) {
+      gl_.Uniform1f(shading::ambient, frame.ambient);
+      gl_.BindTextureUnit(shading::colours_unit, rounds_[which].colours);
+      gl_.BindTextureUnit(shading::core_unit, rounds_[which].core);
+    }
+    if (has_shadows) gl_.BindTextureUnit(shading::shadows_unit, frame.shadows->texture());
     gl_.BindVertexArray(empty_array_);
     gl_.DrawArrays(GL_TRIANGLES, 0, 3);
     stamp(1);

@@ -8,10 +8,11 @@
 #include <span>
 #include <vector>
 
-#include "format/image.h"
 #include "format/lights.h"
+#include "viewer/core_inputs.h"
 #include "viewer/gl_functions.h"
 #include "viewer/index_pass.h"
+#include "viewer/shadow_pass.h"
 
 namespace selvedge {
 
@@ -20,6 +21,8 @@ struct ShaderFrame {
   int height = 1;
   int layers = 8;  ///< surfaces behind each other that a pixel can show
   LevelOptions levels;
+  float ambient = 0;                    ///< ShadingScene::ambient
+  const ShadowPass* shadows = nullptr;  ///< with maps of the lights; null: none
 };
 
 /// Nanoseconds on the graphics processor, where it has a clock for them, else 0.
@@ -31,13 +34,12 @@ struct ShaderTimes {
 
 class ShaderPath {
  public:
-  /// Loads mesh, pictures and fabrics. `looks[i]` belongs to surface i of `mesh`. The context of `gl` must be
-  /// current whenever a function of this class is called, the destructor included. OPTION_OUT_OF_RANGE where
+  /// Loads mesh, pictures and fabrics. `looks` are those of the surfaces of `mesh`, and must outlive the
+  /// object. The context of `gl` must be current whenever a function of this class is called, the destructor
+  /// included. OPTION_OUT_OF_RANGE where
   /// the fabrics are larger than a shader's buffer may be; GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<ShaderPath>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                    std::span<const SurfaceLook> looks,
-                                                    std::span<const Image> images,
-                                                    std::span<const Fabric> fabrics);
+                                                    const Looks& looks, std::span<const Fabric> fabrics);
   ~ShaderPath();
   ShaderPath(const ShaderPath&) = delete;
   ShaderPath& operator=(const ShaderPath&) = delete;
@@ -57,6 +59,7 @@ class ShaderPath {
     GLuint framebuffer = 0;
     GLuint triangles = 0;
     GLuint colours = 0;
+    GLuint core = 0;
     GLuint depth = 0;
   };
   struct Target {
@@ -70,19 +73,21 @@ class ShaderPath {
     std::size_t end = 0;
   };
 
-  explicit ShaderPath(const GlFunctions& gl) : gl_(gl) {}
-  Result<void> load(const MergedSurfaces& mesh, std::span<const SurfaceLook> looks,
-                    std::span<const Image> images, std::span<const Fabric> fabrics);
+  ShaderPath(const GlFunctions& gl, const MergedSurfaces& mesh, const Looks& looks)
+      : gl_(gl), looks_(looks), core_(gl, mesh, looks) {}
+  Result<void> load(const MergedSurfaces& mesh, std::span<const Fabric> fabrics);
+  Result<GLuint> shading_program(bool shadows);
   Result<void> resize(int width, int height);
   void release_targets();
   void draw_triangles(const Round& to, const Round& before, int round, const std::array<GLfloat, 16>& clip);
 
   const GlFunctions& gl_;
-  std::vector<SurfaceLook> looks_;
+  const Looks& looks_;
+  CoreInputs core_;
   std::vector<Span> spans_;
-  std::vector<GLuint> images_;
   std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
-  GLuint shading_program_ = 0;
+  std::string definitions_;
+  std::array<GLuint, 2> shading_programs_{};  ///< without and with shadows, which is made when it is needed
   GLuint array_ = 0;
   GLuint empty_array_ = 0;
   GLuint indices_ = 0;

@@ -4,12 +4,16 @@
 #include <string>
 
 #include "format/footprint.h"
+#include "viewer/core_glsl.h"
 #include "viewer/shader_evaluation.h"
+#include "viewer/shadow_glsl.h"
 
 namespace selvedge {
 
 /// Writes down which triangle is seen, and from which side.
-inline constexpr const char* triangle_vertex_shader = R"(#version 450 core
+/// `definitions`: CoreInputs::definitions().
+inline std::string triangle_vertex_shader(const std::string& definitions) {
+  return "#version 450 core\n" + definitions + (definitions.empty() ? "" : core_vertex_glsl) + R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in float u;
 layout(location = 2) in float v;
@@ -22,36 +26,32 @@ invariant gl_Position;
 void main() {
   gl_Position = to_clip * vec4(position, 1.0);
   surface_uv = vec2(u, v);
+#ifdef CORE
+  pass_core();
+#endif
 }
 )";
+}
 
 /// `later`: what lies behind the round before.
-inline std::string triangle_fragment_shader(bool later) {
-  return std::string("#version 450 core\n") + (later ? "#define LATER\n" : "") + R"(
+inline std::string triangle_fragment_shader(const std::string& definitions, bool later) {
+  return "#version 450 core\n" + definitions + (later ? "#define LATER\n" : "") + R"(
 in vec2 surface_uv;
-
+)" + (definitions.empty() ? "" : core_fragment_glsl) +
+         R"(
 layout(location = 1) uniform int first_triangle;  // number that marks the first triangle; 0 is an empty pixel
 layout(location = 2) uniform int culls_back;
-layout(location = 3) uniform int has_surface_colour;
-layout(location = 4) uniform vec4 base_color;
-layout(location = 5) uniform int has_texture;
-layout(location = 6) uniform float opaque_from;  // mask: below this opacity nothing is drawn
-layout(location = 7) uniform int keeps_opacity;
-layout(binding = 0) uniform sampler2D base_color_texture;
 #ifdef LATER
 layout(binding = 1) uniform sampler2D depth_before;
 layout(binding = 2) uniform sampler2D frame_before;
 #endif
 layout(location = 0) out uint out_triangle;
-layout(location = 1) out vec4 out_colour;
 
 void main() {
-  vec4 colour = base_color;
-  if (has_texture != 0) colour *= texture(base_color_texture, surface_uv);
+#ifdef CORE
+  if (!write_core()) discard;
+#endif
   if (culls_back != 0 && !gl_FrontFacing) discard;
-  if (has_surface_colour != 0 && colour.a < opaque_from) discard;
-  if (keeps_opacity == 0) colour.a = 1.0;
-  out_colour = colour;
 #ifdef LATER
   // Only here: implicit derivatives need all four pixels of a quad.
   ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -71,19 +71,24 @@ void main() {
 }
 )";
 
-/// From triangle numbers to light: the twin of index_pass.h and shade.h.
-inline std::string shading_fragment_shader() {
-  return std::string(R"(#version 450 core
+/// From triangle numbers to light: the twin of index_pass.h and shade.h. `definitions`:
+/// CoreInputs::definitions(), and SHADOWS where there are shadow maps.
+inline std::string shading_fragment_shader(const std::string& definitions) {
+  return "#version 450 core\n" + definitions + R"(
 layout(binding = 0) uniform usampler2D triangle_numbers;
-layout(binding = 1) uniform sampler2D surface_colours;
+#ifdef CORE
+// CorePixel (surface_look.h).
+layout(binding = 1) uniform sampler2D core_colours;
+layout(binding = 2) uniform usampler2D core_words;
+#endif
 // Three a vertex: position and u, normal and v, tangent and nothing.
 layout(std430, binding = 1) readonly buffer Vertices { vec4 vertices[]; };
 // Corners; surface, with the highest bit set where the tangents are left-handed.
 layout(std430, binding = 2) readonly buffer Triangles { uvec4 triangles[]; };
-// Number of the fabric, -1 where there is none; whether its opacity counts.
+// Number of the fabric, -1 where there is none; flags: its opacity counts 1, unlit 2, it gives light itself 4.
 layout(std430, binding = 3) readonly buffer Surfaces { ivec2 surfaces[]; };
 // Four a light: direction towards it (spot: against its axis) and kind (0 far away, 1 point, 2 spot); irradiance
-// and range; position and where the cone begins; where it ends.
+// and range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
 layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
 
 layout(location = 0) uniform mat4 to_clip;
@@ -97,12 +102,15 @@ layout(location = 7) uniform int blend_levels;
 layout(location = 8) uniform float most_taps;
 layout(location = 9) uniform float level_bias;
 layout(location = 10) uniform int linear;
+#ifdef CORE
+layout(location = 11) uniform float ambient;  // light from all sides: white shows ambient / pi
+#endif
 
 layout(location = 0) out vec4 out_colour;
 
 vec3 surface_point;  // relative to the origin of the vertices
 uint light_count() { return uint(lights_in_use); }
-void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
   vec4 towards_kind = lights[4u * i];
   vec4 irradiance_range = lights[4u * i + 1u];
   direction = towards_kind.xyz;
@@ -130,8 +138,19 @@ void light_at(uint i, out vec3 direction, out vec3 irradiance) {
   }
   irradiance *= min(share, 1e30);
 }
-)") + shader_evaluation_glsl +
-         footprint_glsl + R"(
+#ifdef SHADOWS
+// Of the pixel, by the numbers of the maps.
+float shadow_shares[16];
+#endif
+void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  open_light_at(i, direction, irradiance);
+#ifdef SHADOWS
+  int map = int(lights[4u * i + 3u].y);
+  if (map > 0) irradiance *= shadow_shares[map - 1];
+#endif
+}
+)" + (definitions.find("SHADOWS") == std::string::npos ? "" : shadow_lookup_glsl()) +
+         shader_evaluation_glsl + (definitions.empty() ? "" : core_shading_glsl) + footprint_glsl + R"(
 vec3 unit_or(vec3 v, vec3 otherwise) {
   float length2 = dot(v, v);
   return length2 > 1e-36 && length2 < 1e36 ? v * inversesqrt(length2) : otherwise;
@@ -208,20 +227,16 @@ void main() {
   const float horizon = 0.01;
   if (cosine < horizon) normal = unit_or(normal + view * (horizon - cosine), view);
 
-  if (surface.x < 0) {
-    vec4 colour = texelFetch(surface_colours, ivec2(gl_FragCoord.xy), 0);
-    vec3 sum = vec3(0.0);
-    for (uint i = 0u; i < light_count(); ++i) {
-      vec3 direction;
-      vec3 irradiance;
-      light_at(i, direction, irradiance);
-      sum += irradiance * max(0.0, dot(normal, direction));
-    }
-    float alpha = clamp(colour.a, 0.0, 1.0);
-    out_colour = vec4(sum * colour.rgb * (alpha / 3.14159265358979324), alpha);
-    return;
+#ifdef SHADOWS
+  for (uint i = 0u; i < light_count(); ++i) {
+    int map = int(lights[4u * i + 3u].y);
+    if (map == 0) continue;
+    vec3 direction;
+    vec3 irradiance;
+    open_light_at(i, direction, irradiance);
+    shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, normal, direction);
   }
-
+#endif
   vec3 axis = 1.0 - normal.x * normal.x > 1e-6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
   vec3 fixed_axis = unit_or(axis - normal * dot(normal, axis), axis);
   vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +
@@ -230,6 +245,18 @@ void main() {
   vec3 upwards = cross(normal, tangent) * (side * handedness);
   mat3 frame = mat3(tangent, upwards, normal);
   vec3 local_view = view * frame;
+#ifdef CORE
+  uvec4 core = texelFetch(core_words, ivec2(gl_FragCoord.xy), 0);
+  if (surface.x < 0) {
+    vec4 colour = texelFetch(core_colours, ivec2(gl_FragCoord.xy), 0);
+    vec3 light = core_light(colour.rgb, core, (surface.y & 2) != 0, ambient / 3.14159265358979324, frame, side, view);
+    float alpha = clamp(colour.a, 0.0, 1.0);
+    // Not max(): NaN becomes 0 as well.
+    for (int c = 0; c < 3; ++c) light[c] = light[c] >= 0.0 ? min(light[c], 1e30) : 0.0;
+    out_colour = vec4(light * alpha, alpha);
+    return;
+  }
+#endif
 
   uint fabric = words[surface.x];
   uint base = words[fabric + 11u];
@@ -274,8 +301,11 @@ void main() {
       }
     }
   }
-  if (surface.y == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
+  if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);
+#ifdef CORE
+  if ((surface.y & 4) != 0) sum.rgb += core_emission(core) * sum.a;
+#endif
   out_colour = sum;
 }
 )";

@@ -4,9 +4,13 @@
 
 #include <string>
 
+#include "viewer/core_glsl.h"
+
 namespace selvedge {
 
-inline constexpr const char* visibility_vertex_shader = R"(#version 450 core
+/// `definitions`: CoreInputs::definitions().
+inline std::string visibility_vertex_shader(const std::string& definitions) {
+  return "#version 450 core\n" + definitions + (definitions.empty() ? "" : core_vertex_glsl) + R"(
 layout(location = 0) in vec4 clip;
 layout(location = 1) in vec2 uv;
 
@@ -17,39 +21,28 @@ invariant gl_Position;
 void main() {
   gl_Position = clip;
   surface_uv = uv;
+#ifdef CORE
+  pass_core();
+#endif
 }
 )";
+}
 
-/// `colours`: the scene has surfaces without fabric. `later`: what lies behind the round before.
-inline std::string visibility_fragment_shader(bool colours, bool later) {
-  std::string text = "#version 450 core\n";
-  if (colours) text += "#define COLOURS\n";
-  if (later) text += "#define LATER\n";
-  return text + R"(
+/// `later`: what lies behind the round before.
+inline std::string visibility_fragment_shader(const std::string& definitions, bool later) {
+  return "#version 450 core\n" + definitions + (later ? "#define LATER\n" : "") + R"(
 in vec2 surface_uv;
-
+)" + (definitions.empty() ? "" : core_fragment_glsl) +
+         R"(
 layout(location = 0) uniform int first_triangle;  // of the list, the number of the first that is drawn
-#ifdef COLOURS
-layout(location = 1) uniform int has_surface_colour;
-layout(location = 2) uniform vec4 base_color;
-layout(location = 3) uniform int has_texture;
-layout(location = 4) uniform float opaque_from;   // mask: below this opacity nothing is drawn
-layout(location = 5) uniform int keeps_opacity;
-layout(binding = 0) uniform sampler2D base_color_texture;
-layout(location = 1) out vec4 out_colour;
-#endif
 #ifdef LATER
 layout(binding = 1) uniform sampler2D depth_before;
 #endif
 layout(location = 0) out uint out_triangle;
 
 void main() {
-#ifdef COLOURS
-  vec4 colour = base_color;
-  if (has_texture != 0) colour *= texture(base_color_texture, surface_uv);
-  if (has_surface_colour != 0 && colour.a < opaque_from) discard;
-  if (keeps_opacity == 0) colour.a = 1.0;
-  out_colour = colour;
+#ifdef CORE
+  if (!write_core()) discard;
 #endif
 #ifdef LATER
   // Only here: implicit derivatives need all four pixels of a quad.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -53,6 +54,13 @@ Result<LoadedScene> load_swatch(const ShowCommand& command) {
 }
 
 Json json_of(const V3f& v) { return {v.x, v.y, v.z}; }
+
+Json json_of(const Light& light) {
+  Json all = {{"irradiance", json_of(light.irradiance)}};
+  if (light.kind != LightKind::point) all["direction"] = json_of(V3f(light.direction));
+  if (light.kind != LightKind::directional) all["position"] = json_of(V3f(light.position));
+  return all;
+}
 
 Json json_of(const PixelProbe& probe, const ShowPicture& picture) {
   Json texels = Json::array();
@@ -135,13 +143,12 @@ class Show {
                 {"fabrics", state_.fabrics},
                 {"message", message_}};
     all["lights"] = Json::array();
-    for (const Light& light : picture_.lights())
-      all["lights"].push_back(
-          {{"direction", json_of(V3f(light.direction))}, {"irradiance", json_of(light.irradiance)}});
+    for (const Light& light : picture_.lights()) all["lights"].push_back(json_of(light));
     all["probe"] = probe_ ? json_of(*probe_, picture_) : Json();
     const RenderStats& s = picture_.stats();
     all["seconds"] = {{"prepare", s.prepare},
                       {"project", s.project},
+                      {"shadows", s.shadows},
                       {"geometry", s.geometry},
                       {"readBack", s.read_back},
                       {"evaluation", s.evaluation},
@@ -295,12 +302,26 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   Result<ShowState> state = picture.first_state(command.camera, aspect);
   if (!state) return state;
   state->display = command.display;
+  state->ambient = command.ambient;
+  state->shadows = command.shadows;
   state->levels = command.levels;
   state->layers = command.layers;
   state->texel_edges = command.texel_edges;
-  // In the axes of a camera that looks along -z the camera's axes are the world's.
-  state->lights_in_camera_frame = command.lights.empty() || command.lights_in_camera_frame;
-  state->lights = command.lights.empty() ? default_lights(Camera{}) : lights_from(command.lights);
+  if (!command.lights.empty()) {
+    state->lights = command.lights;
+    state->lights_in_camera_frame = command.lights_in_camera_frame;
+  } else if (!picture.scene().lights.empty()) {
+    state->lights = lights_of(picture.scene());
+    state->lights_in_camera_frame = false;
+  } else {
+    // Of a camera that looks along -z the axes are the world's.
+    state->lights = default_lights(Camera{});
+    state->lights_in_camera_frame = true;
+  }
+  // The first that drags can turn.
+  const auto turns = [](const Light& light) { return light.kind == LightKind::directional; };
+  const auto held = std::find_if(state->lights.begin(), state->lights.end(), turns);
+  if (held != state->lights.end()) state->held_light = static_cast<std::size_t>(held - state->lights.begin());
   return state;
 }
 

@@ -72,6 +72,8 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   options_.levels = state.levels;
   // The panel offers no choice of them there.
   if (options_.path == RenderPath::paper) options_.levels.taps = 1;
+  options_.ambient = state.ambient;
+  options_.shadows = state.shadows;
   options_.lights = lights_in_world(state, camera_);
   if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);

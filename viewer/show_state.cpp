@@ -41,7 +41,9 @@ Change apply(const ShowInput& input, double aspect, double size, ShowState& stat
 }
 
 void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
-  if (state.held_light >= state.lights.size()) return;
+  if (state.held_light >= state.lights.size() ||
+      state.lights[state.held_light].kind != LightKind::directional)
+    return;
   V3d& direction = state.lights[state.held_light].direction;
   if (state.lights_in_camera_frame) {
     direction = turn_light(direction, drag);
@@ -60,6 +62,7 @@ bool next_fabrics(int count, ShowState& state) {
 
 void switch_light_frame(const Camera& camera, ShowState& state) {
   for (Light& light : state.lights) {
+    if (light.kind != LightKind::directional) continue;
     light.direction = state.lights_in_camera_frame ? from_camera_frame(camera, light.direction)
                                                    : to_camera_frame(camera, light.direction);
   }
@@ -67,11 +70,7 @@ void switch_light_frame(const Camera& camera, ShowState& state) {
 }
 
 std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera) {
-  std::vector<Light> lights = state.lights;
-  if (state.lights_in_camera_frame) {
-    for (Light& light : lights) light.direction = from_camera_frame(camera, light.direction);
-  }
-  return lights;
+  return state.lights_in_camera_frame ? from_camera_frame(camera, state.lights) : state.lights;
 }
 
 int size_divisor(double seconds, double budget) {

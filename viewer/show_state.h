@@ -13,10 +13,13 @@
 namespace selvedge {
 
 struct ShowState {
-  CameraOptions camera;                ///< an orbit (orbit.h)
-  std::vector<Light> lights;           ///< see lights_in_camera_frame
-  std::size_t held_light = 0;          ///< that drags turn
-  bool lights_in_camera_frame = true;  ///< directions are in the camera's axes, else in the world's
+  CameraOptions camera;        ///< an orbit (orbit.h)
+  std::vector<Light> lights;   ///< see lights_in_camera_frame
+  std::size_t held_light = 0;  ///< that drags turn
+  /// Directions of lights far away are in the camera's axes, else in the world's.
+  bool lights_in_camera_frame = true;
+  float ambient = RenderOptions{}.ambient;  ///< as there
+  int shadows = 0;                          ///< as there
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
@@ -43,7 +46,7 @@ struct ShowInput {
 /// `aspect` of the window; `size` of the scene in metres.
 Change apply(const ShowInput& input, double aspect, double size, ShowState& state);
 
-/// Turns the held light by a drag; nothing where there is no light.
+/// Turns the held light by a drag; nothing where there is no light, or one that stands somewhere.
 void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state);
 
 /// The next of `count` fabrics on every material that has one. Gives whether that changes anything.

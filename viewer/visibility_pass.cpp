@@ -11,34 +11,22 @@ namespace selvedge {
 namespace {
 
 // Locations of the uniforms and units of the textures, as written in shaders.h.
-enum Uniform : GLint {
-  first_triangle,
-  has_surface_colour,
-  base_color,
-  has_texture,
-  opaque_from,
-  keeps_opacity
-};
-enum Unit : GLuint { base_color_unit, depth_unit };
+enum Uniform : GLint { first_triangle };
+enum Unit : GLuint { depth_unit = 1 };
 
 }  // namespace
 
 Result<std::unique_ptr<VisibilityPass>> VisibilityPass::create(const GlFunctions& gl,
-                                                               const MergedSurfaces& mesh,
-                                                               std::span<const SurfaceLook> looks,
-                                                               std::span<const Image> images,
+                                                               const MergedSurfaces& mesh, const Looks& looks,
                                                                const VisibilityOptions& options) {
-  std::unique_ptr<VisibilityPass> pass(new VisibilityPass(gl, mesh, options));
-  pass->looks_.assign(looks.begin(), looks.end());
-  pass->has_colours_ =
-      std::any_of(looks.begin(), looks.end(), [](const SurfaceLook& look) { return look.fabric < 0; });
+  std::unique_ptr<VisibilityPass> pass(new VisibilityPass(gl, mesh, looks, options));
+  const std::string definitions = pass->core_.definitions();
   for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program = make_program(gl, visibility_vertex_shader,
-                                                visibility_fragment_shader(pass->has_colours_, later != 0));
+    const Result<GLuint> program = make_program(gl, visibility_vertex_shader(definitions),
+                                                visibility_fragment_shader(definitions, later != 0));
     if (!program) return tl::unexpected(program.error());
     pass->programs_[later] = *program;
   }
-  for (const Image& image : images) pass->images_.push_back(make_colour_texture(gl, image));
   pass->upload(mesh);
   if (const auto good = pass->make_targets(); !good) return tl::unexpected(good.error());
   if (const auto good = check_errors(gl, "upload"); !good) return tl::unexpected(good.error());
@@ -58,7 +46,7 @@ void VisibilityPass::release_targets() {
   for (auto& side : targets_) {
     for (Target& target : side) {
       gl_.DeleteFramebuffers(1, &target.framebuffer);
-      const std::array textures{target.triangles, target.colours, target.depth};
+      const std::array textures{target.triangles, target.colours, target.core, target.depth};
       gl_.DeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
       target = {};
     }
@@ -74,7 +62,6 @@ Result<void> VisibilityPass::resize(const VisibilityOptions& options) {
 
 VisibilityPass::~VisibilityPass() {
   release_targets();
-  gl_.DeleteTextures(static_cast<GLsizei>(images_.size()), images_.data());
   gl_.DeleteVertexArrays(1, &array_);
   const std::array buffers{clip_, uv_, indices_};
   gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
@@ -102,7 +89,8 @@ void VisibilityPass::upload(const MergedSurfaces& mesh) {
     gl_.VertexArrayAttribBinding(array_, location, location);
   };
   attribute(0, clip_, 4);
-  if (has_colours_) attribute(1, uv_, 2);
+  if (core_.needed()) attribute(1, uv_, 2);
+  core_.attach(array_);
   gl_.VertexArrayElementBuffer(array_, indices_);
 }
 
@@ -114,12 +102,15 @@ Result<void> VisibilityPass::make_target(Target& target) {
   gl_.CreateFramebuffers(1, &target.framebuffer);
   gl_.NamedFramebufferTexture(target.framebuffer, GL_COLOR_ATTACHMENT0, target.triangles, 0);
   gl_.NamedFramebufferTexture(target.framebuffer, GL_DEPTH_STENCIL_ATTACHMENT, target.depth, 0);
-  if (has_colours_) {
+  if (core_.needed()) {
     target.colours = make_plain_texture(gl_, GL_RGBA32F, width, rows);
+    target.core = make_plain_texture(gl_, GL_RGBA32UI, width, rows);
     gl_.NamedFramebufferTexture(target.framebuffer, GL_COLOR_ATTACHMENT1, target.colours, 0);
+    gl_.NamedFramebufferTexture(target.framebuffer, GL_COLOR_ATTACHMENT2, target.core, 0);
   }
-  constexpr std::array<GLenum, 2> attachments{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-  gl_.NamedFramebufferDrawBuffers(target.framebuffer, has_colours_ ? 2 : 1, attachments.data());
+  constexpr std::array<GLenum, 3> attachments{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+                                              GL_COLOR_ATTACHMENT2};
+  gl_.NamedFramebufferDrawBuffers(target.framebuffer, core_.needed() ? 3 : 1, attachments.data());
   if (gl_.CheckNamedFramebufferStatus(target.framebuffer, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     return fail(Code::graphics_unavailable, "", "frame buffer", "OpenGL refuses the index buffers");
   return {};
@@ -130,16 +121,9 @@ void VisibilityPass::place(const ProjectedVertices& projected) {
                          projected.clip.data());
 }
 
-void VisibilityPass::draw_surface(const SurfaceLook& look, std::size_t first, std::size_t end) {
+void VisibilityPass::draw_surface(std::uint32_t surface, std::size_t first, std::size_t end) {
   gl_.Uniform1i(first_triangle, static_cast<GLint>(first));
-  if (has_colours_) {
-    gl_.Uniform1i(has_surface_colour, look.fabric < 0 ? 1 : 0);
-    gl_.Uniform4f(base_color, look.base_color.x, look.base_color.y, look.base_color.z, look.base_color.w);
-    gl_.Uniform1i(has_texture, look.image >= 0 ? 1 : 0);
-    if (look.image >= 0) gl_.BindTextureUnit(base_color_unit, images_[static_cast<std::size_t>(look.image)]);
-    gl_.Uniform1f(opaque_from, look.opaque_from);
-    gl_.Uniform1i(keeps_opacity, look.keeps_opacity ? 1 : 0);
-  }
+  core_.use(surface);
   gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * (end - first)), GL_UNSIGNED_INT,
                    reinterpret_cast<const void*>(3 * first * sizeof(std::uint32_t)));
 }
@@ -176,18 +160,18 @@ Result<void> VisibilityPass::draw(int side, int round, int first_row,
   gl_.UseProgram(programs_[round == 0 ? 0 : 1]);
   if (round > 0) gl_.BindTextureUnit(depth_unit, targets[static_cast<std::size_t>((round + 1) % 2)].depth);
   gl_.BindVertexArray(array_);
-  // Without colours the surfaces differ in nothing that OpenGL has to know.
+  // Without core materials the surfaces differ in nothing that OpenGL has to know.
   std::size_t first = 0;
   while (first < triangles.size()) {
     const std::uint32_t surface = mesh_.triangles[triangles[first]].surface;
     std::size_t end = triangles.size();
-    if (has_colours_) {
+    if (core_.needed()) {
       const auto other = [&](std::uint32_t t) { return mesh_.triangles[t].surface != surface; };
       end = static_cast<std::size_t>(
           std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
           triangles.begin());
     }
-    draw_surface(looks_[surface], first, end);
+    draw_surface(surface, first, end);
     first = end;
   }
   return check_errors(gl_, "drawing");
@@ -204,9 +188,11 @@ void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle
   read(GL_RED_INTEGER, GL_UNSIGNED_INT, &to.triangles[start]);
   read(GL_DEPTH_COMPONENT, GL_FLOAT, &to.depth[start]);
   if (round == 0) read(GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, &to.counts[start]);
-  if (has_colours_) {
+  if (core_.needed()) {
     gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT1);
     read(GL_RGBA, GL_FLOAT, &to.colours[start]);
+    gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT2);
+    read(GL_RGBA_INTEGER, GL_UNSIGNED_INT, &to.core[start]);
   }
 }
 
@@ -216,7 +202,10 @@ void VisibilityPass::read(int side, int round, const FrameTiles& where, VisibleS
   to.triangles.resize(count);
   to.depth.resize(count);
   to.counts.resize(count);
-  if (has_colours_) to.colours.resize(count);
+  if (core_.needed()) {
+    to.colours.resize(count);
+    to.core.resize(count);
+  }
   gl_.BindFramebuffer(
       GL_FRAMEBUFFER,
       targets_[static_cast<std::size_t>(side)][static_cast<std::size_t>(round % 2)].framebuffer);

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "format/image.h"
+#include "viewer/core_inputs.h"
 #include "viewer/gl_functions.h"
 #include "viewer/merged_surfaces.h"
 
@@ -21,8 +21,9 @@ struct VisibleSide {
   std::vector<float> depth;              ///< OpenGL's, the nearer the smaller; 1: nothing is seen
   /// How many surfaces lie behind each other there, at most 255. Of the first round only.
   std::vector<std::uint8_t> counts;
-  /// Linear base colour and opacity of surfaces without fabric; empty where the scene has none.
+  /// CorePixel's parts; empty where no surface of the scene needs them.
   std::vector<V4f> colours;
+  std::vector<std::array<std::uint32_t, 4>> core;
 };
 
 struct VisibilityOptions {
@@ -33,12 +34,10 @@ struct VisibilityOptions {
 
 class VisibilityPass {
  public:
-  /// `looks[i]` belongs to surface i of `mesh`. The context of `gl` must be current whenever a function of
-  /// this class is called, the destructor included. `mesh` must outlive the object.
+  /// `looks` are those of the surfaces of `mesh`; both must outlive the object. The context of `gl` must be
+  /// current whenever a function of this class is called, the destructor included.
   static Result<std::unique_ptr<VisibilityPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                        std::span<const SurfaceLook> looks,
-                                                        std::span<const Image> images,
-                                                        const VisibilityOptions& options);
+                                                        const Looks& looks, const VisibilityOptions& options);
   ~VisibilityPass();
   VisibilityPass(const VisibilityPass&) = delete;
   VisibilityPass& operator=(const VisibilityPass&) = delete;
@@ -54,8 +53,8 @@ class VisibilityPass {
   /// the same side, which must have been drawn just before.
   Result<void> draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
 
-  /// Whether the scene has surfaces without fabric.
-  bool has_colours() const { return has_colours_; }
+  /// Whether VisibleSide::core is filled.
+  bool has_core() const { return core_.needed(); }
 
   /// Waits until everything is drawn.
   void finish() const { gl_.Finish(); }
@@ -72,29 +71,29 @@ class VisibilityPass {
     GLuint framebuffer = 0;
     GLuint triangles = 0;
     GLuint colours = 0;
+    GLuint core = 0;
     GLuint depth = 0;
   };
 
-  VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const VisibilityOptions& options)
-      : gl_(gl), mesh_(mesh), options_(options) {}
+  VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Looks& looks,
+                 const VisibilityOptions& options)
+      : gl_(gl), mesh_(mesh), core_(gl, mesh, looks), options_(options) {}
   Result<void> make_target(Target& target);
   Result<void> make_targets();
   void release_targets();
   void upload(const MergedSurfaces& mesh);
   void read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const;
-  void draw_surface(const SurfaceLook& look, std::size_t first, std::size_t end);
+  void draw_surface(std::uint32_t surface, std::size_t first, std::size_t end);
 
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;
+  CoreInputs core_;
   VisibilityOptions options_;
-  std::vector<SurfaceLook> looks_;
-  bool has_colours_ = false;
   std::array<GLuint, 2> programs_{};  ///< of round 0, of the others
   GLuint array_ = 0;
   GLuint clip_ = 0;
   GLuint uv_ = 0;
   GLuint indices_ = 0;
-  std::vector<GLuint> images_;
   std::array<std::array<Target, 2>, 2> targets_{};  ///< [side][round % 2]
   std::vector<std::uint32_t> corners_;
 };

@@ -140,6 +140,25 @@ test_show_turns_the_light_with_the_right_button() {
     && Math.abs(r.lights[0].direction[2] - Math.sqrt(0.75)) < 1e-6' report.json
 }
 
+test_show_uses_the_lights_of_the_file_unless_others_are_asked_for() {
+  need_screen
+  write_quad quad.gltf
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
+    g.extensionsUsed = ["KHR_lights_punctual"];
+    g.extensions = {KHR_lights_punctual: {lights: [{type: "point", intensity: 4}, {type: "directional", intensity: 2}]}};
+    g.nodes.push({translation: [1, 2, 3], extensions: {KHR_lights_punctual: {light: 0}}},
+      {extensions: {KHR_lights_punctual: {light: 1}}});
+    g.scenes[0].nodes.push(1, 2);
+    fs.writeFileSync("lit.gltf", JSON.stringify(g));'
+  # A drag turns the one that is far away; the other one stays where it is.
+  with_window lit.gltf -- 'mousemove 200 300' 'mousedown 3' 'mousemove 300 300' 'mouseup 3'
+  holds 'r.lights.length === 2 && r.lights[0].position.join() === "1,2,3" && !r.lights[0].direction
+    && r.lights[0].irradiance[0] === 4 && r.lights[1].irradiance[0] === 2
+    && Math.abs(r.lights[1].direction[0] - 0.5) < 1e-6' report.json
+  with_window lit.gltf --point-light 0,0,2,9 -- 'mousemove 200 300'
+  holds 'r.lights.length === 1 && r.lights[0].position.join() === "0,0,2" && r.lights[0].irradiance[0] === 9' report.json
+}
+
 test_show_draws_texel_edges_and_hides_the_panel_by_keys() {
   need_screen
   make_cloth

@@ -102,6 +102,79 @@ test_render_reads_only_the_levels_that_it_shows() {
   holds 'r.fabricBytes.read < 0.6 * r.fabricBytes.inFiles' far.json
 }
 
+test_render_point_lights_fall_off_with_the_square_of_their_distance() {
+  make_scene
+  local view=(--size 60x40 --quiet --look-at 0.05,0.05,0)
+  # Over the middle, four times as strong at twice the distance: the same there but for the slant.
+  selvedge-view render quad.glb -o near.exr "${view[@]}" --point-light 0.05,0.05,10,100
+  selvedge-view render quad.glb -o far.exr "${view[@]}" --point-light 0.05,0.05,20,400
+  selvedge-view render quad.glb -o sun.exr "${view[@]}" --light 0,0,1
+  exits 0 selvedge-view compare near.exr far.exr --max 1e-3
+  exits 0 selvedge-view compare near.exr sun.exr --max 2e-3
+  # Beside lights that are far away, in any order; light adds up.
+  selvedge-view render quad.glb -o both.exr "${view[@]}" --light 0,0,1,0.5 --point-light 0.05,0.05,10,50
+  selvedge-view render quad.glb -o also.exr "${view[@]}" --point-light 0.05,0.05,10,50 --light 0,0,1,0.5
+  exits 0 selvedge-view compare both.exr sun.exr --max 2e-3
+  exits 0 selvedge-view compare both.exr also.exr --max 1e-6
+  # It stands in the scene, whatever the axes of --light.
+  selvedge-view render quad.glb -o turned.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100
+  selvedge-view render quad.glb -o again.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100 --light-frame camera
+  same turned.exr again.exr
+  exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2
+  exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2,3,-1
+}
+
+test_render_draws_materials_without_fabric_by_their_core_parameters() {
+  write_quad quad.gltf
+  # White metal, rough: all light from around comes back, and nothing else without a light that hits it.
+  local view=(--size 40x40 --quiet --orthographic --light 0,0,-1 --background 0,0,0)
+  selvedge-view render quad.gltf -o metal.png "${view[@]}" --ambient 0.5
+  selvedge-view render quad.gltf -o dark.png "${view[@]}" --ambient 0
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
+    g.extensionsUsed = ["KHR_materials_unlit"];
+    g.materials[0].extensions = {KHR_materials_unlit: {}};
+    g.materials[0].pbrMetallicRoughness = {baseColorFactor: [0.5, 0.5, 0.5, 1]};
+    fs.writeFileSync("unlit.gltf", JSON.stringify(g));'
+  selvedge-view render unlit.gltf -o unlit.png "${view[@]}" --ambient 0
+  exits 0 selvedge-view compare metal.png unlit.png --max 0.005
+  exits 1 selvedge-view compare dark.png unlit.png --max 0.5
+  local path
+  for path in hybrid shader; do
+    selvedge-view render quad.gltf -o "$path.png" --size 40x40 --azimuth 30 --path "$path" --context osmesa --quiet
+  done
+  exits 0 selvedge-view compare hybrid.png shader.png --max 0.005
+  exits 2 selvedge-view render quad.gltf -o x.png --ambient -1
+}
+
+test_render_shadows_are_an_option() {
+  make_scene
+  local view=(quad.glb --size 60x40 --quiet)
+  selvedge-view render "${view[@]}" -o plain.exr
+  # A flat square shadows nothing: the same picture, made another way.
+  selvedge-view render "${view[@]}" --shadows -o shadows.exr --stats shadows.json
+  exits 0 selvedge-view compare plain.exr shadows.exr --max 0
+  holds 'r.seconds.shadows > 0' shadows.json
+  # A second square before it, on the way of the light.
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
+    g.nodes.push({mesh: 0, translation: [0.05, 0, 0.05]});
+    g.scenes[0].nodes.push(1);
+    fs.writeFileSync("two.gltf", JSON.stringify(g));'
+  selvedge dress two.gltf k.fabric.exr -o two.glb --all --quiet
+  view=(two.glb --size 60x40 --quiet --light 1,0,1)
+  selvedge-view render "${view[@]}" -o open.exr
+  local path
+  for path in hybrid shader; do
+    selvedge-view render "${view[@]}" -o "$path.exr" --shadows=512 --path "$path" --context osmesa
+    exits 1 selvedge-view compare open.exr "$path.exr" --max 0.02
+  done
+  exits 0 selvedge-view compare hybrid.exr shader.exr --max 1e-3
+  # Who does not ask for them gets what there was before.
+  selvedge-view render "${view[@]}" -o again.exr
+  same open.exr again.exr
+  exits 2 selvedge-view render quad.glb -o x.png --shadows=8
+  exits 2 selvedge-view render quad.glb -o x.png --shadows=many
+}
+
 test_render_stats_are_a_file_or_standard_output() {
   make_scene
   exits 0 selvedge-view render quad.glb -o a.png --size 20x20 --stats -

@@ -44,7 +44,7 @@ inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabr
   const Result<GlFunctions> gl = load_gl_functions(**context);
   require(gl);
   const FrameTiles where{first_row, rows == 0 ? height : rows, {}};
-  const auto pass = VisibilityPass::create(*gl, result.mesh, result.looks, {}, {width, height, where.rows});
+  const auto pass = VisibilityPass::create(*gl, result.mesh, *looks, {width, height, where.rows});
   require(pass);
   (*pass)->place(result.projected);
   const TriangleLists lists = list_triangles(result.mesh, result.projected, result.looks, where);

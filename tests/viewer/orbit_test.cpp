@@ -147,6 +147,26 @@ TEST_CASE("lights told in other axes are the same lights") {
         1e-12);
 }
 
+TEST_CASE("a light that stands in the scene is not turned, and knows no axes of a camera") {
+  ShowState state;
+  state.camera = started();
+  state.camera.azimuth = 70;
+  const Camera camera = camera_of(state.camera);
+  Light lamp;
+  lamp.kind = LightKind::spot;
+  lamp.position = V3d(1, 2, 3);
+  lamp.direction = V3d(0, 1, 0);
+  state.lights = {lamp};
+  turn_held_light(V2d(0.1, 0.2), camera, state);
+  switch_light_frame(camera, state);
+  for (const bool in_camera_frame : {true, false}) {
+    state.lights_in_camera_frame = in_camera_frame;
+    const Light after = lights_in_world(state, camera)[0];
+    CHECK(after.position == lamp.position);
+    CHECK(after.direction == lamp.direction);
+  }
+}
+
 TEST_CASE("a slow picture is drawn smaller while it moves, but not without end") {
   CHECK(size_divisor(0.04, 0.05) == 1);
   CHECK(size_divisor(0.06, 0.05) == 2);

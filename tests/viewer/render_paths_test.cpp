@@ -1,67 +1,17 @@
 // The same frames by different paths: the processor and OpenGL evaluate the same formulas.
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "tests/format/fabrics.h"
-#include "tests/viewer/shapes.h"
-#include "viewer/geometry.h"
-#include "viewer/render.h"
+#include "tests/viewer/paths.h"
 #include "viewer/renderer.h"
 
 namespace selvedge {
 namespace {
 
-struct Setting {
-  Scene scene;
-  std::vector<Fabric> fabrics;
-  CameraOptions camera;
-  RenderOptions options;
-};
-
-Frame drawn(const Setting& setting, RenderPath path) {
-  const auto points = world_points(setting.scene);
-  test::require(points);
-  const auto camera = make_camera(
-      *points, static_cast<double>(setting.options.width) / setting.options.height, setting.camera);
-  test::require(camera);
-  RenderOptions options = setting.options;
-  options.path = path;
-  options.context = ContextKind::osmesa;
-  const Result<Frame> frame = render(setting.scene, setting.fabrics, *camera, options);
-  test::require(frame);
-  return *frame;
-}
-
-/// What a picture of an 8-bit display shows, premultiplied.
-double shown(float linear) {
-  const double x = std::clamp(static_cast<double>(linear) * 3.14159265, 0.0, 1.0);
-  return 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055);
-}
-
-/// The share of pixels that differ by more than 2 of 255.
-double share_apart(const Setting& setting) {
-  const Frame a = drawn(setting, RenderPath::hybrid);
-  const Frame b = drawn(setting, RenderPath::shader);
-  int apart = 0;
-  double worst = 0;
-  int covered = 0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    double difference = 255 * std::abs(static_cast<double>(a.pixels[i].w - b.pixels[i].w));
-    for (int c = 0; c < 3; ++c)
-      difference = std::max(difference, std::abs(shown(a.pixels[i][c]) - shown(b.pixels[i][c])));
-    worst = std::max(worst, difference);
-    if (difference > 2) ++apart;
-    if (a.pixels[i].w > 0) ++covered;
-  }
-  CHECK(covered > static_cast<int>(a.pixels.size() / 8));
-  MESSAGE("largest difference ", worst, " of 255, ", apart, " of ", a.pixels.size(), " pixels beyond 2");
-  return static_cast<double>(apart) / static_cast<double>(a.pixels.size());
-}
-
-Setting sphere_in(const Fabric& fabric) {
-  Setting setting;
+test::Setting sphere_in(const Fabric& fabric) {
+  test::Setting setting;
   test::add(setting.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
   setting.fabrics.push_back(fabric);
   setting.options.width = 300;
@@ -74,28 +24,28 @@ Setting sphere_in(const Fabric& fabric) {
 }  // namespace
 
 TEST_CASE("hybrid and shader agree to 2 of 255 on 99.9 % of pixels: lobes, table, holes, front and back") {
-  Setting setting = sphere_in(test::random_fabric(16, 16, 1));
-  CHECK(share_apart(setting) <= 0.001);
+  test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
+  CHECK(test::share_apart(setting) <= 0.001);
   setting.options.levels.taps = 4;
   setting.options.levels.linear = true;
-  CHECK(share_apart(setting) <= 0.001);
+  CHECK(test::share_apart(setting) <= 0.001);
   setting.options.levels.linear = false;
   setting.options.levels.taps = 8;
-  CHECK(share_apart(setting) <= 0.001);
+  CHECK(test::share_apart(setting) <= 0.001);
   setting.options.supersample = 2;
   setting.options.levels.blend = false;
-  CHECK(share_apart(setting) <= 0.001);
+  CHECK(test::share_apart(setting) <= 0.001);
   setting.options.levels.forced = 1;
   setting.options.layers = 1;
-  CHECK(share_apart(setting) <= 0.001);
+  CHECK(test::share_apart(setting) <= 0.001);
 }
 
 TEST_CASE("hybrid and shader agree on light tables, products and slabs") {
-  CHECK(share_apart(sphere_in(test::random_slab_fabric(16, 16, {4, 4}, 1, 3))) <= 0.001);
+  CHECK(test::share_apart(sphere_in(test::random_slab_fabric(16, 16, {4, 4}, 1, 3))) <= 0.001);
 }
 
 TEST_CASE("hybrid and shader agree under point and spot lights, which fall off as they should") {
-  Setting setting = sphere_in(test::random_fabric(16, 16, 1));
+  test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
   Light point;
   point.kind = LightKind::point;
   point.position = V3d(1.5, 1, 1.5);
@@ -108,11 +58,11 @@ TEST_CASE("hybrid and shader agree under point and spot lights, which fall off a
   spot.cos_inner = 0.98;
   spot.cos_outer = 0.9;
   setting.options.lights = {point, spot};
-  CHECK(share_apart(setting) <= 0.001);
+  CHECK(test::share_apart(setting) <= 0.001);
 }
 
 TEST_CASE("a point light over a Lambertian square has the radiance of its closed form") {
-  Setting setting;
+  test::Setting setting;
   test::add(setting.scene, test::square(1, 0), test::material(0));
   setting.fabrics.push_back(test::lambert_fabric(1, V3f(0.5F)));
   setting.options.width = setting.options.height = 64;
@@ -127,7 +77,7 @@ TEST_CASE("a point light over a Lambertian square has the radiance of its closed
   const auto camera = make_camera(*points, 1, setting.camera);
   test::require(camera);
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
-    const Frame frame = drawn(setting, path);
+    const Frame frame = test::drawn(setting, path);
     for (int y = 8; y < 56; y += 9) {
       for (int x = 8; x < 56; x += 9) {
         const V2d s((2.0 * x + 1) / 64 - 1, 1 - (2.0 * y + 1) / 64);
@@ -143,7 +93,7 @@ TEST_CASE("a point light over a Lambertian square has the radiance of its closed
 }
 
 TEST_CASE("a probe sees the light of the picture, lights that stand somewhere included, on either path") {
-  Setting setting;
+  test::Setting setting;
   test::add(setting.scene, test::square(1, 0), test::material(0));
   setting.fabrics.push_back(test::lambert_fabric(1, V3f(0.5F)));
   setting.options.width = setting.options.height = 64;
@@ -176,7 +126,7 @@ TEST_CASE("a probe sees the light of the picture, lights that stand somewhere in
 }
 
 TEST_CASE("hybrid and shader agree on surfaces with and without fabric, one behind the other") {
-  Setting setting;
+  test::Setting setting;
   Fabric holes = test::lambert_fabric(8, V3f(0.8F, 0.5F, 0.2F), 0.5F);
   holes.radiance_scale = 0.5F;
   test::add(setting.scene, test::square(3, 0.2F), test::material(0));
@@ -187,7 +137,7 @@ TEST_CASE("hybrid and shader agree on surfaces with and without fabric, one behi
   setting.options.height = 120;
   setting.camera.azimuth = 25;
   setting.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(2)}};
-  CHECK(share_apart(setting) <= 0.001);
+  CHECK(test::share_apart(setting) <= 0.001);
 }
 
 }  // namespace selvedge

@@ -1,0 +1,65 @@
+// One scene drawn by two paths.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/viewer/shapes.h"
+#include "viewer/geometry.h"
+#include "viewer/render.h"
+
+namespace selvedge::test {
+
+struct Setting {
+  Scene scene;
+  std::vector<Fabric> fabrics;
+  CameraOptions camera;
+  RenderOptions options;
+};
+
+inline Camera camera_of(const Setting& setting) {
+  const auto points = world_points(setting.scene);
+  require(points);
+  const auto camera = make_camera(
+      *points, static_cast<double>(setting.options.width) / setting.options.height, setting.camera);
+  require(camera);
+  return *camera;
+}
+
+inline Frame drawn(const Setting& setting, RenderPath path) {
+  const Camera camera = camera_of(setting);
+  RenderOptions options = setting.options;
+  options.path = path;
+  options.context = ContextKind::osmesa;
+  const Result<Frame> frame = render(setting.scene, setting.fabrics, camera, options);
+  require(frame);
+  return *frame;
+}
+
+/// What a picture of an 8-bit display shows, premultiplied.
+inline double shown(float linear) {
+  const double x = std::clamp(static_cast<double>(linear) * 3.14159265, 0.0, 1.0);
+  return 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055);
+}
+
+/// The share of pixels that differ by more than 2 of 255.
+inline double share_apart(const Setting& setting) {
+  const Frame a = drawn(setting, RenderPath::hybrid);
+  const Frame b = drawn(setting, RenderPath::shader);
+  int apart = 0;
+  double worst = 0;
+  int covered = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    double difference = 255 * std::abs(static_cast<double>(a.pixels[i].w - b.pixels[i].w));
+    for (int c = 0; c < 3; ++c)
+      difference = std::max(difference, std::abs(shown(a.pixels[i][c]) - shown(b.pixels[i][c])));
+    worst = std::max(worst, difference);
+    if (difference > 2) ++apart;
+    if (a.pixels[i].w > 0) ++covered;
+  }
+  CHECK(covered > static_cast<int>(a.pixels.size() / 8));
+  MESSAGE("largest difference ", worst, " of 255, ", apart, " of ", a.pixels.size(), " pixels beyond 2");
+  return static_cast<double>(apart) / static_cast<double>(a.pixels.size());
+}
+
+}  // namespace selvedge::test
