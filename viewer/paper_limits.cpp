@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "viewer/needed_levels.h"
 #include "viewer/paper_coding.h"
 
 namespace selvedge {
@@ -74,16 +73,12 @@ Result<void> check_paper_lights(std::span<const Light> lights) {
   return {};
 }
 
-std::vector<int> finest_paper_levels(const Scene& scene, const Camera& camera, int height,
-                                     const LevelOptions& options, std::span<const V2i> sizes,
-                                     std::span<const int> counts) {
-  LevelOptions finer = options;
-  // OpenGL takes the longer one of two sides of a pixel for its diagonal, at most half a level less than the
-  // formula; the rest is for what its drivers round.
-  finer.bias = -1;
-  std::vector<int> levels = finest_levels(scene, camera, height, finer, sizes, counts);
-  for (int& level : levels) level -= level % 2;
-  return levels;
+int finest_for_paper(int finest) {
+  // OpenGL's level may be half of one from the formula's; the rest is for what its drivers round.
+  const int level = std::max(finest - 1, 0);
+  return level - level % 2;
 }
+
+int coarsest_for_paper(int coarsest, int levels) { return std::min(coarsest + 1, levels - 1); }
 
 }  // namespace selvedge

@@ -34,10 +34,11 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
 /// OPTION_OUT_OF_RANGE at --path for lights that stand somewhere: the frames do not have the pixel's place.
 Result<void> check_paper_lights(std::span<const Light> lights);
 
-/// As finest_levels() (needed_levels.h), for levels that OpenGL chooses. Even: the levels that are left then
-/// have the same distances in blue as in the whole fabric, and the frame the same bytes.
-std::vector<int> finest_paper_levels(const Scene& scene, const Camera& camera, int height,
-                                     const LevelOptions& options, std::span<const V2i> sizes,
-                                     std::span<const int> counts);
+/// The finest level that OpenGL can choose where the formula chooses none finer than `finest`. Even: the
+/// levels that are left then have the same distances in blue as in the whole fabric, and the frame the same
+/// bytes.
+int finest_for_paper(int finest);
+/// The coarsest, likewise; clamped to those that a fabric of `levels` has.
+int coarsest_for_paper(int coarsest, int levels);
 
 }  // namespace selvedge

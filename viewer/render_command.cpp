@@ -39,7 +39,8 @@ struct Subject {
   std::string file;
   Scene scene;
   std::vector<Fabric> fabrics;
-  std::uint64_t bytes_read = 0;  ///< of the fabric files
+  std::vector<LevelRange> levels;  ///< of the fabrics, that were read
+  std::uint64_t bytes_read = 0;    ///< of the fabric files
   std::uint64_t file_bytes = 0;
 };
 
@@ -80,9 +81,13 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
   if (levels.forced >= 0) return needed;
   const int height = shot.options.height * shot.options.supersample;
   for (const Camera& camera : shot.cameras) {
-    const auto finest_of = shot.options.path == RenderPath::paper ? finest_paper_levels : finest_levels;
-    const std::vector<int> finest = finest_of(open.scene, camera, height, levels, sizes, counts);
+    const std::vector<int> finest = finest_levels(open.scene, camera, height, levels, sizes, counts);
     for (std::size_t i = 0; i < needed.size(); ++i) needed[i].first = std::min(needed[i].first, finest[i]);
+  }
+  if (shot.options.path != RenderPath::paper) return needed;
+  for (std::size_t i = 0; i < needed.size(); ++i) {
+    needed[i].first = finest_for_paper(needed[i].first);
+    needed[i].last = coarsest_for_paper(needed[i].last, counts[i]);
   }
   return needed;
 }
@@ -91,8 +96,8 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
 Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot& shot) {
   Subject subject;
   subject.file = file;
-  const std::vector<LevelRange> needed = needed_levels(open, shot);
-  Result<std::vector<Fabric>> fabrics = read_fabrics(open, needed);
+  subject.levels = needed_levels(open, shot);
+  Result<std::vector<Fabric>> fabrics = read_fabrics(open, subject.levels);
   if (!fabrics) return tl::unexpected(fabrics.error());
   subject.fabrics = std::move(*fabrics);
   subject.bytes_read = bytes_read(open);
@@ -326,7 +331,10 @@ Json to_json(const RenderStats& stats) {
 }
 
 Json to_json(const Subject& subject, const RenderStats& stats) {
+  Json levels = Json::array();
+  for (const LevelRange& range : subject.levels) levels.push_back({range.first, range.last});
   return {{"fabrics", subject.fabrics.size()},
+          {"fabricLevels", levels},
           {"fabricBytes", {{"read", subject.bytes_read}, {"inFiles", subject.file_bytes}}},
           {"triangles", stats.triangles},
           {"layers", stats.layers},

@@ -225,7 +225,10 @@ int frames_of(RenderPath path) {
 }
 
 void draw_by_all_paths(const Subject& subject, const std::vector<RenderPath>& paths, bench::Rows& rows) {
-  double hybrid = 0;
+  struct {
+    double frame = 0;
+    double processor = 0;
+  } hybrid;
   for (const RenderPath path : paths) {
     const std::string name(path_names[static_cast<std::size_t>(path)]);
     const Result<Samples> samples = draw(subject, path, full_size, frames_of(path));
@@ -233,16 +236,25 @@ void draw_by_all_paths(const Subject& subject, const std::vector<RenderPath>& pa
       fmt::print("| {} | {} | {} |\n", subject.name, name, to_line(samples.error()));
       continue;
     }
-    if (path == RenderPath::hybrid) hybrid = samples->frame();
+    if (path == RenderPath::hybrid) hybrid = {samples->frame(), samples->processor()};
     const RenderStats& last = samples->last();
-    const std::string ratio = hybrid > 0 ? fmt::format("{:.2f}", samples->frame() / hybrid) : "";
-    fmt::print("| {} | {} | {:.1f} % | {:.2f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {} |\n",
+    const std::string ratio = hybrid.frame > 0
+                                  ? fmt::format("{:.2f} | {:.2f}", samples->frame() / hybrid.frame,
+                                                samples->processor() / hybrid.processor)
+                                  : " | ";
+    // The shader path does not count what it evaluates.
+    const std::string surfaces = last.evaluated_pixels == 0
+                                     ? ""
+                                     : fmt::format("{:.2f}", static_cast<double>(last.evaluated_pixels) /
+                                                                 static_cast<double>(last.covered_pixels));
+    fmt::print("| {} | {} | {:.1f} % | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {} |\n",
                subject.name, name,
-               100.0 * static_cast<double>(last.covered_pixels) / (full_size.x * full_size.y),
-               static_cast<double>(last.evaluated_pixels) / static_cast<double>(last.covered_pixels),
+               100.0 * static_cast<double>(last.covered_pixels) / (full_size.x * full_size.y), surfaces,
                samples->project(), samples->geometry(), samples->read_back(), samples->evaluation(),
                samples->frame(), samples->processor(), ratio);
+    std::fflush(stdout);
     rows.add(fmt::format("frame/{}/{}", subject.name, name), samples->frame(), "ms");
+    rows.add(fmt::format("frame/{}/{}/processor", subject.name, name), samples->processor(), "ms");
     if (path == RenderPath::hybrid) {
       rows.add("frame/" + subject.name + "/hybrid/geometry", samples->geometry(), "ms");
       rows.add("frame/" + subject.name + "/hybrid/read_back", samples->read_back(), "ms");
@@ -296,10 +308,11 @@ void growth(const Subject& subject, bench::Rows& rows) {
   const auto line = [&](const Subject& of, const V2i& size, const std::string& name) {
     const Samples samples = need(draw(of, RenderPath::hybrid, size, 15));
     const RenderStats& last = samples.last();
-    fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", last.triangles,
+    fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", last.triangles,
                last.covered_pixels, samples.project(), samples.geometry(), samples.read_back(),
                samples.evaluation(), 1e6 * samples.evaluation() / static_cast<double>(last.evaluated_pixels),
-               samples.frame());
+               samples.frame(), samples.processor());
+    std::fflush(stdout);
     rows.add("growth/" + name + "/geometry", samples.geometry(), "ms");
     rows.add("growth/" + name + "/evaluation", samples.evaluation(), "ms");
   };
@@ -346,7 +359,8 @@ int main(int argc, char** argv) {
   fmt::print(
       "{} x {}, {} threads, OSMesa, nearest texels, one tap; ms, medians\n\n"
       "| | path | covered | surfaces | project | geometry | read back | texels, frames, light | frame | "
-      "processor | times hybrid |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "processor | frame: times hybrid | processor: the same "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       full_size.x, full_size.y, thread_count());
   for (const Subject& subject : subjects) draw_by_all_paths(subject, paths, rows);
   growth(subjects.front(), rows);

@@ -9,6 +9,7 @@
 #include "tests/viewer/plain_frame.h"
 #include "tests/viewer/ray_caster.h"
 #include "tests/viewer/shapes.h"
+#include "viewer/needed_levels.h"
 #include "viewer/paper_layers.h"
 #include "viewer/render.h"
 #include "viewer/renderer.h"
@@ -363,8 +364,8 @@ TEST_CASE("a fabric of which the finer levels are left out gives the paper's fra
     look.width = 100;
     look.height = 80;
     look.lights = default_lights(*camera);
-    const int finest = finest_paper_levels(scene, *camera, look.height, look.levels,
-                                           std::vector<V2i>{V2i(64, 64)}, std::vector<int>{7})[0];
+    const int finest = finest_for_paper(finest_levels(scene, *camera, look.height, look.levels,
+                                                      std::vector<V2i>{V2i(64, 64)}, std::vector<int>{7})[0]);
     left_out += finest;
     std::vector<Fabric> some = all;
     some[0].levels.erase(some[0].levels.begin(), some[0].levels.begin() + finest);
@@ -378,6 +379,10 @@ TEST_CASE("a fabric of which the finer levels are left out gives the paper's fra
     CHECK(worst < 1e-4F);
   }
   CHECK(left_out >= 4);
+  CHECK(finest_for_paper(0) == 0);
+  CHECK(finest_for_paper(4) == 2);
+  CHECK(coarsest_for_paper(2, 4) == 3);
+  CHECK(coarsest_for_paper(3, 4) == 3);
 }
 
 TEST_CASE("the paper's path refuses what 8 bits and its model do not have, and says which path draws it") {
