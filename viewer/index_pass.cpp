@@ -24,8 +24,9 @@ struct Footprints {
 struct Corners {
   std::array<std::array<const Group*, lane_count>, 3> screen;
   std::array<std::array<const Group*, lane_count>, 3> attributes;
-  alignas(64) LaneFloats width;  ///< of level 0
+  alignas(64) LaneFloats width;  ///< of level 0 of the whole fabric
   alignas(64) LaneFloats height;
+  alignas(64) LaneFloats first_level;  ///< of the whole fabric that is there; the others are counted from it
   alignas(64) LaneFloats last_level;
 };
 
@@ -100,13 +101,15 @@ SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideF
           at.l1_up * one + at.l2_up * two};
 }
 
-/// The texel at (u, v) in [0, 1] of a level, whose size follows from that of level 0 (level_size()).
+/// The texel at (u, v) in [0, 1] of a level, whose size follows from that of the whole fabric's level 0
+/// (level_size()); `before` levels lie between them.
 template <std::size_t N>
 SELVEDGE_INLINE void choose_texel(const WideFloat<N>& width0, const WideFloat<N>& height0,
-                                  const WideFloat<N>& level, const WideFloat<N>& u, const WideFloat<N>& v,
-                                  LaneTexels& to, std::size_t first) {
+                                  const WideFloat<N>& before, const WideFloat<N>& level,
+                                  const WideFloat<N>& u, const WideFloat<N>& v, LaneTexels& to,
+                                  std::size_t first) {
   using Wide = WideFloat<N>;
-  const Wide scale = power_of_two(-level);
+  const Wide scale = power_of_two(-(before + level));
   const Wide width = max(floor(width0 * scale), Wide(1));
   const Wide height = max(floor(height0 * scale), Wide(1));
   const Wide x = min(floor(u * width), width - Wide(1));
@@ -153,16 +156,17 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     const Wide in_v = max(v.value - floor(v.value), Wide(0));
     in_u.store(&footprints.u[first]);
     in_v.store(&footprints.v[first]);
-    const Wide wanted =
-        options.forced >= 0 ? Wide(static_cast<float>(options.forced)) : of.level + Wide(options.bias);
+    const Wide before = Wide::load(&corners.first_level[first]);
+    const Wide wanted = options.forced >= 0 ? Wide(static_cast<float>(options.forced))
+                                            : of.level + Wide(options.bias) - before;
     const Wide last = Wide::load(&corners.last_level[first]);
     // Down to the finest for NaN as well.
     const Wide clamped = min(max(wanted, Wide(0)), last);
     const Wide level = options.blend ? clamped : floor(clamped + Wide(0.5F));
     const Wide lower = floor(level);
     const Wide upper = min(lower + Wide(1), last);
-    choose_texel<N>(width, height, lower, in_u, in_v, footprints.nearest[0], first);
-    choose_texel<N>(width, height, upper, in_u, in_v, footprints.nearest[1], first);
+    choose_texel<N>(width, height, before, lower, in_u, in_v, footprints.nearest[0], first);
+    choose_texel<N>(width, height, before, upper, in_u, in_v, footprints.nearest[1], first);
     (Wide(1) - (level - lower)).store(&footprints.nearest[0].weight[first]);
     (level - lower).store(&footprints.nearest[1].weight[first]);
     // Parts that are smaller than a texel of level 0 need no tap of their own.
@@ -206,7 +210,8 @@ std::size_t spread(const PackedFabric& fabric, const LevelOptions& options, cons
                    std::size_t lane, PixelBlock& block) {
   const std::array<LaneTexels, 2>& whole = at.nearest;
   const bool one_tap = options.taps == 1 || options.forced >= 0 || !(at.parts[lane] > 1.001F);
-  const bool minified = whole[0].level[lane] > 0 || whole[1].weight[lane] > 0;
+  const bool is_part = first_level(*fabric.fabric) > 0;
+  const bool minified = is_part || whole[0].level[lane] > 0 || whole[1].weight[lane] > 0;
   const bool linear = options.linear && minified;
   const std::size_t per_level = linear ? 4 : 1;
   const int taps = one_tap ? 1 : std::min(static_cast<int>(at.parts[lane] + 0.999F), options.taps);
@@ -221,8 +226,9 @@ std::size_t spread(const PackedFabric& fabric, const LevelOptions& options, cons
       if (weight == 0) continue;
       const int number = of.level[lane];
       const PackedLevel& level = fabric.levels[static_cast<std::size_t>(number)];
-      // Level 0 has weight only on the way to level 1: its texels' edges fade with it.
-      if (linear && number > 0) {
+      // Level 0 has weight only on the way to level 1: its texels' edges fade with it. The first level of a
+      // part of a fabric is none such.
+      if (linear && (is_part || number > 0)) {
         set_linear(level, number, uv, weight, lane, std::span<LaneTexels, 4>(&block.texels[count], 4));
         count += per_level;
       } else {
@@ -262,12 +268,14 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
     block.side[lane] = pixels.back[from] ? -1.0F : 1.0F;
     const int fabric = scene.looks[triangle.surface].fabric;
     corners.width[lane] = corners.height[lane] = 1;
-    corners.last_level[lane] = 0;
+    corners.first_level[lane] = corners.last_level[lane] = 0;
     if (fabric < 0) continue;
-    const std::vector<PackedLevel>& levels = scene.fabrics[static_cast<std::size_t>(fabric)].levels;
-    corners.width[lane] = static_cast<float>(levels.front().width);
-    corners.height[lane] = static_cast<float>(levels.front().height);
-    corners.last_level[lane] = static_cast<float>(levels.size() - 1);
+    const PackedFabric& packed = scene.fabrics[static_cast<std::size_t>(fabric)];
+    const V2i texels = whole_texels(*packed.fabric);
+    corners.width[lane] = static_cast<float>(texels.x);
+    corners.height[lane] = static_cast<float>(texels.y);
+    corners.first_level[lane] = static_cast<float>(first_level(*packed.fabric));
+    corners.last_level[lane] = static_cast<float>(packed.levels.size() - 1);
   }
   Footprints footprints;
   interpolate(corners, scene.levels, block, footprints);

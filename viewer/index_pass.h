@@ -6,31 +6,11 @@
 #include <cstdint>
 #include <span>
 
+#include "format/level_options.h"
 #include "viewer/evaluate_lanes.h"
 #include "viewer/merged_surfaces.h"
 
 namespace selvedge {
-
-/// The most texels along the longer axis of a pixel's footprint.
-inline constexpr int most_taps = 16;
-
-struct LevelOptions {
-  bool blend = true;
-  int forced = -1;  ///< not -1: this level everywhere, clamped to those that a fabric has
-  int taps = 1;     ///< at most so many along the longer axis of a pixel's footprint, 1 ... most_taps
-  float bias = 0;   ///< added to the level
-  /// Between the four nearest texels of a level, in proportion to their distance, wherever a pixel holds more
-  /// than a texel of level 0; texels of level 0 keep their edges. Counts as 4 taps.
-  bool linear = false;
-};
-
-/// What pictures are drawn with unless something else is asked for: in most views nearest to many samples a
-/// pixel, with little flicker in a slow zoom (spec/view.md). Half a level finer: what linear taps lose in
-/// sharpness they need not lose twice.
-inline constexpr LevelOptions best_levels{true, -1, 4, -0.5F, true};
-
-/// The most taps along the footprint with and without `linear`.
-constexpr int tap_limit(bool linear) { return linear ? most_taps / 4 : most_taps; }
 
 struct IndexScene {
   const MergedSurfaces& mesh;

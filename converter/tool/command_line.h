@@ -11,6 +11,7 @@
 #include "converter/cell_source.h"
 #include "converter/dress.h"
 #include "converter/reattach.h"
+#include "converter/scene_plan.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
 #include "format/program.h"
@@ -42,7 +43,10 @@ struct BakeCommand {
   BakeOptions bake;
   std::string pairs;  ///< file of pairs; empty: random ones
   std::optional<BakeShard> shard;
-  bool texels_given = false;  ///< else the stitch may demand more than the default
+  bool texels_given = false;          ///< else the stitch may demand more than the default
+  std::optional<TexelDemand> demand;  ///< of make: texels and samples are those of the whole, and no more of
+                                      ///< it is baked than this needs
+  bool chooses = false;               ///< the fit will choose by the validation pairs
 };
 
 struct MergeCommand {
@@ -65,6 +69,15 @@ struct FitCommand {
 struct MakeCommand {
   BakeCommand bake;  ///< its output: where the samples are kept; empty: nowhere
   FitCommand fit;    ///< its input is not used
+  std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
+  std::vector<std::string> materials;  ///< of the plan; empty: all of them
+};
+
+struct PlanCommand {
+  CommonOptions common;
+  std::string scene;
+  std::string output;  ///< .json; empty: report only
+  PlanOptions plan;
 };
 
 struct DressCommand {
@@ -126,7 +139,7 @@ struct CompareCommand {
 
 using Command = std::variant<ExitNow, StitchCommand, BakeCommand, MergeCommand, FitCommand, MakeCommand,
                              DressCommand, ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand,
-                             AnswerCommand, RepackCommand, CompareCommand>;
+                             AnswerCommand, RepackCommand, CompareCommand, PlanCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

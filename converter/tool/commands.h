@@ -19,5 +19,6 @@ int run(const EvaluateCommand& command);
 int run(const AnswerCommand& command);
 int run(const RepackCommand& command);
 int run(const CompareCommand& command);
+int run(const PlanCommand& command);
 
 }  // namespace selvedge
