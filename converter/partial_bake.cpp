@@ -20,7 +20,7 @@ BakeOptions bake_for(const TexelDemand& demand, const V2d& period_mm, BakeOption
   constexpr double most = 65536;
   const double more = std::exp2(2.0 * (level - 1));
   if (!whole.noise) whole.samples = static_cast<int>(std::min(whole.samples * more, most));
-  whole.truth_samples = static_cast<int>(std::min(whole.truth_samples * more, most));
+  whole.truth_samples = static_cast<int>(std::min(whole.truth_samples * std::sqrt(more), most));
   return whole;
 }
 
