@@ -62,7 +62,7 @@ test_a_fabric_for_a_plan_is_a_small_one_and_shows_the_same() {
   make_cloth
   selvedge plan quad.glb "${far_view[@]}" -o plan.json --quiet
   exits 0 selvedge make plain-knit -o part.fabric.exr --for plan.json "${knit[@]}" --json
-  holds 'r.fit.levels.length === 3 && r.fit.levels[0].width === 4'
+  holds 'r.fit.levels.length === 3 && r.fit.levels[0].texels[0] === 4'
   exits 0 selvedge info part.fabric.exr --json
   holds 'r.content.texels.join() === "4,4" && r.content.levels === 3'
   holds 'r.content.whole.level === 2 && r.content.whole.texels.join() === "16,16"'

@@ -135,7 +135,7 @@ TEST_CASE("the shader shows a part of a fabric as the whole") {
   const Scene scene = balls();
   const Fabric whole = test::random_fabric(24, 20, 7);
   CameraOptions options;
-  options.distance = 8;
+  options.distance = 20;
   const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
   test::require(camera);
   RenderOptions look;
@@ -222,7 +222,7 @@ TEST_CASE(
       CHECK(pixels > 1000);
       CAPTURE(nearest);
       MESSAGE("finest level foreseen " << finest << ", seen " << seen);
-      CHECK(finest <= seen);
+      CHECK(finest - 1e-3 <= seen);  // what a pixel rounds
       CHECK(seen - finest < 1);
     }
   }
