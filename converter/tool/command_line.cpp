@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "converter/tool/option_groups.h"
+#include "converter/tool/plan_options.h"
 
 namespace selvedge {
 namespace {
@@ -33,6 +34,7 @@ struct Verbs {
   CompareCommand compare;
   SwatchCommand swatch;
   TradeCommand trade;
+  PlanCommand plan;
 };
 
 void add_stitch_verb(CLI::App& app, StitchCommand& command) {
@@ -87,6 +89,16 @@ void add_make_verb(CLI::App& app, MakeCommand& command) {
   add_cell(*verb, command.bake.input, command.bake.cell);
   add_bake(*verb, command.bake);
   add_fit(*verb, command.fit);
+  auto* plan =
+      verb->add_option("--for", command.plan,
+                       "Make no more than this plan needs (selvedge plan): coarser texels, fewer levels")
+          ->type_name("PLAN");
+  verb->add_option("--material", command.materials,
+                   "Of the plan: name of a material, or #index; may be repeated (default: all of them)")
+      ->type_name("NAME")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->needs(plan);
   verb->add_option("--keep-samples", command.bake.output, "Keep the samples in this file")->type_name("FILE");
   add_output(*verb, command.fit.output, "The fabric file");
 }
@@ -238,6 +250,16 @@ void add_trade_verb(CLI::App& app, TradeCommand& command) {
   verb->add_flag("--keep-samples", command.keep_samples, "Keep the points' samples: large");
 }
 
+void add_plan_verb(CLI::App& app, PlanCommand& command) {
+  CLI::App* verb =
+      add_verb(app, "plan", "What a scene requires of its fabrics: levels, size of texels, backs, holes",
+               "selvedge plan dressed.glb --distance 2 5 --fov 45 --size 1920x1080 -o plan.json");
+  add_common(*verb, command.common);
+  verb->add_option("scene", command.scene, "A dressed glTF file (.gltf .glb)")->required()->type_name("FILE");
+  add_plan(*verb, command.plan);
+  add_output(*verb, command.output, "The plan (.json), for selvedge make --for", false);
+}
+
 LayerSet layers_from(const std::string& text) {
   LayerSet layers;
   std::stringstream names(text);
@@ -371,6 +393,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_merge_verb(app, verbs.merge);
   add_fit_verb(app, verbs.fit);
   add_make_verb(app, verbs.make);
+  add_plan_verb(app, verbs.plan);
   add_dress_verb(app, verbs.dress);
   add_repack_verb(app, verbs.repack);
   add_reattach_verb(app, verbs.reattach);
@@ -392,6 +415,7 @@ Command parse_command_line(int argc, const char* const* argv) {
     if (!verbs.compare.plot.empty() && verbs.compare.files.size() != 2) {
       throw CLI::ValidationError("--plot", "draws one fabric");
     }
+    if (const CLI::App* plan = app.get_subcommand("plan"); plan->parsed()) check_plan_usage(*plan);
     if (app.got_subcommand("dress") && verbs.dress.dress.materials.empty() && !verbs.dress.dress.all) {
       throw CLI::RequiredError("dress: --material or --all");
     }
@@ -422,6 +446,7 @@ Command parse_command_line(int argc, const char* const* argv) {
     verbs.swatch.trace.reference = transport.reference;
     return verbs.swatch;
   }
+  if (verb == "plan") return verbs.plan;
   return verbs.compare;
 }
 

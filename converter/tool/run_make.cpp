@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "converter/partial_bake.h"
+#include "converter/plan_file.h"
 #include "converter/tool/commands.h"
 #include "converter/tool/distinct_paths.h"
 #include "converter/tool/fit_report.h"
@@ -186,13 +188,21 @@ int run(const MakeCommand& command) {
   const auto distinct = check_distinct({{"the input", command.bake.input},
                                         {"--output", command.fit.output},
                                         {"--keep-samples", command.bake.output},
-                                        {"--report", command.fit.report}});
+                                        {"--report", command.fit.report},
+                                        {"--for", command.plan}});
   if (!distinct) return report_error(distinct.error());
+  BakeCommand bake_command = command.bake;
+  FitCommand fit_command = command.fit;
+  if (!command.plan.empty()) {
+    const auto demand = read_plan(command.plan, command.materials);
+    if (!demand) return report_error(demand.error());
+    bake_command.demand = *demand;
+    bake_command.chooses = fit_command.budget.has_value();
+  }
   // The samples pass through a file, as they do between the single verbs; without --keep-samples through one
   // beside the fabric that is gone afterwards, whatever happens.
   auto passing = AtomicFile::create(command.fit.output);
   if (!passing) return report_error(passing.error());
-  BakeCommand bake_command = command.bake;
   const bool keep = !bake_command.output.empty();
   if (!keep) {
     bake_command.output = passing->temporary();
@@ -203,7 +213,13 @@ int run(const MakeCommand& command) {
   Json bake_report = bake_json(*baked, bake_command.output);
   if (!keep) bake_report.erase("output");
   const std::string bake_line = bake_text(*baked, keep ? bake_command.output : "");
-  auto fitted = fit_file(bake_command.output, command.fit);
+  // A choice of layers weighs all levels against each other.
+  if (bake_command.demand && !fit_command.budget) {
+    const auto samples = SamplesReader::open(bake_command.output);
+    if (!samples) return report_error(samples.error());
+    fit_command.fit.levels = levels_needed(*bake_command.demand, samples->header());
+  }
+  auto fitted = fit_file(bake_command.output, fit_command);
   if (!fitted) return report_error(fitted.error());
   if (!keep) fitted->samples = command.bake.input;
   const Json json = {{"bake", bake_report}, {"fit", fit_json(*fitted)}};
