@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -10,7 +11,9 @@
 #include "converter/bake.h"
 #include "converter/cell_source.h"
 #include "converter/dress.h"
+#include "converter/make_within.h"
 #include "converter/reattach.h"
+#include "converter/trade_grid.h"
 #include "converter/truth_swatch.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
@@ -65,9 +68,13 @@ struct FitCommand {
 };
 
 struct MakeCommand {
-  BakeCommand bake;  ///< its output: where the samples are kept; empty: nowhere
-  FitCommand fit;    ///< its input is not used
+  BakeCommand bake;   ///< its output: where the samples are kept; empty: nowhere
+  FitCommand fit;     ///< its input is not used
+  MakeLimits limits;  ///< where there are any they choose the knobs of TradePoint
 };
+
+/// Gives the knobs their values, those for whose options `given` holds excepted.
+void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command);
 
 struct DressCommand {
   CommonOptions common;
