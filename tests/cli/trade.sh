@@ -56,7 +56,9 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   # The viewer shows what the reference evaluation shows: half a hundredth of a decibel is a pixel or two.
   holds 'r.frames.filter(f => f.usual).every(f =>
     Math.abs(f.pictures.all.psnr - r.points.find(p => p.name === f.fabric).pictures.all.psnr) < 0.05)' sweep/trade.json
-  [ "$(grep -c '<svg' sweep/index.html)" = 6 ]
+  [ "$(grep -c '<svg xmlns' sweep/index.html)" = 6 ]
+  # Beside each picture the truth, which is in the page once.
+  [ "$(grep -c '<use href="#truth"/>' sweep/index.html)" = "$(grep -c '<img alt=' sweep/index.html)" ]
   [ "$(wc -l <sweep/trade.csv)" = "$((1 + 3 + $(find sweep/frames -name '*-t8*' -o -name 't8*2lobes*--*' | wc -l)))" ]
 }
 
