@@ -30,10 +30,8 @@ TradePoint point_of(Quality quality) {
       point.budget = 262144;
       break;
     case Quality::reference:
-      point.texels = 64;
-      point.samples = 4;
       point.layers = LayerChoice::slabs;
-      point.budget = 1048576;
+      point.budget = 262144;
       break;
   }
   return point;

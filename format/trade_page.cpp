@@ -26,6 +26,7 @@ struct Row {
   Json record;
   double bytes = NAN;
   double make = NAN;     // s
+  double work = NAN;     // s, of all cores
   double load = NAN;     // ms
   double frame = NAN;    // ms
   double picture = NAN;  // dB
@@ -63,6 +64,7 @@ Row row_of(Json record) {
   row.name = text_at(record, "name");
   row.bytes = number_at(record, "/bytes");
   row.make = number_at(record, "/seconds/make");
+  row.work = number_at(record, "/processorSeconds");
   row.load = number_at(record, "/loadMs");
   row.frame = number_at(record, "/frameMs");
   row.picture = number_at(record, "/pictures/all/psnr");
@@ -128,7 +130,7 @@ Result<Table> read_table(const std::string& folder) {
 
 /// Where something is on the front of a plot.
 struct Fronts {
-  std::vector<bool> bytes, make, frame;
+  std::vector<bool> bytes, make, work, frame;
 };
 
 std::vector<TradeFigure> figures(const std::vector<Row>& rows, double Row::*cost, double Row::*quality) {
@@ -140,6 +142,7 @@ std::vector<TradeFigure> figures(const std::vector<Row>& rows, double Row::*cost
 Fronts fronts_of(const std::vector<Row>& rows) {
   return {pareto_front(figures(rows, &Row::bytes, &Row::picture)),
           pareto_front(figures(rows, &Row::make, &Row::picture)),
+          pareto_front(figures(rows, &Row::work, &Row::picture)),
           pareto_front(figures(rows, &Row::frame, &Row::picture))};
 }
 
@@ -150,8 +153,10 @@ Json json_of(const Table& table) {
   const Fronts fronts = fronts_of(table.fabrics);
   for (std::size_t i = 0; i < table.fabrics.size(); ++i) {
     Json point = table.fabrics[i].record;
-    point["front"] = {
-        {"bytes", bool{fronts.bytes[i]}}, {"make", bool{fronts.make[i]}}, {"frame", bool{fronts.frame[i]}}};
+    point["front"] = {{"bytes", bool{fronts.bytes[i]}},
+                      {"make", bool{fronts.make[i]}},
+                      {"work", bool{fronts.work[i]}},
+                      {"frame", bool{fronts.frame[i]}}};
     points.push_back(std::move(point));
   }
   all["points"] = std::move(points);
