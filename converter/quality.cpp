@@ -22,14 +22,16 @@ TradePoint point_of(Quality quality) {
     case Quality::standard:
       point.texels = 16;
       point.samples = 4;
-      point.layers = LayerChoice::products;
+      point.layers = LayerChoice::slabs;
       point.budget = 131072;
       break;
     case Quality::high:
-      point.layers = LayerChoice::products;
-      point.budget = 262144;
+      point.samples = 2;
+      point.layers = LayerChoice::slabs;
+      point.budget = 65536;
       break;
     case Quality::reference:
+      point.samples = 2;
       point.layers = LayerChoice::slabs;
       point.budget = 262144;
       break;
