@@ -31,7 +31,6 @@ TradePoint point_of(Quality quality) {
       point.budget = 65536;
       break;
     case Quality::reference:
-      point.samples = 2;
       point.layers = LayerChoice::slabs;
       point.budget = 262144;
       break;
