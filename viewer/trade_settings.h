@@ -24,8 +24,8 @@ TradeSetting usual_setting();
 inline constexpr std::array<std::string_view, 4> frame_quality_names{"draft", "standard", "high",
                                                                      "reference"};
 
-/// How a frame is drawn for the name of that index: levels and samples a pixel alone. What it is worth stands in
-/// spec/trade.md.
+/// How a frame is drawn for the name of that index: levels and samples a pixel alone. What it is worth stands
+/// in spec/trade.md.
 TradeSetting quality_setting(std::size_t quality);
 
 /// Filters, taps, level blending, the finest level alone, several samples a pixel, and who evaluates; the
