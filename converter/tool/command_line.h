@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -10,8 +11,10 @@
 #include "converter/bake.h"
 #include "converter/cell_source.h"
 #include "converter/dress.h"
+#include "converter/make_within.h"
 #include "converter/reattach.h"
 #include "converter/scene_plan.h"
+#include "converter/trade_grid.h"
 #include "converter/truth_swatch.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
@@ -73,6 +76,7 @@ struct MakeCommand {
   FitCommand fit;    ///< its input is not used
   std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
+  MakeLimits limits;                   ///< where there are any they choose the knobs of TradePoint
 };
 
 struct PlanCommand {
@@ -81,6 +85,9 @@ struct PlanCommand {
   std::string output;  ///< .json; empty: report only
   PlanOptions plan;
 };
+
+/// Gives the knobs their values, those for whose options `given` holds excepted.
+void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command);
 
 struct DressCommand {
   CommonOptions common;
