@@ -81,8 +81,8 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
   }
   if (header.whole) {
     sink.add(Code::fabric_levels, "/whole/level",
-             fmt::format("begins with level {} of {}x{} texels: the finer ones are missing", header.whole->level,
-                         header.whole->texels.x, header.whole->texels.y));
+             fmt::format("begins with level {} of {}x{} texels: the finer ones are missing",
+                         header.whole->level, header.whole->texels.x, header.whole->texels.y));
   }
   // A level with products does without the tables; which have which is the fit's choice.
   for (const Layer layer : {Layer::lobes, Layer::frame, Layer::table, Layer::opacity, Layer::light}) {
