@@ -97,8 +97,8 @@ test_render_reads_only_the_levels_that_it_shows() {
   selvedge-view render quad.glb -o near.png --size 400x400 --zoom 40 --stats near.json
   selvedge-view render quad.glb -o far.png --size 40x40 --distance-factor 4 --stats far.json
   holds 'r.fabricBytes.inFiles === require("fs").statSync("k.fabric.exr").size' near.json
-  # Headers are read in steps, some bytes twice.
-  holds 'r.fabricBytes.read > 0.9 * r.fabricBytes.inFiles && r.fabricBytes.read < 1.1 * r.fabricBytes.inFiles' near.json
+  # Level 0 is most of it, the only one that is seen. Headers are read in steps, some bytes twice.
+  holds 'r.fabricBytes.read > 0.6 * r.fabricBytes.inFiles && r.fabricBytes.read < 1.1 * r.fabricBytes.inFiles' near.json
   holds 'r.fabricBytes.read < 0.6 * r.fabricBytes.inFiles' far.json
 }
 
