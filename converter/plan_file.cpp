@@ -114,7 +114,7 @@ Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::st
       meant = found[k] = true;
     }
     if (!meant) continue;
-    const auto one = demand_of(path, place, material, all.bias);
+    auto one = demand_of(path, place, material, all.bias);
     if (!one) return one;
     all.least_mm = std::min(all.least_mm, one->least_mm);
     all.most_mm = std::max(all.most_mm, one->most_mm);

@@ -9,7 +9,7 @@ inline constexpr int most_taps = 16;
 
 struct LevelOptions {
   bool blend = true;
-  int forced = -1;  ///< not -1: this level everywhere, clamped to those that a fabric has
+  int forced = -1;  ///< not -1: this level of the whole fabric everywhere, clamped to those that are there
   int taps = 1;     ///< at most so many along the longer axis of a pixel's footprint, 1 ... most_taps
   float bias = 0;   ///< added to the level
   /// Between the four nearest texels of a level, in proportion to their distance, wherever a pixel holds more

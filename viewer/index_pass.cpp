@@ -154,8 +154,9 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     in_u.store(&footprints.u[first]);
     in_v.store(&footprints.v[first]);
     const Wide before = Wide::load(&corners.first_level[first]);
-    const Wide wanted = options.forced >= 0 ? Wide(static_cast<float>(options.forced))
-                                            : of.level + Wide(options.bias) - before;
+    const Wide wanted =
+        (options.forced >= 0 ? Wide(static_cast<float>(options.forced)) : of.level + Wide(options.bias)) -
+        before;
     const Wide last = Wide::load(&corners.last_level[first]);
     // Down to the finest for NaN as well.
     const Wide clamped = min(max(wanted, Wide(0)), last);

@@ -97,6 +97,7 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   probe.fabric = index.looks[probe.surface].fabric;
   if (probe.fabric >= 0) {
     const std::vector<PackedLevel>& levels = index.fabrics[static_cast<std::size_t>(probe.fabric)].levels;
+    const int before = first_level(*index.fabrics[static_cast<std::size_t>(probe.fabric)].fabric);
     const PixelCoordinates at = coordinates_of(index, probe.triangle, block.x[0], block.y[0]);
     probe.uv = at.uv;
     probe.texels_per_pixel =
@@ -105,8 +106,8 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
       const LaneTexels& texels = block.texels[i];
       if (!(texels.weight[0] > 0)) continue;
       const int width = levels[static_cast<std::size_t>(texels.level[0])].width;
-      probe.texels.push_back(
-          {texels.level[0], V2i(texels.texel[0] % width, texels.texel[0] / width), texels.weight[0]});
+      probe.texels.push_back({before + texels.level[0], V2i(texels.texel[0] % width, texels.texel[0] / width),
+                              texels.weight[0]});
     }
   }
   const LaneFrames frames = garment_frames(shading.camera, shading.width, shading.height, block);

@@ -268,7 +268,8 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish) 
   label("path");
   raise(wish.change, choose("##path", path_names, state.path, false), Change::scene);
   std::size_t levels = 1;
-  for (const Fabric& fabric : info.picture.fabrics()) levels = std::max(levels, fabric.levels.size());
+  for (const Fabric& fabric : info.picture.fabrics())
+    levels = std::max(levels, static_cast<std::size_t>(first_level(fabric)) + fabric.levels.size());
   label("level");
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
   raise(wish.change,

@@ -74,7 +74,7 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
   for (const FabricReader& reader : open.readers) {
     headers.push_back(&reader.header());
     const int last = reader.header().levels - 1;
-    const int forced = std::min(levels.forced, last);
+    const int forced = std::clamp(levels.forced - first_level(reader.header()), 0, last);
     needed.push_back(levels.forced >= 0 ? LevelRange{forced, forced} : LevelRange{last, 0});
   }
   if (levels.forced >= 0) return needed;
@@ -147,6 +147,7 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   std::error_code unknown;
   open.file_bytes = std::filesystem::file_size(command.input, unknown);
   shot.options = options_of(command);
+  if (command.swatch.level >= 0) shot.options.levels.forced = command.swatch.level + first_level(sizes);
   shot.options.width = swatch->width;
   shot.options.height = swatch->height;
   shot.options.layers = 1;

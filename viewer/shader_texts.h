@@ -268,9 +268,8 @@ void main() {
   vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z)) * size;
   vec4 seen = footprint(right, up, most_taps);
 
-  float level = seen.x + level_bias - float(first_level);
-  if (forced_level >= 0) level = float(forced_level);
-  level = clamp(level, 0.0, float(words[fabric] - 1u));
+  float level = forced_level >= 0 ? float(forced_level) : seen.x + level_bias;
+  level = clamp(level - float(first_level), 0.0, float(words[fabric] - 1u));
   if (blend_levels == 0) level = floor(level + 0.5);
   float lower = floor(level);
   float weight = level - lower;

@@ -141,6 +141,7 @@ class Show {
                   {"lookAt", {look_at.x, look_at.y, look_at.z}}}},
                 {"levels", {{"forced", state_.levels.forced}, {"blend", state_.levels.blend}}},
                 {"fabrics", state_.fabrics},
+                {"fabricBytes", {{"read", picture_.bytes_read()}, {"inFiles", picture_.file_bytes()}}},
                 {"message", message_}};
     all["lights"] = Json::array();
     for (const Light& light : picture_.lights()) all["lights"].push_back(json_of(light));
@@ -330,19 +331,23 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
 int run(const ShowCommand& command) {
   set_threads(command.threads);
   limit_mesa_threads(command.threads);
-  Result<LoadedScene> loaded =
-      has_ending(command.input, ".exr") ? load_swatch(command) : load_scene(command.input);
-  if (!loaded) return report(loaded.error());
+  const bool is_fabric = has_ending(command.input, ".exr");
+  Result<LoadedScene> swatch = is_fabric ? load_swatch(command) : LoadedScene{};
+  if (!swatch) return report(swatch.error());
+  Result<OpenScene> scene = is_fabric ? OpenScene{} : open_scene(command.input);
+  if (!scene) return report(scene.error());
   if (!command.quiet) {
-    for (const std::string& remark : loaded->scene.remarks)
+    for (const std::string& remark : scene->scene.remarks)
       fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
   }
   Result<std::unique_ptr<Window>> window = Window::open("Selvedge: " + command.input, command.size);
   if (!window) return report(window.error());
   const Result<GlFunctions> gl = load_gl_functions(*(*window)->context());
   if (!gl) return report(gl.error());
-  Result<std::unique_ptr<ShowPicture>> picture = ShowPicture::create(
-      std::move(loaded->scene), std::move(loaded->fabrics), [&] { return (*window)->context(); });
+  const auto context = [&] { return (*window)->context(); };
+  Result<std::unique_ptr<ShowPicture>> picture =
+      is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics), context)
+                : ShowPicture::create(std::move(*scene), context);
   if (!picture) return report(picture.error());
   for (const std::string& path : command.fabrics) {
     if (const auto good = (*picture)->add_fabric(path); !good) return report(good.error());

@@ -7,6 +7,7 @@
 #include "viewer/change_fabrics.h"
 #include "viewer/geometry.h"
 #include "viewer/orbit.h"
+#include "viewer/paper_limits.h"
 
 namespace selvedge {
 namespace {
@@ -34,6 +35,29 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   return picture;
 }
 
+Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeContext make_context) {
+  // The least of each file that makes a fabric.
+  std::vector<LevelRange> coarsest;
+  for (const FabricReader& reader : open.readers) {
+    const int last = reader.header().levels - 1;
+    coarsest.push_back({last, last});
+  }
+  auto fabrics = read_fabrics(open, coarsest);
+  if (!fabrics) return tl::unexpected(fabrics.error());
+  auto picture = create(std::move(open.scene), std::move(*fabrics), std::move(make_context));
+  if (!picture) return picture;
+  // Their bytes are the scene's, which have stayed where they were.
+  (*picture)->readers_ = std::move(open.readers);
+  (*picture)->file_bytes_ = open.file_bytes;
+  return picture;
+}
+
+std::uint64_t ShowPicture::bytes_read() const {
+  std::uint64_t sum = 0;
+  for (const FabricReader& reader : readers_) sum += reader.bytes_read();
+  return sum;
+}
+
 Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double aspect) const {
   ShowState state;
   Result<CameraOptions> orbit = start_orbit(corners_, aspect, options);
@@ -56,11 +80,47 @@ Result<void> ShowPicture::add_fabric(const std::string& path) {
 Result<void> ShowPicture::load(const ShowState& state) {
   renderer_.reset();
   options_.path = static_cast<RenderPath>(state.path);
+  dressed_ = change_fabrics(scene_, fabrics_, state.fabrics);
   Result<std::unique_ptr<Renderer>> renderer =
-      Renderer::create(change_fabrics(scene_, fabrics_, state.fabrics), fabrics_, options_, make_context_());
+      Renderer::create(dressed_, fabrics_, options_, make_context_());
   if (!renderer) return tl::unexpected(renderer.error());
   renderer_ = std::move(*renderer);
   return {};
+}
+
+/// Reads what the picture asks for and is not there yet.
+Result<void> ShowPicture::read_levels(const ShowState& state) {
+  if (readers_.empty()) return {};
+  // Files that were added are there as a whole, and their headers do not matter.
+  std::vector<FabricHeader> added(fabrics_.size() - readers_.size());
+  std::vector<const FabricHeader*> headers;
+  for (const FabricReader& reader : readers_) headers.push_back(&reader.header());
+  for (const FabricHeader& header : added) headers.push_back(&header);
+  const std::vector<LevelRange> asked =
+      levels_asked(dressed_, camera_, options_.height, options_.levels, headers);
+  bool more = false;
+  for (std::size_t i = 0; i < readers_.size(); ++i) {
+    const int before = first_level(readers_[i].header());
+    const int last = readers_[i].header().levels - 1;
+    const int there = first_level(fabrics_[i]) - before;
+    const bool worn =
+        std::find(state.fabrics.begin(), state.fabrics.end(), static_cast<int>(i)) != state.fabrics.end();
+    int first = asked[i].first;
+    if (state.levels.forced >= 0)
+      first = std::clamp(state.levels.forced - before, 0, last);
+    else if (options_.path == RenderPath::paper)
+      first = finest_for_paper(first);
+    if (!worn || first >= there) continue;
+    Result<Fabric> finer = readers_[i].read_levels(first, there - 1);
+    if (!finer) return tl::unexpected(finer.error());
+    // The renderer points to the fabrics.
+    renderer_.reset();
+    std::vector<FabricLevel>& levels = fabrics_[i].levels;
+    levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
+    fabrics_[i].whole = finer->whole;
+    more = true;
+  }
+  return more ? load(state) : Result<void>();
 }
 
 Result<void> ShowPicture::draw(const ShowState& state) {
@@ -75,6 +135,7 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   options_.ambient = state.ambient;
   options_.shadows = state.shadows;
   options_.lights = lights_in_world(state, camera_);
+  if (auto good = read_levels(state); !good) return good;
   if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);
   overlay_.clear();

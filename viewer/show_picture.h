@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "viewer/load.h"
 #include "viewer/renderer.h"
 #include "viewer/show_state.h"
 
@@ -21,6 +22,9 @@ class ShowPicture {
   /// contexts are as for Renderer::create().
   static Result<std::unique_ptr<ShowPicture>> create(Scene scene, std::vector<Fabric> fabrics,
                                                      MakeContext make_context);
+
+  /// Of these fabrics levels are read when a picture first asks for them, and kept.
+  static Result<std::unique_ptr<ShowPicture>> create(OpenScene open, MakeContext make_context);
 
   /// A state with the fabrics of the scene and `options` as an orbit.
   Result<ShowState> first_state(const CameraOptions& options, double aspect) const;
@@ -37,8 +41,10 @@ class ShowPicture {
 
   const Scene& scene() const { return scene_; }
   const std::vector<std::string>& fabric_names() const { return fabric_names_; }
-  const std::vector<Fabric>& fabrics() const { return fabrics_; }
-  double size() const { return size_; }  ///< diagonal of the scene, m
+  const std::vector<Fabric>& fabrics() const { return fabrics_; }  ///< as far as they are read
+  std::uint64_t bytes_read() const;                         ///< of the files that are read level by level
+  std::uint64_t file_bytes() const { return file_bytes_; }  ///< all of these
+  double size() const { return size_; }                     ///< diagonal of the scene, m
 
   const Frame& frame() const { return frame_; }
   const Camera& camera() const { return camera_; }
@@ -53,11 +59,15 @@ class ShowPicture {
  private:
   ShowPicture() = default;
   Result<void> load(const ShowState& state);
+  Result<void> read_levels(const ShowState& state);
   Result<void> draw(const ShowState& state);
 
   MakeContext make_context_;
   Scene scene_;
+  Scene dressed_;  ///< in the fabrics that were chosen
   std::vector<Fabric> fabrics_;
+  std::vector<FabricReader> readers_;  ///< of the first fabrics, or none
+  std::uint64_t file_bytes_ = 0;
   std::vector<std::string> fabric_names_;
   std::vector<V3d> corners_;
   double size_ = 1;

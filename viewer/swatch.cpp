@@ -53,7 +53,7 @@ Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_op
   if (!swatch) return tl::unexpected(swatch.error());
   options.width = swatch->width;
   options.height = swatch->height;
-  options.levels.forced = swatch_options.level;
+  options.levels.forced = swatch_options.level < 0 ? -1 : swatch_options.level + first_level(fabric);
   options.layers = 1;
   return render(swatch->scene, {fabric}, swatch->camera, options, stats);
 }

@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake fit make dress reattach repack check info evaluate answer compare swatch trade)
+verbs=(stitch bake fit make plan dress reattach repack check info evaluate answer compare swatch trade)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -144,6 +144,8 @@ test_report_of_every_verb_is_json() {
   write_quad quad.gltf
   reports selvedge dress selvedge dress quad.gltf k.fabric.exr -o quad.glb --material cloth
   holds "r.materials.length === 1 && r.materials[0].name === 'cloth' && r.bytes === $(stat -c %s quad.glb)"
+  reports selvedge plan selvedge plan quad.glb -o plan.json
+  holds "r.materials.length === 1 && r.materials[0].seen"
   make_packed quad.glb packed.glb
   reports selvedge reattach selvedge reattach packed.glb -o quad2.glb --fabric k.fabric.exr
   holds "r.materials.length === 1 && r.embedded === 1 && r.attached.length === 0 && r.bytes === $(stat -c %s quad2.glb)"

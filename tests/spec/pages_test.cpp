@@ -13,8 +13,8 @@ using namespace selvedge::test;
 
 namespace {
 
-const std::vector<std::string> pages{"README.md",  "bake.md",   "brdf.md", "fabric.md", "issues.md",
-                                     "samples.md", "stitch.md", "usd.md",  "wif.md"};
+const std::vector<std::string> pages{"README.md", "bake.md",    "brdf.md",   "fabric.md", "issues.md",
+                                     "plan.md",   "samples.md", "stitch.md", "usd.md",    "wif.md"};
 
 std::vector<std::string> matches(const std::string& text, const std::regex& pattern) {
   std::vector<std::string> found;

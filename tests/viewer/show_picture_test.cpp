@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 #include "format/evaluate.h"
+#include "format/fabric_exr.h"
+#include "tests/format/files.h"
 #include "tests/viewer/indexed.h"
 #include "viewer/change_fabrics.h"
 
@@ -169,6 +172,70 @@ TEST_CASE("another fabric keeps the size of its yarns") {
   CHECK_FALSE(changed.materials[1].fabric.has_value());
   CHECK(fabrics_of(scene) == std::vector<int>{0, 1});
   CHECK(fabrics_of(changed) == std::vector<int>{1, -1});
+}
+
+TEST_CASE("a long zoom reads each level once, and none before it is asked for") {
+  const test::Folder folder;
+  // Levels that are large beside the headers.
+  Fabric fabric = test::random_fabric(64, 64, 7);
+  test::require(write_fabric(folder / "a.exr", fabric));
+  Scene scene;
+  test::add(scene, test::square(40), test::material(0));
+  OpenScene open;
+  Result<FabricReader> reader = FabricReader::open(folder / "a.exr");
+  test::require(reader);
+  open.file_bytes = std::filesystem::file_size(folder / "a.exr");
+  scene.fabrics.resize(1);
+  open.scene = scene;
+  open.readers.push_back(std::move(*reader));
+  auto made = ShowPicture::create(std::move(open), [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(made);
+  ShowPicture& picture = **made;
+  const Result<Fabric> read = read_fabric(folder / "a.exr");
+  test::require(read);
+  const auto whole = picture_of(scene, {*read});
+  CameraOptions far;
+  far.distance = 60;
+  auto state = picture.first_state(far, 1);
+  test::require(state);
+  state->levels = best_levels;
+  std::uint64_t bytes = 0;
+  int readings = 0;
+  // There and back, and there again.
+  for (const double step : {0.7, 1 / 0.7, 0.7}) {
+    for (int i = 0; i < 22; ++i) {
+      *state->camera.distance *= step;
+      test::require(picture.update(*state, Change::frame, V2i(60, 60), 1));
+      test::require(whole->update(*state, Change::frame, V2i(60, 60), 1));
+      CHECK(picture.bytes() == whole->bytes());
+      readings += picture.bytes_read() > bytes ? 1 : 0;
+      if (i == 2 && readings < 3) CHECK(picture.bytes_read() < picture.file_bytes() / 4);
+      bytes = picture.bytes_read();
+    }
+    CHECK(first_level(picture.fabrics()[0]) == 0);
+  }
+  CHECK(readings >= 3);
+  CHECK(readings <= 7);
+  CHECK(bytes <= picture.file_bytes());
+  // A level that is asked for by its number is counted as in the file.
+  auto forced = ShowPicture::create(
+      [&] {
+        OpenScene again;
+        again.scene = scene;
+        again.readers.push_back(std::move(*FabricReader::open(folder / "a.exr")));
+        return again;
+      }(),
+      [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(forced);
+  state->levels.forced = 2;
+  test::require((*forced)->update(*state, Change::scene, V2i(60, 60), 1));
+  test::require(whole->update(*state, Change::frame, V2i(60, 60), 1));
+  CHECK((*forced)->bytes() == whole->bytes());
+  CHECK(first_level((*forced)->fabrics()[0]) == 2);
+  const auto probe = (*forced)->probe(V2d(0.5, 0.5));
+  test::require(probe);
+  REQUIRE(probe->has_value());
+  CHECK((*probe)->texels[0].level == 2);
 }
 
 }  // namespace
