@@ -149,7 +149,7 @@ Result<GLuint> ShaderPath::shading_program(bool shadows) {
   GLuint& program = shading_programs_[shadows ? 1 : 0];
   if (program != 0) return program;
   const std::string definitions = definitions_ + (shadows ? "#define SHADOWS\n" : "");
-  const Result<GLuint> made = make_program(gl_, frame_vertex_shader, shading_fragment_shader(definitions));
+  Result<GLuint> made = make_program(gl_, frame_vertex_shader, shading_fragment_shader(definitions));
   if (made) program = *made;
   return made;
 }

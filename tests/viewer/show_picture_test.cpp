@@ -59,6 +59,28 @@ TEST_CASE("a picture that was resized is the one of that size from the start") {
   CHECK(same(picture->frame(), fresh->frame()));
 }
 
+TEST_CASE("shadows and light from all sides come and go between frames") {
+  Scene scene = two_squares();
+  scene.materials[1] = test::material(-1, V4f(0.5F, 0.5F, 0.5F, 1));
+  scene.materials[1].metallic = 0;
+  const auto picture = picture_of(scene, two_fabrics());
+  ShowState state = state_of(*picture);
+  state.camera.azimuth = 20;
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  const Frame plain = picture->frame();
+  state.shadows = 256;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK_FALSE(same(picture->frame(), plain));
+  CHECK(picture->stats().shadows > 0);
+  state.shadows = 0;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK(same(picture->frame(), plain));
+  CHECK(picture->stats().shadows == 0);
+  state.ambient = 0.5F;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK_FALSE(same(picture->frame(), plain));
+}
+
 TEST_CASE("the number of layers changes between frames") {
   const auto picture = picture_of(two_squares(), two_fabrics());
   ShowState state = state_of(*picture);
