@@ -277,10 +277,8 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish) 
         Change::frame);
   label("");
   raise(wish.change, ImGui::Checkbox("blend two levels", &state.levels.blend), Change::frame);
-  if (static_cast<RenderPath>(state.path) != RenderPath::paper) {
-    label("taps");
-    raise(wish.change, ImGui::SliderInt("##taps", &state.levels.taps, 1, most_taps), Change::frame);
-  }
+  label("taps");
+  raise(wish.change, ImGui::SliderInt("##taps", &state.levels.taps, 1, most_taps), Change::frame);
   label("layers");
   raise(wish.change, ImGui::SliderInt("##layers", &state.layers, 1, most_layers), Change::frame);
   label("");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "format/vec.h"
@@ -25,7 +26,7 @@ inline V3f decode_direction(const Coded& colour) {
 }
 
 inline std::uint8_t code_level(int level) {
-  return static_cast<std::uint8_t>(paper_level_step * static_cast<float>(level) + 0.5F);
+  return static_cast<std::uint8_t>(std::lround(paper_level_step * static_cast<float>(level)));
 }
 inline float decode_level(std::uint8_t blue) { return static_cast<float>(blue) / paper_level_step; }
 

@@ -139,6 +139,7 @@ class Show {
                   {"fov", state_.camera.field_of_view},
                   {"distance", state_.camera.distance.value_or(0)},
                   {"lookAt", {look_at.x, look_at.y, look_at.z}}}},
+                {"path", path_names[static_cast<std::size_t>(state_.path)]},
                 {"levels", {{"forced", state_.levels.forced}, {"blend", state_.levels.blend}}},
                 {"fabrics", state_.fabrics},
                 {"fabricBytes", {{"read", picture_.bytes_read()}, {"inFiles", picture_.file_bytes()}}},
@@ -206,13 +207,11 @@ class Show {
   Result<void> draw(Change change) {
     if (change == Change::none) return {};
     if (auto good = picture_.update(state_, change, size_, divisor_); !good) {
-      // With the fabrics and the path before, which were good.
-      const bool tried = state_.fabrics != good_.fabrics || state_.path != good_.path;
-      if (change != Change::scene || !tried) return good;
+      // As before, which was good: not every path draws everything.
+      if (frames_ == 0) return good;
       message_ = to_line(good.error());
-      state_.fabrics = good_.fabrics;
-      state_.path = good_.path;
-      if (auto again = picture_.update(state_, change, size_, divisor_); !again) return again;
+      state_ = good_;
+      if (auto again = picture_.update(state_, Change::scene, size_, divisor_); !again) return again;
     }
     good_ = state_;
     drawn_divisor_ = divisor_;

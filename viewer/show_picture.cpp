@@ -81,6 +81,10 @@ Result<void> ShowPicture::load(const ShowState& state) {
   renderer_.reset();
   options_.path = static_cast<RenderPath>(state.path);
   dressed_ = change_fabrics(scene_, fabrics_, state.fabrics);
+  // Nothing of a state before, which may have been refused.
+  options_.levels = state.levels;
+  options_.shadows = state.shadows;
+  options_.lights.clear();
   Result<std::unique_ptr<Renderer>> renderer =
       Renderer::create(dressed_, fabrics_, options_, make_context_());
   if (!renderer) return tl::unexpected(renderer.error());
@@ -130,8 +134,6 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *camera;
   options_.levels = state.levels;
-  // The panel offers no choice of them there.
-  if (options_.path == RenderPath::paper) options_.levels.taps = 1;
   options_.ambient = state.ambient;
   options_.shadows = state.shadows;
   options_.lights = lights_in_world(state, camera_);

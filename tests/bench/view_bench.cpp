@@ -302,8 +302,7 @@ void growth(const Subject& subject, bench::Rows& rows) {
   fmt::print(
       "\n{}, hybrid: by triangles and by pixels\n\n"
       "| triangles | pixels covered | project | geometry | read back | texels, frames, light | ns per "
-      "surface "
-      "of a pixel | frame (ms) |\n|---|---|---|---|---|---|---|---|\n",
+      "surface of a pixel | frame (ms) | processor |\n|---|---|---|---|---|---|---|---|---|\n",
       subject.name);
   const auto line = [&](const Subject& of, const V2i& size, const std::string& name) {
     const Samples samples = need(draw(of, RenderPath::hybrid, size, 15));

@@ -81,6 +81,33 @@ TEST_CASE("shadows and light from all sides come and go between frames") {
   CHECK_FALSE(same(picture->frame(), plain));
 }
 
+TEST_CASE("every path of the window draws what render draws by it; what a path cannot draw is an error") {
+  const std::vector<Fabric> fabrics = two_fabrics();
+  const auto picture = picture_of(two_squares(), fabrics);
+  ShowState state = state_of(*picture);
+  for (std::size_t path = 0; path < path_names.size(); ++path) {
+    CAPTURE(path_names[path]);
+    state.path = static_cast<int>(path);
+    test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+    RenderOptions options;
+    options.path = static_cast<RenderPath>(path);
+    options.width = 100;
+    options.height = 80;
+    options.levels = state.levels;
+    options.lights = picture->lights();
+    const Result<Frame> expected = render(two_squares(), fabrics, picture->camera(), options);
+    test::require(expected);
+    CHECK(same(picture->frame(), *expected));
+  }
+  state.shadows = 512;
+  const auto refused = picture->update(state, Change::frame, V2i(100, 80), 1);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Code::option_out_of_range);
+  // And can be drawn again when it is taken back.
+  state.shadows = 0;
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+}
+
 TEST_CASE("the number of layers changes between frames") {
   const auto picture = picture_of(two_squares(), two_fabrics());
   ShowState state = state_of(*picture);
