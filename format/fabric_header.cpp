@@ -41,7 +41,7 @@ int entries_at(const FabricHeader& header, int level) {
   return entry_of(heights, level) >= 0 ? heights->cells.entries() : 1;
 }
 
-Fabric without_levels(const FabricHeader& header) {
+Fabric without_levels(const FabricHeader& header, int first) {
   Fabric fabric;
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
@@ -51,6 +51,7 @@ Fabric without_levels(const FabricHeader& header) {
   fabric.lights = header.lights;
   fabric.provenance = header.provenance;
   fabric.whole = header.whole;
+  if (first > 0) fabric.whole = WholeFabric{whole_texels(header), first_level(header) + first};
   return fabric;
 }
 

@@ -54,7 +54,7 @@ LayerShape shape_of(const FabricHeader& header);
 /// Entries of a texel's products at a level: those of its heights, or one.
 int entries_at(const FabricHeader& header, int level);
 
-/// A fabric of that header, as yet without levels.
-Fabric without_levels(const FabricHeader& header);
+/// A fabric of that header whose levels will begin with level `first` of the file, as yet without levels.
+Fabric without_levels(const FabricHeader& header, int first = 0);
 
 }  // namespace selvedge
