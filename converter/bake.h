@@ -79,8 +79,9 @@ struct BakeOptions {
   /// Slabs of yarn whose heights are kept, one above the other, over cells x cells points of a texel
   /// (cell_heights.h); 0: none.
   int slabs = 0;
-  int cells = 6;          ///< of which a fit makes 2 and 3
-  bool resumable = true;  ///< an interrupted bake leaves its journal for the next one
+  int cells = 6;                     ///< of which a fit makes 2 and 3
+  std::optional<WholeFabric> whole;  ///< where width and height are those of one of its coarser levels
+  bool resumable = true;             ///< an interrupted bake leaves its journal for the next one
 };
 
 struct BakeReport {

@@ -130,6 +130,7 @@ SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& o, double plane
     header.pairs[1] = random_pairs(o.held_out_pairs, rim_z, seed + 1);
     header.pairs[2] = random_rim_pairs(o.rim_pairs, rim_z, seed + 2);
   }
+  header.whole = o.whole;
   if (o.slabs > 0) header.slabs = SlabShape{o.cells, o.cells, o.slabs};
   nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
   if (!text.is_object()) text = nlohmann::json::object();

@@ -37,6 +37,7 @@ Result<void> check_options(const FitOptions& options) {
     return fail(Code::option_out_of_range, {}, "lobes",
                 fmt::format("{} is outside of 0 to {}", options.lobes, most_lobes));
   }
+  if (options.levels < 0) return fail(Code::option_out_of_range, {}, "levels", "must not be negative");
   if (options.max_iterations < 1 || options.starts < 1) {
     return fail(Code::option_out_of_range, {}, "iterations or starts", "must be at least 1");
   }
@@ -108,6 +109,7 @@ FitResult finished(RowFit& rows, TrainingPairs& training, const SamplesHeader& h
   set_radiance_scale(result.fabric);
   result.training = training.finish();
   result.fabric.provenance = provenance_of(header, options);
+  result.fabric.whole = header.whole;
   warn(header, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

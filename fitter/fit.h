@@ -23,6 +23,7 @@ struct FitOptions {
   DirectionTableOptions table;  ///< see direction_table.h
   int starts = 3;               ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;      ///< of a search
+  int levels = 0;               ///< at most so many, level 0 first; 0: down to 1 x 1
   double tolerance = 1e-4;      ///< share of the cost below which an iteration counts as none
   std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time
 };
@@ -49,9 +50,10 @@ struct FitResult {
   double seconds = 0;
 };
 
-/// Fits all levels down to 1 x 1. Same samples and options, same fabric for any number of threads. A texel
-/// that is a hole from every view becomes black with T = 1 and alpha 0; nothing in the result is NaN or
-/// infinite. Samples that are NaN, infinite or negative are refused with their place.
+/// Fits all levels down to 1 x 1, or as many as the options say. Same samples and options, same fabric for
+/// any number of threads. A texel that is a hole from every view becomes black with T = 1 and alpha 0;
+/// nothing in the result is NaN or infinite. Samples that are NaN, infinite or negative are refused with
+/// their place.
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
                       const Progress& progress = {});
 

@@ -81,7 +81,8 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
   fabric.thickness_mm = header.thickness_mm;
   fabric.views = header.views;
   if (options.light_table) fabric.lights = header.lights;
-  const int count = level_count(header.width, header.height);
+  const int all = level_count(header.width, header.height);
+  const int count = options.levels > 0 ? std::min(options.levels, all) : all;
   levels_.resize(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
     FabricLevel level;

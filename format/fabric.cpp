@@ -146,6 +146,20 @@ int level_count(int width, int height) {
   return count;
 }
 
+V2i whole_texels(const Fabric& fabric) {
+  return fabric.whole ? fabric.whole->texels : V2i(fabric.levels.front().width, fabric.levels.front().height);
+}
+
+int first_level(const Fabric& fabric) { return fabric.whole ? fabric.whole->level : 0; }
+
+bool is_level_of(const WholeFabric& whole, int width, int height) {
+  // Beyond 31 halvings every size is 1.
+  const int level = std::min(whole.level, 31);
+  return whole.level >= 1 && whole.texels.x >= 1 && whole.texels.y >= 1 &&
+         level_size(whole.texels.x, level) == width && level_size(whole.texels.y, level) == height &&
+         whole.level < level_count(whole.texels.x, whole.texels.y);
+}
+
 V3f tangent_of(const V3f& normal) {
   // Unit in double: a normal rounded to half precision is not, and near the axis the difference would show
   // it.
@@ -180,6 +194,10 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   }
   if (static_cast<int>(fabric.levels.size()) > level_count(base.width, base.height)) {
     return fail(Code::fabric_malformed, {}, "levels", "more levels than down to 1x1");
+  }
+  if (fabric.whole && (std::max(fabric.whole->texels.x, fabric.whole->texels.y) > limits.texels_per_side ||
+                       !is_level_of(*fabric.whole, base.width, base.height))) {
+    return fail(Code::fabric_malformed, {}, "whole", "level 0 is no level of it");
   }
   const LayerShape shape = shape_of(fabric);
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {

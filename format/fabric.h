@@ -118,6 +118,13 @@ struct FabricLevel {
   int texels() const { return width * height; }
 };
 
+/// The finer levels that are not there: level 0 is level `level` of a fabric whose own level 0 has `texels`.
+struct WholeFabric {
+  V2i texels{1, 1};
+  int level = 1;  ///< >= 1
+  bool operator==(const WholeFabric&) const = default;
+};
+
 struct Fabric {
   V2f period_mm{1, 1};         ///< size of one repeat along u and v
   float reference_height = 0;  ///< mm; height of the texels' plane above the cell's lowest point
@@ -126,6 +133,7 @@ struct Fabric {
   DirectionGrid lights;        ///< layout of the light table and of psi; without them of no meaning
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
   std::string provenance;    ///< JSON object: options, seed, software; "{}" where nothing is known
+  std::optional<WholeFabric> whole;  ///< of a partial fabric
   std::vector<FabricLevel>
       levels;  ///< level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete
 };
@@ -146,6 +154,14 @@ constexpr int level_size(int size, int level) { return (size >> level) > 1 ? (si
 
 /// Number of levels down to 1 x 1.
 int level_count(int width, int height);
+
+/// Texels of level 0 of the whole fabric, and which of its levels is the fabric's level 0. Precondition: the
+/// fabric has a level.
+V2i whole_texels(const Fabric& fabric);
+int first_level(const Fabric& fabric);
+
+/// Whether a level 0 of `width` x `height` texels can be that level of the whole.
+bool is_level_of(const WholeFabric& whole, int width, int height);
 
 /// The texel's tangent from its normal (paper section 4, restated): the x axis made perpendicular to
 /// `normal`; the y axis takes x's place where the normal lies along x.

@@ -53,8 +53,8 @@ class FabricReader {
   /// A level with those of the wanted layers that it has; digests and values are checked.
   /// Products come with their bases. Precondition: 0 <= level < header().levels.
   Result<FabricLevel> read_level(int level, LayerSet layers = LayerSet::all());
-  /// Levels `first` to `last` as a fabric, `first` being its level 0. Precondition: both exist, in this
-  /// order.
+  /// Levels `first` to `last` as a fabric, `first` being its level 0 and Fabric::whole saying so.
+  /// Precondition: both exist, in this order.
   Result<Fabric> read_levels(int first, int last, LayerSet layers = LayerSet::all());
   /// Everything.
   Result<Fabric> read() { return read_levels(0, header_.levels - 1); }

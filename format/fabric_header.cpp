@@ -10,6 +10,12 @@ int entry_of(const std::optional<LayerHeader>& layer, int level) {
   return found == layer->levels.end() ? -1 : static_cast<int>(found - layer->levels.begin());
 }
 
+V2i whole_texels(const FabricHeader& header) {
+  return header.whole ? header.whole->texels : V2i(header.width, header.height);
+}
+
+int first_level(const FabricHeader& header) { return header.whole ? header.whole->level : 0; }
+
 LayerShape shape_of(const FabricHeader& header) {
   LayerShape shape;
   shape.views = header.views.count();
@@ -44,6 +50,7 @@ Fabric without_levels(const FabricHeader& header) {
   fabric.views = header.views;
   fabric.lights = header.lights;
   fabric.provenance = header.provenance;
+  fabric.whole = header.whole;
   return fabric;
 }
 

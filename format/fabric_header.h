@@ -36,6 +36,7 @@ struct FabricHeader {
   DirectionGrid lights;                                              ///< of light tables and bases
   std::array<std::optional<LayerHeader>, all_layers.size()> layers;  ///< by Layer
   std::string provenance = "{}";
+  std::optional<WholeFabric> whole;  ///< of a partial fabric
 
   const std::optional<LayerHeader>& layer(Layer which) const { return layers[index_of(which)]; }
   std::optional<LayerHeader>& layer(Layer which) { return layers[index_of(which)]; }
@@ -43,6 +44,10 @@ struct FabricHeader {
 
 /// The layer's entry for a level, an index into its levels and digests; -1 where the level does not have it.
 int entry_of(const std::optional<LayerHeader>& layer, int level);
+
+/// Texels of level 0 of the whole fabric, and the level of it that is level 0 of the file.
+V2i whole_texels(const FabricHeader& header);
+int first_level(const FabricHeader& header);
 
 LayerShape shape_of(const FabricHeader& header);
 

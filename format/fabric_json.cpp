@@ -85,8 +85,9 @@ std::optional<float> real_number(const Member& from, bool positive = false) {
 }
 
 /// Both items of an array of two; their values are null where it is not that.
-std::array<Member, 2> require_pair(const json& object, const char* key, IssueSink& sink) {
-  const Member list = require_array(object, {}, key, sink);
+std::array<Member, 2> require_pair(const json& object, const std::string& parent, const char* key,
+                                   IssueSink& sink) {
+  const Member list = require_array(object, parent, key, sink);
   std::array<Member, 2> items;
   if (list && list.value->size() != 2) list.refuse("does not have two items");
   if (!list || list.value->size() != 2) return items;
@@ -321,6 +322,24 @@ bool has_lights(const FabricHeader& header) {
   return header.layer(Layer::light).has_value() || header.layer(Layer::bases).has_value();
 }
 
+/// The fabric that a level 0 of `texels` is a level of.
+std::optional<WholeFabric> whole_from(const Member& of, const V2i& texels, const FabricLimits& limits) {
+  if (!of) return std::nullopt;
+  advise_on_members(*of.value, of.place, {member::level, member::texels}, *of.sink);
+  const auto size = require_pair(*of.value, of.place, member::texels, *of.sink);
+  const auto width = whole_number(size[0], 1, limits.texels_per_side);
+  const auto height = whole_number(size[1], 1, limits.texels_per_side);
+  const Member level = require(*of.value, of.place, member::level, *of.sink);
+  if (!width || !height) return std::nullopt;
+  const auto number = whole_number(level, 1, std::max(level_count(*width, *height) - 1, 1));
+  if (!number) return std::nullopt;
+  const WholeFabric whole{V2i(*width, *height), *number};
+  if (is_level_of(whole, texels.x, texels.y)) return whole;
+  of.refuse(fmt::format("level {} of {}x{} texels does not have {}x{}", *number, *width, *height, texels.x,
+                        texels.y));
+  return std::nullopt;
+}
+
 /// A grid of directions; the sink says why there is none.
 std::optional<DirectionGrid> grid_member(const Member& grid, const FabricLimits& limits) {
   if (!grid) return std::nullopt;
@@ -361,6 +380,7 @@ std::string text_of(const FabricHeader& header) {
       {member::provenance, provenance_json(header.provenance)},
   };
   if (has_lights(header)) text[member::lights] = grid_json(header.lights);
+  if (header.whole) text[member::whole] = whole_json(*header.whole);
   if (header.radiance_scale != 1) text[member::radiance_scale] = header.radiance_scale;
   return text.dump();
 }
@@ -371,7 +391,7 @@ std::optional<json> parse_fabric_text(const std::string& text, IssueSink& sink) 
     sink.add(Code::fabric_malformed, names::attribute_fabric, "is not a JSON object");
     return std::nullopt;
   }
-  const auto version = require_pair(parsed, member::version, sink);
+  const auto version = require_pair(parsed, {}, member::version, sink);
   if (!version[0]) return std::nullopt;
   if (!version[0].value->is_number_integer()) {
     version[0].refuse("is not a whole number");
@@ -397,7 +417,7 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
   advise_on_members(text, {},
                     {member::version, member::model, member::texels, member::levels, member::mm_per_repeat,
                      member::reference_height, member::thickness, member::radiance_scale, member::views,
-                     member::lights, member::layers, member::digests, member::provenance},
+                     member::lights, member::layers, member::digests, member::provenance, member::whole},
                     sink);
   const auto model = text.find(member::model);
   if (model == text.end() || !model->is_string()) {
@@ -405,10 +425,10 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
   } else {
     header.model = model->get<std::string>();
   }
-  const auto texels = require_pair(text, member::texels, sink);
+  const auto texels = require_pair(text, {}, member::texels, sink);
   const auto width = whole_number(texels[0], 1, limits.texels_per_side);
   const auto height = whole_number(texels[1], 1, limits.texels_per_side);
-  const auto period = require_pair(text, member::mm_per_repeat, sink);
+  const auto period = require_pair(text, {}, member::mm_per_repeat, sink);
   header.period_mm.x = real_number(period[0], true).value_or(1);
   header.period_mm.y = real_number(period[1], true).value_or(1);
   header.reference_height = real_number(require(text, {}, member::reference_height, sink)).value_or(0);
@@ -424,6 +444,9 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
     header.provenance = provenance.value->dump();
   }
   const Member levels = require(text, {}, member::levels, sink);
+  if (text.contains(member::whole) && width && height) {
+    header.whole = whole_from(require_object(text, {}, member::whole, sink), V2i(*width, *height), limits);
+  }
   if (!width || !height || !views) return std::nullopt;
   header.width = *width;
   header.height = *height;

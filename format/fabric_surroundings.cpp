@@ -79,6 +79,11 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
     sink.add(Code::fabric_levels, "/levels",
              fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
   }
+  if (header.whole) {
+    sink.add(Code::fabric_levels, "/whole/level",
+             fmt::format("begins with level {} of {}x{} texels: the finer ones are missing",
+                         header.whole->level, header.whole->texels.x, header.whole->texels.y));
+  }
   // A level with products does without the tables; which have which is the fit's choice.
   for (const Layer layer : {Layer::lobes, Layer::frame, Layer::table, Layer::opacity, Layer::light}) {
     const auto& entry = header.layer(layer);

@@ -107,6 +107,7 @@ FabricHeader header_of(const Fabric& fabric) {
   header.views = fabric.views;
   header.lights = fabric.lights;
   header.provenance = fabric.provenance;
+  header.whole = fabric.whole;
   return header;
 }
 

@@ -135,6 +135,10 @@ json grid_json(const DirectionGrid& grid) {
           {names::member::rows, grid.rows}};
 }
 
+json whole_json(const WholeFabric& whole) {
+  return {{names::member::level, whole.level}, {names::member::texels, {whole.texels.x, whole.texels.y}}};
+}
+
 Result<DirectionGrid> grid_from(const json& grid, int most) {
   if (!grid.is_object()) return fail(Code::fabric_member, {}, {}, "is not an object");
   const std::string layout_place = std::string("/") + names::member::layout;

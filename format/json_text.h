@@ -9,6 +9,7 @@
 
 #include "format/directions.h"
 #include "format/error.h"
+#include "format/fabric.h"
 
 namespace selvedge {
 
@@ -39,8 +40,11 @@ nlohmann::json provenance_json(const std::string& provenance);
 /// `layout`, `columns` and `rows`.
 nlohmann::json grid_json(const DirectionGrid& grid);
 
-/// The inverse, for grids of 1 to `most` directions. FABRIC_UNSUPPORTED where the layout is unknown, else
-/// FABRIC_MEMBER; the place is a JSON pointer from the grid on.
+/// `level` and `texels`.
+nlohmann::json whole_json(const WholeFabric& whole);
+
+/// The inverse of grid_json(), for grids of 1 to `most` directions. FABRIC_UNSUPPORTED where the layout is
+/// unknown, else FABRIC_MEMBER; the place is a JSON pointer from the grid on.
 Result<DirectionGrid> grid_from(const nlohmann::json& grid, int most);
 
 }  // namespace selvedge

@@ -1,4 +1,5 @@
-// How a pixel that holds several texels is averaged: what all ways to a picture are told.
+// Which mip levels and texels pixels see: how a user asks for them, and what pictures are drawn with unless
+// something else is asked for.
 #pragma once
 
 namespace selvedge {

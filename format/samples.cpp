@@ -115,6 +115,7 @@ std::string text_of(const SamplesHeader& header) {
                            {member::rows, header.slabs->rows},
                            {member::slabs, header.slabs->slabs}};
   }
+  if (header.whole) text[member::whole] = whole_json(*header.whole);
   return text.dump();
 }
 
@@ -275,6 +276,17 @@ SamplesHeader header_from(const json& text) {
     for (const json& pair : text.at(member::pairs).at(pair_parts[index_of(kind)])) {
       header.pairs[index_of(kind)].push_back(
           {direction_from(pair.at(member::light)), direction_from(pair.at(member::view))});
+    }
+  }
+  if (text.contains(member::whole)) {
+    const json& whole = text.at(member::whole);
+    const json& texels = whole.at(member::texels);
+    header.whole =
+        WholeFabric{V2i(whole_from(texels.at(0), member::whole), whole_from(texels.at(1), member::whole)),
+                    whole_from(whole.at(member::level), member::whole)};
+    if (std::max(header.whole->texels.x, header.whole->texels.y) > limit ||
+        !is_level_of(*header.whole, header.width, header.height)) {
+      throw std::runtime_error("whole: the texels are those of no level of it");
     }
   }
   if (text.contains(member::slabs)) header.slabs = slabs_from(text.at(member::slabs));

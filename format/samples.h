@@ -41,6 +41,7 @@ struct SamplesHeader {
   int truth_samples = 0;                            ///< rays per texel of the pair sets
   std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
   std::optional<SlabShape> slabs;                   ///< of the heights, where the file has them
+  std::optional<WholeFabric> whole;                 ///< where these are the samples of a partial fabric
   std::string provenance = "{}";                    ///< JSON object
 
   int texels() const { return width * height; }

@@ -18,7 +18,7 @@ constexpr double c2 = 0.03 * 0.03;
 std::array<double, window> gaussian() {
   std::array<double, window> weight{};
   for (int i = 0; i < window; ++i) {
-    const double d = (i - window / 2) / deviation;
+    const double d = (i - (window - 1) / 2.0) / deviation;
     weight[static_cast<std::size_t>(i)] = std::exp(-d * d / 2);
   }
   const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);

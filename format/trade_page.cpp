@@ -26,6 +26,7 @@ struct Row {
   Json record;
   double bytes = NAN;
   double make = NAN;     // s
+  double work = NAN;     // s, of all cores
   double load = NAN;     // ms
   double frame = NAN;    // ms
   double picture = NAN;  // dB
@@ -63,6 +64,7 @@ Row row_of(Json record) {
   row.name = text_at(record, "name");
   row.bytes = number_at(record, "/bytes");
   row.make = number_at(record, "/seconds/make");
+  row.work = number_at(record, "/processorSeconds");
   row.load = number_at(record, "/loadMs");
   row.frame = number_at(record, "/frameMs");
   row.picture = number_at(record, "/pictures/all/psnr");
@@ -128,7 +130,7 @@ Result<Table> read_table(const std::string& folder) {
 
 /// Where something is on the front of a plot.
 struct Fronts {
-  std::vector<bool> bytes, make, frame;
+  std::vector<bool> bytes, make, work, frame;
 };
 
 std::vector<TradeFigure> figures(const std::vector<Row>& rows, double Row::*cost, double Row::*quality) {
@@ -140,6 +142,7 @@ std::vector<TradeFigure> figures(const std::vector<Row>& rows, double Row::*cost
 Fronts fronts_of(const std::vector<Row>& rows) {
   return {pareto_front(figures(rows, &Row::bytes, &Row::picture)),
           pareto_front(figures(rows, &Row::make, &Row::picture)),
+          pareto_front(figures(rows, &Row::work, &Row::picture)),
           pareto_front(figures(rows, &Row::frame, &Row::picture))};
 }
 
@@ -150,8 +153,10 @@ Json json_of(const Table& table) {
   const Fronts fronts = fronts_of(table.fabrics);
   for (std::size_t i = 0; i < table.fabrics.size(); ++i) {
     Json point = table.fabrics[i].record;
-    point["front"] = {
-        {"bytes", bool{fronts.bytes[i]}}, {"make", bool{fronts.make[i]}}, {"frame", bool{fronts.frame[i]}}};
+    point["front"] = {{"bytes", bool{fronts.bytes[i]}},
+                      {"make", bool{fronts.make[i]}},
+                      {"work", bool{fronts.work[i]}},
+                      {"frame", bool{fronts.frame[i]}}};
     points.push_back(std::move(point));
   }
   all["points"] = std::move(points);
@@ -169,7 +174,7 @@ Json json_of(const Table& table) {
 /// A field of a CSV file (RFC 4180).
 std::string field(const Json& value) {
   if (value.is_null()) return "";
-  const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) {
@@ -254,7 +259,29 @@ std::string held_out_text(const Json& record) {
   return text;
 }
 
-std::string rows_of(const std::string& folder, const std::vector<Row>& rows, bool fabrics) {
+/// The true picture again and again, embedded once.
+struct TruthPicture {
+  std::string definition;
+  std::string use;
+};
+
+TruthPicture truth_picture(const std::string& folder, const Json& sweep) {
+  const auto bytes =
+      read_file(fmt::format("{}/{}/{}.png", folder, trade_pictures_folder, trade_truth_picture));
+  const double width = 4 * std::floor(number_at(sweep, "/identity/size/0") / 2);
+  const double height = std::floor(number_at(sweep, "/identity/size/1") / 2);
+  if (!bytes || !(width > 0 && height > 0)) return {};
+  const std::span<const char> chars(*bytes);
+  const std::vector<std::uint8_t> data(chars.begin(), chars.end());
+  return {
+      fmt::format(
+          R"(<svg width="0" height="0" style="position:absolute"><defs><image id="truth" width="{}" height="{}" href="data:image/png;base64,{}"/></defs></svg>)",
+          width, height, base64(data)),
+      fmt::format(R"(<svg width="{}" height="{}"><use href="#truth"/></svg>)", width, height)};
+}
+
+std::string rows_of(const std::string& folder, const std::vector<Row>& rows, const std::string& truth,
+                    bool fabrics) {
   const Fronts fronts = fronts_of(rows);
   std::string text;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -274,10 +301,12 @@ std::string rows_of(const std::string& folder, const std::vector<Row>& rows, boo
     if (fabrics) {
       text += fmt::format("<td class=\"l\">{}</td>", escaped(held_out_text(row.record)));
       text += cell(row.bytes, "{:.0f}") + cell(number_at(row.record, "/seconds/bake"), "{:.2f}") +
-              cell(number_at(row.record, "/seconds/fit"), "{:.2f}");
+              cell(number_at(row.record, "/seconds/fit"), "{:.2f}") +
+              cell(number_at(row.record, "/processorSeconds"), "{:.2f}");
     }
     text += cell(row.load, "{:.2f}") + cell(row.frame, "{:.2f}");
-    text += fmt::format("<td class=\"l\">{}</td><td>{}</td></tr>\n", front, picture(folder, row.name));
+    text += fmt::format("<td class=\"l\">{}</td><td>{}<br>{}</td></tr>\n", front, picture(folder, row.name),
+                        truth);
   }
   return text;
 }
@@ -347,21 +376,24 @@ Result<std::string> html_of(const std::string& folder, const Table& table) {
   text +=
       "</div>\n<p>The line is the front: what can be had up to that cost. Numbers are those of the tables, "
       "where settings on a front are coloured.</p>\n";
-  text += fmt::format("<p>The truth, near, middle, far and grazing:<br>{}</p>\n",
-                      picture(folder, trade_truth_picture));
+  const TruthPicture truth = truth_picture(folder, table.sweep);
+  text += truth.definition + "\n";
   constexpr const char* picture_columns =
       "<th>near</th><th>middle</th><th>far</th><th>grazing</th><th>all, dB</th><th>SSIM</th>";
   text += fmt::format(
       "<h2>Fabrics</h2>\n<table><tr><th>#</th><th class=\"l\">knobs, command</th>{}<th class=\"l\">held out, "
       "dB by "
-      "level</th><th>bytes</th><th>bake, s</th><th>fit, s</th><th>load, ms</th><th>frame, ms</th>"
-      "<th class=\"l\">on the front of</th><th>near, middle, far, grazing</th></tr>\n{}</table>\n",
-      picture_columns, rows_of(folder, table.fabrics, true));
+      "level</th><th>bytes</th><th>bake, s</th><th>fit, s</th><th>all cores, s</th><th>load, "
+      "ms</th><th>frame, ms</th>"
+      "<th class=\"l\">on the front of</th><th class=\"l\">near, middle, far, grazing; the truth "
+      "below</th></tr>\n{}</table>\n",
+      picture_columns, rows_of(folder, table.fabrics, truth.use, true));
   if (!table.frames.empty()) {
     text += fmt::format(
         "<h2>Settings of the viewer</h2>\n<table><tr><th>#</th><th class=\"l\">knobs, command</th>{}"
-        "<th>load, ms</th><th>frame, ms</th><th class=\"l\">on the front of</th><th></th></tr>\n{}</table>\n",
-        picture_columns, rows_of(folder, table.frames, false));
+        "<th>load, ms</th><th>frame, ms</th><th class=\"l\">on the front of</th><th class=\"l\">the "
+        "same</th></tr>\n{}</table>\n",
+        picture_columns, rows_of(folder, table.frames, truth.use, false));
   }
   return text + "</body></html>\n";
 }

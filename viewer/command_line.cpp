@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "format/option_text.h"
+#include "viewer/trade_settings.h"
 
 namespace selvedge {
 namespace {
@@ -255,6 +256,20 @@ void add_levels(CLI::App& app, LevelOptions& levels, int& layers) {
       ->capture_default_str();
 }
 
+/// Levels and samples a pixel at once; those of their options that are given stay.
+void set_quality(const CLI::App& app, const std::string& quality, RenderOptions& render) {
+  if (quality.empty()) return;
+  const auto* const name = std::find(frame_quality_names.begin(), frame_quality_names.end(), quality);
+  const RenderOptions wanted =
+      quality_setting(static_cast<std::size_t>(name - frame_quality_names.begin())).render;
+  if (app.count("--supersample") == 0) render.supersample = wanted.supersample;
+  if (app.count("--level-blend") == 0) render.levels.blend = wanted.levels.blend;
+  if (app.count("--anisotropy") == 0) render.levels.taps = wanted.levels.taps;
+  if (app.count("--filter") > 0) return;
+  render.levels.linear = wanted.levels.linear;
+  render.levels.bias = wanted.levels.bias;
+}
+
 void add_threads(CLI::App& app, int& threads) {
   app.add_option("--threads", threads, "Threads to work with; 0: all cores")
       ->type_name("N")
@@ -262,7 +277,7 @@ void add_threads(CLI::App& app, int& threads) {
       ->check(CLI::Range(0, 4096));
 }
 
-void add_render(CLI::App& app, RenderCommand& command) {
+void add_render(CLI::App& app, RenderCommand& command, std::string& quality) {
   command.render.levels = best_levels;
   app.footer(
       "Examples:\n"
@@ -295,6 +310,13 @@ void add_render(CLI::App& app, RenderCommand& command) {
       ->type_name("N")
       ->capture_default_str();
   add_levels(app, command.render.levels, command.render.layers);
+  app.add_option("--quality", quality,
+                 "Filter, taps and samples a pixel that are worth their time (standard is the default); "
+                 "options given "
+                 "beside it stay as given")
+      ->type_name("draft|standard|high|reference")
+      ->check(
+          CLI::IsMember(std::vector<std::string>(frame_quality_names.begin(), frame_quality_names.end())));
   app.add_option_function<std::string>(
          "--path",
          [&](const std::string& t) {
@@ -424,7 +446,8 @@ Command parse_command_line(int argc, const char* const* argv) {
   CLI::App* trade_verb =
       app.add_subcommand("trade", "Adds the viewer's settings and times to a sweep over speed and accuracy");
   add_trade(*trade_verb, trade);
-  add_render(*render_verb, render);
+  std::string quality;
+  add_render(*render_verb, render, quality);
   add_show(*show_verb, show);
   add_compare(*compare_verb, compare);
   try {
@@ -447,6 +470,7 @@ Command parse_command_line(int argc, const char* const* argv) {
                "selvedge-view: --turntable and --compare are for scenes, not for a swatch; see --help\n");
     return ExitNow{2};
   }
+  set_quality(*render_verb, quality, render.render);
   if (render.render.path == RenderPath::paper) {
     // Refused where they were asked for.
     LevelOptions& levels = render.render.levels;

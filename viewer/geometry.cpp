@@ -238,27 +238,6 @@ Mappings mappings_of(const SceneMaterial& material) {
   return mappings;
 }
 
-Result<std::vector<V3d>> world_points(const Scene& scene) {
-  std::vector<V3d> points;
-  for (const SceneInstance& instance : scene.instances) {
-    const ScenePrimitive& primitive = scene.primitives[static_cast<std::size_t>(instance.primitive)];
-    std::vector<bool> used(primitive.positions.size(), false);
-    for (const std::uint32_t index : primitive.indices) {
-      if (index >= primitive.positions.size())
-        return fail(Code::mesh_invalid, scene.file, primitive.name, "an index is beyond the vertices");
-      used[index] = true;
-    }
-    for (std::size_t i = 0; i < used.size(); ++i) {
-      if (!used[i]) continue;
-      points.push_back(transform_point(primitive.positions[i], instance.world));
-      if (!finite(points.back()))
-        return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite");
-    }
-  }
-  if (points.empty()) return fail(Code::garment_empty, scene.file, "", "there is nothing to draw");
-  return points;
-}
-
 Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origin) {
   std::vector<Surface> surfaces;
   for (const SceneInstance& instance : scene.instances) {

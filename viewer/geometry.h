@@ -7,6 +7,7 @@
 
 #include "format/error.h"
 #include "format/scene.h"
+#include "format/scene_points.h"
 
 namespace selvedge {
 
@@ -47,10 +48,6 @@ struct Surface {
       more_uvs;             ///< of mappings 1, 2 ...: one per vertex; empty without coordinates
   std::vector<V4f> colors;  ///< linear factors on the base colour; empty: white
 };
-
-/// The corners of all drawn triangles in the world, m, some of them repeatedly: at least three.
-/// GARMENT_EMPTY, MESH_INVALID or MESH_NOT_FINITE.
-Result<std::vector<V3d>> world_points(const Scene& scene);
 
 /// All instances. Tangents are those of compute_tangents, in the world and after the texture transform; a
 /// vertex between mirrored and upright triangles is doubled. (Derivatives in the fragment shader would need

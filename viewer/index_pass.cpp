@@ -25,8 +25,9 @@ struct Footprints {
 struct Corners {
   std::array<std::array<const Group*, lane_count>, 3> screen;
   std::array<std::array<const Group*, lane_count>, 3> attributes;
-  alignas(64) LaneFloats width;  ///< of level 0
+  alignas(64) LaneFloats width;  ///< of level 0 of the whole fabric
   alignas(64) LaneFloats height;
+  alignas(64) LaneFloats first_level;  ///< of the whole fabric that is there; the others are counted from it
   alignas(64) LaneFloats last_level;
   alignas(64) LaneFloats counts;  ///< 1 where there is a fabric to look at, else 0
 };
@@ -102,7 +103,7 @@ SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideF
           at.l1_up * one + at.l2_up * two};
 }
 
-/// A level's size follows from that of level 0 (level_size()).
+/// A level's size follows from that of the whole fabric's level 0 (level_size()).
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> size_of_level(const WideFloat<N>& size0, const WideFloat<N>& scale) {
   return max(floor(size0 * scale), WideFloat<N>(1));
@@ -152,8 +153,9 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     const Wide in_v = max(v.value - floor(v.value), Wide(0));
     in_u.store(&footprints.u[first]);
     in_v.store(&footprints.v[first]);
-    const Wide wanted =
-        options.forced >= 0 ? Wide(static_cast<float>(options.forced)) : of.level + Wide(options.bias);
+    const Wide before = Wide::load(&corners.first_level[first]);
+    const Wide wanted = options.forced >= 0 ? Wide(static_cast<float>(options.forced))
+                                            : of.level + Wide(options.bias) - before;
     const Wide last = Wide::load(&corners.last_level[first]);
     // Down to the finest for NaN as well.
     const Wide clamped = min(max(wanted, Wide(0)), last);
@@ -205,7 +207,8 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, con
     const Wide of_level = slot.coarser ? of_coarser : one - of_coarser;
     const Wide counted = if_greater(Wide::load(&corners.counts[first]), zero, of_level * share, zero);
     const Wide weight = if_greater(taps, tap, counted, zero);
-    const Wide scale = power_of_two(-level);
+    const Wide of_whole = Wide::load(&corners.first_level[first]) + level;
+    const Wide scale = power_of_two(-of_whole);
     const Wide width = size_of_level<N>(Wide::load(&corners.width[first]), scale);
     const Wide height = size_of_level<N>(Wide::load(&corners.height[first]), scale);
     const auto store = [&](const Wide& x, const Wide& y, const Wide& part, LaneTexels& of)
@@ -227,9 +230,10 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, con
     const Wide upper = floor(from_y);
     const Wide part_x = from_x - left;
     const Wide part_y = from_y - upper;
-    // Level 0 has weight only on the way to level 1: its texels' edges fade with it.
+    // Level 0 has weight only on the way to level 1: its texels' edges fade with it. The first level of a
+    // part of a fabric is none such.
     const auto choose = [&](const Wide& linear, const Wide& nearest) __attribute__((always_inline)) {
-      return if_greater(level, zero, linear, nearest);
+      return if_greater(of_whole, zero, linear, nearest);
     };
     const Wide x0 = choose(wrap<N>((left + half) / width, width), x);
     const Wide x1 = wrap<N>((left + Wide(1.5F)) / width, width);
@@ -257,7 +261,7 @@ LevelUse use_of(const Corners& corners, const Footprints& at, bool coarser) {
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     const bool seen = corners.counts[lane] > 0 && (coarser ? at.weight[lane] > 0 : at.weight[lane] < 1);
     use.seen |= seen;
-    use.linear |= seen && (coarser ? at.upper[lane] : at.lower[lane]) > 0;
+    use.linear |= seen && corners.first_level[lane] + (coarser ? at.upper[lane] : at.lower[lane]) > 0;
   }
   return use;
 }
@@ -297,6 +301,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   std::uint32_t known_surface = ~0U;
   float width = 1;
   float height = 1;
+  float first_level = 0;
   float last_level = 0;
   float counts = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -318,17 +323,20 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
       known_surface = triangle.surface;
       const int fabric = scene.looks[known_surface].fabric;
       width = height = 1;
-      last_level = 0;
+      first_level = last_level = 0;
       counts = fabric >= 0 ? 1 : 0;
       if (fabric >= 0) {
-        const std::vector<PackedLevel>& levels = scene.fabrics[static_cast<std::size_t>(fabric)].levels;
-        width = static_cast<float>(levels.front().width);
-        height = static_cast<float>(levels.front().height);
-        last_level = static_cast<float>(levels.size() - 1);
+        const PackedFabric& packed = scene.fabrics[static_cast<std::size_t>(fabric)];
+        const V2i texels = whole_texels(*packed.fabric);
+        width = static_cast<float>(texels.x);
+        height = static_cast<float>(texels.y);
+        first_level = static_cast<float>(selvedge::first_level(*packed.fabric));
+        last_level = static_cast<float>(packed.levels.size() - 1);
       }
     }
     corners.width[lane] = width;
     corners.height[lane] = height;
+    corners.first_level[lane] = first_level;
     corners.last_level[lane] = last_level;
     corners.counts[lane] = lane < pixels.count ? counts : 0;
   }

@@ -99,7 +99,8 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
     const std::vector<PackedLevel>& levels = index.fabrics[static_cast<std::size_t>(probe.fabric)].levels;
     const PixelCoordinates at = coordinates_of(index, probe.triangle, block.x[0], block.y[0]);
     probe.uv = at.uv;
-    probe.texels_per_pixel = at.slope * V2d(levels.front().width, levels.front().height);
+    probe.texels_per_pixel =
+        at.slope * V2d(whole_texels(*index.fabrics[static_cast<std::size_t>(probe.fabric)].fabric));
     for (std::size_t i = 0; i < block.texel_count; ++i) {
       const LaneTexels& texels = block.texels[i];
       if (!(texels.weight[0] > 0)) continue;

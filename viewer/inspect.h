@@ -27,7 +27,7 @@ struct PixelProbe {
   V3d position{0, 0, 0};       ///< m, world
   int fabric = -1;             ///< -1: the surface has none, nor any texels
   V2d uv{0, 0};                ///< in [0, 1): whole repeats are left out
-  V2d texels_per_pixel{0, 0};  ///< of level 0, along u and v
+  V2d texels_per_pixel{0, 0};  ///< of the whole fabric's level 0, along u and v
   std::vector<ProbedTexel> texels;
   V3f view{0, 0, 1};        ///< unit, towards the viewer
   std::vector<V3f> lights;  ///< unit, towards each light

@@ -8,6 +8,7 @@
 
 #include "format/fabric_exr.h"
 #include "format/gltf_scene.h"
+#include "format/level_bounds.h"
 #include "format/scene.h"
 
 namespace selvedge {
@@ -17,11 +18,6 @@ struct OpenScene {
   Scene scene;
   std::vector<FabricReader> readers;  ///< of Scene::fabrics; they use the bytes that the scene holds
   std::uint64_t file_bytes = 0;       ///< of all fabric files
-};
-
-struct LevelRange {
-  int first = 0;
-  int last = 0;
 };
 
 /// A glTF file and the headers of its fabrics. Materials whose fabric file is not there are left to their

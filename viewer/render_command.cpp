@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "format/atomic_file.h"
+#include "format/level_bounds.h"
 #include "format/option_text.h"
 #include "format/parallel.h"
 #include "format/printable.h"
@@ -14,7 +15,6 @@
 #include "viewer/commands.h"
 #include "viewer/geometry.h"
 #include "viewer/load.h"
-#include "viewer/needed_levels.h"
 #include "viewer/paper_limits.h"
 #include "viewer/renderer.h"
 #include "viewer/turntable.h"
@@ -42,6 +42,7 @@ struct Subject {
   std::vector<LevelRange> levels;  ///< of the fabrics, that were read
   std::uint64_t bytes_read = 0;    ///< of the fabric files
   std::uint64_t file_bytes = 0;
+  Issues issues;  ///< warnings
 };
 
 /// One or two subjects, and how they are drawn.
@@ -65,29 +66,41 @@ RenderOptions options_of(const RenderCommand& command) {
   return options;
 }
 
-/// The levels that the frames can ask for: a forced one alone, else from the finest on.
-std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
-  std::vector<V2i> sizes;
-  std::vector<int> counts;
-  std::vector<LevelRange> needed;
+/// The levels that the frames can ask for; a forced one alone. Issues: what they ask for and no file has.
+std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, Issues& issues) {
   const LevelOptions& levels = shot.options.levels;
+  std::vector<const FabricHeader*> headers;
+  std::vector<LevelRange> needed;
   for (const FabricReader& reader : open.readers) {
-    sizes.emplace_back(reader.header().width, reader.header().height);
-    counts.push_back(reader.header().levels);
-    const int last = counts.back() - 1;
+    headers.push_back(&reader.header());
+    const int last = reader.header().levels - 1;
     const int forced = std::min(levels.forced, last);
-    needed.push_back(levels.forced >= 0 ? LevelRange{forced, forced} : LevelRange{last, last});
+    needed.push_back(levels.forced >= 0 ? LevelRange{forced, forced} : LevelRange{last, 0});
   }
   if (levels.forced >= 0) return needed;
   const int height = shot.options.height * shot.options.supersample;
+  std::vector<int> most_lacking(needed.size(), 0);
   for (const Camera& camera : shot.cameras) {
-    const std::vector<int> finest = finest_levels(open.scene, camera, height, levels, sizes, counts);
-    for (std::size_t i = 0; i < needed.size(); ++i) needed[i].first = std::min(needed[i].first, finest[i]);
+    std::vector<int> lacking;
+    const std::vector<LevelRange> asked = levels_asked(open.scene, camera, height, levels, headers, &lacking);
+    for (std::size_t i = 0; i < needed.size(); ++i) {
+      needed[i] = {std::min(needed[i].first, asked[i].first), std::max(needed[i].last, asked[i].last)};
+      most_lacking[i] = std::max(most_lacking[i], lacking[i]);
+    }
+  }
+  for (std::size_t i = 0; i < needed.size(); ++i) {
+    if (most_lacking[i] == 0) continue;
+    const int first = first_level(*headers[i]);
+    issues.push_back(
+        {Code::fabric_levels, open.scene.fabrics[i].name, "/whole/level",
+         fmt::format("the file begins with level {}, and the picture may show level {}: it is drawn "
+                     "less sharp",
+                     first, first - most_lacking[i])});
   }
   if (shot.options.path != RenderPath::paper) return needed;
   for (std::size_t i = 0; i < needed.size(); ++i) {
     needed[i].first = finest_for_paper(needed[i].first);
-    needed[i].last = coarsest_for_paper(needed[i].last, counts[i]);
+    needed[i].last = coarsest_for_paper(needed[i].last, headers[i]->levels);
   }
   return needed;
 }
@@ -96,7 +109,7 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot) {
 Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot& shot) {
   Subject subject;
   subject.file = file;
-  subject.levels = needed_levels(open, shot);
+  subject.levels = needed_levels(open, shot, subject.issues);
   Result<std::vector<Fabric>> fabrics = read_fabrics(open, subject.levels);
   if (!fabrics) return tl::unexpected(fabrics.error());
   subject.fabrics = std::move(*fabrics);
@@ -330,6 +343,12 @@ Json to_json(const RenderStats& stats) {
           {"shaderShading", 1e-9 * static_cast<double>(stats.shader.shading)}};
 }
 
+Json lines_of(const Issues& issues) {
+  Json lines = Json::array();
+  for (const Error& issue : issues) lines.push_back(to_line(issue));
+  return lines;
+}
+
 Json to_json(const Subject& subject, const RenderStats& stats) {
   Json levels = Json::array();
   for (const LevelRange& range : subject.levels) levels.push_back({range.first, range.last});
@@ -341,6 +360,7 @@ Json to_json(const Subject& subject, const RenderStats& stats) {
           {"coveredPixels", stats.covered_pixels},
           {"evaluatedPixels", stats.evaluated_pixels},
           {"remarks", stats.remarks},
+          {"warnings", lines_of(subject.issues)},
           {"seconds", to_json(stats)}};
 }
 
@@ -367,6 +387,8 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Series& serie
 
 void print_remarks(const Shot& shot, const Series& series) {
   for (std::size_t i = 0; i < shot.subjects.size(); ++i) {
+    for (const Error& issue : shot.subjects[i].issues)
+      fmt::print(stderr, "selvedge-view: warning: {}\n", to_line(issue));
     for (const std::vector<std::string>& remarks :
          {shot.subjects[i].scene.remarks, series.stats()[i].remarks}) {
       for (const std::string& remark : remarks)

@@ -243,7 +243,7 @@ bool march(uint fabric, uint level, dvec2 uv, vec3 view, out uvec2 hit) {
 void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat3 frame, float weight,
                  inout vec4 sum) {
   uint fabric = words[fabric_index];
-  uint level = words[fabric + 11u + level_index];
+  uint level = words[fabric + 14u + level_index];
   if (words[level + 15u] == 0u) {
     shade_entry(fabric, level, texel, 0u, view, frame, weight, sum);
     return;

@@ -54,7 +54,7 @@ std::span<const float> floats_of(const std::vector<V3f>& vectors) {
 
 /// Number of words of a level, and of a fabric without its levels.
 constexpr std::size_t level_words = 21;
-constexpr std::size_t fabric_words = 11;
+constexpr std::size_t fabric_words = 14;
 
 void add_level(const FabricLevel& level, Words& words) {
   const std::size_t base = words.place();
@@ -120,7 +120,10 @@ void add_fabric(const Fabric& fabric, Words& words) {
   words.add(1 / fabric.period_mm.x);
   words.add(-1 / fabric.period_mm.y);
   words.add(fabric.reference_height);
-  static_assert(fabric_words == 11);
+  words.add(whole_texels(fabric).x);
+  words.add(whole_texels(fabric).y);
+  words.add(first_level(fabric));
+  static_assert(fabric_words == 14);
   for (std::size_t k = 0; k < fabric.levels.size(); ++k) words.add(0);
   for (const FabricLevel& level : fabric.levels) {
     if (!level.bases || words[base + 7] != 0) continue;

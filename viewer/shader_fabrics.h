@@ -15,7 +15,8 @@ namespace selvedge {
 ///
 /// A fabric:  0 levels, 1-2 columns and rows of the views' grid, 3-4 of the lights', 5 radiance scale, 6
 /// place of phi, 7 place of psi, 8-9 cells per mm upwards along u and v if a level had one cell, 10 reference
-/// height, 11 + k: place of level k.
+/// height, 11-12 texels of level 0 of the whole fabric, 13 which of its levels level 0 is, 14 + k: place of
+/// level k.
 ///
 /// A level:  0-1 width and height, 2 number of lobes, 3 place of lobes, 4 of frames, 5 of T, 6 whether T is
 /// halves, 7 place of opacity, 8 halves, 9 place of S, 10 halves, 11 number of products, 12 entries of a

@@ -187,7 +187,7 @@ Interpolation interpolation(uvec3 corner, vec2 pixel) {
 float along(vec2 weights, float a, float b, float c) { return weights.x * (b - a) + weights.y * (c - a); }
 
 ivec2 size_of(uint fabric, uint level) {
-  uint place = words[fabric + 11u + level];
+  uint place = words[fabric + 14u + level];
   return ivec2(int(words[place]), int(words[place + 1u]));
 }
 
@@ -259,8 +259,8 @@ void main() {
 #endif
 
   uint fabric = words[surface.x];
-  uint base = words[fabric + 11u];
-  vec2 size = vec2(float(words[base]), float(words[base + 1u]));
+  vec2 size = vec2(float(words[fabric + 11u]), float(words[fabric + 12u]));
+  uint first_level = words[fabric + 13u];
   vec3 v = vec3(normal_v[0].w, normal_v[1].w, normal_v[2].w);
   vec2 uv = vec2(u.x - floor(u.x) + along(within.at, u.x, u.y, u.z),
                  v.x - floor(v.x) + along(within.at, v.x, v.y, v.z));
@@ -268,7 +268,7 @@ void main() {
   vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z)) * size;
   vec4 seen = footprint(right, up, most_taps);
 
-  float level = seen.x + level_bias;
+  float level = seen.x + level_bias - float(first_level);
   if (forced_level >= 0) level = float(forced_level);
   level = clamp(level, 0.0, float(words[fabric] - 1u));
   if (blend_levels == 0) level = floor(level + 0.5);
@@ -285,7 +285,7 @@ void main() {
       uint k = uint(lower) + uint(upper);
       float part = share * (upper == 0 ? 1.0 - weight : weight);
       if (part == 0.0) continue;
-      if (linear == 0 || k == 0u) {
+      if (linear == 0 || k + first_level == 0u) {
         shade_texel(uint(surface.x), k, texel_at(fabric, k, at), local_view, frame, part, sum);
         continue;
       }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 namespace selvedge {
 namespace {
 
@@ -35,6 +37,12 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
 }  // namespace
 
 TradeSetting usual_setting() { return setting_of(best_levels, 1, RenderPath::hybrid); }
+
+TradeSetting quality_setting(std::size_t quality) {
+  constexpr std::array<int, 4> supersample{1, 1, 2, 4};
+  const LevelOptions levels = quality == 0 ? LevelOptions() : best_levels;
+  return setting_of(levels, supersample[quality], RenderPath::hybrid);
+}
 
 std::vector<TradeSetting> trade_settings() {
   std::vector<TradeSetting> settings{usual_setting()};

@@ -1,7 +1,9 @@
 // The settings of the viewer that a sweep tries (spec/trade.md).
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "viewer/render.h"
@@ -17,6 +19,14 @@ struct TradeSetting {
 
 /// What frames are drawn with unless something else is asked for.
 TradeSetting usual_setting();
+
+/// As options call them.
+inline constexpr std::array<std::string_view, 4> frame_quality_names{"draft", "standard", "high",
+                                                                     "reference"};
+
+/// How a frame is drawn for the name of that index: levels and samples a pixel alone. What it is worth stands
+/// in spec/trade.md.
+TradeSetting quality_setting(std::size_t quality);
 
 /// Filters, taps, level blending, the finest level alone, several samples a pixel, and who evaluates; the
 /// usual one first.

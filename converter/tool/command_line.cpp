@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <sstream>
 
+#include "converter/quality.h"
 #include "converter/tool/option_groups.h"
+#include "converter/tool/plan_options.h"
 
 namespace selvedge {
 namespace {
@@ -33,6 +36,7 @@ struct Verbs {
   CompareCommand compare;
   SwatchCommand swatch;
   TradeCommand trade;
+  PlanCommand plan;
 };
 
 void add_stitch_verb(CLI::App& app, StitchCommand& command) {
@@ -80,15 +84,68 @@ void add_fit_verb(CLI::App& app, FitCommand& command) {
   add_output(*verb, command.output, "The fabric file");
 }
 
-void add_make_verb(CLI::App& app, MakeCommand& command) {
+/// Options of the knobs that a quality or limits choose.
+constexpr std::array knob_options{"--texels",  "--views",      "--lights",       "--samples",     "--noise",
+                                  "--bounces", "--lobes",      "--no-table",     "--light-table", "--slabs",
+                                  "--budget",  "--half-lobes", "--float-tables", "--time-budget"};
+
+/// Instead of knobs one by one.
+void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
+  const char* group = "Speed against accuracy";
+  app.add_option("--quality", quality,
+                 "Settings that are worth their cost; options given beside it stay as given")
+      ->type_name("draft|standard|high|reference")
+      ->check(CLI::IsMember(std::vector<std::string>(quality_names.begin(), quality_names.end())))
+      ->group(group);
+  app.add_option("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)")
+      ->transform(CLI::AsSizeValue(false))
+      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->group(group);
+  app.add_option(
+         "--min-db", limits.held_out,
+         "Choose the settings: at least so many dB on held-out directions at 64x64 texels; the cheapest")
+      ->type_name("X")
+      ->check(CLI::Range(0.0, 200.0))
+      ->group(group);
+  app.add_option("--max-seconds", limits.seconds, "Choose the settings: at most so long to bake and fit")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+}
+
+void check_choice(const CLI::App& make, const MakeLimits& limits) {
+  if (!limits.any()) return;
+  for (const char* option : knob_options) {
+    if (make.count(option) > 0)
+      throw CLI::ValidationError(option, "is chosen by --max-bytes, --min-db and --max-seconds");
+  }
+  for (const char* option : {"--quality", "--keep-samples"}) {
+    if (make.count(option) > 0)
+      throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
+  }
+}
+
+void add_make_verb(CLI::App& app, MakeCommand& command, std::string& quality) {
   CLI::App* verb = add_verb(app, "make", "Stitch, bake and fit in one: stitch -> fabric",
                             "selvedge make plain-weave -o weave.fabric.exr");
   add_common(*verb, command.fit.common, true);
   add_cell(*verb, command.bake.input, command.bake.cell);
   add_bake(*verb, command.bake);
   add_fit(*verb, command.fit);
+  auto* plan =
+      verb->add_option("--for", command.plan,
+                       "Make no more than this plan needs (selvedge plan): coarser texels, fewer levels")
+          ->type_name("PLAN");
+  verb->add_option("--material", command.materials,
+                   "Of the plan: name of a material, or #index; may be repeated (default: all of them)")
+      ->type_name("NAME")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->needs(plan);
   verb->add_option("--keep-samples", command.bake.output, "Keep the samples in this file")->type_name("FILE");
   add_output(*verb, command.fit.output, "The fabric file");
+  add_choice(*verb, quality, command.limits);
 }
 
 void add_dress_verb(CLI::App& app, DressCommand& command) {
@@ -238,6 +295,16 @@ void add_trade_verb(CLI::App& app, TradeCommand& command) {
   verb->add_flag("--keep-samples", command.keep_samples, "Keep the points' samples: large");
 }
 
+void add_plan_verb(CLI::App& app, PlanCommand& command) {
+  CLI::App* verb =
+      add_verb(app, "plan", "What a scene requires of its fabrics: levels, size of texels, backs, holes",
+               "selvedge plan dressed.glb --distance 2 5 --fov 45 --size 1920x1080 -o plan.json");
+  add_common(*verb, command.common);
+  verb->add_option("scene", command.scene, "A dressed glTF file (.gltf .glb)")->required()->type_name("FILE");
+  add_plan(*verb, command.plan);
+  add_output(*verb, command.output, "The plan (.json), for selvedge make --for", false);
+}
+
 LayerSet layers_from(const std::string& text) {
   LayerSet layers;
   std::stringstream names(text);
@@ -360,6 +427,29 @@ void add_reading_verbs(CLI::App& app, Verbs& verbs) {
 
 }  // namespace
 
+void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command) {
+  BakeOptions& bake = command.bake.bake;
+  const BakeOptions wanted = bake_options_of(point, bake.seed);
+  if (!given("--texels")) {
+    bake.width = wanted.width;
+    bake.height = wanted.height;
+  }
+  if (!given("--views")) bake.views = wanted.views;
+  if (!given("--lights")) bake.lights = wanted.lights;
+  if (!given("--samples")) bake.samples = wanted.samples;
+  if (!given("--bounces")) bake.bounces = wanted.bounces;
+  const TradeFit fit = fit_options_of(point);
+  if (!given("--lobes")) command.fit.fit.lobes = fit.fit.lobes;
+  // Layers go together: who asks for some has chosen them.
+  if (!given("--no-table") && !given("--light-table") && !given("--budget") && !given("--slabs")) {
+    bake.slabs = wanted.slabs;
+    command.fit.fit.view_table = fit.fit.view_table;
+    command.fit.fit.light_table = fit.fit.light_table;
+    command.fit.budget = point.budget > 0 ? std::optional(point.budget) : std::nullopt;
+  }
+  if (!given("--half-lobes") && !given("--float-tables")) command.fit.write.half = fit.write.half;
+}
+
 Command parse_command_line(int argc, const char* const* argv) {
   CLI::App app{"Selvedge makes fabric files from stitches and dresses glTF garments in them.", "selvedge"};
   app.set_version_flag("--version", "selvedge " SELVEDGE_VERSION);
@@ -370,7 +460,9 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_bake_verb(app, verbs.bake);
   add_merge_verb(app, verbs.merge);
   add_fit_verb(app, verbs.fit);
-  add_make_verb(app, verbs.make);
+  std::string quality;
+  add_make_verb(app, verbs.make, quality);
+  add_plan_verb(app, verbs.plan);
   add_dress_verb(app, verbs.dress);
   add_repack_verb(app, verbs.repack);
   add_reattach_verb(app, verbs.reattach);
@@ -380,6 +472,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_trade_verb(app, verbs.trade);
   try {
     app.parse(argc, argv);
+    check_choice(*app.get_subcommand("make"), verbs.make.limits);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
       throw CLI::RequiredError("stitch: a stitch or --list");
     }
@@ -392,6 +485,7 @@ Command parse_command_line(int argc, const char* const* argv) {
     if (!verbs.compare.plot.empty() && verbs.compare.files.size() != 2) {
       throw CLI::ValidationError("--plot", "draws one fabric");
     }
+    if (const CLI::App* plan = app.get_subcommand("plan"); plan->parsed()) check_plan_usage(*plan);
     if (app.got_subcommand("dress") && verbs.dress.dress.materials.empty() && !verbs.dress.dress.all) {
       throw CLI::RequiredError("dress: --material or --all");
     }
@@ -402,6 +496,11 @@ Command parse_command_line(int argc, const char* const* argv) {
   const std::string verb = app.get_subcommands().front()->get_name();
   verbs.bake.texels_given = app.get_subcommand("bake")->count("--texels") > 0;
   verbs.make.bake.texels_given = app.get_subcommand("make")->count("--texels") > 0;
+  if (const auto chosen = quality_named(quality)) {
+    const CLI::App* make = app.get_subcommand("make");
+    set_knobs(
+        point_of(*chosen), [make](const char* option) { return make->count(option) > 0; }, verbs.make);
+  }
   if (verb == "stitch") return verbs.stitch;
   if (verb == "bake") return verbs.bake;
   if (verb == "merge") return verbs.merge;
@@ -422,6 +521,7 @@ Command parse_command_line(int argc, const char* const* argv) {
     verbs.swatch.trace.reference = transport.reference;
     return verbs.swatch;
   }
+  if (verb == "plan") return verbs.plan;
   return verbs.compare;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -10,7 +11,10 @@
 #include "converter/bake.h"
 #include "converter/cell_source.h"
 #include "converter/dress.h"
+#include "converter/make_within.h"
 #include "converter/reattach.h"
+#include "converter/scene_plan.h"
+#include "converter/trade_grid.h"
 #include "converter/truth_swatch.h"
 #include "fitter/fit.h"
 #include "format/fabric_exr.h"
@@ -44,7 +48,10 @@ struct BakeCommand {
   BakeOptions bake;
   std::string pairs;  ///< file of pairs; empty: random ones
   std::optional<BakeShard> shard;
-  bool texels_given = false;  ///< else the stitch may demand more than the default
+  bool texels_given = false;          ///< else the stitch may demand more than the default
+  std::optional<TexelDemand> demand;  ///< of make: texels and samples are those of the whole, and no more of
+                                      ///< it is baked than this needs
+  bool chooses = false;               ///< the fit will choose by the validation pairs
 };
 
 struct MergeCommand {
@@ -67,7 +74,20 @@ struct FitCommand {
 struct MakeCommand {
   BakeCommand bake;  ///< its output: where the samples are kept; empty: nowhere
   FitCommand fit;    ///< its input is not used
+  std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
+  std::vector<std::string> materials;  ///< of the plan; empty: all of them
+  MakeLimits limits;                   ///< where there are any they choose the knobs of TradePoint
 };
+
+struct PlanCommand {
+  CommonOptions common;
+  std::string scene;
+  std::string output;  ///< .json; empty: report only
+  PlanOptions plan;
+};
+
+/// Gives the knobs their values, those for whose options `given` holds excepted.
+void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command);
 
 struct DressCommand {
   CommonOptions common;
@@ -154,9 +174,10 @@ struct TradeCommand {
   bool keep_samples = false;
 };
 
-using Command = std::variant<ExitNow, StitchCommand, BakeCommand, MergeCommand, FitCommand, MakeCommand,
-                             DressCommand, ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand,
-                             AnswerCommand, RepackCommand, CompareCommand, SwatchCommand, TradeCommand>;
+using Command =
+    std::variant<ExitNow, StitchCommand, BakeCommand, MergeCommand, FitCommand, MakeCommand, DressCommand,
+                 ReattachCommand, CheckCommand, InfoCommand, EvaluateCommand, AnswerCommand, RepackCommand,
+                 CompareCommand, PlanCommand, SwatchCommand, TradeCommand>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

@@ -21,5 +21,6 @@ int run(const RepackCommand& command);
 int run(const CompareCommand& command);
 int run(const SwatchCommand& command);
 int run(const TradeCommand& command);
+int run(const PlanCommand& command);
 
 }  // namespace selvedge

@@ -8,6 +8,7 @@
 
 #include "converter/cell_source.h"
 #include "converter/pairs_file.h"
+#include "converter/partial_bake.h"
 #include "converter/tool/commands.h"
 
 namespace selvedge {
@@ -47,6 +48,7 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
     if (!pairs) return tl::unexpected(pairs.error());
     options.pairs = std::move(*pairs);
   }
+  if (command.demand) options = bake_for(*command.demand, mesh->period, options, command.chooses);
   TerminalProgress progress("bake", common.quiet);
   BakeWatcher watcher;
   if (const Progress show = progress.callback()) {

@@ -1,4 +1,4 @@
-// What fit, make and trade share.
+// What fit, make and trade share, and the make that chooses its settings.
 #pragma once
 
 #include "converter/tool/command_line.h"
@@ -8,5 +8,18 @@ namespace selvedge {
 
 /// Fits a samples file and writes the fabric, with progress; command.input does not count.
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command);
+
+/// A fabric made from a stitch and written, with what there is to tell of it.
+struct MadeFabric {
+  Json json;         ///< of bake and fit
+  std::string text;  ///< the same as a table
+  FitOutcome fitted;
+  double seconds = 0;  ///< to bake and fit
+};
+/// Mesh, bake and fit; the command's limits do not count.
+Result<MadeFabric> make_fabric(const MakeCommand& command);
+
+/// make with limits: the exit status.
+int run_within_limits(const MakeCommand& command);
 
 }  // namespace selvedge

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "converter/partial_bake.h"
+#include "converter/plan_file.h"
 #include "converter/tool/commands.h"
 #include "converter/tool/distinct_paths.h"
 #include "converter/tool/fit_report.h"
@@ -181,37 +183,62 @@ int run(const FitCommand& command) {
   return 0;
 }
 
-int run(const MakeCommand& command) {
-  apply(command.fit.common);
+Result<MadeFabric> make_fabric(const MakeCommand& command) {
   const auto distinct = check_distinct({{"the input", command.bake.input},
                                         {"--output", command.fit.output},
                                         {"--keep-samples", command.bake.output},
-                                        {"--report", command.fit.report}});
-  if (!distinct) return report_error(distinct.error());
+                                        {"--report", command.fit.report},
+                                        {"--for", command.plan}});
+  if (!distinct) return tl::unexpected(distinct.error());
+  BakeCommand bake_command = command.bake;
+  FitCommand fit_command = command.fit;
+  if (!command.plan.empty()) {
+    const auto demand = read_plan(command.plan, command.materials);
+    if (!demand) return tl::unexpected(demand.error());
+    bake_command.demand = *demand;
+    bake_command.chooses = fit_command.budget.has_value();
+  }
   // The samples pass through a file, as they do between the single verbs; without --keep-samples through one
   // beside the fabric that is gone afterwards, whatever happens.
   auto passing = AtomicFile::create(command.fit.output);
-  if (!passing) return report_error(passing.error());
-  BakeCommand bake_command = command.bake;
+  if (!passing) return tl::unexpected(passing.error());
   const bool keep = !bake_command.output.empty();
   if (!keep) {
     bake_command.output = passing->temporary();
     bake_command.bake.resumable = false;
   }
   const auto baked = bake_cell(bake_command, command.fit.common);
-  if (!baked) return report_error(baked.error());
+  if (!baked) return tl::unexpected(baked.error());
   Json bake_report = bake_json(*baked, bake_command.output);
   if (!keep) bake_report.erase("output");
   const std::string bake_line = bake_text(*baked, keep ? bake_command.output : "");
-  auto fitted = fit_file(bake_command.output, command.fit);
-  if (!fitted) return report_error(fitted.error());
+  // A choice of layers weighs all levels against each other.
+  if (bake_command.demand && !fit_command.budget) {
+    const auto samples = SamplesReader::open(bake_command.output);
+    if (!samples) return tl::unexpected(samples.error());
+    fit_command.fit.levels = levels_needed(*bake_command.demand, samples->header());
+  }
+  auto fitted = fit_file(bake_command.output, fit_command);
+  if (!fitted) return tl::unexpected(fitted.error());
   if (!keep) fitted->samples = command.bake.input;
-  const Json json = {{"bake", bake_report}, {"fit", fit_json(*fitted)}};
+  MadeFabric made;
+  made.json = {{"bake", bake_report}, {"fit", fit_json(*fitted)}};
+  made.text = bake_line + fit_text(*fitted);
+  made.seconds = baked->seconds + fitted->seconds;
+  made.fitted = std::move(*fitted);
+  return made;
+}
+
+int run(const MakeCommand& command) {
+  apply(command.fit.common);
+  if (command.limits.any()) return run_within_limits(command);
+  const auto made = make_fabric(command);
+  if (!made) return report_error(made.error());
   if (!command.fit.report.empty()) {
-    if (auto ok = write_report(command.fit.report, "make", json, *fitted); !ok)
+    if (auto ok = write_report(command.fit.report, "make", made->json, made->fitted); !ok)
       return report_error(ok.error());
   }
-  report(command.fit.common, "make", json, bake_line + fit_text(*fitted));
+  report(command.fit.common, "make", made->json, made->text);
   return 0;
 }
 

@@ -56,7 +56,9 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   # The viewer shows what the reference evaluation shows: half a hundredth of a decibel is a pixel or two.
   holds 'r.frames.filter(f => f.usual).every(f =>
     Math.abs(f.pictures.all.psnr - r.points.find(p => p.name === f.fabric).pictures.all.psnr) < 0.05)' sweep/trade.json
-  [ "$(grep -c '<svg' sweep/index.html)" = 6 ]
+  [ "$(grep -c '<svg xmlns' sweep/index.html)" = 6 ]
+  # Beside each picture the truth, which is in the page once.
+  [ "$(grep -c '<use href="#truth"/>' sweep/index.html)" = "$(grep -c '<img alt=' sweep/index.html)" ]
   [ "$(wc -l <sweep/trade.csv)" = "$((1 + 3 + $(find sweep/frames -name '*-t8*' -o -name 't8*2lobes*--*' | wc -l)))" ]
 }
 
@@ -95,8 +97,47 @@ test_a_folder_keeps_to_one_sweep() {
   refuses OPTION_OUT_OF_RANGE repeats selvedge trade plain-knit -o sweep --grid grid.json
   echo '{"centre": {"texels": 7.5}}' >grid.json
   refuses OPTION_OUT_OF_RANGE /centre/texels sweep
-  refuses FILE_MISSING none.json sweep --grid none.json
+  refuses FILE_MISSING none.json selvedge trade plain-knit -o sweep --grid none.json
   refuses FILE_MISSING nowhere selvedge-view trade nowhere
+}
+
+test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
+  exits 0 selvedge make plain-knit --quality draft -o a.fabric.exr --json
+  holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
+  selvedge make plain-knit --texels 8 --samples 2 --lobes 1 --half-lobes -o b.fabric.exr --quiet
+  same a.fabric.exr b.fabric.exr
+  exits 0 selvedge make plain-knit --quality standard --texels 8 --budget 20000 --views 16 --lights 16 -o c.fabric.exr --json
+  holds 'r.bake.samples === 4 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 20000'
+  exits 2 selvedge make plain-knit --quality best -o d.fabric.exr
+  render() { selvedge-view render a.fabric.exr --place grazing --size 40x30 -o "$@"; }
+  render usual.png
+  render standard.png --quality standard
+  same usual.png standard.png
+  render draft.png --quality draft
+  render nearest.png --filter nearest --anisotropy 1
+  same draft.png nearest.png
+  differ draft.png usual.png
+  render high.png --quality high
+  render two.png --supersample 2
+  same high.png two.png
+  render given.png --quality reference --supersample 2
+  same given.png two.png
+  exits 2 render x.png --quality best
+}
+
+test_make_within_limits_keeps_them_or_names_the_nearest() {
+  exits 0 selvedge make plain-knit --max-bytes 60K --max-seconds 600 -o k.fabric.exr --json
+  holds 'r.made.bytes <= 61440 && r.made.seconds <= 600 && r.expected.bytes > 0 && r.chosen.startsWith("selvedge make plain-knit --") &&
+    r.tried.some(t => t.command === r.chosen)'
+  [ "$(stat -c %s k.fabric.exr)" -le 61440 ]
+  exits 0 selvedge check k.fabric.exr
+  write_plane plane.obj
+  exits 0 selvedge make plane.obj --period 2x2 --min-db 30 --max-bytes 1M -o p.fabric.exr --json
+  holds 'r.tried.length === 1 && r.made.heldOut >= 30'
+  refuses OPTION_OUT_OF_RANGE 'the nearest is selvedge make plain-knit' \
+    selvedge make plain-knit --max-bytes 100 -o none.fabric.exr --quiet
+  exits 2 selvedge make plain-knit --max-bytes 60K --texels 8 -o x.fabric.exr
+  exits 2 selvedge make plain-knit --min-db 20 --quality draft -o x.fabric.exr
 }
 
 "$2"

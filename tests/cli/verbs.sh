@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake fit make dress reattach repack check info evaluate answer compare)
+verbs=(stitch bake fit make dress reattach repack check info evaluate answer compare swatch trade)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -16,6 +16,7 @@ make_example_files() {
   cp dressed.glb shirt.glb
   make_packed dressed.glb packed.glb
   echo '{"op":"check","file":"k.fabric.exr"}' >queries.jsonl
+  echo '{"centre":{"texels":8,"directions":16,"samples":2}}' >grid.json
 }
 
 test_help_of_every_verb_has_an_example_that_runs() {
@@ -26,8 +27,14 @@ test_help_of_every_verb_has_an_example_that_runs() {
     grep -q 'Exit status: 0 good, 1 .*, 2 usage' "$scratch/out" || fail "$verb tells no exit statuses"
     example=$(examples selvedge "$verb")
     [ -n "$example" ] || fail "$verb has no example"
-    # At their full size bake and make take a while.
-    case $verb in bake | make) example+=" ${small[*]}" ;; esac
+    # At their full size some take a while.
+    case $verb in
+      bake | make) example+=" ${small[*]}" ;;
+      swatch) example+=" --size 40x30 --samples 4" ;;
+      trade)
+        example+=" --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 --held-out-pairs 4 --held-out-samples 4"
+        ;;
+    esac
     bash -c "set -e; $example" >"$scratch/out" 2>"$scratch/err" || fail "$example: $(cat "$scratch/err")"
   done
 }

@@ -133,6 +133,8 @@ TEST_CASE("members of the wrong type or out of range are named by their pointers
                                        Row{"/digests/table", "x"},
                                        Row{"/digests/table", {"x"}},
                                        Row{"/digests/table/1", 5},
+                                       Row{"/whole", 1},
+                                       Row{"/whole", {{"level", 1}, {"texels", {10, 6}}}},
                                        Row{"/provenance", "me"}}) {
     CAPTURE(pointer);
     CAPTURE(value.dump());
@@ -379,6 +381,11 @@ TEST_CASE("the order of the parts is free, but a preview that is not the first i
 }
 
 TEST_CASE("levels that are missing are warnings") {
+  accepted(
+      [](OpenedFabric& file) {
+        file.text["whole"] = {{"level", 2}, {"texels", {17, 12}}};
+      },
+      {"FABRIC_LEVELS /whole/level"});
   accepted(
       [](OpenedFabric& file) {
         file.text["levels"] = 2;

@@ -77,6 +77,32 @@ TEST_CASE("a range of levels is a fabric whose level 0 is its first") {
   CHECK(upper->period_mm == fabric.period_mm);
   CHECK(upper->levels[1].lobes->parameters == fabric.levels[2].lobes->parameters);
   CHECK(validate(*upper));
+  CHECK(upper->whole == WholeFabric{V2i(11, 5), 1});
+  CHECK_FALSE(open_reader(folder / "a.exr").read_levels(0, 1)->whole.has_value());
+}
+
+TEST_CASE("a part of a fabric says in its file what it is a part of, and parts of it count on") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(44, 21, {2, 2}, 1, 8)));
+  const auto part = open_reader(folder / "a.exr").read_levels(2, 5);
+  REQUIRE(part);
+  REQUIRE(write_fabric(folder / "b.exr", *part));
+  FabricReader reader = open_reader(folder / "b.exr");
+  CHECK(reader.header().whole == WholeFabric{V2i(44, 21), 2});
+  CHECK(whole_texels(reader.header()) == V2i(44, 21));
+  CHECK(first_level(reader.header()) == 2);
+  const auto again = reader.read_levels(1, 2);
+  REQUIRE(again);
+  CHECK(again->whole == WholeFabric{V2i(44, 21), 3});
+  CHECK(first_level(*again) == 3);
+  CHECK(V2i(again->levels[0].width, again->levels[0].height) == V2i(5, 2));
+  Fabric wrong = *part;
+  for (const WholeFabric& whole : {WholeFabric{V2i(44, 21), 3}, WholeFabric{V2i(44, 21), 0},
+                                   WholeFabric{V2i(44, 20), 2}, WholeFabric{V2i(45, 21), 2}}) {
+    wrong.whole = whole;
+    // 45 / 4 and 44 / 4 are both 11, as 20 / 4 and 21 / 4 are 5.
+    CHECK(validate(wrong).has_value() == (whole.level == 2));
+  }
 }
 
 TEST_CASE("level 3 of a large fabric costs a fiftieth of its bytes, its lobes less") {

@@ -71,4 +71,15 @@ for (const example of examples) {
   for (const one of example.materials ?? []) expect(valid(material, one.extensions[NAME]) === '', 'example of a material', valid(material, one.extensions[NAME]));
   if (example.extras) expect(valid(mirror, example.extras[NAME]) === '', 'example of a mirror', valid(mirror, example.extras[NAME]));
 }
+
+// Plans are valid by the schema of theirs.
+const plan_schema = 'plan.schema.json';
+ajv.addSchema(JSON.parse(readFileSync(new URL(`../${plan_schema}`, folder), 'utf8')), plan_schema);
+for (const sight of [['--distance', '1', '9'], ['--distance', '2'], ['--look-at', '0,90,0', '--distance', '1']]) {
+  run('selvedge', 'plan', path('tablecloth.glb'), ...sight, '-o', path('plan.json'), '--quiet');
+  const plan = json_of(path('plan.json'));
+  expect(valid(plan_schema, plan) === '', `a plan for ${sight.join(' ')}`, valid(plan_schema, plan));
+  broken(plan_schema, plan, (p) => { p.verb = 'make'; }, (p) => delete p.look.bias, (p) => { p.materials = []; },
+    (p) => delete p.materials[0].pixelMm, (p) => { p.materials[0].pixelMm[0] = -1; }, (p) => { p.materials[0].behind = [-1]; });
+}
 finish();

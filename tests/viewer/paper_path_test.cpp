@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "format/evaluate.h"
+#include "format/level_bounds.h"
 #include "format/lights.h"
 #include "tests/format/fabrics.h"
 #include "tests/viewer/plain_frame.h"
 #include "tests/viewer/ray_caster.h"
 #include "tests/viewer/shapes.h"
-#include "viewer/needed_levels.h"
 #include "viewer/paper_layers.h"
 #include "viewer/render.h"
 #include "viewer/renderer.h"
@@ -364,8 +364,12 @@ TEST_CASE("a fabric of which the finer levels are left out gives the paper's fra
     look.width = 100;
     look.height = 80;
     look.lights = default_lights(*camera);
-    const int finest = finest_for_paper(finest_levels(scene, *camera, look.height, look.levels,
-                                                      std::vector<V2i>{V2i(64, 64)}, std::vector<int>{7})[0]);
+    FabricHeader header;
+    header.width = header.height = 64;
+    header.levels = 7;
+    const std::vector<const FabricHeader*> headers{&header};
+    const int finest =
+        finest_for_paper(levels_asked(scene, *camera, look.height, look.levels, headers)[0].first);
     left_out += finest;
     std::vector<Fabric> some = all;
     some[0].levels.erase(some[0].levels.begin(), some[0].levels.begin() + finest);

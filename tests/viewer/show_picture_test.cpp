@@ -8,7 +8,6 @@
 #include "format/evaluate.h"
 #include "tests/viewer/indexed.h"
 #include "viewer/change_fabrics.h"
-#include "viewer/needed_levels.h"
 
 namespace selvedge {
 namespace {
@@ -197,58 +196,6 @@ TEST_CASE("another fabric keeps the size of its yarns") {
   CHECK_FALSE(changed.materials[1].fabric.has_value());
   CHECK(fabrics_of(scene) == std::vector<int>{0, 1});
   CHECK(fabrics_of(changed) == std::vector<int>{1, -1});
-}
-
-TEST_CASE("no pixel asks for a finer level than was foreseen, and the frame is the same without the others") {
-  Scene scene;
-  test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
-  const std::vector<Fabric> all{test::random_fabric(32, 32, 7)};
-  const V2i size = V2i(all[0].levels[0].width, all[0].levels[0].height);
-  const auto count = static_cast<int>(all[0].levels.size());
-  scene.fabrics.resize(1);
-  int left_out = 0;
-  for (const Projection projection : {Projection::perspective, Projection::parallel}) {
-    for (const double distance : {2.0, 8.0, 40.0, -2.0, -4.0, -8.0, -40.0}) {
-      // With linear taps where it is negative.
-      CameraOptions options;
-      options.projection = projection;
-      options.look_at = V3d(0, 0, 0);
-      options.distance = std::abs(distance);
-      options.elevation = 20;
-      options.field_of_view = 60;
-      const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
-      test::require(camera);
-      RenderOptions look;
-      if (distance < 0) look.levels = best_levels;
-      look.width = 100;
-      look.height = 80;
-      look.lights = default_lights(*camera);
-      const int finest = finest_levels(scene, *camera, look.height, look.levels, std::vector<V2i>{size},
-                                       std::vector<int>{count})[0];
-      const test::Indexed indexed =
-          test::index_nearest(scene, all, *camera, look.width, look.height, look.levels);
-      int seen = count;
-      test::each_pixel(indexed, [&](const PixelBlock& block, std::size_t lane) {
-        seen = std::min(seen, block.texels[0].level[lane]);
-      });
-      CHECK(finest <= seen);
-      left_out += finest;
-      std::vector<Fabric> some = all;
-      some[0].levels.erase(some[0].levels.begin(), some[0].levels.begin() + finest);
-      const Result<Frame> whole = render(scene, all, *camera, look);
-      const Result<Frame> part = render(scene, some, *camera, look);
-      test::require(whole);
-      test::require(part);
-      float worst = 0;
-      for (std::size_t i = 0; i < whole->pixels.size(); ++i) {
-        for (int c = 0; c < 4; ++c)
-          worst = std::max(worst, std::abs(whole->pixels[i][c] - part->pixels[i][c]));
-      }
-      // The weights of two levels are rounded differently.
-      CHECK(worst < 1e-4F);
-    }
-  }
-  CHECK(left_out > 5);
 }
 
 }  // namespace

@@ -76,6 +76,7 @@ export function fabric_of(fixture) {
     referenceHeight = 0.5,
     mmPerRepeat = [2.5, 1.25],
     radianceScale,
+    whole,
     provenance =
     {
       software: 'conformance kit'
@@ -96,6 +97,7 @@ export function fabric_of(fixture) {
     referenceHeight,
     thickness: 0.75,
     ...(radianceScale === undefined ? {} : {radianceScale}),
+    ...(whole === undefined ? {} : {whole}),
     views: {columns: grid[0], rows: grid[1]},
     lights: {columns: light_grid[0], rows: light_grid[1]},
   };

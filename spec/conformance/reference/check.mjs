@@ -8,7 +8,7 @@ import {LAYERS, layer_channels, make_level} from './layers.mjs';
 
 const MEMBERS = [
   'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'radianceScale',
-  'views', 'lights', 'layers', 'digests', 'provenance'
+  'views', 'lights', 'layers', 'digests', 'provenance', 'whole'
 ];
 const LAYER_MEMBERS = ['levels', 'precision', 'optional'];
 const OWN_MEMBERS = {
@@ -120,6 +120,7 @@ function check_surroundings(fabric, report, advise) {
 function check_levels(fabric, warn) {
   const chain = fabric.texels ? chain_length(...fabric.texels) : 0;
   if (fabric.levels < chain) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
+  if (fabric.whole) warn('FABRIC_LEVELS', '/whole/level', `begins with level ${fabric.whole.level}`);
   const {products} = fabric.layers;
   for (const [name, {levels}] of Object.entries(fabric.layers)) {
     if (['heights', 'products', 'bases'].includes(name)) continue;

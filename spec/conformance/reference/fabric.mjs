@@ -109,6 +109,17 @@ function check_members(text, report) {
   take('thickness', (x) => fits_single(x) && x >= 0, 'a number from 0 up');
   if (Object.hasOwn(text, 'radianceScale'))
     take('radianceScale', (x) => fits_single(x) && Math.fround(x) > 0, 'a positive number');
+  if (Object.hasOwn(text, 'whole') && good.texels) {
+    take('whole', is_object, 'an object');
+    const at = '/whole', {whole} = good;
+    const fine = whole &&
+      member(whole, at, 'texels', pair_of(in_range(1, LIMITS.texels)), `two integers of 1 to ${LIMITS.texels}`) &&
+      member(
+        whole, at, 'level', in_range(1, Math.max(chain_length(...whole.texels) - 1, 1)), 'one of its coarser levels');
+    const size = (side) => Math.max(1, whole.texels[side] >> whole.level);
+    if (fine && !(size(0) === good.texels[0] && size(1) === good.texels[1]))
+      report('FABRIC_MEMBER', at, 'the level has another size');
+  }
   take('provenance', is_object, 'an object');
   take('digests', is_object, 'an object');
 

@@ -87,7 +87,7 @@ const model_of = ({layers}) => (layers.lobes?.levels.includes(0) ? 'lafortune' :
 /** The attribute text as an object, with the digests of the parts. */
 export function fabric_text(fabric, parts) {
   const {texels, levels, mmPerRepeat, referenceHeight, thickness, views, lights, provenance} = fabric;
-  const {radianceScale} = fabric;
+  const {radianceScale, whole} = fabric;
   const grid = ({columns, rows}) => ({layout: 'equal-area', columns, rows});
   const used = LAYERS.filter((name) => fabric.layers[name]);
   const entries = (make) => Object.fromEntries(
@@ -101,6 +101,7 @@ export function fabric_text(fabric, parts) {
     referenceHeight,
     thickness,
     ...(radianceScale === undefined ? {} : {radianceScale}),
+    ...(whole === undefined ? {} : {whole}),
     views: grid(views),
     ...(used.some(needs_lights) ? {lights: grid(lights)} : {}),
     layers: entries(({levels: listed, values, ...members}) => ({levels: listed, ...members})),

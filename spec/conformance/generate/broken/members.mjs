@@ -59,6 +59,17 @@ export const broken_members = [
   member('radiance-scale-beyond-single-precision', '/radianceScale', 1e39, alone),
   member('radiance-scale-text', '/radianceScale', '1', alone),
   member('radiance-scale-null', '/radianceScale', null, alone),
+  member('whole-number', '/whole', 1, alone),
+  member('whole-level-missing', '/whole', {texels: [6, 4]}, {issues: [{code: 'FABRIC_MEMBER', place: '/whole/level'}]}),
+  member('whole-level-0', '/whole', {texels: [3, 2], level: 0}, {issues: [{code: 'FABRIC_MEMBER', place: '/whole/level'}]}),
+  member(
+    'whole-level-beyond-its-chain', '/whole', {texels: [6, 4], level: 3},
+    {issues: [{code: 'FABRIC_MEMBER', place: '/whole/level'}]}),
+  member('whole-texels-missing', '/whole', {level: 1}, {issues: [{code: 'FABRIC_MEMBER', place: '/whole/texels'}]}),
+  member('whole-of-another-size', '/whole', {texels: [8, 4], level: 1}, alone),
+  member(
+    'whole-too-large', '/whole', {texels: [6144, 4096], level: 11},
+    {issues: [{code: 'FABRIC_MEMBER', place: '/whole/texels'}]}),
   member('views-array', '/views', [2, 1]),
   member('views-layout-missing', '/views/layout', missing),
   member('views-layout-number', '/views/layout', 1),

@@ -50,6 +50,10 @@ export const unwise_fabrics = [
     value: {opacity: everywhere(1)},
   }),
   warning('FABRIC_LEVELS', 'chain', 'two of four levels', '/levels', {texels: [8, 4], levels: 2}),
+  warning('FABRIC_LEVELS', 'part', 'level 2 of 13 x 9 texels and coarser ones', '/whole/level', {
+    texels: [3, 2],
+    whole: {texels: [13, 9], level: 2},
+  }),
   warning('FABRIC_LEVELS', 'layer', 'opacity at level 0 only', '/layers/opacity', opacity_on_0),
   advice('unlisted-level-not-zero', 'a level that is not listed, but not zero', '', {
     texels: [4, 4],

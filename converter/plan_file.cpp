@@ -1,0 +1,130 @@
+#include "converter/plan_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/atomic_file.h"
+#include "format/json_text.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+/// Not negative; null is infinite.
+std::optional<double> length_of(const nlohmann::json& value) {
+  if (value.is_null()) return HUGE_VAL;
+  if (!value.is_number()) return std::nullopt;
+  const double number = value.get<double>();
+  if (!(number >= 0)) return std::nullopt;
+  return number;
+}
+
+Result<TexelDemand> demand_of(const std::string& path, const std::string& place,
+                              const nlohmann::json& material, double bias) {
+  const auto found = material.find("pixelMm");
+  if (found == material.end() || !found->is_array() || found->size() != 2)
+    return fail(Code::json_malformed, path, place + "/pixelMm", "is not an array of two lengths");
+  const auto least = length_of((*found)[0]);
+  const auto most = length_of((*found)[1]);
+  if (!least || !most)
+    return fail(Code::json_malformed, path, place + "/pixelMm", "is not an array of two lengths");
+  return TexelDemand{*least, *most, bias};
+}
+
+bool is_meant(const nlohmann::json& material, const std::string& wanted) {
+  const auto name = material.find("name");
+  if (name != material.end() && name->is_string() && name->get<std::string>() == wanted) return true;
+  const auto index = material.find("index");
+  return index != material.end() && index->is_number_integer() && fmt::format("#{}", index->dump()) == wanted;
+}
+
+}  // namespace
+
+Json plan_json(const ScenePlan& plan) {
+  const PlanOptions& o = plan.options;
+  Json sight;
+  if (!o.cameras.empty()) sight["cameras"] = o.cameras;
+  if (o.distances) sight["distances"] = {o.distances->x, o.distances->y};
+  if (sight.is_null()) {
+    sight = {{"azimuth", o.camera.azimuth}, {"elevation", o.camera.elevation}};
+    if (o.camera.distance) sight["distance"] = *o.camera.distance;
+  }
+  if (o.cameras.empty()) sight["fov"] = o.camera.field_of_view;
+  Json materials = Json::array();
+  for (const MaterialPlan& m : plan.materials) {
+    materials.push_back({{"index", m.index},
+                         {"name", m.name},
+                         {"fabric", m.fabric},
+                         {"mmPerRepeat", {m.mm_per_repeat.x, m.mm_per_repeat.y}},
+                         {"texels", {m.texels.x, m.texels.y}},
+                         {"seen", m.seen},
+                         {"levels", {m.levels.first, m.levels.last}},
+                         {"levelsOfFabric", m.whole_levels},
+                         {"lacking", m.lacking},
+                         {"pixelMm", {number_or_null(m.demand.least_mm), number_or_null(m.demand.most_mm)}},
+                         {"texelMm", number_or_null(m.demand.least_mm * std::exp2(m.demand.bias))},
+                         {"fronts", m.fronts},
+                         {"backs", m.backs},
+                         {"holes", m.holes},
+                         {"behind", m.behind}});
+  }
+  return {{"scene", plan.scene},
+          {"size", {o.size.x, o.size.y}},
+          {"supersample", o.supersample},
+          {"sight", sight},
+          {"look",
+           {{"bias", o.levels.bias},
+            {"taps", o.levels.taps},
+            {"blend", o.levels.blend},
+            {"linear", o.levels.linear}}},
+          {"materials", materials}};
+}
+
+Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::string>& materials) {
+  constexpr std::uintmax_t longest_file = std::uintmax_t{1} << 28;
+  const auto text = read_file(path, longest_file);
+  if (!text) return tl::unexpected(text.error());
+  const nlohmann::json plan = parse_json(*text);
+  const auto refuse = [&](const char* place, const char* why) {
+    return fail(Code::json_malformed, path, place, why);
+  };
+  if (!plan.is_object()) return refuse("", "is not a JSON object");
+  if (plan.value("verb", nlohmann::json()) != "plan") return refuse("/verb", "is not \"plan\"");
+  const auto look = plan.find("look");
+  const bool has_bias = look != plan.end() && look->is_object() && look->contains("bias") &&
+                        look->at("bias").is_number() && std::abs(look->at("bias").get<double>()) <= 32;
+  if (!has_bias) return refuse("/look/bias", "is not a number of levels");
+  const auto list = plan.find("materials");
+  if (list == plan.end() || !list->is_array() || list->empty())
+    return refuse("/materials", "is not an array of materials");
+  TexelDemand all{HUGE_VAL, 0, look->at("bias").get<double>()};
+  std::vector<bool> found(materials.size(), false);
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const nlohmann::json& material = (*list)[i];
+    const std::string place = fmt::format("/materials/{}", i);
+    if (!material.is_object()) return fail(Code::json_malformed, path, place, "is not an object");
+    bool meant = materials.empty();
+    for (std::size_t k = 0; k < materials.size(); ++k) {
+      if (!is_meant(material, materials[k])) continue;
+      meant = found[k] = true;
+    }
+    if (!meant) continue;
+    const auto one = demand_of(path, place, material, all.bias);
+    if (!one) return one;
+    all.least_mm = std::min(all.least_mm, one->least_mm);
+    all.most_mm = std::max(all.most_mm, one->most_mm);
+  }
+  for (std::size_t k = 0; k < materials.size(); ++k) {
+    if (found[k]) continue;
+    return fail(Code::material_missing, path, "--material",
+                fmt::format("the plan has no material \"{}\"", materials[k]));
+  }
+  return all;
+}
+
+}  // namespace selvedge

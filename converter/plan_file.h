@@ -1,0 +1,18 @@
+// A plan as JSON and back (spec/plan.md).
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "converter/scene_plan.h"
+
+namespace selvedge {
+
+nlohmann::ordered_json plan_json(const ScenePlan& plan);
+
+/// What the materials of a plan file need together; all of its materials where `materials` is empty, else
+/// those of a name, or "#index". JSON_MALFORMED, MATERIAL_MISSING.
+Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::string>& materials);
+
+}  // namespace selvedge

@@ -1,0 +1,54 @@
+// plan: what a scene requires of its fabrics.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "converter/plan_file.h"
+#include "converter/tool/commands.h"
+#include "converter/tool/distinct_paths.h"
+#include "converter/tool/report.h"
+#include "format/atomic_file.h"
+
+namespace selvedge {
+namespace {
+
+std::string text_of(const MaterialPlan& m) {
+  std::string text = fmt::format("#{} {} ({}): ", m.index, m.name, m.fabric);
+  if (!m.seen) return text + "is not seen\n";
+  text += fmt::format("levels {} to {} of 0 to {}, ", m.levels.first, m.levels.last, m.whole_levels - 1);
+  const double texel_mm = m.demand.least_mm * std::exp2(m.demand.bias);
+  text +=
+      texel_mm > 0 ? fmt::format("texels of {:.3g} mm", texel_mm) : std::string("texels as fine as can be");
+  text += m.backs ? (m.fronts ? ", both sides" : ", backs alone") : ", fronts alone";
+  text += m.holes ? ", holes" : ", no holes";
+  if (m.lacking > 0) text += fmt::format("; {} finer levels are not in the file", m.lacking);
+  return text + "\n";
+}
+
+}  // namespace
+
+int run(const PlanCommand& command) {
+  apply(command.common);
+  const auto distinct = check_distinct({{"the scene", command.scene}, {"--output", command.output}});
+  if (!distinct) return report_error(distinct.error());
+  std::optional<AtomicFile> file;
+  if (!command.output.empty()) {
+    auto created = AtomicFile::create(command.output);
+    if (!created) return report_error(created.error());
+    file.emplace(std::move(*created));
+  }
+  const auto plan = plan_scene(command.scene, command.plan);
+  if (!plan) return report_error(plan.error());
+  const Json json = plan_json(*plan);
+  if (file) {
+    if (auto good = write_file(file->temporary(), wrapped("plan", json)); !good)
+      return report_error(good.error());
+    if (auto good = file->commit(); !good) return report_error(good.error());
+  }
+  std::string text;
+  for (const MaterialPlan& material : plan->materials) text += text_of(material);
+  report(command.common, "plan", json, text);
+  return 0;
+}
+
+}  // namespace selvedge

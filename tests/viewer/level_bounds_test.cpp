@@ -1,0 +1,284 @@
+#include "format/level_bounds.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/lights.h"
+#include "format/scene_points.h"
+#include "tests/viewer/indexed.h"
+#include "viewer/render.h"
+
+namespace selvedge {
+namespace {
+
+constexpr int width = 100;
+constexpr int height = 80;
+
+/// A fabric without its finer levels.
+Fabric part_of(const Fabric& whole, int first) {
+  Fabric part = whole;
+  if (first == 0) return part;
+  part.whole = WholeFabric{whole_texels(whole), first_level(whole) + first};
+  part.levels.erase(part.levels.begin(), part.levels.begin() + first);
+  return part;
+}
+
+FabricHeader header_of(const Fabric& fabric) {
+  FabricHeader header;
+  header.width = fabric.levels.front().width;
+  header.height = fabric.levels.front().height;
+  header.levels = static_cast<int>(fabric.levels.size());
+  header.whole = fabric.whole;
+  return header;
+}
+
+LevelRange asked(const Scene& scene, const Camera& camera, const LevelOptions& levels, const Fabric& fabric,
+                 int* lacking = nullptr) {
+  const FabricHeader header = header_of(fabric);
+  const std::vector<const FabricHeader*> headers{&header};
+  std::vector<int> missing;
+  const LevelRange range = levels_asked(scene, camera, height, levels, headers, &missing)[0];
+  if (lacking != nullptr) *lacking = missing[0];
+  return range;
+}
+
+/// The levels that pixels of the nearest surfaces ask for.
+struct Seen {
+  int first = 1000;
+  int last = -1;
+  double finest = HUGE_VAL;  ///< as a number between two levels
+  int pixels = 0;
+};
+Seen see(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
+         const LevelOptions& levels) {
+  Seen seen;
+  test::each_pixel(test::index_nearest(scene, fabrics, camera, width, height, levels),
+                   [&](const PixelBlock& block, std::size_t lane) {
+                     double level = 0;
+                     double sum = 0;
+                     for (std::size_t i = 0; i < block.texel_count; ++i) {
+                       const auto weight = static_cast<double>(block.texels[i].weight[lane]);
+                       if (weight == 0) continue;
+                       level += weight * block.texels[i].level[lane];
+                       sum += weight;
+                       seen.first = std::min(seen.first, block.texels[i].level[lane]);
+                       seen.last = std::max(seen.last, block.texels[i].level[lane]);
+                     }
+                     seen.finest = std::min(seen.finest, level / sum);
+                     ++seen.pixels;
+                   });
+  return seen;
+}
+
+/// A ball in cloth that is stretched, turned around and mirrored, and smaller balls around it.
+Scene balls() {
+  Scene scene;
+  test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
+  scene.materials[0].fabric->transform.rotation = 0.4;
+  SceneInstance one = scene.instances[0];
+  one.world = M44d(-0.3, 0, 0, 0, 0, 0.3, 0, 0, 0, 0, 0.3, 0, 1.2, 0.3, 0.2, 1);
+  scene.instances.push_back(one);
+  scene.fabrics.resize(1);
+  return scene;
+}
+
+TEST_CASE(
+    "no pixel asks for a finer or coarser level than was foreseen, and the frame is the same without the "
+    "rest") {
+  const Scene scene = balls();
+  int left_out = 0;
+  for (const V2i& size : {V2i(32, 32), V2i(24, 20), V2i(9, 64)}) {
+    const Fabric whole = test::random_fabric(size.x, size.y, 7);
+    for (const Projection projection : {Projection::perspective, Projection::parallel}) {
+      for (const double distance : {2.0, 8.0, 40.0}) {
+        for (const LevelOptions& levels :
+             {LevelOptions(), best_levels, LevelOptions{false, -1, 2, 0, false}}) {
+          CameraOptions options;
+          options.projection = projection;
+          options.look_at = V3d(0, 0, 0);
+          options.distance = distance;
+          options.elevation = 20;
+          options.field_of_view = 60;
+          const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
+          test::require(camera);
+          RenderOptions look;
+          look.levels = levels;
+          look.width = width;
+          look.height = height;
+          look.lights = default_lights(*camera);
+          const LevelRange range = asked(scene, *camera, levels, whole);
+          const Seen seen = see(scene, {whole}, *camera, levels);
+          CHECK(seen.pixels > 3);
+          CHECK(range.first <= seen.first);
+          CHECK(range.last >= seen.last);
+          left_out += range.first;
+          Fabric part = part_of(whole, range.first);
+          part.levels.resize(static_cast<std::size_t>(range.last - range.first) + 1);
+          int lacking = -1;
+          CHECK(asked(scene, *camera, levels, part, &lacking).first == 0);
+          CHECK(lacking == 0);
+          const Result<Frame> all = render(scene, {whole}, *camera, look);
+          const Result<Frame> some = render(scene, {part}, *camera, look);
+          test::require(all);
+          test::require(some);
+          CHECK(all->pixels == some->pixels);
+        }
+      }
+    }
+  }
+  CHECK(left_out > 30);
+}
+
+TEST_CASE("the shader shows a part of a fabric as the whole") {
+  const Scene scene = balls();
+  const Fabric whole = test::random_fabric(24, 20, 7);
+  CameraOptions options;
+  options.distance = 20;
+  const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
+  test::require(camera);
+  RenderOptions look;
+  look.path = RenderPath::shader;
+  look.context = ContextKind::osmesa;
+  look.levels = best_levels;
+  look.width = width;
+  look.height = height;
+  look.lights = default_lights(*camera);
+  const LevelRange range = asked(scene, *camera, look.levels, whole);
+  REQUIRE(range.first > 0);
+  const Result<Frame> all = render(scene, {whole}, *camera, look);
+  const Result<Frame> some = render(scene, {part_of(whole, range.first)}, *camera, look);
+  test::require(all);
+  test::require(some);
+  float worst = 0;
+  for (std::size_t i = 0; i < all->pixels.size(); ++i) {
+    for (int c = 0; c < 4; ++c) worst = std::max(worst, std::abs(all->pixels[i][c] - some->pixels[i][c]));
+  }
+  CHECK(worst < 1e-5F);
+}
+
+TEST_CASE("what a part of a fabric lacks is said, and shown as finely as can be") {
+  const Scene scene = balls();
+  const Fabric whole = test::random_fabric(32, 32, 7);
+  CameraOptions options;
+  options.distance = 2.5;
+  const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
+  test::require(camera);
+  const LevelRange range = asked(scene, *camera, best_levels, whole);
+  REQUIRE(range.first < 3);
+  int lacking = -1;
+  const LevelRange of_part = asked(scene, *camera, best_levels, part_of(whole, 3), &lacking);
+  CHECK(of_part.first == 0);
+  CHECK(lacking == 3 - range.first);
+  test::each_pixel(test::index_nearest(scene, {part_of(whole, 3)}, *camera, width, height, best_levels),
+                   [&](const PixelBlock& block, std::size_t lane) {
+                     float sum = 0;
+                     for (std::size_t i = 0; i < block.texel_count; ++i) {
+                       sum += block.texels[i].weight[lane];
+                       CHECK(block.texels[i].level[lane] < 3);
+                     }
+                     CHECK(sum == doctest::Approx(1));
+                   });
+}
+
+TEST_CASE(
+    "from wherever a plan allows to look, pixels ask for its levels alone; and it is not much too fine") {
+  const Scene scene = balls();
+  const std::vector<Fabric> fabrics{test::random_fabric(512, 512, 3)};
+  const auto points = world_points(scene);
+  test::require(points);
+  Random random(11);
+  const double aspect = static_cast<double>(width) / height;
+  for (const Projection projection : {Projection::perspective, Projection::parallel}) {
+    for (const double nearest : {2.5, 4.0, 12.0}) {
+      CameraOptions options;
+      options.projection = projection;
+      options.field_of_view = 40;
+      const double farthest = 2 * nearest;
+      const auto around = look_all_around(*points, aspect, nearest, farthest, options);
+      test::require(around);
+      const std::vector<V2d> units{V2d(512, 512)};
+      const PixelCover cover = pixel_covers(scene, *around, height, best_levels.taps, units)[0];
+      const LevelRange range = levels_asked(cover, best_levels, 10);
+      const double finest = std::log2(cover.least) + static_cast<double>(best_levels.bias);
+      double seen = HUGE_VAL;
+      int pixels = 0;
+      for (int i = 0; i < 40; ++i) {
+        CameraOptions one = options;
+        one.azimuth = 360 * random.uniform();
+        one.elevation = 180 * random.uniform() - 90;
+        one.distance = i % 2 == 0 ? nearest : nearest + (farthest - nearest) * random.uniform();
+        const Result<Camera> camera = make_camera(*points, aspect, one);
+        test::require(camera);
+        const Seen levels = see(scene, fabrics, *camera, best_levels);
+        CHECK(range.first <= levels.first);
+        CHECK(range.last >= levels.last);
+        seen = std::min(seen, levels.finest);
+        pixels += levels.pixels;
+        // Narrower than from everywhere.
+        CHECK(asked(scene, *camera, best_levels, fabrics[0]).first >= range.first);
+      }
+      CHECK(pixels > 1000);
+      CAPTURE(nearest);
+      MESSAGE("finest level foreseen " << finest << ", seen " << seen);
+      CHECK(finest - 1e-3 <= seen);  // what a pixel rounds
+      CHECK(seen - finest < 1);
+    }
+  }
+}
+
+TEST_CASE("what no frame shows needs the coarsest level alone, what has no bound all of them") {
+  const Scene scene = balls();
+  const Fabric whole = test::random_fabric(32, 32, 7);
+  CameraOptions options;
+  options.look_at = V3d(0, 50, 0);
+  options.distance = 3;
+  const Result<Camera> camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
+  test::require(camera);
+  const LevelRange range = asked(scene, *camera, best_levels, whole);
+  CHECK(range.first == 5);
+  CHECK(range.last == 5);
+  const auto points = world_points(scene);
+  test::require(points);
+  // The eye may stand within the ball.
+  const auto around = look_all_around(*points, 1.25, 0.5, 3, {});
+  test::require(around);
+  const std::vector<V2d> units{V2d(32, 32)};
+  const PixelCover cover = pixel_covers(scene, *around, height, 4, units)[0];
+  CHECK(cover.least == 0);
+  CHECK(levels_asked(cover, best_levels, 6).first == 0);
+  CHECK(levels_asked(cover, best_levels, 6).last == 5);
+  for (const V2d& distances : {V2d(0, 1), V2d(2, 1), V2d(1, HUGE_VAL), V2d(std::nan(""), 1)}) {
+    const auto refused = look_all_around(*points, 1.25, distances.x, distances.y, {});
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == Code::option_out_of_range);
+  }
+}
+
+TEST_CASE("a demand in millimetres is met by texels of any shape") {
+  const Scene scene = balls();
+  const auto points = world_points(scene);
+  test::require(points);
+  Random random(5);
+  for (int i = 0; i < 200; ++i) {
+    const V2d period(1 + 9 * random.uniform(), 1 + 9 * random.uniform());
+    const V2i texels(8 + static_cast<int>(40 * random.uniform()),
+                     8 + static_cast<int>(40 * random.uniform()));
+    const auto around = look_all_around(*points, 1.25, 4 + 8 * random.uniform(), 20, {});
+    test::require(around);
+    const std::vector<V2d> in_mm{period};
+    const std::vector<V2d> in_texels{V2d(texels)};
+    const PixelCover mm = pixel_covers(scene, *around, height, 4, in_mm)[0];
+    const int levels = level_count(texels.x, texels.y);
+    const LevelRange needed =
+        levels_asked(pixel_covers(scene, *around, height, 4, in_texels)[0], best_levels, levels);
+    const LevelRange made =
+        levels_for({mm.least, mm.most, static_cast<double>(best_levels.bias)}, period / V2d(texels), levels);
+    CHECK(made.first <= needed.first);
+    CHECK(made.last >= needed.last);
+  }
+}
+
+}  // namespace
+}  // namespace selvedge
