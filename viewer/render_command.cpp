@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -81,11 +82,21 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
   const int height = shot.options.height * shot.options.supersample;
   std::vector<int> most_lacking(needed.size(), 0);
   for (const Camera& camera : shot.cameras) {
-    std::vector<int> lacking;
-    const std::vector<LevelRange> asked = levels_asked(open.scene, camera, height, levels, headers, &lacking);
-    for (std::size_t i = 0; i < needed.size(); ++i) {
-      needed[i] = {std::min(needed[i].first, asked[i].first), std::max(needed[i].last, asked[i].last)};
-      most_lacking[i] = std::max(most_lacking[i], lacking[i]);
+    // A swatch is rounded to whole pixels: they are as high as those of one height, as wide as those of
+    // another.
+    const double by_width =
+        shot.options.width * shot.options.supersample * camera.window_half.y / camera.window_half.x;
+    std::vector<int> heights{height};
+    if (std::abs(by_width - height) > 1e-6 * height)
+      heights.insert(heights.end(), {std::max(1, static_cast<int>(std::floor(by_width))),
+                                     static_cast<int>(std::ceil(by_width))});
+    for (const int of : heights) {
+      std::vector<int> lacking;
+      const std::vector<LevelRange> asked = levels_asked(open.scene, camera, of, levels, headers, &lacking);
+      for (std::size_t i = 0; i < needed.size(); ++i) {
+        needed[i] = {std::min(needed[i].first, asked[i].first), std::max(needed[i].last, asked[i].last)};
+        most_lacking[i] = std::max(most_lacking[i], lacking[i]);
+      }
     }
   }
   for (std::size_t i = 0; i < needed.size(); ++i) {
