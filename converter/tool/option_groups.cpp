@@ -237,6 +237,12 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->check(CLI::PositiveNumber)
       ->type_name("BYTES")
       ->group(group);
+  app.add_option("--slab-lobes", command.fit.slab_lobes,
+                 "With --budget: lobes of the slabs, tried beside slabs without; 0: none are tried")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 16))
+      ->group(group);
   app.add_option("--report", command.report,
                  "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
       ->check(ends_in({".json", ".md", ".txt"}))
