@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace selvedge {
 namespace {
@@ -56,20 +57,22 @@ void normalise(SlabGloss& gloss, const GlossDirections& directions) {
   for (const std::uint16_t kind : gloss.kind_of) texels[kind] += 1;
   std::vector<double> power(3 * directions.lights.size(), 0);
   for (std::size_t k = 0; k < gloss.kinds.size(); ++k) {
-    GlossKind& kind = gloss.kinds[k];
-    const std::vector<double> g = values_of(kind, directions);
-    double square = 0;
-    for (const double x : g) square += x * x;
-    if (!(square > 0)) continue;
-    const double factor = std::sqrt(static_cast<double>(g.size()) / square);
-    for (double& rho : kind.rho) rho *= factor;
-    for (double& size : kind.sizes) size *= factor;
-    for (std::size_t i = 0; i < g.size(); ++i) power[i % power.size()] += texels[k] * std::pow(factor * g[i], 2);
+    const std::vector<double> g = values_of(gloss.kinds[k], directions);
+    for (std::size_t i = 0; i < g.size(); ++i) power[i % power.size()] += texels[k] * g[i] * g[i];
+  }
+  const auto all = static_cast<double>(gloss.kind_of.size() * directions.views.size());
+  const double square = std::accumulate(power.begin(), power.end(), 0.0) / static_cast<double>(power.size()) / all;
+  if (square > 0) {
+    const double factor = 1 / std::sqrt(square);
+    for (GlossKind& kind : gloss.kinds) {
+      for (double& rho : kind.rho) rho *= factor;
+      for (double& size : kind.sizes) size *= factor;
+    }
+    for (double& p : power) p *= factor * factor;
   }
   // A light under which there is next to nothing to see keeps a unit that its noise cannot fill.
   constexpr double least_share = 1e-6;
   const double least = least_share * *std::max_element(power.begin(), power.end());
-  const auto all = static_cast<double>(gloss.kind_of.size() * directions.views.size());
   gloss.unit.clear();
   for (const double p : power) {
     const double unit = std::sqrt(std::max(p, least) / all);

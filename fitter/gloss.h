@@ -44,7 +44,7 @@ struct SlabGloss {
 std::vector<double> gloss_values(const GlossKind& kind, const GlossDirections& directions,
                                  const std::vector<float>& unit);
 
-/// Makes the root mean square of every kind's g 1, and the units those in which g, of all texels and views
+/// Makes the root mean square of g 1, of all texels, and the units those in which g, of all texels and views
 /// together, is 1 for every light and channel.
 void normalise(SlabGloss& gloss, const GlossDirections& directions);
 

@@ -27,7 +27,7 @@ using Values = std::vector<double>;
 
 /// What a lobe that is added makes of the error.
 struct Added {
-  double gain = 0;
+  double gain = 0;  ///< but for a constant
   double old = 1;  ///< factor of what there was
   LobeShape shape{shapes[0], exponents[1]};
   double size = 0;
@@ -182,21 +182,49 @@ Block block_of(const GlossForm& form, std::size_t k, const std::vector<Values>& 
   return block;
 }
 
-/// The step of a kind at a damping; none where the equations have no solution.
-std::vector<double> step_of(const Block& block, const GlossKind& kind, double lambda, double energy) {
-  const std::size_t n = block.gradient.size();
-  std::vector<double> damped = block.matrix;
-  std::vector<double> step(n);
-  std::vector<char> held(n);
-  for (std::size_t u = 0; u < n; ++u) {
-    const double curvature = block.matrix[u * n + u];
-    held[u] = is_held(kind, u, block.gradient[u], curvature) ? 1 : 0;
-    damped[u * n + u] += lambda * curvature + 1e-14 * energy;
-    step[u] = -block.gradient[u];
+/// Steps of all kinds at a damping, with the same step for the lobes of all; no steps where the equations have
+/// no solution.
+std::vector<std::vector<double>> steps_of(const std::vector<Block>& blocks, const std::vector<GlossKind>& kinds,
+                                          double lambda, double energy) {
+  const std::size_t n = blocks.front().gradient.size();
+  const std::size_t lobes = n - 6;
+  const std::size_t all = lobes + 6 * kinds.size();
+  // Lobes come first; then rho and turns of each kind.
+  const auto index = [&](std::size_t k, std::size_t u) {
+    if (u < first_lobe) return lobes + 6 * k + u;
+    return u < first_lobe + lobes ? u - first_lobe : 6 * k + u;
+  };
+  std::vector<double> matrix(all * all, 0);
+  std::vector<double> gradient(all, 0);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    for (std::size_t u = 0; u < n; ++u) {
+      gradient[index(k, u)] += blocks[k].gradient[u];
+      for (std::size_t w = 0; w < n; ++w) {
+        matrix[index(k, u) * all + index(k, w)] += blocks[k].matrix[u * n + w];
+      }
+    }
   }
-  if (!solve_symmetric(damped, step, held)) return std::vector<double>(n, 0);
-  for (double& s : step) s = std::isfinite(s) ? s : 0;
-  return step;
+  std::vector<double> step(all);
+  std::vector<char> held(all);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    for (std::size_t u = 0; u < n; ++u) {
+      const std::size_t i = index(k, u);
+      held[i] = is_held(kinds[k], u, gradient[i], matrix[i * all + i]) ? 1 : 0;
+    }
+  }
+  for (std::size_t i = 0; i < all; ++i) {
+    step[i] = -gradient[i];
+    matrix[i * all + i] += lambda * matrix[i * all + i] + 1e-14 * energy;
+  }
+  std::vector<std::vector<double>> steps(kinds.size(), std::vector<double>(n, 0));
+  if (!solve_symmetric(matrix, step, held)) return steps;
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    for (std::size_t u = 0; u < n; ++u) {
+      const double s = step[index(k, u)];
+      steps[k][u] = std::isfinite(s) ? s : 0;
+    }
+  }
+  return steps;
 }
 
 }  // namespace
@@ -204,46 +232,53 @@ std::vector<double> step_of(const Block& block, const GlossKind& kind, double la
 void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGloss& gloss) {
   std::vector<Values> g;
   for (const GlossKind& kind : gloss.kinds) g.push_back(gloss_values(kind, directions, gloss.unit));
-  for (std::size_t k = 0; k < gloss.kinds.size(); ++k) {
-    const Values rest = form.rest(k, g);
-    const Values& square = form.square(k);
-    const auto inner = [&](const Values& x, const Values& y) {
-      double sum = 0;
-      for (std::size_t i = 0; i < square.size(); ++i) sum += square[i] * x[i] * y[i];
-      return sum;
-    };
-    const double with_itself = inner(g[k], g[k]);
-    const double with_rest = std::inner_product(rest.begin(), rest.end(), g[k].begin(), 0.0);
-    std::vector<Added> found(shapes.size() * exponents.size());
-    parallel_for(0, static_cast<int>(found.size()), [&](int index) {
-      const auto i = static_cast<std::size_t>(index);
+  // Of every kind what the others leave for it.
+  const auto inner = [](const Values& square, const Values& x, const Values& y) {
+    double sum = 0;
+    for (std::size_t i = 0; i < square.size(); ++i) sum += square[i] * x[i] * y[i];
+    return sum;
+  };
+  std::vector<Values> left(gloss.kinds.size());
+  double old_own = 0;
+  double old_right = 0;
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    left[k] = form.rest(k, g);
+    old_own += inner(form.square(k), g[k], g[k]);
+    old_right += std::inner_product(g[k].begin(), g[k].end(), left[k].begin(), 0.0);
+  }
+  std::vector<Added> added(shapes.size() * exponents.size());
+  parallel_for(0, static_cast<int>(added.size()), [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    const LobeShape shape{shapes[i / exponents.size()], exponents[i % exponents.size()]};
+    double own = 0;
+    double both = 0;
+    double right = 0;
+    for (std::size_t k = 0; k < left.size(); ++k) {
       GlossKind alone = gloss.kinds[k];
       alone.rho = {0, 0, 0};
-      alone.shapes = {{shapes[i / exponents.size()], exponents[i % exponents.size()]}};
+      alone.shapes = {shape};
       alone.sizes = {1};
       const Values lobe = gloss_values(alone, directions, gloss.unit);
-      const double own = inner(lobe, lobe);
-      const double both = inner(lobe, g[k]);
-      const double right = std::inner_product(rest.begin(), rest.end(), lobe.begin(), 0.0);
-      const double determinant = with_itself * own - both * both;
-      if (!(determinant > 1e-9 * with_itself * own)) return;
-      const double old = (own * with_rest - both * right) / determinant;
-      const double size = (with_itself * right - both * with_rest) / determinant;
-      if (!(old > 0) || !(size > 0) || size > most_size) return;
-      // Against g as it is.
-      const double gain = old * with_rest + size * right - (2 * with_rest - with_itself);
-      found[i] = {gain, old, alone.shapes[0], size};
-    });
-    const Added best = *std::max_element(
-        found.begin(), found.end(), [](const Added& a, const Added& b) { return a.gain < b.gain; });
-    GlossKind& kind = gloss.kinds[k];
+      own += inner(form.square(k), lobe, lobe);
+      both += inner(form.square(k), lobe, g[k]);
+      right += std::inner_product(lobe.begin(), lobe.end(), left[k].begin(), 0.0);
+    }
+    const double determinant = old_own * own - both * both;
+    if (!(determinant > 1e-9 * old_own * own)) return;
+    const double old = (own * old_right - both * right) / determinant;
+    const double size = (old_own * right - both * old_right) / determinant;
+    if (!(old > 0) || !(size > 0) || size > most_size) return;
+    added[i] = {old * old_right + size * right, old, shape, size};
+  });
+  const Added best = *std::max_element(added.begin(), added.end(),
+                                       [](const Added& a, const Added& b) { return a.gain < b.gain; });
+  for (GlossKind& kind : gloss.kinds) {
     if (best.size > 0) {
       for (double& rho : kind.rho) rho *= best.old;
-      for (double& size : kind.sizes) size = std::min(size * best.old, most_size);
+      for (double& size : kind.sizes) size *= best.old;
     }
     kind.shapes.push_back(best.shape);
     kind.sizes.push_back(best.size);
-    g[k] = gloss_values(kind, directions, gloss.unit);
   }
 }
 
@@ -269,10 +304,9 @@ double search_gloss(const GlossForm& form, const GlossDirections& directions, in
         blocks[i] = block_of(form, i, g, derivatives(gloss.kinds[i], directions, gloss.unit));
       });
     }
+    const auto by = steps_of(blocks, gloss.kinds, lambda, form.energy());
     std::vector<GlossKind> tried;
-    for (std::size_t k = 0; k < kinds; ++k) {
-      tried.push_back(moved(gloss.kinds[k], step_of(blocks[k], gloss.kinds[k], lambda, form.energy())));
-    }
+    for (std::size_t k = 0; k < kinds; ++k) tried.push_back(moved(gloss.kinds[k], by[k]));
     std::vector<Values> tried_g = all_values(tried);
     const double tried_error = form.error(tried_g);
     fresh = tried_error < error;

@@ -11,7 +11,7 @@ namespace selvedge {
 
 struct SlabLobeOptions {
   int lobes = 1;   ///< 1 and more
-  int kinds = 16; ///< of texels, at most
+  int kinds = 8;  ///< of texels, at most
   int turns = 5;   ///< at most
   int steps = 10;  ///< of a search in a turn, at most
 };
