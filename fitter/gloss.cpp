@@ -10,7 +10,8 @@ namespace {
 std::vector<V3d> in_frame(const GlossKind& kind, const std::vector<V3d>& directions) {
   const V3d binormal = kind.normal.cross(kind.tangent);
   std::vector<V3d> result;
-  for (const V3d& d : directions) result.emplace_back(d.dot(kind.tangent), d.dot(binormal), d.dot(kind.normal));
+  for (const V3d& d : directions)
+    result.emplace_back(d.dot(kind.tangent), d.dot(binormal), d.dot(kind.normal));
   return result;
 }
 
@@ -61,7 +62,8 @@ void normalise(SlabGloss& gloss, const GlossDirections& directions) {
     for (std::size_t i = 0; i < g.size(); ++i) power[i % power.size()] += texels[k] * g[i] * g[i];
   }
   const auto all = static_cast<double>(gloss.kind_of.size() * directions.views.size());
-  const double square = std::accumulate(power.begin(), power.end(), 0.0) / static_cast<double>(power.size()) / all;
+  const double square =
+      std::accumulate(power.begin(), power.end(), 0.0) / static_cast<double>(power.size()) / all;
   if (square > 0) {
     const double factor = 1 / std::sqrt(square);
     for (GlossKind& kind : gloss.kinds) {

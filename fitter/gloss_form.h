@@ -12,7 +12,8 @@ namespace selvedge {
 /// Over the g of all kinds, [kind][value] as gloss_values() has them.
 class GlossForm {
  public:
-  GlossForm(const SampleLevel& samples, const SlabRays& rays, const SlabTables& tables, const SlabGloss& gloss);
+  GlossForm(const SampleLevel& samples, const SlabRays& rays, const SlabTables& tables,
+            const SlabGloss& gloss);
 
   double energy() const { return energy_; }  ///< sum of the squared samples
   double error(const std::vector<std::vector<double>>& g) const;

@@ -28,7 +28,7 @@ using Values = std::vector<double>;
 /// What a lobe that is added makes of the error.
 struct Added {
   double gain = 0;  ///< but for a constant
-  double old = 1;  ///< factor of what there was
+  double old = 1;   ///< factor of what there was
   LobeShape shape{shapes[0], exponents[1]};
   double size = 0;
 };
@@ -182,10 +182,10 @@ Block block_of(const GlossForm& form, std::size_t k, const std::vector<Values>& 
   return block;
 }
 
-/// Steps of all kinds at a damping, with the same step for the lobes of all; no steps where the equations have
-/// no solution.
-std::vector<std::vector<double>> steps_of(const std::vector<Block>& blocks, const std::vector<GlossKind>& kinds,
-                                          double lambda, double energy) {
+/// Steps of all kinds at a damping, with the same step for the lobes of all; no steps where the equations
+/// have no solution.
+std::vector<std::vector<double>> steps_of(const std::vector<Block>& blocks,
+                                          const std::vector<GlossKind>& kinds, double lambda, double energy) {
   const std::size_t n = blocks.front().gradient.size();
   const std::size_t lobes = n - 6;
   const std::size_t all = lobes + 6 * kinds.size();

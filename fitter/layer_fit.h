@@ -2,9 +2,9 @@
 //
 // Candidates of a level are the paper's model (lobes, with and without the view table), products of shared
 // functions for every texel, and, where the samples have heights, slabs with products, and with lobes beside
-// them: of several shapes, one of which all levels share, and with coefficients coarser or finer. Among all combinations the one is taken
-// that makes the sum over levels of log(error) least for its bytes (Lagrange's multiplier, by bisection). The
-// held-out pairs take no part.
+// them: of several shapes, one of which all levels share, and with coefficients coarser or finer. Among all
+// combinations the one is taken that makes the sum over levels of log(error) least for its bytes (Lagrange's
+// multiplier, by bisection). The held-out pairs take no part.
 #pragma once
 
 #include <optional>

@@ -147,18 +147,21 @@ class Solver {
       std::fill_n(&inverse_[u * n_], n_, own);
     }
     if (factors != nullptr) {
-      for (std::size_t i = 0; i < rows; ++i) std::copy_n(&factors->value[i * values + first_], n_, &factor_[i * n_]);
+      for (std::size_t i = 0; i < rows; ++i)
+        std::copy_n(&factors->value[i * values + first_], n_, &factor_[i * n_]);
       for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
         for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
           const Term& term = matrix_.terms[t];
           const float* factor = factor_of(term, row);
           float* own = &inverse_[term.unknown * n_];
-          for (std::size_t k = 0; k < n_; ++k) own[k] += (term.weight * factor[k]) * (term.weight * factor[k]);
+          for (std::size_t k = 0; k < n_; ++k)
+            own[k] += (term.weight * factor[k]) * (term.weight * factor[k]);
         }
       }
     }
     for (std::size_t u = 0; u < matrix_.pull.size(); ++u) {
-      for (std::size_t k = 0; k < n_; ++k) inverse_[u * n_ + k] = 1 / (inverse_[u * n_ + k] + matrix_.pull[u]);
+      for (std::size_t k = 0; k < n_; ++k)
+        inverse_[u * n_ + k] = 1 / (inverse_[u * n_ + k] + matrix_.pull[u]);
     }
   }
   const float* factor_of(const Term& term, std::size_t row) const {

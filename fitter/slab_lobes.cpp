@@ -200,7 +200,8 @@ void reassign(const TexelForms& forms, const GlossDirections& directions, std::s
     const double* best = std::max_element(of_texel, of_texel + kinds);
     std::uint16_t chosen = gloss.kind_of[t];
     if (of_texel[chosen] < (1 - nearly) * *best) chosen = static_cast<std::uint16_t>(best - of_texel);
-    if (t % width > 0 && of_texel[gloss.kind_of[t - 1]] >= (1 - nearly) * *best) chosen = gloss.kind_of[t - 1];
+    if (t % width > 0 && of_texel[gloss.kind_of[t - 1]] >= (1 - nearly) * *best)
+      chosen = gloss.kind_of[t - 1];
     gloss.kind_of[t] = chosen;
   }
 }
@@ -221,8 +222,7 @@ SlabLobeFit fit_slab_lobes(const SampleLevel& samples, const SlabRays& rays, std
     GlossForm form(samples, rays, tables, tried);
     std::vector<Values> g;
     for (const GlossKind& kind : tried.kinds) g.push_back(gloss_values(kind, directions, tried.unit));
-    const double error =
-        form.energy() > 0 ? std::sqrt(std::max(0.0, form.error(g)) / form.energy()) : 0;
+    const double error = form.energy() > 0 ? std::sqrt(std::max(0.0, form.error(g)) / form.energy()) : 0;
     if (!fit.errors.empty() && !(error < fit.errors.back())) break;
     fit.errors.push_back(error);
     fit.gloss = tried;
