@@ -23,6 +23,7 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
                  {"lightTable", options.light_table},
                  {"frames", options.frames},
                  {"slabLobes", options.slab_lobes},
+                 {"glossySlabs", options.glossy_slabs},
                  {"starts", options.starts},
                  {"maxIterations", options.max_iterations},
                  {"tolerance", options.tolerance},

@@ -27,7 +27,7 @@ constexpr std::size_t slab_light_functions = 24;
 /// And with lobes, which know of gloss.
 constexpr std::array glossy_view_functions{1, 6};
 /// Lobes that leave more of the error are not tried further.
-constexpr double most_left_by_gloss = 0.95;
+constexpr double most_left_by_gloss = 0.98;
 constexpr std::size_t level_view_functions = 12;
 constexpr std::size_t level_light_functions = 16;
 /// Steps of the coefficients that are tried, as shares of the power of two below the strongest product's
@@ -151,12 +151,14 @@ void LayerFitter::add_candidates(std::size_t level, const Products& products, co
 }
 
 void LayerFitter::look_for_gloss(std::size_t k, const SampleLevel& samples, const SlabRays& rays,
-                                 std::size_t entries, int lobes) {
-  if (lobes == 0 || (k > 0 && !has_gloss_)) return;
-  SlabLobeOptions options;
-  options.lobes = lobes;
-  SlabLobeFit fit = fit_slab_lobes(samples, rays, entries, shell_.views, shell_.lights, options);
-  if (k == 0) has_gloss_ = fit.errors.back() < most_left_by_gloss * fit.errors.front();
+                                 std::size_t entries, const FitOptions& options) {
+  if (options.slab_lobes == 0 || (k > 0 && !has_gloss_)) return;
+  SlabLobeOptions how;
+  how.lobes = options.slab_lobes;
+  SlabLobeFit fit = fit_slab_lobes(samples, rays, entries, shell_.views, shell_.lights, how);
+  if (k == 0) {
+    has_gloss_ = options.glossy_slabs || fit.errors.back() < most_left_by_gloss * fit.errors.front();
+  }
   if (!has_gloss_) return;
   // In the same units at all levels, so that levels share functions.
   if (k > 0) fit.gloss.unit = levels_[0].gloss->unit;
@@ -168,7 +170,8 @@ void LayerFitter::look_for_gloss(std::size_t k, const SampleLevel& samples, cons
 }
 
 void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled,
-                            const HeightLayer& heights, const SamplesHeader& header, int lobes) {
+                            const HeightLayer& heights, const SamplesHeader& header,
+                            const FitOptions& options) {
   const auto views = smooth_view_functions(header.views, slab_view_functions);
   const GlossDirections directions = gloss_directions(header.views, header.lights);
   std::vector<SlabTables> tables;
@@ -190,7 +193,7 @@ void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& p
         slab_rays(marched(levels_[k].paper, *levels_[k].heights[shape]), shell_, directions_of(header.views));
     tables.push_back(fit_slabs(level, rays, entries, views));
     overlaps.push_back(overlaps_of(rays, entries));
-    if (shape == 0) look_for_gloss(k, level, rays, entries, lobes);
+    if (shape == 0) look_for_gloss(k, level, rays, entries, options);
     if (!levels_[k].gloss) continue;
     const SlabFactors factors = factors_of(*levels_[k].gloss, directions);
     for (std::size_t i = 0; i < glossy.size(); ++i) {
@@ -220,6 +223,19 @@ void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& p
                    bytes_of_gloss(levels_[k].glossy);
       add_candidates(k, with_lobes[k], like, &overlaps[k]);
     }
+  }
+}
+
+void LayerFitter::keep_glossy_slabs() {
+  for (Level& level : levels_) {
+    std::vector<LevelCandidate> glossy;
+    for (const LevelCandidate& candidate : level.candidates) {
+      if (candidate.kind == LevelCandidate::Kind::glossy_slabs) glossy.push_back(candidate);
+    }
+    // With the first shape at least such a fabric is whole.
+    const bool in_first = std::any_of(glossy.begin(), glossy.end(),
+                                      [](const LevelCandidate& candidate) { return candidate.shape == 0; });
+    if (in_first) level.candidates = std::move(glossy);
   }
 }
 
@@ -318,7 +334,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       const V2i texels(header.width, header.height);
       fitter.add_slabs(i, pooled, regrid_heights(*heights, texels.x, texels.y, texels, shapes[i]), header,
-                       options.slab_lobes);
+                       options);
     }
   }
   if (progress) progress(0.85);
@@ -346,6 +362,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     fitter.levels_[k].candidates.push_back(table);
   }
 
+  if (options.glossy_slabs) fitter.keep_glossy_slabs();
   const std::vector<LevelTruth> truths = level_truths(judged_by);
   for (std::size_t k = 0; k < fitter.levels_.size(); ++k) {
     fitter.judge_candidates(k, truths[k], judged_by.pairs);
@@ -459,6 +476,9 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, 
     if (shape == shapes_) return !has_products(candidate);
     return !has_slabs(candidate) || candidate.shape == shape;
   };
+  for (const Level& level : levels_) {
+    if (std::none_of(level.candidates.begin(), level.candidates.end(), allowed)) return {};
+  }
   // Of each level the candidate with the least log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
     Chosen chosen;
@@ -527,6 +547,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   Chosen chosen = best_of_shape(0, bytes, overhead);
   for (std::size_t shape = 1; shape <= shapes_; ++shape) {
     const Chosen other = best_of_shape(shape, bytes, overhead);
+    if (other.empty()) continue;
     const bool fits = size_of(chosen, overhead) <= bytes;
     const bool other_fits = size_of(other, overhead) <= bytes;
     const bool better = fits ? other_fits && cost_of(other) < cost_of(chosen)

@@ -81,11 +81,13 @@ class LayerFitter {
   void add_candidates(std::size_t level, const Products& products, const LevelCandidate& like,
                       const SlabOverlaps* overlaps);
   void add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, const HeightLayer& heights,
-                 const SamplesHeader& header, int lobes);
+                 const SamplesHeader& header, const FitOptions& options);
   void look_for_gloss(std::size_t level, const SampleLevel& samples, const SlabRays& rays,
-                      std::size_t entries, int lobes);
+                      std::size_t entries, const FitOptions& options);
+  /// Of levels that have candidates of slabs with lobes, these alone.
+  void keep_glossy_slabs();
   void judge_candidates(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
-  /// `shape`: of slabs; beyond the last one: lobes alone.
+  /// `shape`: of slabs; beyond the last one: lobes alone. Empty where a level has no candidate with it.
   Chosen best_of_shape(std::size_t shape, double bytes, double overhead) const;
   double size_of(const Chosen& chosen, double overhead) const;
   double cost_of(const Chosen& chosen) const;

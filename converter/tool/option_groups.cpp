@@ -243,6 +243,9 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->capture_default_str()
       ->check(CLI::Range(0, 16))
       ->group(group);
+  app.add_flag("--glossy-slabs", command.fit.glossy_slabs,
+               "With --budget: slabs with lobes at every level with cells enough, whatever they gain")
+      ->group(group);
   app.add_option("--report", command.report,
                  "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
       ->check(ends_in({".json", ".md", ".txt"}))

@@ -217,6 +217,16 @@ TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as 
   for (const FabricLevel& level : read->levels) {
     if (level.lobes) CHECK(level.lobes->lobes == 2);
   }
+  // On demand, at every level with cells enough.
+  options.glossy_slabs = true;
+  options.slab_lobes = 1;
+  const auto forced = LayerFitter::create(seen_of(fabric), header, fabric.levels[0].heights, truth, options);
+  REQUIRE(forced);
+  const LayerFit all = forced->choose(60000);
+  CHECK(all.levels[0].layers.find("1 lobe, 1 slab") == 0);
+  CHECK(all.levels[1].layers.find("slab") == std::string::npos);  // 8 rows of cells
+  REQUIRE(validate(all.fabric));
+  options.glossy_slabs = false;
   options.slab_lobes = 0;
   const auto without = LayerFitter::create(seen_of(fabric), header, fabric.levels[0].heights, truth, options);
   REQUIRE(without);
