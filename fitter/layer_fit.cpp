@@ -27,7 +27,7 @@ constexpr std::size_t slab_light_functions = 24;
 /// And with lobes, which know of gloss.
 constexpr std::array glossy_view_functions{1, 6};
 /// Lobes that leave more of the error are not tried further.
-constexpr double most_left_by_gloss = 0.97;
+constexpr double most_left_by_gloss = 0.95;
 constexpr std::size_t level_view_functions = 12;
 constexpr std::size_t level_light_functions = 16;
 /// Steps of the coefficients that are tried, as shares of the power of two below the strongest product's
