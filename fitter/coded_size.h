@@ -6,8 +6,9 @@
 
 namespace selvedge {
 
-/// Bytes of `values` ([texel][channel], rows of `width` texels) in half precision in the writer's tiles and
-/// ZIP, without the chunks' heads.
-double coded_bytes(const std::vector<float>& values, std::size_t channels, std::size_t width);
+/// Bytes of `values` ([texel][channel], rows of `width` texels) in half precision, or in single, in the
+/// writer's tiles and ZIP, without the chunks' heads.
+double coded_bytes(const std::vector<float>& values, std::size_t channels, std::size_t width,
+                   bool half = true);
 
 }  // namespace selvedge

@@ -20,6 +20,8 @@ struct FitOptions {
   bool view_table = true;       ///< else T = 1 and the layer is left out
   bool frames = false;          ///< normals and tangents fitted too, else averaged (frame_fit.h)
   bool light_table = false;     ///< S(l) as well, fitted by turns with all else
+  int slab_lobes = 2;           ///< 0 to 16; of slabs, where layers are chosen (layer_fit.h)
+  bool glossy_slabs = false;    ///< these at every level with cells enough, whatever they gain
   DirectionTableOptions table;  ///< see direction_table.h
   int starts = 3;               ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;      ///< of a search

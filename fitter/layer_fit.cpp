@@ -12,6 +12,7 @@
 #include "fitter/level_judge.h"
 #include "fitter/radiance_scale.h"
 #include "fitter/slab_fit.h"
+#include "fitter/slab_lobes.h"
 #include "format/fabric_layout.h"
 #include "format/fit_record.h"
 #include "format/pool.h"
@@ -23,6 +24,10 @@ constexpr int most_lights = 512;
 /// Functions of the view that slabs are fitted with: gloss needs the second degree.
 constexpr int slab_view_functions = 6;
 constexpr std::size_t slab_light_functions = 24;
+/// And with lobes, which know of gloss.
+constexpr std::array glossy_view_functions{1, 6};
+/// Lobes that leave more of the error are not tried further.
+constexpr double most_left_by_gloss = 0.95;
 constexpr std::size_t level_view_functions = 12;
 constexpr std::size_t level_light_functions = 16;
 /// Steps of the coefficients that are tried, as shares of the power of two below the strongest product's
@@ -78,6 +83,14 @@ double bytes_of_lobes(const FabricLevel& level) {
   const auto width = static_cast<std::size_t>(level.width);
   return 3.6 * static_cast<double>(level.lobes->parameters.size()) + bytes_of(level.frame->normal, 1, width) +
          bytes_of(level.frame->tangent, 1, width);
+}
+
+/// Lobes of few kinds do compress.
+double bytes_of_gloss(const FabricLevel& level) {
+  const auto width = static_cast<std::size_t>(level.width);
+  const auto parameters = static_cast<std::size_t>(3 * parameter_count(level.lobes->lobes));
+  return coded_bytes(level.lobes->parameters, parameters, width, false) +
+         bytes_of(level.frame->normal, 1, width) + bytes_of(level.frame->tangent, 1, width);
 }
 
 /// A level of these texels with nothing but heights.
@@ -137,10 +150,32 @@ void LayerFitter::add_candidates(std::size_t level, const Products& products, co
   }
 }
 
+void LayerFitter::look_for_gloss(std::size_t k, const SampleLevel& samples, const SlabRays& rays,
+                                 std::size_t entries, const FitOptions& options) {
+  if (options.slab_lobes == 0 || (k > 0 && !has_gloss_)) return;
+  SlabLobeOptions how;
+  how.lobes = options.slab_lobes;
+  SlabLobeFit fit = fit_slab_lobes(samples, rays, entries, shell_.views, shell_.lights, how);
+  if (k == 0) {
+    has_gloss_ = options.glossy_slabs || fit.errors.back() < most_left_by_gloss * fit.errors.front();
+  }
+  if (!has_gloss_) return;
+  // In the same units at all levels, so that levels share functions.
+  if (k > 0) fit.gloss.unit = levels_[0].gloss->unit;
+  Level& level = levels_[k];
+  level.glossy.width = level.paper.width;
+  level.glossy.height = level.paper.height;
+  set_gloss(fit.gloss, level.glossy);
+  level.gloss = std::move(fit.gloss);
+}
+
 void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled,
-                            const HeightLayer& heights, const SamplesHeader& header) {
+                            const HeightLayer& heights, const SamplesHeader& header,
+                            const FitOptions& options) {
   const auto views = smooth_view_functions(header.views, slab_view_functions);
+  const GlossDirections directions = gloss_directions(header.views, header.lights);
   std::vector<SlabTables> tables;
+  std::array<std::vector<SlabTables>, glossy_view_functions.size()> glossy;
   std::vector<SlabOverlaps> overlaps;
   const HeightLayer* of_level = &heights;
   HeightLayer coarse = heights;
@@ -158,6 +193,13 @@ void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& p
         slab_rays(marched(levels_[k].paper, *levels_[k].heights[shape]), shell_, directions_of(header.views));
     tables.push_back(fit_slabs(level, rays, entries, views));
     overlaps.push_back(overlaps_of(rays, entries));
+    if (shape == 0) look_for_gloss(k, level, rays, entries, options);
+    if (!levels_[k].gloss) continue;
+    const SlabFactors factors = factors_of(*levels_[k].gloss, directions);
+    for (std::size_t i = 0; i < glossy.size(); ++i) {
+      const auto functions = smooth_view_functions(header.views, glossy_view_functions[i]);
+      glossy[i].push_back(fit_slabs(level, rays, entries, functions, &factors));
+    }
   }
   if (tables.empty()) return;
   const std::vector<Products> slabs = slab_products(tables, views, slab_light_functions);
@@ -167,6 +209,33 @@ void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& p
     like.shape = shape;
     like.bytes = bytes_of(*levels_[k].heights[shape], static_cast<std::size_t>(pooled[k].width));
     add_candidates(k, slabs[k], like, &overlaps[k]);
+  }
+  for (std::size_t i = 0; i < glossy.size(); ++i) {
+    if (glossy[i].empty()) continue;
+    const auto functions = smooth_view_functions(header.views, glossy_view_functions[i]);
+    std::vector<Products> with_lobes =
+        slab_products(glossy[i], functions, slab_light_functions, &levels_[0].gloss->unit);
+    for (std::size_t k = 0; k < with_lobes.size(); ++k) {
+      LevelCandidate like;
+      like.kind = LevelCandidate::Kind::glossy_slabs;
+      like.shape = shape;
+      like.bytes = bytes_of(*levels_[k].heights[shape], static_cast<std::size_t>(pooled[k].width)) +
+                   bytes_of_gloss(levels_[k].glossy);
+      add_candidates(k, with_lobes[k], like, &overlaps[k]);
+    }
+  }
+}
+
+void LayerFitter::keep_glossy_slabs() {
+  for (Level& level : levels_) {
+    std::vector<LevelCandidate> glossy;
+    for (const LevelCandidate& candidate : level.candidates) {
+      if (candidate.kind == LevelCandidate::Kind::glossy_slabs) glossy.push_back(candidate);
+    }
+    // With the first shape at least such a fabric is whole.
+    const bool in_first = std::any_of(glossy.begin(), glossy.end(),
+                                      [](const LevelCandidate& candidate) { return candidate.shape == 0; });
+    if (in_first) level.candidates = std::move(glossy);
   }
 }
 
@@ -184,6 +253,9 @@ void LayerFitter::judge_candidates(std::size_t k, const LevelTruth& truth,
     switch (candidate.kind) {
       case LevelCandidate::Kind::slabs:
         candidate.error = judge.error(candidate.products, rays[candidate.shape]);
+        break;
+      case LevelCandidate::Kind::glossy_slabs:
+        candidate.error = judge.error(candidate.products, rays[candidate.shape], level.glossy);
         break;
       case LevelCandidate::Kind::products:
         candidate.error = judge.error(candidate.products, *level.paper.opacity);
@@ -239,12 +311,11 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   fitter.shell_.levels.clear();
   fitter.shell_.lights = header.lights;
   for (std::size_t k = 0; k < paper->levels.size(); ++k) {
-    fitter.levels_.push_back({std::move(paper->fabric.levels[k]),
-                              paper->levels[k],
-                              std::move(plain->fabric.levels[k]),
-                              plain->levels[k],
-                              {},
-                              {}});
+    Level& level = fitter.levels_.emplace_back();
+    level.paper = std::move(paper->fabric.levels[k]);
+    level.report = paper->levels[k];
+    level.plain = std::move(plain->fabric.levels[k]);
+    level.plain_report = plain->levels[k];
   }
   fitter.training_ = std::move(paper->training);
   for (V3f& r : fitter.training_.radiance) r *= static_cast<float>(fitter.scale_);
@@ -262,7 +333,8 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     for (Level& level : fitter.levels_) level.heights.resize(shapes.size());
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       const V2i texels(header.width, header.height);
-      fitter.add_slabs(i, pooled, regrid_heights(*heights, texels.x, texels.y, texels, shapes[i]), header);
+      fitter.add_slabs(i, pooled, regrid_heights(*heights, texels.x, texels.y, texels, shapes[i]), header,
+                       options);
     }
   }
   if (progress) progress(0.85);
@@ -290,6 +362,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     fitter.levels_[k].candidates.push_back(table);
   }
 
+  if (options.glossy_slabs) fitter.keep_glossy_slabs();
   const std::vector<LevelTruth> truths = level_truths(judged_by);
   for (std::size_t k = 0; k < fitter.levels_.size(); ++k) {
     fitter.judge_candidates(k, truths[k], judged_by.pairs);
@@ -303,8 +376,35 @@ namespace {
 
 double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
 
+bool has_slabs(const LevelCandidate& candidate) {
+  return candidate.kind == LevelCandidate::Kind::slabs ||
+         candidate.kind == LevelCandidate::Kind::glossy_slabs;
+}
+
 bool has_products(const LevelCandidate& candidate) {
-  return candidate.kind == LevelCandidate::Kind::slabs || candidate.kind == LevelCandidate::Kind::products;
+  return has_slabs(candidate) || candidate.kind == LevelCandidate::Kind::products;
+}
+
+/// All levels of a file have the same number of lobes: those that have fewer get some of no size.
+void even_lobes(std::vector<FabricLevel>& levels) {
+  int most = 0;
+  for (const FabricLevel& level : levels) {
+    if (level.lobes) most = std::max(most, level.lobes->lobes);
+  }
+  for (FabricLevel& level : levels) {
+    if (!level.lobes || level.lobes->lobes == most) continue;
+    const auto count = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+    LobeLayer even;
+    even.lobes = most;
+    for (std::size_t i = 0; i < level.lobes->parameters.size(); i += count) {
+      const float* from = &level.lobes->parameters[i];
+      even.parameters.insert(even.parameters.end(), from, from + count);
+      for (int j = level.lobes->lobes; j < most; ++j) {
+        even.parameters.insert(even.parameters.end(), {0, 0, 0, 1});
+      }
+    }
+    level.lobes = std::move(even);
+  }
 }
 
 }  // namespace
@@ -314,15 +414,18 @@ double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
   double channels = 0;
   double coefficients = 0;
   bool opacity = false;
-  bool lobes = false;
+  int lobes = -1;
   bool table = false;
   int entries = 0;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const LevelCandidate& candidate = *chosen[k];
-    opacity = opacity || candidate.kind != LevelCandidate::Kind::slabs;
+    opacity = opacity || !has_slabs(candidate);
     table = table || candidate.kind == LevelCandidate::Kind::lobes_and_table;
-    lobes = lobes || !has_products(candidate);
-    if (candidate.kind == LevelCandidate::Kind::slabs) {
+    if (candidate.kind == LevelCandidate::Kind::glossy_slabs) {
+      lobes = std::max(lobes, levels_[k].glossy.lobes->lobes);
+    }
+    if (!has_products(candidate)) lobes = std::max(lobes, levels_[k].paper.lobes->lobes);
+    if (has_slabs(candidate)) {
       entries = levels_[k].heights[candidate.shape]->shape().entries();
     }
     if (!has_products(candidate)) continue;
@@ -335,8 +438,8 @@ double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
   channels += 2 * entries;
   if (opacity) channels += shell_.views.count();
   if (table) channels += 3 * shell_.views.count();
-  if (lobes) channels += 6 + 3 * parameter_count(base.lobes->lobes);
-  if (lobes && base.light_table) channels += 3 * shell_.lights.count();
+  if (lobes >= 0) channels += 6 + 3 * parameter_count(lobes);
+  if (lobes >= 0 && base.light_table) channels += 3 * shell_.lights.count();
   return functions.bytes() + bytes_per_channel * channels;
 }
 
@@ -347,7 +450,8 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   FabricLevel result;
   result.width = level.paper.width;
   result.height = level.paper.height;
-  if (candidate.kind == LevelCandidate::Kind::slabs) result.heights = level.heights[candidate.shape];
+  if (candidate.kind == LevelCandidate::Kind::glossy_slabs) result = level.glossy;
+  if (has_slabs(candidate)) result.heights = level.heights[candidate.shape];
   if (candidate.kind == LevelCandidate::Kind::products) result.opacity = level.paper.opacity;
   result.products = ProductLayer{result.heights ? result.heights->shape().entries() : 1,
                                  candidate.products.pairs, candidate.products.coefficient};
@@ -370,8 +474,11 @@ double LayerFitter::cost_of(const Chosen& chosen) const {
 LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, double overhead) const {
   const auto allowed = [&](const LevelCandidate& candidate) {
     if (shape == shapes_) return !has_products(candidate);
-    return candidate.kind != LevelCandidate::Kind::slabs || candidate.shape == shape;
+    return !has_slabs(candidate) || candidate.shape == shape;
   };
+  for (const Level& level : levels_) {
+    if (std::none_of(level.candidates.begin(), level.candidates.end(), allowed)) return {};
+  }
   // Of each level the candidate with the least log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
     Chosen chosen;
@@ -440,6 +547,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   Chosen chosen = best_of_shape(0, bytes, overhead);
   for (std::size_t shape = 1; shape <= shapes_; ++shape) {
     const Chosen other = best_of_shape(shape, bytes, overhead);
+    if (other.empty()) continue;
     const bool fits = size_of(chosen, overhead) <= bytes;
     const bool other_fits = size_of(other, overhead) <= bytes;
     const bool better = fits ? other_fits && cost_of(other) < cost_of(chosen)
@@ -462,7 +570,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
                              chosen[k]->error * scale_ * scale_,
                              chosen[k]->bytes,
                              {}});
-    if (level.lobes)
+    if (!has_products(*chosen[k]))
       result.levels.back().lobes = level.view_table ? levels_[k].report : levels_[k].plain_report;
     result.fabric.levels.push_back(std::move(level));
   }
@@ -470,6 +578,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   for (FabricLevel& level : result.fabric.levels) {
     if (level.products) level.bases = bases;
   }
+  even_lobes(result.fabric.levels);
   set_radiance_scale(result.fabric);
   result.fabric.radiance_scale *= static_cast<float>(scale_);
   return result;

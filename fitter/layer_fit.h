@@ -1,10 +1,10 @@
 // The best fabric for a budget: per level the set of layers with the least error on the validation pairs.
 //
 // Candidates of a level are the paper's model (lobes, with and without the view table), products of shared
-// functions for every texel, and, where the samples have heights, slabs with products: of several shapes, one
-// of which all levels share, and with coefficients coarser or finer. Among all combinations the one is taken
-// that makes the sum over levels of log(error) least for its bytes (Lagrange's multiplier, by bisection). The
-// held-out pairs take no part.
+// functions for every texel, and, where the samples have heights, slabs with products, and with lobes beside
+// them: of several shapes, one of which all levels share, and with coefficients coarser or finer. Among all
+// combinations the one is taken that makes the sum over levels of log(error) least for its bytes (Lagrange's
+// multiplier, by bisection). The held-out pairs take no part.
 #pragma once
 
 #include <optional>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fitter/fit.h"
+#include "fitter/gloss.h"
 #include "fitter/level_judge.h"
 #include "fitter/product_fit.h"
 #include "fitter/quantise.h"
@@ -22,7 +23,7 @@ namespace selvedge {
 
 /// One way to store a level.
 struct LevelCandidate {
-  enum class Kind { lobes, lobes_and_table, products, slabs };
+  enum class Kind { lobes, lobes_and_table, products, slabs, glossy_slabs };
   Kind kind = Kind::products;
   std::size_t shape = 0;  ///< of slabs: which of the fit's shapes
   Products products;      ///< of products and slabs; functions as in the shared lists
@@ -70,6 +71,8 @@ class LayerFitter {
     FabricLevel plain;  ///< the same fitted without a table, where `paper` has one
     FitLevelReport plain_report;
     std::vector<std::optional<HeightLayer>> heights;  ///< by shape, where the level has cells enough for it
+    std::optional<SlabGloss> gloss;                   ///< where slabs have lobes worth a look
+    FabricLevel glossy;                               ///< that gloss as layers, lobes and frame
     std::vector<LevelCandidate> candidates;
   };
   using Chosen = std::vector<const LevelCandidate*>;  ///< by level
@@ -78,9 +81,13 @@ class LayerFitter {
   void add_candidates(std::size_t level, const Products& products, const LevelCandidate& like,
                       const SlabOverlaps* overlaps);
   void add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, const HeightLayer& heights,
-                 const SamplesHeader& header);
+                 const SamplesHeader& header, const FitOptions& options);
+  void look_for_gloss(std::size_t level, const SampleLevel& samples, const SlabRays& rays,
+                      std::size_t entries, const FitOptions& options);
+  /// Of levels that have candidates of slabs with lobes, these alone.
+  void keep_glossy_slabs();
   void judge_candidates(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
-  /// `shape`: of slabs; beyond the last one: lobes alone.
+  /// `shape`: of slabs; beyond the last one: lobes alone. Empty where a level has no candidate with it.
   Chosen best_of_shape(std::size_t shape, double bytes, double overhead) const;
   double size_of(const Chosen& chosen, double overhead) const;
   double cost_of(const Chosen& chosen) const;
@@ -89,6 +96,7 @@ class LayerFitter {
 
   Fabric shell_;      ///< everything but the levels
   double scale_ = 1;  ///< by which samples and pairs were divided
+  bool has_gloss_ = false;
   PairSamples training_;
   Issues warnings_;
   std::vector<Level> levels_;

@@ -70,15 +70,15 @@ std::vector<LevelTruth> level_truths(const PairSamples& truth) {
   return levels;
 }
 
-template <class Seen>
-double LevelJudge::error_of(const Products& products, const Seen& seen) const {
+template <class Factor, class Seen>
+double LevelJudge::error_of(const Products& products, const Factor& factor, const Seen& seen) const {
   std::vector<double> sums(pairs_.size(), 0);
   parallel_for(0, static_cast<int>(pairs_.size()), [&](int index) {
     const auto p = static_cast<std::size_t>(index);
     const std::vector<V3f> values = function_values(products, pairs_[p], of_);
     std::vector<V3f> radiance;
     for (std::size_t owner = 0; owner < products.owners(); ++owner) {
-      radiance.push_back(radiance_of(products, owner, values));
+      radiance.push_back(factor(p, owner) * radiance_of(products, owner, values));
     }
     const std::vector<V3d>& truth = truth_.pairs[p];
     for (std::size_t texel = 0; texel < truth.size(); ++texel) {
@@ -88,22 +88,50 @@ double LevelJudge::error_of(const Products& products, const Seen& seen) const {
   return mean_of(sums, static_cast<std::size_t>(truth_.width * truth_.height));
 }
 
-double LevelJudge::error(const Products& slabs, const SlabRays& rays) const {
+namespace {
+
+V3f one(std::size_t /*pair*/, std::size_t /*owner*/) { return {1, 1, 1}; }
+
+}  // namespace
+
+template <class Factor>
+double LevelJudge::error_of_slabs(const Products& slabs, const SlabRays& rays, const Factor& factor) const {
   const auto per_texel = static_cast<std::size_t>(rays.rays);
   const float share = 1.0F / static_cast<float>(rays.rays);
-  return error_of(slabs, [&](const std::vector<V3f>& radiance, std::size_t pair, std::size_t texel) {
+  const auto seen = [&](const std::vector<V3f>& radiance, std::size_t pair, std::size_t texel) {
     const std::uint32_t* met = &rays.met[(texel * pairs_.size() + pair) * per_texel];
     V3f sum(0, 0, 0);
     for (std::size_t ray = 0; ray < per_texel; ++ray) {
       if (met[ray] != SlabRays::nothing) sum += share * radiance[met[ray]];
     }
     return sum;
+  };
+  return error_of(slabs, factor, seen);
+}
+
+double LevelJudge::error(const Products& slabs, const SlabRays& rays) const {
+  return error_of_slabs(slabs, rays, one);
+}
+
+double LevelJudge::error(const Products& slabs, const SlabRays& rays, const FabricLevel& gloss) const {
+  const auto texels = static_cast<std::size_t>(gloss.texels());
+  std::vector<V3f> factors;  // [pair][texel]
+  for (const DirectionPair& pair : pairs_) {
+    for (int y = 0; y < gloss.height; ++y) {
+      for (int x = 0; x < gloss.width; ++x) {
+        factors.push_back(evaluate(gloss, of_, x, y, pair.light, pair.view).radiance / of_.radiance_scale);
+      }
+    }
+  }
+  const std::size_t entries = slabs.owners() / texels;
+  return error_of_slabs(slabs, rays, [&](std::size_t pair, std::size_t owner) {
+    return factors[pair * texels + owner / entries];
   });
 }
 
 double LevelJudge::error(const Products& texels, const OpacityLayer& opacity) const {
   const auto views = static_cast<std::size_t>(of_.views.count());
-  return error_of(texels, [&](const std::vector<V3f>& radiance, std::size_t pair, std::size_t texel) {
+  return error_of(texels, one, [&](const std::vector<V3f>& radiance, std::size_t pair, std::size_t texel) {
     const DirectionTaps taps = interpolate(of_.views, pairs_[pair].view);
     float alpha = 0;
     for (std::size_t tap = 0; tap < 4; ++tap) {

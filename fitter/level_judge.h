@@ -29,14 +29,19 @@ class LevelJudge {
   /// Mean squared error of alpha f, channels and texels together, of slabs; `rays` as slab_rays() gives them
   /// for the views of the pairs.
   double error(const Products& slabs, const SlabRays& rays) const;
+  /// Of slabs of which every texel has gloss: the layers lobes and frame of `gloss`.
+  double error(const Products& slabs, const SlabRays& rays, const FabricLevel& gloss) const;
   /// Of texels with products and an opacity of their own.
   double error(const Products& texels, const OpacityLayer& opacity) const;
   /// Of any level, by the reference evaluation.
   double error(const FabricLevel& level) const;
 
  private:
-  template <class Seen>
-  double error_of(const Products& products, const Seen& seen) const;
+  /// `factor` of a pair and an owner of coefficients; what is `seen` of all owners' radiance.
+  template <class Factor, class Seen>
+  double error_of(const Products& products, const Factor& factor, const Seen& seen) const;
+  template <class Factor>
+  double error_of_slabs(const Products& slabs, const SlabRays& rays, const Factor& factor) const;
 
   const LevelTruth& truth_;
   const std::vector<DirectionPair>& pairs_;

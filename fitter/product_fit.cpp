@@ -1,5 +1,7 @@
 #include "fitter/product_fit.h"
 
+#include <Imath/half.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -40,6 +42,12 @@ std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& v
     result.push_back(std::move(out));
   }
   return result;
+}
+
+/// The nearest number that the file can hold.
+float in_half(float value) {
+  constexpr float most = 65504;
+  return Imath::half(std::clamp(value, -most, most));
 }
 
 /// A matrix that is a sum over many items, by blocks that are added in their order whatever the threads do.
@@ -109,7 +117,8 @@ std::vector<double> fit_texel(const SampleLevel& level, std::size_t texel,
 }  // namespace
 
 std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
-                                    const std::vector<std::vector<float>>& view_functions, std::size_t most) {
+                                    const std::vector<std::vector<float>>& view_functions, std::size_t most,
+                                    const std::vector<float>* unit) {
   const std::size_t functions = view_functions.size();
   const std::size_t values = levels.front().values;
   Products shared;
@@ -145,6 +154,12 @@ std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
       }
     });
     result.push_back(std::move(products));
+  }
+  if (unit == nullptr) return result;
+  for (Products& products : result) {
+    for (std::vector<float>& function : products.light) {
+      for (std::size_t i = 0; i < function.size(); ++i) function[i] = in_half(function[i] / (*unit)[i]);
+    }
   }
   return result;
 }

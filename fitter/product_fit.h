@@ -24,9 +24,11 @@ struct Products {
 
 /// Slabs of some levels: every phi_a has functions of the light of its own, at most `most` for phi_0 and a
 /// quarter as many for each other. One result per level, with the same functions and pairs. `view_functions`
-/// are those the tables were fitted with.
+/// are those the tables were fitted with. `unit`, [3 * light + channel]: tables are in the inverse of it, and
+/// so are the functions that are given back in it.
 std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
-                                    const std::vector<std::vector<float>>& view_functions, std::size_t most);
+                                    const std::vector<std::vector<float>>& view_functions, std::size_t most,
+                                    const std::vector<float>* unit = nullptr);
 
 /// Levels without slabs: the best `most_view` x `most_light` separable functions for all of them (each level
 /// counts by the square root of its texels), then every texel's least squares with the samples weighted by

@@ -21,6 +21,7 @@ constexpr float pull_of_others = 0.5F;
 /// One sample: the unknowns that add up to it.
 struct Term {
   std::uint32_t unknown = 0;
+  std::uint32_t kind = 0;  // of its texel
   float weight = 0;
 };
 
@@ -33,7 +34,8 @@ struct Matrix {
 };
 
 Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
-                 const std::vector<std::vector<float>>& phi) {
+                 const std::vector<std::vector<float>>& phi, const SlabFactors* factors) {
+  const std::size_t of_texel = entries / static_cast<std::size_t>(samples.texels());
   const auto per_row = static_cast<std::size_t>(rays.rays);
   const float share = 1.0F / static_cast<float>(per_row);
   const std::size_t rows = rays.met.size() / per_row;
@@ -50,7 +52,10 @@ Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t e
         const float weight = share * phi[a][view];
         std::size_t t = begin;
         while (t < matrix.terms.size() && matrix.terms[t].unknown != unknown) ++t;
-        if (t == matrix.terms.size()) matrix.terms.push_back({unknown, 0});
+        if (t == matrix.terms.size()) {
+          const std::uint32_t kind = factors != nullptr ? factors->kind[rays.met[i] / of_texel] : 0;
+          matrix.terms.push_back({unknown, kind, 0});
+        }
         matrix.terms[t].weight += weight;
       }
     }
@@ -75,9 +80,11 @@ Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t e
 /// Some right sides of the problem and their solution. Arrays are [unknown * columns + column].
 class Solver {
  public:
-  Solver(const Matrix& matrix, const SampleLevel& samples, std::size_t functions, std::size_t first_value,
-         std::size_t columns)
-      : matrix_(matrix), samples_(samples), functions_(functions), first_(first_value), n_(columns) {}
+  Solver(const Matrix& matrix, const SampleLevel& samples, const SlabFactors* factors, std::size_t functions,
+         std::size_t first_value, std::size_t columns)
+      : matrix_(matrix), samples_(samples), functions_(functions), first_(first_value), n_(columns) {
+    take_factors(factors);
+  }
 
   std::vector<float> solve() {
     const std::size_t unknowns = matrix_.diagonal.size();
@@ -127,17 +134,60 @@ class Solver {
       out[k] = alpha * radiance[value / 3][static_cast<int>(value % 3)];
     }
   }
+  /// The columns of the factors, side by side, and the diagonal of the normal equations that they make.
+  void take_factors(const SlabFactors* factors) {
+    views_ = static_cast<std::size_t>(samples_.views);
+    with_factors_ = factors != nullptr;
+    const std::size_t values = 3 * static_cast<std::size_t>(samples_.lights);
+    const std::size_t rows = factors == nullptr ? views_ : factors->value.size() / values;
+    factor_.assign(rows * n_, 1);
+    inverse_.resize(matrix_.diagonal.size() * n_);
+    for (std::size_t u = 0; u < matrix_.diagonal.size(); ++u) {
+      const float own = factors == nullptr ? matrix_.diagonal[u] : 0;
+      std::fill_n(&inverse_[u * n_], n_, own);
+    }
+    if (factors != nullptr) {
+      for (std::size_t i = 0; i < rows; ++i)
+        std::copy_n(&factors->value[i * values + first_], n_, &factor_[i * n_]);
+      for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
+        for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
+          const Term& term = matrix_.terms[t];
+          const float* factor = factor_of(term, row);
+          float* own = &inverse_[term.unknown * n_];
+          for (std::size_t k = 0; k < n_; ++k)
+            own[k] += (term.weight * factor[k]) * (term.weight * factor[k]);
+        }
+      }
+    }
+    for (std::size_t u = 0; u < matrix_.pull.size(); ++u) {
+      for (std::size_t k = 0; k < n_; ++k)
+        inverse_[u * n_ + k] = 1 / (inverse_[u * n_ + k] + matrix_.pull[u]);
+    }
+  }
+  const float* factor_of(const Term& term, std::size_t row) const {
+    return &factor_[(term.kind * views_ + row % views_) * n_];
+  }
   std::vector<float> mean_of_samples() const {
     std::vector<double> sum(n_, 0);
+    std::vector<double> weight(n_, 0);
     std::vector<float> sample(n_);
-    double weight = 0;
     for (std::size_t row = 0; row < samples_.alpha.size(); ++row) {
       take_sample(row, sample);
       for (std::size_t k = 0; k < n_; ++k) sum[k] += static_cast<double>(sample[k]);
-      weight += static_cast<double>(samples_.alpha[row]);
+      if (!with_factors_) {
+        for (double& w : weight) w += static_cast<double>(samples_.alpha[row]);
+        continue;
+      }
+      for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; t += functions_) {
+        const Term& term = matrix_.terms[t];
+        const float* factor = factor_of(term, row);
+        for (std::size_t k = 0; k < n_; ++k) weight[k] += static_cast<double>(term.weight * factor[k]);
+      }
     }
     std::vector<float> mean;
-    for (const double s : sum) mean.push_back(static_cast<float>(weight > 0 ? s / weight : 0));
+    for (std::size_t k = 0; k < n_; ++k) {
+      mean.push_back(static_cast<float>(weight[k] > 0 ? sum[k] / weight[k] : 0));
+    }
     return mean;
   }
   bool apply_row(std::size_t row, const std::vector<float>& x, std::vector<float>& sum) const {
@@ -146,17 +196,19 @@ class Solver {
     if (begin == end) return false;
     std::fill(sum.begin(), sum.end(), 0.0F);
     for (std::size_t t = begin; t < end; ++t) {
-      const float* from = &x[matrix_.terms[t].unknown * n_];
-      const float weight = matrix_.terms[t].weight;
-      for (std::size_t k = 0; k < n_; ++k) sum[k] += weight * from[k];
+      const Term& term = matrix_.terms[t];
+      const float* from = &x[term.unknown * n_];
+      const float* factor = factor_of(term, row);
+      for (std::size_t k = 0; k < n_; ++k) sum[k] += term.weight * factor[k] * from[k];
     }
     return true;
   }
   void scatter_row(std::size_t row, const std::vector<float>& sum, std::vector<float>& into) const {
     for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
-      float* to = &into[matrix_.terms[t].unknown * n_];
-      const float weight = matrix_.terms[t].weight;
-      for (std::size_t k = 0; k < n_; ++k) to[k] += weight * sum[k];
+      const Term& term = matrix_.terms[t];
+      float* to = &into[term.unknown * n_];
+      const float* factor = factor_of(term, row);
+      for (std::size_t k = 0; k < n_; ++k) to[k] += term.weight * factor[k] * sum[k];
     }
   }
   void multiply(const std::vector<float>& x, std::vector<float>& out) const {
@@ -169,10 +221,7 @@ class Solver {
     }
   }
   void precondition(const std::vector<float>& r, std::vector<float>& z) const {
-    for (std::size_t u = 0; u < matrix_.pull.size(); ++u) {
-      const float inverse = 1 / (matrix_.diagonal[u] + matrix_.pull[u]);
-      for (std::size_t k = 0; k < n_; ++k) z[u * n_ + k] = inverse * r[u * n_ + k];
-    }
+    for (std::size_t i = 0; i < r.size(); ++i) z[i] = inverse_[i] * r[i];
   }
   std::vector<double> inner(const std::vector<float>& a, const std::vector<float>& b) const {
     std::vector<double> sum(n_, 0);
@@ -193,6 +242,10 @@ class Solver {
   std::size_t functions_;
   std::size_t first_;
   std::size_t n_;
+  std::size_t views_ = 0;
+  bool with_factors_ = false;
+  std::vector<float> factor_;   // [(kind * views + view) * columns + column]
+  std::vector<float> inverse_;  // of the diagonal, [unknown * columns + column]
 };
 
 }  // namespace
@@ -261,8 +314,8 @@ std::vector<std::vector<float>> smooth_view_functions(const DirectionGrid& views
 }
 
 SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
-                     const std::vector<std::vector<float>>& view_functions) {
-  const Matrix matrix = matrix_of(samples, rays, entries, view_functions);
+                     const std::vector<std::vector<float>>& view_functions, const SlabFactors* factors) {
+  const Matrix matrix = matrix_of(samples, rays, entries, view_functions, factors);
   SlabTables tables;
   tables.functions = view_functions.size();
   tables.values = 3 * static_cast<std::size_t>(samples.lights);
@@ -271,7 +324,7 @@ SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size
   parallel_for(0, static_cast<int>(blocks), [&](int block) {
     const std::size_t first = static_cast<std::size_t>(block) * columns_at_once;
     const std::size_t columns = std::min(columns_at_once, tables.values - first);
-    const std::vector<float> x = Solver(matrix, samples, tables.functions, first, columns).solve();
+    const std::vector<float> x = Solver(matrix, samples, factors, tables.functions, first, columns).solve();
     for (std::size_t u = 0; u < entries * tables.functions; ++u) {
       std::copy_n(&x[u * columns], columns, &tables.value[u * tables.values + first]);
     }

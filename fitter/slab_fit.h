@@ -38,11 +38,18 @@ struct SlabTables {
       seen;  ///< [entry]: sum over texels and views of the squared share of the rays; 0: never
 };
 
+/// What multiplies the tables of a texel's entries: texels are of few kinds.
+struct SlabFactors {
+  std::vector<std::uint16_t> kind;  ///< [texel]
+  std::vector<float> value;         ///< [(kind * views + view) * values + i], >= 0, of the order of 1
+};
+
 /// Least squares over all texels, views, lights and channels, with a slight pull of phi_0's table towards the
 /// level's mean and of the others' towards 0: an entry that is hardly seen shows the mean. Deterministic for
-/// any number of threads. `views`: [a][view].
+/// any number of threads. `views`: [a][view]. `factors`: none: 1.
 SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
-                     const std::vector<std::vector<float>>& view_functions);
+                     const std::vector<std::vector<float>>& view_functions,
+                     const SlabFactors* factors = nullptr);
 
 /// The next coarser level's heights: mean of what the finer cells have, where at least half of a cell's area
 /// has it. The shape stays. Precondition: the finer level is larger than 1 x 1.

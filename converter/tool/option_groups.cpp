@@ -233,6 +233,15 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->check(CLI::PositiveNumber)
       ->type_name("BYTES")
       ->group(group);
+  app.add_option("--slab-lobes", command.fit.slab_lobes,
+                 "With --budget: lobes of the slabs, tried beside slabs without; 0: none are tried")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 16))
+      ->group(group);
+  app.add_flag("--glossy-slabs", command.fit.glossy_slabs,
+               "With --budget: slabs with lobes at every level with cells enough, whatever they gain")
+      ->group(group);
   app.add_option("--report", command.report,
                  "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
       ->check(ends_in({".json", ".md", ".txt"}))

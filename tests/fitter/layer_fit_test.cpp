@@ -14,99 +14,13 @@
 #include "format/evaluate.h"
 #include "format/fabric_exr.h"
 #include "format/random.h"
+#include "tests/fitter/slab_fabrics.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
 
 using namespace selvedge;
 
-namespace {
-
-/// What a bake of a fabric would have seen: alpha and f of every texel for the directions of the grids.
-SampleLevel seen_of(const Fabric& fabric) {
-  const FabricLevel& level = fabric.levels.front();
-  SampleLevel samples;
-  samples.width = level.width;
-  samples.height = level.height;
-  samples.views = fabric.views.count();
-  samples.lights = fabric.lights.count();
-  samples.normal.assign(static_cast<std::size_t>(level.texels()), V3f(0, 0, 1));
-  for (int texel = 0; texel < level.texels(); ++texel) {
-    for (const V3f& view : directions_of(fabric.views)) {
-      const auto shade = [&](const V3f& light) {
-        return evaluate(fabric, 0, texel % level.width, texel / level.width, light, view);
-      };
-      samples.alpha.push_back(shade({0, 0, 1}).alpha);
-      for (const V3f& light : directions_of(fabric.lights)) samples.radiance.push_back(shade(light).radiance);
-    }
-  }
-  return samples;
-}
-
-/// Ribs of yarn with gaps, one product that differs from entry to entry, and a second that turns with the
-/// view.
-Fabric ribbed(int width, int height) {
-  Fabric fabric;
-  fabric.period_mm = {static_cast<float>(width), static_cast<float>(height)};
-  fabric.reference_height = 1;
-  fabric.thickness_mm = 1;
-  fabric.views = {4, 4};
-  fabric.lights = {3, 3};
-  Random random(5);
-  FabricLevel level;
-  level.width = width;
-  level.height = height;
-  const SlabShape shape{2, 1, 1};
-  ProductLayer products{shape.entries(), {{0, 0}, {1, 1}}, {}};
-  std::vector<float> top;
-  for (int i = 0; i < width * height * shape.entries(); ++i) {
-    top.push_back(i % 5 == 0 ? 0 : 0.5F + 0.5F * static_cast<float>(random.uniform()));
-    products.coefficient.push_back(1 + static_cast<float>(random.uniform()));
-    products.coefficient.push_back(0.5F * static_cast<float>(random.uniform()));
-  }
-  level.heights.emplace(shape, top, std::vector<float>(top.size(), 0));
-  level.products = products;
-  ProductBases bases;
-  for (const V3f& view : directions_of(fabric.views)) bases.view.push_back(view.x);
-  for (const V3f& light : directions_of(fabric.lights))
-    bases.light.emplace_back(light.z, light.z, light.z / 2);
-  for (const V3f& light : directions_of(fabric.lights))
-    bases.light.emplace_back(V3f(0.25F + light.y * light.y));
-  level.bases = std::make_shared<const ProductBases>(bases);
-  fabric.levels = {level};
-  REQUIRE(validate(fabric));
-  return fabric;
-}
-
-/// The samples file of a fabric: its header, and pairs with the fabric itself as the truth.
-SamplesHeader header_of(const Fabric& fabric) {
-  SamplesHeader header;
-  header.width = fabric.levels[0].width;
-  header.height = fabric.levels[0].height;
-  header.period_mm = fabric.period_mm;
-  header.reference_height = fabric.reference_height;
-  header.thickness_mm = fabric.thickness_mm;
-  header.views = fabric.views;
-  header.lights = fabric.lights;
-  header.slabs = fabric.levels[0].heights->shape();
-  return header;
-}
-
-PairSamples truth_of(const Fabric& fabric, int count) {
-  PairSamples truth;
-  truth.width = fabric.levels[0].width;
-  truth.height = fabric.levels[0].height;
-  truth.pairs = random_pairs(count, 0.3, 3);
-  for (const DirectionPair& pair : truth.pairs) {
-    for (int i = 0; i < truth.width * truth.height; ++i) {
-      const Shading s = evaluate(fabric, 0, i % truth.width, i / truth.width, pair.light, pair.view);
-      truth.alpha.push_back(s.alpha);
-      truth.radiance.push_back(s.radiance);
-    }
-  }
-  return truth;
-}
-
-}  // namespace
+using namespace selvedge::test;
 
 TEST_CASE("principal components of a known matrix") {
   // Eigenvalues 3 and 1 along (1, 1) and (1, -1).

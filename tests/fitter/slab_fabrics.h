@@ -1,0 +1,135 @@
+// Fabrics of slabs whose samples are known in closed form, and what a bake would have seen of them.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "format/evaluate.h"
+#include "format/random.h"
+#include "format/samples.h"
+
+namespace selvedge::test {
+
+/// What a bake of a fabric would have seen: alpha and f of every texel for the directions of the grids.
+inline SampleLevel seen_of(const Fabric& fabric) {
+  const FabricLevel& level = fabric.levels.front();
+  SampleLevel samples;
+  samples.width = level.width;
+  samples.height = level.height;
+  samples.views = fabric.views.count();
+  samples.lights = fabric.lights.count();
+  samples.normal.assign(static_cast<std::size_t>(level.texels()), V3f(0, 0, 1));
+  if (level.frame) samples.normal = level.frame->normal;
+  for (int texel = 0; texel < level.texels(); ++texel) {
+    for (const V3f& view : directions_of(fabric.views)) {
+      const auto shade = [&](const V3f& light) {
+        return evaluate(fabric, 0, texel % level.width, texel / level.width, light, view);
+      };
+      samples.alpha.push_back(shade({0, 0, 1}).alpha);
+      for (const V3f& light : directions_of(fabric.lights)) samples.radiance.push_back(shade(light).radiance);
+    }
+  }
+  return samples;
+}
+
+/// Ribs of yarn with gaps, one product that differs from entry to entry, and a second that turns with the
+/// view.
+inline Fabric ribbed(int width, int height) {
+  Fabric fabric;
+  fabric.period_mm = {static_cast<float>(width), static_cast<float>(height)};
+  fabric.reference_height = 1;
+  fabric.thickness_mm = 1;
+  fabric.views = {4, 4};
+  fabric.lights = {3, 3};
+  Random random(5);
+  FabricLevel level;
+  level.width = width;
+  level.height = height;
+  const SlabShape shape{2, 1, 1};
+  ProductLayer products{shape.entries(), {{0, 0}, {1, 1}}, {}};
+  std::vector<float> top;
+  for (int i = 0; i < width * height * shape.entries(); ++i) {
+    top.push_back(i % 5 == 0 ? 0 : 0.5F + 0.5F * static_cast<float>(random.uniform()));
+    products.coefficient.push_back(1 + static_cast<float>(random.uniform()));
+    products.coefficient.push_back(0.5F * static_cast<float>(random.uniform()));
+  }
+  level.heights.emplace(shape, top, std::vector<float>(top.size(), 0));
+  level.products = products;
+  ProductBases bases;
+  for (const V3f& view : directions_of(fabric.views)) bases.view.push_back(view.x);
+  for (const V3f& light : directions_of(fabric.lights))
+    bases.light.emplace_back(light.z, light.z, light.z / 2);
+  for (const V3f& light : directions_of(fabric.lights))
+    bases.light.emplace_back(V3f(0.25F + light.y * light.y));
+  level.bases = std::make_shared<const ProductBases>(bases);
+  fabric.levels = {level};
+  REQUIRE(validate(fabric));
+  return fabric;
+}
+
+/// The same with lobes of one shape in frames of two kinds: what is seen of them is gloss along the fibres.
+inline Fabric glossy(int width, int height) {
+  Fabric fabric = ribbed(width, height);
+  fabric.views = {6, 6};
+  fabric.lights = {6, 6};
+  FabricLevel& level = fabric.levels.front();
+  level.products->pairs = {{0, 0}};
+  std::vector<float> first;
+  for (std::size_t i = 0; i < level.products->coefficient.size(); i += 2) {
+    first.push_back(level.products->coefficient[i]);
+  }
+  level.products->coefficient = first;
+  ProductBases bases;
+  for (const V3f& light : directions_of(fabric.lights)) {
+    bases.light.emplace_back(1 + 0.5F * light.x, 0.9F, 0.8F + 0.2F * light.y);
+  }
+  level.bases = std::make_shared<const ProductBases>(bases);
+  LobeLayer lobes{1, {}};
+  FrameLayer frame;
+  for (int texel = 0; texel < level.texels(); ++texel) {
+    const bool turned = texel % width < width / 2;
+    frame.normal.push_back(turned ? V3f(0, 0, 1) : V3f(0.28F, 0, 0.96F));
+    frame.tangent.push_back(turned ? V3f(0, 1, 0) : V3f(0.96F, 0, -0.28F));
+    for (int c = 0; c < 3; ++c) {
+      // 3 (0.7 x + 0.7 z - y)^6, x across the fibre.
+      const float size = std::pow(3.0F, 1.0F / 6);
+      lobes.parameters.insert(lobes.parameters.end(), {0.3F, -size, 0.7F * size, 0.7F * size, 6});
+    }
+  }
+  level.lobes = lobes;
+  level.frame = frame;
+  REQUIRE(validate(fabric));
+  return fabric;
+}
+
+/// The samples file of a fabric: its header, and pairs with the fabric itself as the truth.
+inline SamplesHeader header_of(const Fabric& fabric) {
+  SamplesHeader header;
+  header.width = fabric.levels[0].width;
+  header.height = fabric.levels[0].height;
+  header.period_mm = fabric.period_mm;
+  header.reference_height = fabric.reference_height;
+  header.thickness_mm = fabric.thickness_mm;
+  header.views = fabric.views;
+  header.lights = fabric.lights;
+  header.slabs = fabric.levels[0].heights->shape();
+  return header;
+}
+
+inline PairSamples truth_of(const Fabric& fabric, int count) {
+  PairSamples truth;
+  truth.width = fabric.levels[0].width;
+  truth.height = fabric.levels[0].height;
+  truth.pairs = random_pairs(count, 0.3, 3);
+  for (const DirectionPair& pair : truth.pairs) {
+    for (int i = 0; i < truth.width * truth.height; ++i) {
+      const Shading s = evaluate(fabric, 0, i % truth.width, i / truth.width, pair.light, pair.view);
+      truth.alpha.push_back(s.alpha);
+      truth.radiance.push_back(s.radiance);
+    }
+  }
+  return truth;
+}
+
+}  // namespace selvedge::test
