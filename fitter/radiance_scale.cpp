@@ -41,7 +41,8 @@ void divide(Fabric& fabric, double scale) {
             for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
           });
     }
-    if (!level.products) continue;
+    // Beside lobes products are a factor on them.
+    if (!level.products || level.lobes) continue;
     for (float& c : level.products->coefficient) c *= inverse;
   }
 }

@@ -206,6 +206,12 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->group(group);
   app.add_flag("--light-table", command.fit.light_table, "A table over lights as well, fitted by turns")
       ->group(group);
+  app.add_option("--products", command.fit.products,
+                 "Products of shared functions of view and light beside the table, fitted by turns")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(0, most_products))
+      ->group(group);
   app.add_option("--starts", command.fit.starts, "Local minima looked at per texel and channel")
       ->type_name("N")
       ->capture_default_str()
