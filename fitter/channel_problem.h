@@ -88,8 +88,8 @@ class ChannelProblem {
   double ridge_;
   DirectionTableSystem system_;
   DirectionTableSystem light_system_;
-  std::vector<float> cosine_;                  ///< of each light, times S; or, with a factor, of each view too
-  std::vector<float> factor_of_views_;         ///< set_factor()'s
+  std::vector<float> cosine_;           ///< of each light, times S; or, with a factor, of each view too
+  std::vector<float> factor_of_views_;  ///< set_factor()'s
   std::array<std::vector<double>, 4> factor_;  ///< of a column, by view: none, x, y, z
   LobeMoments moments_;
   // Of the shapes evaluated last. Bases: the cosine, then each lobe.

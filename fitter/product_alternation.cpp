@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <cstdio>
 #include <limits>
 
 #include "fitter/function_list.h"
@@ -18,17 +16,20 @@
 namespace selvedge {
 namespace {
 
-double env(const char* name, double otherwise) {
-  const char* value = std::getenv(name);
-  return value != nullptr ? std::atof(value) : otherwise;
-}
-
 /// Evaluations of the samples that a turn's search of the lobes may take.
 constexpr int lobe_steps = 3;
 /// Of tables and coefficients in a pass: their minima lie along each other.
 constexpr int table_rounds = 2;
-/// Functions are stored as multiples of this, which half precision has exactly up to 2,048 of them; their mean
-/// square is 1.
+constexpr int most_turns = 60;
+/// Share of the cost below which a turn counts as none.
+constexpr double least_gain = 2e-3;
+/// How far functions go beyond their minimum, in steps of the turn before: as long as that pays.
+constexpr double first_step_beyond = 0.5;
+constexpr double longest_step_beyond = 4;
+constexpr double step_grows = 1.3;
+constexpr double step_shrinks = 0.4;
+/// Functions are stored as multiples of this, which half precision has exactly up to 2,048 of them; their
+/// mean square is 1.
 constexpr double function_step = 1.0 / 256;
 /// Coefficients likewise, of the power of two below the strongest product's; and what a bit of them may cost.
 constexpr float coefficient_step = 0x1p-6F;
@@ -130,6 +131,21 @@ void normalise(LevelState& state) {
   }
 }
 
+/// Takes the functions further on their way from those of the turn before.
+void go_beyond(LevelState& state, const SharedFunctions& before, double step) {
+  const auto move = [step](std::vector<std::vector<double>>& functions,
+                           const std::vector<std::vector<double>>& from) {
+    for (std::size_t m = 0; m < functions.size(); ++m) {
+      for (std::size_t i = 0; i < functions[m].size(); ++i) {
+        functions[m][i] += step * (functions[m][i] - from[m][i]);
+      }
+    }
+  };
+  move(state.functions.view, before.view);
+  move(state.functions.light, before.light);
+  normalise(state);
+}
+
 class LevelAlternation {
  public:
   LevelAlternation(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
@@ -143,8 +159,7 @@ class LevelAlternation {
     options_.lobes.channel.table = options.table;
     options_.lobes.lobes = options.lobes;
     options_.lobes.tolerance = options.tolerance;
-    options_.pull = env("PULL", options_.pull);
-    options_.apart = env("APART", options_.apart);
+    options_.pull = options.table.damping;
   }
 
   /// By turns to the end. Gives the level its products and what else has become better.
@@ -266,29 +281,39 @@ LevelSums LevelAlternation::pass(LevelState& state, Side side, bool lobes) const
 
 ProductTrace LevelAlternation::run(FitLevelReport& report, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  const auto most_turns = static_cast<int>(env("TURNS", 60));
-  const double least_gain = env("GAIN", 1e-3);
   begin();
   ProductTrace trace;
   trace.without = state_.cost();
   LevelState next = state_;
+  double evaluations = 0;
+  const auto advance = [&](LevelState tried, Side side) {
+    const LevelSums sums = pass(tried, side, side == Side::lights);
+    evaluations += sums.evaluations;
+    if (!(tried.cost() < state_.cost())) return false;
+    trace.costs.push_back(tried.cost());
+    next = tried;
+    state_ = std::move(tried);
+    solve_functions(sums.functions, next.functions);
+    normalise(next);
+    return true;
+  };
   bool falls = true;
   bool converged = false;
-  double evaluations = 0;
+  double beyond = first_step_beyond;
+  SharedFunctions last = next.functions;
   for (int turn = 0; falls && !converged && turn < most_turns; ++turn) {
     const double before = state_.cost();
-    for (const Side side : {Side::lights, Side::views}) {
+    SharedFunctions solved = next.functions;
+    falls = false;
+    if (turn > 1) {
       LevelState tried = next;
-      const LevelSums sums = pass(tried, side, side == Side::lights);
-      evaluations += sums.evaluations;
-      falls = tried.cost() < state_.cost();
-      if (!falls) break;
-      trace.costs.push_back(tried.cost());
-      next = tried;
-      state_ = std::move(tried);
-      solve_functions(sums.functions, next.functions);
-      normalise(next);
+      go_beyond(tried, last, beyond);
+      falls = advance(std::move(tried), Side::lights);
+      beyond = falls ? std::min(beyond * step_grows, longest_step_beyond) : beyond * step_shrinks;
     }
+    if (!falls) falls = advance(next, Side::lights);
+    falls = falls && advance(next, Side::views);
+    last = std::move(solved);
     const double cost = state_.cost();
     converged = falls && before - cost <= least_gain * cost;
     if (progress) progress(1 - std::pow(0.9, turn + 1));
@@ -307,11 +332,6 @@ ProductTrace LevelAlternation::run(FitLevelReport& report, const Progress& progr
   }
   state_ = std::move(next);
   trace.stored = state_.cost();
-  if (std::getenv("TRACE")) {
-    std::fprintf(stderr, "without %g:", trace.without);
-    for (double c : trace.costs) std::fprintf(stderr, " %.4f", c / trace.without);
-    std::fprintf(stderr, " stored %.4f  %d %d  %.2f s\n", trace.stored / trace.without, converged, falls, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
   store_products();
   if (!stored_.pairs.empty()) write();
 
@@ -397,29 +417,32 @@ void LevelAlternation::write() {
 
 }  // namespace
 
+ProductLevel fit_products(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
+                          FabricLevel& level, FitLevelReport& report, const Progress& progress) {
+  LevelAlternation alternation(samples, header, options, level);
+  ProductTrace trace = alternation.run(report, progress);
+  return {alternation.products(), std::move(trace)};
+}
+
 std::vector<ProductTrace> add_products(SampleLevel samples, const SamplesHeader& header,
                                        const FitOptions& options, FitResult& fit, const Progress& progress) {
   double all = 0;
   for (const FabricLevel& level : fit.fabric.levels) all += level.texels();
   double done = 0;
   std::vector<ProductTrace> traces;
-  std::vector<Products> products;
+  FunctionList functions;
   for (std::size_t k = 0; k < fit.fabric.levels.size(); ++k) {
     if (k > 0) samples = pool(samples);
     FabricLevel& level = fit.fabric.levels[k];
-    LevelAlternation alternation(samples, header, options, level);
-    traces.push_back(alternation.run(fit.levels[k], [&](double share) {
+    ProductLevel fitted = fit_products(samples, header, options, level, fit.levels[k], [&](double share) {
       if (progress) progress((done + share * level.texels()) / all);
-    }));
-    products.push_back(alternation.products());
+    });
     done += level.texels();
-  }
-  FunctionList functions;
-  for (std::size_t k = 0; k < products.size(); ++k) {
-    if (products[k].pairs.empty()) continue;
-    ProductLayer layer{1, products[k].pairs, products[k].coefficient};
-    for (V2i& pair : layer.pairs) pair = functions.add(products[k], pair);
-    fit.fabric.levels[k].products = std::move(layer);
+    traces.push_back(std::move(fitted.trace));
+    if (fitted.products.pairs.empty()) continue;
+    ProductLayer layer{1, fitted.products.pairs, fitted.products.coefficient};
+    for (V2i& pair : layer.pairs) pair = functions.add(fitted.products, pair);
+    level.products = std::move(layer);
     fit.fabric.lights = header.lights;
   }
   const auto bases = std::make_shared<const ProductBases>(functions.bases());

@@ -50,11 +50,11 @@ Columns random_columns(std::size_t rows, std::size_t width, std::uint64_t seed) 
 
 /// Sums over texels of one pass.
 struct Pass {
-  std::vector<double> views;        ///< [view][column]: X (X^T view columns)
-  std::vector<double> lights;       ///< [3 * light + channel][column]: X^T (X light columns)
-  std::vector<double> view_gram;    ///< [column][column]: of X^T view columns
-  std::vector<double> light_gram;   ///< of X light columns
-  std::vector<double> core;         ///< [view column][light column]: squares of a texel's
+  std::vector<double> views;       ///< [view][column]: X (X^T view columns)
+  std::vector<double> lights;      ///< [3 * light + channel][column]: X^T (X light columns)
+  std::vector<double> view_gram;   ///< [column][column]: of X^T view columns
+  std::vector<double> light_gram;  ///< of X light columns
+  std::vector<double> core;        ///< [view column][light column]: squares of a texel's
 
   void add(const Pass& other) {
     const auto join = [](std::vector<double>& to, const std::vector<double>& more) {
@@ -72,7 +72,8 @@ void add_gram(const std::vector<float>& rows, std::size_t width, double weight, 
   for (std::size_t first = 0; first < rows.size(); first += width) {
     for (std::size_t a = 0; a < width; ++a) {
       const double scaled = weight * static_cast<double>(rows[first + a]);
-      for (std::size_t b = 0; b <= a; ++b) gram[a * width + b] += scaled * static_cast<double>(rows[first + b]);
+      for (std::size_t b = 0; b <= a; ++b)
+        gram[a * width + b] += scaled * static_cast<double>(rows[first + b]);
     }
   }
 }
@@ -116,7 +117,8 @@ class Subspaces {
     for (std::size_t v = 0; v < views_.rows; ++v) {
       for (std::size_t a = 0; a < width_; ++a) {
         for (std::size_t b = 0; b < width_; ++b) {
-          core[a * width_ + b] += views_.value[v * width_ + a] * static_cast<double>(of_views[v * width_ + b]);
+          core[a * width_ + b] +=
+              views_.value[v * width_ + a] * static_cast<double>(of_views[v * width_ + b]);
         }
       }
     }
@@ -134,7 +136,8 @@ class Subspaces {
       }
       weighted_sums(by_light, nullptr, view_columns_.data(), width_, rows.data());
       add_gram(rows, width_, weight * static_cast<double>(share[c]), pass.view_gram);
-      weighted_sums({x.value[c].data(), stride_, 1, lights, stride_}, nullptr, rows.data(), width_, part.data());
+      weighted_sums({x.value[c].data(), stride_, 1, lights, stride_}, nullptr, rows.data(), width_,
+                    part.data());
       for (std::size_t i = 0; i < views_.value.size(); ++i) {
         pass.views[i] += weight * static_cast<double>(share[c]) * static_cast<double>(part[i]);
       }
@@ -177,7 +180,8 @@ class Subspaces {
 
   void lay_out() {
     view_columns_.assign(stride_ * width_, 0);
-    for (std::size_t i = 0; i < views_.value.size(); ++i) view_columns_[i] = static_cast<float>(views_.value[i]);
+    for (std::size_t i = 0; i < views_.value.size(); ++i)
+      view_columns_[i] = static_cast<float>(views_.value[i]);
     for (std::size_t c = 0; c < 3; ++c) {
       light_columns_[c].clear();
       for (std::size_t row = c; row < lights_.rows; row += 3) {

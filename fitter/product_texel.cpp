@@ -126,9 +126,9 @@ ProductTexel::ProductTexel(const TexelSamples& samples, const ProductTexelOption
     problems_.emplace_back(samples, static_cast<int>(c), all_lights(samples),
                            without_tables(options.lobes.channel));
     if (weights > 0 && samples.all_lights > 0) {
-      pull_[c] =
-          options.pull * problems_[c].energy() / (weights * static_cast<double>(samples.all_lights));
+      mean_square_[c] = problems_[c].energy() / (weights * static_cast<double>(samples.all_lights));
     }
+    pull_[c] = options.pull * mean_square_[c];
   }
 }
 
@@ -518,7 +518,7 @@ std::vector<float> ProductTexel::ratios(std::size_t channel) {
 }
 
 double ProductTexel::ratio_weight(std::size_t channel) const {
-  return unit_ * std::sqrt(share_[channel] * pull_[channel]);
+  return unit_ * std::sqrt(share_[channel] * mean_square_[channel]);
 }
 
 }  // namespace selvedge

@@ -1,5 +1,5 @@
-// One texel of a fit with products beside lobes: its own unknowns for given shared functions, and what it adds
-// to the normal equations of these.
+// One texel of a fit with products beside lobes: its own unknowns for given shared functions, and what it
+// adds to the normal equations of these.
 //
 //   f(l, v) = T(v) S(l) g(l', v') + g(l', v') sum_m c_m phi_m(v) psi_m(l)
 //
@@ -17,8 +17,8 @@
 
 namespace selvedge {
 
-/// Functions that all texels of a level share, product by product: phi_m[view] and psi_m[3 * light + channel],
-/// mean square 1 or 0.
+/// Functions that all texels of a level share, product by product: phi_m[view] and psi_m[3 * light +
+/// channel], mean square 1 or 0.
 struct SharedFunctions {
   std::vector<std::vector<double>> view;
   std::vector<std::vector<double>> light;
@@ -38,9 +38,9 @@ class PreparedFunctions {
   std::size_t pair_width() const { return pair_width_; }
   static std::size_t pair(std::size_t m, std::size_t n) { return m * (m + 1) / 2 + n; }
 
-  const float* view_rows() const { return view_rows_.data(); }    ///< [m][view]
-  const float* views() const { return views_.data(); }            ///< [view][m]
-  const float* view_pairs() const { return view_pairs_.data(); }  ///< [view][pair]
+  const float* view_rows() const { return view_rows_.data(); }                        ///< [m][view]
+  const float* views() const { return views_.data(); }                                ///< [view][m]
+  const float* view_pairs() const { return view_pairs_.data(); }                      ///< [view][pair]
   const float* lights(std::size_t channel) const { return lights_[channel].data(); }  ///< [light][m]
   const float* light_pairs(std::size_t channel) const { return light_pairs_[channel].data(); }
   double view_product(std::size_t m, std::size_t n) const { return view_gram_[m * count_ + n]; }
@@ -70,7 +70,7 @@ struct ProductTexelOptions {
   LobeFitOptions lobes;  ///< with the options of the tables
   /// Pull of the sum of the products to 0 in every pair of directions, in units of the mean of the squared
   /// radiance: where the lobes are dark a ratio to them says nothing and must not explode.
-  double pull = 0.25;
+  double pull = DirectionTableOptions().damping;
   /// As much of that pull is on each product by itself: two that are opposite do not grow without end.
   double apart = 0.01;
 };
@@ -95,7 +95,8 @@ struct FunctionSums {
 class ProductTexel {
  public:
   /// All must outlive the texel.
-  ProductTexel(const TexelSamples& samples, const ProductTexelOptions& options, const PreparedFunctions& shared);
+  ProductTexel(const TexelSamples& samples, const ProductTexelOptions& options,
+               const PreparedFunctions& shared);
 
   /// Takes a state: what is asked next is of it.
   void take(const ProductState& state);
@@ -118,8 +119,8 @@ class ProductTexel {
   /// Adds to the equations of the functions of the side summed last.
   void add_to(FunctionSums& sums);
 
-  /// What the products of a channel should be at each pair of directions, each by itself: [light][view], those
-  /// of samples.lights. Beside it the square root of what such a value counts.
+  /// What the products of a channel should be at each pair of directions, each by itself: [light][view],
+  /// those of samples.lights. Beside it the square root of what such a value counts.
   std::vector<float> ratios(std::size_t channel);
   double ratio_weight(std::size_t channel) const;
 
@@ -141,6 +142,7 @@ class ProductTexel {
   std::array<double, 3> share_{};                  ///< squared scale of a channel, of the largest one's
   double unit_ = 1;                                ///< that one
   std::vector<ChannelProblem> problems_;           ///< of the channels' lobes
+  std::array<double, 3> mean_square_{};            ///< of the radiance, over views and lights
   std::array<double, 3> pull_{};                   ///< on a squared product at one pair of directions
   std::array<std::vector<float>, 3> g_;            ///< [light][view]
   std::array<std::vector<float>, 3> products_;     ///< [light][view]: the sum of the products
