@@ -206,12 +206,13 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->group(group);
   app.add_flag("--light-table", command.fit.light_table, "A table over lights as well, fitted by turns")
       ->group(group);
-  app.add_option("--products", command.fit.products,
-                 "Products of shared functions of view and light beside the table, fitted by turns")
-      ->type_name("N")
-      ->capture_default_str()
-      ->check(CLI::Range(0, most_products))
-      ->group(group);
+  auto* products =
+      app.add_option("--products", command.fit.products,
+                     "Products of shared functions of view and light beside the table, fitted by turns")
+          ->type_name("N")
+          ->capture_default_str()
+          ->check(CLI::Range(0, most_products))
+          ->group(group);
   app.add_option("--starts", command.fit.starts, "Local minima looked at per texel and channel")
       ->type_name("N")
       ->capture_default_str()
@@ -242,6 +243,7 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::PositiveNumber)
       ->type_name("BYTES")
+      ->excludes(products)
       ->group(group);
   app.add_option("--report", command.report,
                  "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
