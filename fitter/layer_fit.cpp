@@ -49,7 +49,7 @@ constexpr double weight_of_level_0 = 5;
 /// Levels with more texels gain nothing from products beside lobes.
 constexpr int most_texels_beside_lobes = 16;
 /// Products beside lobes that are tried.
-constexpr std::array products_beside_lobes{4, 8, 16};
+constexpr std::array products_beside_lobes{4, 8};
 /// A level with fewer cells than this along a side is no place for slabs.
 constexpr int least_cells = 16;
 

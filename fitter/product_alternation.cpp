@@ -30,7 +30,7 @@ constexpr double step_grows = 1.3;
 constexpr double step_shrinks = 0.4;
 /// Functions are stored as multiples of this, which half precision has exactly up to 2,048 of them; their
 /// mean square is 1.
-constexpr double function_step = 1.0 / 256;
+constexpr double function_step = 1.0 / 64;
 /// Coefficients likewise, of the power of two below the strongest product's; and what a bit of them may cost.
 constexpr float coefficient_step = 0x1p-6F;
 constexpr float coefficient_price = 0.3F;
@@ -127,6 +127,15 @@ void normalise(LevelState& state) {
       if (!(size > 0)) continue;
       for (double& value : (*side)[m]) value /= size;
       for (ProductState& texel : state.texels) texel.coefficients[m] *= size;
+    }
+  }
+}
+
+/// As the file holds them.
+void round_to_stored(SharedFunctions& functions) {
+  for (auto* side : {&functions.view, &functions.light}) {
+    for (auto& function : *side) {
+      for (double& value : function) value = function_step * std::round(value / function_step);
     }
   }
 }
@@ -319,11 +328,8 @@ ProductTrace LevelAlternation::run(FitLevelReport& report, const Progress& progr
     if (progress) progress(1 - std::pow(0.9, turn + 1));
   }
   // The last half turn's functions are not judged yet; rounded, they are.
-  for (auto* side : {&next.functions.view, &next.functions.light}) {
-    for (auto& function : *side) {
-      for (double& value : function) value = function_step * std::round(value / function_step);
-    }
-  }
+  if (!falls) next = state_;
+  round_to_stored(next.functions);
   evaluations += pass(next, Side::lights, true).evaluations;
   for (std::size_t t = 0; t < texels(); ++t) {
     if (next.costs[t].cost < without_[t].cost) continue;
