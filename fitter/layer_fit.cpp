@@ -10,7 +10,6 @@
 #include "fitter/coded_size.h"
 #include "fitter/function_list.h"
 #include "fitter/level_judge.h"
-#include "fitter/product_alternation.h"
 #include "fitter/radiance_scale.h"
 #include "fitter/slab_fit.h"
 #include "format/fabric_layout.h"
@@ -46,10 +45,6 @@ constexpr std::array cells_tried{2, 3};
 constexpr std::size_t most_coefficients = 640;
 /// What a decibel at level 0 counts, one at any other level being 1: most of what is seen near is level 0.
 constexpr double weight_of_level_0 = 5;
-/// Levels with more texels gain nothing from products beside lobes.
-constexpr int most_texels_beside_lobes = 16;
-/// Products beside lobes that are tried.
-constexpr std::array products_beside_lobes{4, 8};
 /// A level with fewer cells than this along a side is no place for slabs.
 constexpr int least_cells = 16;
 
@@ -175,54 +170,6 @@ void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& p
   }
 }
 
-void LayerFitter::add_products_beside_lobes(const std::vector<SampleLevel>& pooled,
-                                            const SamplesHeader& header, const FitOptions& options) {
-  const auto views = static_cast<std::size_t>(header.views.count());
-  const auto lights = static_cast<std::size_t>(header.lights.count());
-  for (std::size_t k = 0; k < pooled.size(); ++k) {
-    Level& of = levels_[k];
-    if (of.paper.texels() > most_texels_beside_lobes) continue;
-    for (const int count : products_beside_lobes) {
-      FitOptions with_products = options;
-      with_products.products = count;
-      FabricLevel level = of.paper;
-      FitLevelReport report = of.report;
-      LevelCandidate candidate;
-      candidate.kind = LevelCandidate::Kind::lobes_and_products;
-      candidate.products = fit_products(pooled[k], header, with_products, level, report).products;
-      if (candidate.products.pairs.empty()) continue;
-      level.products = ProductLayer{1, candidate.products.pairs, candidate.products.coefficient};
-      // No other level has these functions: their bytes are this one's.
-      FunctionList functions;
-      for (const V2i& pair : candidate.products.pairs) functions.add(candidate.products, pair);
-      const auto width = static_cast<std::size_t>(level.width);
-      const std::size_t pairs = candidate.products.pairs.size();
-      candidate.bytes = functions.bytes() + bytes_of_lobes(level) +
-                        coded_bytes(level.opacity->opacity, views, width) +
-                        coded_bytes(candidate.products.coefficient, pairs, width) +
-                        bytes_per_pair * static_cast<double>(pairs);
-      if (level.view_table) candidate.bytes += bytes_of(level.view_table->colour, views, width);
-      if (level.light_table) candidate.bytes += bytes_of(level.light_table->value, lights, width);
-      candidate.shape = of.beside.size();
-      of.beside.push_back(std::move(level));
-      of.beside_reports.push_back(report);
-      of.candidates.push_back(std::move(candidate));
-    }
-  }
-}
-
-namespace {
-
-/// A level whose pairs are a candidate's, with bases of its own.
-FabricLevel with_own_bases(FabricLevel level, const Products& products) {
-  FunctionList functions;
-  for (V2i& pair : level.products->pairs) pair = functions.add(products, pair);
-  level.bases = std::make_shared<const ProductBases>(functions.bases());
-  return level;
-}
-
-}  // namespace
-
 void LayerFitter::judge_candidates(std::size_t k, const LevelTruth& truth,
                                    const std::vector<DirectionPair>& pairs) {
   Level& level = levels_[k];
@@ -246,9 +193,6 @@ void LayerFitter::judge_candidates(std::size_t k, const LevelTruth& truth,
         break;
       case LevelCandidate::Kind::lobes_and_table:
         candidate.error = judge.error(level.paper);
-        break;
-      case LevelCandidate::Kind::lobes_and_products:
-        candidate.error = judge.error(with_own_bases(level.beside[candidate.shape], candidate.products));
         break;
     }
   }
@@ -302,8 +246,6 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
                               std::move(plain->fabric.levels[k]),
                               plain->levels[k],
                               {},
-                              {},
-                              {},
                               {}});
   }
   fitter.training_ = std::move(paper->training);
@@ -350,8 +292,6 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     fitter.levels_[k].candidates.push_back(table);
   }
 
-  fitter.add_products_beside_lobes(pooled, header, options);
-
   const std::vector<LevelTruth> truths = level_truths(judged_by);
   for (std::size_t k = 0; k < fitter.levels_.size(); ++k) {
     fitter.judge_candidates(k, truths[k], judged_by.pairs);
@@ -365,8 +305,8 @@ namespace {
 
 double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
 
-bool has_lobes(const LevelCandidate& candidate) {
-  return candidate.kind != LevelCandidate::Kind::slabs && candidate.kind != LevelCandidate::Kind::products;
+bool has_products(const LevelCandidate& candidate) {
+  return candidate.kind == LevelCandidate::Kind::slabs || candidate.kind == LevelCandidate::Kind::products;
 }
 
 }  // namespace
@@ -382,18 +322,13 @@ double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const LevelCandidate& candidate = *chosen[k];
     opacity = opacity || candidate.kind != LevelCandidate::Kind::slabs;
-    const bool beside = candidate.kind == LevelCandidate::Kind::lobes_and_products;
-    table = table || candidate.kind == LevelCandidate::Kind::lobes_and_table ||
-            (beside && levels_[k].paper.view_table);
-    lobes = lobes || has_lobes(candidate);
+    table = table || candidate.kind == LevelCandidate::Kind::lobes_and_table;
+    lobes = lobes || !has_products(candidate);
     if (candidate.kind == LevelCandidate::Kind::slabs) {
       entries = levels_[k].heights[candidate.shape]->shape().entries();
     }
-    if (candidate.products.pairs.empty()) continue;
-    // Those beside lobes are in the candidate's own bytes.
-    for (std::size_t m = 0; !beside && m < candidate.products.pairs.size(); ++m) {
-      functions.add(candidate.products, candidate.products.pairs[m]);
-    }
+    if (!has_products(candidate)) continue;
+    for (const V2i& pair : candidate.products.pairs) functions.add(candidate.products, pair);
     coefficients = std::max(
         coefficients, static_cast<double>(candidate.products.coefficient.size()) / levels_[k].paper.texels());
   }
@@ -411,7 +346,6 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   const Level& level = levels_[k];
   if (candidate.kind == LevelCandidate::Kind::lobes_and_table) return level.paper;
   if (candidate.kind == LevelCandidate::Kind::lobes) return level.plain;
-  if (candidate.kind == LevelCandidate::Kind::lobes_and_products) return level.beside[candidate.shape];
   FabricLevel result;
   result.width = level.paper.width;
   result.height = level.paper.height;
@@ -437,7 +371,7 @@ double LayerFitter::cost_of(const Chosen& chosen) const {
 
 LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, double overhead) const {
   const auto allowed = [&](const LevelCandidate& candidate) {
-    if (shape == shapes_) return candidate.products.pairs.empty();
+    if (shape == shapes_) return !has_products(candidate);
     return candidate.kind != LevelCandidate::Kind::slabs || candidate.shape == shape;
   };
   // Of each level the candidate with the least log(error) + lambda * bytes.
@@ -531,9 +465,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
                              chosen[k]->bytes,
                              {}});
     if (level.lobes)
-      result.levels.back().lobes = level.products     ? levels_[k].beside_reports[chosen[k]->shape]
-                                   : level.view_table ? levels_[k].report
-                                                      : levels_[k].plain_report;
+      result.levels.back().lobes = level.view_table ? levels_[k].report : levels_[k].plain_report;
     result.fabric.levels.push_back(std::move(level));
   }
   const auto bases = std::make_shared<const ProductBases>(functions.bases());

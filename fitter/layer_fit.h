@@ -1,11 +1,10 @@
 // The best fabric for a budget: per level the set of layers with the least error on the validation pairs.
 //
-// Candidates of a level are the paper's model (lobes, with and without the view table; at small levels with
-// products of functions of the level's own beside the table), products of shared functions for every texel,
-// and, where the samples have heights, slabs with products: of several shapes, one of which all levels share,
-// and with coefficients coarser or finer. Among all combinations the one is taken that makes the sum over
-// levels of log(error) least for its bytes (Lagrange's multiplier, by bisection). The held-out pairs take no
-// part.
+// Candidates of a level are the paper's model (lobes, with and without the view table), products of shared
+// functions for every texel, and, where the samples have heights, slabs with products: of several shapes, one
+// of which all levels share, and with coefficients coarser or finer. Among all combinations the one is taken
+// that makes the sum over levels of log(error) least for its bytes (Lagrange's multiplier, by bisection). The
+// held-out pairs take no part.
 #pragma once
 
 #include <optional>
@@ -23,9 +22,9 @@ namespace selvedge {
 
 /// One way to store a level.
 struct LevelCandidate {
-  enum class Kind { lobes, lobes_and_table, lobes_and_products, products, slabs };
+  enum class Kind { lobes, lobes_and_table, products, slabs };
   Kind kind = Kind::products;
-  std::size_t shape = 0;  ///< of slabs: which of the fit's shapes; of lobes with products: which of the fits
+  std::size_t shape = 0;  ///< of slabs: which of the fit's shapes
   Products products;      ///< of products and slabs; functions as in the shared lists
   double error = 0;       ///< mean squared error of alpha f on the validation pairs
   double bytes = 0;       ///< in the file, estimated; without the shared functions
@@ -48,9 +47,9 @@ struct LayerFit {
 
 class LayerFitter {
  public:
-  /// Fits all candidates; of the options all but the number of products count. `heights`: of level 0, mm.
-  /// Refuses what fit() refuses, heights of another size, more than 512 lights, and a header without
-  /// validation pairs (samples_malformed).
+  /// Fits all candidates; of the options all but `products` count. `heights`: of level 0, mm. Refuses what
+  /// fit() refuses, heights of another size, more than 512 lights, and a header without validation pairs
+  /// (samples_malformed).
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
                                     const std::optional<HeightLayer>& heights, const PairSamples& validation,
                                     const FitOptions& options, const Progress& progress = {});
@@ -71,8 +70,6 @@ class LayerFitter {
     FitLevelReport report;
     FabricLevel plain;  ///< the same fitted without a table, where `paper` has one
     FitLevelReport plain_report;
-    std::vector<FabricLevel> beside;  ///< `paper` with products, whose pairs are those of the candidate
-    std::vector<FitLevelReport> beside_reports;
     std::vector<std::optional<HeightLayer>> heights;  ///< by shape, where the level has cells enough for it
     std::vector<LevelCandidate> candidates;
   };
@@ -83,9 +80,6 @@ class LayerFitter {
                       const SlabOverlaps* overlaps);
   void add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, const HeightLayer& heights,
                  const SamplesHeader& header);
-  /// Lobes, tables and products all fitted by turns, at small levels.
-  void add_products_beside_lobes(const std::vector<SampleLevel>& pooled, const SamplesHeader& header,
-                                 const FitOptions& options);
   void judge_candidates(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
   /// `shape`: of slabs; beyond the last one: lobes alone.
   Chosen best_of_shape(std::size_t shape, double bytes, double overhead) const;

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <functional>
 
-#include "fitter/layer_fit.h"
-#include "fitter/level_judge.h"
 #include "format/evaluate.h"
 #include "format/fabric_exr.h"
 #include "format/lafortune.h"
@@ -278,45 +276,6 @@ TEST_CASE("random samples: nothing that products give is infinite or no number")
       const V3f r = evaluate(fabric, 0, 0, 0, pair.light, pair.view).radiance;
       CHECK(std::isfinite(r.x + r.y + r.z));
     }
-  }
-}
-
-TEST_CASE("within a budget small levels may have products beside lobes, and what is said of them is so") {
-  // Gloss that no grid of directions holds, and shadows that no table over views does.
-  const auto glossy = [](int texel, const V3f& l, const V3f& v) {
-    const std::array<float, 5> parameters{0.1F, -1, -1, 1, 25};
-    const float g = lafortune(parameters.data(), 1, &l.x, &v.x);
-    return g * (V3f(1, 1, 1) + 0.4F * static_cast<float>(texel + 1) * v.x * l.x * V3f(1, 0.5F, 0.25F));
-  };
-  Made made = made_of(glossy, 2);
-  PairSamples truth;
-  truth.width = 2;
-  truth.height = 1;
-  truth.pairs = random_pairs(40, 0.15, 9);
-  for (const DirectionPair& pair : truth.pairs) {
-    for (int t = 0; t < 2; ++t) truth.radiance.push_back(glossy(t, pair.light, pair.view));
-  }
-  truth.alpha.assign(truth.radiance.size(), 1);
-  made.header.pairs[0] = truth.pairs;
-  for (const float factor : {1.0F, 0x1p30F}) {
-    Made scaled = made;
-    PairSamples scaled_truth = truth;
-    for (V3f& r : scaled.level.radiance) r *= factor;
-    for (V3f& r : scaled_truth.radiance) r *= factor;
-    const auto fitter = LayerFitter::create(scaled.level, scaled.header, {}, scaled_truth, with_products(0));
-    REQUIRE(fitter);
-    const LayerFit chosen = fitter->choose(1e6);
-    REQUIRE(validate(chosen.fabric));
-    const FabricLevel& level = chosen.fabric.levels[0];
-    CHECK(level.lobes);
-    CHECK(level.products);
-    REQUIRE(chosen.levels[0].lobes);
-    CHECK(chosen.levels[0].lobes->training_error < 0.05);
-    const std::vector<LevelTruth> truths = level_truths(scaled_truth);
-    const double error = LevelJudge(truths[0], scaled_truth.pairs, chosen.fabric).error(level);
-    CHECK(error == doctest::Approx(chosen.levels[0].validation_error).epsilon(0.01));
-    // Functions of small levels count where bytes are few.
-    CHECK(fitter->choose(20000).bytes <= 20000);
   }
 }
 
