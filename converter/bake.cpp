@@ -219,6 +219,7 @@ Result<BakeReport> assemble(std::span<BakeJournal> journals, const std::string& 
     if (auto ok = writer->write_pairs(units[u].kind, *samples); !ok) return tl::unexpected(ok.error());
   }
   if (auto ok = writer->commit(); !ok) return tl::unexpected(ok.error());
+  for (const Error& warning : writer->warnings()) report.remarks.push_back(to_line(warning));
   report.coverage /= static_cast<double>(header.views.count()) * header.texels();
   report.noise = noise.relative();
   report.truth_noise = truth_noise.relative();

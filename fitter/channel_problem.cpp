@@ -61,6 +61,18 @@ std::size_t longest(const LobeShape& shape) {
   return at;
 }
 
+DirectionTableSystem view_table_system(const TexelSamples& samples, double energy,
+                                       const DirectionTableOptions& options) {
+  const double unit = mean_energy(samples, energy);
+  return {samples.views, samples.grid, options.damping * unit, options.smoothness * unit};
+}
+
+DirectionTableSystem light_table_system(const TexelSamples& samples, double energy,
+                                        const DirectionTableOptions& options) {
+  const double unit = mean_of_lights(samples, energy);
+  return {samples.all_lights, samples.light_grid, options.damping * unit, options.smoothness * unit};
+}
+
 ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, std::vector<std::uint32_t> lights,
                                const ChannelOptions& options)
     : samples_(samples),
@@ -70,11 +82,8 @@ ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, std::ve
       energy_(energy_of(samples, channel, lights_)),
       peak_(peak_of(samples, channel) * options.peak),
       ridge_(peak_ > 0 ? options.ridge * energy_ / (peak_ * peak_) : 0),
-      system_(samples.views, samples.grid, options.table.damping * mean_energy(samples, energy_),
-              options.table.smoothness * mean_energy(samples, energy_)),
-      light_system_(samples.all_lights, samples.light_grid,
-                    options.table.damping * mean_of_lights(samples, energy_),
-                    options.table.smoothness * mean_of_lights(samples, energy_)),
+      system_(view_table_system(samples, energy_, options.table)),
+      light_system_(light_table_system(samples, energy_, options.table)),
       square_(samples.stride()),
       cross_(samples.stride()),
       weights_(10 * samples.stride()) {
@@ -198,7 +207,17 @@ void ChannelProblem::sum_model(const ChannelState& state) {
   }
 }
 
+void ChannelProblem::set_factor(const std::vector<float>& factor) {
+  factor_of_views_ = factor;
+  const std::size_t n = samples_.stride();
+  for (std::size_t i = 0; i < factor_of_views_.size(); ++i) factor_of_views_[i] *= samples_.lights[i / n].z;
+}
+
 void ChannelProblem::take_cosines(const ChannelState& state) {
+  if (!factor_of_views_.empty()) {
+    cosine_ = factor_of_views_;
+    return;
+  }
   cosine_.clear();
   for (std::size_t l = 0; l < samples_.lights.size(); ++l) {
     const double s = state.light_table.empty() ? 1 : state.light_table[samples_.light_of[l]];
@@ -213,6 +232,12 @@ void ChannelProblem::fit_light_table(ChannelState& state) const {
   state.light_table.resize(samples_.all_lights);
   system.solve(sums.cross.data(), state.light_table.data());
   for (double& s : state.light_table) s = std::max(s, 0.0);
+}
+
+double ChannelProblem::size_penalty(const ChannelState& state) const {
+  double sum = 0;
+  for (std::size_t i = 1; i < state.sizes.size(); ++i) sum += ridge_ * state.sizes[i] * state.sizes[i];
+  return sum;
 }
 
 void ChannelProblem::evaluate(ChannelState& state, int turns) {
@@ -235,7 +260,7 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
   }
   state.error = std::max(state.error, 0.0);
   state.cost = state.error;
-  for (std::size_t i = 1; i < state.sizes.size(); ++i) state.cost += ridge_ * state.sizes[i] * state.sizes[i];
+  state.cost += size_penalty(state);
   if (options_.view_table) state.cost += system_.penalty(state.table.data());
   if (!state.light_table.empty()) state.cost += light_system_.penalty(state.light_table.data());
 }

@@ -48,11 +48,17 @@ class ChannelProblem {
   ChannelProblem(const TexelSamples& samples, int channel, std::vector<std::uint32_t> lights,
                  const ChannelOptions& options);
 
+  /// From now on T S is this, [light * samples.stride() + view] for every light of the samples; it may be
+  /// negative. Precondition: the options have neither table.
+  void set_factor(const std::vector<float>& factor);
+
   const ChannelOptions& options() const { return options_; }
   /// sum over views and lights of w r^2
   double energy() const { return energy_; }
   /// The most that a lobe may reach.
   double peak() const { return peak_; }
+  /// The penalty of a state's lobes.
+  double size_penalty(const ChannelState& state) const;
 
   /// Takes the state's shapes, improves its sizes and table by turns, judges it. With `turns` = 0 sizes and
   /// table stay.
@@ -82,7 +88,8 @@ class ChannelProblem {
   double ridge_;
   DirectionTableSystem system_;
   DirectionTableSystem light_system_;
-  std::vector<float> cosine_;                  ///< of each light, times S
+  std::vector<float> cosine_;           ///< of each light, times S; or, with a factor, of each view too
+  std::vector<float> factor_of_views_;  ///< set_factor()'s
   std::array<std::vector<double>, 4> factor_;  ///< of a column, by view: none, x, y, z
   LobeMoments moments_;
   // Of the shapes evaluated last. Bases: the cosine, then each lobe.
@@ -95,6 +102,12 @@ class ChannelProblem {
   std::vector<double> weights_;
   std::vector<double> coupling_;
 };
+
+/// The tables' systems of such a problem; `energy` is the problem's.
+DirectionTableSystem view_table_system(const TexelSamples& samples, double energy,
+                                       const DirectionTableOptions& options);
+DirectionTableSystem light_table_system(const TexelSamples& samples, double energy,
+                                        const DirectionTableOptions& options);
 
 /// The direction's component that is kept while the others are searched.
 std::size_t longest(const LobeShape& shape);

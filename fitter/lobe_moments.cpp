@@ -13,7 +13,7 @@ constexpr std::size_t block = 16;
 struct Job {
   const TexelSamples& samples;
   const float* radiance;
-  std::span<const float> cosine;
+  std::span<const float> cosine;  ///< [light], or with `by_view` [light * stride + view]
   std::span<const std::uint32_t> lights;
   std::span<const LobeShape> shapes;
   std::size_t stride;
@@ -39,9 +39,22 @@ SELVEDGE_ADD(8)
 SELVEDGE_ADD(16)
 #undef SELVEDGE_ADD
 
-template <class L>
+/// `by_view`: the factor of a light differs from view to view.
+template <class L, bool by_view>
 struct Body {
   using Floats = typename L::Floats;
+
+  /// columns *= the factor of a light and the views from `view` on.
+  static SELVEDGE_INLINE void times_factor(const Job& job, std::size_t light, std::size_t view,
+                                           Floats& column) {
+    if constexpr (by_view) {
+      Floats factor;
+      L::load(job.cosine.data() + light * job.stride + view, factor);
+      column *= factor;
+    } else {
+      column *= job.cosine[light];
+    }
+  }
 
   /// The four columns of one lobe for the lights [first, first + count), views from `view` on.
   static SELVEDGE_INLINE void fill(const Job& job, const LobeShape& shape, std::size_t view,
@@ -59,7 +72,7 @@ struct Body {
       Floats log;
       Floats power;
       L::log_and_power(base, less, log, power);
-      power *= job.cosine[index];
+      times_factor(job, index, view, power);
       L::store(power * light.x, to);
       L::store(power * light.y, to + L::count);
       L::store(power * light.z, to + 2 * L::count);
@@ -79,8 +92,9 @@ struct Body {
       for (std::size_t k = 0; k < 4; ++k) {
         Floats column;
         L::load(a + k * L::count, column);
-        cosine[k] += column * job.cosine[light];
         radiance[k] += column * r;
+        times_factor(job, light, view, column);
+        cosine[k] += column;
       }
     }
     for (std::size_t k = 0; k < 4; ++k) {
@@ -152,17 +166,27 @@ struct Body {
 };
 
 #if defined(__x86_64__) && defined(__GNUC__)
-__attribute__((target("avx512f"))) void run_wide(const Job& job) { Body<Lanes<16>>::run(job); }
-__attribute__((target("avx2"))) void run_middle(const Job& job) { Body<Lanes<8>>::run(job); }
+template <bool by_view>
+__attribute__((target("avx512f"))) void run_wide(const Job& job) {
+  Body<Lanes<16>, by_view>::run(job);
+}
+template <bool by_view>
+__attribute__((target("avx2"))) void run_middle(const Job& job) {
+  Body<Lanes<8>, by_view>::run(job);
+}
 #endif
-void run_narrow(const Job& job) { Body<Lanes<4>>::run(job); }
+template <bool by_view>
+void run_narrow(const Job& job) {
+  Body<Lanes<4>, by_view>::run(job);
+}
 
+template <bool by_view>
 void run(const Job& job) {
 #if defined(__x86_64__) && defined(__GNUC__)
-  if (__builtin_cpu_supports("avx512f")) return run_wide(job);
-  if (__builtin_cpu_supports("avx2")) return run_middle(job);
+  if (__builtin_cpu_supports("avx512f")) return run_wide<by_view>(job);
+  if (__builtin_cpu_supports("avx2")) return run_middle<by_view>(job);
 #endif
-  run_narrow(job);
+  run_narrow<by_view>(job);
 }
 
 }  // namespace
@@ -174,10 +198,22 @@ void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<co
   sums_.assign((columns_ + 1) * (columns_ + 2) / 2 * stride_, 0);
   scratch_.resize(shapes.size() * block * 4 * TexelSamples::lanes);
   const float* radiance = samples.radiance[static_cast<std::size_t>(channel)].data();
-  run({samples, radiance, cosine, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()});
+  const Job job{samples, radiance, cosine, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()};
+  double* cross = sums_.data() + index(0, columns_) * stride_;
+  if (cosine.size() != samples.lights.size()) {
+    run<true>(job);
+    for (const std::uint32_t light : lights) {
+      for (std::size_t v = 0; v < stride_; ++v) {
+        const auto c = static_cast<double>(cosine[light * stride_ + v]);
+        sums_[v] += c * c;
+        cross[v] += c * static_cast<double>(radiance[light * stride_ + v]);
+      }
+    }
+    return;
+  }
+  run<false>(job);
   // The cosine is the same for all views.
   double cosines = 0;
-  double* cross = sums_.data() + index(0, columns_) * stride_;
   for (const std::uint32_t light : lights) {
     const auto c = static_cast<double>(cosine[light]);
     cosines += c * c;

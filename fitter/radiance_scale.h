@@ -12,8 +12,8 @@ namespace selvedge {
 double scale_for(double largest);
 
 /// Gives the fabric scale_for() its largest rho or lobe's peak as its scale, and divides rho, lobes and
-/// products by it. f stays the same but for the rounding of cx, cy and cz. Preconditions: the scale is 1, no
-/// exponent is below 1.
+/// products without lobes by it. f stays the same but for the rounding of cx, cy and cz. Preconditions: the
+/// scale is 1, no exponent is below 1.
 void set_radiance_scale(Fabric& fabric);
 
 /// The inverse: the scale goes back into rho, cx, cy and cz, and is 1 again. Precondition: no level has

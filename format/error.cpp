@@ -63,8 +63,9 @@ constexpr std::array rows{
     CodeRow{Code::fabric_peak, Severity::warning, "FABRIC_PEAK",
             "A lobe's peak is beyond half precision, or lobes with a large exponent are stored in half."},
     CodeRow{Code::fabric_precision, Severity::warning, "FABRIC_PRECISION",
-            "Half precision changes the lobes or the products of a texel by more than 5 % when they are "
-            "written."},
+            "Half precision changes the lobes or the products of a texel, or the radiance of samples, by "
+            "more than "
+            "5 % when they are written."},
     CodeRow{Code::fabric_energy, Severity::warning, "FABRIC_ENERGY",
             "A texel reflects more light than it receives."},
     CodeRow{Code::fabric_levels, Severity::warning, "FABRIC_LEVELS",

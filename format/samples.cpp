@@ -1,5 +1,6 @@
 #include "format/samples.h"
 
+#include <Imath/half.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -145,7 +146,27 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
   return SamplesWriter(std::move(*writer), header);
 }
 
+void SamplesWriter::take_note(std::span<const V3f> radiance) {
+  for (const V3f& r : radiance) {
+    for (int c = 0; c < 3; ++c) {
+      largest_ = std::max(largest_, r[c]);
+      change_ = std::max(change_, std::abs(r[c] - static_cast<float>(Imath::half(r[c]))));
+    }
+  }
+}
+
+Issues SamplesWriter::warnings() const {
+  constexpr float most = 0.05F;
+  if (!(change_ > most * largest_)) return {};
+  return {{Code::fabric_precision,
+           {},
+           "radiance",
+           fmt::format("half precision changes radiance by up to {:.3g} % of the largest sample, {:.3g} 1/sr",
+                       100 * change_ / largest_, largest_)}};
+}
+
 Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
+  take_note(samples.radiance);
   const int lights = header_.lights.count();
   const auto texels = static_cast<std::size_t>(header_.texels());
   const auto width = static_cast<std::size_t>(header_.width);
@@ -176,6 +197,7 @@ Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& sample
   for (std::size_t k = 0; k < index_of(kind); ++k) part += header_.pairs[k].empty() ? 0 : 1;
   const auto count = static_cast<int>(samples.pairs.size());
   if (count == 0) return {};
+  take_note(samples.radiance);
   ExrPixels pixels = blank(header_.width, header_.height * count, 8);
   for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
     for (int c = 0; c < 3; ++c) {

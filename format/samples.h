@@ -96,11 +96,17 @@ class SamplesWriter {
   /// Once, where the header has slabs.
   Result<void> write_heights(const HeightLayer& heights);
   Result<void> commit() { return writer_.commit(); }
+  /// FABRIC_PRECISION where half precision, in which samples are stored and without a scale, has changed
+  /// radiance by more than 5 % of the largest that was written: all of it is too dark.
+  Issues warnings() const;
 
  private:
   SamplesWriter(ExrWriter writer, SamplesHeader header);
+  void take_note(std::span<const V3f> radiance);
   ExrWriter writer_;
   SamplesHeader header_;
+  float largest_ = 0;  ///< radiance written
+  float change_ = 0;   ///< largest difference from what is stored
 };
 
 /// Reads and checks; NaN, infinite and negative samples are refused with their place.

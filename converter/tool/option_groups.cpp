@@ -202,6 +202,13 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->group(group);
   app.add_flag("--light-table", command.fit.light_table, "A table over lights as well, fitted by turns")
       ->group(group);
+  auto* products =
+      app.add_option("--products", command.fit.products,
+                     "Products of shared functions of view and light beside the table, fitted by turns")
+          ->type_name("N")
+          ->capture_default_str()
+          ->check(CLI::Range(0, most_products))
+          ->group(group);
   app.add_option("--starts", command.fit.starts, "Local minima looked at per texel and channel")
       ->type_name("N")
       ->capture_default_str()
@@ -232,6 +239,7 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::PositiveNumber)
       ->type_name("BYTES")
+      ->excludes(products)
       ->group(group);
   app.add_option("--slab-lobes", command.fit.slab_lobes,
                  "With --budget: lobes of the slabs, tried beside slabs without; 0: none are tried")

@@ -111,6 +111,29 @@ TEST_CASE("a count that does not fit into an int is refused") {
   CHECK(reader.error().file == "memory");
 }
 
+TEST_CASE("radiance that half precision loses is a warning of whoever writes it") {
+  const Folder folder;
+  SamplesHeader header = small_header();
+  header.pairs[1].clear();
+  const auto warnings_at = [&](float factor) {
+    auto writer = SamplesWriter::create(folder / "s.exr", header);
+    REQUIRE(writer);
+    for (int v = 0; v < header.views.count(); ++v) {
+      ViewSamples samples = view_samples(header, v);
+      for (V3f& r : samples.radiance) r *= factor;
+      REQUIRE(writer->write_view(samples));
+    }
+    REQUIRE(writer->commit());
+    return writer->warnings();
+  };
+  // Samples go up to 17; the smallest step of half precision is 6e-8, and of it half is lost at most.
+  for (const float factor : {0.0F, 1e-7F, 1.0F, 1e3F}) CHECK(warnings_at(factor).empty());
+  const Issues warnings = warnings_at(1e-9F);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].code == Code::fabric_precision);
+  CHECK(warnings[0].place == "radiance");
+}
+
 TEST_CASE("NaN is not written, and nothing is left") {
   const Folder folder;
   CHECK_FALSE(write(folder / "s.exr", small_header(), std::nanf("")));
