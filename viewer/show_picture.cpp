@@ -134,10 +134,11 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *camera;
   options_.levels = state.levels;
+  // Where it loads, the lights are gone.
+  if (auto good = read_levels(state); !good) return good;
   options_.ambient = state.ambient;
   options_.shadows = state.shadows;
   options_.lights = lights_in_world(state, camera_);
-  if (auto good = read_levels(state); !good) return good;
   if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);
   overlay_.clear();

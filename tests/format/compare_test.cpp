@@ -132,7 +132,8 @@ TEST_CASE("against a finer truth each texel stands for those within it") {
   REQUIRE(result);
   REQUIRE(result->levels.size() == 4);
   CHECK(result->levels[0].width == 8);
-  CHECK(result->levels[0].psnr == 200);
+  // Radiance times alpha rounds in floats.
+  CHECK(result->levels[0].psnr > 150);
   // Means of four equal values round in double precision, and radiance is divided by alpha before.
   CHECK(result->levels[1].relative_l2 < 1e-6);
   CHECK(result->levels[3].width == 1);

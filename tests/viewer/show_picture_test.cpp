@@ -248,6 +248,8 @@ TEST_CASE("a long zoom reads each level once, and none before it is asked for") 
   auto state = picture.first_state(far, 1);
   test::require(state);
   state->levels = best_levels;
+  state->lights = default_lights(Camera{});
+  state->lights_in_camera_frame = true;
   std::uint64_t bytes = 0;
   int readings = 0;
   // There and back, and there again.
