@@ -104,7 +104,9 @@ Result<TradePoint> knobs_from(const std::string& file, const std::string& place,
   return point;
 }
 
-void add(std::vector<TradePoint>& points, const TradePoint& point) {
+void add(std::vector<TradePoint>& points, TradePoint point) {
+  // One that does not count must not tell two points apart.
+  if (!has_budget(point)) point.budget = 0;
   if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
 }
 

@@ -50,10 +50,20 @@ ExrPart preview_part(const Fabric& fabric, const FabricWriteOptions& options) {
   return part;
 }
 
-/// A level as it will be read: layers that are stored in 16 bits are rounded.
+std::shared_ptr<const ProductBases> in_half_precision(const ProductBases& bases) {
+  ProductBases rounded = bases;
+  for (float& value : rounded.view) value = Imath::half(value);
+  for (V3f& value : rounded.light) {
+    for (int c = 0; c < 3; ++c) value[c] = Imath::half(value[c]);
+  }
+  return std::make_shared<const ProductBases>(std::move(rounded));
+}
+
+/// A level as it will be read: its own layers that are stored in 16 bits are rounded. The functions are the
+/// file's, and laid out over the texels of its level 0.
 FabricLevel as_stored(FabricLevel level, const LayerShape& shape, const LayerSet& half) {
   for (const Layer layer : all_layers) {
-    if (!has_layer(level, layer) || !half.contains(layer)) continue;
+    if (layer == Layer::bases || !has_layer(level, layer) || !half.contains(layer)) continue;
     ExrPixels pixels = pixels_of(level, layer, shape);
     std::vector<const std::vector<float>*> planes;
     for (std::vector<float>& plane : pixels.planes) {
@@ -162,8 +172,9 @@ Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
   std::shared_ptr<const ProductBases> bases;
   for (FabricLevel& level : result.levels) {
     level = as_stored(std::move(level), shape, half);
-    if (bases && level.bases) level.bases = bases;  // one for all, as before
-    if (!bases) bases = level.bases;
+    if (!level.bases) continue;
+    if (!bases) bases = half.contains(Layer::bases) ? in_half_precision(*level.bases) : level.bases;
+    level.bases = bases;  // one for all, as before
   }
   return result;
 }

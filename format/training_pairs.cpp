@@ -42,8 +42,9 @@ TrainingPairs::TrainingPairs(const SamplesHeader& header) {
   const std::size_t values = cells_.size() * static_cast<std::size_t>(header.texels());
   pairs_.alpha.resize(values);
   pairs_.alpha_noise.resize(values);
-  pairs_.radiance.resize(values);
-  pairs_.noise.resize(values);
+  // Vectors are not zero by themselves.
+  pairs_.radiance.resize(values, V3f(0));
+  pairs_.noise.resize(values, V3f(0));
 }
 
 void TrainingPairs::add(const SampleLevel& rows) {

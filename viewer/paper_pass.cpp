@@ -32,10 +32,12 @@ Result<std::unique_ptr<PaperPass>> PaperPass::create(const GlFunctions& gl, cons
   gl.CreateQueries(GL_ANY_SAMPLES_PASSED, 1, &pass->any_);
   pass->index_textures_.resize(fabrics.size());
   pass->level_counts_.resize(fabrics.size(), 1);
+  pass->first_levels_.resize(fabrics.size(), 0);
   for (const PaperKind& of : kinds.kinds) {
     const auto i = static_cast<std::size_t>(of.fabric);
     if (pass->index_textures_[i] != 0) continue;
     pass->level_counts_[i] = static_cast<int>(fabrics[i].levels.size());
+    pass->first_levels_[i] = first_level(fabrics[i]);
     pass->index_textures_[i] = make_index_texture(gl, fabrics[i]);
   }
   pass->upload(looks, kinds);
@@ -192,7 +194,8 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
     for (std::size_t i = 0; i < index_textures_.size(); ++i) {
       if (index_textures_[i] == 0) continue;
       const int last = level_counts_[i] - 1;
-      const int forced = std::min(levels.forced, last);
+      // Counted in the whole fabric, of which this may be a part.
+      const int forced = levels.forced < 0 ? -1 : std::clamp(levels.forced - first_levels_[i], 0, last);
       gl_.TextureParameteri(index_textures_[i], GL_TEXTURE_BASE_LEVEL, std::max(forced, 0));
       gl_.TextureParameteri(index_textures_[i], GL_TEXTURE_MAX_LEVEL, forced >= 0 ? forced : last);
       gl_.TextureParameteri(index_textures_[i], GL_TEXTURE_MIN_FILTER, filter);

@@ -84,6 +84,7 @@ class PaperPass {
   std::array<std::array<GLuint, 2>, 3> programs_{};  ///< [target][of round 0, of the others]
   std::vector<GLuint> index_textures_;               ///< of the fabrics; 0 where no surface has it
   std::vector<int> level_counts_;
+  std::vector<int> first_levels_;  ///< of the whole fabric
   GLuint array_ = 0;
   GLuint vertices_ = 0;
   GLuint indices_ = 0;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "format/atomic_file.h"
+#include "format/distinct_paths.h"
 #include "format/level_bounds.h"
 #include "format/option_text.h"
 #include "format/parallel.h"
@@ -409,11 +410,22 @@ void print_remarks(const Shot& shot, const Series& series) {
   }
 }
 
+Result<void> check_paths(const RenderCommand& command) {
+  std::vector<std::pair<std::string, std::string>> paths{{"the input", command.input},
+                                                         {"--compare", command.compare}};
+  if (command.stats != "-") paths.emplace_back("--stats", command.stats);
+  for (const std::string& output : command.outputs) paths.emplace_back("--output", output);
+  // The same scene may be compared with itself.
+  if (command.compare == command.input) paths.erase(paths.begin() + 1);
+  return check_distinct(paths);
+}
+
 Result<void> render_all(const RenderCommand& command) {
   if (command.outputs.size() * static_cast<std::size_t>(std::max(command.turntable, 1)) > most_files) {
     return fail(Code::option_out_of_range, "", "--turntable",
                 fmt::format("makes more than {} files at once", most_files));
   }
+  if (auto good = check_paths(command); !good) return good;
   std::optional<AtomicFile> stats_file;
   if (!command.stats.empty() && command.stats != "-") {
     Result<AtomicFile> file = AtomicFile::create(command.stats);

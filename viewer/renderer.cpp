@@ -238,6 +238,14 @@ Result<void> Renderer::State::draw_shadows(const RenderOptions& look, bool read)
     shadows = std::move(*made);
   }
   const std::vector<ShadowView> views = shadow_views(look.lights, mesh.positions, origin, look.shadows);
+  // A map is in the memory of OpenGL and in that of the program.
+  constexpr std::size_t most_texels = std::size_t{1} << 28;
+  const auto side = static_cast<std::size_t>(look.shadows);
+  if (views.size() * side * side > most_texels) {
+    return fail(
+        Code::option_out_of_range, "", "--shadows",
+        fmt::format("{} maps of {} texels a side are more than {} texels", views.size(), side, most_texels));
+  }
   if (auto good = shadows->draw(views); !good) return good;
   if (read)
     maps = shadows->read();

@@ -115,6 +115,7 @@ std::span<const ShadowMap> ShadowPass::read() {
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+  maps_.reserve(views_.size());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, static_cast<GLint>(i));
     ShadowMap map{views_[i], {}};

@@ -113,7 +113,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
     if (state.levels.forced >= 0)
       first = std::clamp(state.levels.forced - before, 0, last);
     else if (options_.path == RenderPath::paper)
-      first = finest_for_paper(first);
+      first = finest_for_paper(std::min(first, there));
     if (!worn || first >= there) continue;
     Result<Fabric> finer = readers_[i].read_levels(first, there - 1);
     if (!finer) return tl::unexpected(finer.error());

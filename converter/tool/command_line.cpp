@@ -89,6 +89,17 @@ constexpr std::array knob_options{"--texels",  "--views",      "--lights",      
                                   "--bounces", "--lobes",      "--no-table",     "--light-table", "--slabs",
                                   "--budget",  "--half-lobes", "--float-tables", "--time-budget"};
 
+/// A number of the range; neither NaN nor infinite.
+CLI::Validator is_between(double low, double high) {
+  return CLI::Validator(
+      [low, high](const std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+        return good ? std::string() : fmt::format("{} is not a number in {} to {}", text, low, high);
+      },
+      fmt::format("in [{} - {}]", low, high));
+}
+
 /// Instead of knobs one by one.
 void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
   const char* group = "Speed against accuracy";
@@ -106,11 +117,11 @@ void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
          "--min-db", limits.held_out,
          "Choose the settings: at least so many dB on held-out directions at 64x64 texels; the cheapest")
       ->type_name("X")
-      ->check(CLI::Range(0.0, 200.0))
+      ->check(is_between(0, 200))
       ->group(group);
   app.add_option("--max-seconds", limits.seconds, "Choose the settings: at most so long to bake and fit")
       ->type_name("S")
-      ->check(CLI::PositiveNumber)
+      ->check(is_between(1e-3, 1e9))
       ->group(group);
 }
 
@@ -120,7 +131,8 @@ void check_choice(const CLI::App& make, const MakeLimits& limits) {
     if (make.count(option) > 0)
       throw CLI::ValidationError(option, "is chosen by --max-bytes, --min-db and --max-seconds");
   }
-  for (const char* option : {"--quality", "--keep-samples"}) {
+  // What a plan leaves out is not in the measured sizes and times.
+  for (const char* option : {"--quality", "--keep-samples", "--for", "--products", "--frames"}) {
     if (make.count(option) > 0)
       throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
   }
@@ -245,6 +257,15 @@ void add_swatch_verb(CLI::App& app, SwatchCommand& command, BakeOptions& transpo
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
       ->group(group);
+}
+
+/// What only the traced stitch has.
+void check_swatch(const CLI::App& swatch, const SwatchCommand& command) {
+  if (command.truth) return;
+  for (const char* option : {"--set", "--grid", "--period", "--unit", "--up", "--albedo", "--samples",
+                             "--bounces", "--indirect", "--ground", "--reference-height", "--seed"}) {
+    if (swatch.count(option) > 0) throw CLI::ValidationError(option, "is for --truth, not for a fabric file");
+  }
 }
 
 void add_trade_verb(CLI::App& app, TradeCommand& command) {
@@ -441,7 +462,8 @@ void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& 
   const TradeFit fit = fit_options_of(point);
   if (!given("--lobes")) command.fit.fit.lobes = fit.fit.lobes;
   // Layers go together: who asks for some has chosen them.
-  if (!given("--no-table") && !given("--light-table") && !given("--budget") && !given("--slabs")) {
+  if (!given("--no-table") && !given("--light-table") && !given("--budget") && !given("--slabs") &&
+      !given("--products")) {
     bake.slabs = wanted.slabs;
     command.fit.fit.view_table = fit.fit.view_table;
     command.fit.fit.light_table = fit.fit.light_table;
@@ -473,6 +495,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
     check_choice(*app.get_subcommand("make"), verbs.make.limits);
+    check_swatch(*app.get_subcommand("swatch"), verbs.swatch);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
       throw CLI::RequiredError("stitch: a stitch or --list");
     }

@@ -249,6 +249,7 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->group(group);
   app.add_flag("--glossy-slabs", command.fit.glossy_slabs,
                "With --budget: slabs with lobes at every level with cells enough, whatever they gain")
+      ->needs(app.get_option("--budget"))
       ->group(group);
   app.add_option("--report", command.report,
                  "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")

@@ -78,6 +78,11 @@ void check_plan_usage(const CLI::App& plan) {
                                  "has no meaning with --distance NEAR FAR, which looks from everywhere");
     if (of_file) throw CLI::ValidationError(option, "has no meaning with --camera");
   }
+  for (const char* option : {"--fov", "--orthographic"}) {
+    if (of_file && plan.count(option) > 0) throw CLI::ValidationError(option, "has no meaning with --camera");
+  }
+  if (plan.count("--distance") > 0 && plan.count("--distance-factor") > 0)
+    throw CLI::ValidationError("--distance-factor", "has no meaning with --distance");
   if (of_file && plan.count("--distance") == 1)
     throw CLI::ValidationError("--distance", "of a single camera has no meaning with --camera");
 }

@@ -8,12 +8,12 @@
 #include "converter/partial_bake.h"
 #include "converter/plan_file.h"
 #include "converter/tool/commands.h"
-#include "converter/tool/distinct_paths.h"
 #include "converter/tool/fit_report.h"
 #include "converter/tool/run_bake.h"
 #include "converter/tool/run_fit.h"
 #include "fitter/layer_fit.h"
 #include "format/atomic_file.h"
+#include "format/distinct_paths.h"
 
 namespace selvedge {
 namespace {
@@ -102,6 +102,10 @@ Result<LobeReports> fit_layers(SamplesReader& reader, const FitCommand& command,
     auto read = reader.read_heights();
     if (!read) return tl::unexpected(read.error());
     heights = std::move(*read);
+  }
+  if (command.fit.glossy_slabs && (!heights || command.fit.slab_lobes == 0)) {
+    return fail(Code::option_out_of_range, command.output, "--glossy-slabs",
+                heights ? "wants --slab-lobes above 0" : "wants samples with heights: bake --slabs");
   }
   const auto fitter =
       LayerFitter::create(std::move(*level), reader.header(), heights, *validation, command.fit, progress);

@@ -9,6 +9,7 @@
 #include "converter/tool/run_fit.h"
 #include "format/atomic_file.h"
 #include "format/compare.h"
+#include "format/distinct_paths.h"
 #include "format/parallel.h"
 
 namespace selvedge {
@@ -133,6 +134,11 @@ std::string line_of(const MakeCommand& command, const TradePoint& point) {
 }  // namespace
 
 int run_within_limits(const MakeCommand& command) {
+  // Each try is made beside the output: what the user named is compared here.
+  const auto distinct = check_distinct({{"the input", command.bake.input},
+                                        {"--output", command.fit.output},
+                                        {"--report", command.fit.report}});
+  if (!distinct) return report_error(distinct.error());
   Search search(command);
   const auto chosen = search.run();
   if (!chosen) return report_error(chosen.error());

@@ -5,9 +5,9 @@
 
 #include "converter/plan_file.h"
 #include "converter/tool/commands.h"
-#include "converter/tool/distinct_paths.h"
 #include "converter/tool/report.h"
 #include "format/atomic_file.h"
+#include "format/distinct_paths.h"
 
 namespace selvedge {
 namespace {

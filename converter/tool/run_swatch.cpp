@@ -5,10 +5,10 @@
 
 #include "converter/cell_source.h"
 #include "converter/tool/commands.h"
-#include "converter/tool/distinct_paths.h"
 #include "converter/tool/report.h"
 #include "format/atomic_file.h"
 #include "format/display.h"
+#include "format/distinct_paths.h"
 #include "format/swatch_picture.h"
 
 namespace selvedge {

@@ -66,24 +66,29 @@ Json identity_of(const TradeCommand& command, const CellMesh& mesh, int texels) 
 
 /// Refuses a folder with another sweep in it.
 Result<void> claim(const TradeFolder& folder, const Json& identity) {
+  const std::string path = folder.path + "/" + trade_sweep_file;
+  const bool begun = std::filesystem::exists(path);
+  if (begun) {
+    const auto text = read_file(path);
+    if (!text) return tl::unexpected(text.error());
+    const Json there = Json::parse(*text, nullptr, false);
+    if (!there.is_object() || !there.contains("identity") || !there["identity"].is_object())
+      return fail(Code::file_damaged, path, "", "is not the record of a sweep");
+    for (const auto& [name, value] : identity.items()) {
+      if (there["identity"].value(name, Json()) != value)
+        return fail(Code::option_out_of_range, path, name,
+                    "is another than that of the sweep in this folder: take a new one");
+    }
+  }
   std::error_code error;
   for (const char* name : {"bakes", "fabrics", "truth", trade_points_folder, trade_pictures_folder}) {
     std::filesystem::create_directories(folder.path + "/" + name, error);
     if (error) return fail(Code::file_unwritable, folder.path, name, error.message());
   }
-  const std::string path = folder.path + "/" + trade_sweep_file;
-  if (!std::filesystem::exists(path)) return {};
-  const auto text = read_file(path);
-  if (!text) return tl::unexpected(text.error());
-  const Json there = Json::parse(*text, nullptr, false);
-  if (!there.is_object() || !there.contains("identity"))
-    return fail(Code::file_damaged, path, "", "is not the record of a sweep");
-  for (const auto& [name, value] : identity.items()) {
-    if (there["identity"].value(name, Json()) != value)
-      return fail(Code::option_out_of_range, path, name,
-                  "is another than that of the sweep in this folder: take a new one");
-  }
-  return {};
+  if (begun) return {};
+  // Before anything is made: what lies in the folder belongs to this sweep from now on.
+  const Json claimed = {{"trade", 1}, {"identity", identity}};
+  return write_file(path, claimed.dump(2) + "\n");
 }
 
 /// A true picture, twice as noisy, from one seed.
@@ -163,7 +168,7 @@ class Sweep {
     points_ = std::move(*points);
     auto cell = find_cell(command_.input, command_.cell);
     if (!cell) return tl::unexpected(cell.error());
-    leave_out_too_coarse(*cell);
+    if (auto ok = leave_out_too_coarse(*cell); !ok) return ok;
     const int texels = finest(points_);
     identity_ = identity_of(command_, cell->mesh, texels);
     if (auto ok = claim(folder_, identity_); !ok) return ok;
@@ -176,15 +181,20 @@ class Sweep {
 
  private:
   /// What the stitch refuses to be baked with.
-  void leave_out_too_coarse(const Cell& cell) {
-    if (!cell.stitch) return;
+  Result<void> leave_out_too_coarse(const Cell& cell) {
+    if (!cell.stitch) return {};
     const int least = std::max(cell.stitch->least_texels.x, cell.stitch->least_texels.y);
     const auto too_coarse = [&](const TradePoint& p) { return p.texels < least; };
     const auto end = std::remove_if(points_.begin(), points_.end(), too_coarse);
-    if (end == points_.end()) return;
+    if (end == points_.end()) return {};
     points_.erase(end, points_.end());
+    if (points_.empty()) {
+      return fail(Code::option_out_of_range, command_.input, "--grid",
+                  fmt::format("has no point of {} texels or more, which this stitch needs", least));
+    }
     if (!command_.common.quiet)
       report_remark(command_.input, fmt::format("points of fewer than {} texels are left out", least));
+    return {};
   }
 
   Result<void> find_truth(const CellMesh& mesh, int texels) {

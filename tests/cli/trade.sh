@@ -125,6 +125,28 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   exits 2 render x.png --quality best
 }
 
+test_make_within_limits_never_writes_over_its_input() {
+  selvedge stitch plain-weave -o weave.ply --quiet
+  cp weave.ply before.ply
+  exits 1 selvedge make weave.ply --max-bytes 40K -o weave.ply --quiet
+  same weave.ply before.ply
+  # What is not in the measured table is not chosen by it.
+  exits 2 selvedge make plain-weave --max-bytes 40K --for plan.json -o a.exr
+  exits 2 selvedge make plain-weave --max-bytes 40K --products 3 -o a.exr
+  exits 2 selvedge make plain-weave --max-seconds nan -o a.exr
+}
+
+test_a_folder_belongs_to_the_sweep_that_began_in_it() {
+  mkdir sweep
+  printf '{"identity":3}' >sweep/sweep.json
+  printf '{"centre":{"texels":8,"directions":16,"samples":2,"layers":"paper"}}' >grid.json
+  refuses FILE_DAMAGED sweep/sweep.json selvedge trade plain-knit -o sweep --grid grid.json --quiet
+  # Whatever is there when it is broken off, the folder says whose it is.
+  rm sweep/sweep.json
+  (timeout -s KILL 2 selvedge trade plain-knit -o sweep --grid grid.json --truth-samples 4000 --quiet || true) 2>"$scratch/err"
+  refuses OPTION_OUT_OF_RANGE sweep/sweep.json selvedge trade plain-weave -o sweep --grid grid.json --quiet
+}
+
 test_make_within_limits_keeps_them_or_names_the_nearest() {
   exits 0 selvedge make plain-knit --max-bytes 60K --max-seconds 600 -o k.fabric.exr --json
   holds 'r.made.bytes <= 61440 && r.made.seconds <= 600 && r.expected.bytes > 0 && r.chosen.startsWith("selvedge make plain-knit --") &&

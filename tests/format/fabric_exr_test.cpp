@@ -217,6 +217,30 @@ TEST_CASE("a lossy codec is refused by its name, and nothing is written") {
   }
 }
 
+TEST_CASE("functions of levels that begin after level 0 are stored as they are read") {
+  Fabric fabric = test::random_slab_fabric(16, 16, {4, 4}, 1, 3);
+  // The last level alone has products: one texel, fewer than there are values of functions.
+  for (FabricLevel& level : fabric.levels) {
+    level.heights.reset();
+    if (level.texels() == 1) continue;
+    level.products.reset();
+    level.bases.reset();
+  }
+  FabricLevel& last = fabric.levels.back();
+  last.products->entries = 1;
+  last.products->coefficient.resize(last.products->pairs.size());
+  const ProductBases before = *last.bases;
+  const Fabric stored = as_stored(fabric, LayerSet::all());
+  const ProductBases& after = *stored.levels.back().bases;
+  REQUIRE(after.view.size() == before.view.size());
+  for (std::size_t i = 0; i < before.view.size(); ++i)
+    CHECK(after.view[i] == doctest::Approx(before.view[i]).epsilon(1e-3));
+  REQUIRE(after.light.size() == before.light.size());
+  for (std::size_t i = 0; i < before.light.size(); ++i)
+    CHECK((after.light[i] - before.light[i]).length() < 1e-3F);
+  for (std::size_t k = 0; k + 1 < stored.levels.size(); ++k) CHECK_FALSE(stored.levels[k].bases);
+}
+
 TEST_CASE("a missing file, a folder and another EXR are named as what they are") {
   const Folder folder;
   CHECK(read_fabric(folder / "none.exr").error().code == Code::file_missing);

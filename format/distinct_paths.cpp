@@ -1,4 +1,4 @@
-#include "converter/tool/distinct_paths.h"
+#include "format/distinct_paths.h"
 
 #include <fmt/format.h>
 
