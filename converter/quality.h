@@ -21,7 +21,7 @@ std::optional<Quality> quality_named(std::string_view name);
 /// tests/bench/quality.
 TradePoint point_of(Quality quality);
 
-/// What a setting cost and was worth, the mean over three stitches.
+/// What a setting cost and was worth, the mean over the stitches of quality_table.cpp.
 struct ExpectedPoint {
   TradePoint point;
   double bytes = 0;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "converter/cell_source.h"
@@ -48,7 +49,18 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
     if (!pairs) return tl::unexpected(pairs.error());
     options.pairs = std::move(*pairs);
   }
-  if (command.demand) options = bake_for(*command.demand, mesh->period, options, command.chooses);
+  if (command.demand) {
+    const double wanted = command.demand->least_mm * std::exp2(command.demand->bias);
+    const double made = std::max(mesh->period.x / options.width, mesh->period.y / options.height);
+    if (wanted > 0 && made > 1.01 * wanted && !common.quiet) {
+      report_remark(
+          command.input,
+          fmt::format("the plan asks for texels of {:.3g} mm, and those of {}x{} are {:.3g} mm: near "
+                      "views will lack sharpness (--texels)",
+                      wanted, options.width, options.height, made));
+    }
+    options = bake_for(*command.demand, mesh->period, options, command.chooses);
+  }
   TerminalProgress progress("bake", common.quiet);
   BakeWatcher watcher;
   if (const Progress show = progress.callback()) {

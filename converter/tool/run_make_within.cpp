@@ -145,8 +145,8 @@ int run_within_limits(const MakeCommand& command) {
   if (!chosen->kept) {
     return report_error(
         {Code::option_out_of_range, command.bake.input, "limits",
-         fmt::format("are not to be had together; the nearest is {}: {}", line_of(command, chosen->nearest),
-                     figures_text(chosen->nearest_figures))});
+         fmt::format("are met by no setting of the measured table; the nearest is {}: {}",
+                     line_of(command, chosen->nearest), figures_text(chosen->nearest_figures))});
   }
   const std::size_t kept = *chosen->kept;
   if (auto ok = search.commit(kept); !ok) return report_error(ok.error());
