@@ -428,6 +428,18 @@ void add_trade(CLI::App& app, TradeCommand& command) {
   app.add_flag("--quiet", command.quiet, "No progress, no line per setting");
 }
 
+/// An option that would count for nothing with this input; empty where there is none.
+std::string idle_option(const CLI::App& verb, const RenderCommand& command) {
+  const std::vector<std::string> of_scenes{"--azimuth",         "--elevation",   "--fov",    "--distance",
+                                           "--distance-factor", "--look-at",     "--camera", "--scene",
+                                           "--variant",         "--orthographic"};
+  const std::vector<std::string> of_fabrics{"--repeats", "--view", "--pixels-per-texel"};
+  for (const std::string& option : has_ending(command.input, ".exr") ? of_scenes : of_fabrics) {
+    if (verb.count(option) > 0) return option;
+  }
+  return {};
+}
+
 }  // namespace
 
 Command parse_command_line(int argc, const char* const* argv) {
@@ -463,6 +475,11 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (trade_verb->parsed()) return trade;
   if (!has_ending(render.input, ".exr") && render.place) {
     fmt::print(stderr, "selvedge-view: --place is for fabrics, not for a scene; see --help\n");
+    return ExitNow{2};
+  }
+  if (const std::string option = idle_option(*render_verb, render); !option.empty()) {
+    fmt::print(stderr, "selvedge-view: {} is for {}; see --help\n", option,
+               has_ending(render.input, ".exr") ? "scenes, not for a swatch" : "fabrics, not for a scene");
     return ExitNow{2};
   }
   if (has_ending(render.input, ".exr") && (render.turntable > 0 || !render.compare.empty())) {

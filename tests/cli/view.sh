@@ -106,6 +106,14 @@ test_render_reads_only_the_levels_that_it_shows() {
   holds 'r.fabricLevels[0][0] === 2 && r.fabricLevels[0][1] === 2 && r.fabricBytes.read < 0.5 * r.fabricBytes.inFiles' level.json
 }
 
+test_render_refuses_options_that_would_count_for_nothing() {
+  make_scene
+  exits 2 selvedge-view render k.fabric.exr -o s.png --azimuth 20
+  exits 2 selvedge-view render k.fabric.exr -o s.png --variant red
+  exits 2 selvedge-view render quad.glb -o s.png --repeats 2x2
+  [ ! -e s.png ] || fail "wrote s.png"
+}
+
 test_render_never_writes_over_what_it_reads() {
   make_scene
   cp k.fabric.exr before.exr
