@@ -59,6 +59,20 @@ void move_table(std::vector<double>& table, const std::vector<double>& wanted, c
   if (value(trial) <= before) table = trial;
 }
 
+/// Moves a table towards the minimum of its penalty and of table^2 square - 2 table cross, summed over its
+/// directions.
+void solve_table(DirectionTableSystem system, const std::vector<double>& square,
+                 const std::vector<double>& cross, std::vector<double>& table) {
+  system.factor(square.data());
+  std::vector<double> wanted(table.size());
+  system.solve(cross.data(), wanted.data());
+  move_table(table, wanted, [&](const std::vector<double>& of) {
+    double sum = system.penalty(of.data());
+    for (std::size_t i = 0; i < of.size(); ++i) sum += of[i] * (of[i] * square[i] - 2 * cross[i]);
+    return sum;
+  });
+}
+
 }  // namespace
 
 PreparedFunctions::PreparedFunctions(const SharedFunctions& functions, std::size_t stride)
@@ -309,16 +323,8 @@ void ProductTexel::improve_table(std::size_t channel) {
       cross[v] += s * static_cast<double>(crosses[v]);
     }
   }
-  DirectionTableSystem system =
-      view_table_system(samples_, problems_[channel].energy(), options_.lobes.channel.table);
-  system.factor(square.data());
-  std::vector<double> wanted(samples_.views);
-  system.solve(cross.data(), wanted.data());
-  move_table(state.table, wanted, [&](const std::vector<double>& table) {
-    double sum = system.penalty(table.data());
-    for (std::size_t v = 0; v < table.size(); ++v) sum += table[v] * (table[v] * square[v] - 2 * cross[v]);
-    return sum;
-  });
+  solve_table(view_table_system(samples_, problems_[channel].energy(), options_.lobes.channel.table), square,
+              cross, state.table);
 }
 
 void ProductTexel::improve_light_table(std::size_t channel) {
@@ -339,16 +345,8 @@ void ProductTexel::improve_light_table(std::size_t channel) {
       cross[samples_.light_of[l]] += t * static_cast<double>(crosses[v]);
     }
   }
-  DirectionTableSystem system =
-      light_table_system(samples_, problems_[channel].energy(), options_.lobes.channel.table);
-  system.factor(square.data());
-  std::vector<double> wanted(samples_.all_lights);
-  system.solve(cross.data(), wanted.data());
-  move_table(state.light_table, wanted, [&](const std::vector<double>& table) {
-    double sum = system.penalty(table.data());
-    for (std::size_t l = 0; l < table.size(); ++l) sum += table[l] * (table[l] * square[l] - 2 * cross[l]);
-    return sum;
-  });
+  solve_table(light_table_system(samples_, problems_[channel].energy(), options_.lobes.channel.table), square,
+              cross, state.light_table);
 }
 
 void ProductTexel::improve_tables() {
