@@ -12,22 +12,24 @@ constexpr double field_of_view = 10 * radians_per_degree;
 
 struct Place {
   double elevation;  // degrees above the cloth
-  double repeats;    // of the longer period
-  bool across;       // the repeats fill the width at the middle of the frame, not the height
+  double
+      azimuth;  // degrees from the courses' direction: along a row a picture would be of one column of texels
+  double repeats;  // of the longer period
+  bool across;     // the repeats fill the width at the middle of the frame, not the height
 };
 
 Place place_of(SwatchView view) {
   switch (view) {
     case SwatchView::near:
-      return {60, 2, false};
+      return {60, 20, 2, false};
     case SwatchView::middle:
-      return {60, 6, false};
+      return {45, -50, 6, false};
     case SwatchView::far:
-      return {60, 32, false};
+      return {72, 130, 32, false};
     case SwatchView::grazing:
       break;
   }
-  return {12, 6, true};
+  return {12, 70, 6, true};
 }
 
 Light light_from(const V3d& direction, float irradiance) {
@@ -48,9 +50,8 @@ std::optional<SwatchView> swatch_view_named(std::string_view name) {
 }
 
 SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int height) {
-  // Turned a little: along a row of stitches a picture would be of one column of texels.
-  constexpr double azimuth = 20 * radians_per_degree;
   const Place place = place_of(view);
+  const double azimuth = place.azimuth * radians_per_degree;
   const double elevation = place.elevation * radians_per_degree;
   const double aspect = static_cast<double>(width) / height;
   const double extent = place.repeats * std::max(period_mm.x, period_mm.y) / 1000;
