@@ -25,7 +25,7 @@ Place place_of(SwatchView view) {
     case SwatchView::middle:
       return {45, -50, 6, false};
     case SwatchView::far:
-      return {72, 130, 32, false};
+      return {72, 130, 64, false};
     case SwatchView::grazing:
       break;
   }

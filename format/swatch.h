@@ -33,7 +33,7 @@ struct SwatchShot {
   std::vector<Light> lights;
 };
 
-/// The picture's height shows 2, 6 and 32 repeats (of the longer period) from 60, 45 and 72 degrees above the
+/// The picture's height shows 2, 6 and 64 repeats (of the longer period) from 60, 45 and 72 degrees above the
 /// cloth, and across its middle 6 repeats from 12 degrees above it (grazing); each from another side, so that
 /// no direction counts twice (spec/trade.md). The field of view is 10 degrees high. A
 /// key light of irradiance 1 and a fill light of 0.3 stand still. Preconditions: both periods above 0 (mm),
