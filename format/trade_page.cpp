@@ -252,11 +252,15 @@ std::string views_cells(const Json& record) {
   return text;
 }
 
+/// Of all levels, a line for decibels and one for relative errors.
 std::string held_out_text(const Json& record) {
-  std::string text;
-  for (const Json& level : record.value("heldOut", Json::array()))
-    text += fmt::format("{}{:.1f}", text.empty() ? "" : " / ", number_at(level, "/psnr"));
-  return text;
+  std::string psnr;
+  std::string relative;
+  for (const Json& level : record.value("heldOut", Json::array())) {
+    psnr += fmt::format("{}{:.1f}", psnr.empty() ? "" : " / ", number_at(level, "/psnr"));
+    relative += fmt::format("{}{:.3f}", relative.empty() ? "" : " / ", number_at(level, "/relativeL2"));
+  }
+  return psnr + "<br>" + relative;
 }
 
 /// The true picture again and again, embedded once.
@@ -299,7 +303,7 @@ std::string rows_of(const std::string& folder, const std::vector<Row>& rows, con
                         escaped(text_at(row.record, "command")));
     text += views_cells(row.record) + cell(row.picture, "{:.2f}") + cell(row.ssim, "{:.4f}");
     if (fabrics) {
-      text += fmt::format("<td class=\"l\">{}</td>", escaped(held_out_text(row.record)));
+      text += fmt::format("<td class=\"l\">{}</td>", held_out_text(row.record));
       text += cell(row.bytes, "{:.0f}") + cell(number_at(row.record, "/seconds/bake"), "{:.2f}") +
               cell(number_at(row.record, "/seconds/fit"), "{:.2f}") +
               cell(number_at(row.record, "/processorSeconds"), "{:.2f}");
@@ -382,7 +386,7 @@ Result<std::string> html_of(const std::string& folder, const Table& table) {
       "<th>near</th><th>middle</th><th>far</th><th>grazing</th><th>all, dB</th><th>SSIM</th>";
   text += fmt::format(
       "<h2>Fabrics</h2>\n<table><tr><th>#</th><th class=\"l\">knobs, command</th>{}<th class=\"l\">held out, "
-      "dB by "
+      "dB and relative L2 by "
       "level</th><th>bytes</th><th>bake, s</th><th>fit, s</th><th>all cores, s</th><th>load, "
       "ms</th><th>frame, ms</th>"
       "<th class=\"l\">on the front of</th><th class=\"l\">near, middle, far, grazing; the truth "
