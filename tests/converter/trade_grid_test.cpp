@@ -71,7 +71,7 @@ TEST_CASE("a grid that cannot be swept is refused with the knob as its place") {
   refused(R"({"centre": {"texels": 8.5}})", "/centre/texels");
   refused(R"({"vary": {"layers": ["papier"]}})", "/vary/layers");
   refused(R"({"vary": {"bounces": [-1]}})", "/vary/bounces");
-  refused(R"({"points": [{}, {"views": 0}]})", "/points/1/views");
+  refused(R"({"points": [{"lobes": 1}, {"views": 0}]})", "/points/1/views");
   refused(R"({"points": [3]})", "/points/0");
   refused(R"({"vary": {"texels": [24]}})", "texels");
   refused(R"({"vary": {"layers": ["slabs"]}})", "budget");
