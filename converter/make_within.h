@@ -36,6 +36,8 @@ struct MadePoint {
   TradePoint point;
   MakeFigures expected;
   MakeFigures made;
+  /// No fabric is small enough for its budget: `made` is of the smallest there is.
+  bool too_large() const;
 };
 
 struct Chosen {
@@ -43,13 +45,29 @@ struct Chosen {
   std::vector<MadePoint> tried;     ///< in their order
   TradePoint nearest;               ///< where none is kept: what comes nearest ...
   MakeFigures nearest_figures;      ///< ... with what it came or is expected to come to
+  bool nearest_made = false;
 };
 
-/// Makes settings of `table` until one meets the limits. With a least quality, the cheapest in time; else the
-/// best that is within the limits. Where quality or time counts the cheapest of all is made first: what it
-/// comes to corrects what is expected of the others for this stitch and this machine. `make` makes a setting;
-/// its errors end the search.
-Result<Chosen> choose_within(std::span<const ExpectedPoint> table, const MakeLimits& limits, int threads,
-                             const std::function<Result<MakeFigures>(const TradePoint&)>& make);
+/// No more settings than this are made for one search.
+inline constexpr std::size_t most_tries = 12;
+
+/// Makes settings until one meets the limits: those of `table`, and those with other budgets and texels that
+/// follow from them (setting_family.h), `least_texels` a side or more. With a least quality the cheapest in
+/// time, then in bytes, that is expected to meet them; else the best within them, where without a limit of
+/// bytes the budgets are those of the table.
+///
+/// Where quality or time counts the cheapest row of all is made first. What was made corrects what is
+/// expected of the rest, for this stitch and this machine: decibels by a difference and seconds by a factor,
+/// from the last one of the same family, else of the same kind of layers, else of all; bytes by a factor, of
+/// settings without a budget from such. Of a family no more than three are made, of all no more than
+/// `most_tries`.
+///
+/// Where none meets them, what is expected to come nearest is made, too, twice at most, and only if that is
+/// expected to take a minute at most.
+///
+/// `make` makes a setting. Where no fabric is as small as its budget it is to make the smallest, which counts
+/// as not meeting the limits. Its errors end the search. `table`: not empty.
+Result<Chosen> choose_within(std::span<const ExpectedPoint> table, const MakeLimits& limits, int least_texels,
+                             int threads, const std::function<Result<MakeFigures>(const TradePoint&)>& make);
 
 }  // namespace selvedge

@@ -22,10 +22,6 @@ constexpr std::array<const char*, 3> storage_names{"mixed", "half", "float"};
 const char* name_of(LayerChoice layers) { return layer_names[static_cast<std::size_t>(layers)]; }
 const char* name_of(Storage storage) { return storage_names[static_cast<std::size_t>(storage)]; }
 
-bool has_budget(const TradePoint& p) {
-  return p.layers == LayerChoice::products || p.layers == LayerChoice::slabs;
-}
-
 std::string bounces_text(int bounces) {
   return bounces == unlimited_bounces ? "unlimited" : fmt::format("{}", bounces);
 }
@@ -100,14 +96,62 @@ Result<TradePoint> knobs_from(const std::string& file, const std::string& place,
   for (const auto& [name, value] : json.items()) {
     if (auto ok = set_knob(file, pointer_to(place, name), name, value, point); !ok)
       return tl::unexpected(ok.error());
+    if (name == "directions" && (json.contains("views") || json.contains("lights")))
+      return tl::unexpected(
+          refuse(file, pointer_to(place, name), "stands for views and lights, which are given beside it")
+              .error());
   }
   return point;
 }
 
-void add(std::vector<TradePoint>& points, TradePoint point) {
-  // One that does not count must not tell two points apart.
+/// The point as the sweep knows it: a budget that does not count must not tell two of them apart.
+TradePoint plain(TradePoint point) {
   if (!has_budget(point)) point.budget = 0;
-  if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
+  return point;
+}
+
+/// The centre and the values of "vary". A value that is the centre's adds nothing; one that is there twice is
+/// refused.
+Result<std::vector<TradePoint>> vary_around(const std::string& file, const TradePoint& centre,
+                                            const Json& vary) {
+  std::vector<TradePoint> points{plain(centre)};
+  if (!vary.is_object()) return tl::unexpected(refuse(file, "/vary", "is not an object").error());
+  for (const auto& [knob, values] : vary.items()) {
+    const std::string place = pointer_to("/vary", knob);
+    if (!values.is_array()) return tl::unexpected(refuse(file, place, "is not an array").error());
+    if (knob == "budget" && !has_budget(centre))
+      return tl::unexpected(
+          refuse(file, place, fmt::format("counts for nothing with layers {}", name_of(centre.layers)))
+              .error());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      TradePoint point = centre;
+      if (auto ok = set_knob(file, place, knob, values[i], point); !ok) return tl::unexpected(ok.error());
+      point = plain(point);
+      if (point == points.front()) continue;
+      if (std::find(points.begin(), points.end(), point) != points.end())
+        return tl::unexpected(refuse(file, fmt::format("{}/{}", place, i), "is a point already").error());
+      points.push_back(point);
+    }
+  }
+  return points;
+}
+
+Result<void> add_points(const std::string& file, const TradePoint& centre, const Json& chosen,
+                        std::vector<TradePoint>& points) {
+  if (!chosen.is_array()) return refuse(file, "/points", "is not an array");
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const std::string place = fmt::format("/points/{}", i);
+    const auto read = knobs_from(file, place, chosen[i], centre);
+    if (!read) return tl::unexpected(read.error());
+    if (chosen[i].contains("budget") && !has_budget(*read))
+      return refuse(file, place + "/budget",
+                    fmt::format("counts for nothing with layers {}", name_of(read->layers)));
+    const TradePoint point = plain(*read);
+    if (std::find(points.begin(), points.end(), point) != points.end())
+      return refuse(file, place, "is a point already");
+    points.push_back(point);
+  }
+  return {};
 }
 
 /// Pictures are judged at the finest size: the others must halve it.
@@ -129,6 +173,10 @@ Result<void> check_points(const std::string& file, const std::vector<TradePoint>
 }
 
 }  // namespace
+
+bool has_budget(const TradePoint& p) {
+  return p.layers == LayerChoice::products || p.layers == LayerChoice::slabs;
+}
 
 std::string bake_name_of(const TradePoint& p) {
   return fmt::format("t{}-v{}-l{}-s{}-b{}{}", p.texels, p.views, p.lights, p.samples, bounces_text(p.bounces),
@@ -236,26 +284,14 @@ Result<std::vector<TradePoint>> read_grid(const std::string& text, const std::st
   }
   const auto centre = knobs_from(name, "/centre", json.value("centre", Json::object()), TradePoint());
   if (!centre) return tl::unexpected(centre.error());
-  std::vector<TradePoint> points{*centre};
-  const Json vary = json.value("vary", Json::object());
-  if (!vary.is_object()) return tl::unexpected(refuse(name, "/vary", "is not an object").error());
-  for (const auto& [knob, values] : vary.items()) {
-    const std::string place = pointer_to("/vary", knob);
-    if (!values.is_array()) return tl::unexpected(refuse(name, place, "is not an array").error());
-    for (const Json& value : values) {
-      TradePoint point = *centre;
-      if (auto ok = set_knob(name, place, knob, value, point); !ok) return tl::unexpected(ok.error());
-      add(points, point);
-    }
-  }
-  const Json chosen = json.value("points", Json::array());
-  if (!chosen.is_array()) return tl::unexpected(refuse(name, "/points", "is not an array").error());
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    const auto point = knobs_from(name, fmt::format("/points/{}", i), chosen[i], *centre);
-    if (!point) return tl::unexpected(point.error());
-    add(points, *point);
-  }
-  if (auto ok = check_points(name, points); !ok) return tl::unexpected(ok.error());
+  auto points = vary_around(name, *centre, json.value("vary", Json::object()));
+  if (!points) return points;
+  if (auto ok = add_points(name, *centre, json.value("points", Json::array()), *points); !ok)
+    return tl::unexpected(ok.error());
+  if (centre->budget > 0 && std::none_of(points->begin(), points->end(), has_budget))
+    return tl::unexpected(
+        refuse(name, "/centre/budget", "counts for nothing: no point chooses its layers within it").error());
+  if (auto ok = check_points(name, *points); !ok) return tl::unexpected(ok.error());
   return points;
 }
 

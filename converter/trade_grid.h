@@ -37,6 +37,9 @@ struct TradePoint {
   bool operator==(const TradePoint&) const = default;
 };
 
+/// Whether its layers are chosen within its budget.
+bool has_budget(const TradePoint& point);
+
 /// What tells it from others, fit for a file's name.
 std::string name_of(const TradePoint& point);
 /// The part of it that the samples depend on: points with the same name share a bake.
@@ -65,10 +68,11 @@ std::vector<TradePoint> default_grid();
 ///   "centre": knobs; those left out are the defaults
 ///   "vary":   knob -> array; each value by itself, in the centre's place
 ///   "points": array of knobs; those left out are the centre's
-/// The centre is always a point. Knobs are "texels", "views", "lights", "directions" (both), "samples",
-/// "bounces" (a number or "unlimited"), "lobes", "layers" ("paper", "no-table", "light-table", "products",
-/// "slabs"), "budget" (bytes) and "storage" ("mixed", "half", "float"). `name` is the file.
-/// OPTION_OUT_OF_RANGE names the knob; at most 1000 points, whose texels are the largest's halved.
+/// The centre is always a point; "vary" may repeat its values, no other point may be there twice. Knobs are
+/// "texels", "views", "lights", "directions" (both), "samples", "bounces" (a number or "unlimited"), "lobes",
+/// "layers" ("paper", "no-table", "light-table", "products", "slabs"), "budget" (bytes) and "storage"
+/// ("mixed", "half", "float"). `name` is the file. OPTION_OUT_OF_RANGE names the knob, also one that
+/// contradicts another or counts for nothing; at most 1000 points, whose texels are the largest's halved.
 Result<std::vector<TradePoint>> read_grid(const std::string& text, const std::string& name);
 
 }  // namespace selvedge

@@ -17,4 +17,7 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, char s
 /// it.
 bool has_ending(std::string path, std::string_view ending);
 
+/// As one word of a line for a shell: in single quotes where it has more than letters, digits and _./:=,+-@%.
+std::string shell_word(const std::string& text);
+
 }  // namespace selvedge

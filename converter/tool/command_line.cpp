@@ -245,15 +245,26 @@ void add_trade_verb(CLI::App& app, TradeCommand& command) {
                    "The points to measure (JSON, spec/trade.md), instead of the usual")
       ->type_name("FILE");
   const auto add = [&](const char* name, int& value, const char* help, int least, int most) {
-    verb->add_option(name, value, help)
+    return verb->add_option(name, value, help)
         ->type_name("N")
         ->capture_default_str()
         ->check(CLI::Range(least, most));
   };
+  // Halves are compared: they tell the noise.
+  const auto is_even = CLI::Validator(
+      [](const std::string& text) {
+        int value = 0;
+        const bool even = CLI::detail::lexical_cast(text, value) && value % 2 == 0;
+        return even ? std::string() : text + " is not even";
+      },
+      "even");
   add("--repeats", command.repeats, "Times are medians of so many runs", 1, 99);
-  add("--truth-samples", command.truth_samples, "Rays a pixel of the true pictures", 4, 1 << 20);
+  add("--truth-samples", command.truth_samples, "Rays a pixel of the true pictures, in two halves", 4,
+      1 << 20)
+      ->check(is_even);
   add("--held-out-pairs", command.held_out_pairs, "Pairs of directions to judge by", 1, 65536);
-  add("--held-out-samples", command.held_out_samples, "Rays per texel and pair", 2, 1 << 20);
+  add("--held-out-samples", command.held_out_samples, "Rays per texel and pair, in two halves", 2, 1 << 20)
+      ->check(is_even);
   add_text(*verb, "--size", "WxH", "Of the pictures (160x120)", [&command](const std::string& t) {
     const auto n = whole_numbers("--size", t, 'x', 2, 2, "160x120");
     if (n[0] < 22 || n[1] < 22 || n[0] > 2048 || n[1] > 2048 || n[0] > 4 * n[1])
@@ -442,6 +453,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   const std::string verb = app.get_subcommands().front()->get_name();
   verbs.bake.texels_given = app.get_subcommand("bake")->count("--texels") > 0;
   verbs.make.bake.texels_given = app.get_subcommand("make")->count("--texels") > 0;
+  if (verbs.make.limits.any()) verbs.make.given = given_options(*app.get_subcommand("make"));
   if (const auto chosen = quality_named(quality)) {
     const CLI::App* make = app.get_subcommand("make");
     set_knobs(

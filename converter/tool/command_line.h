@@ -67,8 +67,9 @@ struct FitCommand {
   FitOptions fit;
   FabricWriteOptions write;
   std::optional<std::uint64_t>
-      budget;          ///< bytes of the file; layers are chosen by level (fitter/layer_fit.h)
-  std::string report;  ///< .json, .md or .txt; empty: none
+      budget;                      ///< bytes of the file; layers are chosen by level (fitter/layer_fit.h)
+  bool smallest_at_least = false;  ///< where none is within the budget, the smallest instead of an error
+  std::string report;              ///< .json, .md or .txt; empty: none
 };
 
 struct MakeCommand {
@@ -77,6 +78,8 @@ struct MakeCommand {
   std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
   MakeLimits limits;                   ///< where there are any they choose the knobs of TradePoint
+  std::string given;                   ///< with limits: the other options that count for the fabric's bytes,
+                                       ///< as on a command line, each behind a space
 };
 
 struct PlanCommand {

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <optional>
 #include <vector>
 
 #include "converter/quality.h"
+#include "format/option_text.h"
 
 namespace selvedge {
 namespace {
@@ -65,6 +67,22 @@ void check_choice(const CLI::App& make, const MakeLimits& limits) {
     if (make.count(option) > 0)
       throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
   }
+}
+
+std::string given_options(const CLI::App& make) {
+  // What is chosen, where things go, and how they are told; threads do not change a byte.
+  constexpr std::array others{"--max-bytes", "--min-db", "--max-seconds", "--output",
+                              "--report",    "--json",   "--quiet",       "--threads"};
+  std::string text;
+  for (const CLI::Option* option : make.get_options()) {
+    if (option->get_lnames().empty() || option->count() == 0) continue;
+    const std::string name = "--" + option->get_lnames().front();
+    if (std::find(others.begin(), others.end(), name) != others.end()) continue;
+    const bool is_flag = option->get_items_expected_max() == 0;
+    for (const std::string& value : option->results())
+      text += " " + name + (is_flag ? "" : " " + shell_word(value));
+  }
+  return text;
 }
 
 void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command) {

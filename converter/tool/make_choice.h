@@ -14,4 +14,7 @@ void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits);
 /// Refuses, as a usage error, options that the limits choose or do not know of.
 void check_choice(const CLI::App& make, const MakeLimits& limits);
 
+/// MakeCommand::given of what the command line has.
+std::string given_options(const CLI::App& make);
+
 }  // namespace selvedge

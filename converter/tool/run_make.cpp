@@ -49,7 +49,8 @@ FitRecord record_of(const LayerFit& chosen, const Issues& warnings) {
 }
 
 /// Chooses layers so that the file is not larger than the budget. Sizes are estimated before, so it takes
-/// some tries beside the file's place; the largest that fits is kept.
+/// some tries beside the file's place; the largest that fits is kept, or the smallest where none does and
+/// that was asked for.
 Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& command) {
   constexpr int most_tries = 6;
   // In the place of errors that are not known yet, and longer in text than any.
@@ -61,6 +62,7 @@ Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& comm
   double best = 0;
   double best_overhead = overhead;
   double smallest = std::numeric_limits<double>::infinity();
+  double smallest_overhead = overhead;
   for (int i = 1;; ++i) {
     LayerFit chosen = fitter.choose(budget, overhead);
     FitRecord record = record_of(chosen, fitter.warnings());
@@ -73,19 +75,27 @@ Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& comm
     }
     const auto written = static_cast<double>(size_of_file(beside->temporary()));
     const bool fits = written <= budget;
-    smallest = std::min(smallest, written);
+    if (written < smallest) {
+      smallest = written;
+      smallest_overhead = overhead;
+    }
     if (fits && written > best) {
       best = written;
       best_overhead = overhead;
     }
     if (fits && (i > most_tries || written > 0.98 * budget)) return chosen;
     if (i > most_tries) {
+      if (command.smallest_at_least) return chosen;
       return fail(Code::option_out_of_range, command.output, "--budget",
                   fmt::format("{} bytes; the smallest fabric found has {:.0f}", *command.budget, smallest));
     }
     // What the estimate missed, and a little more.
     const double missed = written - chosen.bytes;
-    overhead = i == most_tries && best > 0 ? best_overhead : overhead + missed + (fits ? 0 : 0.002 * budget);
+    if (i == most_tries && (best > 0 || command.smallest_at_least)) {
+      overhead = best > 0 ? best_overhead : smallest_overhead;
+    } else {
+      overhead += missed + (fits ? 0 : 0.002 * budget);
+    }
   }
 }
 

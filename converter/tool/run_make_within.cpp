@@ -10,6 +10,7 @@
 #include "format/atomic_file.h"
 #include "format/compare.h"
 #include "format/distinct_paths.h"
+#include "format/option_text.h"
 #include "format/parallel.h"
 
 namespace selvedge {
@@ -38,20 +39,16 @@ class Search {
   Result<Chosen> run() {
     const auto cell = find_cell(command_.bake.input, command_.bake.cell);
     if (!cell) return tl::unexpected(cell.error());
-    std::vector<ExpectedPoint> table;
-    for (const ExpectedPoint& row : expected_points()) {
-      if (!cell->stitch ||
-          row.point.texels >= std::max(cell->stitch->least_texels.x, cell->stitch->least_texels.y))
-        table.push_back(row);
-    }
-    if (table.empty()) {
+    const int least = cell->stitch ? std::max(cell->stitch->least_texels.x, cell->stitch->least_texels.y) : 1;
+    if (least > judge_texels) {
       return fail(Code::option_out_of_range, command_.bake.input, "--texels",
-                  fmt::format("its yarns need more than the {} that settings are known for", judge_texels));
+                  fmt::format("its yarns need {}, more than the {} that settings are known for", least,
+                              judge_texels));
     }
     if (command_.limits.held_out) {
       if (auto ok = bake_judge(cell->mesh); !ok) return tl::unexpected(ok.error());
     }
-    return choose_within(table, command_.limits, thread_count(),
+    return choose_within(expected_points(), command_.limits, least, thread_count(),
                          [this](const TradePoint& point) { return make(point); });
   }
 
@@ -101,6 +98,7 @@ class Search {
     set_knobs(
         point, [](const char*) { return false; }, command);
     command.fit.output = file->temporary();
+    command.fit.smallest_at_least = true;
     auto made = make_fabric(command);
     if (!made) {
       Error error = made.error();
@@ -126,9 +124,11 @@ class Search {
   std::vector<AtomicFile> files_;
 };
 
-/// As a command line that makes a setting.
+/// As a command line that makes the setting: the same bytes, for what was given beside the limits is there,
+/// too.
 std::string line_of(const MakeCommand& command, const TradePoint& point) {
-  return fmt::format("selvedge make {}{}", command.bake.input, options_text(point));
+  return fmt::format("selvedge make {}{}{}", shell_word(command.bake.input), command.given,
+                     options_text(point));
 }
 
 }  // namespace
@@ -145,8 +145,9 @@ int run_within_limits(const MakeCommand& command) {
   if (!chosen->kept) {
     return report_error(
         {Code::option_out_of_range, command.bake.input, "limits",
-         fmt::format("are met by no setting of the measured table; the nearest is {}: {}",
-                     line_of(command, chosen->nearest), figures_text(chosen->nearest_figures))});
+         fmt::format("are met by no setting ({} made); the nearest is {}: {} {}", chosen->tried.size(),
+                     line_of(command, chosen->nearest), chosen->nearest_made ? "made" : "expected",
+                     figures_text(chosen->nearest_figures))});
   }
   const std::size_t kept = *chosen->kept;
   if (auto ok = search.commit(kept); !ok) return report_error(ok.error());

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <optional>
 
 #include "converter/bake_plan.h"
 #include "converter/tool/commands.h"
@@ -102,19 +103,32 @@ Result<Frame> trace_half(const TradeCommand& command, const CellMesh& mesh, cons
   return std::move(swatch->frame);
 }
 
+/// A JSON object in a file; discarded where there is none.
+nlohmann::json read_json(const std::string& path) {
+  const auto text = read_file(path);
+  return parse_json(text ? *text : std::string());
+}
+
+/// A true picture that an interrupted sweep left, if it is whole; what is damaged is traced anew.
+std::optional<Frame> picture_there(const TradeCommand& command, const std::string& path,
+                                   const std::string& record, Json& noise) {
+  const auto json = read_json(record);
+  if (!json.is_object() || !json.contains("noisePsnr")) return std::nullopt;
+  // No number: infinitely many decibels, of a picture without noise.
+  const auto& psnr = json["noisePsnr"];
+  if (!psnr.is_number() && !psnr.is_null()) return std::nullopt;
+  const auto image = read_image(path, Transfer::keep);
+  if (!image || image->width != command.size.x || image->height != command.size.y) return std::nullopt;
+  noise = {{"noisePsnr", psnr}};
+  return to_frame(*image);
+}
+
 /// The true picture from one place, from its file if it is there; its noise goes beside it.
 Result<Frame> true_picture(const TradeCommand& command, const CellMesh& mesh, SwatchView view,
                            const TradeFolder& folder, Json& noise) {
   const std::string path = fmt::format("{}/truth/{}.exr", folder.path, name_of(view));
   const std::string record = fmt::format("{}/truth/{}.json", folder.path, name_of(view));
-  if (std::filesystem::exists(path) && std::filesystem::exists(record)) {
-    const auto image = read_image(path, Transfer::keep);
-    if (!image) return tl::unexpected(image.error());
-    const auto text = read_file(record);
-    if (!text) return tl::unexpected(text.error());
-    noise = Json::parse(*text, nullptr, false);
-    return to_frame(*image);
-  }
+  if (auto there = picture_there(command, path, record, noise)) return std::move(*there);
   const SwatchShot shot = swatch_shot(view, mesh.period, command.size.x, command.size.y);
   const std::uint64_t seed = mix(command.common.seed) >> 1;
   auto a = trace_half(command, mesh, shot, seed);
@@ -135,26 +149,51 @@ Result<Frame> true_picture(const TradeCommand& command, const CellMesh& mesh, Sw
   return a;
 }
 
+/// The held-out pairs of a samples file, if it has those that are wanted and is whole.
+std::optional<PairSamples> pairs_there(const std::string& path, int texels, int count) {
+  std::error_code none;
+  if (!std::filesystem::exists(path, none)) return std::nullopt;
+  auto reader = SamplesReader::open(path);
+  if (!reader || reader->header().width != texels || reader->header().height != texels) return std::nullopt;
+  auto pairs = reader->read_pairs(PairKind::held_out);
+  if (!pairs || static_cast<int>(pairs->pairs.size()) != count) return std::nullopt;
+  return std::move(*pairs);
+}
+
 /// Pairs of the finest size under light that bounces without end, from another seed than the points'.
 Result<PairSamples> held_out_pairs(const TradeCommand& command, const CellMesh& mesh,
                                    const TradeFolder& folder, int texels) {
   const std::string path = folder.path + "/truth/held-out.samples.exr";
-  if (!std::filesystem::exists(path)) {
-    BakeOptions options;
-    options.width = options.height = texels;
-    options.views = options.lights = 1;
-    options.samples = 1;
-    options.bounces = unlimited_bounces;
-    options.validation_pairs = options.rim_pairs = 0;
-    options.held_out_pairs = command.held_out_pairs;
-    options.truth_samples = command.held_out_samples;
-    options.seed = mix(command.common.seed) >> 1;
-    if (const auto baked = bake(mesh, command.input, options, "{}", path); !baked)
-      return tl::unexpected(baked.error());
-  }
+  if (auto there = pairs_there(path, texels, command.held_out_pairs)) return std::move(*there);
+  BakeOptions options;
+  options.width = options.height = texels;
+  options.views = options.lights = 1;
+  options.samples = 1;
+  options.bounces = unlimited_bounces;
+  options.validation_pairs = options.rim_pairs = 0;
+  options.held_out_pairs = command.held_out_pairs;
+  options.truth_samples = command.held_out_samples;
+  options.seed = mix(command.common.seed) >> 1;
+  if (const auto baked = bake(mesh, command.input, options, "{}", path); !baked)
+    return tl::unexpected(baked.error());
   auto reader = SamplesReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
   return reader->read_pairs(PairKind::held_out);
+}
+
+/// Whether the point's fabric and a record of it are there; one that is damaged is measured again.
+bool is_measured(const TradeFolder& folder, const TradePoint& point) {
+  const auto json = read_json(folder.record(point));
+  const auto has_number = [&](const char* pointer) {
+    const nlohmann::json::json_pointer at(pointer);
+    return json.contains(at) && json[at].is_number();
+  };
+  std::error_code none;
+  return json.is_object() && json.value("name", nlohmann::json()) == name_of(point) &&
+         json.contains("command") && has_number("/bytes") && has_number("/seconds/make") &&
+         has_number("/processorSeconds") && has_number("/loadMs") && has_number("/heldOut/0/psnr") &&
+         has_number("/pictures/all/psnr") && has_number("/pictures/all/ssim") &&
+         std::filesystem::exists(folder.fabric(point), none);
 }
 
 class Sweep {
@@ -227,13 +266,14 @@ class Sweep {
     double total = 0;
     for (const TradePoint& first : points_) {
       for (const TradePoint& point : points_) {
-        if (bake_name_of(point) != bake_name_of(first) || std::filesystem::exists(folder_.record(point)) ||
+        if (bake_name_of(point) != bake_name_of(first) || is_measured(folder_, point) ||
             std::find(left.begin(), left.end(), point) != left.end())
           continue;
         left.push_back(point);
         total += cost_of(point);
       }
     }
+    tidy_bakes(left);
     const auto start = Clock::now();
     const Progress bar = progress_.callback();
     double done = 0;
@@ -252,6 +292,21 @@ class Sweep {
       tell(*record, i + 1, left.size(), seconds_since(start) * (total - done) / done);
     }
     return write_trade_page(folder_.path);
+  }
+
+  /// Takes away what a sweep that was killed left in the folder of bakes: files half written, and samples
+  /// that no point needs any more.
+  void tidy_bakes(const std::vector<TradePoint>& left) const {
+    for (const TradePoint& point : points_) {
+      const std::string samples = folder_.samples(point);
+      const bool needed = command_.keep_samples || std::any_of(left.begin(), left.end(), [&](const auto& p) {
+                            return folder_.samples(p) == samples;
+                          });
+      std::error_code none;
+      if (!needed) std::filesystem::remove(samples, none);
+      // Who begins a file takes away what others left of it.
+      for (const char* ending : {"", ".journal"}) (void)AtomicFile::create(samples + ending);
+    }
   }
 
   void say(const std::string& what) { progress_.note(what); }

@@ -11,6 +11,7 @@
 #include "converter/tool/run_fit.h"
 #include "format/atomic_file.h"
 #include "format/json_text.h"
+#include "format/option_text.h"
 #include "format/swatch_picture.h"
 
 namespace selvedge {
@@ -108,8 +109,8 @@ double median(std::vector<double> values) {
 
 std::string make_line(const TradeCommand& command, const TradePoint& point) {
   std::string settings;
-  for (const std::string& text : command.settings) settings += " --set " + text;
-  return fmt::format("selvedge make {}{}{} --seed {} -o {}.fabric.exr", command.input, settings,
+  for (const std::string& text : command.settings) settings += " --set " + shell_word(text);
+  return fmt::format("selvedge make {}{}{} --seed {} -o {}.fabric.exr", shell_word(command.input), settings,
                      options_text(point), command.common.seed, name_of(point));
 }
 

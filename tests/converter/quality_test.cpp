@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "converter/make_within.h"
 
@@ -83,7 +84,7 @@ TEST_CASE("within limits the cheapest setting is found whose quality is enough, 
   MakeLimits limits;
   limits.held_out = 20.5;
   limits.bytes = 10000;
-  const auto chosen = choose_within(small_table(), limits, 1, made_of);
+  const auto chosen = choose_within(small_table(), limits, 1, 1, made_of);
   REQUIRE(chosen);
   // The cheapest comes to 19 dB; the next is then expected to come to 21, and does.
   REQUIRE(chosen->kept);
@@ -100,13 +101,13 @@ TEST_CASE("without a least quality the best setting within the limits is made") 
   MakeLimits limits;
   limits.bytes = 9000;
   limits.seconds = 20;
-  const auto chosen = choose_within(small_table(), limits, 1, made_of);
+  const auto chosen = choose_within(small_table(), limits, 1, 1, made_of);
   REQUIRE(chosen);
   REQUIRE(chosen->kept);
   CHECK(chosen->tried[*chosen->kept].point.texels == 16);
   // The first that is made may be the best there is.
   limits.seconds = 5;
-  const auto first = choose_within(small_table(), limits, 1, made_of);
+  const auto first = choose_within(small_table(), limits, 1, 1, made_of);
   REQUIRE(first);
   REQUIRE(first->kept);
   CHECK(first->tried.size() == 1);
@@ -116,7 +117,7 @@ TEST_CASE("limits that are not to be had together end with the nearest setting")
   MakeLimits limits;
   limits.held_out = 22.5;
   limits.bytes = 16000;
-  const auto chosen = choose_within(small_table(), limits, 1, made_of);
+  const auto chosen = choose_within(small_table(), limits, 1, 1, made_of);
   REQUIRE(chosen);
   CHECK_FALSE(chosen->kept);
   // The dearest has 23 dB but is an octave too large; the middling lacks 1.5 dB.
@@ -128,9 +129,127 @@ TEST_CASE("limits that are not to be had together end with the nearest setting")
 TEST_CASE("an error while a setting is made ends the search") {
   MakeLimits limits;
   limits.seconds = 100;
-  const auto chosen = choose_within(small_table(), limits, 1, [](const TradePoint&) -> Result<MakeFigures> {
-    return tl::unexpected(Error{Code::file_unwritable, "x", "", "full"});
-  });
+  const auto chosen =
+      choose_within(small_table(), limits, 1, 1, [](const TradePoint&) -> Result<MakeFigures> {
+        return tl::unexpected(Error{Code::file_unwritable, "x", "", "full"});
+      });
   REQUIRE_FALSE(chosen);
   CHECK(chosen.error().code == Code::file_unwritable);
+}
+
+namespace {
+
+/// Slabs at two budgets, and lobes with a table, which cost less time and are worse.
+std::vector<ExpectedPoint> table_with_budgets() {
+  std::vector<ExpectedPoint> table(3);
+  for (ExpectedPoint& row : table) row.point.layers = LayerChoice::slabs;
+  table[0].point.layers = LayerChoice::paper;
+  table[1].point.budget = 32768;
+  table[2].point.budget = 131072;
+  table[0] = {table[0].point, 100000, 2, 17, 0};
+  table[1] = {table[1].point, 32768, 8, 20, 0};
+  table[2] = {table[2].point, 131072, 8, 22, 0};
+  return table;
+}
+
+/// A stitch that is worse than the table by 1 dB, whose lobes take three times the bytes, and of which
+/// nothing is smaller than 12,000 bytes.
+Result<MakeFigures> made_with_budgets(const TradePoint& point) {
+  if (point.layers == LayerChoice::paper) return MakeFigures{300000, 2, 16};
+  const double bytes = std::max(static_cast<double>(point.budget) - 10, 12000.0);
+  return MakeFigures{bytes, 8, 20 + std::log2(bytes / 32768) - 1};
+}
+
+}  // namespace
+
+TEST_CASE("within a size that nobody measured, layers are chosen within it") {
+  MakeLimits limits;
+  limits.bytes = 70000;
+  const auto chosen = choose_within(table_with_budgets(), limits, 1, 1, made_with_budgets);
+  REQUIRE(chosen);
+  REQUIRE(chosen->kept);
+  CHECK(chosen->tried.size() == 1);
+  const MadePoint& kept = chosen->tried[*chosen->kept];
+  CHECK(kept.point.budget == 70000);
+  CHECK(kept.expected.bytes == 70000);
+  // Smaller than any of the table.
+  limits.bytes = 20000;
+  const auto small = choose_within(table_with_budgets(), limits, 1, 1, made_with_budgets);
+  REQUIRE(small);
+  REQUIRE(small->kept);
+  CHECK(small->tried[*small->kept].made.bytes == 19990);
+}
+
+TEST_CASE("a least quality between two measured settings is met with as few bytes as it takes") {
+  MakeLimits limits;
+  limits.held_out = 20;
+  const auto chosen = choose_within(table_with_budgets(), limits, 1, 1, made_with_budgets);
+  REQUIRE(chosen);
+  REQUIRE(chosen->kept);
+  const MadePoint& kept = chosen->tried[*chosen->kept];
+  // 20 dB are at 65,536 bytes, for the stitch is 1 dB worse; an eighth of an octave is 9 %.
+  CHECK(kept.made.held_out >= 20);
+  CHECK(kept.made.bytes < 1.1 * 65536);
+  // The lobes had three times the bytes; a budget is kept whatever they have.
+  CHECK(kept.expected.bytes == static_cast<double>(kept.point.budget));
+  // Beyond the dearest: the rise is taken for half of what it is.
+  limits.held_out = 21.4;
+  const auto beyond = choose_within(table_with_budgets(), limits, 1, 1, made_with_budgets);
+  REQUIRE(beyond);
+  REQUIRE(beyond->kept);
+  CHECK(beyond->tried[*beyond->kept].point.budget > 131072);
+}
+
+TEST_CASE("where nothing is as small as its budget the nearest is the smallest there is") {
+  MakeLimits limits;
+  limits.bytes = 9000;
+  const auto chosen = choose_within(table_with_budgets(), limits, 1, 1, made_with_budgets);
+  REQUIRE(chosen);
+  CHECK_FALSE(chosen->kept);
+  REQUIRE_FALSE(chosen->tried.empty());
+  CHECK(chosen->tried.front().too_large());
+  CHECK(chosen->nearest_made);
+  CHECK(chosen->nearest.budget == 12000);
+  CHECK(chosen->nearest_figures.bytes == 12000);
+}
+
+TEST_CASE("a nearest setting that would take long is told by what is expected of it") {
+  MakeLimits limits;
+  limits.bytes = 1000;
+  std::vector<ExpectedPoint> table = table_with_budgets();
+  for (ExpectedPoint& row : table) row.seconds *= 100;
+  const auto chosen = choose_within(table, limits, 1, 1, made_with_budgets);
+  REQUIRE(chosen);
+  CHECK_FALSE(chosen->kept);
+  CHECK(chosen->tried.empty());
+  CHECK_FALSE(chosen->nearest_made);
+  CHECK(chosen->nearest.layers == LayerChoice::slabs);
+}
+
+TEST_CASE("a search ends, whatever comes of what was expected") {
+  for (const double better_by : {0.0, -0.01, 0.3}) {
+    MakeLimits limits;
+    limits.held_out = 24;
+    limits.bytes = 400000;
+    int made = 0;
+    // Each comes out just below what is asked for: what is expected is never met.
+    const auto chosen = choose_within(expected_points(), limits, 1, 1, [&](const TradePoint& point) {
+      ++made;
+      return Result<MakeFigures>(MakeFigures{1000, 1e-3 * point.texels, 23.9 + better_by * (made % 2) / 4});
+    });
+    REQUIRE(chosen);
+    CHECK_FALSE(chosen->kept);
+    CHECK(made <= static_cast<int>(most_tries));
+  }
+}
+
+TEST_CASE("a stitch that needs many texels is made with no fewer") {
+  MakeLimits limits;
+  limits.bytes = 200000;
+  const auto chosen = choose_within(expected_points(), limits, 64, 1, [](const TradePoint& point) {
+    CHECK(point.texels == 64);
+    return Result<MakeFigures>(MakeFigures{1000, 1, std::nan("")});
+  });
+  REQUIRE(chosen);
+  CHECK(chosen->kept);
 }

@@ -34,6 +34,15 @@ TEST_CASE("a grid varies one knob at a time around its centre") {
   CHECK(options_text((*points)[3]) == " --bounces unlimited --lobes 1");
 }
 
+TEST_CASE("the centre's budget is for the points that choose their layers within one") {
+  const auto points =
+      read_grid(R"({"centre": {"budget": 9000}, "vary": {"layers": ["slabs", "paper"]}})", "g.json");
+  REQUIRE_MESSAGE(points, to_line(points.error()));
+  REQUIRE(points->size() == 2);
+  CHECK((*points)[0] == TradePoint());
+  CHECK((*points)[1].budget == 9000);
+}
+
 TEST_CASE("points that differ in the fit alone share a bake") {
   TradePoint a;
   TradePoint b;
@@ -62,8 +71,18 @@ TEST_CASE("a grid that cannot be swept is refused with the knob as its place") {
   refused(R"({"centre": {"texels": 8.5}})", "/centre/texels");
   refused(R"({"vary": {"layers": ["papier"]}})", "/vary/layers");
   refused(R"({"vary": {"bounces": [-1]}})", "/vary/bounces");
-  refused(R"({"points": [{}, {"views": 0}]})", "/points/1/views");
+  refused(R"({"points": [{"lobes": 1}, {"views": 0}]})", "/points/1/views");
   refused(R"({"points": [3]})", "/points/0");
   refused(R"({"vary": {"texels": [24]}})", "texels");
   refused(R"({"vary": {"layers": ["slabs"]}})", "budget");
+  // Contradictions, and what would be measured twice or for nothing.
+  refused(R"({"centre": {"directions": 16, "views": 9}})", "/centre/directions");
+  refused(R"({"points": [{"lights": 9, "directions": 16}]})", "/points/0/directions");
+  refused(R"({"points": [{"budget": 9000}]})", "/points/0/budget");
+  refused(R"({"vary": {"budget": [9000, 20000]}})", "/vary/budget");
+  refused(R"({"centre": {"budget": 9000}, "vary": {"lobes": [1]}})", "/centre/budget");
+  refused(R"({"vary": {"lobes": [1, 3, 1]}})", "/vary/lobes/2");
+  refused(R"({"vary": {"lobes": [1]}, "points": [{"lobes": 1}]})", "/points/0");
+  refused(R"({"points": [{}]})", "/points/0");
+  refused(R"({"points": [{"texels": 16}, {"texels": 16, "lobes": 2}]})", "/points/1");
 }
