@@ -65,7 +65,7 @@ Json plan_json(const ScenePlan& plan) {
                          {"seen", m.seen},
                          {"levels", {m.levels.first, m.levels.last}},
                          {"levelsOfFabric", m.whole_levels},
-                         {"lacking", m.lacking},
+                         {"lacking", {m.lacking.finer, m.lacking.coarser}},
                          {"pixelMm", {number_or_null(m.demand.least_mm), number_or_null(m.demand.most_mm)}},
                          {"texelMm", number_or_null(m.demand.least_mm * std::exp2(m.demand.bias))},
                          {"fronts", m.fronts},
