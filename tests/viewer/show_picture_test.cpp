@@ -314,13 +314,15 @@ TEST_CASE("a picture tells when it may ask for a level that a file does not have
     auto state = picture.first_state({}, 1);
     test::require(state);
     state->levels = best_levels;
-    state->camera.distance = 3;
-    test::require(picture.update(*state, Change::scene, V2i(400, 400), 1));
-    REQUIRE(picture.warnings().size() == 1);
-    CHECK(picture.warnings()[0].code == Code::fabric_levels);
-    CHECK(picture.warnings()[0].file == "b.exr");
-    CHECK(picture.warnings()[0].message.find("levels 2-3 of the whole, and levels 0-4 ") !=
-          std::string::npos);
+    for (const auto& [distance, asked] : {std::pair{3.0, "levels 0-3 "}, std::pair{200.0, "levels 2-6 "}}) {
+      state->camera.distance = distance;
+      test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
+      REQUIRE(picture.warnings().size() == 1);
+      CHECK(picture.warnings()[0].code == Code::fabric_levels);
+      CHECK(picture.warnings()[0].file == "b.exr");
+      CHECK(picture.warnings()[0].message.starts_with("the file has levels 2-3 of the whole, and "));
+      CHECK(picture.warnings()[0].message.find(asked) != std::string::npos);
+    }
     // A level that is chosen by its number is what was asked for.
     state->levels.forced = 2;
     test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
