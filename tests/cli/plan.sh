@@ -44,6 +44,63 @@ test_a_plan_tells_what_pixels_ask_for() {
   holds '!r.materials[0].seen && r.materials[0].levels[0] === 4 && r.materials[0].pixelMm[0] === null'
 }
 
+# again: the options of `plan` that the sight and the frame of plan.json tell of, a line each.
+again() {
+  node -e 'const {sight: s, size, supersample} = JSON.parse(require("fs").readFileSync("plan.json"));
+    const words = ["--size", size.join("x"), "--supersample", supersample];
+    const given = (name, value) => value === undefined || words.push(name, ...[value].flat());
+    for (const camera of s.cameras ?? []) given("--camera", camera);
+    given("--distance", s.distances ?? s.distance);
+    given("--azimuth", s.azimuth);
+    given("--elevation", s.elevation);
+    given("--look-at", s.lookAt?.join());
+    given("--distance-factor", s.distanceFactor);
+    given("--fov", s.fov);
+    if (s.projection === "parallel") words.push("--orthographic");
+    given("--zoom", s.zoom);
+    given("--focus", s.focus.join());
+    given("--scene", s.scene);
+    given("--variant", s.variant);
+    console.log(words.join("\n"));'
+}
+
+test_a_plan_is_made_again_from_what_it_tells() {
+  make_cloth
+  selvedge dress quad.gltf k.fabric.exr -o quad2.gltf --all --quiet
+  # A second scene with a smaller square, a variant without a fabric, two cameras.
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad2.gltf"));
+    g.cameras = [{type: "perspective", perspective: {yfov: 0.6, znear: 0.01}},
+      {type: "orthographic", orthographic: {xmag: 0.2, ymag: 0.1, znear: 0, zfar: 9}}];
+    g.nodes.push({camera: 0, name: "Front", translation: [0, 0, 2]}, {camera: 1, name: "Flat", translation: [0, 0, 4]},
+      {mesh: 0, name: "Small", scale: [0.1, 0.1, 0.1]});
+    g.scenes[0].nodes.push(1, 2);
+    g.scenes.push({name: "Other", nodes: [3]});
+    g.materials.push({...g.materials[0], name: "one side", doubleSided: false});
+    g.extensions = {...g.extensions, KHR_materials_variants: {variants: [{name: "Cut"}]}};
+    g.extensionsUsed.push("KHR_materials_variants");
+    g.meshes[0].primitives[0].extensions = {KHR_materials_variants: {mappings: [{material: 2, variants: [0]}]}};
+    fs.writeFileSync("quad2.gltf", JSON.stringify(g));'
+  for options in "" "--azimuth 20 --elevation -7.25 --fov 12.5" "--orthographic --distance 0.31" \
+    "--distance-factor 3.7 --zoom 2.5 --focus 0.25,0.7" "--look-at 0.01,0.02,0.3 --distance 1.1 --supersample 2" \
+    "--distance 0.4 7 --zoom 1.5 --focus 0.1,0.2" "--distance 0.4 7 --orthographic --fov 50 --size 64x48" \
+    "--camera Front --camera Flat --zoom 3" "--camera Front --distance 2 3 --fov 20" "--scene Other --distance 0.2" \
+    "--variant Cut --azimuth 180"; do
+    # shellcheck disable=SC2086 # several words
+    exits 0 selvedge plan quad2.gltf $options -o plan.json --json
+    mapfile -t words < <(again)
+    exits 0 selvedge plan quad2.gltf "${words[@]}" -o second.json --quiet
+    same plan.json second.json
+    case $options in
+    *--zoom*) holds 'r.sight.zoom > 1' plan.json ;;
+    *) holds 'r.sight.zoom === 1' plan.json ;;
+    esac
+    cp plan.json "plan$((made = ${made:-0} + 1)).json"
+  done
+  # And no two of them are for the same frames.
+  [ "$(node -p 'new Set([...Array(11).keys()].map((i) =>
+    JSON.stringify(JSON.parse(require("fs").readFileSync(`plan${i + 1}.json`)).materials))).size')" -ge 10 ]
+}
+
 test_holes_are_those_of_the_fabric() {
   write_plane plane.obj
   selvedge make plane.obj --period 2x2 -o plane.fabric.exr --quiet "${small[@]}"
