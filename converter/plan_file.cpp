@@ -36,6 +36,33 @@ Result<TexelDemand> demand_of(const std::string& path, const std::string& place,
   return TexelDemand{*least, *most, bias};
 }
 
+/// All that was asked for and changes the plan, and nothing that has no meaning beside it.
+Json sight_json(const PlanOptions& o) {
+  const CameraOptions& camera = o.camera;
+  Json sight = Json::object();
+  if (!o.choice.scene.empty()) sight["scene"] = o.choice.scene;
+  if (!o.choice.variant.empty()) sight["variant"] = o.choice.variant;
+  if (!o.cameras.empty()) sight["cameras"] = o.cameras;
+  if (o.distances) sight["distances"] = {o.distances->x, o.distances->y};
+  const bool single = o.cameras.empty() && !o.distances;
+  if (single) {
+    sight["azimuth"] = camera.azimuth;
+    sight["elevation"] = camera.elevation;
+    if (camera.look_at) sight["lookAt"] = {camera.look_at->x, camera.look_at->y, camera.look_at->z};
+    if (camera.distance)
+      sight["distance"] = *camera.distance;
+    else
+      sight["distanceFactor"] = camera.distance_factor;
+  }
+  if (single || o.distances) {
+    sight["projection"] = camera.projection == Projection::perspective ? "perspective" : "parallel";
+    sight["fov"] = camera.field_of_view;
+  }
+  sight["zoom"] = camera.zoom;
+  sight["focus"] = {camera.focus.x, camera.focus.y};
+  return sight;
+}
+
 bool is_meant(const nlohmann::json& material, const std::string& wanted) {
   const auto name = material.find("name");
   if (name != material.end() && name->is_string() && name->get<std::string>() == wanted) return true;
@@ -47,14 +74,6 @@ bool is_meant(const nlohmann::json& material, const std::string& wanted) {
 
 Json plan_json(const ScenePlan& plan) {
   const PlanOptions& o = plan.options;
-  Json sight;
-  if (!o.cameras.empty()) sight["cameras"] = o.cameras;
-  if (o.distances) sight["distances"] = {o.distances->x, o.distances->y};
-  if (sight.is_null()) {
-    sight = {{"azimuth", o.camera.azimuth}, {"elevation", o.camera.elevation}};
-    if (o.camera.distance) sight["distance"] = *o.camera.distance;
-  }
-  if (o.cameras.empty()) sight["fov"] = o.camera.field_of_view;
   Json materials = Json::array();
   for (const MaterialPlan& m : plan.materials) {
     materials.push_back({{"index", m.index},
@@ -65,7 +84,7 @@ Json plan_json(const ScenePlan& plan) {
                          {"seen", m.seen},
                          {"levels", {m.levels.first, m.levels.last}},
                          {"levelsOfFabric", m.whole_levels},
-                         {"lacking", m.lacking},
+                         {"lacking", {m.lacking.finer, m.lacking.coarser}},
                          {"pixelMm", {number_or_null(m.demand.least_mm), number_or_null(m.demand.most_mm)}},
                          {"texelMm", number_or_null(m.demand.least_mm * std::exp2(m.demand.bias))},
                          {"fronts", m.fronts},
@@ -76,7 +95,7 @@ Json plan_json(const ScenePlan& plan) {
   return {{"scene", plan.scene},
           {"size", {o.size.x, o.size.y}},
           {"supersample", o.supersample},
-          {"sight", sight},
+          {"sight", sight_json(o)},
           {"look",
            {{"bias", o.levels.bias},
             {"taps", o.levels.taps},

@@ -115,13 +115,13 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     of.fabric = scene->fabrics[number].name;
     of.mm_per_repeat = V2d(header.period_mm);
     of.texels = whole_texels(header);
-    of.whole_levels = first_level(header) + header.levels;
+    of.whole_levels = whole_levels(header);
     of.levels = levels_asked(in_texels[i], options.levels, of.whole_levels);
-    of.lacking = std::max(first_level(header) - of.levels.first, 0);
     of.demand = {in_mm[i].least, in_mm[i].most, static_cast<double>(options.levels.bias)};
     of.seen = in_texels[i].fronts || in_texels[i].backs;
     of.fronts = in_texels[i].fronts;
     of.backs = in_texels[i].backs;
+    if (of.seen) of.lacking = lacking_levels(header, of.levels);
     if (of.seen) seen.push_back(index);
     if (of.seen && material.alpha_mode != AlphaMode::opaque) {
       const auto in_file = [&](int level) {

@@ -32,9 +32,9 @@ struct MaterialPlan {
   std::string name;  ///< may be empty
   std::string fabric;
   V2d mm_per_repeat{1, 1};
-  V2i texels{1, 1};      ///< of level 0 of the whole fabric
-  int whole_levels = 1;  ///< of it, as far as the file goes
-  int lacking = 0;       ///< levels that the fabric's file may be asked for and does not have, finer ones
+  V2i texels{1, 1};       ///< of level 0 of the whole fabric
+  int whole_levels = 1;   ///< of it, as far as the file says
+  LackingLevels lacking;  ///< what of `levels` the fabric's file does not have
   bool seen = false;
   LevelRange levels;  ///< of the whole fabric; where it is not seen, the coarsest alone
   TexelDemand demand;

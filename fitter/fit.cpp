@@ -112,13 +112,20 @@ void warn(const SamplesHeader& header, FitResult& result) {
   }
 }
 
+/// What a fabric of `levels` levels is a part of.
+std::optional<WholeFabric> whole_of(const SamplesHeader& header, int levels, bool partial) {
+  WholeFabric whole = header.whole.value_or(WholeFabric{V2i(header.width, header.height), 0});
+  whole.levels = partial ? level_count(whole.texels.x, whole.texels.y) : whole.level + levels;
+  return whole.levels > levels ? std::optional(whole) : std::nullopt;
+}
+
 /// What follows when all levels are fitted.
 FitResult finished(FitResult result, TrainingPairs& training, const SamplesHeader& header,
                    const FitOptions& options, std::chrono::steady_clock::time_point start) {
   set_radiance_scale(result.fabric);
   result.training = training.finish();
   result.fabric.provenance = provenance_of(header, options);
-  result.fabric.whole = header.whole;
+  result.fabric.whole = whole_of(header, static_cast<int>(result.fabric.levels.size()), options.partial);
   warn(header, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

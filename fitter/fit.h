@@ -27,6 +27,7 @@ struct FitOptions {
   int starts = 3;               ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;      ///< of a search
   int levels = 0;               ///< at most so many, level 0 first; 0: down to 1 x 1
+  bool partial = false;         ///< those beyond `levels` are told as missing, not as none that there are
   double tolerance = 1e-4;      ///< share of the cost below which an iteration counts as none
   std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time
 };

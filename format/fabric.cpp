@@ -155,9 +155,15 @@ int first_level(const Fabric& fabric) { return fabric.whole ? fabric.whole->leve
 bool is_level_of(const WholeFabric& whole, int width, int height) {
   // Beyond 31 halvings every size is 1.
   const int level = std::min(whole.level, 31);
-  return whole.level >= 1 && whole.texels.x >= 1 && whole.texels.y >= 1 &&
+  return whole.level >= 0 && whole.texels.x >= 1 && whole.texels.y >= 1 &&
          level_size(whole.texels.x, level) == width && level_size(whole.texels.y, level) == height &&
          whole.level < level_count(whole.texels.x, whole.texels.y);
+}
+
+bool is_more_than(const WholeFabric& whole, int levels) {
+  if (whole.levels == 0) return whole.level > 0;
+  return whole.levels > levels && whole.levels >= whole.level + levels &&
+         whole.levels <= level_count(whole.texels.x, whole.texels.y);
 }
 
 V3f tangent_of(const V3f& normal) {
@@ -199,6 +205,8 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
                        !is_level_of(*fabric.whole, base.width, base.height))) {
     return fail(Code::fabric_malformed, {}, "whole", "level 0 is no level of it");
   }
+  if (fabric.whole && !is_more_than(*fabric.whole, static_cast<int>(fabric.levels.size())))
+    return fail(Code::fabric_malformed, {}, "whole", "its levels are not more than the fabric has");
   const LayerShape shape = shape_of(fabric);
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
     const FabricLevel& level = fabric.levels[static_cast<std::size_t>(k)];

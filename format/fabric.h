@@ -118,10 +118,12 @@ struct FabricLevel {
   int texels() const { return width * height; }
 };
 
-/// The finer levels that are not there: level 0 is level `level` of a fabric whose own level 0 has `texels`.
+/// What a partial fabric is a part of: its level 0 is level `level` of a fabric whose own level 0 has
+/// `texels`. Levels are missing before it, behind the part's last, or both.
 struct WholeFabric {
   V2i texels{1, 1};
-  int level = 1;  ///< >= 1
+  int level = 1;   ///< >= 0
+  int levels = 0;  ///< of the whole; 0: not known, as far as the part's last at least
   bool operator==(const WholeFabric&) const = default;
 };
 
@@ -162,6 +164,10 @@ int first_level(const Fabric& fabric);
 
 /// Whether a level 0 of `width` x `height` texels can be that level of the whole.
 bool is_level_of(const WholeFabric& whole, int width, int height);
+
+/// Whether a fabric of `levels` levels can be a part of it, with a level less at least. Precondition:
+/// is_level_of() its level 0.
+bool is_more_than(const WholeFabric& whole, int levels);
 
 /// The texel's tangent from its normal (paper section 4, restated): the x axis made perpendicular to
 /// `normal`; the y axis takes x's place where the normal lies along x.

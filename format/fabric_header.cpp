@@ -1,5 +1,7 @@
 #include "format/fabric_header.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace selvedge {
@@ -15,6 +17,26 @@ V2i whole_texels(const FabricHeader& header) {
 }
 
 int first_level(const FabricHeader& header) { return header.whole ? header.whole->level : 0; }
+
+int whole_levels(const FabricHeader& header) {
+  return std::max(header.whole ? header.whole->levels : 0, first_level(header) + header.levels);
+}
+
+std::string missing_levels(const FabricHeader& header) {
+  const auto range = [](int first, int last) {
+    return first == last ? fmt::format("{}", first) : fmt::format("{}-{}", first, last);
+  };
+  const int first = first_level(header);
+  const int beyond = first + header.levels;
+  const int all = whole_levels(header);
+  std::string missing;
+  if (first > 0) missing = range(0, first - 1);
+  if (beyond < all) missing += (missing.empty() ? "" : " and ") + range(beyond, all - 1);
+  if (missing.empty()) return missing;
+  const V2i texels = whole_texels(header);
+  return fmt::format("has levels {} of a whole of {}x{} texels; levels {} of {} are missing",
+                     range(first, beyond - 1), texels.x, texels.y, missing, all);
+}
 
 LayerShape shape_of(const FabricHeader& header) {
   LayerShape shape;
@@ -41,7 +63,9 @@ int entries_at(const FabricHeader& header, int level) {
   return entry_of(heights, level) >= 0 ? heights->cells.entries() : 1;
 }
 
-Fabric without_levels(const FabricHeader& header, int first) {
+Fabric without_levels(const FabricHeader& header) { return without_levels(header, 0, header.levels - 1); }
+
+Fabric without_levels(const FabricHeader& header, int first, int last) {
   Fabric fabric;
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
@@ -51,7 +75,10 @@ Fabric without_levels(const FabricHeader& header, int first) {
   fabric.lights = header.lights;
   fabric.provenance = header.provenance;
   fabric.whole = header.whole;
-  if (first > 0) fabric.whole = WholeFabric{whole_texels(header), first_level(header) + first};
+  if (first == 0 && last == header.levels - 1) return fabric;
+  const bool unknown = header.whole && header.whole->levels == 0 && last == header.levels - 1;
+  fabric.whole =
+      WholeFabric{whole_texels(header), first_level(header) + first, unknown ? 0 : whole_levels(header)};
   return fabric;
 }
 

@@ -45,16 +45,23 @@ struct FabricHeader {
 /// The layer's entry for a level, an index into its levels and digests; -1 where the level does not have it.
 int entry_of(const std::optional<LayerHeader>& layer, int level);
 
-/// Texels of level 0 of the whole fabric, and the level of it that is level 0 of the file.
+/// Texels of level 0 of the whole fabric, the level of it that is level 0 of the file, and its number of
+/// levels as far as it is known.
 V2i whole_texels(const FabricHeader& header);
 int first_level(const FabricHeader& header);
+int whole_levels(const FabricHeader& header);
+
+/// Which levels of the whole the file has and which it does not, for people; empty where it lacks none.
+std::string missing_levels(const FabricHeader& header);
 
 LayerShape shape_of(const FabricHeader& header);
 
 /// Entries of a texel's products at a level: those of its heights, or one.
 int entries_at(const FabricHeader& header, int level);
 
-/// A fabric of that header whose levels will begin with level `first` of the file, as yet without levels.
-Fabric without_levels(const FabricHeader& header, int first = 0);
+/// A fabric of that header that will have the levels `first` to `last` of the file, as yet without levels.
+Fabric without_levels(const FabricHeader& header, int first, int last);
+/// All of them.
+Fabric without_levels(const FabricHeader& header);
 
 }  // namespace selvedge

@@ -322,21 +322,33 @@ bool has_lights(const FabricHeader& header) {
   return header.layer(Layer::light).has_value() || header.layer(Layer::bases).has_value();
 }
 
-/// The fabric that a level 0 of `texels` is a level of.
-std::optional<WholeFabric> whole_from(const Member& of, const V2i& texels, const FabricLimits& limits) {
+/// The fabric that `levels` levels, of which the first has `texels`, are levels of; 0: their number is bad.
+std::optional<WholeFabric> whole_from(const Member& of, const V2i& texels, int levels,
+                                      const FabricLimits& limits) {
   if (!of) return std::nullopt;
-  advise_on_members(*of.value, of.place, {member::level, member::texels}, *of.sink);
+  advise_on_members(*of.value, of.place, {member::level, member::levels, member::texels}, *of.sink);
   const auto size = require_pair(*of.value, of.place, member::texels, *of.sink);
   const auto width = whole_number(size[0], 1, limits.texels_per_side);
   const auto height = whole_number(size[1], 1, limits.texels_per_side);
   const Member level = require(*of.value, of.place, member::level, *of.sink);
   if (!width || !height) return std::nullopt;
-  const auto number = whole_number(level, 1, std::max(level_count(*width, *height) - 1, 1));
+  const int all = level_count(*width, *height);
+  const auto number = whole_number(level, 0, all - 1);
   if (!number) return std::nullopt;
-  const WholeFabric whole{V2i(*width, *height), *number};
-  if (is_level_of(whole, texels.x, texels.y)) return whole;
-  of.refuse(fmt::format("level {} of {}x{} texels does not have {}x{}", *number, *width, *height, texels.x,
-                        texels.y));
+  WholeFabric whole{V2i(*width, *height), *number};
+  if (!is_level_of(whole, texels.x, texels.y)) {
+    of.refuse(fmt::format("level {} of {}x{} texels does not have {}x{}", *number, *width, *height, texels.x,
+                          texels.y));
+    return std::nullopt;
+  }
+  if (of.value->contains(member::levels)) {
+    const auto count =
+        whole_number(require(*of.value, of.place, member::levels, *of.sink), *number + levels, all);
+    if (!count) return std::nullopt;
+    whole.levels = *count;
+  }
+  if (levels == 0 || is_more_than(whole, levels)) return whole;
+  level.refuse("is 0, and no coarser level is missing");
   return std::nullopt;
 }
 
@@ -444,16 +456,17 @@ std::optional<FabricHeader> header_of(const json& text, const FabricLimits& limi
     header.provenance = provenance.value->dump();
   }
   const Member levels = require(text, {}, member::levels, sink);
+  const int count = width && height ? whole_number(levels, 1, level_count(*width, *height)).value_or(0) : 0;
   if (text.contains(member::whole) && width && height) {
-    header.whole = whole_from(require_object(text, {}, member::whole, sink), V2i(*width, *height), limits);
+    header.whole =
+        whole_from(require_object(text, {}, member::whole, sink), V2i(*width, *height), count, limits);
   }
   if (!width || !height || !views) return std::nullopt;
   header.width = *width;
   header.height = *height;
   header.views = *views;
-  const auto count = whole_number(levels, 1, level_count(*width, *height));
-  if (!count) return std::nullopt;
-  header.levels = *count;
+  if (count == 0) return std::nullopt;
+  header.levels = count;
   layers_from(text, header, limits, sink);
   if (has_lights(header)) {
     const auto lights = grid_member(require(text, {}, member::lights, sink), limits);

@@ -89,7 +89,7 @@ Result<std::shared_ptr<const ProductBases>> FabricReader::bases() {
 }
 
 Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {
-  Fabric fabric = without_levels(header_, first);
+  Fabric fabric = without_levels(header_, first, last);
   for (int k = first; k <= last; ++k) {
     auto level = read_level(k, layers);
     if (!level) return tl::unexpected(level.error());

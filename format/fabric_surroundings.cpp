@@ -75,15 +75,12 @@ void check_mirrors(const ExrPart& first, const FabricHeader& header, IssueSink& 
 
 void check_levels(const FabricHeader& header, IssueSink& sink) {
   const int complete = level_count(header.width, header.height);
-  if (header.levels < complete) {
+  if (header.levels < complete && whole_levels(header) == first_level(header) + header.levels) {
     sink.add(Code::fabric_levels, "/levels",
              fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
   }
-  if (header.whole) {
-    sink.add(Code::fabric_levels, "/whole/level",
-             fmt::format("begins with level {} of {}x{} texels: the finer ones are missing",
-                         header.whole->level, header.whole->texels.x, header.whole->texels.y));
-  }
+  if (const std::string missing = missing_levels(header); !missing.empty())
+    sink.add(Code::fabric_levels, "/whole", missing);
   // A level with products does without the tables; which have which is the fit's choice.
   for (const Layer layer : {Layer::lobes, Layer::frame, Layer::table, Layer::opacity, Layer::light}) {
     const auto& entry = header.layer(layer);

@@ -16,7 +16,7 @@ bool has_holes(const Fabric& fabric, int level) {
       openness += 1 - static_cast<double>(alpha);
     }
   }
-  if (fabric.whole) return openness > 0.0005 * of.texels();
+  if (first_level(fabric) > 0) return openness > 0.0005 * of.texels();
   return open * 1000 > of.texels();
 }
 

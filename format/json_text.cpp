@@ -136,7 +136,9 @@ json grid_json(const DirectionGrid& grid) {
 }
 
 json whole_json(const WholeFabric& whole) {
-  return {{names::member::level, whole.level}, {names::member::texels, {whole.texels.x, whole.texels.y}}};
+  json text{{names::member::level, whole.level}, {names::member::texels, {whole.texels.x, whole.texels.y}}};
+  if (whole.levels > 0) text[names::member::levels] = whole.levels;
+  return text;
 }
 
 Result<DirectionGrid> grid_from(const json& grid, int most) {

@@ -1,6 +1,7 @@
 #include "format/level_bounds.h"
 
 #include <Imath/ImathBox.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -257,10 +258,31 @@ LevelRange levels_for(const TexelDemand& demand, const V2d& texel_mm, int levels
   return levels_asked(cover, options, levels);
 }
 
+LackingLevels& LackingLevels::operator|=(const LackingLevels& other) {
+  finer = std::max(finer, other.finer);
+  coarser = std::max(coarser, other.coarser);
+  return *this;
+}
+
+LackingLevels lacking_levels(const FabricHeader& header, const LevelRange& asked) {
+  const int first = first_level(header);
+  return {std::max(first - asked.first, 0), std::max(asked.last - (first + header.levels - 1), 0)};
+}
+
+Error lacking_issue(const std::string& name, const FabricHeader& header, const LackingLevels& lacking) {
+  const int first = first_level(header);
+  const int last = first + header.levels - 1;
+  return {
+      Code::fabric_levels, name, "/whole",
+      fmt::format("the file has levels {}-{} of the whole, and levels {}-{} may be asked for: the nearest "
+                  "there are take their place",
+                  first, last, first - lacking.finer, last + lacking.coarser)};
+}
+
 std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, int height,
                                      const LevelOptions& options,
                                      std::span<const FabricHeader* const> headers,
-                                     std::vector<int>* lacking) {
+                                     std::vector<LackingLevels>* lacking) {
   std::vector<V2d> units;
   for (const SceneMaterial& material : scene.materials) {
     units.push_back(material.fabric
@@ -274,12 +296,13 @@ std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, i
       of_fabric[static_cast<std::size_t>(scene.materials[i].fabric->fabric)] |= covers[i];
   }
   std::vector<LevelRange> ranges;
-  if (lacking != nullptr) lacking->assign(headers.size(), 0);
+  if (lacking != nullptr) lacking->assign(headers.size(), {});
   for (std::size_t i = 0; i < headers.size(); ++i) {
     const int before = first_level(*headers[i]);
     const int last = headers[i]->levels - 1;
-    const LevelRange of_whole = levels_asked(of_fabric[i], options, before + headers[i]->levels);
-    if (lacking != nullptr) (*lacking)[i] = std::max(before - of_whole.first, 0);
+    const LevelRange of_whole = levels_asked(of_fabric[i], options, whole_levels(*headers[i]));
+    const bool seen = of_fabric[i].fronts || of_fabric[i].backs;
+    if (lacking != nullptr && seen) (*lacking)[i] = lacking_levels(*headers[i], of_whole);
     ranges.push_back(
         {std::clamp(of_whole.first - before, 0, last), std::clamp(of_whole.last - before, 0, last)});
   }

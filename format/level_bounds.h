@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <span>
+#include <string>
 #include <variant>
 #include <vector>
 
 #include "format/camera.h"
+#include "format/error.h"
 #include "format/fabric_header.h"
 #include "format/level_options.h"
 #include "format/scene.h"
@@ -77,12 +79,27 @@ struct TexelDemand {
 /// `levels` - 1, and the coarsest. With a little to spare: a level more where it is nearly needed.
 LevelRange levels_for(const TexelDemand& demand, const V2d& texel_mm, int levels);
 
+/// How many levels of the whole may be asked for that a file does not have, as far as it says.
+struct LackingLevels {
+  int finer = 0;  ///< before its first
+  int coarser = 0;
+
+  bool any() const { return finer > 0 || coarser > 0; }
+  LackingLevels& operator|=(const LackingLevels& other);
+};
+
+/// Of `asked` of the whole fabric.
+LackingLevels lacking_levels(const FabricHeader& header, const LevelRange& asked);
+
+/// The warning of them: FABRIC_LEVELS at /whole of the fabric `name`.
+Error lacking_issue(const std::string& name, const FabricHeader& header, const LackingLevels& lacking);
+
 /// The levels of each file that a frame of `height` pixels can ask for, by their numbers in the file: never
 /// too few. Materials name the fabrics of `headers`.
-/// `lacking`, where it is not null: by how many levels the frame may ask for a finer one than the file has.
+/// `lacking`, where it is not null: what the frame may ask for beyond them.
 std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, int height,
                                      const LevelOptions& options,
                                      std::span<const FabricHeader* const> headers,
-                                     std::vector<int>* lacking = nullptr);
+                                     std::vector<LackingLevels>* lacking = nullptr);
 
 }  // namespace selvedge

@@ -306,7 +306,7 @@ SamplesHeader header_from(const json& text) {
     header.whole =
         WholeFabric{V2i(whole_from(texels.at(0), member::whole), whole_from(texels.at(1), member::whole)),
                     whole_from(whole.at(member::level), member::whole)};
-    if (std::max(header.whole->texels.x, header.whole->texels.y) > limit ||
+    if (std::max(header.whole->texels.x, header.whole->texels.y) > limit || header.whole->level < 1 ||
         !is_level_of(*header.whole, header.width, header.height)) {
       throw std::runtime_error("whole: the texels are those of no level of it");
     }

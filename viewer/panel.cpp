@@ -375,11 +375,13 @@ PanelWish Panel::edit(const PanelInfo& info, ShowState& state) {
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                    ImGuiWindowFlags_NoMove);
-  if (!info.message.empty()) {
+  const auto warn = [](const std::string& text) {
     ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.55F, 0.4F, 1));
-    ImGui::TextWrapped("%s", info.message.c_str());
+    ImGui::TextWrapped("%s", text.c_str());
     ImGui::PopStyleColor();
-  }
+  };
+  if (!info.message.empty()) warn(info.message);
+  for (const Error& warning : info.picture.warnings()) warn(to_line(warning));
   const auto opens = [](const char* title, bool open) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
   };

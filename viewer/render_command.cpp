@@ -81,7 +81,7 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
   }
   if (levels.forced >= 0) return needed;
   const int height = shot.options.height * shot.options.supersample;
-  std::vector<int> most_lacking(needed.size(), 0);
+  std::vector<LackingLevels> most_lacking(needed.size());
   for (const Camera& camera : shot.cameras) {
     // A swatch is rounded to whole pixels: they are as high as those of one height, as wide as those of
     // another.
@@ -92,22 +92,17 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
       heights.insert(heights.end(), {std::max(1, static_cast<int>(std::floor(by_width))),
                                      static_cast<int>(std::ceil(by_width))});
     for (const int of : heights) {
-      std::vector<int> lacking;
+      std::vector<LackingLevels> lacking;
       const std::vector<LevelRange> asked = levels_asked(open.scene, camera, of, levels, headers, &lacking);
       for (std::size_t i = 0; i < needed.size(); ++i) {
         needed[i] = {std::min(needed[i].first, asked[i].first), std::max(needed[i].last, asked[i].last)};
-        most_lacking[i] = std::max(most_lacking[i], lacking[i]);
+        most_lacking[i] |= lacking[i];
       }
     }
   }
   for (std::size_t i = 0; i < needed.size(); ++i) {
-    if (most_lacking[i] == 0) continue;
-    const int first = first_level(*headers[i]);
-    issues.push_back(
-        {Code::fabric_levels, open.scene.fabrics[i].name, "/whole/level",
-         fmt::format("the file begins with level {}, and the picture may show level {}: it is drawn "
-                     "less sharp",
-                     first, first - most_lacking[i])});
+    if (most_lacking[i].any())
+      issues.push_back(lacking_issue(open.scene.fabrics[i].name, *headers[i], most_lacking[i]));
   }
   if (shot.options.path != RenderPath::paper) return needed;
   for (std::size_t i = 0; i < needed.size(); ++i) {

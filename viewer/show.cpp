@@ -144,6 +144,8 @@ class Show {
                 {"fabrics", state_.fabrics},
                 {"fabricBytes", {{"read", picture_.bytes_read()}, {"inFiles", picture_.file_bytes()}}},
                 {"message", message_}};
+    all["warnings"] = Json::array();
+    for (const Error& warning : picture_.warnings()) all["warnings"].push_back(to_line(warning));
     all["lights"] = Json::array();
     for (const Light& light : picture_.lights()) all["lights"].push_back(json_of(light));
     all["probe"] = probe_ ? json_of(*probe_, picture_) : Json();

@@ -14,6 +14,16 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// What its levels are chosen by.
+FabricHeader sizes_of(const Fabric& fabric) {
+  FabricHeader header;
+  header.width = fabric.levels.front().width;
+  header.height = fabric.levels.front().height;
+  header.levels = static_cast<int>(fabric.levels.size());
+  header.whole = fabric.whole;
+  return header;
+}
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -94,14 +104,19 @@ Result<void> ShowPicture::load(const ShowState& state) {
 
 /// Reads what the picture asks for and is not there yet.
 Result<void> ShowPicture::read_levels(const ShowState& state) {
-  if (readers_.empty()) return {};
-  // Files that were added are there as a whole, and their headers do not matter.
-  std::vector<FabricHeader> added(fabrics_.size() - readers_.size());
+  // Of files that were added all is read.
+  std::vector<FabricHeader> added;
+  for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i) added.push_back(sizes_of(fabrics_[i]));
   std::vector<const FabricHeader*> headers;
   for (const FabricReader& reader : readers_) headers.push_back(&reader.header());
   for (const FabricHeader& header : added) headers.push_back(&header);
+  std::vector<LackingLevels> lacking;
   const std::vector<LevelRange> asked =
-      levels_asked(dressed_, camera_, options_.height, options_.levels, headers);
+      levels_asked(dressed_, camera_, options_.height, options_.levels, headers, &lacking);
+  warnings_.clear();
+  for (std::size_t i = 0; i < lacking.size() && state.levels.forced < 0; ++i) {
+    if (lacking[i].any()) warnings_.push_back(lacking_issue(fabric_names_[i], *headers[i], lacking[i]));
+  }
   bool more = false;
   for (std::size_t i = 0; i < readers_.size(); ++i) {
     const int before = first_level(readers_[i].header());
@@ -121,7 +136,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
     renderer_.reset();
     std::vector<FabricLevel>& levels = fabrics_[i].levels;
     levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
-    fabrics_[i].whole = finer->whole;
+    fabrics_[i].whole = without_levels(readers_[i].header(), first, last).whole;
     more = true;
   }
   return more ? load(state) : Result<void>();

@@ -49,6 +49,8 @@ class ShowPicture {
   const Frame& frame() const { return frame_; }
   const Camera& camera() const { return camera_; }
   const std::vector<Light>& lights() const { return options_.lights; }
+  /// What the picture may ask for and no file has.
+  const Issues& warnings() const { return warnings_; }
   const RenderStats& stats() const { return stats_; }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }      ///< of `frame`, as display.h
   const std::vector<OverlayPixel>& overlay() const { return overlay_; }  ///< empty: not asked for
@@ -76,6 +78,7 @@ class ShowPicture {
   Camera camera_;
   Frame frame_;
   RenderStats stats_;
+  Issues warnings_;
   std::vector<std::uint8_t> bytes_;
   std::vector<OverlayPixel> overlay_;
   double draw_seconds_ = 0;

@@ -79,7 +79,8 @@ void check_plan_usage(const CLI::App& plan) {
     if (of_file) throw CLI::ValidationError(option, "has no meaning with --camera");
   }
   for (const char* option : {"--fov", "--orthographic"}) {
-    if (of_file && plan.count(option) > 0) throw CLI::ValidationError(option, "has no meaning with --camera");
+    if (of_file && !all_around && plan.count(option) > 0)
+      throw CLI::ValidationError(option, "has no meaning with --camera");
   }
   if (plan.count("--distance") > 0 && plan.count("--distance-factor") > 0)
     throw CLI::ValidationError("--distance-factor", "has no meaning with --distance");

@@ -231,6 +231,7 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
     const auto samples = SamplesReader::open(bake_command.output);
     if (!samples) return tl::unexpected(samples.error());
     fit_command.fit.levels = levels_needed(*bake_command.demand, samples->header());
+    fit_command.fit.partial = true;
   }
   auto fitted = fit_file(bake_command.output, fit_command);
   if (!fitted) return tl::unexpected(fitted.error());

@@ -21,7 +21,8 @@ std::string text_of(const MaterialPlan& m) {
       texel_mm > 0 ? fmt::format("texels of {:.3g} mm", texel_mm) : std::string("texels as fine as can be");
   text += m.backs ? (m.fronts ? ", both sides" : ", backs alone") : ", fronts alone";
   text += m.holes ? ", holes" : ", no holes";
-  if (m.lacking > 0) text += fmt::format("; {} finer levels are not in the file", m.lacking);
+  if (m.lacking.finer > 0) text += fmt::format("; the {} finest are not in the file", m.lacking.finer);
+  if (m.lacking.coarser > 0) text += fmt::format("; the {} coarsest are not in the file", m.lacking.coarser);
   return text + "\n";
 }
 

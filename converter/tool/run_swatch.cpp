@@ -9,6 +9,7 @@
 #include "format/atomic_file.h"
 #include "format/display.h"
 #include "format/distinct_paths.h"
+#include "format/level_bounds.h"
 #include "format/swatch_picture.h"
 
 namespace selvedge {
@@ -17,6 +18,7 @@ namespace {
 struct Drawn {
   Frame frame;
   std::optional<TruthSwatch> truth;
+  Issues warnings;
   double seconds = 0;
 };
 
@@ -44,14 +46,27 @@ Result<Drawn> trace(const SwatchCommand& command) {
   return drawn;
 }
 
+/// What the picture may ask for and a partial fabric does not have.
+Issues missing_levels_of(const SwatchCommand& command, const FabricHeader& header, const SwatchShot& shot) {
+  if (command.levels.forced >= 0) return {};
+  const FabricHeader* const headers[] = {&header};
+  std::vector<LackingLevels> lacking;
+  levels_asked(swatch_scene(V2d(header.period_mm), shot), shot.camera, shot.height, command.levels, headers,
+               &lacking);
+  if (!lacking[0].any()) return {};
+  return {lacking_issue(command.input, header, lacking[0])};
+}
+
 Result<Drawn> draw(const SwatchCommand& command) {
   auto reader = FabricReader::open(command.input);
   if (!reader) return tl::unexpected(reader.error());
   const auto fabric = reader->read();
   if (!fabric) return tl::unexpected(fabric.error());
-  const auto start = std::chrono::steady_clock::now();
+  const SwatchShot shot = shot_of(command, V2d(fabric->period_mm));
   Drawn drawn;
-  drawn.frame = draw_swatch(*fabric, shot_of(command, V2d(fabric->period_mm)), command.levels);
+  drawn.warnings = missing_levels_of(command, reader->header(), shot);
+  const auto start = std::chrono::steady_clock::now();
+  drawn.frame = draw_swatch(*fabric, shot, command.levels);
   drawn.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return drawn;
 }
@@ -77,9 +92,14 @@ int run(const SwatchCommand& command) {
   apply(command.common);
   const auto drawn = make(command);
   if (!drawn) return report_error(drawn.error());
-  Json json = {{"input", command.input},   {"output", command.output}, {"view", name_of(command.view)},
-               {"width", command.size.x},  {"height", command.size.y}, {"truth", command.truth},
-               {"seconds", drawn->seconds}};
+  Json warnings = Json::array();
+  for (const Error& warning : drawn->warnings) {
+    warnings.push_back(to_json(warning));
+    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+  }
+  Json json = {{"input", command.input},    {"output", command.output}, {"view", name_of(command.view)},
+               {"width", command.size.x},   {"height", command.size.y}, {"truth", command.truth},
+               {"seconds", drawn->seconds}, {"warnings", warnings}};
   std::string text = fmt::format("{} swatch, {}x{} pixels, in {:.2f} s", name_of(command.view),
                                  command.size.x, command.size.y, drawn->seconds);
   if (drawn->truth) {

@@ -20,7 +20,7 @@ test_a_plan_tells_what_pixels_ask_for() {
   make_cloth
   exits 0 selvedge plan quad.glb "${far_view[@]}" -o plan.json --json
   holds 'r.verb === "plan" && r.materials.length === 1 && r.materials[0].name === "cloth"'
-  holds 'r.materials[0].levels[0] === 2 && r.materials[0].levelsOfFabric === 5 && r.materials[0].lacking === 0'
+  holds 'r.materials[0].levels[0] === 2 && r.materials[0].levelsOfFabric === 5 && r.materials[0].lacking.join() === "0,0"'
   # A little less: of the square, the corners are farthest from the axis.
   holds 'r.materials[0].pixelMm[0] < 3.107 && r.materials[0].pixelMm[0] > 3.1'
   holds 'Math.abs(r.materials[0].texelMm - r.materials[0].pixelMm[0] / Math.SQRT2) < 1e-9'
@@ -42,6 +42,63 @@ test_a_plan_tells_what_pixels_ask_for() {
   # Elsewhere.
   exits 0 selvedge plan quad.glb "${far_view[@]}" --look-at 0,9,0 --json
   holds '!r.materials[0].seen && r.materials[0].levels[0] === 4 && r.materials[0].pixelMm[0] === null'
+}
+
+# again: the options of `plan` that the sight and the frame of plan.json tell of, a line each.
+again() {
+  node -e 'const {sight: s, size, supersample} = JSON.parse(require("fs").readFileSync("plan.json"));
+    const words = ["--size", size.join("x"), "--supersample", supersample];
+    const given = (name, value) => value === undefined || words.push(name, ...[value].flat());
+    for (const camera of s.cameras ?? []) given("--camera", camera);
+    given("--distance", s.distances ?? s.distance);
+    given("--azimuth", s.azimuth);
+    given("--elevation", s.elevation);
+    given("--look-at", s.lookAt?.join());
+    given("--distance-factor", s.distanceFactor);
+    given("--fov", s.fov);
+    if (s.projection === "parallel") words.push("--orthographic");
+    given("--zoom", s.zoom);
+    given("--focus", s.focus.join());
+    given("--scene", s.scene);
+    given("--variant", s.variant);
+    console.log(words.join("\n"));'
+}
+
+test_a_plan_is_made_again_from_what_it_tells() {
+  make_cloth
+  selvedge dress quad.gltf k.fabric.exr -o quad2.gltf --all --quiet
+  # A second scene with a smaller square, a variant without a fabric, two cameras.
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad2.gltf"));
+    g.cameras = [{type: "perspective", perspective: {yfov: 0.6, znear: 0.01}},
+      {type: "orthographic", orthographic: {xmag: 0.2, ymag: 0.1, znear: 0, zfar: 9}}];
+    g.nodes.push({camera: 0, name: "Front", translation: [0, 0, 2]}, {camera: 1, name: "Flat", translation: [0, 0, 4]},
+      {mesh: 0, name: "Small", scale: [0.1, 0.1, 0.1]});
+    g.scenes[0].nodes.push(1, 2);
+    g.scenes.push({name: "Other", nodes: [3]});
+    g.materials.push({...g.materials[0], name: "one side", doubleSided: false});
+    g.extensions = {...g.extensions, KHR_materials_variants: {variants: [{name: "Cut"}]}};
+    g.extensionsUsed.push("KHR_materials_variants");
+    g.meshes[0].primitives[0].extensions = {KHR_materials_variants: {mappings: [{material: 2, variants: [0]}]}};
+    fs.writeFileSync("quad2.gltf", JSON.stringify(g));'
+  for options in "" "--azimuth 20 --elevation -7.25 --fov 12.5" "--orthographic --distance 0.31" \
+    "--distance-factor 3.7 --zoom 2.5 --focus 0.25,0.7" "--look-at 0.01,0.02,0.3 --distance 1.1 --supersample 2" \
+    "--distance 0.4 7 --zoom 1.5 --focus 0.1,0.2" "--distance 0.4 7 --orthographic --fov 50 --size 64x48" \
+    "--camera Front --camera Flat --zoom 3" "--camera Front --distance 2 3 --fov 20" "--scene Other --distance 0.2" \
+    "--variant Cut --azimuth 180"; do
+    # shellcheck disable=SC2086 # several words
+    exits 0 selvedge plan quad2.gltf $options -o plan.json --json
+    mapfile -t words < <(again)
+    exits 0 selvedge plan quad2.gltf "${words[@]}" -o second.json --quiet
+    same plan.json second.json
+    case $options in
+    *--zoom*) holds 'r.sight.zoom > 1' plan.json ;;
+    *) holds 'r.sight.zoom === 1' plan.json ;;
+    esac
+    cp plan.json "plan$((made = ${made:-0} + 1)).json"
+  done
+  # And no two of them are for the same frames.
+  [ "$(node -p 'new Set([...Array(11).keys()].map((i) =>
+    JSON.stringify(JSON.parse(require("fs").readFileSync(`plan${i + 1}.json`)).materials))).size')" -ge 10 ]
 }
 
 test_holes_are_those_of_the_fabric() {
@@ -69,7 +126,8 @@ test_a_fabric_for_a_plan_is_a_small_one_and_shows_the_same() {
   [ "$(stat -c %s part.fabric.exr)" -lt $(($(stat -c %s k.fabric.exr) / 2)) ]
   exits 0 selvedge check part.fabric.exr --json
   holds 'r.files[0].issues.length === 1 && r.files[0].issues[0].code === "FABRIC_LEVELS"'
-  holds 'r.files[0].issues[0].place === "/whole/level"'
+  holds 'r.files[0].issues[0].place === "/whole"'
+  holds 'r.files[0].issues[0].message.endsWith("levels 0-1 of 5 are missing")'
   # The levels of the whole fabric alone, in another way: what both show of a view they are for.
   selvedge repack k.fabric.exr -o packed.fabric.exr --levels 2-4 --quiet
   exits 0 selvedge info packed.fabric.exr --json
@@ -100,13 +158,54 @@ test_asking_a_part_for_more_is_a_warning() {
   selvedge dress quad.gltf part.fabric.exr -o part.glb --all --quiet
   exits 0 selvedge-view render part.glb -o near.png --distance 0.1 --fov 45 --size 200x200
   [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line: $(cat "$scratch/err")"
-  grep -q 'warning: part.fabric: /whole/level: .* \[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
+  grep -q 'warning: part.fabric: /whole: .* \[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
   [ -s near.png ]
   exits 0 selvedge-view render part.glb -o near.png --distance 0.1 --fov 45 --size 200x200 --quiet
   [ ! -s "$scratch/err" ]
   # The plan says it before.
   exits 0 selvedge plan part.glb --distance 0.1 --fov 45 --size 200x200 --json
-  holds 'r.materials[0].lacking === 2 && r.materials[0].levels[0] === 0'
+  holds 'r.materials[0].lacking.join() === "2,0" && r.materials[0].levels[0] === 0'
+}
+
+test_a_part_without_coarser_levels_says_so() {
+  make_cloth
+  selvedge repack k.fabric.exr -o part.fabric.exr --levels 1-2 --quiet
+  exits 0 selvedge info part.fabric.exr --json
+  holds 'r.content.whole.level === 1 && r.content.whole.levels === 5 && r.content.levels === 2'
+  exits 0 selvedge check part.fabric.exr --json
+  holds 'r.files[0].issues.length === 1 && r.files[0].issues[0].place === "/whole"'
+  holds 'r.files[0].issues[0].message.endsWith("levels 0 and 3-4 of 5 are missing")'
+  # Of a part of the part the same is known.
+  selvedge repack part.fabric.exr -o less.fabric.exr --levels 0 --quiet
+  exits 0 selvedge info less.fabric.exr --json
+  holds 'r.content.whole.level === 1 && r.content.whole.levels === 5 && r.content.levels === 1'
+  # Dressed in it, a plan and a picture from afar miss the coarser ones.
+  selvedge dress quad.gltf part.fabric.exr -o part.glb --all --quiet
+  exits 0 selvedge plan part.glb "${far_view[@]}" --json
+  holds 'r.materials[0].levelsOfFabric === 5 && r.materials[0].levels.join() === "2,4"'
+  holds 'r.materials[0].lacking.join() === "0,2"'
+  exits 0 selvedge-view render part.glb -o far.png "${far_view[@]}"
+  [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line: $(cat "$scratch/err")"
+  grep -q 'has levels 1-2 of the whole, and levels 1-4 may be asked for.*\[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
+  # Swatches say the same line.
+  exits 0 selvedge swatch part.fabric.exr -o far.png --view far --size 64x48
+  grep -q 'has levels 1-2 of the whole.*\[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
+  exits 0 selvedge swatch part.fabric.exr -o far.png --view far --size 64x48 --json
+  holds 'r.warnings.length === 1 && r.warnings[0].code === "FABRIC_LEVELS"'
+  exits 0 selvedge-view render part.fabric.exr --place far -o far.png --size 64x48
+  grep -q 'has levels 1-2 of the whole.*\[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
+}
+
+test_what_is_seen_from_near_alone_needs_no_coarser_levels() {
+  make_cloth
+  # 0.3 mm a pixel of 0.31 x 0.24 mm texels, straight on: levels 0 and 1 of 5.
+  selvedge plan quad.glb --distance 0.14 --fov 45 --size 400x400 -o plan.json --quiet
+  exits 0 selvedge make plain-knit -o near.fabric.exr --for plan.json "${knit[@]}" --json
+  holds 'r.fit.levels.length < 5 && r.fit.levels[0].texels[0] === 16'
+  exits 0 selvedge info near.fabric.exr --json
+  holds 'r.content.whole.level === 0 && r.content.whole.levels === 5 && r.content.whole.texels.join() === "16,16"'
+  exits 0 selvedge check near.fabric.exr --json
+  holds 'r.files[0].issues.length === 1 && r.files[0].issues[0].message.endsWith("-4 of 5 are missing")'
 }
 
 test_samples_of_a_part_make_a_part() {

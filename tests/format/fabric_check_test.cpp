@@ -385,7 +385,7 @@ TEST_CASE("levels that are missing are warnings") {
       [](OpenedFabric& file) {
         file.text["whole"] = {{"level", 2}, {"texels", {17, 12}}};
       },
-      {"FABRIC_LEVELS /whole/level"});
+      {"FABRIC_LEVELS /whole"});
   accepted(
       [](OpenedFabric& file) {
         file.text["levels"] = 2;

@@ -77,8 +77,9 @@ TEST_CASE("a range of levels is a fabric whose level 0 is its first") {
   CHECK(upper->period_mm == fabric.period_mm);
   CHECK(upper->levels[1].lobes->parameters == fabric.levels[2].lobes->parameters);
   CHECK(validate(*upper));
-  CHECK(upper->whole == WholeFabric{V2i(11, 5), 1});
-  CHECK_FALSE(open_reader(folder / "a.exr").read_levels(0, 1)->whole.has_value());
+  CHECK(upper->whole == WholeFabric{V2i(11, 5), 1, 4});
+  CHECK(open_reader(folder / "a.exr").read_levels(0, 1)->whole == WholeFabric{V2i(11, 5), 0, 4});
+  CHECK_FALSE(open_reader(folder / "a.exr").read_levels(0, 3)->whole.has_value());
 }
 
 TEST_CASE("a part of a fabric says in its file what it is a part of, and parts of it count on") {
@@ -88,12 +89,13 @@ TEST_CASE("a part of a fabric says in its file what it is a part of, and parts o
   REQUIRE(part);
   REQUIRE(write_fabric(folder / "b.exr", *part));
   FabricReader reader = open_reader(folder / "b.exr");
-  CHECK(reader.header().whole == WholeFabric{V2i(44, 21), 2});
+  CHECK(reader.header().whole == WholeFabric{V2i(44, 21), 2, 6});
+  CHECK(reader.read()->whole == reader.header().whole);
   CHECK(whole_texels(reader.header()) == V2i(44, 21));
   CHECK(first_level(reader.header()) == 2);
   const auto again = reader.read_levels(1, 2);
   REQUIRE(again);
-  CHECK(again->whole == WholeFabric{V2i(44, 21), 3});
+  CHECK(again->whole == WholeFabric{V2i(44, 21), 3, 6});
   CHECK(first_level(*again) == 3);
   CHECK(V2i(again->levels[0].width, again->levels[0].height) == V2i(5, 2));
   Fabric wrong = *part;
@@ -102,6 +104,57 @@ TEST_CASE("a part of a fabric says in its file what it is a part of, and parts o
     wrong.whole = whole;
     // 45 / 4 and 44 / 4 are both 11, as 20 / 4 and 21 / 4 are 5.
     CHECK(validate(wrong).has_value() == (whole.level == 2));
+  }
+}
+
+TEST_CASE("a fabric says which levels of the whole it lacks, at either end") {
+  FabricHeader header;
+  header.width = 16;
+  header.height = 8;
+  header.levels = 5;
+  CHECK(missing_levels(header).empty());
+  CHECK(whole_levels(header) == 5);
+  header.levels = 2;  // a whole that stops
+  CHECK(missing_levels(header).empty());
+  header.whole = WholeFabric{V2i(64, 32), 2, 7};
+  CHECK(missing_levels(header) ==
+        "has levels 2-3 of a whole of 64x32 texels; levels 0-1 and 4-6 of 7 are missing");
+  CHECK(whole_levels(header) == 7);
+  header.whole->levels = 0;
+  CHECK(missing_levels(header) == "has levels 2-3 of a whole of 64x32 texels; levels 0-1 of 4 are missing");
+  CHECK(whole_levels(header) == 4);
+  header.levels = 1;
+  header.whole = WholeFabric{V2i(16, 8), 0, 2};
+  CHECK(missing_levels(header) == "has levels 0 of a whole of 16x8 texels; levels 1 of 2 are missing");
+}
+
+TEST_CASE("levels of a whole survive reading and writing, and so does that nothing is known of them") {
+  const Folder folder;
+  Fabric part = test::random_fabric(44, 21, {2, 2}, 1, 8);
+  REQUIRE(part.levels.size() == 6);
+  part.levels.resize(3);
+  for (const std::optional<WholeFabric>& whole :
+       {std::optional<WholeFabric>(), std::optional(WholeFabric{V2i(44, 21), 0, 6}),
+        std::optional(WholeFabric{V2i(44, 21), 0, 4}), std::optional(WholeFabric{V2i(89, 42), 1, 4}),
+        std::optional(WholeFabric{V2i(89, 42), 1, 7}), std::optional(WholeFabric{V2i(89, 42), 1, 0})}) {
+    part.whole = whole;
+    REQUIRE(write_fabric(folder / "a.exr", part));
+    const auto read = read_fabric(folder / "a.exr");
+    REQUIRE(read);
+    CHECK(read->whole == whole);
+    REQUIRE(write_fabric(folder / "b.exr", *read));
+    CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
+    // Without the last, which there is.
+    const auto cut = open_reader(folder / "b.exr").read_levels(0, 1);
+    REQUIRE(cut);
+    REQUIRE(cut->whole);
+    CHECK(cut->whole->levels == std::max(whole ? whole->levels : 0, first_level(part) + 3));
+  }
+  for (const WholeFabric& whole :
+       {WholeFabric{V2i(44, 21), 0, 0}, WholeFabric{V2i(44, 21), 0, 3}, WholeFabric{V2i(44, 21), 0, 7},
+        WholeFabric{V2i(89, 42), 1, 3}, WholeFabric{V2i(89, 42), 1, 8}, WholeFabric{V2i(44, 21), -1, 6}}) {
+    part.whole = whole;
+    CHECK_FALSE(validate(part));
   }
 }
 

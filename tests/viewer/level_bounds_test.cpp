@@ -35,10 +35,10 @@ FabricHeader header_of(const Fabric& fabric) {
 }
 
 LevelRange asked(const Scene& scene, const Camera& camera, const LevelOptions& levels, const Fabric& fabric,
-                 int* lacking = nullptr) {
+                 LackingLevels* lacking = nullptr) {
   const FabricHeader header = header_of(fabric);
   const std::vector<const FabricHeader*> headers{&header};
-  std::vector<int> missing;
+  std::vector<LackingLevels> missing;
   const LevelRange range = levels_asked(scene, camera, height, levels, headers, &missing)[0];
   if (lacking != nullptr) *lacking = missing[0];
   return range;
@@ -116,14 +116,16 @@ TEST_CASE(
           left_out += range.first;
           Fabric part = part_of(whole, range.first);
           part.levels.resize(static_cast<std::size_t>(range.last - range.first) + 1);
-          int lacking = -1;
+          const int all = level_count(size.x, size.y);
+          if (range.last - range.first + 1 < all) part.whole = WholeFabric{size, range.first, all};
+          LackingLevels lacking{-1, -1};
           CHECK(asked(scene, *camera, levels, part, &lacking).first == 0);
-          CHECK(lacking == 0);
-          const Result<Frame> all = render(scene, {whole}, *camera, look);
+          CHECK_FALSE(lacking.any());
+          const Result<Frame> full = render(scene, {whole}, *camera, look);
           const Result<Frame> some = render(scene, {part}, *camera, look);
-          test::require(all);
+          test::require(full);
           test::require(some);
-          CHECK(all->pixels == some->pixels);
+          CHECK(full->pixels == some->pixels);
         }
       }
     }
@@ -167,10 +169,22 @@ TEST_CASE("what a part of a fabric lacks is said, and shown as finely as can be"
   test::require(camera);
   const LevelRange range = asked(scene, *camera, best_levels, whole);
   REQUIRE(range.first < 3);
-  int lacking = -1;
+  LackingLevels lacking;
   const LevelRange of_part = asked(scene, *camera, best_levels, part_of(whole, 3), &lacking);
   CHECK(of_part.first == 0);
-  CHECK(lacking == 3 - range.first);
+  CHECK(lacking.finer == 3 - range.first);
+  CHECK(lacking.coarser == 0);
+  // Without its coarsest two levels, of which it knows, and of which it does not.
+  Fabric cut = part_of(whole, 1);
+  cut.levels.resize(3);
+  REQUIRE(range.last == 5);
+  asked(scene, *camera, best_levels, cut, &lacking);
+  CHECK(lacking.coarser == 0);
+  cut.whole->levels = 6;
+  const LevelRange of_cut = asked(scene, *camera, best_levels, cut, &lacking);
+  CHECK(of_cut.last == 2);
+  CHECK(lacking.coarser == 2);
+  CHECK(lacking.finer == std::max(1 - range.first, 0));
   test::each_pixel(test::index_nearest(scene, {part_of(whole, 3)}, *camera, width, height, best_levels),
                    [&](const PixelBlock& block, std::size_t lane) {
                      float sum = 0;

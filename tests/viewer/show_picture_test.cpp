@@ -289,5 +289,46 @@ TEST_CASE("a long zoom reads each level once, and none before it is asked for") 
   CHECK((*probe)->texels[0].level == 2);
 }
 
+TEST_CASE("a picture tells when it may ask for a level that a file does not have, finer or coarser") {
+  const test::Folder folder;
+  Scene scene;
+  test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(64, 64, 3)));
+  auto whole = FabricReader::open(folder / "a.exr");
+  test::require(whole);
+  const auto part = whole->read_levels(2, 3);
+  test::require(part);
+  REQUIRE(write_fabric(folder / "b.exr", *part));
+  scene.fabrics.resize(1);
+  scene.fabrics[0].name = "b.exr";
+  OpenScene open;
+  open.scene = scene;
+  open.readers.push_back(std::move(*FabricReader::open(folder / "b.exr")));
+  auto level_by_level =
+      ShowPicture::create(std::move(open), [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(level_by_level);
+  auto at_once = ShowPicture::create(scene, {*part}, [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(at_once);
+  for (const auto* made : {&level_by_level, &at_once}) {
+    ShowPicture& picture = ***made;
+    auto state = picture.first_state({}, 1);
+    test::require(state);
+    state->levels = best_levels;
+    for (const auto& [distance, asked] : {std::pair{3.0, "levels 0-3 "}, std::pair{200.0, "levels 2-6 "}}) {
+      state->camera.distance = distance;
+      test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
+      REQUIRE(picture.warnings().size() == 1);
+      CHECK(picture.warnings()[0].code == Code::fabric_levels);
+      CHECK(picture.warnings()[0].file == "b.exr");
+      CHECK(picture.warnings()[0].message.starts_with("the file has levels 2-3 of the whole, and "));
+      CHECK(picture.warnings()[0].message.find(asked) != std::string::npos);
+    }
+    // A level that is chosen by its number is what was asked for.
+    state->levels.forced = 2;
+    test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
+    CHECK(picture.warnings().empty());
+  }
+}
+
 }  // namespace
 }  // namespace selvedge

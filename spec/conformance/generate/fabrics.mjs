@@ -113,6 +113,22 @@ const levels = [
     levels: 1,
     layers: ['lobes', 'frame']
   },
+  {
+    name: 'levels-part-of-a-whole',
+    about: 'levels 1 and 2 of 5; queries count the file\'s own',
+    texels: [8, 4],
+    levels: 2,
+    whole: {texels: [16, 9], level: 1, levels: 5},
+    layers: ['lobes', 'opacity'],
+  },
+  {
+    name: 'levels-part-without-coarser-ones',
+    about: 'levels 0 and 1 of 4, of a whole that has the same level 0',
+    texels: [8, 5],
+    levels: 2,
+    whole: {texels: [8, 5], level: 0, levels: 4},
+    layers: ['lobes', 'table'],
+  },
 ];
 
 const sizes = [[1, 1], [2, 1], [1, 2], [3, 5], [7, 4], [33, 1], [65, 2]].map(

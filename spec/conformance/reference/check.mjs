@@ -119,8 +119,13 @@ function check_surroundings(fabric, report, advise) {
 
 function check_levels(fabric, warn) {
   const chain = fabric.texels ? chain_length(...fabric.texels) : 0;
-  if (fabric.levels < chain) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
-  if (fabric.whole) warn('FABRIC_LEVELS', '/whole/level', `begins with level ${fabric.whole.level}`);
+  const {whole} = fabric;
+  const beyond = (whole?.level ?? 0) + fabric.levels, all = whole?.levels ?? beyond;
+  if (fabric.levels < chain && all === beyond) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
+  if (whole) {
+    const missing = Array.from({length: all}, (_, k) => k).filter((k) => k < whole.level || k >= beyond);
+    warn('FABRIC_LEVELS', '/whole', `the levels ${missing.join(', ')} of ${all} are missing`);
+  }
   const {products} = fabric.layers;
   for (const [name, {levels}] of Object.entries(fabric.layers)) {
     if (['heights', 'products', 'bases'].includes(name)) continue;

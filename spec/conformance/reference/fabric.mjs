@@ -114,11 +114,16 @@ function check_members(text, report) {
     const at = '/whole', {whole} = good;
     const fine = whole &&
       member(whole, at, 'texels', pair_of(in_range(1, LIMITS.texels)), `two integers of 1 to ${LIMITS.texels}`) &&
-      member(
-        whole, at, 'level', in_range(1, Math.max(chain_length(...whole.texels) - 1, 1)), 'one of its coarser levels');
+      member(whole, at, 'level', in_range(0, chain_length(...whole.texels) - 1), 'one of its levels');
     const size = (side) => Math.max(1, whole.texels[side] >> whole.level);
     if (fine && !(size(0) === good.texels[0] && size(1) === good.texels[1]))
       report('FABRIC_MEMBER', at, 'the level has another size');
+    else if (fine && good.levels) {
+      const all = Object.hasOwn(whole, 'levels') ? whole.levels : whole.level + good.levels;
+      const has_all = in_range(whole.level + good.levels, chain_length(...whole.texels))(all);
+      if (!has_all) report('FABRIC_MEMBER', `${at}/levels`, 'is not the number of levels of the whole');
+      else if (all === good.levels) report('FABRIC_MEMBER', `${at}/level`, 'no level is missing');
+    }
   }
   take('provenance', is_object, 'an object');
   take('digests', is_object, 'an object');

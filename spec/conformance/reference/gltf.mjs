@@ -68,7 +68,7 @@ function has_holes(fabric) {
   const {width, height} = level, above = [0, 0, 1];
   const alphas = Array.from({length: width * height}, (_, t) => [t % width, Math.floor(t / width)])
     .map((texel) => evaluate_texel(level, texel, above, above).alpha);
-  if (fabric.whole) return alphas.reduce((sum, alpha) => sum + 1 - alpha, 0) > 0.0005 * alphas.length;
+  if (fabric.whole?.level > 0) return alphas.reduce((sum, alpha) => sum + 1 - alpha, 0) > 0.0005 * alphas.length;
   return alphas.some((alpha) => alpha < 0.5);
 }
 

@@ -65,6 +65,18 @@ export const broken_members = [
   member(
     'whole-level-beyond-its-chain', '/whole', {texels: [6, 4], level: 3},
     {issues: [{code: 'FABRIC_MEMBER', place: '/whole/level'}]}),
+  member(
+    'whole-level-0-of-all-levels', '/whole', {texels: [3, 2], level: 0, levels: 2},
+    {issues: [{code: 'FABRIC_MEMBER', place: '/whole/level'}]}),
+  member(
+    'whole-levels-fewer-than-the-file-goes-to', '/whole', {texels: [6, 4], level: 1, levels: 2},
+    {issues: [{code: 'FABRIC_MEMBER', place: '/whole/levels'}]}),
+  member(
+    'whole-levels-more-than-the-chain', '/whole', {texels: [6, 4], level: 1, levels: 4},
+    {issues: [{code: 'FABRIC_MEMBER', place: '/whole/levels'}]}),
+  member(
+    'whole-levels-text', '/whole', {texels: [6, 4], level: 1, levels: '3'},
+    {issues: [{code: 'FABRIC_MEMBER', place: '/whole/levels'}]}),
   member('whole-texels-missing', '/whole', {level: 1}, {issues: [{code: 'FABRIC_MEMBER', place: '/whole/texels'}]}),
   member('whole-of-another-size', '/whole', {texels: [8, 4], level: 1}, alone),
   member(

@@ -50,9 +50,29 @@ export const unwise_fabrics = [
     value: {opacity: everywhere(1)},
   }),
   warning('FABRIC_LEVELS', 'chain', 'two of four levels', '/levels', {texels: [8, 4], levels: 2}),
-  warning('FABRIC_LEVELS', 'part', 'level 2 of 13 x 9 texels and coarser ones', '/whole/level', {
+  warning('FABRIC_LEVELS', 'part', 'level 2 of 13 x 9 texels and coarser ones', '/whole', {
+    texels: [3, 2],
+    whole: {texels: [13, 9], level: 2, levels: 4},
+  }),
+  warning('FABRIC_LEVELS', 'part-of-unknown-levels', 'the same, and nothing said of coarser levels', '/whole', {
     texels: [3, 2],
     whole: {texels: [13, 9], level: 2},
+  }),
+  warning('FABRIC_LEVELS', 'part-without-coarser-levels', 'level 0 of 8 x 4 texels and no other', '/whole', {
+    texels: [8, 4],
+    levels: 1,
+    whole: {texels: [8, 4], level: 0, levels: 4},
+  }),
+  warning('FABRIC_LEVELS', 'part-from-the-middle', 'levels 1 and 2 of 5', '/whole', {
+    texels: [8, 4],
+    levels: 2,
+    whole: {texels: [16, 9], level: 1, levels: 5},
+  }),
+  warning('FABRIC_LEVELS', 'part-of-a-chain-that-stops', 'the coarser of two levels, a whole that stops', '/whole', {
+    texels: [8, 4],
+    levels: 1,
+    whole: {texels: [16, 9], level: 1, levels: 2},
+    issues: [{code: 'FABRIC_LEVELS', place: '/levels'}, {code: 'FABRIC_LEVELS', place: '/whole'}],
   }),
   warning('FABRIC_LEVELS', 'layer', 'opacity at level 0 only', '/layers/opacity', opacity_on_0),
   advice('unlisted-level-not-zero', 'a level that is not listed, but not zero', '', {
