@@ -114,6 +114,11 @@ Result<Table> read_table(const std::string& folder) {
   table.fabrics = std::move(*fabrics);
   auto frames = read_rows(fmt::format("{}/{}", folder, trade_frames_folder), nullptr);
   if (!frames) return tl::unexpected(frames.error());
+  for (const auto& [preset, name] : table.sweep.value("presets", Json::object()).items()) {
+    for (Row& fabric : table.fabrics) {
+      if (name == fabric.name) fabric.record["quality"] = preset;
+    }
+  }
   // A fabric's own time per frame is that of the usual settings.
   for (Row& fabric : table.fabrics) {
     for (const Row& frame : *frames) {
@@ -298,9 +303,11 @@ std::string rows_of(const std::string& folder, const std::vector<Row>& rows, con
     add(fronts.make[i], "time to make");
     add(fronts.frame[i], "frame");
     const Json knobs = row.record.value("knobs", Json::object());
-    text += fmt::format("<tr{}><td>{}</td><td class=\"l\">{}<br><code>{}</code></td>",
-                        front.empty() ? "" : " class=\"front\"", i + 1, escaped(knobs_text(knobs)),
-                        escaped(text_at(row.record, "command")));
+    const std::string quality = text_at(row.record, "quality");
+    text += fmt::format("<tr{}><td>{}</td><td class=\"l\">{}{}<br><code>{}</code></td>",
+                        front.empty() ? "" : " class=\"front\"", i + 1,
+                        quality.empty() ? "" : fmt::format("<b>{}</b>: ", escaped(quality)),
+                        escaped(knobs_text(knobs)), escaped(text_at(row.record, "command")));
     text += views_cells(row.record) + cell(row.picture, "{:.2f}") + cell(row.ssim, "{:.4f}");
     if (fabrics) {
       text += fmt::format("<td class=\"l\">{}</td>", held_out_text(row.record));

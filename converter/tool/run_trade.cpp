@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "converter/bake_plan.h"
+#include "converter/quality.h"
 #include "converter/tool/commands.h"
 #include "converter/tool/trade_point.h"
 #include "format/atomic_file.h"
@@ -254,9 +255,13 @@ class Sweep {
       return ok;
     Json names = Json::array();
     for (const TradePoint& point : points_) names.push_back(name_of(point));
+    Json presets = Json::object();
+    for (const std::string_view name : quality_names)
+      presets[std::string(name)] = name_of(point_of(*quality_named(name)));
     const Json sweep = {
-        {"trade", 1},     {"identity", identity_}, {"periodMm", {mesh.period.x, mesh.period.y}},
-        {"truth", noise}, {"peak", truth_.peak},   {"points", names}};
+        {"trade", 1},        {"identity", identity_}, {"periodMm", {mesh.period.x, mesh.period.y}},
+        {"truth", noise},    {"peak", truth_.peak},   {"points", names},
+        {"presets", presets}};
     return write_file(folder_.path + "/" + trade_sweep_file, sweep.dump(2) + "\n");
   }
 

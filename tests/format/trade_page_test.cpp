@@ -70,7 +70,10 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   const test::Folder folder;
   for (const char* name : {trade_points_folder, trade_frames_folder, trade_pictures_folder})
     std::filesystem::create_directory(folder / name);
-  const Json sweep = {{"trade", 1}, {"identity", {{"stitch", "s"}}}, {"points", {"good", "bad", "missing"}}};
+  const Json sweep = {{"trade", 1},
+                      {"identity", {{"stitch", "s"}}},
+                      {"points", {"good", "bad", "missing"}},
+                      {"presets", {{"high", "good"}, {"draft", "missing"}}}};
   REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
   REQUIRE(write_file(folder / "points/good.json", record("good", 1000, 30).dump()));
   REQUIRE(write_file(folder / "points/bad.json", record("bad", 2000, 25).dump()));
@@ -90,6 +93,8 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   CHECK(all["points"][0]["name"] == "good");
   CHECK(all["points"][0]["front"]["bytes"] == true);
   CHECK(all["points"][0]["frameMs"] == 12.5);
+  CHECK(all["points"][0]["quality"] == "high");
+  CHECK_FALSE(all["points"][1].contains("quality"));
   CHECK(all["points"][1]["front"]["bytes"] == false);
   CHECK(all["frames"].size() == 1);
 
