@@ -174,7 +174,7 @@ void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneF
     result.direction.x[lane] = along(frames.tangent);
     result.direction.y[lane] = along(frames.up);
     result.direction.z[lane] = along(frames.normal);
-    result.share[lane] = static_cast<float>(std::min(at.share, 1e30));
+    result.share[lane] = static_cast<float>(std::min(at.share, 1e24));
   }
 }
 
