@@ -8,6 +8,10 @@
 
 namespace selvedge {
 
+/// The most that a light on a command line can be; times a share of a point light's, which is held at 1e24,
+/// it is still a number.
+inline constexpr double most_intensity = 1e12;
+
 /// A light far away, or one at a point (KHR_lights_punctual).
 struct Light {
   V3d direction{0, 0, 1};   ///< unit, world, towards the light; spot: against the axis of its cone

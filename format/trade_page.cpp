@@ -38,6 +38,7 @@ struct Table {
   Json sweep;
   std::vector<Row> fabrics;
   std::vector<Row> frames;  // of settings of the viewer
+  Json presets = Json::object();
 };
 
 double number_at(const Json& json, const char* pointer) {
@@ -74,8 +75,16 @@ Row row_of(Json record) {
   return row;
 }
 
-/// Those of a folder by name; `wanted`: in this order, the others are left out.
-Result<std::vector<Row>> read_rows(const std::string& folder, const std::vector<std::string>* wanted) {
+std::vector<std::string> names_in(const Json& json, const char* member) {
+  std::vector<std::string> names;
+  for (const Json& name : json.value(member, Json::array())) {
+    if (name.is_string()) names.push_back(name.get<std::string>());
+  }
+  return names;
+}
+
+/// Those of a folder that are `wanted`, in that order, as far as they are there.
+Result<std::vector<Row>> read_rows(const std::string& folder, const std::vector<std::string>& wanted) {
   std::map<std::string, Row> rows;
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
@@ -89,15 +98,39 @@ Result<std::vector<Row>> read_rows(const std::string& folder, const std::vector<
     rows.emplace(name, std::move(row));
   }
   std::vector<Row> result;
-  if (wanted == nullptr) {
-    for (auto& [name, row] : rows) result.push_back(std::move(row));
-    return result;
-  }
-  for (const std::string& name : *wanted) {
+  for (const std::string& name : wanted) {
     const auto row = rows.find(name);
     if (row != rows.end()) result.push_back(row->second);
   }
   return result;
+}
+
+bool holds_all(const Json& json, const Json& members) {
+  if (!json.is_object() || !members.is_object()) return false;
+  return std::all_of(members.items().begin(), members.items().end(), [&](const auto& member) {
+    return json.contains(member.key()) && json[member.key()] == member.value();
+  });
+}
+
+/// The viewer's records of this sweep: an earlier one's centre, size or machine may have left others.
+Result<std::vector<Row>> read_frames(const std::string& folder, const std::vector<std::string>& points,
+                                     Json& presets) {
+  const std::string path = folder + "/" + trade_frames_file;
+  if (!std::filesystem::exists(path)) return std::vector<Row>();
+  const auto list = read_record(path);
+  if (!list) return tl::unexpected(list.error());
+  presets = list->value("presets", Json::object());
+  auto rows = read_rows(fmt::format("{}/{}", folder, trade_frames_folder), names_in(*list, "frames"));
+  if (!rows) return rows;
+  const Json made_by = list->value("madeBy", Json::object());
+  const auto other = [&](const Row& row) {
+    const std::string fabric = text_at(row.record, "fabric");
+    const auto point = std::find(points.begin(), points.end(), fabric);
+    return point == points.end() || (row.record.value("swept", false) && point != points.begin()) ||
+           !holds_all(row.record.value("madeBy", Json()), made_by);
+  };
+  rows->erase(std::remove_if(rows->begin(), rows->end(), other), rows->end());
+  return rows;
 }
 
 Result<Table> read_table(const std::string& folder) {
@@ -105,16 +138,14 @@ Result<Table> read_table(const std::string& folder) {
   auto sweep = read_record(folder + "/" + trade_sweep_file);
   if (!sweep) return tl::unexpected(sweep.error());
   table.sweep = std::move(*sweep);
-  std::vector<std::string> names;
-  for (const Json& name : table.sweep.value("points", Json::array())) {
-    if (name.is_string()) names.push_back(name.get<std::string>());
-  }
-  auto fabrics = read_rows(fmt::format("{}/{}", folder, trade_points_folder), &names);
+  const std::vector<std::string> names = names_in(table.sweep, "points");
+  auto fabrics = read_rows(fmt::format("{}/{}", folder, trade_points_folder), names);
   if (!fabrics) return tl::unexpected(fabrics.error());
   table.fabrics = std::move(*fabrics);
-  auto frames = read_rows(fmt::format("{}/{}", folder, trade_frames_folder), nullptr);
+  auto frames = read_frames(folder, names, table.presets);
   if (!frames) return tl::unexpected(frames.error());
-  for (const auto& [preset, name] : table.sweep.value("presets", Json::object()).items()) {
+  const Json presets = table.sweep.value("presets", Json::object());
+  for (const auto& [preset, name] : presets.items()) {
     for (Row& fabric : table.fabrics) {
       if (name == fabric.name) fabric.record["quality"] = preset;
     }
@@ -173,6 +204,7 @@ Json json_of(const Table& table) {
     frames.push_back(std::move(frame));
   }
   all["frames"] = std::move(frames);
+  if (!table.presets.empty()) all["presets"] = table.presets;
   return all;
 }
 

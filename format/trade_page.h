@@ -14,6 +14,9 @@ namespace selvedge {
 inline constexpr const char* trade_sweep_file = "sweep.json";
 inline constexpr const char* trade_points_folder = "points";  ///< a record each of fabrics
 inline constexpr const char* trade_frames_folder = "frames";  ///< and of settings of the viewer
+/// Which of the latter count: `frames`, their names in order, `madeBy`, what their own have to agree with,
+/// and `presets`, from a name of `render --quality` to one of them.
+inline constexpr const char* trade_frames_file = "frames.json";
 inline constexpr const char* trade_pictures_folder = "pictures";
 inline constexpr const char* trade_truth_picture = "truth";  ///< among the pictures, without ending
 
@@ -27,7 +30,8 @@ struct TradeFigure {
 /// quality. Of equal ones all are on the front; points that are not finite are not.
 std::vector<bool> pareto_front(const std::vector<TradeFigure>& figures);
 
-/// Records that are damaged or of another sweep are refused (FILE_DAMAGED).
+/// Of the viewer's records those that trade_frames_file names, of points that the sweep has; with all
+/// settings those of its first point. Records that are damaged are refused (FILE_DAMAGED).
 Result<void> write_trade_page(const std::string& folder);
 
 }  // namespace selvedge

@@ -137,9 +137,10 @@ CLI::Option* add_lights(CLI::App& app, const std::string& name, const std::strin
             for (const std::string& text : texts) {
               const std::vector<double> n = checked(name, text, ',', 3, 4);
               const double intensity = n.size() > 3 ? n[3] : 1;
-              if (!(intensity >= 0 && intensity <= 1e6) || !take(vector_of(n), static_cast<float>(intensity)))
+              if (!(intensity >= 0 && intensity <= most_intensity) ||
+                  !take(vector_of(n), static_cast<float>(intensity)))
                 throw CLI::ValidationError(
-                    name, fmt::format("\"{}\" has no direction or no intensity in 0 to 1e6", text));
+                    name, fmt::format("\"{}\" has no direction or no intensity in 0 to 1e12", text));
             }
           },
           help)
@@ -263,6 +264,8 @@ void set_quality(const CLI::App& app, const std::string& quality, RenderOptions&
   const RenderOptions wanted =
       quality_setting(static_cast<std::size_t>(name - frame_quality_names.begin())).render;
   if (app.count("--supersample") == 0) render.supersample = wanted.supersample;
+  if (app.count("--power") == 0 && render.path != RenderPath::shader) render.power = wanted.power;
+  if (app.count("--level") == 0) render.levels.forced = wanted.levels.forced;
   if (app.count("--level-blend") == 0) render.levels.blend = wanted.levels.blend;
   if (app.count("--anisotropy") == 0) render.levels.taps = wanted.levels.taps;
   if (app.count("--filter") > 0) return;
@@ -312,8 +315,7 @@ void add_render(CLI::App& app, RenderCommand& command, std::string& quality) {
   add_levels(app, command.render.levels, command.render.layers);
   app.add_option("--quality", quality,
                  "Filter, taps and samples a pixel that are worth their time (standard is the default); "
-                 "options given "
-                 "beside it stay as given")
+                 "options given beside it stay as given. With --path paper the samples alone count")
       ->type_name("draft|standard|high|reference")
       ->check(
           CLI::IsMember(std::vector<std::string>(frame_quality_names.begin(), frame_quality_names.end())));
@@ -328,6 +330,15 @@ void add_render(CLI::App& app, RenderCommand& command, std::string& quality) {
          "of 8 bits, nearest texels")
       ->type_name("hybrid|shader|paper")
       ->check(CLI::IsMember({"hybrid", "shader", "paper"}));
+  app.add_option_function<std::string>(
+         "--power",
+         [&](const std::string& t) {
+           const auto name = std::find(power_names.begin(), power_names.end(), t);
+           command.render.power = static_cast<PowerKind>(name - power_names.begin());
+         },
+         "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4")
+      ->type_name("exact|fast")
+      ->check(CLI::IsMember({"exact", "fast"}));
   app.add_option_function<std::string>(
          "--context",
          [&](const std::string& t) {
@@ -428,14 +439,38 @@ void add_trade(CLI::App& app, TradeCommand& command) {
   app.add_flag("--quiet", command.quiet, "No progress, no line per setting");
 }
 
-/// An option that would count for nothing with this input; empty where there is none.
+/// The first option that would count for nothing with this input, or beside others, and why; empty: none.
 std::string idle_option(const CLI::App& verb, const RenderCommand& command) {
-  const std::vector<std::string> of_scenes{"--azimuth",         "--elevation",   "--fov",    "--distance",
-                                           "--distance-factor", "--look-at",     "--camera", "--scene",
-                                           "--variant",         "--orthographic"};
-  const std::vector<std::string> of_fabrics{"--repeats", "--view", "--pixels-per-texel"};
-  for (const std::string& option : has_ending(command.input, ".exr") ? of_scenes : of_fabrics) {
-    if (verb.count(option) > 0) return option;
+  struct Idle {
+    bool here;
+    const char* why;
+    std::vector<const char*> options;
+  };
+  const bool swatch = has_ending(command.input, ".exr");
+  const std::vector<Idle> all{
+      {swatch,
+       "is for scenes, not for a swatch",
+       {"--azimuth", "--elevation", "--fov", "--distance", "--distance-factor", "--look-at", "--zoom",
+        "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable", "--compare",
+        "--layers", "--ambient"}},
+      {!swatch, "is for fabrics, not for a scene", {"--place", "--repeats", "--view", "--pixels-per-texel"}},
+      {command.place.has_value(),
+       "counts for nothing with --place",
+       {"--repeats", "--view", "--pixels-per-texel"}},
+      {swatch && !command.place,
+       "counts for nothing with a swatch of whole texels, without --place",
+       {"--size"}},
+      {command.render.path == RenderPath::paper,
+       "counts for nothing with --path paper, which draws fabrics alone",
+       {"--ambient"}},
+      {command.render.path == RenderPath::shader,
+       "counts for nothing with --path shader: OpenGL has its own powers",
+       {"--power"}},
+  };
+  for (const Idle& idle : all) {
+    for (const char* option : idle.options) {
+      if (idle.here && verb.count(option) > 0) return fmt::format("{} {}", option, idle.why);
+    }
   }
   return {};
 }
@@ -473,18 +508,8 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (compare_verb->parsed()) return compare;
   if (show_verb->parsed()) return show;
   if (trade_verb->parsed()) return trade;
-  if (!has_ending(render.input, ".exr") && render.place) {
-    fmt::print(stderr, "selvedge-view: --place is for fabrics, not for a scene; see --help\n");
-    return ExitNow{2};
-  }
-  if (const std::string option = idle_option(*render_verb, render); !option.empty()) {
-    fmt::print(stderr, "selvedge-view: {} is for {}; see --help\n", option,
-               has_ending(render.input, ".exr") ? "scenes, not for a swatch" : "fabrics, not for a scene");
-    return ExitNow{2};
-  }
-  if (has_ending(render.input, ".exr") && (render.turntable > 0 || !render.compare.empty())) {
-    fmt::print(stderr,
-               "selvedge-view: --turntable and --compare are for scenes, not for a swatch; see --help\n");
+  if (const std::string line = idle_option(*render_verb, render); !line.empty()) {
+    fmt::print(stderr, "selvedge-view: {}; see --help\n", line);
     return ExitNow{2};
   }
   set_quality(*render_verb, quality, render.render);

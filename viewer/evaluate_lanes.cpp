@@ -140,7 +140,7 @@ SELVEDGE_INLINE void fill(const Surroundings& s, std::size_t first, Lookups<N>& 
 
 /// The texels of one stroke; `with_alpha`: opacity is added as well. `Known`: how many lobes the layout has,
 /// 0 where only the layout knows.
-template <std::size_t N, int Known>
+template <std::size_t N, int Known, class Power>
 SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const Lookups<N>& lookups,
                               std::size_t first, bool with_alpha, LaneShading& result) {
   using Wide = WideFloat<N>;
@@ -206,7 +206,8 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
       const Wide cosine = max(to_light[2], zero);
 #pragma GCC unroll 3
       for (std::size_t c = 0; c < 3; ++c) {
-        const Wide bracket = lafortune_lobes(parameters + c * per_channel, lobes, to_light, in_texel);
+        const Wide bracket =
+            lafortune_lobes(parameters + c * per_channel, lobes, to_light, in_texel, Power());
         factor[c] = held(factor[c] * held(if_greater(cosine, zero, bracket * cosine, zero)));
       }
     }
@@ -362,19 +363,33 @@ SELVEDGE_INLINE void fill_all(const Surroundings& s, AllLookups& lookups) {
 }
 SELVEDGE_THREE_BODIES(fill_all, (const Surroundings& s, AllLookups& lookups), (s, lookups))
 
-template <std::size_t N>
-SELVEDGE_INLINE void evaluate_all(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
-                                  bool with_alpha, LaneShading& result) {
+template <std::size_t N, class Power>
+SELVEDGE_INLINE void evaluate_by(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                                 bool with_alpha, LaneShading& result) {
   for (std::size_t i = 0; i < lane_count / N; ++i) {
     const Lookups<N>& of = reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i];
     // The number of lobes that fabrics mostly have.
     if (stroke.layout.lobes == 2)
-      evaluate<N, 2>(s, stroke, of, i * N, with_alpha, result);
+      evaluate<N, 2, Power>(s, stroke, of, i * N, with_alpha, result);
     else
-      evaluate<N, 0>(s, stroke, of, i * N, with_alpha, result);
+      evaluate<N, 0, Power>(s, stroke, of, i * N, with_alpha, result);
   }
 }
-SELVEDGE_THREE_BODIES(evaluate_all,
+template <std::size_t N>
+SELVEDGE_INLINE void evaluate_exact(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                                    bool with_alpha, LaneShading& result) {
+  evaluate_by<N, PositivePower>(s, stroke, lookups, with_alpha, result);
+}
+template <std::size_t N>
+SELVEDGE_INLINE void evaluate_fast(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                                   bool with_alpha, LaneShading& result) {
+  evaluate_by<N, FastPower>(s, stroke, lookups, with_alpha, result);
+}
+SELVEDGE_THREE_BODIES(evaluate_exact,
+                      (const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                       bool with_alpha, LaneShading& result),
+                      (s, stroke, lookups, with_alpha, result))
+SELVEDGE_THREE_BODIES(evaluate_fast,
                       (const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
                        bool with_alpha, LaneShading& result),
                       (s, stroke, lookups, with_alpha, result))
@@ -383,9 +398,10 @@ SELVEDGE_THREE_BODIES(evaluate_all,
 
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
-                    LaneShading& sum) {
+                    LaneShading& sum, PowerKind power) {
   static const auto fill = fill_all_for_this_processor();
-  static const auto evaluate = evaluate_all_for_this_processor();
+  static const std::array by_power{evaluate_exact_for_this_processor(), evaluate_fast_for_this_processor()};
+  const auto evaluate = by_power[static_cast<std::size_t>(power)];
   const std::size_t at_once = std::min(lights.size(), lights_at_once);
   scratch.view_functions.resize(static_cast<std::size_t>(fabric.view_functions) * lane_count);
   scratch.light_functions.resize(at_once * static_cast<std::size_t>(fabric.light_functions) * 3 * lane_count);

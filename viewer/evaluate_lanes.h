@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "viewer/packed_fabric.h"
@@ -49,10 +50,15 @@ struct LaneScratch {
   std::vector<float> light_functions;
 };
 
+/// By which powers lobes are computed: Lanes::power, about a float's own accuracy, or Lanes::fast_power
+/// (format/powers.h).
+enum class PowerKind { exact, fast };
+inline constexpr std::array<std::string_view, 2> power_names{"exact", "fast"};
+
 /// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights`, to `sum`. Levels
 /// and texels must exist. Rays through slabs are marched once for each texel and eight lights.
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
-                    LaneShading& sum);
+                    LaneShading& sum, PowerKind power = PowerKind::exact);
 
 }  // namespace selvedge

@@ -31,6 +31,8 @@ struct RenderOptions {
   int supersample = 1;  ///< the frame is drawn this many times larger per side, and averaged
   int layers = 8;       ///< surfaces behind each other that a pixel can show
   LevelOptions levels;
+  /// Of the lobes of fabrics, which the processor lights; the shader path has OpenGL's own.
+  PowerKind power = PowerKind::exact;
   std::vector<Light> lights;
   /// Light from all sides on surfaces without fabric, which metals would be black without: white ones show
   /// ambient / pi more. Fabrics know no such light.

@@ -34,6 +34,8 @@ Result<void> check_options(const RenderOptions& o) {
   if (o.levels.taps < 1 || o.levels.taps > taps)
     return refuse("--anisotropy", fmt::format("must lie between 1 and {}{}", taps,
                                               o.levels.linear ? " with --filter linear" : ""));
+  if (o.path == RenderPath::shader && o.power != PowerKind::exact)
+    return refuse("--power", "is the processor's; with --path shader OpenGL computes its own powers");
   if (o.path == RenderPath::paper) return check_paper(o);
   return {};
 }

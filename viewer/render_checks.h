@@ -7,8 +7,8 @@
 
 namespace selvedge {
 
-/// OPTION_OUT_OF_RANGE for sizes, layers and taps beyond what there is, and for what the paper's path does
-/// not do.
+/// OPTION_OUT_OF_RANGE for sizes, layers and taps beyond what there is, and for what the paper's path or the
+/// shader's does not do.
 Result<void> check_options(const RenderOptions& options);
 
 /// What a frame may ask of the paper's path; OPTION_OUT_OF_RANGE.

@@ -85,7 +85,7 @@ struct Renderer::State {
 
   ShadingScene shading_of(const Camera& camera, const RenderOptions& look) const {
     return {camera, width,  height,     looks.looks, packed,      look.lights,
-            &mesh,  origin, looks.core, maps,        look.ambient};
+            &mesh,  origin, looks.core, maps,        look.ambient, look.power};
   }
   /// Draws the maps that the look asks for; reads them back, unless the shader path alone needs them.
   Result<void> draw_shadows(const RenderOptions& look, bool read);
@@ -233,7 +233,8 @@ Result<void> Renderer::State::make_paper(const Scene& scene, const std::vector<S
 Result<void> Renderer::State::draw_paper(const Camera& camera, const RenderOptions& look, int first_row,
                                          Frame& frame, Watch& watch, RenderStats& stats) {
   const BandPixels pixels = pixels_of(bands[0], first_row, frame);
-  const ShadingScene shading{camera, width, height, kind_looks, packed, look.lights};
+  ShadingScene shading{camera, width, height, kind_looks, packed, look.lights};
+  shading.power = look.power;
   for (int y = 0; y < pixels.rows; ++y) std::fill_n(&pixels.at(0, y), pixels.width, V4f(0, 0, 0, 0));
   for (int round = 0; round < options.layers; ++round) {
     const Result<bool> any = paper->draw(clip_matrix(camera, origin), pixels.first_row, round, look.levels);

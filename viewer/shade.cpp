@@ -174,7 +174,7 @@ void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneF
     result.direction.x[lane] = along(frames.tangent);
     result.direction.y[lane] = along(frames.up);
     result.direction.z[lane] = along(frames.normal);
-    result.share[lane] = static_cast<float>(std::min(at.share, 1e30));
+    result.share[lane] = static_cast<float>(std::min(at.share, 1e24));
   }
 }
 
@@ -224,7 +224,7 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
   if (one_surface && look_of(0).fabric >= 0) {
     evaluate_lanes(scene.fabrics[static_cast<std::size_t>(look_of(0).fabric)],
                    std::span(block.texels).first(block.texel_count), frames.view, scratch.lights,
-                   scratch.lanes, light);
+                   scratch.lanes, light, scene.power);
   } else if (!one_surface) {
     for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
       bool any = false;
@@ -232,7 +232,7 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
         any |= look_of(lane).fabric == static_cast<int>(i);
       if (!any) continue;
       evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
-                     frames.view, scratch.lights, scratch.lanes, light);
+                     frames.view, scratch.lights, scratch.lanes, light, scene.power);
     }
   }
   alignas(64) LaneFloats keeps_opacity{};

@@ -35,6 +35,7 @@ struct ShadingScene {
   std::span<const CoreLook> core{};      ///< of the surfaces; empty: all have a fabric that does not shine
   std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
   float ambient = 0;                     ///< light from all sides on core materials: white shows ambient / pi
+  PowerKind power = PowerKind::exact;    ///< of the fabrics' lobes
 };
 
 /// A normal that an interpolation turned away from the viewer is bent until the view just clears the horizon.

@@ -136,7 +136,7 @@ void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
     float t = clamp((dot(direction, towards_kind.xyz) - cos_outer) / max(cos_inner - cos_outer, 1e-3), 0.0, 1.0);
     share *= t * t;
   }
-  irradiance *= min(share, 1e30);
+  irradiance *= min(share, 1e24);
 }
 #ifdef SHADOWS
 // Of the pixel, by the numbers of the maps.

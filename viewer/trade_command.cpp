@@ -9,8 +9,10 @@
 #include "format/atomic_file.h"
 #include "format/fabric_exr.h"
 #include "format/json_text.h"
+#include "format/machine.h"
 #include "format/parallel.h"
 #include "format/picture_error.h"
+#include "format/printable.h"
 #include "format/progress.h"
 #include "format/swatch.h"
 #include "format/trade_page.h"
@@ -44,11 +46,35 @@ Result<std::vector<Frame>> read_truth(const std::string& folder) {
   return frames;
 }
 
-Result<std::vector<std::string>> read_points(const std::string& folder) {
+/// What figures belong to beside the fabric: others are measured anew.
+Json made_by(const TradeCommand& command) {
+  const Machine machine = this_machine();
+  return {
+      {"software", "selvedge " SELVEDGE_VERSION},
+      {"machine", {{"processor", machine.processor}, {"cores", machine.cores}, {"threads", thread_count()}}},
+      {"repeats", command.repeats},
+      {"frameSize", {command.size.x, command.size.y}}};
+}
+
+/// The points of a sweep that this program on this machine may add to.
+Result<std::vector<std::string>> read_points(const std::string& folder, const Json& here) {
   const std::string path = folder + "/" + trade_sweep_file;
   const auto text = read_file(path);
   if (!text) return tl::unexpected(text.error());
   const nlohmann::json sweep = parse_json(*text);
+  const nlohmann::json there =
+      sweep.is_object() ? sweep.value("identity", nlohmann::json()) : nlohmann::json();
+  for (const char* member : {"/software", "/machine/processor", "/machine/cores"}) {
+    const nlohmann::json::json_pointer at(member);
+    if (!there.is_object() || !there.contains(at))
+      return fail(Code::file_damaged, path, std::string("/identity") + member, "is not there");
+    const nlohmann::json own = here[Json::json_pointer(member)];
+    if (there[at] != own)
+      return fail(
+          Code::option_out_of_range, path, std::string("/identity") + member,
+          fmt::format("is {}, and here it is {}: one sweep is of one program on one machine",
+                      there[at].dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), own.dump()));
+  }
   std::vector<std::string> points;
   if (sweep.is_object() && sweep.contains("points") && sweep["points"].is_array()) {
     for (const auto& point : sweep["points"]) {
@@ -91,12 +117,14 @@ class FrameSweep {
     auto truth = read_truth(command_.folder);
     if (!truth) return tl::unexpected(truth.error());
     truth_ = std::move(*truth);
-    const auto points = read_points(command_.folder);
+    made_by_ = made_by(command_);
+    const auto points = read_points(command_.folder, made_by_);
     if (!points) return tl::unexpected(points.error());
     const std::string frames = fmt::format("{}/{}", command_.folder, trade_frames_folder);
     std::error_code error;
     std::filesystem::create_directories(frames, error);
     if (error) return fail(Code::file_unwritable, frames, "", error.message());
+    if (auto ok = write_list(*points); !ok) return ok;
     TerminalProgress progress("trade", command_.quiet);
     const Progress bar = progress.callback();
     for (std::size_t i = 0; i < points->size(); ++i) {
@@ -116,11 +144,32 @@ class FrameSweep {
     return fmt::format("{}/fabrics/{}.fabric.exr", command_.folder, point);
   }
 
+  /// What is to be on the page: records of an earlier centre, size or machine may lie in the folder.
+  Result<void> write_list(const std::vector<std::string>& points) const {
+    Json names = Json::array();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (const TradeSetting& setting : settings_of(i == 0)) names.push_back(name_of(points[i], setting));
+    }
+    Json presets = Json::object();
+    for (std::size_t i = 0; i < frame_quality_names.size(); ++i)
+      presets[std::string(frame_quality_names[i])] = name_of(points.front(), quality_setting(i));
+    const Json list = {{"madeBy", made_by_}, {"presets", presets}, {"frames", names}};
+    return write_file(fmt::format("{}/{}", command_.folder, trade_frames_file), list.dump(2) + "\n");
+  }
+
+  static std::string name_of(const std::string& point, const TradeSetting& setting) {
+    return point + "--" + setting.name;
+  }
+
+  static std::vector<TradeSetting> settings_of(bool all) {
+    return all ? trade_settings() : std::vector{usual_setting()};
+  }
+
   /// The sweep's first point, which is its centre, with all settings, the others with the usual one.
   Result<void> measure_fabric(const std::string& point, bool all) {
     const auto loaded = load(fabric_path(point), command_.repeats);
     if (!loaded) return tl::unexpected(loaded.error());
-    for (const TradeSetting& setting : all ? trade_settings() : std::vector{usual_setting()}) {
+    for (const TradeSetting& setting : settings_of(all)) {
       if (auto ok = measure(point, *loaded, setting, all); !ok) return ok;
     }
     return {};
@@ -128,12 +177,10 @@ class FrameSweep {
 
   Result<void> measure(const std::string& point, const Loaded& loaded, const TradeSetting& setting,
                        bool swept) {
-    const std::string name = point + "--" + setting.name;
+    const std::string name = name_of(point, setting);
     const std::string path = fmt::format("{}/{}/{}.json", command_.folder, trade_frames_folder, name);
-    const Json made_by = {{"fabric", loaded.digest},
-                          {"repeats", command_.repeats},
-                          {"threads", thread_count()},
-                          {"frameSize", {command_.size.x, command_.size.y}}};
+    Json made_by = made_by_;
+    made_by["fabric"] = loaded.digest;
     if (const auto text = std::filesystem::exists(path) ? read_file(path) : Result<std::string>("")) {
       const Json there = Json::parse(*text, nullptr, false);
       if (there.is_object() && there.value("madeBy", Json()) == made_by &&
@@ -148,6 +195,9 @@ class FrameSweep {
     for (std::size_t i = 0; i < all_swatch_views.size(); ++i) {
       const Frame& truth = truth_[i];
       auto frame = draw(loaded.fabric, setting, all_swatch_views[i], truth.width, truth.height, 1, nullptr);
+      if (!frame && setting.render.path == RenderPath::paper &&
+          frame.error().code == Code::option_out_of_range)
+        return leave_out(name, path, frame.error());
       if (!frame) return tl::unexpected(frame.error());
       const auto error = picture_error(*frame, truth);
       if (!error) return tl::unexpected(error.error());
@@ -186,6 +236,15 @@ class FrameSweep {
     return {};
   }
 
+  /// What the paper's limits refuse.
+  Result<void> leave_out(const std::string& name, const std::string& path, const Error& why) const {
+    std::error_code none;
+    std::filesystem::remove(path, none);
+    if (!command_.quiet && !command_.json)
+      fmt::print(stderr, "{} is left out: {}\n", name, printable(why.message));
+    return {};
+  }
+
   struct Timing {
     double prepare = 0;  // ms
     double frame = 0;
@@ -220,6 +279,7 @@ class FrameSweep {
 
   const TradeCommand& command_;
   std::vector<Frame> truth_;
+  Json made_by_;
   int measured_ = 0;
 };
 

@@ -28,8 +28,8 @@ inline constexpr std::array<std::string_view, 4> frame_quality_names{"draft", "s
 /// in spec/trade.md.
 TradeSetting quality_setting(std::size_t quality);
 
-/// Filters, taps, level blending, the finest level alone, several samples a pixel, and who evaluates; the
-/// usual one first.
+/// Filters, taps, level blending, the finest level alone, several samples a pixel, fast powers, and who
+/// evaluates; the usual one first, those that have names among them. No two have one name.
 std::vector<TradeSetting> trade_settings();
 
 }  // namespace selvedge

@@ -164,8 +164,8 @@ void add_shot(CLI::App& app, SwatchCommand& command) {
              Light light;
              light.direction = V3d(n[0], n[1], n[2]);
              const double intensity = n.size() > 3 ? n[3] : 1;
-             if (!(light.direction.length() > 0) || !(intensity >= 0 && intensity <= 1e6))
-               throw CLI::ValidationError("--light", "has no direction or no intensity in 0 to 1e6");
+             if (!(light.direction.length() > 0) || !(intensity >= 0 && intensity <= most_intensity))
+               throw CLI::ValidationError("--light", "has no direction or no intensity in 0 to 1e12");
              light.direction.normalize();
              light.irradiance = V3f(static_cast<float>(intensity));
              command.lights.push_back(light);

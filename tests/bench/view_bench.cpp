@@ -12,6 +12,7 @@
 #include "format/evaluate.h"
 #include "format/option_text.h"
 #include "format/parallel.h"
+#include "tests/bench/pictures.h"
 #include "tests/bench/rows.h"
 #include "viewer/load.h"
 #include "viewer/renderer.h"
@@ -93,10 +94,12 @@ Subject load(const std::string& path) {
   return subject;
 }
 
-/// A turn by a quarter of a degree a frame, nearest texels, one tap.
-Result<Samples> draw(const Subject& subject, RenderPath path, const V2i& size, int frames) {
+/// A turn by a quarter of a degree a frame, nearest texels, one tap. `last`: takes the last frame.
+Result<Samples> draw(const Subject& subject, RenderPath path, const V2i& size, int frames,
+                     PowerKind power = PowerKind::exact, Frame* last = nullptr) {
   RenderOptions options;
   options.path = path;
+  options.power = power;
   options.context = ContextKind::osmesa;
   options.width = 64;
   options.height = 36;
@@ -127,6 +130,7 @@ Result<Samples> draw(const Subject& subject, RenderPath path, const V2i& size, i
     const Sample sample = one(i);
     if (i >= 0) samples.add(sample);
   }
+  if (last != nullptr) *last = std::move(frame);
   return samples;
 }
 
@@ -179,11 +183,12 @@ void evaluate_rates(const Fabric& fabric, const std::string& name, bench::Rows& 
   const PackedFabric packed = pack(fabric);
   const std::vector<Lanes> all = make_lanes(fabric);
   std::vector<float> sums(64);
+  PowerKind power = PowerKind::exact;
   const auto wide = [&](std::size_t slot) {
     LaneScratch scratch;
     LaneShading sum;
     for (const Lanes& block : all)
-      evaluate_lanes(packed, block.texels, block.view, block.lights, scratch, sum);
+      evaluate_lanes(packed, block.texels, block.view, block.lights, scratch, sum, power);
     sums[slot] = sum.red[0];
   };
   const double scalar = rate(all.size(), [&] {
@@ -205,17 +210,20 @@ void evaluate_rates(const Fabric& fabric, const std::string& name, bench::Rows& 
     sums[0] += sum.x;
   });
   const double one = rate(all.size(), [&] { wide(0); });
+  power = PowerKind::fast;
+  const double fast = rate(all.size(), [&] { wide(0); });
+  power = PowerKind::exact;
   const int threads = thread_count();
   const int tasks = 8 * threads;
   const double many = rate(all.size() * static_cast<std::size_t>(tasks), [&] {
     parallel_for(0, tasks, [&](int i) { wide(static_cast<std::size_t>(i) % sums.size()); });
   });
   fmt::print(
-      "{}: reference {:.1f} M evaluations/s a thread, sixteen at once {:.1f} M/s = {:.1f} x; {} threads "
-      "{:.1f} M/s "
-      "= {:.2f} x one\n",
-      name, scalar / 1e6, one / 1e6, one / scalar, threads, many / 1e6, many / one);
+      "{}: reference {:.1f} M evaluations/s a thread, sixteen at once {:.1f} M/s = {:.1f} x, with fast "
+      "powers {:.2f} x that; {} threads {:.1f} M/s = {:.2f} x one\n",
+      name, scalar / 1e6, one / 1e6, one / scalar, fast / one, threads, many / 1e6, many / one);
   rows.add("evaluation/" + name + "/one_thread", one / scalar, "x reference");
+  rows.add("evaluation/" + name + "/fast_power", fast / one, "x exact");
   rows.add("evaluation/" + name + "/all_threads", many / one, "x one");
 }
 
@@ -327,6 +335,24 @@ void growth(const Subject& subject, bench::Rows& rows) {
   }
 }
 
+/// What the fast powers save, and what they cost.
+void fast_powers(const Subject& subject, bench::Rows& rows) {
+  std::array<Frame, 2> last;
+  std::array<Samples, 2> samples;
+  for (const std::size_t kind : {0U, 1U}) {
+    samples[kind] = need(draw(subject, RenderPath::hybrid, full_size, frames_of(RenderPath::hybrid),
+                              static_cast<PowerKind>(kind), &last[kind]));
+    fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} |", subject.name, power_names[kind],
+               samples[kind].evaluation(), samples[kind].frame(), samples[kind].processor());
+    if (kind == 0) fmt::print(" | |\n");
+  }
+  const bench::PictureDifference apart = bench::difference(last[0], last[1]);
+  fmt::print(" {:.3f} | {:.1f} |\n", apart.largest, apart.psnr);
+  std::fflush(stdout);
+  rows.add("frame/" + subject.name + "/hybrid/fast_power/processor", samples[1].processor(), "ms");
+  rows.add("frame/" + subject.name + "/hybrid/fast_power/difference", apart.largest, "1/255");
+}
+
 std::vector<RenderPath> paths_of(const std::string& text) {
   std::vector<RenderPath> paths;
   for (std::size_t begin = 0; begin <= text.size();) {
@@ -362,6 +388,11 @@ int main(int argc, char** argv) {
       "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       full_size.x, full_size.y, thread_count());
   for (const Subject& subject : subjects) draw_by_all_paths(subject, paths, rows);
+  fmt::print(
+      "\nExact and fast powers, hybrid: ms, and how far frames are apart, of 255 and in dB\n\n"
+      "| | powers | texels, frames, light | frame | processor | largest difference | PSNR "
+      "|\n|---|---|---|---|---|---|---|\n");
+  for (const Subject& subject : subjects) fast_powers(subject, rows);
   growth(subjects.front(), rows);
   fmt::print("\n");
   for (const Subject& subject : subjects) {

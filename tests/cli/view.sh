@@ -111,7 +111,70 @@ test_render_refuses_options_that_would_count_for_nothing() {
   exits 2 selvedge-view render k.fabric.exr -o s.png --azimuth 20
   exits 2 selvedge-view render k.fabric.exr -o s.png --variant red
   exits 2 selvedge-view render quad.glb -o s.png --repeats 2x2
+  idle() {
+    exits 2 selvedge-view render "${@:2}" -o s.png
+    grep -q -- "^selvedge-view: $1 .*see --help$" "$scratch/err" || fail "$*: $(cat "$scratch/err")"
+  }
+  local option
+  for option in '--turntable 2' '--compare quad.glb' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20'; do
+    # shellcheck disable=SC2086
+    idle "${option% *}" k.fabric.exr $option
+  done
+  for option in '--repeats 2x2' '--view 0,0,1' '--pixels-per-texel 2'; do
+    # shellcheck disable=SC2086
+    idle "${option% *}" k.fabric.exr --place near $option
+  done
+  idle --place quad.glb --place near
+  idle --ambient quad.glb --path paper --ambient 0.2
+  idle --power quad.glb --path shader --power exact
   [ ! -e s.png ] || fail "wrote s.png"
+}
+
+test_render_fast_powers_are_an_option_that_pictures_hardly_show() {
+  make_scene
+  selvedge-view render quad.glb -o exact.exr --size 60x40 --quiet
+  selvedge-view render quad.glb -o given.exr --size 60x40 --quiet --power exact
+  selvedge-view render quad.glb -o fast.exr --size 60x40 --quiet --power fast
+  same exact.exr given.exr
+  differ exact.exr fast.exr
+  exits 0 selvedge-view compare exact.exr fast.exr --max 2e-4
+  exits 2 selvedge-view render quad.glb -o x.png --power quick
+}
+
+# What lights of 1e-6 and 1e9 make is what a light of 1 makes, times that.
+test_lights_of_any_intensity_make_numbers() {
+  make_scene
+  local size=(--place near --size 32x24 --quiet) of
+  for of in '1' '1e-6' '1e9' '1e12'; do
+    selvedge-view render k.fabric.exr -o "view$of.exr" "${size[@]}" --light "0.3,0.2,1,$of" --exposure "$(node -p "3/$of")" -o "view$of.png"
+    selvedge swatch k.fabric.exr --view near --size 32x24 -o "swatch$of.exr" --quiet --light "0.3,0.2,1,$of"
+    exits 0 selvedge-view compare "view$of.exr" "swatch$of.exr" --json
+    holds "r.maxAbsolute <= 1e-6 + 0.05 * $of"
+    exits 0 selvedge-view compare view1.png "view$of.png" --max 0.005
+  done
+  exits 2 selvedge-view render k.fabric.exr -o x.png --light 0,0,1,1e13
+  exits 2 selvedge swatch k.fabric.exr -o x.png --light 0,0,1,1e13
+  # As near to the cloth as numbers go.
+  selvedge-view render quad.glb -o point.exr --size 20x20 --quiet --point-light 0.05,0.05,1e-9,1e12
+  # A single number that is none would make the difference one that JSON does not have.
+  selvedge-view render quad.glb -o usual.exr --size 20x20 --quiet
+  exits 0 selvedge-view compare point.exr usual.exr --json
+  holds 'Number.isFinite(r.maxAbsolute) && r.maxAbsolute > 0'
+}
+
+test_standard_output_that_cannot_be_written_is_an_error() {
+  [ -c /dev/full ] || exit 77
+  make_scene
+  local status verb
+  for verb in "selvedge-view compare k.png k.png --json" "selvedge-view --help" "selvedge-view render k.fabric.exr -o b.png --json" \
+    "selvedge info k.fabric.exr --json" "selvedge stitch --list"; do
+    [ -e k.png ] || selvedge-view render k.fabric.exr -o k.png
+    status=0
+    $verb >/dev/full 2>"$scratch/err" || status=$?
+    [ "$status" = 1 ] || fail "status $status of $verb"
+    [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line of $verb: $(cat "$scratch/err")"
+    grep -q 'standard output: .* \[FILE_UNWRITABLE\]$' "$scratch/err" || fail "$verb: $(cat "$scratch/err")"
+  done
 }
 
 test_render_never_writes_over_what_it_reads() {

@@ -82,7 +82,28 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   frame["fabric"] = "good";
   frame["usual"] = frame["swept"] = true;
   frame["frameMs"] = 12.5;
-  REQUIRE(write_file(folder / "frames/good--usual.json", frame.dump()));
+  frame["madeBy"] = {{"threads", 2}, {"fabric", "digest"}};
+  const auto write_frame = [&](const std::string& name, const Json& record) {
+    Json named = record;
+    named["name"] = name;
+    REQUIRE(write_file(folder / ("frames/" + name + ".json"), named.dump()));
+  };
+  write_frame("good--usual", frame);
+  // What an earlier sweep in this folder, or an earlier program, has left: not listed, of a point that is
+  // gone, of what is no longer the centre, on other terms.
+  write_frame("good--old", frame);
+  frame["fabric"] = "other";
+  write_frame("other--usual", frame);
+  frame["fabric"] = "bad";
+  write_frame("bad--usual", frame);
+  frame["fabric"] = "good";
+  frame["madeBy"]["threads"] = 3;
+  write_frame("good--slow", frame);
+  const Json list = {
+      {"madeBy", {{"threads", 2}}},
+      {"presets", {{"standard", "good--usual"}}},
+      {"frames", {"good--slow", "other--usual", "bad--usual", "good--usual", "good--missing"}}};
+  REQUIRE(write_file(folder / "frames.json", list.dump()));
   const auto written = write_trade_page(folder / ".");
   REQUIRE_MESSAGE(written, to_line(written.error()));
 
@@ -96,7 +117,9 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   CHECK(all["points"][0]["quality"] == "high");
   CHECK_FALSE(all["points"][1].contains("quality"));
   CHECK(all["points"][1]["front"]["bytes"] == false);
-  CHECK(all["frames"].size() == 1);
+  REQUIRE(all["frames"].size() == 1);
+  CHECK(all["frames"][0]["name"] == "good--usual");
+  CHECK(all["presets"] == list["presets"]);
 
   const auto csv = read_file(folder / "trade.csv");
   REQUIRE(csv);

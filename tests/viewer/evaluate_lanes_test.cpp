@@ -26,7 +26,8 @@ struct Differences {
 };
 
 /// Random pixels, each with `entries` texels of random levels, under `light_count` lights.
-Differences compare(const Fabric& fabric, std::size_t entries, std::size_t light_count, std::uint64_t seed) {
+Differences compare(const Fabric& fabric, std::size_t entries, std::size_t light_count, std::uint64_t seed,
+                    PowerKind power = PowerKind::exact) {
   const PackedFabric packed = pack(fabric);
   LaneScratch scratch;
   Differences worst;
@@ -53,7 +54,7 @@ Differences compare(const Fabric& fabric, std::size_t entries, std::size_t light
       }
     }
     LaneShading sum;
-    evaluate_lanes(packed, texels, view, lights, scratch, sum);
+    evaluate_lanes(packed, texels, view, lights, scratch, sum, power);
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
       V3d radiance(0, 0, 0);
       double alpha = 0;
@@ -128,6 +129,16 @@ TEST_CASE("any number of lights, of texels and of lobes can be evaluated") {
   CHECK(compare(test::random_fabric(4, 4, {1, 1}, 5, 5), 7, 1, 2).radiance < bound);
   CHECK(compare(test::random_slab_fabric(4, 4, {8, 8}, 1, 5), 3, 19, 3).radiance < bound);
   CHECK(compare(test::random_fabric(4, 4, {3, 3}, 2, 5), 2, 0, 4).alpha < 2e-6);
+}
+
+TEST_CASE("with fast powers radiance is within their error of the reference, and opacity is the same") {
+  for (const int lobes : {1, 2, 5}) {
+    const Differences worst = compare(test::random_fabric(4, 4, {3, 3}, lobes, 5), 2, 3, 6, PowerKind::fast);
+    CHECK(worst.alpha < 2e-6);
+    // 8e-5 and 6e-5 of exponent times logarithm (powers.h), of lobes that are a fraction of 1 + radiance.
+    CHECK(worst.radiance < 1e-4);
+    CHECK(worst.radiance > compare(test::random_fabric(4, 4, {3, 3}, lobes, 5), 2, 3, 6).radiance);
+  }
 }
 
 TEST_CASE("levels with other layers stand side by side in one block") {

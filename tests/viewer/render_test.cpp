@@ -415,6 +415,10 @@ TEST_CASE("render refuses with a code") {
   options = good;
   options.layers = 0;
   CHECK(code_of(scene, fabrics, options) == Code::option_out_of_range);
+  options = good;
+  options.path = RenderPath::shader;
+  options.power = PowerKind::fast;
+  CHECK(code_of(scene, fabrics, options) == Code::option_out_of_range);
   scene.primitives[0].tex_coords[0].clear();
   CHECK(code_of(scene, fabrics, good) == Code::garment_no_uvs);
 }

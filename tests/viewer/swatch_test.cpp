@@ -195,5 +195,39 @@ TEST_CASE("a swatch from a place is within 1/255 of the reference evaluation's p
   }
 }
 
+TEST_CASE("frames with fast powers differ from those with exact ones by less than 0.1 / 255 of the peak") {
+  Fabric fabric = test::random_fabric(16, 16, 3);
+  fabric.period_mm = V2f(4, 5);
+  const V2d period(fabric.period_mm);
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::paper}) {
+    for (const SwatchView view : all_swatch_views) {
+      CAPTURE(name_of(view));
+      const SwatchShot shot = swatch_shot(view, period, 64, 48);
+      RenderOptions options;
+      options.path = path;
+      options.width = shot.width;
+      options.height = shot.height;
+      options.layers = 1;
+      options.lights = shot.lights;
+      const Result<Frame> exact = render(swatch_scene(period, shot), {fabric}, shot.camera, options);
+      test::require(exact);
+      options.power = PowerKind::fast;
+      const Result<Frame> fast = render(swatch_scene(period, shot), {fabric}, shot.camera, options);
+      test::require(fast);
+      float peak = 0;
+      float worst = 0;
+      for (std::size_t i = 0; i < exact->pixels.size(); ++i) {
+        for (unsigned c = 0; c < 3; ++c) {
+          peak = std::max(peak, exact->pixels[i][c]);
+          worst = std::max(worst, std::abs(exact->pixels[i][c] - fast->pixels[i][c]));
+        }
+        CHECK(exact->pixels[i].w == fast->pixels[i].w);
+      }
+      CHECK(worst > 0);
+      CHECK(worst < 0.1F * peak / 255);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace selvedge
