@@ -1,12 +1,12 @@
 // What settings are expected to come to that nobody measured: layers chosen within other budgets, and with
 // other texels.
 //
-// A family are the settings that differ in their budget alone. Its seconds are those of its rows, whatever the
-// budget. Its decibels are linear in the logarithm of bytes between its rows. Above them they rise half as
-// fast as the last two rows do. So many octaves o below them they are `fall` o (1 + o / 2) fewer, where `fall`
-// is twice the slope of the first two rows, at least 1.5 dB: there the file is soon little more than its head.
-// One row alone has the mean slope of the families with the same kind of layers, or, where those have none
-// either, 0.75 dB per octave.
+// A family are the settings that differ in their budget alone. Its seconds are those of its rows, whatever
+// the budget. Its decibels are linear in the logarithm of bytes between its rows. Above them they rise half
+// as fast as the last two rows do. So many octaves o below them they are `fall` o (1 + o / 2) fewer, where
+// `fall` is twice the slope of the first two rows, at least 1.5 dB: there the file is soon little more than
+// its head. One row alone has the mean slope of the families with the same kind of layers, or, where those
+// have none either, 0.75 dB per octave.
 //
 // Where two families differ in nothing but their texels, one having twice as many along a side, a further one
 // is expected beyond either, between 8 and 64 texels, unless it was measured. Twice the texels want twice the

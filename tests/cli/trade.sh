@@ -241,4 +241,26 @@ test_a_sweep_refuses_halves_that_are_not_alike() {
   [ ! -e sweep ]
 }
 
+# Lace and satin repeat after many yarns; of a weaving draft with twice as many, eight texels are too few.
+test_a_draft_and_a_size_are_to_be_had_for_stitches_of_many_yarns() {
+  for stitch in lace satin; do
+    exits 0 selvedge make $stitch --quality draft -o $stitch.fabric.exr --quiet
+    exits 0 selvedge check $stitch.fabric.exr
+  done
+  {
+    printf '[WIF]\n[WEAVING]\nShafts=4\n'
+    printf '[%s]\nThreads=8\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' WARP WEFT
+    echo '[THREADING]'
+    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1))"; done
+    echo '[LIFTPLAN]'
+    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
+  } >twill.wif
+  exits 0 selvedge make twill.wif --quality draft -o draft.fabric.exr --json
+  holds 'r.fit.levels[0].texels[0] === 16'
+  exits 0 selvedge make twill.wif --max-bytes 16K -o small.fabric.exr --json
+  holds 'r.fit.levels[0].texels[0] === 16 && r.made.bytes <= 16384'
+  refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' \
+    selvedge make twill.wif --quality draft --texels 8 -o none.fabric.exr --quiet
+}
+
 "$2"
