@@ -160,7 +160,8 @@ class Search {
       if (has_budget(family.setting)) {
         if (limits_.bytes && *limits_.bytes >= budgets.front() && *limits_.bytes <= budgets.back())
           budgets.push_back(*limits_.bytes);
-        if (floor > 0) budgets.push_back(static_cast<std::uint64_t>(floor));
+        // A little more: which fabric is the smallest depends on the budget that it was looked for with.
+        if (floor > 0) budgets.push_back(static_cast<std::uint64_t>(std::ceil(1.01 * floor / 1024)) * 1024);
       }
       for (const std::uint64_t budget : budgets) {
         if (budget > 0 && static_cast<double>(budget) < floor) continue;
@@ -197,11 +198,11 @@ class Search {
     for (int tries = 0;; ++tries) {
       double least = HUGE_VAL;
       for (const MadePoint& made : chosen_.tried) {
+        // No budget is known that makes one that was too large.
         const double distance = distance_from(limits_, made.made);
-        if (!(distance < least)) continue;
+        if (made.too_large() || !(distance < least)) continue;
         least = distance;
         chosen_.nearest = made.point;
-        if (made.too_large()) chosen_.nearest.budget = static_cast<std::uint64_t>(made.made.bytes);
         chosen_.nearest_figures = made.made;
         chosen_.nearest_made = true;
       }

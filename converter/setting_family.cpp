@@ -122,8 +122,10 @@ std::vector<SettingFamily> families_of(std::span<const ExpectedPoint> rows) {
 
 double held_out_at(const SettingFamily& family, double bytes) {
   const std::vector<ExpectedPoint>& rows = family.rows;
-  if (bytes <= rows.front().bytes)
-    return rows.front().held_out - family.fall * octaves(bytes, rows.front().bytes);
+  if (bytes <= rows.front().bytes) {
+    const double below = octaves(bytes, rows.front().bytes);
+    return rows.front().held_out - family.fall * below * (1 + below / 2);
+  }
   for (std::size_t i = 1; i < rows.size(); ++i) {
     if (bytes <= rows[i].bytes)
       return rows[i - 1].held_out + slope_between(rows[i - 1], rows[i]) * octaves(rows[i - 1].bytes, bytes);
@@ -152,7 +154,7 @@ std::vector<std::uint64_t> budgets_of(const SettingFamily& family) {
   std::vector<std::uint64_t> budgets;
   for (const ExpectedPoint& row : family.rows) budgets.push_back(row.point.budget);
   // Whole KiB: they stand on command lines.
-  for (double bytes = family.rows.front().bytes / 8; bytes <= most; bytes *= std::exp2(1.0 / 8))
+  for (double bytes = family.rows.front().bytes / 4; bytes <= most; bytes *= std::exp2(1.0 / 8))
     budgets.push_back(static_cast<std::uint64_t>(std::ceil(bytes / 1024)) * 1024);
   std::sort(budgets.begin(), budgets.end());
   budgets.erase(std::unique(budgets.begin(), budgets.end()), budgets.end());

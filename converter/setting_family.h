@@ -2,10 +2,11 @@
 // other texels.
 //
 // A family are the settings that differ in their budget alone. Its seconds are those of its rows, whatever
-// the budget. Its decibels are linear in the logarithm of bytes between its rows; above them they rise half
-// as fast as the last two rows do, below they fall twice as fast as the first two, at least by 1.5 dB per
-// octave: there the file is little more than its head. One row alone has the mean slope of the families with
-// the same kind of layers, or, where those have none either, 0.75 dB per octave.
+// the budget. Its decibels are linear in the logarithm of bytes between its rows. Above them they rise half
+// as fast as the last two rows do. So many octaves o below them they are `fall` o (1 + o / 2) fewer, where
+// `fall` is twice the slope of the first two rows, at least 1.5 dB: there the file is soon little more than
+// its head. One row alone has the mean slope of the families with the same kind of layers, or, where those
+// have none either, 0.75 dB per octave.
 //
 // Where two families differ in nothing but their texels, one having twice as many along a side, a further one
 // is expected beyond either, between 8 and 64 texels, unless it was measured. Twice the texels want twice the
@@ -22,7 +23,7 @@ struct SettingFamily {
   TradePoint setting;               ///< budget 0
   std::vector<ExpectedPoint> rows;  ///< by bytes; one where the layers are not chosen within a budget
   double rise = 0;                  ///< dB per octave of bytes above the rows
-  double fall = 0;                  ///< below them
+  double fall = 0;                  ///< at their lower end
 };
 
 /// Those of the rows, in their order, then those that follow from them.
@@ -35,7 +36,7 @@ ExpectedPoint expected_at(const SettingFamily& family, std::uint64_t budget);
 /// Decibels expected at so many bytes.
 double held_out_at(const SettingFamily& family, double bytes);
 
-/// The budgets that the model is good for, bytes: from an eighth of what its cheapest row has to four times
+/// The budgets that the model is good for, bytes: from a quarter of what its cheapest row has to four times
 /// its dearest one's budget, or that budget where it was not used up. Eight to the octave and the rows' own,
 /// rising; for a family without budgets 0 alone.
 std::vector<std::uint64_t> budgets_of(const SettingFamily& family);

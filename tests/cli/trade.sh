@@ -152,7 +152,7 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
 test_make_within_limits_never_writes_over_its_input() {
   selvedge stitch plain-weave -o weave.ply --quiet
   cp weave.ply before.ply
-  exits 1 selvedge make weave.ply --max-bytes 40K -o weave.ply --quiet
+  exits 1 selvedge make weave.ply --max-bytes 12K -o weave.ply --quiet
   same weave.ply before.ply
   # What is not in the measured table is not chosen by it.
   exits 2 selvedge make plain-weave --max-bytes 40K --for plan.json -o a.exr
@@ -172,18 +172,119 @@ test_a_folder_belongs_to_the_sweep_that_began_in_it() {
 }
 
 test_make_within_limits_keeps_them_or_names_the_nearest() {
-  exits 0 selvedge make plain-knit --max-bytes 60K --max-seconds 600 -o k.fabric.exr --json
-  holds 'r.made.bytes <= 61440 && r.made.seconds <= 600 && r.expected.bytes > 0 && r.chosen.startsWith("selvedge make plain-knit --") &&
+  exits 0 selvedge make plain-knit --max-bytes 16K --max-seconds 600 -o k.fabric.exr --json
+  holds 'r.made.bytes <= 16384 && r.made.seconds <= 600 && r.expected.bytes > 0 && r.chosen.startsWith("selvedge make plain-knit --") &&
     r.tried.some(t => t.command === r.chosen)'
-  [ "$(stat -c %s k.fabric.exr)" -le 61440 ]
+  [ "$(stat -c %s k.fabric.exr)" -le 16384 ]
   exits 0 selvedge check k.fabric.exr
   write_plane plane.obj
   exits 0 selvedge make plane.obj --period 2x2 --min-db 30 --max-bytes 1M -o p.fabric.exr --json
   holds 'r.tried.length === 1 && r.made.heldOut >= 30'
   refuses OPTION_OUT_OF_RANGE 'the nearest is selvedge make plain-knit' \
     selvedge make plain-knit --max-bytes 100 -o none.fabric.exr --quiet
+  # What it names can be made, and is as small as it says.
+  sed -E 's/.*nearest is (.*): made ([0-9]+) bytes.*/\1 -o small.fabric.exr --quiet; [ $(stat -c %s small.fabric.exr) = \2 ]/' \
+    "$scratch/err" >nearest
+  # shellcheck disable=SC1091
+  source ./nearest
   exits 2 selvedge make plain-knit --max-bytes 60K --texels 8 -o x.fabric.exr
   exits 2 selvedge make plain-knit --min-db 20 --quality draft -o x.fabric.exr
+}
+
+test_make_within_limits_chooses_layers_within_a_size_that_nobody_measured() {
+  exits 0 selvedge make plain-knit --max-bytes 20K -o k.fabric.exr --json
+  holds 'r.made.bytes <= 20480 && r.made.bytes > 12000 && /--budget/.test(r.chosen)'
+  exits 0 selvedge check k.fabric.exr
+}
+
+test_the_line_of_a_choice_makes_the_same_bytes() {
+  line() { node -p 'JSON.parse(require("fs").readFileSync(process.argv[1])).chosen' "$scratch/out"; }
+  exits 0 selvedge make plain-weave --max-bytes 12K --set warp_albedo=0.3,0.2,0.1 --set weft_radius_mm=0.28 --seed 5 --grid 40 --held-out-pairs 4 \
+    --validation-pairs 16 --reference-height 80% --threads 1 -o kept.fabric.exr --json
+  line >line
+  grep -qF -- "--grid 40 --set warp_albedo=0.3,0.2,0.1 --set weft_radius_mm=0.28" line || fail "$(cat line)"
+  echo "$(cat line) -o again.fabric.exr --quiet" >line
+  # shellcheck disable=SC1091
+  source ./line
+  same kept.fabric.exr again.fabric.exr
+  write_plane "the plane's.obj"
+  exits 0 selvedge make "the plane's.obj" --period 2x2 --albedo 0.8,0.4,0.2 --min-db 30 --seed 9 -o kept.fabric.exr --json
+  echo "$(line) -o again.fabric.exr --quiet" >line
+  # shellcheck disable=SC1091
+  source ./line
+  same kept.fabric.exr again.fabric.exr
+}
+
+test_what_is_damaged_in_a_sweep_is_measured_again() {
+  echo "$grid" >grid.json
+  sweep --quiet
+  cp -r sweep before
+  for record in sweep/points/*-1lobes-*.json; do echo '{"name":' >"$record"; done
+  echo '[1' >sweep/truth/near.json
+  echo '{"noisePsnr": "loud"}' >sweep/truth/middle.json
+  cp sweep/pictures/truth.png sweep/truth/far.exr
+  # Another size is another picture.
+  selvedge swatch --truth plain-knit --view grazing --size 24x24 --samples 2 -o sweep/truth/grazing.exr --quiet
+  cut_short sweep/truth/held-out.samples.exr short && cp short sweep/truth/held-out.samples.exr
+  rm sweep/fabrics/t4-*
+  exits 0 sweep --json
+  holds 'r.points === 3 && r.measured === 2'
+  for file in truth/near.json truth/middle.json truth/far.exr truth/grazing.exr truth/held-out.samples.exr; do
+    same "sweep/$file" "before/$file"
+  done
+  exits 0 sweep --json
+  holds 'r.measured === 0'
+}
+
+test_a_sweep_leaves_nothing_of_one_that_was_killed() {
+  printf '{"centre":{"texels":8,"directions":64,"samples":200}}' >grid.json
+  begin() {
+    selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 22x22 --truth-samples 4 --held-out-pairs 1 \
+      --held-out-samples 2 --quiet
+  }
+  begin &
+  # Killed as soon as its bake has begun.
+  for _ in $(seq 300); do
+    if [ -n "$(find sweep/bakes -name '*.journal*' 2>/dev/null)" ]; then break; fi
+    sleep 0.05
+  done
+  kill -KILL $!
+  wait $! 2>/dev/null || true
+  [ -n "$(ls sweep/bakes)" ] || fail "was killed too early or too late"
+  exits 0 begin
+  [ "$(find sweep/bakes -type f | sed 's/.*[.]//' | sort -u)" = json ] || fail "left behind: $(ls sweep/bakes)"
+  # Samples that were still needed when it was killed, and no longer are.
+  touch sweep/bakes/t8-v64-l64-s200-b2.samples.exr
+  exits 0 begin
+  [ "$(find sweep/bakes -type f | sed 's/.*[.]//' | sort -u)" = json ] || fail "left behind: $(ls sweep/bakes)"
+}
+
+test_a_sweep_refuses_halves_that_are_not_alike() {
+  exits 2 selvedge trade plain-knit -o sweep --truth-samples 5
+  exits 2 selvedge trade plain-knit -o sweep --held-out-samples 3
+  [ ! -e sweep ]
+}
+
+# Lace and satin repeat after many yarns; of a weaving draft with twice as many, eight texels are too few.
+test_a_draft_and_a_size_are_to_be_had_for_stitches_of_many_yarns() {
+  for stitch in lace satin; do
+    exits 0 selvedge make $stitch --quality draft -o $stitch.fabric.exr --quiet
+    exits 0 selvedge check $stitch.fabric.exr
+  done
+  {
+    printf '[WIF]\n[WEAVING]\nShafts=4\n'
+    printf '[%s]\nThreads=8\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' WARP WEFT
+    echo '[THREADING]'
+    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1))"; done
+    echo '[LIFTPLAN]'
+    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
+  } >twill.wif
+  exits 0 selvedge make twill.wif --quality draft -o draft.fabric.exr --json
+  holds 'r.fit.levels[0].texels[0] === 16'
+  exits 0 selvedge make twill.wif --max-bytes 16K -o small.fabric.exr --json
+  holds 'r.fit.levels[0].texels[0] === 16 && r.made.bytes <= 16384'
+  refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' \
+    selvedge make twill.wif --quality draft --texels 8 -o none.fabric.exr --quiet
 }
 
 "$2"
