@@ -1,6 +1,7 @@
-// frame_presets.mjs SWEEP...: whether a preset of `selvedge-view render --quality` is beaten by another setting that
+// frame_presets.mjs [--processor] SWEEP...: whether a preset of `selvedge-view render --quality` is beaten by another setting that
 // `selvedge-view trade` has measured in the sweeps: as cheap to 10 % of the time of a frame, as good to 0.05 dB over all
-// pictures, and one of them better beyond that. Means over the sweeps, of settings that all of them have. Markdown for
+// pictures, and one of them better beyond that. Means over the sweeps, of settings that all of them have. --processor: by
+// the work of all cores, which other programs on the machine change less than the time by the clock. Markdown for
 // spec/trade.md on standard output; exit status 1 where one is beaten, 2 where there is nothing to compare.
 import fs from "node:fs";
 
@@ -12,7 +13,9 @@ function refuse(line) {
   process.exit(2);
 }
 const folders = process.argv.slice(2);
-if (folders.length === 0) refuse("no sweep; usage: frame_presets.mjs SWEEP...");
+const cost = folders[0] === "--processor" ? "frameProcessorMs" : "frameMs";
+if (cost === "frameProcessorMs") folders.shift();
+if (folders.length === 0) refuse("no sweep; usage: frame_presets.mjs [--processor] SWEEP...");
 const sweeps = folders.map((folder) => JSON.parse(fs.readFileSync(`${folder}/trade.json`, "utf8")));
 
 // Settings by name; a record is called FABRIC--SETTING.
@@ -26,7 +29,7 @@ const settings = [...measured[0].keys()].filter((name) => measured.every((of) =>
     options: of[0].command.replace(/.* --size \S+ ?/, "").replace(/ ?-o \S+$/, ""),
     db: mean(of.map((f) => f.pictures.all.psnr)),
     ssim: mean(of.map((f) => f.pictures.all.ssim)),
-    ms: mean(of.map((f) => f.frameMs)),
+    ms: mean(of.map((f) => f[cost])),
   };
 });
 const presets = Object.entries(sweeps[0].presets ?? {}).map(([preset, record]) => {
