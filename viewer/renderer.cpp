@@ -84,7 +84,7 @@ struct Renderer::State {
   std::array<Band, 2> bands;
 
   ShadingScene shading_of(const Camera& camera, const RenderOptions& look) const {
-    return {camera, width,  height,     looks.looks, packed,      look.lights,
+    return {camera, width,  height,     looks.looks, packed,       look.lights,
             &mesh,  origin, looks.core, maps,        look.ambient, look.power};
   }
   /// Draws the maps that the look asks for; reads them back, unless the shader path alone needs them.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -29,6 +30,8 @@ using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
+
+double processor_ms_now() { return 1000 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -191,6 +194,7 @@ class FrameSweep {
     std::vector<PictureError> errors;
     std::vector<Frame> frames;
     double frame_ms = 0;
+    double processor_ms = 0;
     double prepare_ms = 0;
     for (std::size_t i = 0; i < all_swatch_views.size(); ++i) {
       const Frame& truth = truth_[i];
@@ -210,6 +214,7 @@ class FrameSweep {
                               command_.repeats, &timing);
       if (!large) return tl::unexpected(large.error());
       frame_ms += timing.frame / static_cast<double>(all_swatch_views.size());
+      processor_ms += timing.processor / static_cast<double>(all_swatch_views.size());
       prepare_ms += timing.prepare / static_cast<double>(all_swatch_views.size());
     }
     const PictureError mean = mean_of(errors);
@@ -227,6 +232,7 @@ class FrameSweep {
         {"madeBy", made_by},
         {"loadMs", loaded.milliseconds + prepare_ms},
         {"frameMs", frame_ms},
+        {"frameProcessorMs", processor_ms},
         {"pictures", pictures}};
     if (auto ok = write_file(path, record.dump(2) + "\n"); !ok) return ok;
     ++measured_;
@@ -248,6 +254,7 @@ class FrameSweep {
   struct Timing {
     double prepare = 0;  // ms
     double frame = 0;
+    double processor = 0;  // of all cores
   };
 
   /// With `timing`: once to warm up, then so many times. `repeats` at least 1.
@@ -266,14 +273,20 @@ class FrameSweep {
     if (timing != nullptr) timing->prepare = ms_since(start);
     Frame frame;
     std::vector<double> times;
+    std::vector<double> processor;
     for (int i = timing != nullptr ? -1 : 0; i < repeats; ++i) {
       const auto before = Clock::now();
+      const double work_before = processor_ms_now();
       RenderStats stats;
       if (auto ok = (*renderer)->draw(shot.camera, options, frame, stats); !ok)
         return tl::unexpected(ok.error());
-      if (i >= 0) times.push_back(ms_since(before));
+      if (i < 0) continue;
+      times.push_back(ms_since(before));
+      processor.push_back(processor_ms_now() - work_before);
     }
-    if (timing != nullptr) timing->frame = median(times);
+    if (timing == nullptr) return frame;
+    timing->frame = median(times);
+    timing->processor = median(processor);
     return frame;
   }
 

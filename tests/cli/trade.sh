@@ -86,6 +86,32 @@ test_the_viewer_adds_to_a_sweep_of_its_own_machine_and_program_alone() {
   refuses OPTION_OUT_OF_RANGE /identity/software view --quiet
 }
 
+test_a_beaten_preset_of_frames_is_told_by_the_setting_that_beats_it() {
+  mkdir one two
+  # sweep_of MS_OF_OTHER DB_OF_OTHER: beside a preset of 100 ms and 20 dB.
+  sweep_of() {
+    node -p 'const frame = (name, frameMs, psnr) => ({name: `t8--${name}`, frameMs, pictures: {all: {psnr, ssim: 0.5}},
+        command: `selvedge-view render t8.fabric.exr --place near --size 32x24 --level ${psnr} -o near.png`});
+      JSON.stringify({identity: {stitch: "s"}, presets: {draft: "t8--usual"},
+        frames: [frame("usual", 100, 20), frame("other", ...process.argv.slice(1).map(Number)), frame("far", 900, 15)]})' "$@"
+  }
+  presets() { node "$root/tests/bench/frame_presets.mjs" one two; }
+  sweep_of 95 20.04 >one/trade.json
+  cp one/trade.json two
+  exits 0 presets
+  sweep_of 105 20.2 >two/trade.json
+  exits 1 presets
+  grep -q '^| draft | .* | 20.00 | 0.500 | 100.0 | `--level 20.04` |$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  # Dearer in the mean of both.
+  sweep_of 140 20.2 >two/trade.json
+  exits 0 presets
+  sweep_of 80 19.96 >one/trade.json
+  cp one/trade.json two
+  exits 1 presets
+  sed -i 's/"presets"/"others"/' one/trade.json
+  exits 2 presets
+}
+
 test_the_command_of_a_point_makes_its_fabric() {
   echo "$grid" >grid.json
   sweep --quiet
