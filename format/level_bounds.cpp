@@ -43,9 +43,23 @@ struct Spans {
   double least = HUGE_VAL;
   double most = 0;
   double longest = 0;
-  bool front = false;
+  bool front = false;  ///< may be seen; both where rounding may decide between them
   bool back = false;
 };
+
+/// By how much the sine of the angle between a triangle's plane and a ray may be off that is `distance` long,
+/// where positions are single precision.
+double plane_blur(const std::array<V3d, 3>& p, const V3d& normal, double distance) {
+  constexpr double rounded = 1e-6;
+  double farthest = distance;
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    farthest = std::max(farthest, p[i].length());
+    longest = std::max(longest, (p[(i + 1) % 3] - p[i]).length());
+  }
+  // Twice the area over the longest edge is the triangle's height.
+  return rounded * farthest * longest / normal.length();
+}
 
 /// tan of the largest angle between a ray of the frame and the axis, squared.
 double widest2(const V2d& window_centre, const V2d& window_half) {
@@ -84,12 +98,17 @@ class FromCamera {
       slope2 = std::max(slope2, away.length2() / (depth * depth) - 1);
     }
     if (std::any_of(outside.begin(), outside.end(), [](int n) { return n == 3; })) return {};
-    const V3d normal = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
+    const V3d cross = (p[1] - p[0]).cross(p[2] - p[0]);
+    const V3d normal = cross.normalized();
+    // Of what is not a number, or nearly edge on, both sides count.
+    const double blur = plane_blur(p, cross, distance);
+    const auto has_front = [&](double sine) { return !(sine < -blur); };
+    const auto has_back = [&](double sine) { return !(sine > blur); };
     if (camera_.projection == Projection::parallel) {
       const V3d towards = camera_.to_viewer.normalized();
       const double cosine = normal.dot(towards);
-      return {pixel_ * std::abs(towards.dot(camera_.back())), pixel_, pixel_ / std::abs(cosine), cosine > 0,
-              cosine < 0};
+      return {pixel_ * std::abs(towards.dot(camera_.back())), pixel_, pixel_ / std::abs(cosine),
+              has_front(cosine), has_back(cosine)};
     }
     // A pixel's disc falls on a surface along the ray through it; no surface catches less than what lies
     // across the ray, nor more than what lies along the plane of both.
@@ -98,7 +117,8 @@ class FromCamera {
     const double deepest = std::max(std::min(farthest, camera_.far), depth);
     const double height = normal.dot(camera_.position - p[0]);
     return {pixel_ * depth / std::sqrt(1 + slope2), pixel_ * deepest,
-            pixel_ * deepest * distance / std::abs(height), height > 0, height < 0};
+            pixel_ * deepest * distance / std::abs(height), has_front(height / distance),
+            has_back(height / distance)};
   }
 
  private:
@@ -146,9 +166,10 @@ void add_cover(const From& from, const Scene& scene, const SceneInstance& instan
                PixelCover& cover) {
   const ScenePrimitive& primitive = scene.primitives[static_cast<std::size_t>(instance.primitive)];
   const FabricReference& fabric = *scene.materials[static_cast<std::size_t>(primitive.material)].fabric;
+  const bool double_sided = scene.materials[static_cast<std::size_t>(primitive.material)].double_sided;
   const auto set = static_cast<std::size_t>(fabric.tex_coord);
   if (set >= primitive.tex_coords.size() || primitive.tex_coords[set].size() != primitive.positions.size()) {
-    cover |= PixelCover{0, HUGE_VAL, true, true};  // whoever draws it says what is wrong with it
+    cover |= PixelCover{0, HUGE_VAL, true, double_sided};  // whoever draws it says what is wrong with it
     return;
   }
   const bool mirrored = instance.world.determinant() < 0;
@@ -166,8 +187,8 @@ void add_cover(const From& from, const Scene& scene, const SceneInstance& instan
     if (spans.least == HUGE_VAL) continue;
     PixelCover here{stretch.least * spans.least, stretch.most * std::max(spans.most, spans.longest / taps),
                     mirrored ? spans.back : spans.front,
-                    (mirrored ? spans.front : spans.back) &&
-                        scene.materials[static_cast<std::size_t>(primitive.material)].double_sided};
+                    (mirrored ? spans.front : spans.back) && double_sided};
+    if (!here.fronts && !here.backs) continue;
     // What is not a number must not hide a level.
     if (std::isnan(here.least)) here.least = 0;
     if (std::isnan(here.most)) here.most = HUGE_VAL;

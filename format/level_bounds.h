@@ -54,7 +54,8 @@ struct PixelCover {
 
 /// The materials in all frames of `height` pixels from `sight`. `units[i]`: how many of what is counted in
 /// lie along u and v of a repeat of material i, such as texels of level 0 or millimetres. Surfaces that hide
-/// each other are taken to be seen; materials without a fabric are not. Precondition: 1 <= taps.
+/// each other are taken to be seen; materials without a fabric are not, nor is a side that its material does
+/// not show. Precondition: 1 <= taps.
 std::vector<PixelCover> pixel_covers(const Scene& scene, const Sight& sight, int height, int taps,
                                      std::span<const V2d> units);
 

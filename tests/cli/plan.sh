@@ -96,6 +96,8 @@ test_a_plan_is_made_again_from_what_it_tells() {
     esac
     cp plan.json "plan$((made = ${made:-0} + 1)).json"
   done
+  # The last one looks at the back of what shows none.
+  holds '!r.materials[0].seen && !r.materials[0].holes && r.materials[0].levels.join() === "4,4"' plan11.json
   # And no two of them are for the same frames.
   [ "$(node -p 'new Set([...Array(11).keys()].map((i) =>
     JSON.stringify(JSON.parse(require("fs").readFileSync(`plan${i + 1}.json`)).materials))).size')" -ge 10 ]

@@ -7,14 +7,20 @@
 
 #include "format/lights.h"
 #include "format/scene_points.h"
-#include "tests/viewer/indexed.h"
+#include "tests/viewer/seen_levels.h"
 #include "viewer/render.h"
 
 namespace selvedge {
 namespace {
 
-constexpr int width = 100;
-constexpr int height = 80;
+using test::asked;
+using test::see;
+using test::Seen;
+using test::seen_height;
+using test::seen_width;
+
+constexpr int width = seen_width;
+constexpr int height = seen_height;
 
 /// A fabric without its finer levels.
 Fabric part_of(const Fabric& whole, int first) {
@@ -23,53 +29,6 @@ Fabric part_of(const Fabric& whole, int first) {
   part.whole = WholeFabric{whole_texels(whole), first_level(whole) + first};
   part.levels.erase(part.levels.begin(), part.levels.begin() + first);
   return part;
-}
-
-FabricHeader header_of(const Fabric& fabric) {
-  FabricHeader header;
-  header.width = fabric.levels.front().width;
-  header.height = fabric.levels.front().height;
-  header.levels = static_cast<int>(fabric.levels.size());
-  header.whole = fabric.whole;
-  return header;
-}
-
-LevelRange asked(const Scene& scene, const Camera& camera, const LevelOptions& levels, const Fabric& fabric,
-                 LackingLevels* lacking = nullptr) {
-  const FabricHeader header = header_of(fabric);
-  const std::vector<const FabricHeader*> headers{&header};
-  std::vector<LackingLevels> missing;
-  const LevelRange range = levels_asked(scene, camera, height, levels, headers, &missing)[0];
-  if (lacking != nullptr) *lacking = missing[0];
-  return range;
-}
-
-/// The levels that pixels of the nearest surfaces ask for.
-struct Seen {
-  int first = 1000;
-  int last = -1;
-  double finest = HUGE_VAL;  ///< as a number between two levels
-  int pixels = 0;
-};
-Seen see(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
-         const LevelOptions& levels) {
-  Seen seen;
-  test::each_pixel(test::index_nearest(scene, fabrics, camera, width, height, levels),
-                   [&](const PixelBlock& block, std::size_t lane) {
-                     double level = 0;
-                     double sum = 0;
-                     for (std::size_t i = 0; i < block.texel_count; ++i) {
-                       const auto weight = static_cast<double>(block.texels[i].weight[lane]);
-                       if (weight == 0) continue;
-                       level += weight * block.texels[i].level[lane];
-                       sum += weight;
-                       seen.first = std::min(seen.first, block.texels[i].level[lane]);
-                       seen.last = std::max(seen.last, block.texels[i].level[lane]);
-                     }
-                     seen.finest = std::min(seen.finest, level / sum);
-                     ++seen.pixels;
-                   });
-  return seen;
 }
 
 /// A ball in cloth that is stretched, turned around and mirrored, and smaller balls around it.
