@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "format/option_text.h"
+#include "viewer/idle_options.h"
 #include "viewer/trade_settings.h"
 
 namespace selvedge {
@@ -439,42 +440,6 @@ void add_trade(CLI::App& app, TradeCommand& command) {
   app.add_flag("--quiet", command.quiet, "No progress, no line per setting");
 }
 
-/// The first option that would count for nothing with this input, or beside others, and why; empty: none.
-std::string idle_option(const CLI::App& verb, const RenderCommand& command) {
-  struct Idle {
-    bool here;
-    const char* why;
-    std::vector<const char*> options;
-  };
-  const bool swatch = has_ending(command.input, ".exr");
-  const std::vector<Idle> all{
-      {swatch,
-       "is for scenes, not for a swatch",
-       {"--azimuth", "--elevation", "--fov", "--distance", "--distance-factor", "--look-at", "--zoom",
-        "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable", "--compare",
-        "--layers", "--ambient"}},
-      {!swatch, "is for fabrics, not for a scene", {"--place", "--repeats", "--view", "--pixels-per-texel"}},
-      {command.place.has_value(),
-       "counts for nothing with --place",
-       {"--repeats", "--view", "--pixels-per-texel"}},
-      {swatch && !command.place,
-       "counts for nothing with a swatch of whole texels, without --place",
-       {"--size"}},
-      {command.render.path == RenderPath::paper,
-       "counts for nothing with --path paper, which draws fabrics alone",
-       {"--ambient"}},
-      {command.render.path == RenderPath::shader,
-       "counts for nothing with --path shader: OpenGL has its own powers",
-       {"--power"}},
-  };
-  for (const Idle& idle : all) {
-    for (const char* option : idle.options) {
-      if (idle.here && verb.count(option) > 0) return fmt::format("{} {}", option, idle.why);
-    }
-  }
-  return {};
-}
-
 }  // namespace
 
 Command parse_command_line(int argc, const char* const* argv) {
@@ -508,7 +473,9 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (compare_verb->parsed()) return compare;
   if (show_verb->parsed()) return show;
   if (trade_verb->parsed()) return trade;
-  if (const std::string line = idle_option(*render_verb, render); !line.empty()) {
+  if (const std::string line =
+          idle_option(render, [&](const char* option) { return render_verb->count(option) > 0; });
+      !line.empty()) {
     fmt::print(stderr, "selvedge-view: {}; see --help\n", line);
     return ExitNow{2};
   }

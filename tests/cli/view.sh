@@ -124,6 +124,10 @@ test_render_refuses_options_that_would_count_for_nothing() {
     # shellcheck disable=SC2086
     idle "${option% *}" k.fabric.exr --place near $option
   done
+  for option in '--filter nearest' '--anisotropy 2' '--level-blend off'; do
+    # shellcheck disable=SC2086
+    idle "${option% *}" quad.glb --level 1 $option
+  done
   idle --place quad.glb --place near
   idle --ambient quad.glb --path paper --ambient 0.2
   idle --power quad.glb --path shader --power exact
