@@ -204,7 +204,7 @@ Json json_of(const Table& table) {
     frames.push_back(std::move(frame));
   }
   all["frames"] = std::move(frames);
-  if (!table.presets.empty()) all["presets"] = table.presets;
+  if (!table.presets.empty()) all["framePresets"] = table.presets;
   return all;
 }
 

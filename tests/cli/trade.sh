@@ -92,23 +92,23 @@ test_a_beaten_preset_of_frames_is_told_by_the_setting_that_beats_it() {
   sweep_of() {
     node -p 'const frame = (name, frameMs, psnr) => ({name: `t8--${name}`, frameMs, pictures: {all: {psnr, ssim: 0.5}},
         command: `selvedge-view render t8.fabric.exr --place near --size 32x24 --level ${psnr} -o near.png`});
-      JSON.stringify({identity: {stitch: "s"}, presets: {draft: "t8--usual"},
+      JSON.stringify({identity: {stitch: "s"}, framePresets: {draft: "t8--usual"},
         frames: [frame("usual", 100, 20), frame("other", ...process.argv.slice(1).map(Number)), frame("far", 900, 15)]})' "$@"
   }
   presets() { node "$root/tests/bench/frame_presets.mjs" one two; }
-  sweep_of 95 20.04 >one/trade.json
+  sweep_of 95 20.004 >one/trade.json
   cp one/trade.json two
   exits 0 presets
   sweep_of 105 20.2 >two/trade.json
   exits 1 presets
-  grep -q '^| draft | .* | 20.00 | 0.500 | 100.0 | `--level 20.04` |$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  grep -q '^| draft | .* | 20.000 | 0.5000 | 100.0 | `--level 20.004` |$' "$scratch/out" || fail "$(cat "$scratch/out")"
   # Dearer in the mean of both.
   sweep_of 140 20.2 >two/trade.json
   exits 0 presets
-  sweep_of 80 19.96 >one/trade.json
+  sweep_of 80 19.996 >one/trade.json
   cp one/trade.json two
   exits 1 presets
-  sed -i 's/"presets"/"others"/' one/trade.json
+  sed -i 's/"framePresets"/"others"/' one/trade.json
   exits 2 presets
 }
 

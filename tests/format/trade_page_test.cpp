@@ -119,7 +119,8 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   CHECK(all["points"][1]["front"]["bytes"] == false);
   REQUIRE(all["frames"].size() == 1);
   CHECK(all["frames"][0]["name"] == "good--usual");
-  CHECK(all["presets"] == list["presets"]);
+  CHECK(all["presets"] == sweep["presets"]);
+  CHECK(all["framePresets"] == list["presets"]);
 
   const auto csv = read_file(folder / "trade.csv");
   REQUIRE(csv);
