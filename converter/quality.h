@@ -18,7 +18,7 @@ inline constexpr std::array<std::string_view, 4> quality_names{"draft", "standar
 std::optional<Quality> quality_named(std::string_view name);
 
 /// None of them is beaten, in bytes, seconds and pictures together, by any other of the grid:
-/// tests/bench/quality.
+/// tests/bench/quality (spec/trade.md).
 TradePoint point_of(Quality quality);
 
 /// What a setting cost and was worth, the mean over the stitches of quality_table.cpp.
@@ -30,7 +30,7 @@ struct ExpectedPoint {
   double pictures = 0;  ///< dB, of four swatches against the traced stitch
 };
 
-/// The committed grid, measured. tests/bench/quality writes quality_table.cpp.
+/// The committed grid, measured. tests/bench/trade writes quality_table.cpp.
 std::span<const ExpectedPoint> expected_points();
 
 }  // namespace selvedge

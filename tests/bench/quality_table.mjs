@@ -22,7 +22,7 @@ for (const first of sweeps[0].points) {
     `${k.budget ?? 0}, Storage::${storage[k.storage]}}, ${figures.join(", ")}},`);
 }
 const { machine } = sweeps[0].identity;
-console.log(`// Written by tests/bench/quality: means over ${sweeps.map((s) => s.identity.stitch).join(", ")}, measured on
+console.log(`// Written by tests/bench/trade: means over ${sweeps.map((s) => s.identity.stitch).join(", ")}, measured on
 // ${machine.processor}, ${machine.cores} cores.
 #include "converter/quality.h"
 

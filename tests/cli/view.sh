@@ -146,6 +146,36 @@ test_render_fast_powers_are_an_option_that_pictures_hardly_show() {
 }
 
 # What lights of 1e-6 and 1e9 make is what a light of 1 makes, times that.
+test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
+  make_scene
+  draw() {
+    local to=$1
+    shift
+    selvedge-view render quad.glb -o "$to.exr" --size 64x48 --elevation 15 "$@"
+  }
+  local best=(--filter linear --anisotropy 4 --level-blend on --power fast)
+  draw draft --quality draft
+  draw as-draft --filter nearest --anisotropy 1 --level-blend on --power fast
+  same draft.exr as-draft.exr
+  draw standard --quality standard
+  draw as-standard "${best[@]}"
+  same standard.exr as-standard.exr
+  differ draft.exr standard.exr
+  draw high --quality high
+  draw as-high "${best[@]}" --supersample 2
+  same high.exr as-high.exr
+  draw reference --quality reference
+  draw as-reference "${best[@]}" --supersample 4
+  same reference.exr as-reference.exr
+  draw mixed --quality reference --supersample 1 --anisotropy 1 --power exact
+  draw as-mixed --filter linear --anisotropy 1 --level-blend on --power exact
+  same mixed.exr as-mixed.exr
+  # OpenGL has powers of its own.
+  draw shader --quality standard --path shader
+  draw as-shader --filter linear --anisotropy 4 --level-blend on --path shader
+  same shader.exr as-shader.exr
+}
+
 test_lights_of_any_intensity_make_numbers() {
   make_scene
   local size=(--place near --size 32x24 --quiet) of
