@@ -22,7 +22,7 @@ TradePoint point_of(Quality quality) {
     case Quality::standard:
       point.texels = 16;
       point.samples = 4;
-      point.layers = LayerChoice::slabs;
+      point.layers = LayerChoice::products;
       point.budget = 131072;
       break;
     case Quality::high:

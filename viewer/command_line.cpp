@@ -314,9 +314,10 @@ void add_render(CLI::App& app, RenderCommand& command, std::string& quality) {
       ->type_name("N")
       ->capture_default_str();
   add_levels(app, command.render.levels, command.render.layers);
-  app.add_option("--quality", quality,
-                 "Filter, taps and samples a pixel that are worth their time (standard is the default); "
-                 "options given beside it stay as given. With --path paper the samples alone count")
+  app.add_option(
+         "--quality", quality,
+         "Filter, taps, powers and samples a pixel that are worth their time (standard: the default with "
+         "fast powers); options given beside it stay as given. With --path paper powers and samples count")
       ->type_name("draft|standard|high|reference")
       ->check(
           CLI::IsMember(std::vector<std::string>(frame_quality_names.begin(), frame_quality_names.end())));
