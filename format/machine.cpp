@@ -1,7 +1,10 @@
 #include "format/machine.h"
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <thread>
+
+#include "format/parallel.h"
 
 namespace selvedge {
 
@@ -16,6 +19,11 @@ Machine this_machine() {
     }
   }
   return machine;
+}
+
+nlohmann::ordered_json machine_json() {
+  const Machine machine = this_machine();
+  return {{"processor", machine.processor}, {"cores", machine.cores}, {"threads", thread_count()}};
 }
 
 }  // namespace selvedge

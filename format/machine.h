@@ -1,6 +1,7 @@
 // The machine that figures of time were measured on.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace selvedge {
@@ -11,5 +12,8 @@ struct Machine {
 };
 
 Machine this_machine();
+
+/// `processor`, `cores` and `threads` (thread_count()), as reports have them.
+nlohmann::ordered_json machine_json();
 
 }  // namespace selvedge

@@ -1,8 +1,12 @@
 #include "format/swatch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "format/exr.h"
 
 namespace selvedge {
 namespace {
@@ -72,6 +76,25 @@ SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int hei
   camera.far = distance * 100;
   shot.lights = {light_from({-0.55, 0.65, 0.8}, 1.0F), light_from({0.9, 0.15, 0.6}, 0.3F)};
   return shot;
+}
+
+std::string digest_of_shots(const V2d& period_mm, int width, int height) {
+  std::string text;
+  const auto add = [&](const auto& v) {
+    for (unsigned i = 0; i < v.dimensions(); ++i) text += fmt::format("{:.9g} ", v[static_cast<int>(i)]);
+  };
+  for (const SwatchView view : all_swatch_views) {
+    const SwatchShot shot = swatch_shot(view, period_mm, width, height);
+    const Camera& camera = shot.camera;
+    text += fmt::format("{} {}x{} ", static_cast<int>(camera.projection), shot.width, shot.height);
+    for (const V3d& axis : {camera.position, camera.right, camera.up, camera.to_viewer}) add(axis);
+    for (const V2d& window : {camera.window_centre, camera.window_half}) add(window);
+    for (const Light& light : shot.lights) {
+      add(light.direction);
+      add(light.irradiance);
+    }
+  }
+  return digest_of(text);
 }
 
 Scene swatch_scene(const V2d& period_mm, const V2i& first, const V2i& end) {

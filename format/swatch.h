@@ -7,6 +7,7 @@
 
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -39,6 +40,10 @@ struct SwatchShot {
 /// key light of irradiance 1 and a fill light of 0.3 stand still. Preconditions: both periods above 0 (mm),
 /// width and height at least 1, the picture at most 4 times as wide as high: then the cloth fills the frame.
 SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int height);
+
+/// What tells the pictures of all views from those of another build's places or lights: a digest of the four
+/// shots, their numbers to nine digits.
+std::string digest_of_shots(const V2d& period_mm, int width, int height);
 
 /// A rectangle of whole repeats in the plane z = 0 around the origin's cell, from repeat `first` to before
 /// `end` (along u and v), wearing fabric 0. Periods in mm.

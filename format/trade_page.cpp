@@ -4,185 +4,38 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "format/atomic_file.h"
-#include "format/json_text.h"
 #include "format/markup.h"
 #include "format/trade_plot.h"
+#include "format/trade_records.h"
 
 namespace selvedge {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A record with what is asked of it.
-struct Row {
-  std::string name;
-  Json record;
-  double bytes = NAN;
-  double make = NAN;     // s
-  double work = NAN;     // s, of all cores
-  double load = NAN;     // ms
-  double frame = NAN;    // ms
-  double picture = NAN;  // dB
-  double ssim = NAN;
-  double held_out = NAN;  // dB at the finest level
-};
-
-struct Table {
-  Json sweep;
-  std::vector<Row> fabrics;
-  std::vector<Row> frames;  // of settings of the viewer
-  Json presets = Json::object();
-};
-
-double number_at(const Json& json, const char* pointer) {
-  const Json::json_pointer at(pointer);
-  return json.contains(at) && json[at].is_number() ? json[at].get<double>() : NAN;
-}
-
-std::string text_at(const Json& json, const char* member) {
-  return json.contains(member) && json[member].is_string() ? json[member].get<std::string>() : "";
-}
-
-Result<Json> read_record(const std::string& path) {
-  const auto text = read_file(path);
-  if (!text) return tl::unexpected(text.error());
-  // Depth and repeated members have been looked at when this gives no value that is discarded.
-  if (parse_json(*text).is_discarded()) return fail(Code::file_damaged, path, "", "is not JSON");
-  Json json = Json::parse(*text);
-  if (!json.is_object()) return fail(Code::file_damaged, path, "", "is not a JSON object");
-  return json;
-}
-
-Row row_of(Json record) {
-  Row row;
-  row.name = text_at(record, "name");
-  row.bytes = number_at(record, "/bytes");
-  row.make = number_at(record, "/seconds/make");
-  row.work = number_at(record, "/processorSeconds");
-  row.load = number_at(record, "/loadMs");
-  row.frame = number_at(record, "/frameMs");
-  row.picture = number_at(record, "/pictures/all/psnr");
-  row.ssim = number_at(record, "/pictures/all/ssim");
-  row.held_out = number_at(record, "/heldOut/0/psnr");
-  row.record = std::move(record);
-  return row;
-}
-
-std::vector<std::string> names_in(const Json& json, const char* member) {
-  std::vector<std::string> names;
-  for (const Json& name : json.value(member, Json::array())) {
-    if (name.is_string()) names.push_back(name.get<std::string>());
-  }
-  return names;
-}
-
-/// Those of a folder that are `wanted`, in that order, as far as they are there.
-Result<std::vector<Row>> read_rows(const std::string& folder, const std::vector<std::string>& wanted) {
-  std::map<std::string, Row> rows;
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
-    if (entry.path().extension() != ".json") continue;
-    auto record = read_record(entry.path().string());
-    if (!record) return tl::unexpected(record.error());
-    Row row = row_of(std::move(*record));
-    const std::string name = row.name;
-    if (name.empty() || !std::isfinite(row.picture))
-      return fail(Code::file_damaged, entry.path().string(), "", "is not the record of a point");
-    rows.emplace(name, std::move(row));
-  }
-  std::vector<Row> result;
-  for (const std::string& name : wanted) {
-    const auto row = rows.find(name);
-    if (row != rows.end()) result.push_back(row->second);
-  }
-  return result;
-}
-
-bool holds_all(const Json& json, const Json& members) {
-  if (!json.is_object() || !members.is_object()) return false;
-  return std::all_of(members.items().begin(), members.items().end(), [&](const auto& member) {
-    return json.contains(member.key()) && json[member.key()] == member.value();
-  });
-}
-
-/// The viewer's records of this sweep: an earlier one's centre, size or machine may have left others.
-Result<std::vector<Row>> read_frames(const std::string& folder, const std::vector<std::string>& points,
-                                     Json& presets) {
-  const std::string path = folder + "/" + trade_frames_file;
-  if (!std::filesystem::exists(path)) return std::vector<Row>();
-  const auto list = read_record(path);
-  if (!list) return tl::unexpected(list.error());
-  presets = list->value("presets", Json::object());
-  auto rows = read_rows(fmt::format("{}/{}", folder, trade_frames_folder), names_in(*list, "frames"));
-  if (!rows) return rows;
-  const Json made_by = list->value("madeBy", Json::object());
-  const auto other = [&](const Row& row) {
-    const std::string fabric = text_at(row.record, "fabric");
-    const auto point = std::find(points.begin(), points.end(), fabric);
-    return point == points.end() || (row.record.value("swept", false) && point != points.begin()) ||
-           !holds_all(row.record.value("madeBy", Json()), made_by);
-  };
-  rows->erase(std::remove_if(rows->begin(), rows->end(), other), rows->end());
-  return rows;
-}
-
-Result<Table> read_table(const std::string& folder) {
-  Table table;
-  auto sweep = read_record(folder + "/" + trade_sweep_file);
-  if (!sweep) return tl::unexpected(sweep.error());
-  table.sweep = std::move(*sweep);
-  const std::vector<std::string> names = names_in(table.sweep, "points");
-  auto fabrics = read_rows(fmt::format("{}/{}", folder, trade_points_folder), names);
-  if (!fabrics) return tl::unexpected(fabrics.error());
-  table.fabrics = std::move(*fabrics);
-  auto frames = read_frames(folder, names, table.presets);
-  if (!frames) return tl::unexpected(frames.error());
-  const Json presets = table.sweep.value("presets", Json::object());
-  for (const auto& [preset, name] : presets.items()) {
-    for (Row& fabric : table.fabrics) {
-      if (name == fabric.name) fabric.record["quality"] = preset;
-    }
-  }
-  // A fabric's own time per frame is that of the usual settings.
-  for (Row& fabric : table.fabrics) {
-    for (const Row& frame : *frames) {
-      if (text_at(frame.record, "fabric") != fabric.name || !frame.record.value("usual", false)) continue;
-      fabric.frame = frame.frame;
-      fabric.record["frameMs"] = frame.frame;
-    }
-  }
-  for (Row& frame : *frames) {
-    if (frame.record.value("swept", false)) table.frames.push_back(std::move(frame));
-  }
-  return table;
-}
-
 /// Where something is on the front of a plot.
 struct Fronts {
   std::vector<bool> bytes, make, work, frame;
 };
 
-std::vector<TradeFigure> figures(const std::vector<Row>& rows, double Row::*cost, double Row::*quality) {
+std::vector<TradeFigure> figures(const std::vector<TradeRow>& rows, double TradeRow::*cost,
+                                 double TradeRow::*quality) {
   std::vector<TradeFigure> result;
-  for (const Row& row : rows) result.push_back({row.*cost, row.*quality});
+  for (const TradeRow& row : rows) result.push_back({row.*cost, row.*quality});
   return result;
 }
 
-Fronts fronts_of(const std::vector<Row>& rows) {
-  return {pareto_front(figures(rows, &Row::bytes, &Row::picture)),
-          pareto_front(figures(rows, &Row::make, &Row::picture)),
-          pareto_front(figures(rows, &Row::work, &Row::picture)),
-          pareto_front(figures(rows, &Row::frame, &Row::picture))};
+Fronts fronts_of(const std::vector<TradeRow>& rows) {
+  return {pareto_front(figures(rows, &TradeRow::bytes, &TradeRow::picture)),
+          pareto_front(figures(rows, &TradeRow::make, &TradeRow::picture)),
+          pareto_front(figures(rows, &TradeRow::work, &TradeRow::picture)),
+          pareto_front(figures(rows, &TradeRow::frame, &TradeRow::picture))};
 }
 
-Json json_of(const Table& table) {
+Json json_of(const TradeTable& table) {
   Json all = {{"program", "selvedge"}, {"report", 1}, {"verb", "trade"}};
   all.update(table.sweep);
   Json points = Json::array();
@@ -250,17 +103,22 @@ std::string csv_of(const Json& all) {
   return text;
 }
 
-/// An embedded picture, or nothing where there is none.
-std::string picture(const std::string& folder, const std::string& name) {
+/// The address of a picture that is the picture itself, or nothing where there is none.
+std::string picture_data(const std::string& folder, const std::string& name) {
   const auto bytes = read_file(fmt::format("{}/{}/{}.png", folder, trade_pictures_folder, name));
   if (!bytes) return "";
   const std::span<const char> chars(*bytes);
-  const std::vector<std::uint8_t> data(chars.begin(), chars.end());
-  return fmt::format(R"(<img alt="{}" src="data:image/png;base64,{}">)", escaped(name), base64(data));
+  return "data:image/png;base64," + base64(std::vector<std::uint8_t>(chars.begin(), chars.end()));
+}
+
+std::string picture(const std::string& folder, const std::string& name) {
+  const std::string data = picture_data(folder, name);
+  return data.empty() ? "" : fmt::format(R"(<img alt="{}" src="{}">)", escaped(name), data);
 }
 
 Result<std::string> plot(const char* title, const char* cost_text, const char* quality_text,
-                         const std::vector<Row>& rows, double Row::*cost, double Row::*quality) {
+                         const std::vector<TradeRow>& rows, double TradeRow::*cost,
+                         double TradeRow::*quality) {
   TradePlot plot{title, cost_text, quality_text, figures(rows, cost, quality), {}};
   const bool any = std::any_of(plot.figures.begin(), plot.figures.end(), [](const TradeFigure& f) {
     return std::isfinite(f.cost) && f.cost > 0 && std::isfinite(f.quality);
@@ -307,34 +165,32 @@ struct TruthPicture {
 };
 
 TruthPicture truth_picture(const std::string& folder, const Json& sweep) {
-  const auto bytes =
-      read_file(fmt::format("{}/{}/{}.png", folder, trade_pictures_folder, trade_truth_picture));
+  const std::string data = picture_data(folder, trade_truth_picture);
   const double width = 4 * std::floor(number_at(sweep, "/identity/size/0") / 2);
   const double height = std::floor(number_at(sweep, "/identity/size/1") / 2);
-  if (!bytes || !(width > 0 && height > 0)) return {};
-  const std::span<const char> chars(*bytes);
-  const std::vector<std::uint8_t> data(chars.begin(), chars.end());
+  if (data.empty() || !(width > 0 && height > 0)) return {};
   return {
       fmt::format(
-          R"(<svg width="0" height="0" style="position:absolute"><defs><image id="truth" width="{}" height="{}" href="data:image/png;base64,{}"/></defs></svg>)",
-          width, height, base64(data)),
+          R"(<svg width="0" height="0" style="position:absolute"><defs><image id="truth" width="{}" height="{}" href="{}"/></defs></svg>)",
+          width, height, data),
       fmt::format(R"(<svg width="{}" height="{}"><use href="#truth"/></svg>)", width, height)};
 }
 
-std::string rows_of(const std::string& folder, const std::vector<Row>& rows, const std::string& truth,
+std::string rows_of(const std::string& folder, const std::vector<TradeRow>& rows, const std::string& truth,
                     bool fabrics) {
   const Fronts fronts = fronts_of(rows);
   std::string text;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Row& row = rows[i];
+    const TradeRow& row = rows[i];
     std::string front;
     const auto add = [&](bool on, const char* what) {
       if (on) front += fmt::format("{}{}", front.empty() ? "" : ", ", what);
     };
     add(fronts.bytes[i], "bytes");
     add(fronts.make[i], "time to make");
+    add(fronts.work[i], "work of all cores");
     add(fronts.frame[i], "frame");
-    const Json knobs = row.record.value("knobs", Json::object());
+    const Json knobs = object_at(row.record, "knobs");
     const std::string quality = text_at(row.record, "quality");
     text += fmt::format("<tr{}><td>{}</td><td class=\"l\">{}{}<br><code>{}</code></td>",
                         front.empty() ? "" : " class=\"front\"", i + 1,
@@ -367,13 +223,16 @@ p { max-width: 900px; }
 </style>
 )";
 
-std::string text_of_sweep(const Table& table) {
-  const Json identity = table.sweep.value("identity", Json::object());
-  const Json machine = identity.value("machine", Json::object());
+std::string text_of_sweep(const TradeTable& table) {
+  const Json identity = object_at(table.sweep, "identity");
+  const Json machine = object_at(identity, "machine");
   std::string noise;
-  const Json truth = table.sweep.value("truth", Json::object());
-  for (const auto& [view, value] : truth.items())
-    noise += fmt::format("{}{} {:.1f} dB", noise.empty() ? "" : ", ", view, number_at(value, "/noisePsnr"));
+  const Json truth = object_at(table.sweep, "truth");
+  for (const auto& [view, value] : truth.items()) {
+    const double psnr = number_at(value, "/noisePsnr");
+    noise += fmt::format("{}{} {}", noise.empty() ? "" : ", ", view,
+                         std::isfinite(psnr) ? fmt::format("{:.1f} dB", psnr) : "none");
+  }
   return fmt::format(
       "<p>{} by {}. Measured on {}, {} cores, {} threads; times are medians of {} runs, all points of one "
       "sweep. Pictures of {} x {} pixels against the traced stitch, {} rays a pixel, in sRGB after exposure; "
@@ -386,9 +245,9 @@ std::string text_of_sweep(const Table& table) {
       number_at(identity, "/heldOut/texels"), number_at(identity, "/heldOut/samples"));
 }
 
-Result<std::string> html_of(const std::string& folder, const Table& table) {
-  const std::string title = fmt::format("Speed against accuracy: {}",
-                                        text_at(table.sweep.value("identity", Json::object()), "stitch"));
+Result<std::string> html_of(const std::string& folder, const TradeTable& table) {
+  const std::string title =
+      fmt::format("Speed against accuracy: {}", text_at(object_at(table.sweep, "identity"), "stitch"));
   std::string text = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta "
       "charset=\"utf-8\"><title>{0}</title>\n{1}</head><body>\n"
@@ -403,17 +262,17 @@ Result<std::string> html_of(const std::string& folder, const Table& table) {
   constexpr const char* picture_error = "pictures, PSNR in dB";
   constexpr const char* held_out_error = "held out, finest level, dB";
   for (auto& plot : {plot("Pictures against bytes", "bytes of the file", picture_error, table.fabrics,
-                          &Row::bytes, &Row::picture),
+                          &TradeRow::bytes, &TradeRow::picture),
                      plot("Pictures against time to make", "seconds to bake and fit", picture_error,
-                          table.fabrics, &Row::make, &Row::picture),
+                          table.fabrics, &TradeRow::make, &TradeRow::picture),
                      plot("Pictures against time per frame", "ms a frame", picture_error, table.fabrics,
-                          &Row::frame, &Row::picture),
+                          &TradeRow::frame, &TradeRow::picture),
                      plot("Held-out directions against bytes", "bytes of the file", held_out_error,
-                          table.fabrics, &Row::bytes, &Row::held_out),
+                          table.fabrics, &TradeRow::bytes, &TradeRow::held_out),
                      plot("Held-out directions against time to make", "seconds to bake and fit",
-                          held_out_error, table.fabrics, &Row::make, &Row::held_out),
-                     plot("The viewer's settings", "ms a frame", picture_error, table.frames, &Row::frame,
-                          &Row::picture)}) {
+                          held_out_error, table.fabrics, &TradeRow::make, &TradeRow::held_out),
+                     plot("The viewer's settings", "ms a frame", picture_error, table.frames,
+                          &TradeRow::frame, &TradeRow::picture)}) {
     if (auto ok = add(plot); !ok) return tl::unexpected(ok.error());
   }
   text +=
@@ -459,7 +318,7 @@ std::vector<bool> pareto_front(const std::vector<TradeFigure>& figures) {
 }
 
 Result<void> write_trade_page(const std::string& folder) {
-  const auto table = read_table(folder);
+  const auto table = read_trade_table(folder);
   if (!table) return tl::unexpected(table.error());
   const Json json = json_of(*table);
   const auto html = html_of(folder, *table);

@@ -31,7 +31,8 @@ struct TradeFigure {
 std::vector<bool> pareto_front(const std::vector<TradeFigure>& figures);
 
 /// Of the viewer's records those that trade_frames_file names, of points that the sweep has; with all
-/// settings those of its first point. Records that are damaged are refused (FILE_DAMAGED).
+/// settings those of its first point. Damaged records of the sweep and of its points are refused
+/// (FILE_DAMAGED), those of the viewer left out.
 Result<void> write_trade_page(const std::string& folder);
 
 }  // namespace selvedge

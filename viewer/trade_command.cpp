@@ -9,14 +9,15 @@
 
 #include "format/atomic_file.h"
 #include "format/fabric_exr.h"
-#include "format/json_text.h"
 #include "format/machine.h"
+#include "format/median.h"
 #include "format/parallel.h"
 #include "format/picture_error.h"
 #include "format/printable.h"
 #include "format/progress.h"
 #include "format/swatch.h"
 #include "format/trade_page.h"
+#include "format/trade_records.h"
 #include "viewer/commands.h"
 #include "viewer/renderer.h"
 #include "viewer/trade_settings.h"
@@ -33,11 +34,6 @@ double ms_since(Clock::time_point start) {
 
 double processor_ms_now() { return 1000 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[(values.size() - 1) / 2];
-}
-
 Result<std::vector<Frame>> read_truth(const std::string& folder) {
   std::vector<Frame> frames;
   for (const std::string_view view : swatch_view_names) {
@@ -51,40 +47,44 @@ Result<std::vector<Frame>> read_truth(const std::string& folder) {
 
 /// What figures belong to beside the fabric: others are measured anew.
 Json made_by(const TradeCommand& command) {
-  const Machine machine = this_machine();
-  return {
-      {"software", "selvedge " SELVEDGE_VERSION},
-      {"machine", {{"processor", machine.processor}, {"cores", machine.cores}, {"threads", thread_count()}}},
-      {"repeats", command.repeats},
-      {"frameSize", {command.size.x, command.size.y}}};
+  return {{"software", "selvedge " SELVEDGE_VERSION},
+          {"machine", machine_json()},
+          {"repeats", command.repeats},
+          {"frameSize", {command.size.x, command.size.y}}};
+}
+
+/// The shots that this program draws for a sweep's pictures, as its record would have them; nothing where the
+/// record does not say which.
+Json places_here(const Json& sweep) {
+  const double x = number_at(sweep, "/periodMm/0");
+  const double y = number_at(sweep, "/periodMm/1");
+  const double width = number_at(sweep, "/identity/size/0");
+  const double height = number_at(sweep, "/identity/size/1");
+  const auto is_size = [](double n) { return n >= 1 && n <= 1 << 20; };
+  if (!(x > 0 && y > 0) || !is_size(width) || !is_size(height)) return {};
+  return digest_of_shots({x, y}, static_cast<int>(width), static_cast<int>(height));
 }
 
 /// The points of a sweep that this program on this machine may add to.
-Result<std::vector<std::string>> read_points(const std::string& folder, const Json& here) {
+Result<std::vector<std::string>> read_points(const std::string& folder, const Json& made_by) {
   const std::string path = folder + "/" + trade_sweep_file;
-  const auto text = read_file(path);
-  if (!text) return tl::unexpected(text.error());
-  const nlohmann::json sweep = parse_json(*text);
-  const nlohmann::json there =
-      sweep.is_object() ? sweep.value("identity", nlohmann::json()) : nlohmann::json();
-  for (const char* member : {"/software", "/machine/processor", "/machine/cores"}) {
-    const nlohmann::json::json_pointer at(member);
-    if (!there.is_object() || !there.contains(at))
+  const auto sweep = read_trade_record(path);
+  if (!sweep) return tl::unexpected(sweep.error());
+  const Json there = object_at(*sweep, "identity");
+  Json here = made_by;
+  here["places"] = places_here(*sweep);
+  for (const char* member : {"/software", "/machine/processor", "/machine/cores", "/places"}) {
+    const Json::json_pointer at(member);
+    if (!there.contains(at))
       return fail(Code::file_damaged, path, std::string("/identity") + member, "is not there");
-    const nlohmann::json own = here[Json::json_pointer(member)];
-    if (there[at] != own)
-      return fail(
-          Code::option_out_of_range, path, std::string("/identity") + member,
-          fmt::format("is {}, and here it is {}: one sweep is of one program on one machine",
-                      there[at].dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), own.dump()));
+    if (there[at] != here[at])
+      return fail(Code::option_out_of_range, path, std::string("/identity") + member,
+                  fmt::format("is {}, and here it is {}: one sweep is of one program on one machine",
+                              there[at].dump(-1, ' ', false, Json::error_handler_t::replace),
+                              here[at].dump(-1, ' ', false, Json::error_handler_t::replace)));
   }
-  std::vector<std::string> points;
-  if (sweep.is_object() && sweep.contains("points") && sweep["points"].is_array()) {
-    for (const auto& point : sweep["points"]) {
-      if (point.is_string()) points.push_back(point.get<std::string>());
-    }
-  }
-  if (points.empty()) return fail(Code::file_damaged, path, "points", "is no list of the sweep's points");
+  auto points = trade_names(*sweep, path, "points");
+  if (points && points->empty()) return fail(Code::file_damaged, path, "points", "has no point");
   return points;
 }
 
@@ -114,7 +114,8 @@ Result<Loaded> load(const std::string& path, int repeats) {
 
 class FrameSweep {
  public:
-  explicit FrameSweep(const TradeCommand& command) : command_(command) {}
+  explicit FrameSweep(const TradeCommand& command)
+      : command_(command), progress_("trade", command.quiet), bar_(progress_.callback()) {}
 
   Result<void> run() {
     auto truth = read_truth(command_.folder);
@@ -123,19 +124,19 @@ class FrameSweep {
     made_by_ = made_by(command_);
     const auto points = read_points(command_.folder, made_by_);
     if (!points) return tl::unexpected(points.error());
+    if (std::none_of(points->begin(), points->end(), [&](const auto& point) { return is_made(point); }))
+      return fail(Code::file_missing, command_.folder, trade_sweep_file,
+                  "none of its points has been made: `selvedge trade` does that");
     const std::string frames = fmt::format("{}/{}", command_.folder, trade_frames_folder);
     std::error_code error;
     std::filesystem::create_directories(frames, error);
     if (error) return fail(Code::file_unwritable, frames, "", error.message());
     if (auto ok = write_list(*points); !ok) return ok;
-    TerminalProgress progress("trade", command_.quiet);
-    const Progress bar = progress.callback();
-    for (std::size_t i = 0; i < points->size(); ++i) {
-      const std::string& point = (*points)[i];
-      // A sweep that was interrupted has not made all of them.
-      if (!std::filesystem::exists(fabric_path(point))) continue;
-      if (auto ok = measure_fabric(point, i == 0); !ok) return ok;
-      if (bar) bar(static_cast<double>(i + 1) / static_cast<double>(points->size()));
+    const auto left = work_left(*points);
+    if (!left) return tl::unexpected(left.error());
+    for (const Work& work : *left) cost_ += cost_of(work);
+    for (const Work& work : *left) {
+      if (auto ok = measure_fabric(work); !ok) return ok;
     }
     return write_trade_page(command_.folder);
   }
@@ -145,6 +146,17 @@ class FrameSweep {
  private:
   std::string fabric_path(const std::string& point) const {
     return fmt::format("{}/fabrics/{}.fabric.exr", command_.folder, point);
+  }
+
+  std::string record_path(const std::string& name) const {
+    return fmt::format("{}/{}/{}.json", command_.folder, trade_frames_folder, name);
+  }
+
+  /// A sweep that was interrupted has not made all of them.
+  bool is_made(const std::string& point) const {
+    const std::string record = fmt::format("{}/{}/{}.json", command_.folder, trade_points_folder, point);
+    std::error_code none;
+    return std::filesystem::exists(fabric_path(point), none) && std::filesystem::exists(record, none);
   }
 
   /// What is to be on the page: records of an earlier centre, size or machine may lie in the folder.
@@ -168,12 +180,63 @@ class FrameSweep {
     return all ? trade_settings() : std::vector{usual_setting()};
   }
 
-  /// The sweep's first point, which is its centre, with all settings, the others with the usual one.
-  Result<void> measure_fabric(const std::string& point, bool all) {
-    const auto loaded = load(fabric_path(point), command_.repeats);
+  /// Settings of a fabric that are to be measured.
+  struct Work {
+    std::string point;
+    bool swept = false;
+    std::vector<TradeSetting> settings;
+  };
+
+  /// About the time of a frame, in units of one with a tap and a sample a pixel.
+  static double cost_of(const TradeSetting& setting) {
+    const int samples = setting.render.supersample * setting.render.supersample;
+    return samples * (setting.render.levels.taps > 1 ? 2.0 : 1.0);
+  }
+  static double cost_of(const Work& work) {
+    double cost = 0;
+    for (const TradeSetting& setting : work.settings) cost += cost_of(setting);
+    return cost;
+  }
+
+  /// The sweep's first point, which is its centre, with all settings, the others with the usual one; but for
+  /// those that have a record of this fabric on these terms.
+  Result<std::vector<Work>> work_left(const std::vector<std::string>& points) const {
+    std::vector<Work> left;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!is_made(points[i])) continue;
+      const auto reader = FabricReader::open(fabric_path(points[i]));
+      if (!reader) return tl::unexpected(reader.error());
+      Work work{points[i], i == 0, {}};
+      for (const TradeSetting& setting : settings_of(work.swept)) {
+        if (!is_measured(work, setting, reader->digest())) work.settings.push_back(setting);
+      }
+      if (!work.settings.empty()) left.push_back(std::move(work));
+    }
+    return left;
+  }
+
+  /// What figures of that fabric have to agree with.
+  Json made_of(const std::string& digest) const {
+    Json made_by = made_by_;
+    made_by["fabric"] = digest;
+    return made_by;
+  }
+
+  bool is_measured(const Work& work, const TradeSetting& setting, const std::string& digest) const {
+    const std::string name = name_of(work.point, setting);
+    const auto there = read_trade_record(record_path(name));
+    return there && is_frame_record(*there, name) && (*there)["madeBy"] == made_of(digest) &&
+           (*there)["swept"] == work.swept;
+  }
+
+  Result<void> measure_fabric(const Work& work) {
+    const auto loaded = load(fabric_path(work.point), command_.repeats);
     if (!loaded) return tl::unexpected(loaded.error());
-    for (const TradeSetting& setting : settings_of(all)) {
-      if (auto ok = measure(point, *loaded, setting, all); !ok) return ok;
+    for (const TradeSetting& setting : work.settings) {
+      progress_.note(name_of(work.point, setting));
+      if (auto ok = measure(work.point, *loaded, setting, work.swept); !ok) return ok;
+      done_ += cost_of(setting);
+      if (bar_) bar_(done_ / cost_);
     }
     return {};
   }
@@ -181,15 +244,7 @@ class FrameSweep {
   Result<void> measure(const std::string& point, const Loaded& loaded, const TradeSetting& setting,
                        bool swept) {
     const std::string name = name_of(point, setting);
-    const std::string path = fmt::format("{}/{}/{}.json", command_.folder, trade_frames_folder, name);
-    Json made_by = made_by_;
-    made_by["fabric"] = loaded.digest;
-    if (const auto text = std::filesystem::exists(path) ? read_file(path) : Result<std::string>("")) {
-      const Json there = Json::parse(*text, nullptr, false);
-      if (there.is_object() && there.value("madeBy", Json()) == made_by &&
-          there.value("swept", false) == swept)
-        return {};
-    }
+    const std::string path = record_path(name);
     Json pictures = Json::object();
     std::vector<PictureError> errors;
     std::vector<Frame> frames;
@@ -229,7 +284,7 @@ class FrameSweep {
         {"knobs", Json::parse(setting.knobs)},
         {"command", fmt::format("selvedge-view render {}.fabric.exr --place near --size {}x{} {} -o near.png",
                                 point, truth_[0].width, truth_[0].height, setting.options)},
-        {"madeBy", made_by},
+        {"madeBy", made_of(loaded.digest)},
         {"loadMs", loaded.milliseconds + prepare_ms},
         {"frameMs", frame_ms},
         {"frameProcessorMs", processor_ms},
@@ -293,6 +348,10 @@ class FrameSweep {
   const TradeCommand& command_;
   std::vector<Frame> truth_;
   Json made_by_;
+  TerminalProgress progress_;
+  Progress bar_;
+  double cost_ = 0;  ///< of all that is to be measured
+  double done_ = 0;  ///< of what has been
   int measured_ = 0;
 };
 

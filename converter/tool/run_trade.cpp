@@ -14,8 +14,9 @@
 #include "format/display.h"
 #include "format/json_text.h"
 #include "format/machine.h"
-#include "format/parallel.h"
+#include "format/swatch.h"
 #include "format/trade_page.h"
+#include "format/trade_records.h"
 
 namespace selvedge {
 namespace {
@@ -51,38 +52,36 @@ double cost_of(const TradePoint& p) {
 
 /// What has to agree for points to stand in one table.
 Json identity_of(const TradeCommand& command, const CellMesh& mesh, int texels) {
-  const Machine machine = this_machine();
-  return {
-      {"software", "selvedge " SELVEDGE_VERSION},
-      {"stitch", command.input},
-      {"settings", command.settings},
-      {"mesh", digest_of(mesh)},
-      {"seed", command.common.seed},
-      {"repeats", command.repeats},
-      {"size", {command.size.x, command.size.y}},
-      {"truthSamples", command.truth_samples},
-      {"heldOut",
-       {{"texels", texels}, {"pairs", command.held_out_pairs}, {"samples", command.held_out_samples}}},
-      {"machine", {{"processor", machine.processor}, {"cores", machine.cores}, {"threads", thread_count()}}}};
+  return {{"software", "selvedge " SELVEDGE_VERSION},
+          {"stitch", command.input},
+          {"settings", command.settings},
+          {"mesh", digest_of(mesh)},
+          {"seed", command.common.seed},
+          {"repeats", command.repeats},
+          {"size", {command.size.x, command.size.y}},
+          {"truthSamples", command.truth_samples},
+          {"heldOut",
+           {{"texels", texels}, {"pairs", command.held_out_pairs}, {"samples", command.held_out_samples}}},
+          {"places", digest_of_shots(mesh.period, command.size.x, command.size.y)},
+          {"machine", machine_json()}};
 }
 
 /// Refuses a folder with another sweep in it.
 Result<void> claim(const TradeFolder& folder, const Json& identity) {
   const std::string path = folder.path + "/" + trade_sweep_file;
-  const bool begun = std::filesystem::exists(path);
+  std::error_code error;
+  const bool begun = std::filesystem::exists(path, error);
   if (begun) {
-    const auto text = read_file(path);
-    if (!text) return tl::unexpected(text.error());
-    const Json there = Json::parse(*text, nullptr, false);
-    if (!there.is_object() || !there.contains("identity") || !there["identity"].is_object())
-      return fail(Code::file_damaged, path, "", "is not the record of a sweep");
+    const auto there = read_trade_record(path);
+    if (!there) return tl::unexpected(there.error());
+    const Json known = object_at(*there, "identity");
+    if (known.empty()) return fail(Code::file_damaged, path, "", "is not the record of a sweep");
     for (const auto& [name, value] : identity.items()) {
-      if (there["identity"].value(name, Json()) != value)
+      if (known.value(name, Json()) != value)
         return fail(Code::option_out_of_range, path, name,
                     "is another than that of the sweep in this folder: take a new one");
     }
   }
-  std::error_code error;
   for (const char* name : {"bakes", "fabrics", "truth", trade_points_folder, trade_pictures_folder}) {
     std::filesystem::create_directories(folder.path + "/" + name, error);
     if (error) return fail(Code::file_unwritable, folder.path, name, error.message());
@@ -182,19 +181,33 @@ Result<PairSamples> held_out_pairs(const TradeCommand& command, const CellMesh& 
   return reader->read_pairs(PairKind::held_out);
 }
 
-/// Whether the point's fabric and a record of it are there; one that is damaged is measured again.
+/// Whether the point's fabric and a record of it are there and whole; else it is measured again.
 bool is_measured(const TradeFolder& folder, const TradePoint& point) {
   const auto json = read_json(folder.record(point));
   const auto has_number = [&](const char* pointer) {
     const nlohmann::json::json_pointer at(pointer);
     return json.contains(at) && json[at].is_number();
   };
-  std::error_code none;
   return json.is_object() && json.value("name", nlohmann::json()) == name_of(point) &&
          json.contains("command") && has_number("/bytes") && has_number("/seconds/make") &&
          has_number("/processorSeconds") && has_number("/loadMs") && has_number("/heldOut/0/psnr") &&
          has_number("/pictures/all/psnr") && has_number("/pictures/all/ssim") &&
-         std::filesystem::exists(folder.fabric(point), none);
+         json["bytes"] == size_of_file(folder.fabric(point)) && read_fabric(folder.fabric(point));
+}
+
+/// Why an earlier run found that the point cannot be made; nothing where none has.
+std::optional<std::string> why_left_out(const TradeFolder& folder, const TradePoint& point) {
+  const auto json = read_json(folder.record(point));
+  if (!json.is_object() || json.value("name", nlohmann::json()) != name_of(point)) return std::nullopt;
+  const auto why = json.value("leftOut", nlohmann::json());
+  if (!why.is_string()) return std::nullopt;
+  return why.get<std::string>();
+}
+
+/// Whether no fabric of the point is as small as its budget, or none can be chosen at all.
+bool is_refused_budget(const TradePoint& point, const Error& error) {
+  return point.budget > 0 && error.code == Code::option_out_of_range &&
+         (error.place == "--budget" || error.place == "budget");
 }
 
 class Sweep {
@@ -212,8 +225,12 @@ class Sweep {
     const int texels = finest(points_);
     identity_ = identity_of(command_, cell->mesh, texels);
     if (auto ok = claim(folder_, identity_); !ok) return ok;
+    leave_out_known();
     if (auto ok = find_truth(cell->mesh, texels); !ok) return ok;
-    return measure();
+    if (auto ok = measure(); !ok) return ok;
+    if (points_.empty())
+      return fail(Code::option_out_of_range, command_.input, "--grid", "has no point that can be made");
+    return write_trade_page(folder_.path);
   }
 
   std::size_t points() const { return points_.size(); }
@@ -237,12 +254,35 @@ class Sweep {
     return {};
   }
 
+  /// Points that an earlier run could not make; no bake is needed to know it again.
+  void leave_out_known() {
+    const auto known = [&](const TradePoint& point) {
+      const auto why = why_left_out(folder_, point);
+      if (why) tell_left_out(point, *why);
+      return why.has_value();
+    };
+    points_.erase(std::remove_if(points_.begin(), points_.end(), known), points_.end());
+  }
+
+  /// The point is no longer one of the sweep's; one that cannot be made does not end it.
+  Result<void> leave_out(const TradePoint& point, const std::string& why) {
+    tell_left_out(point, why);
+    points_.erase(std::remove(points_.begin(), points_.end(), point), points_.end());
+    if (auto ok = write_sweep(); !ok) return ok;
+    const Json record = {{"name", name_of(point)}, {"leftOut", why}};
+    return write_file(folder_.record(point), record.dump(2) + "\n");
+  }
+
+  void tell_left_out(const TradePoint& point, const std::string& why) const {
+    if (!command_.common.quiet)
+      report_remark(command_.input, fmt::format("{} is left out: {}", name_of(point), why));
+  }
+
   Result<void> find_truth(const CellMesh& mesh, int texels) {
     truth_.period_mm = mesh.period;
-    Json noise = Json::object();
     for (const SwatchView view : all_swatch_views) {
       say(fmt::format("the true picture {}", name_of(view)));
-      auto picture = true_picture(command_, mesh, view, folder_, noise[std::string(name_of(view))]);
+      auto picture = true_picture(command_, mesh, view, folder_, noise_[std::string(name_of(view))]);
       if (!picture) return tl::unexpected(picture.error());
       truth_.pictures.push_back(std::move(*picture));
     }
@@ -253,31 +293,42 @@ class Sweep {
     truth_.peak = peak_of(truth_.held_out);
     if (auto ok = write_png(folder_.picture(trade_truth_picture), thumbnail_of(truth_.pictures)); !ok)
       return ok;
+    return write_sweep();
+  }
+
+  Result<void> write_sweep() const {
     Json names = Json::array();
     for (const TradePoint& point : points_) names.push_back(name_of(point));
     Json presets = Json::object();
     for (const std::string_view name : quality_names)
       presets[std::string(name)] = name_of(point_of(*quality_named(name)));
     const Json sweep = {
-        {"trade", 1},        {"identity", identity_}, {"periodMm", {mesh.period.x, mesh.period.y}},
-        {"truth", noise},    {"peak", truth_.peak},   {"points", names},
+        {"trade", 1},        {"identity", identity_}, {"periodMm", {truth_.period_mm.x, truth_.period_mm.y}},
+        {"truth", noise_},   {"peak", truth_.peak},   {"points", names},
         {"presets", presets}};
     return write_file(folder_.path + "/" + trade_sweep_file, sweep.dump(2) + "\n");
   }
 
-  /// Points of one bake after each other, so that its samples can go.
-  Result<void> measure() {
+  /// What is not measured, points of one bake after each other, so that its samples can go.
+  std::vector<TradePoint> points_left() const {
+    std::vector<TradePoint> unmeasured;
+    std::copy_if(points_.begin(), points_.end(), std::back_inserter(unmeasured),
+                 [&](const TradePoint& point) { return !is_measured(folder_, point); });
     std::vector<TradePoint> left;
-    double total = 0;
-    for (const TradePoint& first : points_) {
-      for (const TradePoint& point : points_) {
-        if (bake_name_of(point) != bake_name_of(first) || is_measured(folder_, point) ||
-            std::find(left.begin(), left.end(), point) != left.end())
-          continue;
-        left.push_back(point);
-        total += cost_of(point);
+    for (const TradePoint& first : unmeasured) {
+      for (const TradePoint& point : unmeasured) {
+        if (bake_name_of(point) == bake_name_of(first) &&
+            std::find(left.begin(), left.end(), point) == left.end())
+          left.push_back(point);
       }
     }
+    return left;
+  }
+
+  Result<void> measure() {
+    const std::vector<TradePoint> left = points_left();
+    double total = 0;
+    for (const TradePoint& point : left) total += cost_of(point);
     tidy_bakes(left);
     const auto start = Clock::now();
     const Progress bar = progress_.callback();
@@ -288,15 +339,20 @@ class Sweep {
       const auto bake_seconds = ensure_samples(command_, point, folder_);
       if (!bake_seconds) return tl::unexpected(bake_seconds.error());
       const auto record = measure_point(command_, point, folder_, truth_, *bake_seconds);
-      if (!record) return tl::unexpected(record.error());
+      if (!record && !is_refused_budget(point, record.error())) return tl::unexpected(record.error());
+      std::error_code none;
       const bool last_of_bake = i + 1 == left.size() || bake_name_of(left[i + 1]) != bake_name_of(point);
-      if (last_of_bake && !command_.keep_samples) std::filesystem::remove(folder_.samples(point));
-      ++measured_;
+      if (last_of_bake && !command_.keep_samples) std::filesystem::remove(folder_.samples(point), none);
       done += cost_of(point);
       if (bar) bar(done / total);
+      if (!record) {
+        if (auto ok = leave_out(point, record.error().message); !ok) return ok;
+        continue;
+      }
+      ++measured_;
       tell(*record, i + 1, left.size(), seconds_since(start) * (total - done) / done);
     }
-    return write_trade_page(folder_.path);
+    return {};
   }
 
   /// Takes away what a sweep that was killed left in the folder of bakes: files half written, and samples
@@ -329,6 +385,7 @@ class Sweep {
   TerminalProgress progress_;
   std::vector<TradePoint> points_;
   Json identity_;
+  Json noise_ = Json::object();  ///< of the true pictures
   TradeTruth truth_;
   int measured_ = 0;
 };

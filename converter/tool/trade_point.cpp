@@ -11,6 +11,7 @@
 #include "converter/tool/run_fit.h"
 #include "format/atomic_file.h"
 #include "format/json_text.h"
+#include "format/median.h"
 #include "format/option_text.h"
 #include "format/swatch_picture.h"
 
@@ -102,11 +103,6 @@ std::string TradeFolder::picture(const std::string& name) const {
   return fmt::format("{}/pictures/{}.png", path, name);
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[(values.size() - 1) / 2];
-}
-
 std::string make_line(const TradeCommand& command, const TradePoint& point) {
   std::string settings;
   for (const std::string& text : command.settings) settings += " --set " + shell_word(text);
@@ -118,7 +114,8 @@ Result<MakeSeconds> ensure_samples(const TradeCommand& command, const TradePoint
                                    const TradeFolder& folder) {
   const std::string samples = folder.samples(point);
   const std::string record = folder.bake_record(point);
-  if (std::filesystem::exists(samples)) {
+  std::error_code none;
+  if (std::filesystem::exists(samples, none)) {
     if (const auto text = read_file(record)) {
       nlohmann::json json = parse_json(*text);
       if (json.is_object() && json["seconds"].is_number() && json["processorSeconds"].is_number())

@@ -30,9 +30,6 @@ struct TradeFolder {
   std::string picture(const std::string& name) const;
 };
 
-/// The middle one; of an even number the lower of the two.
-double median(std::vector<double> values);
-
 /// `selvedge make ...` as a line for a shell that would make this fabric.
 std::string make_line(const TradeCommand& command, const TradePoint& point);
 

@@ -21,7 +21,7 @@ fabric of the grid's first point: the same. **front**: no other point of that ta
 frame).
 `);
 for (const sweep of sweeps) {
-  const noise = views.map((view) => `${view} ${sweep.truth[view].noisePsnr.toFixed(1)}`).join(", ");
+  const noise = views.map((view) => `${view} ${sweep.truth[view].noisePsnr?.toFixed(1) ?? "none"}`).join(", ");
   const runs = sweep.identity.repeats;
   console.log(`## ${sweep.identity.stitch}
 

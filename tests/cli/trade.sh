@@ -249,6 +249,118 @@ test_what_is_damaged_in_a_sweep_is_measured_again() {
   holds 'r.measured === 0'
 }
 
+test_a_fabric_cut_short_is_made_again() {
+  echo "$grid" >grid.json
+  sweep --quiet
+  cp -r sweep before
+  fabric=$(ls sweep/fabrics/t4-*)
+  other=$(ls sweep/fabrics/*-1lobes-*)
+  head -c 3000 "before/${fabric#*/}" >"$fabric"
+  : >"$other"
+  exits 0 sweep --json
+  holds 'r.points === 3 && r.measured === 2'
+  same "$fabric" "before/${fabric#*/}"
+  same "$other" "before/${other#*/}"
+  # Of its size, but not what was written.
+  size=$(stat -c %s "$fabric")
+  head -c "$size" /dev/zero >"$fabric"
+  exits 0 sweep --json
+  holds 'r.measured === 1'
+  same "$fabric" "before/${fabric#*/}"
+}
+
+test_a_point_whose_budget_cannot_be_met_is_left_out() {
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}, "vary": {"lobes": [1]},
+    "points": [{"layers": "products", "budget": 1}]}' >grid.json
+  exits 0 sweep --json
+  holds 'r.points === 2 && r.measured === 2'
+  grep -qE '^selvedge: plain-knit: t8-.* is left out: 1 bytes; the smallest fabric found has ' "$scratch/err" ||
+    fail "$(cat "$scratch/err")"
+  holds 'r.points.length === 2' sweep/sweep.json
+  holds 'r.points.length === 2' sweep/trade.json
+  [ -z "$(find sweep/bakes -name '*.exr')" ]
+  # It is known from then on.
+  exits 0 sweep --json
+  holds 'r.points === 2 && r.measured === 0'
+  grep -q 'is left out: 1 bytes' "$scratch/err" || fail "$(cat "$scratch/err")"
+  exits 0 selvedge-view trade sweep --repeats 1 --size 32x24 --quiet
+  holds 'r.points.length === 2' sweep/trade.json
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2, "layers": "products", "budget": 1}}' >grid.json
+  exits 1 sweep --quiet
+  grep -q -- '--grid: has no point that can be made \[OPTION_OUT_OF_RANGE\]' "$scratch/err" || fail "$(cat "$scratch/err")"
+}
+
+test_damaged_records_of_frames_are_measured_anew_and_stop_no_sweep() {
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
+  sweep --quiet
+  view() { selvedge-view trade sweep --repeats 1 --size 32x24 "$@"; }
+  view --quiet
+  cp sweep/frames.json kept.json
+  sed -i 's/"swept": true/"swept": "yes"/' sweep/frames/*--hybrid-level0-x1.json
+  sed -i 's/"usual": false/"usual": [1]/' sweep/frames/*--hybrid-level0-x2.json
+  echo '{' >"$(ls sweep/frames/*--hybrid-level0-x3.json)"
+  for damaged in '[]' '{'; do
+    echo "$damaged" >sweep/frames.json
+    exits 0 sweep --quiet
+    holds 'r.points.length === 1 && r.frames.length === 0' sweep/trade.json
+  done
+  echo '{' >sweep/points/junk.json
+  exits 0 view --json
+  holds 'r.measured === 3'
+  same sweep/frames.json kept.json
+  holds 'r.frames.length >= 20' sweep/trade.json
+}
+
+test_the_viewer_refuses_a_sweep_whose_points_are_not_there() {
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
+  sweep --quiet
+  view() { selvedge-view trade sweep --repeats 1 --size 32x24 "$@"; }
+  # with_names LIST: those of the points.
+  cp sweep/sweep.json kept.json
+  with_names() {
+    node -p 'const sweep = JSON.parse(require("fs").readFileSync("kept.json", "utf8"));
+      sweep.points = JSON.parse(process.argv[1]); JSON.stringify(sweep)' "$1" >sweep/sweep.json
+  }
+  with_names '["another"]'
+  refuses FILE_MISSING sweep.json view
+  with_names "[\"$(printf 'x%.0s' $(seq 300))\"]"
+  refuses FILE_MISSING sweep.json view
+  for name in ../../outside /tmp/outside .. ''; do
+    with_names "[\"$name\"]"
+    refuses FILE_DAMAGED sweep/sweep.json view
+  done
+  for names in '[]' '{}' '[1]'; do
+    with_names "$names"
+    refuses FILE_DAMAGED sweep/sweep.json view
+  done
+  rm sweep/fabrics/*
+  cp kept.json sweep/sweep.json
+  refuses FILE_MISSING sweep.json view
+}
+
+test_pictures_from_other_places_are_another_sweep() {
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
+  sweep --quiet
+  sed -i 's/"places": "[^"]*"/"places": "0123"/' sweep/sweep.json
+  refuses OPTION_OUT_OF_RANGE places sweep --quiet
+  refuses OPTION_OUT_OF_RANGE /identity/places selvedge-view trade sweep --quiet
+  sed -i '/"places": /d' sweep/sweep.json
+  refuses OPTION_OUT_OF_RANGE places sweep --quiet
+  refuses FILE_DAMAGED /identity/places selvedge-view trade sweep --quiet
+}
+
+test_the_table_of_a_sweep_without_noise_says_so() {
+  mkdir sweep
+  node -p 'const view = {psnr: 20, ssim: 0.5}, noise = {noisePsnr: 40};
+    JSON.stringify({identity: {stitch: "s", repeats: 1, machine: {processor: "p", cores: 1}},
+      truth: {near: {noisePsnr: null}, middle: noise, far: noise, grazing: noise},
+      points: [{command: "selvedge make s -o s.fabric.exr", bytes: 1, processorSeconds: 1, loadMs: 1,
+        heldOut: [{psnr: 20, relativeL2: 0.1}], front: {bytes: true},
+        pictures: {near: view, middle: view, far: view, grazing: view, all: view}}]})' >sweep/trade.json
+  exits 0 node "$root/tests/bench/trade_table.mjs" sweep
+  grep -qF 'in dB: near none, middle 40.0, far 40.0, grazing 40.0.' "$scratch/out" || fail "$(cat "$scratch/out")"
+}
+
 test_a_sweep_leaves_nothing_of_one_that_was_killed() {
   printf '{"centre":{"texels":8,"directions":64,"samples":200}}' >grid.json
   begin() {

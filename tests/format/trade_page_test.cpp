@@ -61,6 +61,7 @@ Json record(const std::string& name, double bytes, double psnr) {
           {"command", "selvedge make <stitch>"},
           {"bytes", bytes},
           {"seconds", {{"bake", 1}, {"fit", 2}, {"make", 3}}},
+          {"processorSeconds", 4},
           {"loadMs", 1},
           {"heldOut", {{{"texels", {8, 8}}, {"psnr", 20}, {"relativeL2", 0.3}}}},
           {"pictures", {{"all", {{"psnr", psnr}, {"ssim", 0.5}}}}}};
@@ -73,7 +74,8 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   const Json sweep = {{"trade", 1},
                       {"identity", {{"stitch", "s"}}},
                       {"points", {"good", "bad", "missing"}},
-                      {"presets", {{"high", "good"}, {"draft", "missing"}}}};
+                      {"presets", {{"high", "good"}, {"draft", "missing"}, {"reference", "good"}}},
+                      {"truth", {{"near", {{"noisePsnr", nullptr}}}, {"far", {{"noisePsnr", 40}}}}}};
   REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
   REQUIRE(write_file(folder / "points/good.json", record("good", 1000, 30).dump()));
   REQUIRE(write_file(folder / "points/bad.json", record("bad", 2000, 25).dump()));
@@ -114,7 +116,8 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   CHECK(all["points"][0]["name"] == "good");
   CHECK(all["points"][0]["front"]["bytes"] == true);
   CHECK(all["points"][0]["frameMs"] == 12.5);
-  CHECK(all["points"][0]["quality"] == "high");
+  CHECK(all["points"][0]["quality"] == "high, reference");
+  CHECK(all["points"][0]["front"]["work"] == true);
   CHECK_FALSE(all["points"][1].contains("quality"));
   CHECK(all["points"][1]["front"]["bytes"] == false);
   REQUIRE(all["frames"].size() == 1);
@@ -130,22 +133,117 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   const auto page = read_file(folder / "index.html");
   REQUIRE(page);
   CHECK(page->find("selvedge make &lt;stitch&gt;") != std::string::npos);
+  CHECK(page->find(">bytes, time to make, work of all cores, frame</td>") != std::string::npos);
+  CHECK(page->find("far 40.0 dB, near none.") != std::string::npos);
   CHECK(page->find("<polyline") != std::string::npos);
   // The name of SVG's language is no address that anything is loaded from.
   for (const char* loads : {"src=\"http", "href=\"http", "url(", "<script", "@import"})
     CHECK(page->find(loads) == std::string::npos);
 }
 
-TEST_CASE("a damaged record of a sweep is refused by its name") {
-  const test::Folder folder;
-  std::filesystem::create_directory(folder / trade_points_folder);
+/// A sweep of the point "a" with a record, and folders for what else there is.
+void write_small_sweep(const test::Folder& folder) {
+  for (const char* name : {trade_points_folder, trade_frames_folder})
+    std::filesystem::create_directory(folder / name);
   REQUIRE(write_file(folder / "sweep.json", std::string(R"({"points": ["a"]})")));
-  REQUIRE(write_file(folder / "points/a.json", std::string("{")));
+  REQUIRE(write_file(folder / "points/a.json", record("a", 1000, 30).dump()));
+}
+
+TEST_CASE("a damaged record of a sweep or of its points is refused by its name") {
+  const test::Folder folder;
+  write_small_sweep(folder);
+  const auto refuses = [&](const std::string& file, const std::string& text) {
+    CAPTURE(text);
+    const auto before = read_file(folder / file);
+    REQUIRE(write_file(folder / file, text));
+    const auto written = write_trade_page(folder / ".");
+    REQUIRE_FALSE(written);
+    CHECK(written.error().code == Code::file_damaged);
+    CHECK(written.error().file == folder / ("./" + file));
+    CHECK_FALSE(std::filesystem::exists(folder / "index.html"));
+    REQUIRE(write_file(folder / file, *before));
+  };
+  for (const char* text : {"", "{", "[]", R"({"name": "a"})", R"({"name": ["a"]})",
+                           R"({"name": "b", "pictures": {"all": {"psnr": 1}}})",
+                           R"({"name": "a", "pictures": {"all": {"psnr": "1"}}})"})
+    refuses("points/a.json", text);
+  for (const char* text :
+       {"[", "[1]", "{}", R"({"points": "a"})", R"({"points": [1]})", R"({"points": [""]})",
+        R"({"points": [".."]})", R"({"points": ["a", "../points/a"]})", R"({"points": ["/a"]})",
+        R"({"points": ["a\u0000"]})"})
+    refuses("sweep.json", text);
   const auto written = write_trade_page(folder / ".");
-  REQUIRE_FALSE(written);
-  CHECK(written.error().code == Code::file_damaged);
-  CHECK(written.error().file == folder / "./points/a.json");
-  CHECK_FALSE(std::filesystem::exists(folder / "index.html"));
+  CHECK(written);
+}
+
+TEST_CASE("members of another type than a record's own leave their cells empty, and throw nothing") {
+  const test::Folder folder;
+  write_small_sweep(folder);
+  for (const char* wrong : {"1", "null", "[1]", R"("x")", R"({"a": [1]})", "true"}) {
+    CAPTURE(wrong);
+    Json point = record("a", 1000, 30);
+    for (const char* member : {"knobs", "command", "bytes", "seconds", "loadMs", "heldOut", "quality"})
+      point[member] = Json::parse(wrong);
+    REQUIRE(write_file(folder / "points/a.json", point.dump()));
+    Json sweep = {{"points", {"a"}}};
+    for (const char* member : {"identity", "truth", "presets"}) sweep[member] = Json::parse(wrong);
+    REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
+    const auto written = write_trade_page(folder / ".");
+    REQUIRE_MESSAGE(written, to_line(written.error()));
+    const auto json = read_file(folder / "trade.json");
+    REQUIRE(json);
+    CHECK(Json::parse(*json)["points"][0]["pictures"]["all"]["psnr"] == 30);
+  }
+}
+
+TEST_CASE("what nothing asks for, and what is damaged of the viewer's, leaves the page as it is without it") {
+  const test::Folder folder;
+  write_small_sweep(folder);
+  REQUIRE(write_file(folder / "points/junk.json", std::string("{")));
+  REQUIRE(write_file(folder / "frames/junk.json", std::string("[]")));
+  const auto frames_on_page = [&] {
+    const auto written = write_trade_page(folder / ".");
+    REQUIRE_MESSAGE(written, to_line(written.error()));
+    const auto json = read_file(folder / "trade.json");
+    REQUIRE(json);
+    const Json all = Json::parse(*json);
+    CHECK(all["points"].size() == 1);
+    return all["frames"].size();
+  };
+  Json frame = record("a--usual", 0, 30);
+  frame["fabric"] = "a";
+  frame["usual"] = frame["swept"] = true;
+  frame["frameMs"] = 12.5;
+  frame["madeBy"] = {{"threads", 2}};
+  REQUIRE(write_file(folder / "frames/a--usual.json", frame.dump()));
+  const std::string list = R"({"frames": ["a--usual"], "madeBy": {"threads": 2}})";
+  for (const char* damaged : {"", "{", "[]", "{}", R"({"frames": "a--usual"})",
+                              R"({"frames": [1, "a--usual"]})", R"({"frames": ["../frames/a--usual"]})"}) {
+    CAPTURE(damaged);
+    REQUIRE(write_file(folder / "frames.json", std::string(damaged)));
+    CHECK(frames_on_page() == 0);
+  }
+  REQUIRE(write_file(folder / "frames.json", list));
+  CHECK(frames_on_page() == 1);
+  for (const auto& [member, wrong] :
+       {std::pair("swept", Json("yes")), std::pair("usual", Json{1}), std::pair("madeBy", Json("x")),
+        std::pair("fabric", Json(1)), std::pair("knobs", Json("x")), std::pair("frameMs", Json("12")),
+        std::pair("name", Json{"a--usual"}), std::pair("pictures", Json(1))}) {
+    CAPTURE(member);
+    Json other = frame;
+    other[member] = wrong;
+    REQUIRE(write_file(folder / "frames/a--usual.json", other.dump()));
+    CHECK(frames_on_page() == 0);
+  }
+}
+
+TEST_CASE("a name too long for a file is that of a point that is not there") {
+  const test::Folder folder;
+  write_small_sweep(folder);
+  const Json sweep = {{"points", {"a", std::string(300, 'b')}}};
+  REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
+  const auto written = write_trade_page(folder / ".");
+  REQUIRE_MESSAGE(written, to_line(written.error()));
 }
 
 }  // namespace

@@ -10,13 +10,18 @@
 namespace selvedge {
 namespace {
 
-TEST_CASE("a sweep tries every named quality, the usual setting first, and nothing twice") {
+TEST_CASE(
+    "a sweep tries every named quality, the usual setting first, and no two that differ in name alone") {
   const std::vector<TradeSetting> settings = trade_settings();
   CHECK(settings.front().name == usual_setting().name);
   std::set<std::string> names;
+  std::set<std::string> options;
+  std::set<std::string> knobs;
   for (const TradeSetting& setting : settings) {
     CAPTURE(setting.name);
     CHECK(names.insert(setting.name).second);
+    CHECK(options.insert(setting.options).second);
+    CHECK(knobs.insert(setting.knobs).second);
     CHECK(check_options(setting.render).has_value());
   }
   for (std::size_t i = 0; i < frame_quality_names.size(); ++i)
