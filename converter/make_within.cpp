@@ -196,23 +196,23 @@ class Search {
 
   Result<Chosen> nearest() {
     for (int tries = 0;; ++tries) {
-      double least = HUGE_VAL;
+      Shortfall least{HUGE_VAL, HUGE_VAL};
       for (const MadePoint& made : chosen_.tried) {
         // No budget is known that makes one that was too large.
-        const double distance = distance_from(limits_, made.made);
-        if (made.too_large() || !(distance < least)) continue;
-        least = distance;
+        const Shortfall lacks = shortfall_of(limits_, made.made);
+        if (made.too_large() || !(lacks < least)) continue;
+        least = lacks;
         chosen_.nearest = made.point;
         chosen_.nearest_figures = made.made;
         chosen_.nearest_made = true;
       }
       std::optional<Candidate> nearer;
       for (const Candidate& candidate : candidates()) {
-        const double distance = distance_from(limits_, candidate.expected);
+        const Shortfall lacks = shortfall_of(limits_, candidate.expected);
         const bool is_nearer =
-            distance < least || (nearer && distance == least && better(candidate.expected, nearer->expected));
+            lacks < least || (nearer && lacks == least && better(candidate.expected, nearer->expected));
         if (!is_nearer) continue;
-        least = distance;
+        least = lacks;
         nearer = candidate;
       }
       if (!nearer) return chosen_;
@@ -250,12 +250,13 @@ bool meets(const MakeLimits& limits, const MakeFigures& f) {
          (!limits.seconds || f.seconds <= *limits.seconds);
 }
 
-double distance_from(const MakeLimits& limits, const MakeFigures& f) {
-  double distance = 0;
-  if (limits.bytes) distance = std::max(distance, std::log2(f.bytes / static_cast<double>(*limits.bytes)));
-  if (limits.seconds) distance = std::max(distance, std::log2(f.seconds / *limits.seconds));
-  if (limits.held_out) distance = std::max(distance, *limits.held_out - f.held_out);
-  return distance;
+Shortfall shortfall_of(const MakeLimits& limits, const MakeFigures& f) {
+  Shortfall lacks;
+  if (limits.bytes)
+    lacks.octaves = std::max(lacks.octaves, std::log2(f.bytes / static_cast<double>(*limits.bytes)));
+  if (limits.seconds) lacks.octaves = std::max(lacks.octaves, std::log2(f.seconds / *limits.seconds));
+  if (limits.held_out) lacks.decibels = std::max(0.0, *limits.held_out - f.held_out);
+  return lacks;
 }
 
 Result<Chosen> choose_within(std::span<const ExpectedPoint> table, const MakeLimits& limits, int least_texels,

@@ -1,6 +1,7 @@
 // make within limits: which setting is the cheapest that meets them.
 #pragma once
 
+#include <compare>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -27,9 +28,16 @@ struct MakeFigures {
 /// Whether all limits are met.
 bool meets(const MakeLimits& limits, const MakeFigures& figures);
 
-/// How far the figures are from the limits: 0 where they meet them, else the largest of the missing decibels
-/// and of the octaves of bytes or seconds too many.
-double distance_from(const MakeLimits& limits, const MakeFigures& figures);
+/// What figures lack of the limits; the less, the nearer. What costs too much is farther than what is not
+/// good enough: a limit of cost that can be met is met, however bad the quality, and among all that meet them
+/// the decibels count.
+struct Shortfall {
+  double octaves = 0;   ///< of bytes or seconds too many, whichever are more
+  double decibels = 0;  ///< missing
+  auto operator<=>(const Shortfall&) const = default;
+};
+/// All 0 where the limits are met.
+Shortfall shortfall_of(const MakeLimits& limits, const MakeFigures& figures);
 
 /// A setting with what was expected of it just before it was made, and what came out.
 struct MadePoint {
@@ -62,8 +70,8 @@ inline constexpr std::size_t most_tries = 12;
 /// settings without a budget from such. Of a family no more than three are made, of all no more than
 /// `most_tries`.
 ///
-/// Where none meets them, what is expected to come nearest is made, too, twice at most, and only if that is
-/// expected to take a minute at most.
+/// Where none meets them, what is expected to come nearest (Shortfall) is made, too, twice at most, and only
+/// if that is expected to take a minute at most.
 ///
 /// `make` makes a setting. Where no fabric is as small as its budget it is to make the smallest, which counts
 /// as not meeting the limits. Its errors end the search. `table`: not empty.

@@ -33,7 +33,28 @@ Result<TexelDemand> demand_of(const std::string& path, const std::string& place,
   const auto most = length_of((*found)[1]);
   if (!least || !most)
     return fail(Code::json_malformed, path, place + "/pixelMm", "is not an array of two lengths");
+  const bool is_unseen = std::isinf(*least);
+  if (*least > *most && !(is_unseen && *most == 0))
+    return fail(Code::json_malformed, path, place + "/pixelMm", "has more at least than at most");
+  const auto seen = material.find("seen");
+  if (seen != material.end() && (!seen->is_boolean() || seen->get<bool>() == is_unseen))
+    return fail(Code::json_malformed, path, place + "/seen", "does not go with pixelMm");
   return TexelDemand{*least, *most, bias};
+}
+
+/// Levels do not count for what is made; a file that has impossible ones is no plan.
+Result<void> check_levels(const std::string& path, const std::string& place, const nlohmann::json& material) {
+  const auto levels = material.find("levels");
+  if (levels == material.end()) return {};
+  const auto is_level = [](const nlohmann::json& level) { return level.is_number_unsigned(); };
+  if (!levels->is_array() || levels->size() != 2 || !std::all_of(levels->begin(), levels->end(), is_level))
+    return fail(Code::json_malformed, path, place + "/levels", "is not an array of two levels");
+  if ((*levels)[0] > (*levels)[1])
+    return fail(Code::json_malformed, path, place + "/levels", "has the coarsest before the finest");
+  const auto all = material.find("levelsOfFabric");
+  if (all != material.end() && !(is_level(*all) && *all > (*levels)[1]))
+    return fail(Code::json_malformed, path, place + "/levelsOfFabric", "does not go with levels");
+  return {};
 }
 
 /// All that was asked for and changes the plan, and nothing that has no meaning beside it.
@@ -114,6 +135,9 @@ Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::st
   };
   if (!plan.is_object()) return refuse("", "is not a JSON object");
   if (plan.value("verb", nlohmann::json()) != "plan") return refuse("/verb", "is not \"plan\"");
+  if (plan.value("program", nlohmann::json("selvedge")) != "selvedge")
+    return refuse("/program", "is not \"selvedge\"");
+  if (plan.value("report", nlohmann::json(1)) != 1) return refuse("/report", "is not 1");
   const auto look = plan.find("look");
   const bool has_bias = look != plan.end() && look->is_object() && look->contains("bias") &&
                         look->at("bias").is_number() && std::abs(look->at("bias").get<double>()) <= 32;
@@ -133,6 +157,7 @@ Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::st
       meant = found[k] = true;
     }
     if (!meant) continue;
+    if (auto good = check_levels(path, place, material); !good) return tl::unexpected(good.error());
     auto one = demand_of(path, place, material, all.bias);
     if (!one) return one;
     all.least_mm = std::min(all.least_mm, one->least_mm);

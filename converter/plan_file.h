@@ -12,7 +12,8 @@ namespace selvedge {
 nlohmann::ordered_json plan_json(const ScenePlan& plan);
 
 /// What the materials of a plan file need together; all of its materials where `materials` is empty, else
-/// those of a name, or "#index". JSON_MALFORMED, MATERIAL_MISSING.
+/// those of a name, or "#index". No finer level than the last where no frame sees any of them (least_mm is
+/// infinite). JSON_MALFORMED, also of members that contradict each other; MATERIAL_MISSING.
 Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::string>& materials);
 
 }  // namespace selvedge

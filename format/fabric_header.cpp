@@ -22,20 +22,21 @@ int whole_levels(const FabricHeader& header) {
   return std::max(header.whole ? header.whole->levels : 0, first_level(header) + header.levels);
 }
 
+std::string levels_text(int first, int last) {
+  return first == last ? fmt::format("level {}", first) : fmt::format("levels {}-{}", first, last);
+}
+
 std::string missing_levels(const FabricHeader& header) {
-  const auto range = [](int first, int last) {
-    return first == last ? fmt::format("{}", first) : fmt::format("{}-{}", first, last);
-  };
   const int first = first_level(header);
   const int beyond = first + header.levels;
   const int all = whole_levels(header);
   std::string missing;
-  if (first > 0) missing = range(0, first - 1);
-  if (beyond < all) missing += (missing.empty() ? "" : " and ") + range(beyond, all - 1);
+  if (first > 0) missing = levels_text(0, first - 1);
+  if (beyond < all) missing += (missing.empty() ? "" : " and ") + levels_text(beyond, all - 1);
   if (missing.empty()) return missing;
   const V2i texels = whole_texels(header);
-  return fmt::format("has levels {} of a whole of {}x{} texels; levels {} of {} are missing",
-                     range(first, beyond - 1), texels.x, texels.y, missing, all);
+  return fmt::format("has {} of a whole of {}x{} texels; {} of {} {} missing", levels_text(first, beyond - 1),
+                     texels.x, texels.y, missing, all, all - header.levels == 1 ? "is" : "are");
 }
 
 LayerShape shape_of(const FabricHeader& header) {

@@ -51,6 +51,9 @@ V2i whole_texels(const FabricHeader& header);
 int first_level(const FabricHeader& header);
 int whole_levels(const FabricHeader& header);
 
+/// "level 3" or "levels 3-4", for people.
+std::string levels_text(int first, int last);
+
 /// Which levels of the whole the file has and which it does not, for people; empty where it lacks none.
 std::string missing_levels(const FabricHeader& header);
 

@@ -98,7 +98,9 @@ class Splitter {
   int chunks_ = 0;
 };
 
-Result<Json> parse(std::string_view text, const std::string& file, const GltfLimits& limits) {
+/// `begin`: where the text lies in the file; 0: it is the file.
+Result<Json> parse(std::string_view text, std::size_t begin, const std::string& file,
+                   const GltfLimits& limits) {
   if (text.starts_with("\xEF\xBB\xBF")) {
     return fail(Code::json_malformed, file, "", "begins with a byte order mark");
   }
@@ -118,8 +120,14 @@ Result<Json> parse(std::string_view text, const std::string& file, const GltfLim
       return fail(Code::gltf_malformed, file, std::move(*place), "stands there twice");
     }
     return json;
-  } catch (const nlohmann::json::exception& error) {
-    return fail(Code::json_malformed, file, "", error.what());
+  } catch (const nlohmann::json::parse_error& error) {
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    if (begin == 0 && (first == std::string_view::npos || text[first] != '{'))
+      return fail(Code::json_malformed, file, "", "is neither glTF nor GLB");
+    return fail(Code::json_malformed, file, fmt::format("byte {}", begin + error.byte - 1),
+                error.byte > text.size() ? "the JSON is cut short" : "is not JSON");
+  } catch (const nlohmann::json::out_of_range&) {
+    return fail(Code::json_malformed, file, "", "a number that is too large");
   }
 }
 
@@ -140,7 +148,8 @@ std::optional<GltfContainer> read_container(std::span<const std::uint8_t> bytes,
     parts.json = text;
   }
   if (has_error(issues)) return std::nullopt;
-  Result<Json> json = parse(parts.json, name, limits);
+  const auto begin = static_cast<std::size_t>(parts.json.data() - text.data());
+  Result<Json> json = parse(parts.json, begin, name, limits);
   if (!json) {
     issues.push_back(std::move(json.error()));
     return std::nullopt;

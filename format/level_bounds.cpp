@@ -293,11 +293,10 @@ LackingLevels lacking_levels(const FabricHeader& header, const LevelRange& asked
 Error lacking_issue(const std::string& name, const FabricHeader& header, const LackingLevels& lacking) {
   const int first = first_level(header);
   const int last = first + header.levels - 1;
-  return {
-      Code::fabric_levels, name, "/whole",
-      fmt::format("the file has levels {}-{} of the whole, and levels {}-{} may be asked for: the nearest "
-                  "there are take their place",
-                  first, last, first - lacking.finer, last + lacking.coarser)};
+  return {Code::fabric_levels, name, "/whole",
+          fmt::format("the file has {} of the whole, and {} may be asked for: the nearest there are take "
+                      "their place",
+                      levels_text(first, last), levels_text(first - lacking.finer, last + lacking.coarser))};
 }
 
 std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, int height,

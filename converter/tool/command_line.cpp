@@ -428,7 +428,16 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_trade_verb(app, verbs.trade);
   try {
     app.parse(argc, argv);
-    check_choice(*app.get_subcommand("make"), verbs.make.limits);
+    const CLI::App* make = app.get_subcommand("make");
+    check_choice(*make, verbs.make.limits);
+    if (const auto chosen = quality_named(quality)) {
+      set_knobs(
+          point_of(*chosen), [make](const char* option) { return make->count(option) > 0; }, verbs.make);
+    }
+    for (const FitCommand* fit : {&verbs.fit, &verbs.make.fit}) {
+      if (fit->fit.glossy_slabs && !fit->budget)
+        throw CLI::ValidationError("--glossy-slabs", "wants --budget, or a --quality that has one");
+    }
     check_swatch(*app.get_subcommand("swatch"), verbs.swatch);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
       throw CLI::RequiredError("stitch: a stitch or --list");
@@ -454,11 +463,6 @@ Command parse_command_line(int argc, const char* const* argv) {
   verbs.bake.texels_given = app.get_subcommand("bake")->count("--texels") > 0;
   verbs.make.bake.texels_given = app.get_subcommand("make")->count("--texels") > 0;
   if (verbs.make.limits.any()) verbs.make.given = given_options(*app.get_subcommand("make"));
-  if (const auto chosen = quality_named(quality)) {
-    const CLI::App* make = app.get_subcommand("make");
-    set_knobs(
-        point_of(*chosen), [make](const char* option) { return make->count(option) > 0; }, verbs.make);
-  }
   if (verb == "stitch") return verbs.stitch;
   if (verb == "bake") return verbs.bake;
   if (verb == "merge") return verbs.merge;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "converter/quality.h"
+#include "converter/tool/option_groups.h"
 #include "format/option_text.h"
 
 namespace selvedge {
@@ -40,8 +41,7 @@ void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
       ->check(CLI::IsMember(std::vector<std::string>(quality_names.begin(), quality_names.end())))
       ->group(group);
   app.add_option("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)")
-      ->transform(CLI::AsSizeValue(false))
-      ->check(CLI::PositiveNumber)
+      ->transform(byte_count())
       ->type_name("N")
       ->group(group);
   app.add_option(
@@ -63,7 +63,8 @@ void check_choice(const CLI::App& make, const MakeLimits& limits) {
       throw CLI::ValidationError(option, "is chosen by --max-bytes, --min-db and --max-seconds");
   }
   // What a plan leaves out is not in the measured sizes and times.
-  for (const char* option : {"--quality", "--keep-samples", "--for", "--products", "--frames"}) {
+  for (const char* option :
+       {"--quality", "--keep-samples", "--for", "--products", "--frames", "--glossy-slabs"}) {
     if (make.count(option) > 0)
       throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
   }

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 
 #include "format/option_text.h"
 
@@ -55,6 +57,28 @@ CLI::Validator ends_in(std::vector<std::string> suffixes) {
             return fmt::format("\"{}\" ends in none of {}", file, list);
           },
           {}};
+}
+
+CLI::Validator byte_count() {
+  return CLI::Validator(
+      [](std::string& text) {
+        std::uint64_t number = 0;
+        const char* end = text.data() + text.size();
+        const auto [unit, error] = std::from_chars(text.data(), end, number);
+        if (error == std::errc() && number > 0) {
+          std::string size = std::to_string(number) + std::string(unit, end);
+          try {
+            if (CLI::AsSizeValue(false)(size).empty()) {
+              text = size;
+              return std::string();
+            }
+          } catch (const CLI::ValidationError&) {
+            // An unknown unit, or too many bytes.
+          }
+        }
+        return fmt::format("\"{}\" is not a number of bytes above 0, such as 60000 or 64K", text);
+      },
+      "");
 }
 
 void add_output(CLI::App& app, std::string& output, const char* what, bool required) {
@@ -236,8 +260,7 @@ void add_fit(CLI::App& app, FitCommand& command) {
   app.add_option(
          "--budget", command.budget,
          "Choose the layers of every level so that the file has at most so many bytes (K, M: KiB, MiB)")
-      ->transform(CLI::AsSizeValue(false))
-      ->check(CLI::PositiveNumber)
+      ->transform(byte_count())
       ->type_name("BYTES")
       ->excludes(products)
       ->group(group);
@@ -249,7 +272,6 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->group(group);
   app.add_flag("--glossy-slabs", command.fit.glossy_slabs,
                "With --budget: slabs with lobes at every level with cells enough, whatever they gain")
-      ->needs(app.get_option("--budget"))
       ->group(group);
   app.add_option("--report", command.report,
                  "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")

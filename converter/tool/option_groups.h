@@ -27,6 +27,8 @@ CLI::Option* add_text(CLI::App& app, const std::string& name, const std::string&
 void add_common(CLI::App& app, CommonOptions& common, bool draws = false);
 /// Refuses a file whose name ends in none of these: a usage error.
 CLI::Validator ends_in(std::vector<std::string> suffixes);
+/// For transform(): bytes, also as 64K or 2M (KiB, MiB). Above 0 and below 2^64, else a usage error.
+CLI::Validator byte_count();
 void add_output(CLI::App& app, std::string& output, const char* what, bool required = true);
 
 /// What a cell is made from, how a bake lights it, and how a fabric is fitted.

@@ -78,6 +78,8 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
   auto result = command.shard
                     ? bake_shard(*mesh, command.input, options, text, *command.shard, command.output, watcher)
                     : bake(*mesh, command.input, options, text, command.output, watcher);
+  if (result && command.demand && std::isinf(command.demand->least_mm))
+    result->remarks.emplace_back("no frame of the plan sees its materials: the coarsest level alone is made");
   // Behind the work: a refusal is one line.
   if (result) report_remarks(common, command.input, *cell, result->remarks);
   return result;

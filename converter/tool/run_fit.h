@@ -3,11 +3,16 @@
 
 #include "converter/tool/command_line.h"
 #include "converter/tool/fit_report.h"
+#include "format/atomic_file.h"
 
 namespace selvedge {
 
 /// Fits a samples file and writes the fabric, with progress; command.input does not count.
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command);
+
+/// An error of a file that is written beside `output`, or of one beside that, as one of `output`: the only
+/// one of them that a user has named.
+Error naming_output(Error error, const AtomicFile& beside, const std::string& output);
 
 /// A fabric made from a stitch and written, with what there is to tell of it.
 struct MadeFabric {

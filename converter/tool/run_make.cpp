@@ -197,6 +197,11 @@ int run(const FitCommand& command) {
   return 0;
 }
 
+Error naming_output(Error error, const AtomicFile& beside, const std::string& output) {
+  if (error.file.starts_with(beside.temporary())) error.file = output;
+  return error;
+}
+
 Result<MadeFabric> make_fabric(const MakeCommand& command) {
   const auto distinct = check_distinct({{"the input", command.bake.input},
                                         {"--output", command.fit.output},
@@ -222,19 +227,19 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
     bake_command.bake.resumable = false;
   }
   const auto baked = bake_cell(bake_command, command.fit.common);
-  if (!baked) return tl::unexpected(baked.error());
+  if (!baked) return tl::unexpected(naming_output(baked.error(), *passing, command.fit.output));
   Json bake_report = bake_json(*baked, bake_command.output);
   if (!keep) bake_report.erase("output");
   const std::string bake_line = bake_text(*baked, keep ? bake_command.output : "");
   // A choice of layers weighs all levels against each other.
   if (bake_command.demand && !fit_command.budget) {
     const auto samples = SamplesReader::open(bake_command.output);
-    if (!samples) return tl::unexpected(samples.error());
+    if (!samples) return tl::unexpected(naming_output(samples.error(), *passing, command.fit.output));
     fit_command.fit.levels = levels_needed(*bake_command.demand, samples->header());
     fit_command.fit.partial = true;
   }
   auto fitted = fit_file(bake_command.output, fit_command);
-  if (!fitted) return tl::unexpected(fitted.error());
+  if (!fitted) return tl::unexpected(naming_output(fitted.error(), *passing, command.fit.output));
   if (!keep) fitted->samples = command.bake.input;
   MadeFabric made;
   made.json = {{"bake", bake_report}, {"fit", fit_json(*fitted)}};

@@ -72,7 +72,7 @@ class Search {
     options.reference = command_.bake.bake.reference;
     options.resumable = false;
     if (const auto baked = bake(mesh, command_.bake.input, options, "{}", file->temporary()); !baked)
-      return tl::unexpected(baked.error());
+      return tl::unexpected(naming_output(baked.error(), *file, command_.fit.output));
     auto reader = SamplesReader::open(file->temporary());
     if (!reader) return tl::unexpected(reader.error());
     auto pairs = reader->read_pairs(PairKind::held_out);
@@ -100,11 +100,7 @@ class Search {
     command.fit.output = file->temporary();
     command.fit.smallest_at_least = true;
     auto made = make_fabric(command);
-    if (!made) {
-      Error error = made.error();
-      if (error.file == command.fit.output) error.file = command_.fit.output;
-      return tl::unexpected(std::move(error));
-    }
+    if (!made) return tl::unexpected(naming_output(made.error(), *file, command_.fit.output));
     MakeFigures figures{static_cast<double>(made->fitted.bytes), made->seconds,
                         std::numeric_limits<double>::quiet_NaN()};
     if (command_.limits.held_out) {
@@ -124,11 +120,11 @@ class Search {
   std::vector<AtomicFile> files_;
 };
 
-/// As a command line that makes the setting: the same bytes, for what was given beside the limits is there,
-/// too.
+/// As a command line that makes the setting: the same bytes in the same file, for what was given beside the
+/// limits is there, too.
 std::string line_of(const MakeCommand& command, const TradePoint& point) {
-  return fmt::format("selvedge make {}{}{}", shell_word(command.bake.input), command.given,
-                     options_text(point));
+  return fmt::format("selvedge make {}{}{} -o {}", shell_word(command.bake.input), command.given,
+                     options_text(point), shell_word(command.fit.output));
 }
 
 }  // namespace

@@ -98,9 +98,9 @@ test_a_plan_is_made_again_from_what_it_tells() {
   done
   # The last one looks at the back of what shows none.
   holds '!r.materials[0].seen && !r.materials[0].holes && r.materials[0].levels.join() === "4,4"' plan11.json
-  # And no two of them are for the same frames.
+  # And no two of them are the same plan.
   [ "$(node -p 'new Set([...Array(11).keys()].map((i) =>
-    JSON.stringify(JSON.parse(require("fs").readFileSync(`plan${i + 1}.json`)).materials))).size')" -ge 10 ]
+    JSON.stringify(JSON.parse(require("fs").readFileSync(`plan${i + 1}.json`)).materials))).size')" = 11 ]
 }
 
 test_holes_are_those_of_the_fabric() {
@@ -235,6 +235,27 @@ test_materials_of_a_plan_are_chosen_by_name() {
   holds 'r.content.texels.join() === "4,4"'
 }
 
+test_a_fabric_that_no_frame_sees_has_one_texel_and_a_line_says_so() {
+  make_cloth
+  selvedge plan quad.glb "${far_view[@]}" --look-at 0,9,0 -o plan.json --quiet
+  holds '!r.materials[0].seen' plan.json
+  exits 0 selvedge make plain-knit -o k.exr --for plan.json "${knit[@]}"
+  grep -qx 'selvedge: plain-knit: no frame of the plan sees its materials: the coarsest level alone is made' "$scratch/err" ||
+    fail "$(cat "$scratch/err")"
+  exits 0 selvedge make plain-knit -o k.exr --for plan.json "${knit[@]}" --json
+  holds 'r.bake.remarks.some((line) => line.startsWith("no frame of the plan sees")) && r.fit.levels.length === 1'
+  exits 0 selvedge info k.exr --json
+  holds 'r.content.texels.join() === "1,1" && r.content.whole.level === 4'
+  # Beside one that is seen it does not count.
+  node -e 'const fs = require("fs"), r = JSON.parse(fs.readFileSync("plan.json"));
+    r.materials.push({...r.materials[0], name: "close", index: 7, seen: true, levels: [0, 4], pixelMm: [0.1, null]});
+    fs.writeFileSync("two.json", JSON.stringify(r));'
+  exits 0 selvedge make plain-knit -o k.exr --for two.json "${knit[@]}" --json
+  holds '!r.bake.remarks.some((line) => line.startsWith("no frame of the plan sees"))'
+  exits 0 selvedge info k.exr --json
+  holds 'r.content.texels.join() === "16,16"'
+}
+
 test_what_is_no_plan_is_refused() {
   make_cloth
   selvedge plan quad.glb "${far_view[@]}" -o plan.json --quiet
@@ -255,6 +276,17 @@ test_what_is_no_plan_is_refused() {
   broken 'delete r.materials[0].pixelMm' /materials/0/pixelMm
   broken 'r.materials[0].pixelMm = [-1, null]' /materials/0/pixelMm
   broken 'r.materials[0].pixelMm = ["1", null]' /materials/0/pixelMm
+  # Of another program, or contradicting itself.
+  broken 'r.program = "other"' /program
+  broken 'r.report = 99' /report
+  broken 'r.materials[0].pixelMm = [5, 1]' /materials/0/pixelMm
+  broken 'r.materials[0].pixelMm = [null, 1]' /materials/0/pixelMm
+  broken 'r.materials[0].seen = false' /materials/0/seen
+  broken 'r.materials[0].pixelMm = [null, 0]' /materials/0/seen
+  broken 'r.materials[0].levels = [3, 1]' /materials/0/levels
+  broken 'r.materials[0].levels = [0.5, 1]' /materials/0/levels
+  broken 'r.materials[0].levels = 3' /materials/0/levels
+  broken 'r.materials[0].levelsOfFabric = 4' /materials/0/levelsOfFabric
   echo '[' >broken.json
   refuses JSON_MALFORMED broken.json "${make_for[@]}" broken.json
   cp plan.json out.exr
@@ -274,6 +306,12 @@ test_what_cannot_be_planned_is_refused() {
   exits 2 selvedge plan quad.glb --distance 1 2 --azimuth 30
   exits 2 selvedge plan quad.glb --camera Front --distance 2
   exits 2 selvedge plan quad.glb --size 12
+  # What is no glTF at all, and what is a damaged one, in words of ours.
+  refuses JSON_MALFORMED 'k.fabric.exr: is neither glTF nor GLB' selvedge plan k.fabric.exr -o plan.json
+  sed 's/"asset"/asset/' quad.gltf >broken.gltf
+  refuses JSON_MALFORMED 'broken.gltf: byte 1: is not JSON' selvedge plan broken.gltf -o plan.json
+  cut_short quad.gltf short.gltf
+  refuses JSON_MALFORMED ': the JSON is cut short' selvedge plan short.gltf -o plan.json
   cut_short quad.glb short.glb
   exits 1 selvedge plan short.glb -o plan.json
   [ ! -e plan.json ]

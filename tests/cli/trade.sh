@@ -155,6 +155,12 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   exits 0 selvedge make plain-knit --quality draft -o a.fabric.exr --json
   holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
   selvedge make plain-knit --texels 8 --samples 2 --lobes 1 --half-lobes -o b.fabric.exr --quiet
+  # What wants a budget is content with that of a preset.
+  exits 0 selvedge make plain-knit --quality standard --texels 8 --views 16 --lights 16 --glossy-slabs -o g.fabric.exr --json
+  holds 'r.fit.levels[0].layers.includes("slab")'
+  exits 2 selvedge make plain-knit --quality draft --glossy-slabs -o g.fabric.exr
+  exits 2 selvedge make plain-knit --glossy-slabs -o g.fabric.exr
+  exits 2 selvedge fit s.samples.exr --glossy-slabs -o g.fabric.exr
   same a.fabric.exr b.fabric.exr
   exits 0 selvedge make plain-knit --quality standard --texels 8 --budget 20000 --views 16 --lights 16 -o c.fabric.exr --json
   holds 'r.bake.samples === 4 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 20000'
@@ -187,7 +193,7 @@ test_a_folder_belongs_to_the_sweep_that_began_in_it() {
 test_make_within_limits_keeps_them_or_names_the_nearest() {
   exits 0 selvedge make plain-knit --max-bytes 16K --max-seconds 600 -o k.fabric.exr --json
   holds 'r.made.bytes <= 16384 && r.made.seconds <= 600 && r.expected.bytes > 0 && r.chosen.startsWith("selvedge make plain-knit --") &&
-    r.tried.some(t => t.command === r.chosen)'
+    r.chosen.endsWith(" -o k.fabric.exr") && r.tried.some(t => t.command === r.chosen)'
   [ "$(stat -c %s k.fabric.exr)" -le 16384 ]
   exits 0 selvedge check k.fabric.exr
   write_plane plane.obj
@@ -195,13 +201,47 @@ test_make_within_limits_keeps_them_or_names_the_nearest() {
   holds 'r.tried.length === 1 && r.made.heldOut >= 30'
   refuses OPTION_OUT_OF_RANGE 'the nearest is selvedge make plain-knit' \
     selvedge make plain-knit --max-bytes 100 -o none.fabric.exr --quiet
-  # What it names can be made, and is as small as it says.
-  sed -E 's/.*nearest is (.*): made ([0-9]+) bytes.*/\1 -o small.fabric.exr --quiet; [ $(stat -c %s small.fabric.exr) = \2 ]/' \
+  # What it names can be made as it stands, and is as small as it says.
+  sed -E 's/.*nearest is (.*): made ([0-9]+) bytes.*/\1 --quiet; [ $(stat -c %s none.fabric.exr) = \2 ]/' \
     "$scratch/err" >nearest
   # shellcheck disable=SC1091
   source ./nearest
   exits 2 selvedge make plain-knit --max-bytes 60K --texels 8 -o x.fabric.exr
   exits 2 selvedge make plain-knit --min-db 20 --quality draft -o x.fabric.exr
+  exits 2 selvedge make plain-knit --max-bytes 60K --glossy-slabs -o x.fabric.exr
+}
+
+test_limits_of_cost_are_met_where_quality_is_not_to_be_had() {
+  refuses OPTION_OUT_OF_RANGE 'the nearest is selvedge make plain-weave' \
+    selvedge make plain-weave --min-db 100 --max-bytes 12K -o none.fabric.exr --quiet
+  local made
+  made=$(sed -nE 's/.*: made ([0-9]+) bytes.*/\1/p' "$scratch/err")
+  [ "$made" -le 12288 ] || fail "$(cat "$scratch/err")"
+}
+
+test_a_size_that_is_none_is_a_usage_error_of_one_line() {
+  for size in 0 0K -5 -5K 99999999999999999999999 1e30 17179869184G 5X '' 1.5; do
+    for verb in "make plain-knit --max-bytes" "make plain-knit --budget" "fit s.exr --budget"; do
+      # shellcheck disable=SC2086 # several words
+      exits 2 selvedge $verb "$size" -o x.fabric.exr
+      [ "$(sed '/^Run with --help/d' "$scratch/err" | wc -l)" = 1 ] || fail "not one line: $(cat "$scratch/err")"
+      [ "$(head -1 "$scratch/err" | wc -c)" -lt 120 ] || fail "a long line: $(cat "$scratch/err")"
+      grep -qF "\"$size\" is not a number of bytes" "$scratch/err" || fail "$(cat "$scratch/err")"
+    done
+  done
+}
+
+test_a_name_that_is_too_long_is_told_as_it_was_given() {
+  write_plane plane.obj
+  local name
+  # There is room for one suffix of a temporary file and not for another, or for none.
+  for length in 229 240 260; do
+    name=$(printf 'a%.0s' $(seq "$length"))
+    refuses FILE_UNWRITABLE "selvedge: $name: File name too long" \
+      selvedge make plane.obj --period 2x2 "${small[@]}" -o "$name" --quiet
+    refuses FILE_UNWRITABLE "selvedge: $name: File name too long" \
+      selvedge make plane.obj --period 2x2 --min-db 30 -o "$name" --quiet
+  done
 }
 
 test_make_within_limits_chooses_layers_within_a_size_that_nobody_measured() {
@@ -216,16 +256,17 @@ test_the_line_of_a_choice_makes_the_same_bytes() {
     --validation-pairs 16 --reference-height 80% --threads 1 -o kept.fabric.exr --json
   line >line
   grep -qF -- "--grid 40 --set warp_albedo=0.3,0.2,0.1 --set weft_radius_mm=0.28" line || fail "$(cat line)"
-  echo "$(cat line) -o again.fabric.exr --quiet" >line
+  mv kept.fabric.exr before.fabric.exr
   # shellcheck disable=SC1091
-  source ./line
-  same kept.fabric.exr again.fabric.exr
+  source ./line >/dev/null
+  same before.fabric.exr kept.fabric.exr
   write_plane "the plane's.obj"
-  exits 0 selvedge make "the plane's.obj" --period 2x2 --albedo 0.8,0.4,0.2 --min-db 30 --seed 9 -o kept.fabric.exr --json
-  echo "$(line) -o again.fabric.exr --quiet" >line
+  exits 0 selvedge make "the plane's.obj" --period 2x2 --albedo 0.8,0.4,0.2 --min-db 30 --seed 9 -o "a kept one.fabric.exr" --json
+  line >line
+  mv "a kept one.fabric.exr" before.fabric.exr
   # shellcheck disable=SC1091
-  source ./line
-  same kept.fabric.exr again.fabric.exr
+  source ./line >/dev/null
+  same before.fabric.exr "a kept one.fabric.exr"
 }
 
 test_what_is_damaged_in_a_sweep_is_measured_again() {

@@ -125,7 +125,7 @@ TEST_CASE("a fabric says which levels of the whole it lacks, at either end") {
   CHECK(whole_levels(header) == 4);
   header.levels = 1;
   header.whole = WholeFabric{V2i(16, 8), 0, 2};
-  CHECK(missing_levels(header) == "has levels 0 of a whole of 16x8 texels; levels 1 of 2 are missing");
+  CHECK(missing_levels(header) == "has level 0 of a whole of 16x8 texels; level 1 of 2 is missing");
 }
 
 TEST_CASE("levels of a whole survive reading and writing, and so does that nothing is known of them") {
