@@ -22,8 +22,16 @@ int whole_levels(const FabricHeader& header) {
   return std::max(header.whole ? header.whole->levels : 0, first_level(header) + header.levels);
 }
 
+namespace {
+
+std::string range_text(int first, int last) {
+  return first == last ? fmt::format("{}", first) : fmt::format("{}-{}", first, last);
+}
+
+}  // namespace
+
 std::string levels_text(int first, int last) {
-  return first == last ? fmt::format("level {}", first) : fmt::format("levels {}-{}", first, last);
+  return (first == last ? "level " : "levels ") + range_text(first, last);
 }
 
 std::string missing_levels(const FabricHeader& header) {
@@ -31,12 +39,14 @@ std::string missing_levels(const FabricHeader& header) {
   const int beyond = first + header.levels;
   const int all = whole_levels(header);
   std::string missing;
-  if (first > 0) missing = levels_text(0, first - 1);
-  if (beyond < all) missing += (missing.empty() ? "" : " and ") + levels_text(beyond, all - 1);
+  if (first > 0) missing = range_text(0, first - 1);
+  if (beyond < all) missing += (missing.empty() ? "" : " and ") + range_text(beyond, all - 1);
   if (missing.empty()) return missing;
+  const bool single = all - header.levels == 1;
   const V2i texels = whole_texels(header);
-  return fmt::format("has {} of a whole of {}x{} texels; {} of {} {} missing", levels_text(first, beyond - 1),
-                     texels.x, texels.y, missing, all, all - header.levels == 1 ? "is" : "are");
+  return fmt::format("has {} of a whole of {}x{} texels; level{} {} of {} {} missing",
+                     levels_text(first, beyond - 1), texels.x, texels.y, single ? "" : "s", missing, all,
+                     single ? "is" : "are");
 }
 
 LayerShape shape_of(const FabricHeader& header) {

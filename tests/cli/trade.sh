@@ -156,7 +156,7 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
   selvedge make plain-knit --texels 8 --samples 2 --lobes 1 --half-lobes -o b.fabric.exr --quiet
   # What wants a budget is content with that of a preset.
-  exits 0 selvedge make plain-knit --quality standard --texels 8 --views 16 --lights 16 --glossy-slabs -o g.fabric.exr --json
+  exits 0 selvedge make plain-knit --quality high --texels 8 --views 16 --lights 16 --glossy-slabs -o g.fabric.exr --json
   holds 'r.fit.levels[0].layers.includes("slab")'
   exits 2 selvedge make plain-knit --quality draft --glossy-slabs -o g.fabric.exr
   exits 2 selvedge make plain-knit --glossy-slabs -o g.fabric.exr
