@@ -355,8 +355,8 @@ test_bytes_that_are_no_text_are_escaped_in_messages_and_reports() {
     is_text "$scratch/err"
     is_text "$scratch/out"
     holds "r.good === false"
-    # Names that are no text are not taken from an EXR file at all.
-    [ "$file" = bad.exr ] && continue
+    # Names that are no text are not taken from an EXR file at all, and nothing is quoted of what is no JSON.
+    [ "$file" = "$odd.gltf" ] || continue
     grep -qE '\\x(FF|1B)' said || fail "no escape: $(cat said)"
     holds "/\\\\x(FF|1B)/.test(JSON.stringify(r.files[0].issues))"
   done

@@ -71,7 +71,7 @@ test_the_viewer_adds_to_a_sweep_of_its_own_machine_and_program_alone() {
   [ "$(grep -c -- '--paper-.* is left out: ' "$scratch/err")" = 2 ] || fail "$(cat "$scratch/err")"
   holds 'r.frames.length >= 20 && r.frames.every(f => f.madeBy.machine.cores > 0 && f.madeBy.software.startsWith("selvedge ")) &&
     !r.frames.some(f => f.knobs.path === "paper") && r.frames.some(f => f.knobs.power === "fast") &&
-    Object.values(r.presets).every(name => r.frames.some(f => f.name === name))' sweep/trade.json
+    Object.values(r.framePresets).every(name => r.frames.some(f => f.name === name))' sweep/trade.json
   # A record of another program is measured anew; one that nothing asks for is not shown.
   record=$(ls sweep/frames/*--hybrid-level0-x1.json)
   sed -i 's/"software": "selvedge [^"]*"/"software": "selvedge 0.0"/' "$record"
