@@ -69,7 +69,7 @@ constexpr std::array<FrameQuality, frame_quality_names.size()> qualities{{
     {nearest_levels, 1, PowerKind::fast},
     {best_levels, 1, PowerKind::fast},
     {best_levels, 2, PowerKind::fast},
-    {best_levels, 4, PowerKind::fast},
+    {best_levels, 3, PowerKind::fast},
 }};
 
 }  // namespace
@@ -104,6 +104,7 @@ std::vector<TradeSetting> trade_settings() {
   add(setting_of(nearest_levels, 1));
   for (const int supersample : {2, 4}) add(setting_of(best_levels, supersample));
   add(setting_of(finest_alone, 1, RenderPath::hybrid, PowerKind::fast));
+  add(setting_of(best_levels, 4, RenderPath::hybrid, PowerKind::fast));
   for (const LevelOptions& levels : {nearest_levels, unblended(nearest_levels)})
     add(setting_of(levels, 1, RenderPath::paper));
   for (const LevelOptions& levels : {best_levels, nearest_levels})
