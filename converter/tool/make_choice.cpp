@@ -99,13 +99,12 @@ void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& 
   if (!given("--bounces")) bake.bounces = wanted.bounces;
   const TradeFit fit = fit_options_of(point);
   if (!given("--lobes")) command.fit.fit.lobes = fit.fit.lobes;
-  // Layers go together: who asks for some has chosen them.
-  if (!given("--no-table") && !given("--light-table") && !given("--budget") && !given("--slabs") &&
-      !given("--products")) {
-    bake.slabs = wanted.slabs;
+  // Layers go together: who asks for some by name has chosen them.
+  if (!given("--no-table") && !given("--light-table") && !given("--products")) {
+    if (!given("--slabs")) bake.slabs = wanted.slabs;
     command.fit.fit.view_table = fit.fit.view_table;
     command.fit.fit.light_table = fit.fit.light_table;
-    command.fit.budget = point.budget > 0 ? std::optional(point.budget) : std::nullopt;
+    if (!given("--budget") && point.budget > 0) command.fit.budget = point.budget;
   }
   if (!given("--half-lobes") && !given("--float-tables")) command.fit.write.half = fit.write.half;
 }

@@ -164,6 +164,14 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   same a.fabric.exr b.fabric.exr
   exits 0 selvedge make plain-knit --quality standard --texels 8 --budget 20000 --views 16 --lights 16 -o c.fabric.exr --json
   holds 'r.bake.samples === 4 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 20000'
+  local few=(--texels 8 --views 16 --lights 16)
+  selvedge make plain-knit --quality standard --slabs 1 "${few[@]}" -o d.fabric.exr --quiet
+  selvedge make plain-knit --samples 4 --slabs 1 --budget 128K "${few[@]}" -o e.fabric.exr --quiet
+  same d.fabric.exr e.fabric.exr
+  selvedge make plain-knit --quality reference --budget 30000 "${few[@]}" -o f.fabric.exr --quiet
+  selvedge make plain-knit --slabs 1 --budget 30000 "${few[@]}" -o g.fabric.exr --quiet
+  same f.fabric.exr g.fabric.exr
+  differ d.fabric.exr f.fabric.exr
   exits 2 selvedge make plain-knit --quality best -o d.fabric.exr
   exits 2 selvedge-view render a.fabric.exr --place near -o x.png --quality best
 }
