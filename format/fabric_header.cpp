@@ -5,6 +5,36 @@
 #include <algorithm>
 
 namespace selvedge {
+namespace {
+
+std::string model_of(const Fabric& fabric) {
+  const FabricLevel& base = fabric.levels.front();
+  std::string model = base.lobes ? "lafortune" : "constant";
+  if (base.view_table) model += "-view-table";
+  if (base.light_table) model += "-light-table";
+  if (base.products) model += "-products";
+  if (base.heights) model += "-slabs";
+  return model;
+}
+
+}  // namespace
+
+FabricHeader header_of(const Fabric& fabric) {
+  FabricHeader header;
+  header.model = model_of(fabric);
+  header.width = fabric.levels.front().width;
+  header.height = fabric.levels.front().height;
+  header.levels = static_cast<int>(fabric.levels.size());
+  header.period_mm = fabric.period_mm;
+  header.reference_height = fabric.reference_height;
+  header.thickness_mm = fabric.thickness_mm;
+  header.radiance_scale = fabric.radiance_scale;
+  header.views = fabric.views;
+  header.lights = fabric.lights;
+  header.provenance = fabric.provenance;
+  header.whole = fabric.whole;
+  return header;
+}
 
 int entry_of(const std::optional<LayerHeader>& layer, int level) {
   if (!layer) return -1;

@@ -42,6 +42,9 @@ struct FabricHeader {
   std::optional<LayerHeader>& layer(Layer which) { return layers[index_of(which)]; }
 };
 
+/// What a file of the fabric would say of it, as yet without its layers. Precondition: it has a level.
+FabricHeader header_of(const Fabric& fabric);
+
 /// The layer's entry for a level, an index into its levels and digests; -1 where the level does not have it.
 int entry_of(const std::optional<LayerHeader>& layer, int level);
 

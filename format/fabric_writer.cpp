@@ -7,6 +7,7 @@
 
 #include "format/evaluate.h"
 #include "format/fabric_exr.h"
+#include "format/fabric_header.h"
 #include "format/fabric_json.h"
 #include "format/fabric_names.h"
 #include "format/fabric_rules.h"
@@ -92,33 +93,6 @@ ExrPixels preview_of(const FabricLevel& level, const Fabric& of) {
     }
   }
   return pixels;
-}
-
-std::string model_of(const Fabric& fabric) {
-  const FabricLevel& base = fabric.levels.front();
-  std::string model = base.lobes ? "lafortune" : "constant";
-  if (base.view_table) model += "-view-table";
-  if (base.light_table) model += "-light-table";
-  if (base.products) model += "-products";
-  if (base.heights) model += "-slabs";
-  return model;
-}
-
-FabricHeader header_of(const Fabric& fabric) {
-  FabricHeader header;
-  header.model = model_of(fabric);
-  header.width = fabric.levels.front().width;
-  header.height = fabric.levels.front().height;
-  header.levels = static_cast<int>(fabric.levels.size());
-  header.period_mm = fabric.period_mm;
-  header.reference_height = fabric.reference_height;
-  header.thickness_mm = fabric.thickness_mm;
-  header.radiance_scale = fabric.radiance_scale;
-  header.views = fabric.views;
-  header.lights = fabric.lights;
-  header.provenance = fabric.provenance;
-  header.whole = fabric.whole;
-  return header;
 }
 
 /// The pixels of a level of the part, zeros where the fabric has no such level or layer.

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <string_view>
@@ -35,6 +36,22 @@ V2i pair_of(const std::string& option, const std::string& text) {
       throw CLI::ValidationError(option, fmt::format("\"{}\" is not a pair such as 4x3", text));
   }
   return {static_cast<int>(n[0]), static_cast<int>(n[1])};
+}
+
+/// One of the names, in the order of the enumeration.
+template <class Enum, std::size_t Count>
+CLI::Option* add_choice(CLI::App& app, const std::string& name,
+                        const std::array<std::string_view, Count>& names, Enum& target,
+                        const std::string& help) {
+  return app
+      .add_option_function<std::string>(
+          name,
+          [&names, &target](const std::string& text) {
+            target = static_cast<Enum>(std::find(names.begin(), names.end(), text) - names.begin());
+          },
+          help)
+      ->type_name(fmt::format("{}", fmt::join(names, "|")))
+      ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
 }
 
 /// An option whose text is turned into a value while parsing.
@@ -216,15 +233,8 @@ void add_light(CLI::App& app, Command& command, float& ambient, int& shadows) {
                command.display.background = V3f(vector_of(checked("--background", t, ',', 3, 3)));
            })
       ->group(group);
-  app.add_option_function<std::string>(
-         "--tone-map",
-         [&](const std::string& t) {
-           const auto name = std::find(tone_curve_names.begin(), tone_curve_names.end(), t);
-           command.display.tone = static_cast<ToneCurve>(name - tone_curve_names.begin());
-         },
-         "Curve over exposed colours in PNG files (default none)")
-      ->type_name("none|reinhard|aces")
-      ->check(CLI::IsMember({"none", "reinhard", "aces"}))
+  add_choice(app, "--tone-map", tone_curve_names, command.display.tone,
+             "Curve over exposed colours in PNG files (default none)")
       ->group(group);
 }
 
@@ -321,26 +331,12 @@ void add_render(CLI::App& app, RenderCommand& command, std::string& quality) {
       ->type_name("draft|standard|high|reference")
       ->check(
           CLI::IsMember(std::vector<std::string>(frame_quality_names.begin(), frame_quality_names.end())));
-  app.add_option_function<std::string>(
-         "--path",
-         [&](const std::string& t) {
-           const auto name = std::find(path_names.begin(), path_names.end(), t);
-           command.render.path = static_cast<RenderPath>(name - path_names.begin());
-         },
-         "Who evaluates the fabrics: the processor (default) or OpenGL. paper: as published in 2001, in "
-         "colours "
-         "of 8 bits, nearest texels")
-      ->type_name("hybrid|shader|paper")
-      ->check(CLI::IsMember({"hybrid", "shader", "paper"}));
-  app.add_option_function<std::string>(
-         "--power",
-         [&](const std::string& t) {
-           const auto name = std::find(power_names.begin(), power_names.end(), t);
-           command.render.power = static_cast<PowerKind>(name - power_names.begin());
-         },
-         "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4")
-      ->type_name("exact|fast")
-      ->check(CLI::IsMember({"exact", "fast"}));
+  add_choice(app, "--path", path_names, command.render.path,
+             "Who evaluates the fabrics: the processor (default) or OpenGL. paper: as published in 2001, in "
+             "colours of 8 bits, nearest texels");
+  add_choice(
+      app, "--power", power_names, command.render.power,
+      "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4");
   app.add_option_function<std::string>(
          "--context",
          [&](const std::string& t) {

@@ -14,16 +14,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What its levels are chosen by.
-FabricHeader sizes_of(const Fabric& fabric) {
-  FabricHeader header;
-  header.width = fabric.levels.front().width;
-  header.height = fabric.levels.front().height;
-  header.levels = static_cast<int>(fabric.levels.size());
-  header.whole = fabric.whole;
-  return header;
-}
-
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -106,7 +96,7 @@ Result<void> ShowPicture::load(const ShowState& state) {
 Result<void> ShowPicture::read_levels(const ShowState& state) {
   // Of files that were added all is read.
   std::vector<FabricHeader> added;
-  for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i) added.push_back(sizes_of(fabrics_[i]));
+  for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i) added.push_back(header_of(fabrics_[i]));
   std::vector<const FabricHeader*> headers;
   for (const FabricReader& reader : readers_) headers.push_back(&reader.header());
   for (const FabricHeader& header : added) headers.push_back(&header);

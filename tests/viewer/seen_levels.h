@@ -12,15 +12,6 @@ namespace selvedge::test {
 constexpr int seen_width = 100;
 constexpr int seen_height = 80;
 
-inline FabricHeader header_of(const Fabric& fabric) {
-  FabricHeader header;
-  header.width = fabric.levels.front().width;
-  header.height = fabric.levels.front().height;
-  header.levels = static_cast<int>(fabric.levels.size());
-  header.whole = fabric.whole;
-  return header;
-}
-
 /// Of the scene's only fabric.
 inline LevelRange asked(const Scene& scene, const Camera& camera, const LevelOptions& levels,
                         const Fabric& fabric, LackingLevels* lacking = nullptr, int height = seen_height) {
