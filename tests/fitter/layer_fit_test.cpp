@@ -258,7 +258,7 @@ TEST_CASE("the size of a layer is known before it is written") {
 
 TEST_CASE("layers are chosen within the budget, and more bytes never make the choice worse") {
   const Fabric fabric = ribbed(16, 16);
-  SamplesHeader header = header_of(fabric);
+  SamplesHeader header = samples_header_of(fabric);
   const PairSamples truth = truth_of(fabric, 12);
   header.pairs[0] = truth.pairs;
   FitOptions options;
@@ -288,7 +288,7 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
 
 TEST_CASE("the choice of layers scales with the radiance") {
   const Fabric fabric = ribbed(16, 16);
-  SamplesHeader header = header_of(fabric);
+  SamplesHeader header = samples_header_of(fabric);
   FitOptions options;
   options.lobes = 1;
   std::vector<std::string> layers;
@@ -328,7 +328,7 @@ TEST_CASE("the choice of layers scales with the radiance") {
 
 TEST_CASE("without pairs to choose by, or with heights of other texels, layers are refused") {
   const Fabric fabric = ribbed(4, 4);
-  SamplesHeader header = header_of(fabric);
+  SamplesHeader header = samples_header_of(fabric);
   const PairSamples truth = truth_of(fabric, 2);
   const auto none = LayerFitter::create(seen_of(fabric), header, {}, PairSamples{}, {});
   REQUIRE_FALSE(none);

@@ -104,7 +104,7 @@ inline Fabric glossy(int width, int height) {
 }
 
 /// The samples file of a fabric: its header, and pairs with the fabric itself as the truth.
-inline SamplesHeader header_of(const Fabric& fabric) {
+inline SamplesHeader samples_header_of(const Fabric& fabric) {
   SamplesHeader header;
   header.width = fabric.levels[0].width;
   header.height = fabric.levels[0].height;

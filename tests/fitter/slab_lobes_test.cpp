@@ -196,7 +196,7 @@ TEST_CASE("lobes of slabs are finite whatever the samples") {
 
 TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as good as was said") {
   const Fabric fabric = glossy(16, 16);
-  SamplesHeader header = header_of(fabric);
+  SamplesHeader header = samples_header_of(fabric);
   const PairSamples truth = truth_of(fabric, 16);
   header.pairs[0] = truth.pairs;
   FitOptions options;
