@@ -100,7 +100,7 @@ class Search {
     if (const auto i = closest_made(family, [](const MadePoint&) { return true; })) {
       const MakeFigures& made = chosen_.tried[*i].made;
       figures.seconds *= made.seconds * threads_ / families_[family_of_[*i]].rows.front().seconds;
-      if (std::isfinite(made.held_out)) figures.held_out += made.held_out - raw_held_out(*i);
+      figures.held_out += made.held_out - raw_held_out(*i);
     }
     if (budget > 0) return figures;
     if (const auto i = closest_made(family, [](const MadePoint& m) { return !has_budget(m.point); }))

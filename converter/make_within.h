@@ -22,7 +22,7 @@ struct MakeLimits {
 struct MakeFigures {
   double bytes = 0;
   double seconds = 0;   ///< by the clock, to bake and fit
-  double held_out = 0;  ///< dB, as ExpectedPoint's; NaN where it was not asked for
+  double held_out = 0;  ///< dB, as ExpectedPoint's
 };
 
 /// Whether all limits are met.

@@ -468,14 +468,16 @@ Command parse_command_line(int argc, const char* const* argv) {
     return ExitNow{2};
   }
   if (compare_verb->parsed()) return compare;
-  if (show_verb->parsed()) return show;
   if (trade_verb->parsed()) return trade;
-  if (const std::string line =
-          idle_option(render, [&](const char* option) { return render_verb->count(option) > 0; });
-      !line.empty()) {
-    fmt::print(stderr, "selvedge-view: {}; see --help\n", line);
+  const auto given = [&](const char* option) {
+    return (show_verb->parsed() ? show_verb : render_verb)->count(option) > 0;
+  };
+  const std::string idle = show_verb->parsed() ? idle_option(show, given) : idle_option(render, given);
+  if (!idle.empty()) {
+    fmt::print(stderr, "selvedge-view: {}; see --help\n", idle);
     return ExitNow{2};
   }
+  if (show_verb->parsed()) return show;
   set_quality(*render_verb, quality, render.render);
   if (render.render.path == RenderPath::paper) {
     // Refused where they were asked for.

@@ -2,18 +2,38 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "format/option_text.h"
 
 namespace selvedge {
+namespace {
+
+struct Idle {
+  bool here;
+  const char* why;
+  std::vector<const char*> options;
+};
+
+/// Whether there are lights whose axes --light-frame names.
+bool any_far_away(const std::vector<Light>& lights) {
+  return std::any_of(lights.begin(), lights.end(),
+                     [](const Light& light) { return light.kind == LightKind::directional; });
+}
+
+std::string first_of(const std::vector<Idle>& all, const std::function<bool(const char*)>& given) {
+  for (const Idle& idle : all) {
+    for (const char* option : idle.options) {
+      if (idle.here && given(option)) return fmt::format("{} {}", option, idle.why);
+    }
+  }
+  return {};
+}
+
+}  // namespace
 
 std::string idle_option(const RenderCommand& command, const std::function<bool(const char*)>& given) {
-  struct Idle {
-    bool here;
-    const char* why;
-    std::vector<const char*> options;
-  };
   const bool swatch = has_ending(command.input, ".exr");
   const std::vector<Idle> all{
       {swatch,
@@ -21,6 +41,8 @@ std::string idle_option(const RenderCommand& command, const std::function<bool(c
        {"--azimuth", "--elevation", "--fov", "--distance", "--distance-factor", "--look-at", "--zoom",
         "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable", "--compare",
         "--layers", "--ambient"}},
+      {swatch, "counts for nothing with a swatch, which is flat", {"--shadows"}},
+      {!any_far_away(command.lights), "counts for nothing without --light", {"--light-frame"}},
       {!swatch, "is for fabrics, not for a scene", {"--place", "--repeats", "--view", "--pixels-per-texel"}},
       {command.place.has_value(),
        "counts for nothing with --place",
@@ -38,12 +60,12 @@ std::string idle_option(const RenderCommand& command, const std::function<bool(c
        "counts for nothing with --path shader: OpenGL has its own powers",
        {"--power"}},
   };
-  for (const Idle& idle : all) {
-    for (const char* option : idle.options) {
-      if (idle.here && given(option)) return fmt::format("{} {}", option, idle.why);
-    }
-  }
-  return {};
+  return first_of(all, given);
+}
+
+std::string idle_option(const ShowCommand& command, const std::function<bool(const char*)>& given) {
+  return first_of({{!any_far_away(command.lights), "counts for nothing without --light", {"--light-frame"}}},
+                  given);
 }
 
 }  // namespace selvedge

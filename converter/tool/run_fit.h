@@ -7,7 +7,7 @@
 
 namespace selvedge {
 
-/// Fits a samples file and writes the fabric, with progress; command.input does not count.
+/// Fits a samples file and writes the fabric, with progress. Messages call the samples command.input.
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command);
 
 /// An error of a file that is written beside `output`, or of one beside that, as one of `output`: the only

@@ -169,16 +169,16 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
                                     : fit_lobes(*reader, command, progress.callback());
   if (!lobes) {
     Error error = lobes.error();
-    if (error.file.empty()) error.file = samples;
+    if (error.file.empty() || error.file == samples) error.file = command.input;
     return tl::unexpected(std::move(error));
   }
   FitOutcome outcome;
-  outcome.samples = samples;
+  outcome.samples = command.input;
   outcome.output = command.output;
   if (auto ok = look_up(outcome); !ok) return tl::unexpected(ok.error());
   for (std::size_t k = 0; k < lobes->size(); ++k) outcome.levels[k].lobes = (*lobes)[k];
   for (Error& warning : outcome.record.warnings) {
-    warning.file = samples;
+    warning.file = command.input;
     if (!(command.common.quiet || command.common.json)) report_issue(warning);
   }
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -226,6 +226,7 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
     bake_command.output = passing->temporary();
     bake_command.bake.resumable = false;
   }
+  fit_command.input = keep ? bake_command.output : command.bake.input;
   const auto baked = bake_cell(bake_command, command.fit.common);
   if (!baked) return tl::unexpected(naming_output(baked.error(), *passing, command.fit.output));
   Json bake_report = bake_json(*baked, bake_command.output);
@@ -240,7 +241,6 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
   }
   auto fitted = fit_file(bake_command.output, fit_command);
   if (!fitted) return tl::unexpected(naming_output(fitted.error(), *passing, command.fit.output));
-  if (!keep) fitted->samples = command.bake.input;
   MadeFabric made;
   made.json = {{"bake", bake_report}, {"fit", fit_json(*fitted)}};
   made.text = bake_line + fit_text(*fitted);

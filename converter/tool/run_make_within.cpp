@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
+#include <optional>
 
 #include "converter/make_within.h"
 #include "converter/tool/commands.h"
@@ -22,14 +22,11 @@ constexpr int judge_pairs = 48;
 constexpr int judge_samples = 32;
 
 std::string figures_text(const MakeFigures& f) {
-  const std::string quality = std::isfinite(f.held_out) ? fmt::format(", {:.2f} dB", f.held_out) : "";
-  return fmt::format("{:.0f} bytes, {:.2f} s{}", f.bytes, f.seconds, quality);
+  return fmt::format("{:.0f} bytes, {:.2f} s, {:.2f} dB", f.bytes, f.seconds, f.held_out);
 }
 
 Json to_json(const MakeFigures& f) {
-  return {{"bytes", std::round(f.bytes)},
-          {"seconds", f.seconds},
-          {"heldOut", std::isfinite(f.held_out) ? Json(f.held_out) : Json(nullptr)}};
+  return {{"bytes", std::round(f.bytes)}, {"seconds", f.seconds}, {"heldOut", f.held_out}};
 }
 
 class Search {
@@ -45,11 +42,8 @@ class Search {
                   fmt::format("its yarns need {}, more than the {} that settings are known for", least,
                               judge_texels));
     }
-    if (command_.limits.held_out) {
-      if (auto ok = bake_judge(cell->mesh); !ok) return tl::unexpected(ok.error());
-    }
     return choose_within(expected_points(), command_.limits, least, thread_count(),
-                         [this](const TradePoint& point) { return make(point); });
+                         [&](const TradePoint& point) { return make(point, cell->mesh); });
   }
 
   /// What was made of a point that was tried.
@@ -81,17 +75,20 @@ class Search {
     return {};
   }
 
-  Result<double> held_out_of(const std::string& path) const {
+  Result<double> held_out_of(const std::string& path, const CellMesh& mesh) {
+    if (!judge_) {
+      if (auto ok = bake_judge(mesh); !ok) return tl::unexpected(ok.error());
+    }
     auto reader = FabricReader::open(path);
     if (!reader) return tl::unexpected(reader.error());
     const auto fabric = reader->read();
     if (!fabric) return tl::unexpected(fabric.error());
-    const auto comparison = compare_with_finer(*fabric, judge_, PairKind::held_out);
+    const auto comparison = compare_with_finer(*fabric, *judge_, PairKind::held_out);
     if (!comparison) return tl::unexpected(comparison.error());
     return comparison->levels.front().psnr;
   }
 
-  Result<MakeFigures> make(const TradePoint& point) {
+  Result<MakeFigures> make(const TradePoint& point, const CellMesh& mesh) {
     auto file = AtomicFile::create(command_.fit.output);
     if (!file) return tl::unexpected(file.error());
     MakeCommand command = command_;
@@ -101,21 +98,17 @@ class Search {
     command.fit.smallest_at_least = true;
     auto made = make_fabric(command);
     if (!made) return tl::unexpected(naming_output(made.error(), *file, command_.fit.output));
-    MakeFigures figures{static_cast<double>(made->fitted.bytes), made->seconds,
-                        std::numeric_limits<double>::quiet_NaN()};
-    if (command_.limits.held_out) {
-      const auto held_out = held_out_of(command.fit.output);
-      if (!held_out) return tl::unexpected(held_out.error());
-      figures.held_out = *held_out;
-    }
+    const auto held_out = held_out_of(command.fit.output, mesh);
+    if (!held_out) return tl::unexpected(held_out.error());
     made->fitted.output = command_.fit.output;
+    const MakeFigures figures{static_cast<double>(made->fitted.bytes), made->seconds, *held_out};
     made_.push_back(std::move(*made));
     files_.push_back(std::move(*file));
     return figures;
   }
 
   const MakeCommand& command_;
-  PairSamples judge_;
+  std::optional<PairSamples> judge_;
   std::vector<MadeFabric> made_;
   std::vector<AtomicFile> files_;
 };

@@ -147,6 +147,7 @@ Result<MakeSeconds> ensure_samples(const TradeCommand& command, const TradePoint
 Result<Json> measure_point(const TradeCommand& command, const TradePoint& point, const TradeFolder& folder,
                            const TradeTruth& truth, const MakeSeconds& bake) {
   FitCommand fit;
+  fit.input = folder.samples(point);
   fit.common = silent(command);
   fit.output = folder.fabric(point);
   const TradeFit options = fit_options_of(point);
@@ -156,7 +157,7 @@ Result<Json> measure_point(const TradeCommand& command, const TradePoint& point,
   Times times;
   for (int i = 0; i < command.repeats; ++i) {
     const double before = processor_seconds();
-    const auto fitted = fit_file(folder.samples(point), fit);
+    const auto fitted = fit_file(fit.input, fit);
     if (!fitted) return tl::unexpected(fitted.error());
     times.wall.push_back(fitted->seconds);
     times.processor.push_back(processor_seconds() - before);

@@ -62,6 +62,19 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   [ "$(wc -l <sweep/trade.csv)" = "$((1 + 3 + $(find sweep/frames -name '*-t8*' -o -name 't8*2lobes*--*' | wc -l)))" ]
 }
 
+test_both_programs_tell_a_terminal_how_far_a_sweep_is_and_what_is_left() {
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
+  # util-linux's script is a terminal; a machine without pseudo-terminals has none to try.
+  script -qec true /dev/null >/dev/null 2>&1 </dev/null || exit 77
+  script -qec "selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 64x48 --held-out-samples 4" \
+    /dev/null >terminal.txt </dev/null
+  grep -qE $'\r\033\\[Ktrade +[0-9]+ %  [0-9]+ s, [0-9]+ s left  .' terminal.txt || fail "no progress: $(cat terminal.txt)"
+  script -qec "selvedge-view trade sweep --repeats 9" /dev/null >terminal.txt </dev/null
+  # The settings by name, as they are measured.
+  grep -qE $'\r\033\\[Ktrade +[0-9]+ %  [0-9]+ s, [0-9]+ s left  t8-.*--' terminal.txt ||
+    fail "no progress of frames: $(cat terminal.txt)"
+}
+
 test_the_viewer_adds_to_a_sweep_of_its_own_machine_and_program_alone() {
   echo '{"centre": {"texels": 8, "directions": 16, "samples": 2, "budget": 20000, "layers": "slabs"}}' >grid.json
   sweep --quiet
@@ -204,6 +217,9 @@ test_make_within_limits_keeps_them_or_names_the_nearest() {
     r.chosen.endsWith(" -o k.fabric.exr") && r.tried.some(t => t.command === r.chosen)'
   [ "$(stat -c %s k.fabric.exr)" -le 16384 ]
   exits 0 selvedge check k.fabric.exr
+  # What came out is told of all three, whichever were limited.
+  exits 0 selvedge make plain-weave --max-bytes 16K -o w.fabric.exr --json
+  holds 'r.made.bytes <= 16384 && r.made.heldOut > 5 && Math.abs(r.made.heldOut - r.expected.heldOut) < 5 && r.made.seconds > 0'
   write_plane plane.obj
   exits 0 selvedge make plane.obj --period 2x2 --min-db 30 --max-bytes 1M -o p.fabric.exr --json
   holds 'r.tried.length === 1 && r.made.heldOut >= 30'

@@ -116,7 +116,7 @@ test_render_refuses_options_that_would_count_for_nothing() {
     grep -q -- "^selvedge-view: $1 .*see --help$" "$scratch/err" || fail "$*: $(cat "$scratch/err")"
   }
   local option
-  for option in '--turntable 2' '--compare quad.glb' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20'; do
+  for option in '--turntable 2' '--compare quad.glb' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20' --shadows; do
     # shellcheck disable=SC2086
     idle "${option% *}" k.fabric.exr $option
   done
@@ -129,6 +129,8 @@ test_render_refuses_options_that_would_count_for_nothing() {
     idle "${option% *}" quad.glb --level 1 $option
   done
   idle --place quad.glb --place near
+  idle --light-frame quad.glb --light-frame camera
+  idle --light-frame quad.glb --point-light 0,0,1 --light-frame camera
   idle --ambient quad.glb --path paper --ambient 0.2
   idle --power quad.glb --path shader --power exact
   [ ! -e s.png ] || fail "wrote s.png"
@@ -242,7 +244,7 @@ test_render_point_lights_fall_off_with_the_square_of_their_distance() {
   exits 0 selvedge-view compare both.exr also.exr --max 1e-6
   # It stands in the scene, whatever the axes of --light.
   selvedge-view render quad.glb -o turned.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100
-  selvedge-view render quad.glb -o again.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100 --light-frame camera
+  selvedge-view render quad.glb -o again.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100 --light 0,0,1,0 --light-frame camera
   same turned.exr again.exr
   exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2
   exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2,3,-1
