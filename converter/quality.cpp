@@ -15,24 +15,25 @@ TradePoint point_of(Quality quality) {
   switch (quality) {
     case Quality::draft:
       point.texels = 8;
+      point.views = point.lights = 36;
       point.samples = 2;
       point.lobes = 1;
       point.storage = Storage::half;
       break;
     case Quality::standard:
       point.texels = 16;
-      point.samples = 4;
+      point.samples = 2;
       point.layers = LayerChoice::products;
-      point.budget = 131072;
+      point.budget = 32768;
       break;
     case Quality::high:
       point.samples = 2;
       point.layers = LayerChoice::slabs;
-      point.budget = 65536;
+      point.budget = 131072;
       break;
     case Quality::reference:
       point.layers = LayerChoice::slabs;
-      point.budget = 262144;
+      point.budget = 524288;
       break;
   }
   return point;

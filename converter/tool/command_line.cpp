@@ -431,8 +431,11 @@ Command parse_command_line(int argc, const char* const* argv) {
     const CLI::App* make = app.get_subcommand("make");
     check_choice(*make, verbs.make.limits);
     if (const auto chosen = quality_named(quality)) {
+      const TradePoint point = point_of(*chosen);
       set_knobs(
-          point_of(*chosen), [make](const char* option) { return make->count(option) > 0; }, verbs.make);
+          point, [make](const char* option) { return make->count(option) > 0; }, verbs.make);
+      // Yarns that need more texels have as many bytes for each.
+      if (make->count("--budget") == 0) verbs.make.fit.budget_texels = point.texels * point.texels;
     }
     for (const FitCommand* fit : {&verbs.fit, &verbs.make.fit}) {
       if (fit->fit.glossy_slabs && !fit->budget)

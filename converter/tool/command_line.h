@@ -67,7 +67,8 @@ struct FitCommand {
   FitOptions fit;
   FabricWriteOptions write;
   std::optional<std::uint64_t>
-      budget;                      ///< bytes of the file; layers are chosen by level (fitter/layer_fit.h)
+      budget;             ///< bytes of the file; layers are chosen by level (fitter/layer_fit.h)
+  int budget_texels = 0;  ///< the budget is for so many at level 0 and grows with what is more; 0: fixed
   bool smallest_at_least = false;  ///< where none is within the budget, the smallest instead of an error
   std::string report;              ///< .json, .md or .txt; empty: none
 };

@@ -1,6 +1,7 @@
 // fit, and make, which is bake and fit with the mesh before.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -48,16 +49,20 @@ FitRecord record_of(const LayerFit& chosen, const Issues& warnings) {
   return record;
 }
 
+double budget_for(const FitCommand& command, int texels) {
+  const double share = command.budget_texels > 0 ? static_cast<double>(texels) / command.budget_texels : 1;
+  return static_cast<double>(*command.budget) * std::max(share, 1.0);
+}
+
 /// Chooses layers so that the file is not larger than the budget. Sizes are estimated before, so it takes
 /// some tries beside the file's place; the largest that fits is kept, or the smallest where none does and
 /// that was asked for.
-Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& command) {
+Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& command, double budget) {
   constexpr int most_tries = 6;
   // In the place of errors that are not known yet, and longer in text than any.
   constexpr FitError unknown{1'000'000, -1000, -1000};
   const auto beside = AtomicFile::create(command.output);
   if (!beside) return tl::unexpected(beside.error());
-  const auto budget = static_cast<double>(*command.budget);
   double overhead = LayerFitter::typical_overhead;
   double best = 0;
   double best_overhead = overhead;
@@ -87,7 +92,7 @@ Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& comm
     if (i > most_tries) {
       if (command.smallest_at_least) return chosen;
       return fail(Code::option_out_of_range, command.output, "--budget",
-                  fmt::format("{} bytes; the smallest fabric found has {:.0f}", *command.budget, smallest));
+                  fmt::format("{:.0f} bytes; the smallest fabric found has {:.0f}", budget, smallest));
     }
     // What the estimate missed, and a little more.
     const double missed = written - chosen.bytes;
@@ -122,7 +127,7 @@ Result<LobeReports> fit_layers(SamplesReader& reader, const FitCommand& command,
   if (!fitter) return tl::unexpected(fitter.error());
   const auto held_out = reader.read_pairs(PairKind::held_out);
   if (!held_out) return tl::unexpected(held_out.error());
-  const auto chosen = choose_within(*fitter, command);
+  const auto chosen = choose_within(*fitter, command, budget_for(command, reader.header().texels()));
   if (!chosen) return tl::unexpected(chosen.error());
   if (auto ok = write_judged(command, chosen->fabric, *held_out, fitter->training(),
                              record_of(*chosen, fitter->warnings()));

@@ -167,7 +167,7 @@ test_a_folder_keeps_to_one_sweep() {
 test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   exits 0 selvedge make plain-knit --quality draft -o a.fabric.exr --json
   holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
-  selvedge make plain-knit --texels 8 --samples 2 --lobes 1 --half-lobes -o b.fabric.exr --quiet
+  selvedge make plain-knit --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 --half-lobes -o b.fabric.exr --quiet
   # What wants a budget is content with that of a preset.
   exits 0 selvedge make plain-knit --quality high --texels 8 --views 16 --lights 16 --glossy-slabs -o g.fabric.exr --json
   holds 'r.fit.levels[0].layers.includes("slab")'
@@ -176,15 +176,21 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   exits 2 selvedge fit s.samples.exr --glossy-slabs -o g.fabric.exr
   same a.fabric.exr b.fabric.exr
   exits 0 selvedge make plain-knit --quality standard --texels 8 --budget 20000 --views 16 --lights 16 -o c.fabric.exr --json
-  holds 'r.bake.samples === 4 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 20000'
+  holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 20000'
   local few=(--texels 8 --views 16 --lights 16)
   selvedge make plain-knit --quality standard --slabs 1 "${few[@]}" -o d.fabric.exr --quiet
-  selvedge make plain-knit --samples 4 --slabs 1 --budget 128K "${few[@]}" -o e.fabric.exr --quiet
+  selvedge make plain-knit --samples 2 --slabs 1 --budget 32K "${few[@]}" -o e.fabric.exr --quiet
   same d.fabric.exr e.fabric.exr
   selvedge make plain-knit --quality reference --budget 30000 "${few[@]}" -o f.fabric.exr --quiet
   selvedge make plain-knit --slabs 1 --budget 30000 "${few[@]}" -o g.fabric.exr --quiet
   same f.fabric.exr g.fabric.exr
   differ d.fabric.exr f.fabric.exr
+  # More texels have more bytes, a size that was given is kept.
+  few=(--views 16 --lights 16 --quality standard --texels 32)
+  exits 0 selvedge make plain-knit "${few[@]}" -o h.fabric.exr --json
+  holds 'r.fit.bytes > 32768 && r.fit.bytes <= 131072'
+  exits 0 selvedge make plain-knit "${few[@]}" --budget 32K -o h.fabric.exr --json
+  holds 'r.fit.bytes <= 32768'
   exits 2 selvedge make plain-knit --quality best -o d.fabric.exr
   exits 2 selvedge-view render a.fabric.exr --place near -o x.png --quality best
 }
