@@ -207,7 +207,7 @@ test_options_that_count_for_nothing_are_usage_errors() {
   for option in '--slab-lobes 1' '--slabs 1' '--cells 3'; do
     # shellcheck disable=SC2086
     exits 2 selvedge make plain-weave -o none.fabric.exr $option
-    grep -q -- "^selvedge: ${option% *}: counts for nothing without --" "$scratch/err" || fail "$option: $(cat "$scratch/err")"
+    grep -q -- "^${option% *}: counts for nothing without --" "$scratch/err" || fail "$option: $(cat "$scratch/err")"
   done
   exits 2 selvedge make plain-weave -o none.fabric.exr --budget 64K --cells 3
   exits 2 selvedge bake plain-weave -o none.samples.exr --cells 3
