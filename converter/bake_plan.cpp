@@ -81,7 +81,8 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("samples", o.samples, 1, most_samples), in_range("noise", o.noise.value_or(1), 1e-4, 10),
         in_range("time-budget", o.time_budget.value_or(1), 1e-3, 1e7),
         in_range("slabs", o.slabs, 0, limits.slabs), in_range("cells", o.cells, 1, limits.cells_per_side),
-        in_range("bounces", o.bounces, unlimited_bounces, 64), in_range("ground", o.ground.value_or(0), 0, 1),
+        in_range("bounces", o.bounces == unlimited_bounces ? 0 : o.bounces, 0, 64),
+        in_range("ground", o.ground.value_or(0), 0, 1),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
         in_range("held-out-pairs", o.held_out_pairs, 0, 65536), in_range("rim-pairs", o.rim_pairs, 0, 65536),
         in_range("truth-samples", o.truth_samples, 2, most_samples)}) {

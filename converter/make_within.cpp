@@ -161,7 +161,7 @@ class Search {
         if (limits_.bytes && *limits_.bytes >= budgets.front() && *limits_.bytes <= budgets.back())
           budgets.push_back(*limits_.bytes);
         // A little more: which fabric is the smallest depends on the budget that it was looked for with.
-        if (floor > 0) budgets.push_back(static_cast<std::uint64_t>(std::ceil(1.01 * floor / 1024)) * 1024);
+        if (floor > 0) budgets.push_back(static_cast<std::uint64_t>(std::ceil(1.01 * floor / 64)) * 64);
       }
       for (const std::uint64_t budget : budgets) {
         if (budget > 0 && static_cast<double>(budget) < floor) continue;

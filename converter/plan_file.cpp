@@ -76,8 +76,10 @@ Json sight_json(const PlanOptions& o) {
       sight["distanceFactor"] = camera.distance_factor;
   }
   if (single || o.distances) {
-    sight["projection"] = camera.projection == Projection::perspective ? "perspective" : "parallel";
-    sight["fov"] = camera.field_of_view;
+    const bool perspective = camera.projection == Projection::perspective;
+    sight["projection"] = perspective ? "perspective" : "parallel";
+    // A parallel camera that shows everything has none.
+    if (perspective || camera.distance || o.distances) sight["fov"] = camera.field_of_view;
   }
   sight["zoom"] = camera.zoom;
   sight["focus"] = {camera.focus.x, camera.focus.y};
@@ -129,11 +131,12 @@ Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::st
   constexpr std::uintmax_t longest_file = std::uintmax_t{1} << 28;
   const auto text = read_file(path, longest_file);
   if (!text) return tl::unexpected(text.error());
-  const nlohmann::json plan = parse_json(*text);
+  const auto read = parse_json_object(*text, path);
+  if (!read) return tl::unexpected(read.error());
+  const nlohmann::json& plan = *read;
   const auto refuse = [&](const char* place, const char* why) {
     return fail(Code::json_malformed, path, place, why);
   };
-  if (!plan.is_object()) return refuse("", "is not a JSON object");
   if (plan.value("verb", nlohmann::json()) != "plan") return refuse("/verb", "is not \"plan\"");
   if (plan.value("program", nlohmann::json("selvedge")) != "selvedge")
     return refuse("/program", "is not \"selvedge\"");

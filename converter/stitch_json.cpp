@@ -8,6 +8,7 @@
 
 #include "converter/stitch_settings.h"
 #include "format/atomic_file.h"
+#include "format/json_text.h"
 
 namespace selvedge {
 namespace {
@@ -95,15 +96,6 @@ StitchPattern pattern_of(const Json& json) {
     pattern.yarns.push_back(yarn_of(yarns[y], fmt::format("/yarns/{}", y)));
   }
   return pattern;
-}
-
-/// Line and column, both from 1, of a byte counted from 1 as the parser does.
-std::string line_of(std::string_view text, std::size_t byte) {
-  const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
-  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
-  const std::size_t start = before.rfind('\n');
-  const std::size_t column = before.size() - (start == std::string_view::npos ? 0 : start + 1) + 1;
-  return fmt::format("line {}, column {}", line, column);
 }
 
 }  // namespace

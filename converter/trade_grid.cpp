@@ -164,10 +164,14 @@ Result<void> check_points(const std::string& file, const std::vector<TradePoint>
   for (const TradePoint& point : points) {
     int size = largest;
     while (size > point.texels && size % 2 == 0) size /= 2;
-    if (size != point.texels)
-      return refuse(file, "texels", fmt::format("{} is not {} halved", point.texels, largest));
+    if (size != point.texels) {
+      return refuse(
+          file, "",
+          fmt::format("texels of the point {}: {} is not {} halved", name_of(point), point.texels, largest));
+    }
     if (has_budget(point) && point.budget == 0)
-      return refuse(file, "budget", fmt::format("is missing for layers {}", name_of(point.layers)));
+      return refuse(file, "",
+                    fmt::format("the point {} has no budget to choose its layers within", name_of(point)));
   }
   return {};
 }
@@ -276,8 +280,9 @@ std::vector<TradePoint> default_grid() {
 }
 
 Result<std::vector<TradePoint>> read_grid(const std::string& text, const std::string& name) {
-  const Json json = parse_json(text);
-  if (!json.is_object()) return tl::unexpected(refuse(name, "", "is not a JSON object").error());
+  auto read = parse_json_object(text, name);
+  if (!read) return tl::unexpected(read.error());
+  const Json json = std::move(*read);
   for (const auto& [key, value] : json.items()) {
     if (key != "centre" && key != "vary" && key != "points")
       return tl::unexpected(refuse(name, pointer_to("", key), "is not a part of a grid").error());

@@ -162,7 +162,8 @@ BakeOptions as_bake(const TruthOptions& o) {
 
 Result<void> check(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
   if (auto ok = check_options(as_bake(o), name); !ok) return ok;
-  if (o.samples < 2) return fail(Code::option_out_of_range, name, "samples", "must be at least 2");
+  // Half of them tell the noise of the other half.
+  if (o.samples % 2 != 0) return fail(Code::option_out_of_range, name, "samples", "must be even");
   for (const Light& light : shot.lights) {
     if (light.kind != LightKind::directional)
       return fail(Code::option_out_of_range, name, "light",

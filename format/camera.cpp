@@ -21,10 +21,11 @@ Result<void> check(const CameraOptions& o) {
   if (!(o.field_of_view >= 0.1 && o.field_of_view <= 170))
     return refuse("--fov", "must lie between 0.1 and 170 degrees");
   if (!(o.distance_factor > 0 && o.distance_factor <= 1e6))
-    return refuse("--distance-factor", "must be above 0");
-  if (o.distance && !(*o.distance > 0 && *o.distance <= 1e12)) return refuse("--distance", "must be above 0");
+    return refuse("--distance-factor", "must be above 0 and at most 1e6");
+  if (o.distance && !(*o.distance > 0 && *o.distance <= 1e12))
+    return refuse("--distance", "must be above 0 and at most 1e12 metres");
   if (o.look_at && !std::isfinite(o.look_at->length2())) return refuse("--look-at", "must be finite");
-  if (!(o.zoom > 0 && o.zoom <= 1e9)) return refuse("--zoom", "must be above 0");
+  if (!(o.zoom > 0 && o.zoom <= 1e9)) return refuse("--zoom", "must be above 0 and at most 1e9");
   if (!(std::abs(o.focus.x - 0.5) <= 1e3 && std::abs(o.focus.y - 0.5) <= 1e3))
     return refuse("--focus", "must lie near [0, 1]");
   return {};

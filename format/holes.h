@@ -5,9 +5,9 @@
 
 namespace selvedge {
 
-/// More than 0.1 % of the level's texels are less than half opaque, seen from straight above. Texels of a
-/// part of a fabric are larger than the holes: there, more than 0.05 % of the whole level is open.
-/// Precondition: a valid fabric (see validate) that has the level.
+/// More than 0.05 % of the level is open, seen from straight above. Opacity is a mean over the area, so that
+/// all levels have the same answer, and a partial fabric that of the whole, but for noise: where that
+/// decides, what it decides cannot be seen. Precondition: a valid fabric (see validate) that has the level.
 bool has_holes(const Fabric& fabric, int level);
 
 }  // namespace selvedge

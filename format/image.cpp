@@ -205,6 +205,9 @@ Result<ImageDifference> compare_images(const Image& a, const Image& b) {
   }
   ImageDifference difference;
   double sum = 0;
+  double of_colours = 0;
+  const auto channels = static_cast<std::size_t>(a.channels);
+  const std::size_t colours = std::min<std::size_t>(channels, 3);
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
     const double x = a.pixels[i];
     const double y = b.pixels[i];
@@ -212,17 +215,19 @@ Result<ImageDifference> compare_images(const Image& a, const Image& b) {
     if (!(x == y) && !(std::isnan(x) && std::isnan(y))) d = std::abs(x - y);
     if (std::isnan(d)) d = std::numeric_limits<double>::infinity();
     sum += d * d;
+    if (i % channels < colours) of_colours += d * d;
     if (d > difference.max_absolute) {
-      const std::size_t pixel = i / static_cast<std::size_t>(a.channels);
+      const std::size_t pixel = i / channels;
       difference.max_absolute = d;
-      difference.channel = static_cast<int>(i % static_cast<std::size_t>(a.channels));
+      difference.channel = static_cast<int>(i % channels);
       difference.x = static_cast<int>(pixel % static_cast<std::size_t>(a.width));
       difference.y = static_cast<int>(pixel / static_cast<std::size_t>(a.width));
     }
   }
   if (!a.pixels.empty()) difference.rmse = std::sqrt(sum / static_cast<double>(a.pixels.size()));
+  const double count = static_cast<double>(a.pixels.size() / channels * colours);
   difference.psnr =
-      difference.rmse > 0 ? -20.0 * std::log10(difference.rmse) : std::numeric_limits<double>::infinity();
+      of_colours > 0 ? -10.0 * std::log10(of_colours / count) : std::numeric_limits<double>::infinity();
   return difference;
 }
 

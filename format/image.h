@@ -55,14 +55,14 @@ Result<void> write_png(const std::string& path, const Image& image, Transfer tra
 /// called Y), whole or not at all. No time stamp: the same pixels give the same bytes.
 Result<void> write_exr(const std::string& path, const Image& image);
 
-/// How far two pictures are apart, over all channels.
+/// How far two pictures are apart, over all channels but for `psnr`.
 struct ImageDifference {
   double max_absolute = 0;
   int x = 0;  ///< where the largest difference is
   int y = 0;
   int channel = 0;
   double rmse = 0;
-  double psnr = 0;  ///< dB relative to 1; infinite for equal pictures
+  double psnr = 0;  ///< dB relative to 1, of the first three channels; infinite for equal colours
 };
 
 /// Sizes and channel counts must agree (IMAGE_MISMATCH). Two NaN or two equal infinities differ by 0; one

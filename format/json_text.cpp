@@ -15,6 +15,9 @@ namespace {
 
 using nlohmann::json;
 
+constexpr int most_depth = 64;
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
 /// Stops at a member that its object has already.
 class RepetitionFinder : public nlohmann::json_sax<json> {
  public:
@@ -104,10 +107,37 @@ std::optional<std::string> repeated_member(std::string_view text) {
 }
 
 json parse_json(std::string_view text) {
-  constexpr int most_depth = 64;
-  if (text.starts_with("\xEF\xBB\xBF")) return json(json::value_t::discarded);  // the parser would skip it
+  if (text.starts_with(byte_order_mark)) return json(json::value_t::discarded);  // the parser would skip it
   const bool good = demands_of(text, most_depth).nesting <= most_depth && !repeated_member(text);
   return good ? json::parse(text, nullptr, false) : json(json::value_t::discarded);
+}
+
+std::string line_of(std::string_view text, std::size_t byte) {
+  const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
+  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
+  const std::size_t start = before.rfind('\n');
+  const std::size_t column = before.size() - (start == std::string_view::npos ? 0 : start + 1) + 1;
+  return fmt::format("line {}, column {}", line, column);
+}
+
+Result<json> parse_json_object(std::string_view text, const std::string& file) {
+  const auto refuse = [&](std::string place, std::string why) {
+    return fail(Code::json_malformed, file, std::move(place), std::move(why));
+  };
+  if (text.starts_with(byte_order_mark)) return refuse("", "begins with a byte order mark");
+  if (demands_of(text, most_depth).nesting > most_depth)
+    return refuse("", fmt::format("is nested deeper than {} levels", most_depth));
+  try {
+    json parsed = json::parse(text);
+    if (auto place = repeated_member(text)) return refuse(std::move(*place), "stands there twice");
+    if (!parsed.is_object()) return refuse("", "is not a JSON object");
+    return parsed;
+  } catch (const json::parse_error& error) {
+    return refuse(line_of(text, error.byte),
+                  error.byte > text.size() ? "the JSON is cut short" : "is not JSON");
+  } catch (const json::out_of_range&) {
+    return refuse("", "a number that is too large");
+  }
 }
 
 std::string pointer_to(const std::string& object, const std::string& name) {

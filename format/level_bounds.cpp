@@ -204,7 +204,7 @@ Result<AllAround> look_all_around(std::span<const V3d> points, double aspect, do
     return fail(Code::option_out_of_range, "", option, reason);
   };
   if (!(nearest > 0 && farthest >= nearest && farthest <= 1e12))
-    return refuse("--distance", "must be two distances above 0, the nearer first");
+    return refuse("--distance", "must be two distances above 0 and at most 1e12 metres, the nearer first");
   if (options.look_at)
     return refuse("--look-at", "is the scene's middle where it is looked at from all around");
   CameraOptions one = options;

@@ -7,6 +7,7 @@
 
 #include "format/atomic_file.h"
 #include "format/json_text.h"
+#include "format/swatch.h"
 #include "format/trade_page.h"
 
 namespace selvedge {
@@ -39,6 +40,20 @@ TradeRow row_of(Json record) {
   return row;
 }
 
+bool has_numbers(const Json& record, std::initializer_list<const char*> pointers) {
+  return std::all_of(pointers.begin(), pointers.end(),
+                     [&](const char* pointer) { return std::isfinite(number_at(record, pointer)); });
+}
+
+/// PSNR and SSIM of the four pictures and of all.
+bool has_pictures(const Json& record) {
+  const auto has = [&](std::string_view view) {
+    const std::string of = fmt::format("/pictures/{}/", view);
+    return has_numbers(record, {(of + "psnr").c_str(), (of + "ssim").c_str()});
+  };
+  return has("all") && std::all_of(swatch_view_names.begin(), swatch_view_names.end(), has);
+}
+
 /// Those of the sweep's points that are there, in its order.
 Result<std::vector<TradeRow>> read_fabrics(const std::string& folder, const std::vector<std::string>& names) {
   std::vector<TradeRow> rows;
@@ -49,7 +64,7 @@ Result<std::vector<TradeRow>> read_fabrics(const std::string& folder, const std:
     auto record = read_trade_record(path);
     if (!record) return tl::unexpected(record.error());
     TradeRow row = row_of(std::move(*record));
-    if (row.name != name || !std::isfinite(row.picture))
+    if (!is_point_record(row.record, name))
       return fail(Code::file_damaged, path, "", "is not the record of the point");
     rows.push_back(std::move(row));
   }
@@ -130,15 +145,34 @@ bool is_frame_record(const Json& record, const std::string& name) {
   return record.is_object() && text_at(record, "name") == name && !text_at(record, "fabric").empty() &&
          is_flag("usual") && is_flag("swept") && !text_at(record, "command").empty() &&
          !object_at(record, "knobs").empty() && !object_at(record, "madeBy").empty() &&
-         std::isfinite(number_at(record, "/loadMs")) && std::isfinite(number_at(record, "/frameMs")) &&
-         std::isfinite(number_at(record, "/pictures/all/psnr")) &&
-         std::isfinite(number_at(record, "/pictures/all/ssim"));
+         has_numbers(record, {"/loadMs", "/frameMs"}) && has_pictures(record);
+}
+
+bool is_point_record(const Json& record, const std::string& name) {
+  return record.is_object() && text_at(record, "name") == name && !text_at(record, "command").empty() &&
+         !object_at(record, "knobs").empty() && has_pictures(record) &&
+         has_numbers(record, {"/bytes", "/seconds/bake", "/seconds/fit", "/seconds/make", "/processorSeconds",
+                              "/loadMs", "/heldOut/0/psnr", "/heldOut/0/relativeL2"});
+}
+
+Result<Json> read_sweep_record(const std::string& folder) {
+  const std::string path = folder + "/" + trade_sweep_file;
+  auto sweep = read_trade_record(path);
+  if (!sweep) return sweep;
+  if (number_at(*sweep, "/trade") != 1) return fail(Code::file_damaged, path, "/trade", "is not 1");
+  for (const std::string_view view : swatch_view_names) {
+    // A truth without noise has null for its decibels.
+    const Json truth = object_at(object_at(*sweep, "truth"), std::string(view).c_str());
+    if (!truth.contains("noisePsnr"))
+      return fail(Code::file_damaged, path, fmt::format("/truth/{}/noisePsnr", view), "is not there");
+  }
+  return sweep;
 }
 
 Result<TradeTable> read_trade_table(const std::string& folder) {
   TradeTable table;
   const std::string path = folder + "/" + trade_sweep_file;
-  auto sweep = read_trade_record(path);
+  auto sweep = read_sweep_record(folder);
   if (!sweep) return tl::unexpected(sweep.error());
   table.sweep = std::move(*sweep);
   const auto names = trade_names(table.sweep, path, "points");

@@ -21,6 +21,11 @@ Result<std::vector<std::string>> trade_names(const nlohmann::ordered_json& recor
 
 /// Whether it is a whole record of a setting of the viewer, of that name.
 bool is_frame_record(const nlohmann::ordered_json& record, const std::string& name);
+/// The same of a point of the sweep that was made.
+bool is_point_record(const nlohmann::ordered_json& record, const std::string& name);
+
+/// The record of the sweep in the folder: FILE_DAMAGED where it is none.
+Result<nlohmann::ordered_json> read_sweep_record(const std::string& folder);
 
 /// The number at a JSON pointer, or NaN.
 double number_at(const nlohmann::ordered_json& json, const char* pointer);

@@ -31,6 +31,21 @@ std::string first_of(const std::vector<Idle>& all, const std::function<bool(cons
   return {};
 }
 
+/// A parallel camera shows everything, or what a perspective one shows at the distance.
+Idle field_of_view(const CameraOptions& camera) {
+  return {camera.projection == Projection::parallel && !camera.distance,
+          "counts for nothing with --orthographic, without --distance",
+          {"--fov"}};
+}
+
+Idle distance_factor(const CameraOptions& camera) {
+  return {camera.distance.has_value(), "counts for nothing with --distance", {"--distance-factor"}};
+}
+
+Idle light_frame(const std::vector<Light>& lights) {
+  return {!any_far_away(lights), "counts for nothing without --light", {"--light-frame"}};
+}
+
 }  // namespace
 
 std::string idle_option(const RenderCommand& command, const std::function<bool(const char*)>& given) {
@@ -42,7 +57,13 @@ std::string idle_option(const RenderCommand& command, const std::function<bool(c
         "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable", "--compare",
         "--layers", "--ambient"}},
       {swatch, "counts for nothing with a swatch, which is flat", {"--shadows"}},
-      {!any_far_away(command.lights), "counts for nothing without --light", {"--light-frame"}},
+      light_frame(command.lights),
+      {!command.camera_of_file.empty(),
+       "counts for nothing with --camera",
+       {"--azimuth", "--elevation", "--fov", "--orthographic", "--distance", "--distance-factor",
+        "--look-at"}},
+      field_of_view(command.camera),
+      distance_factor(command.camera),
       {!swatch, "is for fabrics, not for a scene", {"--place", "--repeats", "--view", "--pixels-per-texel"}},
       {command.place.has_value(),
        "counts for nothing with --place",
@@ -64,8 +85,8 @@ std::string idle_option(const RenderCommand& command, const std::function<bool(c
 }
 
 std::string idle_option(const ShowCommand& command, const std::function<bool(const char*)>& given) {
-  return first_of({{!any_far_away(command.lights), "counts for nothing without --light", {"--light-frame"}}},
-                  given);
+  return first_of(
+      {light_frame(command.lights), field_of_view(command.camera), distance_factor(command.camera)}, given);
 }
 
 }  // namespace selvedge

@@ -79,7 +79,13 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
     const int forced = std::clamp(levels.forced - first_level(reader.header()), 0, last);
     needed.push_back(levels.forced >= 0 ? LevelRange{forced, forced} : LevelRange{last, 0});
   }
-  if (levels.forced >= 0) return needed;
+  if (levels.forced >= 0) {
+    for (std::size_t i = 0; i < headers.size(); ++i) {
+      const LackingLevels lacking = lacking_levels(*headers[i], {levels.forced, levels.forced});
+      if (lacking.any()) issues.push_back(lacking_issue(open.scene.fabrics[i].name, *headers[i], lacking));
+    }
+    return needed;
+  }
   const int height = shot.options.height * shot.options.supersample;
   std::vector<LackingLevels> most_lacking(needed.size());
   for (const Camera& camera : shot.cameras) {
@@ -154,7 +160,6 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   std::error_code unknown;
   open.file_bytes = std::filesystem::file_size(command.input, unknown);
   shot.options = options_of(command);
-  if (command.swatch.level >= 0) shot.options.levels.forced = command.swatch.level + first_level(sizes);
   shot.options.width = swatch->width;
   shot.options.height = swatch->height;
   shot.options.layers = 1;

@@ -15,8 +15,9 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   };
   const auto levels = static_cast<int>(fabric.levels.size());
   if (levels == 0) return fail(Code::fabric_malformed, "", "", "the fabric has no level");
-  if (options.level < -1 || options.level >= levels)
-    return refuse("--level", fmt::format("must lie between 0 and {}", levels - 1));
+  const int first = first_level(fabric);
+  if (options.level != -1 && (options.level < first || options.level >= first + levels))
+    return refuse("--level", fmt::format("must lie between {} and {}", first, first + levels - 1));
   if (options.repeats.x < 1 || options.repeats.y < 1 || options.repeats.x > 10000 ||
       options.repeats.y > 10000)
     return refuse("--repeats", "must lie between 1x1 and 10000x10000");
@@ -26,7 +27,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   if (!std::isfinite(length) || !(options.view.z > 0))
     return refuse("--view", "must have z > 0 and be finite");
 
-  const FabricLevel& level = fabric.levels[static_cast<std::size_t>(std::max(options.level, 0))];
+  const FabricLevel& level = fabric.levels[static_cast<std::size_t>(std::max(options.level - first, 0))];
   const V2d pixels = V2d(level.width, level.height) * V2d(options.repeats) * options.pixels_per_texel;
   if (!(pixels.x <= index_pass_side_limit && pixels.y <= index_pass_side_limit))
     return refuse("--pixels-per-texel",
@@ -53,7 +54,7 @@ Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_op
   if (!swatch) return tl::unexpected(swatch.error());
   options.width = swatch->width;
   options.height = swatch->height;
-  options.levels.forced = swatch_options.level < 0 ? -1 : swatch_options.level + first_level(fabric);
+  options.levels.forced = swatch_options.level;
   options.layers = 1;
   return render(swatch->scene, {fabric}, swatch->camera, options, stats);
 }

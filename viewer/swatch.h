@@ -12,7 +12,7 @@ struct SwatchOptions {
   /// Along both sides, in texels of `level`; 0.5 gives one pixel for two texels. The frame's size is rounded
   /// to whole pixels, at least one.
   double pixels_per_texel = 1;
-  int level = -1;     ///< -1: level 0 sets the size and OpenGL chooses the level
+  int level = -1;     ///< of the whole fabric; -1: the finest sets the size and OpenGL chooses the level
   V3d view{0, 0, 1};  ///< towards the viewer, in the fabric's frame, z > 0; any length
 };
 

@@ -68,7 +68,7 @@ Json places_here(const Json& sweep) {
 /// The points of a sweep that this program on this machine may add to.
 Result<std::vector<std::string>> read_points(const std::string& folder, const Json& made_by) {
   const std::string path = folder + "/" + trade_sweep_file;
-  const auto sweep = read_trade_record(path);
+  const auto sweep = read_sweep_record(folder);
   if (!sweep) return tl::unexpected(sweep.error());
   const Json there = object_at(*sweep, "identity");
   Json here = made_by;
@@ -78,10 +78,11 @@ Result<std::vector<std::string>> read_points(const std::string& folder, const Js
     if (!there.contains(at))
       return fail(Code::file_damaged, path, std::string("/identity") + member, "is not there");
     if (there[at] != here[at])
-      return fail(Code::option_out_of_range, path, std::string("/identity") + member,
-                  fmt::format("is {}, and here it is {}: one sweep is of one program on one machine",
-                              there[at].dump(-1, ' ', false, Json::error_handler_t::replace),
-                              here[at].dump(-1, ' ', false, Json::error_handler_t::replace)));
+      return fail(
+          Code::option_out_of_range, path, std::string("/identity") + member,
+          fmt::format("is {}, and here it is {}: a sweep keeps to one program, machine and set of places",
+                      there[at].dump(-1, ' ', false, Json::error_handler_t::replace),
+                      here[at].dump(-1, ' ', false, Json::error_handler_t::replace)));
   }
   auto points = trade_names(*sweep, path, "points");
   if (points && points->empty()) return fail(Code::file_damaged, path, "points", "has no point");
@@ -118,12 +119,14 @@ class FrameSweep {
       : command_(command), progress_("trade", command.quiet), bar_(progress_.callback()) {}
 
   Result<void> run() {
-    auto truth = read_truth(command_.folder);
-    if (!truth) return tl::unexpected(truth.error());
-    truth_ = std::move(*truth);
     made_by_ = made_by(command_);
     const auto points = read_points(command_.folder, made_by_);
     if (!points) return tl::unexpected(points.error());
+    // What the page refuses is told before hours of frames.
+    if (const auto table = read_trade_table(command_.folder); !table) return tl::unexpected(table.error());
+    auto truth = read_truth(command_.folder);
+    if (!truth) return tl::unexpected(truth.error());
+    truth_ = std::move(*truth);
     if (std::none_of(points->begin(), points->end(), [&](const auto& point) { return is_made(point); }))
       return fail(Code::file_missing, command_.folder, trade_sweep_file,
                   "none of its points has been made: `selvedge trade` does that");

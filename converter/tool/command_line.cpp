@@ -191,7 +191,7 @@ void add_swatch_verb(CLI::App& app, SwatchCommand& command, BakeOptions& transpo
   verb->get_option("--output")->check(ends_in({".png", ".exr"}));
   add_shot(*verb, command);
   const char* group = "With --truth";
-  verb->add_option("--samples", command.trace.samples, "Rays a pixel")
+  verb->add_option("--samples", command.trace.samples, "Rays a pixel, an even number")
       ->type_name("N")
       ->capture_default_str()
       ->group(group);
@@ -202,7 +202,7 @@ void add_swatch_verb(CLI::App& app, SwatchCommand& command, BakeOptions& transpo
   verb->get_option("--indirect")->description("As of bake (traced)");
   verb->add_option("--seed", command.trace.seed, "Same seed, same picture")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber)
+      ->check(seed_number())
       ->group(group);
 }
 
@@ -215,6 +215,26 @@ void check_swatch(const CLI::App& swatch, const SwatchCommand& command) {
   }
 }
 
+/// Options of slabs where none are made.
+void check_slabs(const CLI::App& app, const Verbs& verbs) {
+  const auto refuse = [](const CLI::App& verb, const char* option, const char* why) {
+    if (verb.count(option) > 0)
+      throw CLI::ValidationError(option, fmt::format("counts for nothing without {}", why));
+  };
+  const CLI::App& fit = *app.get_subcommand("fit");
+  const CLI::App& bake = *app.get_subcommand("bake");
+  const CLI::App& make = *app.get_subcommand("make");
+  if (!verbs.fit.budget) refuse(fit, "--slab-lobes", "--budget");
+  if (verbs.bake.bake.slabs == 0) refuse(bake, "--cells", "--slabs");
+  if (verbs.make.limits.any()) return;
+  if (!verbs.make.fit.budget) {
+    refuse(make, "--slab-lobes", "--budget");
+    // Samples that are kept can be fitted with one.
+    if (make.count("--keep-samples") == 0) refuse(make, "--slabs", "--budget");
+  }
+  if (verbs.make.bake.bake.slabs == 0) refuse(make, "--cells", "--slabs");
+}
+
 void add_trade_verb(CLI::App& app, TradeCommand& command) {
   CLI::App* verb = add_verb(app, "trade", "Measure what speed costs in accuracy: a sweep over the knobs",
                             "selvedge trade plain-knit -o trade-knit");
@@ -222,16 +242,13 @@ void add_trade_verb(CLI::App& app, TradeCommand& command) {
   command.common.seed = 1;
   verb->add_option("--seed", command.common.seed, "Of all bakes")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(seed_number());
   verb->add_option("input", command.input, "As make takes it")->type_name("STITCH")->required();
   verb->add_option_function<std::vector<std::string>>(
           "--set",
           [&command](const std::vector<std::string>& texts) {
             command.settings = texts;
-            for (const std::string& text : texts) {
-              if (!parse_setting(text, command.cell.settings))
-                throw CLI::ValidationError("--set", fmt::format("\"{}\" is not of the form name=1.5", text));
-            }
+            take_settings(texts, command.cell);
           },
           "Set a parameter of the stitch; may be repeated")
       ->type_name("NAME=VALUE")
@@ -441,6 +458,7 @@ Command parse_command_line(int argc, const char* const* argv) {
       if (fit->fit.glossy_slabs && !fit->budget)
         throw CLI::ValidationError("--glossy-slabs", "wants --budget, or a --quality that has one");
     }
+    check_slabs(app, verbs);
     check_swatch(*app.get_subcommand("swatch"), verbs.swatch);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
       throw CLI::RequiredError("stitch: a stitch or --list");

@@ -59,6 +59,28 @@ CLI::Validator ends_in(std::vector<std::string> suffixes) {
           {}};
 }
 
+void take_settings(const std::vector<std::string>& texts, CellOptions& cell) {
+  for (const std::string& text : texts) {
+    const std::size_t before = cell.settings.size();
+    if (!parse_setting(text, cell.settings))
+      throw CLI::ValidationError("--set", fmt::format("\"{}\" is not of the form name=1.5", text));
+    if (cell.settings.size() == before)
+      throw CLI::ValidationError("--set", fmt::format("\"{}\" sets a parameter a second time", text));
+  }
+}
+
+CLI::Validator seed_number() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        std::uint64_t number = 0;
+        const char* end = text.data() + text.size();
+        const auto [stop, error] = std::from_chars(text.data(), end, number);
+        const bool good = error == std::errc() && stop == end;
+        return good ? std::string() : fmt::format("\"{}\" is not a whole number from 0 to 2^64 - 1", text);
+      },
+      "");
+}
+
 CLI::Validator byte_count() {
   return CLI::Validator(
       [](std::string& text) {
@@ -96,13 +118,7 @@ void add_cell(CLI::App& app, std::string& input, CellOptions& cell) {
                  "Stitches: marching cubes along the longer period (as the yarns need)")
       ->type_name("N");
   app.add_option_function<std::vector<std::string>>(
-         "--set",
-         [&settings = cell.settings](const std::vector<std::string>& texts) {
-           for (const std::string& text : texts) {
-             if (parse_setting(text, settings)) continue;
-             throw CLI::ValidationError("--set", fmt::format("\"{}\" is not of the form name=1.5", text));
-           }
-         },
+         "--set", [&cell](const std::vector<std::string>& texts) { take_settings(texts, cell); },
          "Set a parameter of the stitch (selvedge stitch --list NAME); may be repeated")
       ->type_name("NAME=VALUE")
       ->expected(1)
@@ -208,7 +224,7 @@ void add_bake(CLI::App& app, BakeCommand& command) {
   add("--truth-samples", bake.truth_samples, "Rays per texel and pair, rounded down to even");
   app.add_option("--seed", bake.seed, "Same seed, same bytes")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber)
+      ->check(seed_number())
       ->group(group);
 }
 

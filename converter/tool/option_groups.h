@@ -29,6 +29,12 @@ void add_common(CLI::App& app, CommonOptions& common, bool draws = false);
 CLI::Validator ends_in(std::vector<std::string> suffixes);
 /// For transform(): bytes, also as 64K or 2M (KiB, MiB). Above 0 and below 2^64, else a usage error.
 CLI::Validator byte_count();
+
+/// The parameters that --set names, each once: else a usage error.
+void take_settings(const std::vector<std::string>& texts, CellOptions& cell);
+
+/// A whole number that is a seed.
+CLI::Validator seed_number();
 void add_output(CLI::App& app, std::string& output, const char* what, bool required = true);
 
 /// What a cell is made from, how a bake lights it, and how a fabric is fitted.

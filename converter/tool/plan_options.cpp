@@ -82,6 +82,8 @@ void check_plan_usage(const CLI::App& plan) {
     if (of_file && !all_around && plan.count(option) > 0)
       throw CLI::ValidationError(option, "has no meaning with --camera");
   }
+  if (plan.count("--orthographic") > 0 && plan.count("--distance") == 0 && plan.count("--fov") > 0)
+    throw CLI::ValidationError("--fov", "has no meaning with --orthographic, without --distance");
   if (plan.count("--distance") > 0 && plan.count("--distance-factor") > 0)
     throw CLI::ValidationError("--distance-factor", "has no meaning with --distance");
   if (of_file && plan.count("--distance") == 1)

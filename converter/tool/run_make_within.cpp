@@ -146,11 +146,15 @@ int run_within_limits(const MakeCommand& command) {
                {"tried", Json::array()}};
   std::string text;
   for (const MadePoint& made : chosen->tried) {
+    // Alone, its line would refuse: within its budget there is nothing.
+    const bool refused = made.too_large();
     json["tried"].push_back({{"command", line_of(command, made.point)},
                              {"expected", to_json(made.expected)},
-                             {"made", to_json(made.made)}});
-    text += fmt::format("tried {}: expected {}; made {}\n", line_of(command, made.point),
-                        figures_text(made.expected), figures_text(made.made));
+                             {"made", to_json(made.made)},
+                             {"tooLarge", refused}});
+    text += fmt::format("tried {}: expected {}; {} {}\n", line_of(command, made.point),
+                        figures_text(made.expected), refused ? "the smallest found has" : "made",
+                        figures_text(made.made));
   }
   const MadeFabric& made = search.made(kept);
   Json fit = fit_json(made.fitted);

@@ -183,16 +183,10 @@ Result<PairSamples> held_out_pairs(const TradeCommand& command, const CellMesh& 
 
 /// Whether the point's fabric and a record of it are there and whole; else it is measured again.
 bool is_measured(const TradeFolder& folder, const TradePoint& point) {
-  const auto json = read_json(folder.record(point));
-  const auto has_number = [&](const char* pointer) {
-    const nlohmann::json::json_pointer at(pointer);
-    return json.contains(at) && json[at].is_number();
-  };
-  return json.is_object() && json.value("name", nlohmann::json()) == name_of(point) &&
-         json.contains("command") && has_number("/bytes") && has_number("/seconds/make") &&
-         has_number("/processorSeconds") && has_number("/loadMs") && has_number("/heldOut/0/psnr") &&
-         has_number("/pictures/all/psnr") && has_number("/pictures/all/ssim") &&
-         json["bytes"] == size_of_file(folder.fabric(point)) && read_fabric(folder.fabric(point));
+  const auto record = read_trade_record(folder.record(point));
+  return record && is_point_record(*record, name_of(point)) &&
+         number_at(*record, "/bytes") == static_cast<double>(size_of_file(folder.fabric(point))) &&
+         read_fabric(folder.fabric(point));
 }
 
 /// Why an earlier run found that the point cannot be made; nothing where none has.

@@ -80,7 +80,7 @@ test_a_plan_is_made_again_from_what_it_tells() {
     g.extensionsUsed.push("KHR_materials_variants");
     g.meshes[0].primitives[0].extensions = {KHR_materials_variants: {mappings: [{material: 2, variants: [0]}]}};
     fs.writeFileSync("quad2.gltf", JSON.stringify(g));'
-  for options in "" "--azimuth 20 --elevation -7.25 --fov 12.5" "--orthographic --distance 0.31" \
+  for options in "" "--orthographic --azimuth 10" "--azimuth 20 --elevation -7.25 --fov 12.5" "--orthographic --distance 0.31" \
     "--distance-factor 3.7 --zoom 2.5 --focus 0.25,0.7" "--look-at 0.01,0.02,0.3 --distance 1.1 --supersample 2" \
     "--distance 0.4 7 --zoom 1.5 --focus 0.1,0.2" "--distance 0.4 7 --orthographic --fov 50 --size 64x48" \
     "--camera Front --camera Flat --zoom 3" "--camera Front --distance 2 3 --fov 20" "--scene Other --distance 0.2" \
@@ -152,6 +152,42 @@ test_repacking_a_part_counts_from_the_whole() {
   selvedge repack a.exr -o b.exr --levels 2-3 --quiet
   selvedge repack k.fabric.exr -o c.exr --levels 3-4 --quiet
   same b.exr c.exr
+}
+
+# Of a twill hardly a texel is half open, and yet light comes through everywhere.
+test_a_fabric_for_a_plan_is_as_open_as_the_whole() {
+  write_quad quad.gltf
+  local small=(--texels 16 --views 16 --lights 16 --held-out-pairs 8 --validation-pairs 4)
+  selvedge make twill -o whole.fabric.exr "${small[@]}" --quiet
+  selvedge dress quad.gltf whole.fabric.exr -o whole.glb --all --quiet
+  selvedge plan whole.glb --distance 1 --fov 45 --size 200x200 -o plan.json --quiet
+  selvedge make twill --for plan.json -o part.fabric.exr "${small[@]}" --quiet
+  selvedge dress quad.gltf part.fabric.exr -o part.glb --all --quiet
+  for glb in whole part; do
+    selvedge-view render $glb.glb -o $glb.png --distance 1 --fov 45 --size 200x200 --background 1,1,1
+    grep -aq '"alphaMode":"MASK"' $glb.glb || fail "$glb is opaque"
+  done
+  exits 0 selvedge-view compare whole.png part.png --max 0.012
+}
+
+test_a_level_is_one_of_the_whole() {
+  make_cloth
+  selvedge repack k.fabric.exr -o part.fabric.exr --levels 2-3 --quiet
+  selvedge-view render k.fabric.exr --level 2 -o whole.exr
+  selvedge-view render part.fabric.exr --level 2 -o part.exr
+  same whole.exr part.exr
+  refuses OPTION_OUT_OF_RANGE '--level: must lie between 2 and 3' selvedge-view render part.fabric.exr --level 0 -o none.exr
+  # Where no size hangs on it the nearest takes its place, and a line says so.
+  selvedge dress quad.gltf part.fabric.exr -o part.glb --all --quiet
+  for level in 0 4; do
+    for input in part.glb "part.fabric.exr --place near"; do
+      # shellcheck disable=SC2086
+      exits 0 selvedge-view render $input --level $level -o near.png --size 40x30
+      [ "$(grep -c 'FABRIC_LEVELS\]$' "$scratch/err")" = 1 ] || fail "$input, level $level: $(cat "$scratch/err")"
+    done
+  done
+  exits 0 selvedge-view render part.glb --level 3 -o near.png --size 40x30
+  [ ! -s "$scratch/err" ] || fail "$(cat "$scratch/err")"
 }
 
 test_asking_a_part_for_more_is_a_warning() {

@@ -49,6 +49,14 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   holds 'r.points === 3 && r.measured === 3'
   exits 0 selvedge-view trade sweep --repeats 1 --size 32x24 --json
   holds 'r.measured >= 30'
+  # The figures are those that `compare` tells of the same frames, but for PNG's 8 bits.
+  local point
+  point=$(ls sweep/fabrics | sed 's/.fabric.exr$//' | head -1)
+  selvedge-view render "sweep/fabrics/$point.fabric.exr" --place near --size 32x24 -o near.png
+  exits 0 selvedge-view compare sweep/truth/near.png near.png --json
+  cp "$scratch/out" compared.json
+  holds "Math.abs(r.pictures.near.psnr - JSON.parse(require('fs').readFileSync('compared.json')).psnr) < 0.05" \
+    "sweep/points/$point.json"
   holds 'r.identity.machine.cores > 0 && r.points.length === 3 && r.points.every(p => p.bytes > 0 && p.seconds.make > 0 &&
     p.loadMs > 0 && p.frameMs > 0 && p.heldOut.length === 4 && p.pictures.near.ssim > 0 && p.pictures.all.psnr > 10)' \
     sweep/trade.json
@@ -160,6 +168,12 @@ test_a_folder_keeps_to_one_sweep() {
   refuses OPTION_OUT_OF_RANGE repeats selvedge trade plain-knit -o sweep --grid grid.json
   echo '{"centre": {"texels": 7.5}}' >grid.json
   refuses OPTION_OUT_OF_RANGE /centre/texels sweep
+  printf '{\n  "centre":' >grid.json
+  refuses JSON_MALFORMED 'grid.json: line 2, column 12: the JSON is cut short' sweep
+  echo '{"centre": {"texels": 8, "texels": 4}}' >grid.json
+  refuses JSON_MALFORMED '/centre/texels: stands there twice' sweep
+  echo '{"centre": {"layers": "products"}}' >grid.json
+  refuses OPTION_OUT_OF_RANGE 'has no budget to choose its layers within' sweep
   refuses FILE_MISSING none.json selvedge trade plain-knit -o sweep --grid none.json
   refuses FILE_MISSING nowhere selvedge-view trade nowhere
 }
@@ -229,6 +243,11 @@ test_make_within_limits_keeps_them_or_names_the_nearest() {
   write_plane plane.obj
   exits 0 selvedge make plane.obj --period 2x2 --min-db 30 --max-bytes 1M -o p.fabric.exr --json
   holds 'r.tried.length === 1 && r.made.heldOut >= 30'
+  # Whatever is smaller than the smallest has a nearest that is hardly larger than it.
+  exits 1 selvedge make plain-knit --max-bytes 5000 -o none.fabric.exr --quiet
+  node -e 'const line = require("fs").readFileSync(process.argv[1], "utf8");
+    const [, budget, bytes] = line.match(/--budget ([0-9]+) .*: made ([0-9]+) bytes/);
+    process.exit(+bytes <= +budget && +budget <= 10240 ? 0 : 1)' "$scratch/err" || fail "$(cat "$scratch/err")"
   refuses OPTION_OUT_OF_RANGE 'the nearest is selvedge make plain-knit' \
     selvedge make plain-knit --max-bytes 100 -o none.fabric.exr --quiet
   # What it names can be made as it stands, and is as small as it says.
@@ -359,6 +378,24 @@ test_a_point_whose_budget_cannot_be_met_is_left_out() {
   echo '{"centre": {"texels": 8, "directions": 16, "samples": 2, "layers": "products", "budget": 1}}' >grid.json
   exits 1 sweep --quiet
   grep -q -- '--grid: has no point that can be made \[OPTION_OUT_OF_RANGE\]' "$scratch/err" || fail "$(cat "$scratch/err")"
+}
+
+test_damaged_records_of_points_are_measured_anew_and_refused_by_the_viewer() {
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
+  sweep --quiet
+  cp -r sweep kept
+  for change in 's/"bytes": [0-9]+/"bytes": null/' '/"far"/,/psnr/ s/"psnr": [0-9.]+/"psnr": "x"/' 's/"command": /"commands": /'; do
+    sed -i -E "$change" sweep/points/*.json
+    if cmp -s sweep/points/*.json kept/points/*.json; then fail "nothing was changed by $change"; fi
+    refuses FILE_DAMAGED sweep/points/ selvedge-view trade sweep --repeats 1 --size 32x24
+    exits 0 sweep --json
+    holds 'r.measured === 1'
+  done
+  for change in 's/"trade": 1/"trade": 2/' 's/"noisePsnr"/"noise"/'; do
+    sed -E "$change" kept/sweep.json >sweep/sweep.json
+    refuses FILE_DAMAGED sweep/sweep.json selvedge-view trade sweep --repeats 1 --size 32x24
+  done
+  refuses FILE_MISSING none/sweep.json selvedge-view trade none
 }
 
 test_damaged_records_of_frames_are_measured_anew_and_stop_no_sweep() {

@@ -202,6 +202,26 @@ test_usage_errors_exit_with_2_and_write_nothing() {
   [ "$before" = "$(snapshot)" ] || fail "left something behind"
 }
 
+test_options_that_count_for_nothing_are_usage_errors() {
+  local option
+  for option in '--slab-lobes 1' '--slabs 1' '--cells 3'; do
+    # shellcheck disable=SC2086
+    exits 2 selvedge make plain-weave -o none.fabric.exr $option
+    grep -q -- "^${option% *}: counts for nothing without --" "$scratch/err" || fail "$option: $(cat "$scratch/err")"
+  done
+  exits 2 selvedge make plain-weave -o none.fabric.exr --budget 64K --cells 3
+  exits 2 selvedge bake plain-weave -o none.samples.exr --cells 3
+  exits 2 selvedge fit none.samples.exr -o none.fabric.exr --slab-lobes 1
+  exits 2 selvedge make plain-weave -o none.fabric.exr --set plies=2 --set plies=3
+  grep -q 'sets a parameter a second time' "$scratch/err" || fail "$(cat "$scratch/err")"
+  for option in -1 1.5 x 18446744073709551616; do
+    exits 2 selvedge make plain-weave -o none.fabric.exr --seed $option
+    [ "$(wc -c <"$scratch/err")" -lt 120 ] || fail "$(cat "$scratch/err")"
+  done
+  exits 2 selvedge plan none.glb --orthographic --fov 20 -o plan.json
+  [ ! -e none.fabric.exr ] && [ ! -e plan.json ]
+}
+
 test_progress_is_for_terminals_only() {
   selvedge make plain-knit -o k.fabric.exr "${small[@]}" >out.txt 2>err.txt
   [ ! -s err.txt ] || fail "says without a terminal: $(cat err.txt)"

@@ -129,6 +129,12 @@ test_render_refuses_options_that_would_count_for_nothing() {
     idle "${option% *}" quad.glb --level 1 $option
   done
   idle --place quad.glb --place near
+  for option in '--azimuth 20' '--elevation 3' '--fov 20' --orthographic '--distance 20' '--distance-factor 3' '--look-at 1,1,1'; do
+    # shellcheck disable=SC2086
+    idle "${option% *}" quad.glb --camera 0 $option
+  done
+  idle --distance-factor quad.glb --distance 5 --distance-factor 2
+  idle --fov quad.glb --orthographic --fov 20
   idle --light-frame quad.glb --light-frame camera
   idle --light-frame quad.glb --point-light 0,0,1 --light-frame camera
   idle --ambient quad.glb --path paper --ambient 0.2

@@ -83,6 +83,6 @@ for (const sight of [['--distance', '1', '9'], ['--distance', '2'], ['--look-at'
   broken(plan_schema, plan, (p) => { p.verb = 'make'; }, (p) => delete p.look.bias, (p) => { p.materials = []; },
     (p) => delete p.materials[0].pixelMm, (p) => { p.materials[0].pixelMm[0] = -1; }, (p) => { p.materials[0].behind = [-1]; },
     (p) => { p.materials[0].lacking = 1; }, (p) => { p.materials[0].other = 1; }, (p) => { p.sight.other = 1; }, (p) => { p.other = 1; },
-    (p) => delete p.sight.zoom, (p) => delete p.sight.fov, (p) => { p.sight.cameras = []; }, (p) => { p.sight = {...p.sight, cameras: ['a'], azimuth: 1}; });
+    (p) => delete p.sight.zoom, (p) => { if ('fov' in p.sight) delete p.sight.fov; else p.sight.fov = 30; }, (p) => { p.sight.cameras = []; }, (p) => { p.sight = {...p.sight, cameras: ['a'], azimuth: 1}; });
 }
 finish();

@@ -12,13 +12,12 @@ const sound = {
   value: {lobes: () => 0.125}
 };
 export const FABRIC = file_of(sound);
-export const HOLED = file_of({
-  ...sound,
-  name: 'holed cloth',
-  layers: ['lobes', 'opacity'],
-  grid: [1, 1],
-  value: {...sound.value, opacity: () => 0.25}
-});
+const of_opacity = (name, opacity) =>
+  file_of({...sound, name, layers: ['lobes', 'opacity'], grid: [1, 1], value: {...sound.value, opacity: () => opacity}});
+export const HOLED = of_opacity('holed cloth', 0.25);
+/** Open everywhere by more than 1/2000, and by less. */
+export const SHEER = of_opacity('sheer cloth', 0.9375);
+export const ALMOST_CLOSED = of_opacity('almost closed cloth', 1 - 2 ** -11);
 export const BROKEN = file_of({...sound, name: 'broken cloth', value: {lobes: () => -1}});
 export const data_uri = (type, bytes) => `data:${type};base64,${bytes.toString('base64')}`;
 

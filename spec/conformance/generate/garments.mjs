@@ -1,5 +1,5 @@
 // The valid garments: { name, files }.
-import {FABRIC, HOLED, NAME, data_uri, embed, fixture, material, nothing, png} from './garment.mjs';
+import {ALMOST_CLOSED, FABRIC, HOLED, NAME, data_uri, embed, fixture, material, nothing, png} from './garment.mjs';
 import {glb_of, padded} from './square.mjs';
 
 /** The garment as a GLB: fabric and picture in views of its only buffer. */
@@ -64,6 +64,9 @@ export const valid_garments = [
       g.materials[0].alphaMode = 'MASK';
     },
     {fabric: HOLED}),
+  fixture(
+    '', 'almost-closed', 'alphaMode OPAQUE over a fabric of which less than 1/2000 is open', '', () => {},
+    {fabric: ALMOST_CLOSED}),
   fixture('', 'uv-set-1', 'the fabric on the second UV set', '', on_set_1),
   fixture('', 'variant', 'a variant with the same fabric, laid otherwise', '', with_variant),
   fixture('', 'quantized', 'texture coordinates of KHR_mesh_quantization', '', quantized),

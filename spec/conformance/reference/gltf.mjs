@@ -59,17 +59,13 @@ function check_item(file, parsed, item, place, issues) {
   }
 }
 
-/**
- * Whether the opacity of a texel, seen along the normal, is below 1/2; of a part of a fabric, whether more than 1/2000
- * of it is open.
- */
+/** Whether more than 1/2000 of a fabric is open, seen along the normal. */
 function has_holes(fabric) {
   const level = read_fabric_level(fabric, 0);
   const {width, height} = level, above = [0, 0, 1];
   const alphas = Array.from({length: width * height}, (_, t) => [t % width, Math.floor(t / width)])
     .map((texel) => evaluate_texel(level, texel, above, above).alpha);
-  if (fabric.whole?.level > 0) return alphas.reduce((sum, alpha) => sum + 1 - alpha, 0) > 0.0005 * alphas.length;
-  return alphas.some((alpha) => alpha < 0.5);
+  return alphas.reduce((sum, alpha) => sum + 1 - alpha, 0) > 0.0005 * alphas.length;
 }
 
 /** The primitives of triangles that a material is on, directly or in a variant: [primitive, its place]. */

@@ -4,6 +4,7 @@ import {
   FABRIC,
   HOLED,
   NAME,
+  SHEER,
   add_tangents,
   allowed,
   data_uri,
@@ -252,6 +253,9 @@ export const unwise_garments = [
   fixture(
     'GLTF_ALPHA', 'opaque-with-holes', 'alphaMode OPAQUE over a fabric with holes', '/materials/0', () => {},
     {fabric: HOLED}),
+  fixture(
+    'GLTF_ALPHA', 'opaque-and-sheer', 'alphaMode OPAQUE over a fabric that is open everywhere by a sixteenth',
+    '/materials/0', () => {}, {fabric: SHEER}),
   fixture(
     'GLTF_ALPHA', 'blend-without-holes', 'alphaMode BLEND over a fabric without holes', '/materials/0',
     (g) => {
