@@ -57,15 +57,18 @@ TEST_CASE("points that differ in the fit alone share a bake") {
 }
 
 TEST_CASE("a grid that cannot be swept is refused with the knob as its place") {
-  const auto refused = [](const char* text, const char* place) {
+  const auto refused = [](const char* text, const char* place, Code code = Code::option_out_of_range) {
+    CAPTURE(text);
     const auto points = read_grid(text, "g.json");
     REQUIRE_FALSE(points);
-    CHECK(points.error().code == Code::option_out_of_range);
+    CHECK(points.error().code == code);
     CHECK(points.error().file == "g.json");
     CHECK(points.error().place == place);
   };
-  refused("[]", "");
-  refused("{", "");
+  refused("[]", "", Code::json_malformed);
+  refused("{", "line 1, column 2", Code::json_malformed);
+  refused("{\n  \"vary\": 1e999}", "", Code::json_malformed);
+  refused(R"({"points": [{"lobes": 1, "lobes": 2}]})", "/points/0/lobes", Code::json_malformed);
   refused(R"({"knobs": {}})", "/knobs");
   refused(R"({"centre": {"texel": 8}})", "/centre/texel");
   refused(R"({"centre": {"texels": 8.5}})", "/centre/texels");
@@ -73,8 +76,9 @@ TEST_CASE("a grid that cannot be swept is refused with the knob as its place") {
   refused(R"({"vary": {"bounces": [-1]}})", "/vary/bounces");
   refused(R"({"points": [{"lobes": 1}, {"views": 0}]})", "/points/1/views");
   refused(R"({"points": [3]})", "/points/0");
-  refused(R"({"vary": {"texels": [24]}})", "texels");
-  refused(R"({"vary": {"layers": ["slabs"]}})", "budget");
+  // Of a point by its name, whichever values have come together there.
+  refused(R"({"vary": {"texels": [24]}})", "");
+  refused(R"({"vary": {"layers": ["slabs"]}})", "");
   // Contradictions, and what would be measured twice or for nothing.
   refused(R"({"centre": {"directions": 16, "views": 9}})", "/centre/directions");
   refused(R"({"points": [{"lights": 9, "directions": 16}]})", "/points/0/directions");

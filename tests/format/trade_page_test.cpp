@@ -64,18 +64,32 @@ Json record(const std::string& name, double bytes, double psnr) {
           {"processorSeconds", 4},
           {"loadMs", 1},
           {"heldOut", {{{"texels", {8, 8}}, {"psnr", 20}, {"relativeL2", 0.3}}}},
-          {"pictures", {{"all", {{"psnr", psnr}, {"ssim", 0.5}}}}}};
+          {"pictures",
+           {{"near", {{"psnr", psnr}, {"ssim", 0.5}}},
+            {"middle", {{"psnr", psnr}, {"ssim", 0.5}}},
+            {"far", {{"psnr", psnr}, {"ssim", 0.5}}},
+            {"grazing", {{"psnr", psnr}, {"ssim", 0.5}}},
+            {"all", {{"psnr", psnr}, {"ssim", 0.5}}}}}};
+}
+
+/// The record of a sweep of these points.
+Json sweep_record(const Json& points) {
+  return {{"trade", 1},
+          {"identity", {{"stitch", "s"}}},
+          {"points", points},
+          {"truth",
+           {{"near", {{"noisePsnr", nullptr}}},
+            {"middle", {{"noisePsnr", 41}}},
+            {"far", {{"noisePsnr", 40}}},
+            {"grazing", {{"noisePsnr", 42}}}}}};
 }
 
 TEST_CASE("a page has the points of its sweep, the front marked, times per frame joined, and no address") {
   const test::Folder folder;
   for (const char* name : {trade_points_folder, trade_frames_folder, trade_pictures_folder})
     std::filesystem::create_directory(folder / name);
-  const Json sweep = {{"trade", 1},
-                      {"identity", {{"stitch", "s"}}},
-                      {"points", {"good", "bad", "missing"}},
-                      {"presets", {{"high", "good"}, {"draft", "missing"}, {"reference", "good"}}},
-                      {"truth", {{"near", {{"noisePsnr", nullptr}}}, {"far", {{"noisePsnr", 40}}}}}};
+  Json sweep = sweep_record(Json::array({"good", "bad", "missing"}));
+  sweep["presets"] = {{"high", "good"}, {"draft", "missing"}, {"reference", "good"}};
   REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
   REQUIRE(write_file(folder / "points/good.json", record("good", 1000, 30).dump()));
   REQUIRE(write_file(folder / "points/bad.json", record("bad", 2000, 25).dump()));
@@ -134,7 +148,7 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   REQUIRE(page);
   CHECK(page->find("selvedge make &lt;stitch&gt;") != std::string::npos);
   CHECK(page->find(">bytes, time to make, work of all cores, frame</td>") != std::string::npos);
-  CHECK(page->find("far 40.0 dB, near none.") != std::string::npos);
+  CHECK(page->find("far 40.0 dB, grazing 42.0 dB, middle 41.0 dB, near none.") != std::string::npos);
   CHECK(page->find("<polyline") != std::string::npos);
   // The name of SVG's language is no address that anything is loaded from.
   for (const char* loads : {"src=\"http", "href=\"http", "url(", "<script", "@import"})
@@ -145,7 +159,7 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
 void write_small_sweep(const test::Folder& folder) {
   for (const char* name : {trade_points_folder, trade_frames_folder})
     std::filesystem::create_directory(folder / name);
-  REQUIRE(write_file(folder / "sweep.json", std::string(R"({"points": ["a"]})")));
+  REQUIRE(write_file(folder / "sweep.json", sweep_record(Json::array({"a"})).dump()));
   REQUIRE(write_file(folder / "points/a.json", record("a", 1000, 30).dump()));
 }
 
@@ -167,26 +181,51 @@ TEST_CASE("a damaged record of a sweep or of its points is refused by its name")
                            R"({"name": "b", "pictures": {"all": {"psnr": 1}}})",
                            R"({"name": "a", "pictures": {"all": {"psnr": "1"}}})"})
     refuses("points/a.json", text);
-  for (const char* text :
-       {"[", "[1]", "{}", R"({"points": "a"})", R"({"points": [1]})", R"({"points": [""]})",
-        R"({"points": [".."]})", R"({"points": ["a", "../points/a"]})", R"({"points": ["/a"]})",
-        R"({"points": ["a\u0000"]})"})
-    refuses("sweep.json", text);
+  for (const char* text : {"[", "[1]", "{}"}) refuses("sweep.json", text);
+  for (const char* points :
+       {R"("a")", "[1]", R"([""])", R"([".."])", R"(["a", "../points/a"])", R"(["/a"])", R"(["a\u0000"])"})
+    refuses("sweep.json", sweep_record(Json::parse(points)).dump());
+  for (const char* member : {"/trade", "/truth", "/truth/far", "/truth/near/noisePsnr"}) {
+    Json sweep = sweep_record(Json::array({"a"}));
+    const Json::json_pointer at(member);
+    sweep[at.parent_pointer()].erase(at.back());
+    refuses("sweep.json", sweep.dump());
+  }
   const auto written = write_trade_page(folder / ".");
   CHECK(written);
 }
 
-TEST_CASE("members of another type than a record's own leave their cells empty, and throw nothing") {
+TEST_CASE("a figure that is none is damage, wherever it stands in the record of a point") {
+  const test::Folder folder;
+  write_small_sweep(folder);
+  for (const char* member :
+       {"/knobs", "/command", "/bytes", "/seconds", "/seconds/bake", "/seconds/fit", "/seconds/make",
+        "/processorSeconds", "/loadMs", "/heldOut", "/heldOut/0/psnr", "/heldOut/0/relativeL2", "/pictures",
+        "/pictures/near", "/pictures/far/psnr", "/pictures/grazing/ssim", "/pictures/all/ssim"}) {
+    for (const char* wrong : {"null", "[1]", "true"}) {
+      CAPTURE(member);
+      CAPTURE(wrong);
+      Json point = record("a", 1000, 30);
+      point[Json::json_pointer(member)] = Json::parse(wrong);
+      REQUIRE(write_file(folder / "points/a.json", point.dump()));
+      const auto written = write_trade_page(folder / ".");
+      REQUIRE_FALSE(written);
+      CHECK(written.error().code == Code::file_damaged);
+      CHECK(written.error().file == folder / "./points/a.json");
+    }
+  }
+}
+
+TEST_CASE("members that no figure hangs on leave their cells empty where they are of another type") {
   const test::Folder folder;
   write_small_sweep(folder);
   for (const char* wrong : {"1", "null", "[1]", R"("x")", R"({"a": [1]})", "true"}) {
     CAPTURE(wrong);
     Json point = record("a", 1000, 30);
-    for (const char* member : {"knobs", "command", "bytes", "seconds", "loadMs", "heldOut", "quality"})
-      point[member] = Json::parse(wrong);
+    point["quality"] = Json::parse(wrong);
     REQUIRE(write_file(folder / "points/a.json", point.dump()));
-    Json sweep = {{"points", {"a"}}};
-    for (const char* member : {"identity", "truth", "presets"}) sweep[member] = Json::parse(wrong);
+    Json sweep = sweep_record(Json::array({"a"}));
+    for (const char* member : {"identity", "presets"}) sweep[member] = Json::parse(wrong);
     REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
     const auto written = write_trade_page(folder / ".");
     REQUIRE_MESSAGE(written, to_line(written.error()));
@@ -240,8 +279,7 @@ TEST_CASE("what nothing asks for, and what is damaged of the viewer's, leaves th
 TEST_CASE("a name too long for a file is that of a point that is not there") {
   const test::Folder folder;
   write_small_sweep(folder);
-  const Json sweep = {{"points", {"a", std::string(300, 'b')}}};
-  REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
+  REQUIRE(write_file(folder / "sweep.json", sweep_record(Json::array({"a", std::string(300, 'b')})).dump()));
   const auto written = write_trade_page(folder / ".");
   REQUIRE_MESSAGE(written, to_line(written.error()));
 }
