@@ -59,8 +59,6 @@ struct Record {
 };
 constexpr std::size_t record_head = 32;
 
-std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
-
 std::size_t units_in(const SamplesHeader& h) {
   auto units = static_cast<std::size_t>(h.views.count());
   for (const PairKind kind : all_pair_kinds) units += h.pairs[index_of(kind)].size();

@@ -46,11 +46,13 @@ std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Sight>& 
   return covers;
 }
 
-/// Whether some texel of these levels of the file lets something through.
+/// Whether some texel of these levels of the file may let something through. Between slabs of yarn a slanted
+/// ray finds its way where none does from above: they count as open.
 Result<bool> has_openings(FabricReader& reader, const LevelRange& levels) {
   for (int k = levels.first; k <= levels.last; ++k) {
-    const auto level = reader.read_level(k, {Layer::opacity});
+    const auto level = reader.read_level(k, {Layer::opacity, Layer::heights});
     if (!level) return tl::unexpected(level.error());
+    if (level->heights) return true;
     if (!level->opacity) continue;
     const std::vector<float>& opacity = level->opacity->opacity;
     if (std::any_of(opacity.begin(), opacity.end(), [](float alpha) { return alpha < 1; })) return true;

@@ -163,7 +163,8 @@ BakeOptions as_bake(const TruthOptions& o) {
 Result<void> check(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
   if (auto ok = check_options(as_bake(o), name); !ok) return ok;
   // Half of them tell the noise of the other half.
-  if (o.samples % 2 != 0) return fail(Code::option_out_of_range, name, "samples", "must be even");
+  if (o.samples < 2 || o.samples % 2 != 0)
+    return fail(Code::option_out_of_range, name, "samples", "must be even, and 2 at least");
   for (const Light& light : shot.lights) {
     if (light.kind != LightKind::directional)
       return fail(Code::option_out_of_range, name, "light",
@@ -180,7 +181,6 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
   if (auto ok = check(shot, options, name); !ok) return tl::unexpected(ok.error());
   if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
   TruthOptions o = options;
-  o.samples = options.samples / 2 * 2;
   const ScaledMesh scaled = scaled_to_unit(mesh);
   const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
   const auto scene = RayScene::create(scaled.mesh, name, ground);

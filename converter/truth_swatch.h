@@ -15,7 +15,7 @@
 namespace selvedge {
 
 struct TruthOptions {
-  int samples = 64;  ///< rays a pixel, 2 to 2^20, rounded down to even
+  int samples = 64;  ///< rays a pixel, 2 to 2^20, even
   int bounces = unlimited_bounces;
   IndirectLight indirect = IndirectLight::traced;
   std::optional<double> ground;  ///< as of the bake: what shows it counts as a hole

@@ -169,7 +169,7 @@ class FabricCheck {
 
   static Entry facts_of(Result<FabricReader> reader) {
     if (!reader) return {};
-    const auto fabric = reader->read_levels(0, 0, {Layer::opacity});
+    const auto fabric = reader->read_levels(0, 0, {Layer::opacity, Layer::heights});
     if (!fabric) return {};
     return FabricFacts{has_holes(*fabric, 0), reader->digest()};
   }

@@ -207,7 +207,7 @@ Result<ImageDifference> compare_images(const Image& a, const Image& b) {
   double sum = 0;
   double of_colours = 0;
   const auto channels = static_cast<std::size_t>(a.channels);
-  const std::size_t colours = std::min<std::size_t>(channels, 3);
+  const std::size_t colours = channels % 2 == 0 ? channels - 1 : channels;  // the second or fourth is opacity
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
     const double x = a.pixels[i];
     const double y = b.pixels[i];

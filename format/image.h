@@ -62,7 +62,8 @@ struct ImageDifference {
   int y = 0;
   int channel = 0;
   double rmse = 0;
-  double psnr = 0;  ///< dB relative to 1, of the first three channels; infinite for equal colours
+  double psnr = 0;  ///< dB relative to 1, of the colours: of two or four channels the last is opacity;
+                    ///< infinite if they are equal
 };
 
 /// Sizes and channel counts must agree (IMAGE_MISMATCH). Two NaN or two equal infinities differ by 0; one

@@ -15,9 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int most_depth = 64;
-constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-
 /// Stops at a member that its object has already.
 class RepetitionFinder : public nlohmann::json_sax<json> {
  public:
@@ -74,6 +71,28 @@ class RepetitionFinder : public nlohmann::json_sax<json> {
   std::vector<Level> open_;
 };
 
+/// What both of the functions below take.
+Result<json> parse_checked(std::string_view text, const std::string& file) {
+  constexpr int most_depth = 64;
+  const auto refuse = [&](std::string place, std::string why) {
+    return fail(Code::json_malformed, file, std::move(place), std::move(why));
+  };
+  // The parser would skip it.
+  if (text.starts_with("\xEF\xBB\xBF")) return refuse("", "begins with a byte order mark");
+  if (demands_of(text, most_depth).nesting > most_depth)
+    return refuse("", fmt::format("is nested deeper than {} levels", most_depth));
+  try {
+    json parsed = json::parse(text);
+    if (auto place = repeated_member(text)) return refuse(std::move(*place), "stands there twice");
+    return parsed;
+  } catch (const json::parse_error& error) {
+    return refuse(line_of(text, error.byte),
+                  error.byte > text.size() ? "the JSON is cut short" : "is not JSON");
+  } catch (const json::out_of_range&) {
+    return refuse("", "a number that is too large");
+  }
+}
+
 }  // namespace
 
 JsonDemands demands_of(std::string_view text, int deepest_wanted) {
@@ -106,12 +125,6 @@ std::optional<std::string> repeated_member(std::string_view text) {
   return std::move(finder.found);
 }
 
-json parse_json(std::string_view text) {
-  if (text.starts_with(byte_order_mark)) return json(json::value_t::discarded);  // the parser would skip it
-  const bool good = demands_of(text, most_depth).nesting <= most_depth && !repeated_member(text);
-  return good ? json::parse(text, nullptr, false) : json(json::value_t::discarded);
-}
-
 std::string line_of(std::string_view text, std::size_t byte) {
   const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
   const auto line = std::count(before.begin(), before.end(), '\n') + 1;
@@ -120,24 +133,15 @@ std::string line_of(std::string_view text, std::size_t byte) {
   return fmt::format("line {}, column {}", line, column);
 }
 
+json parse_json(std::string_view text) {
+  auto parsed = parse_checked(text, "");
+  return parsed ? std::move(*parsed) : json(json::value_t::discarded);
+}
+
 Result<json> parse_json_object(std::string_view text, const std::string& file) {
-  const auto refuse = [&](std::string place, std::string why) {
-    return fail(Code::json_malformed, file, std::move(place), std::move(why));
-  };
-  if (text.starts_with(byte_order_mark)) return refuse("", "begins with a byte order mark");
-  if (demands_of(text, most_depth).nesting > most_depth)
-    return refuse("", fmt::format("is nested deeper than {} levels", most_depth));
-  try {
-    json parsed = json::parse(text);
-    if (auto place = repeated_member(text)) return refuse(std::move(*place), "stands there twice");
-    if (!parsed.is_object()) return refuse("", "is not a JSON object");
-    return parsed;
-  } catch (const json::parse_error& error) {
-    return refuse(line_of(text, error.byte),
-                  error.byte > text.size() ? "the JSON is cut short" : "is not JSON");
-  } catch (const json::out_of_range&) {
-    return refuse("", "a number that is too large");
-  }
+  auto parsed = parse_checked(text, file);
+  if (parsed && !parsed->is_object()) return fail(Code::json_malformed, file, "", "is not a JSON object");
+  return parsed;
 }
 
 std::string pointer_to(const std::string& object, const std::string& name) {

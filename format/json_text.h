@@ -31,8 +31,8 @@ std::optional<std::string> repeated_member(std::string_view text);
 /// recursively.
 nlohmann::json parse_json(std::string_view text);
 
-/// The same of a file's text that has to be an object; `file` is for messages. JSON_MALFORMED with the line
-/// and column where it ceases to be JSON, or with the member that is there twice.
+/// The same of a file's text that has to be an object; `file` is for messages. JSON_MALFORMED says which of
+/// these it is, with the line and column where it ceases to be JSON, or with the member that is there twice.
 Result<nlohmann::json> parse_json_object(std::string_view text, const std::string& file);
 
 /// "line 2, column 5" of a byte counted from 1, as the parser does.

@@ -299,6 +299,20 @@ Error lacking_issue(const std::string& name, const FabricHeader& header, const L
                       levels_text(first, last), levels_text(first - lacking.finer, last + lacking.coarser))};
 }
 
+std::optional<Error> lacking_issue(const std::string& name, const FabricHeader& header, int wanted) {
+  const int first = first_level(header);
+  const int last = first + header.levels - 1;
+  // What has no `whole` lacks nothing.
+  const int all = header.whole ? std::max(header.whole->levels, last + 1) : last + 1;
+  const int level = std::min(wanted, all - 1);
+  if (level >= first && level <= last) return std::nullopt;
+  return Error{
+      Code::fabric_levels, name, "/whole",
+      fmt::format("the file has {} of the whole, and level {} is asked for: the nearest there is takes "
+                  "its place",
+                  levels_text(first, last), level)};
+}
+
 std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, int height,
                                      const LevelOptions& options,
                                      std::span<const FabricHeader* const> headers,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -91,6 +92,10 @@ struct LackingLevels {
 
 /// Of `asked` of the whole fabric.
 LackingLevels lacking_levels(const FabricHeader& header, const LevelRange& asked);
+
+/// FABRIC_LEVELS at /whole of the fabric `name` where one level is shown everywhere, `wanted` of the whole or
+/// its last, and the file does not have it.
+std::optional<Error> lacking_issue(const std::string& name, const FabricHeader& header, int wanted);
 
 /// The warning of them: FABRIC_LEVELS at /whole of the fabric `name`.
 Error lacking_issue(const std::string& name, const FabricHeader& header, const LackingLevels& lacking);

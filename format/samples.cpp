@@ -12,8 +12,6 @@
 namespace selvedge {
 namespace {
 
-std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
-
 ExrPart scanline_part(const char* name, int width, int height, std::vector<ExrChannel> channels) {
   ExrPart part;
   part.name = name;

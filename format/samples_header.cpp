@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -18,8 +19,6 @@ namespace member = names::member;
 constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out,
                                                 names::part_rim};
 constexpr int samples_version = 1;
-
-std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
 
 json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 

@@ -19,6 +19,8 @@ enum class PairKind { validation, held_out, rim };
 inline constexpr std::array<PairKind, 3> all_pair_kinds{PairKind::validation, PairKind::held_out,
                                                         PairKind::rim};
 
+inline std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
+
 /// As the part of the file is called: "validation", "held-out", "rim".
 const char* name_of(PairKind kind);
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <initializer_list>
 
 #include "format/atomic_file.h"
 #include "format/json_text.h"

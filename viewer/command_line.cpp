@@ -248,7 +248,8 @@ void add_levels(CLI::App& app, LevelOptions& levels, int& layers) {
          "Blend between two mip levels (default on)")
       ->type_name("on|off")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--level", levels.forced, "Mip level to show everywhere (default: by the pixel's footprint)")
+  app.add_option("--level", levels.forced,
+                 "Mip level of the whole fabric to show everywhere (default: by the pixel's footprint)")
       ->type_name("K")
       ->check(CLI::Range(0, 30));
   app.add_option_function<std::string>(
@@ -407,7 +408,9 @@ void add_compare(CLI::App& app, CompareCommand& command) {
   app.footer(
       "Example:\n"
       "  selvedge-view compare before.png after.png --max 0.02\n"
-      "\nPNG values are compared as stored (sRGB-encoded, 1 is white), EXR values as they are.\n"
+      "\nPNG values are compared as stored (sRGB-encoded, 1 is white), EXR values as they are. PSNR and "
+      "SSIM\n"
+      "are of the colours, the largest difference and RMSE of opacity, too.\n"
       "Exit status: 0 good, 1 an input is bad or the pictures differ beyond --max, 2 usage.");
   app.add_option("first", command.first, "A picture")->required()->type_name("FILE");
   app.add_option("second", command.second, "Another of the same size")->required()->type_name("FILE");

@@ -42,6 +42,10 @@ Idle distance_factor(const CameraOptions& camera) {
   return {camera.distance.has_value(), "counts for nothing with --distance", {"--distance-factor"}};
 }
 
+Idle shadows(const std::string& input) {
+  return {has_ending(input, ".exr"), "counts for nothing with a swatch, which is flat", {"--shadows"}};
+}
+
 Idle light_frame(const std::vector<Light>& lights) {
   return {!any_far_away(lights), "counts for nothing without --light", {"--light-frame"}};
 }
@@ -56,7 +60,7 @@ std::string idle_option(const RenderCommand& command, const std::function<bool(c
        {"--azimuth", "--elevation", "--fov", "--distance", "--distance-factor", "--look-at", "--zoom",
         "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable", "--compare",
         "--layers", "--ambient"}},
-      {swatch, "counts for nothing with a swatch, which is flat", {"--shadows"}},
+      shadows(command.input),
       light_frame(command.lights),
       {!command.camera_of_file.empty(),
        "counts for nothing with --camera",
@@ -85,8 +89,9 @@ std::string idle_option(const RenderCommand& command, const std::function<bool(c
 }
 
 std::string idle_option(const ShowCommand& command, const std::function<bool(const char*)>& given) {
-  return first_of(
-      {light_frame(command.lights), field_of_view(command.camera), distance_factor(command.camera)}, given);
+  return first_of({shadows(command.input), light_frame(command.lights), field_of_view(command.camera),
+                   distance_factor(command.camera)},
+                  given);
 }
 
 }  // namespace selvedge

@@ -81,8 +81,8 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
   }
   if (levels.forced >= 0) {
     for (std::size_t i = 0; i < headers.size(); ++i) {
-      const LackingLevels lacking = lacking_levels(*headers[i], {levels.forced, levels.forced});
-      if (lacking.any()) issues.push_back(lacking_issue(open.scene.fabrics[i].name, *headers[i], lacking));
+      if (auto issue = lacking_issue(open.scene.fabrics[i].name, *headers[i], levels.forced))
+        issues.push_back(std::move(*issue));
     }
     return needed;
   }

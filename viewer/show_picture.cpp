@@ -104,8 +104,13 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
   const std::vector<LevelRange> asked =
       levels_asked(dressed_, camera_, options_.height, options_.levels, headers, &lacking);
   warnings_.clear();
-  for (std::size_t i = 0; i < lacking.size() && state.levels.forced < 0; ++i) {
-    if (lacking[i].any()) warnings_.push_back(lacking_issue(fabric_names_[i], *headers[i], lacking[i]));
+  for (std::size_t i = 0; i < lacking.size(); ++i) {
+    if (state.levels.forced >= 0) {
+      if (auto issue = lacking_issue(fabric_names_[i], *headers[i], state.levels.forced))
+        warnings_.push_back(std::move(*issue));
+    } else if (lacking[i].any()) {
+      warnings_.push_back(lacking_issue(fabric_names_[i], *headers[i], lacking[i]));
+    }
   }
   bool more = false;
   for (std::size_t i = 0; i < readers_.size(); ++i) {

@@ -9,6 +9,7 @@
 #include "converter/tool/make_choice.h"
 #include "converter/tool/option_groups.h"
 #include "converter/tool/plan_options.h"
+#include "converter/tool/slab_options.h"
 
 namespace selvedge {
 namespace {
@@ -215,26 +216,6 @@ void check_swatch(const CLI::App& swatch, const SwatchCommand& command) {
   }
 }
 
-/// Options of slabs where none are made.
-void check_slabs(const CLI::App& app, const Verbs& verbs) {
-  const auto refuse = [](const CLI::App& verb, const char* option, const char* why) {
-    if (verb.count(option) > 0)
-      throw CLI::ValidationError(option, fmt::format("counts for nothing without {}", why));
-  };
-  const CLI::App& fit = *app.get_subcommand("fit");
-  const CLI::App& bake = *app.get_subcommand("bake");
-  const CLI::App& make = *app.get_subcommand("make");
-  if (!verbs.fit.budget) refuse(fit, "--slab-lobes", "--budget");
-  if (verbs.bake.bake.slabs == 0) refuse(bake, "--cells", "--slabs");
-  if (verbs.make.limits.any()) return;
-  if (!verbs.make.fit.budget) {
-    refuse(make, "--slab-lobes", "--budget");
-    // Samples that are kept can be fitted with one.
-    if (make.count("--keep-samples") == 0) refuse(make, "--slabs", "--budget");
-  }
-  if (verbs.make.bake.bake.slabs == 0) refuse(make, "--cells", "--slabs");
-}
-
 void add_trade_verb(CLI::App& app, TradeCommand& command) {
   CLI::App* verb = add_verb(app, "trade", "Measure what speed costs in accuracy: a sweep over the knobs",
                             "selvedge trade plain-knit -o trade-knit");
@@ -267,21 +248,23 @@ void add_trade_verb(CLI::App& app, TradeCommand& command) {
         ->capture_default_str()
         ->check(CLI::Range(least, most));
   };
-  // Halves are compared: they tell the noise.
-  const auto is_even = CLI::Validator(
-      [](const std::string& text) {
-        int value = 0;
-        const bool even = CLI::detail::lexical_cast(text, value) && value % 2 == 0;
-        return even ? std::string() : text + " is not even";
-      },
-      "even");
+  // Halves are compared: they tell the noise. Those of pictures have halves of their own.
+  const auto is_multiple = [](int of) {
+    return CLI::Validator(
+        [of](const std::string& text) {
+          int value = 0;
+          const bool good = CLI::detail::lexical_cast(text, value) && value % of == 0;
+          return good ? std::string() : fmt::format("{} is no multiple of {}", text, of);
+        },
+        "");
+  };
   add("--repeats", command.repeats, "Times are medians of so many runs", 1, 99);
-  add("--truth-samples", command.truth_samples, "Rays a pixel of the true pictures, in two halves", 4,
+  add("--truth-samples", command.truth_samples, "Rays a pixel of the true pictures, a multiple of 4", 4,
       1 << 20)
-      ->check(is_even);
+      ->check(is_multiple(4));
   add("--held-out-pairs", command.held_out_pairs, "Pairs of directions to judge by", 1, 65536);
-  add("--held-out-samples", command.held_out_samples, "Rays per texel and pair, in two halves", 2, 1 << 20)
-      ->check(is_even);
+  add("--held-out-samples", command.held_out_samples, "Rays per texel and pair, an even number", 2, 1 << 20)
+      ->check(is_multiple(2));
   add_text(*verb, "--size", "WxH", "Of the pictures (160x120)", [&command](const std::string& t) {
     const auto n = whole_numbers("--size", t, 'x', 2, 2, "160x120");
     if (n[0] < 22 || n[1] < 22 || n[0] > 2048 || n[1] > 2048 || n[0] > 4 * n[1])
@@ -454,11 +437,7 @@ Command parse_command_line(int argc, const char* const* argv) {
       // Yarns that need more texels have as many bytes for each.
       if (make->count("--budget") == 0) verbs.make.fit.budget_texels = point.texels * point.texels;
     }
-    for (const FitCommand* fit : {&verbs.fit, &verbs.make.fit}) {
-      if (fit->fit.glossy_slabs && !fit->budget)
-        throw CLI::ValidationError("--glossy-slabs", "wants --budget, or a --quality that has one");
-    }
-    check_slabs(app, verbs);
+    check_slabs(app, verbs.bake, verbs.fit, verbs.make);
     check_swatch(*app.get_subcommand("swatch"), verbs.swatch);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
       throw CLI::RequiredError("stitch: a stitch or --list");

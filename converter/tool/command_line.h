@@ -75,7 +75,7 @@ struct FitCommand {
 
 struct MakeCommand {
   BakeCommand bake;  ///< its output: where the samples are kept; empty: nowhere
-  FitCommand fit;    ///< its input is not used
+  FitCommand fit;    ///< its input is what messages call the samples
   std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
   MakeLimits limits;                   ///< where there are any they choose the knobs of TradePoint

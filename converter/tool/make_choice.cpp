@@ -36,7 +36,9 @@ CLI::Validator is_between(double low, double high) {
 void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
   const char* group = "Speed against accuracy";
   app.add_option("--quality", quality,
-                 "Settings that are worth their cost; options given beside it stay as given")
+                 "Settings that are worth their cost; options given beside it stay as given. A budget of "
+                 "theirs grows "
+                 "with the texels")
       ->type_name("draft|standard|high|reference")
       ->check(CLI::IsMember(std::vector<std::string>(quality_names.begin(), quality_names.end())))
       ->group(group);
@@ -63,8 +65,8 @@ void check_choice(const CLI::App& make, const MakeLimits& limits) {
       throw CLI::ValidationError(option, "is chosen by --max-bytes, --min-db and --max-seconds");
   }
   // What a plan leaves out is not in the measured sizes and times.
-  for (const char* option :
-       {"--quality", "--keep-samples", "--for", "--products", "--frames", "--glossy-slabs"}) {
+  for (const char* option : {"--quality", "--keep-samples", "--for", "--products", "--frames",
+                             "--glossy-slabs", "--slab-lobes", "--cells"}) {
     if (make.count(option) > 0)
       throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
   }

@@ -167,16 +167,16 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
     if (path.empty()) continue;
     if (const auto writable = AtomicFile::create(path); !writable) return tl::unexpected(writable.error());
   }
+  const auto named = [&](Error error) {
+    if (error.file.empty() || error.file == samples) error.file = command.input;
+    return error;
+  };
   auto reader = SamplesReader::open(samples);
-  if (!reader) return tl::unexpected(reader.error());
+  if (!reader) return tl::unexpected(named(reader.error()));
   TerminalProgress progress("fit", command.common.quiet);
   const auto lobes = command.budget ? fit_layers(*reader, command, progress.callback())
                                     : fit_lobes(*reader, command, progress.callback());
-  if (!lobes) {
-    Error error = lobes.error();
-    if (error.file.empty() || error.file == samples) error.file = command.input;
-    return tl::unexpected(std::move(error));
-  }
+  if (!lobes) return tl::unexpected(named(lobes.error()));
   FitOutcome outcome;
   outcome.samples = command.input;
   outcome.output = command.output;

@@ -113,6 +113,25 @@ TEST_CASE("image: the difference has its closed form and its place") {
   CHECK(compare_images(a, ramp(3, 1, 3)).error().code == Code::image_mismatch);
 }
 
+TEST_CASE("image: PSNR is of the colours, the rest of opacity as well") {
+  for (const int channels : {2, 4}) {
+    CAPTURE(channels);
+    const Image a{1, 1, channels, std::vector<float>(static_cast<std::size_t>(channels), 0.25F)};
+    Image b = a;
+    b.pixels.back() = 1;
+    auto difference = compare_images(a, b);
+    REQUIRE(difference);
+    CHECK(std::isinf(difference->psnr));
+    CHECK(difference->max_absolute == 0.75);
+    CHECK(difference->rmse == doctest::Approx(0.75 / std::sqrt(channels)));
+    b.pixels.front() = 0.75F;
+    difference = compare_images(a, b);
+    REQUIRE(difference);
+    CHECK(difference->psnr == doctest::Approx(-10 * std::log10(0.25 / (channels - 1))));
+    CHECK(difference->rmse == doctest::Approx(std::sqrt((0.75 * 0.75 + 0.25) / channels)));
+  }
+}
+
 TEST_CASE("image: what cannot be read is an error and leaves nothing behind") {
   const Folder folder;
   CHECK(read_image(folder / "none.png").error().code == Code::file_missing);
