@@ -225,9 +225,9 @@ Result<ImageDifference> compare_images(const Image& a, const Image& b) {
     }
   }
   if (!a.pixels.empty()) difference.rmse = std::sqrt(sum / static_cast<double>(a.pixels.size()));
-  const double count = static_cast<double>(a.pixels.size() / channels * colours);
-  difference.psnr =
-      of_colours > 0 ? -10.0 * std::log10(of_colours / count) : std::numeric_limits<double>::infinity();
+  const std::size_t count = a.pixels.size() / channels * colours;
+  difference.psnr = of_colours > 0 ? -10.0 * std::log10(of_colours / static_cast<double>(count))
+                                   : std::numeric_limits<double>::infinity();
   return difference;
 }
 
