@@ -225,9 +225,11 @@ Result<ImageDifference> compare_images(const Image& a, const Image& b) {
     }
   }
   if (!a.pixels.empty()) difference.rmse = std::sqrt(sum / static_cast<double>(a.pixels.size()));
-  const std::size_t count = a.pixels.size() / channels * colours;
-  difference.psnr = of_colours > 0 ? -10.0 * std::log10(of_colours / static_cast<double>(count))
-                                   : std::numeric_limits<double>::infinity();
+  difference.psnr = std::numeric_limits<double>::infinity();
+  if (of_colours > 0) {
+    const std::size_t count = a.pixels.size() / channels * colours;
+    difference.psnr = -10.0 * std::log10(of_colours / static_cast<double>(count));
+  }
   return difference;
 }
 
