@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Speed against accuracy: swatches of fabrics and of stitches, sweeps, and their pages.
+# shellcheck source=tests/cli/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_a_swatch_of_a_lambert_plane_is_the_same_traced_fitted_and_drawn() {
@@ -77,7 +78,7 @@ test_both_programs_tell_a_terminal_how_far_a_sweep_is_and_what_is_left() {
   script -qec "selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 64x48 --held-out-samples 4" \
     /dev/null >terminal.txt </dev/null
   grep -qE $'\r\033\\[Ktrade +[0-9]+ %  [0-9]+ s, [0-9]+ s left  .' terminal.txt || fail "no progress: $(cat terminal.txt)"
-  script -qec "selvedge-view trade sweep --repeats 9" /dev/null >terminal.txt </dev/null
+  script -qec "selvedge-view trade sweep --repeats 1 --size 160x120" /dev/null >terminal.txt </dev/null
   # The settings by name, as they are measured.
   grep -qE $'\r\033\\[Ktrade +[0-9]+ %  [0-9]+ s, [0-9]+ s left  t8-.*--' terminal.txt ||
     fail "no progress of frames: $(cat terminal.txt)"
@@ -178,48 +179,6 @@ test_a_folder_keeps_to_one_sweep() {
   refuses FILE_MISSING nowhere selvedge-view trade nowhere
 }
 
-test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
-  exits 0 selvedge make plain-knit --quality draft -o a.fabric.exr --json
-  holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
-  selvedge make plain-knit --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 --half-lobes -o b.fabric.exr --quiet
-  # What wants a budget is content with that of a preset.
-  exits 0 selvedge make plain-knit --quality high --texels 8 --views 16 --lights 16 --glossy-slabs -o g.fabric.exr --json
-  holds 'r.fit.levels[0].layers.includes("slab")'
-  exits 2 selvedge make plain-knit --quality draft --glossy-slabs -o g.fabric.exr
-  exits 2 selvedge make plain-knit --glossy-slabs -o g.fabric.exr
-  exits 2 selvedge fit s.samples.exr --glossy-slabs -o g.fabric.exr
-  same a.fabric.exr b.fabric.exr
-  exits 0 selvedge make plain-knit --quality standard --texels 8 --budget 20000 --views 16 --lights 16 -o c.fabric.exr --json
-  holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 20000'
-  local few=(--texels 8 --views 16 --lights 16)
-  selvedge make plain-knit --quality standard --slabs 1 "${few[@]}" -o d.fabric.exr --quiet
-  selvedge make plain-knit --samples 2 --slabs 1 --budget 32K "${few[@]}" -o e.fabric.exr --quiet
-  same d.fabric.exr e.fabric.exr
-  selvedge make plain-knit --quality reference --budget 30000 "${few[@]}" -o f.fabric.exr --quiet
-  selvedge make plain-knit --slabs 1 --budget 30000 "${few[@]}" -o g.fabric.exr --quiet
-  same f.fabric.exr g.fabric.exr
-  differ d.fabric.exr f.fabric.exr
-  # More texels have more bytes, a size that was given is kept.
-  few=(--views 16 --lights 16 --quality standard --texels 32)
-  exits 0 selvedge make plain-knit "${few[@]}" -o h.fabric.exr --json
-  holds 'r.fit.bytes > 32768 && r.fit.bytes <= 131072'
-  exits 0 selvedge make plain-knit "${few[@]}" --budget 32K -o h.fabric.exr --json
-  holds 'r.fit.bytes <= 32768'
-  exits 2 selvedge make plain-knit --quality best -o d.fabric.exr
-  exits 2 selvedge-view render a.fabric.exr --place near -o x.png --quality best
-}
-
-test_make_within_limits_never_writes_over_its_input() {
-  selvedge stitch plain-weave -o weave.ply --quiet
-  cp weave.ply before.ply
-  exits 1 selvedge make weave.ply --max-bytes 12K -o weave.ply --quiet
-  same weave.ply before.ply
-  # What is not in the measured table is not chosen by it.
-  exits 2 selvedge make plain-weave --max-bytes 40K --for plan.json -o a.exr
-  exits 2 selvedge make plain-weave --max-bytes 40K --products 3 -o a.exr
-  exits 2 selvedge make plain-weave --max-seconds nan -o a.exr
-}
-
 test_a_folder_belongs_to_the_sweep_that_began_in_it() {
   mkdir sweep
   printf '{"identity":3}' >sweep/sweep.json
@@ -229,98 +188,6 @@ test_a_folder_belongs_to_the_sweep_that_began_in_it() {
   rm sweep/sweep.json
   (timeout -s KILL 2 selvedge trade plain-knit -o sweep --grid grid.json --truth-samples 4000 --quiet || true) 2>"$scratch/err"
   refuses OPTION_OUT_OF_RANGE sweep/sweep.json selvedge trade plain-weave -o sweep --grid grid.json --quiet
-}
-
-test_make_within_limits_keeps_them_or_names_the_nearest() {
-  exits 0 selvedge make plain-knit --max-bytes 16K --max-seconds 600 -o k.fabric.exr --json
-  holds 'r.made.bytes <= 16384 && r.made.seconds <= 600 && r.expected.bytes > 0 && r.chosen.startsWith("selvedge make plain-knit --") &&
-    r.chosen.endsWith(" -o k.fabric.exr") && r.tried.some(t => t.command === r.chosen)'
-  [ "$(stat -c %s k.fabric.exr)" -le 16384 ]
-  exits 0 selvedge check k.fabric.exr
-  # What came out is told of all three, whichever were limited.
-  exits 0 selvedge make plain-weave --max-bytes 16K -o w.fabric.exr --json
-  holds 'r.made.bytes <= 16384 && r.made.seconds > 0'
-  node -p 'const made = JSON.parse(require("fs").readFileSync(process.argv[1], "utf8")); made.made.heldOut' "$scratch/out" >alone
-  # By the same directions as where quality is limited.
-  exits 0 selvedge make plain-weave --max-bytes 16K --min-db 1 -o v.fabric.exr --json
-  if cmp -s v.fabric.exr w.fabric.exr; then holds "r.made.heldOut === $(cat alone)"; fi
-  holds "Math.abs(r.made.heldOut - $(cat alone)) < 2"
-  write_plane plane.obj
-  exits 0 selvedge make plane.obj --period 2x2 --min-db 30 --max-bytes 1M -o p.fabric.exr --json
-  holds 'r.tried.length === 1 && r.made.heldOut >= 30'
-  # Whatever is smaller than the smallest has a nearest that is hardly larger than it.
-  exits 1 selvedge make plain-knit --max-bytes 5000 -o none.fabric.exr --quiet
-  node -e 'const line = require("fs").readFileSync(process.argv[1], "utf8");
-    const [, budget, bytes] = line.match(/--budget ([0-9]+) .*: made ([0-9]+) bytes/);
-    process.exit(+bytes <= +budget && +budget <= 10240 ? 0 : 1)' "$scratch/err" || fail "$(cat "$scratch/err")"
-  refuses OPTION_OUT_OF_RANGE 'the nearest is selvedge make plain-knit' \
-    selvedge make plain-knit --max-bytes 100 -o none.fabric.exr --quiet
-  # What it names can be made as it stands, and is as small as it says.
-  sed -E 's/.*nearest is (.*): made ([0-9]+) bytes.*/\1 --quiet; [ $(stat -c %s none.fabric.exr) = \2 ]/' \
-    "$scratch/err" >nearest
-  # shellcheck disable=SC1091
-  source ./nearest
-  exits 2 selvedge make plain-knit --max-bytes 60K --texels 8 -o x.fabric.exr
-  exits 2 selvedge make plain-knit --min-db 20 --quality draft -o x.fabric.exr
-  exits 2 selvedge make plain-knit --max-bytes 60K --glossy-slabs -o x.fabric.exr
-}
-
-test_limits_of_cost_are_met_where_quality_is_not_to_be_had() {
-  refuses OPTION_OUT_OF_RANGE 'the nearest is selvedge make plain-weave' \
-    selvedge make plain-weave --min-db 100 --max-bytes 12K -o none.fabric.exr --quiet
-  local made
-  made=$(sed -nE 's/.*: made ([0-9]+) bytes.*/\1/p' "$scratch/err")
-  [ "$made" -le 12288 ] || fail "$(cat "$scratch/err")"
-}
-
-test_a_size_that_is_none_is_a_usage_error_of_one_line() {
-  for size in 0 0K -5 -5K 99999999999999999999999 1e30 17179869184G 5X '' 1.5; do
-    for verb in "make plain-knit --max-bytes" "make plain-knit --budget" "fit s.exr --budget"; do
-      # shellcheck disable=SC2086 # several words
-      exits 2 selvedge $verb "$size" -o x.fabric.exr
-      [ "$(sed '/^Run with --help/d' "$scratch/err" | wc -l)" = 1 ] || fail "not one line: $(cat "$scratch/err")"
-      [ "$(head -1 "$scratch/err" | wc -c)" -lt 120 ] || fail "a long line: $(cat "$scratch/err")"
-      grep -qF "\"$size\" is not a number of bytes" "$scratch/err" || fail "$(cat "$scratch/err")"
-    done
-  done
-}
-
-test_a_name_that_is_too_long_is_told_as_it_was_given() {
-  write_plane plane.obj
-  local name
-  # There is room for one suffix of a temporary file and not for another, or for none.
-  for length in 229 240 260; do
-    name=$(printf 'a%.0s' $(seq "$length"))
-    refuses FILE_UNWRITABLE "selvedge: $name: File name too long" \
-      selvedge make plane.obj --period 2x2 "${small[@]}" -o "$name" --quiet
-    refuses FILE_UNWRITABLE "selvedge: $name: File name too long" \
-      selvedge make plane.obj --period 2x2 --min-db 30 -o "$name" --quiet
-  done
-}
-
-test_make_within_limits_chooses_layers_within_a_size_that_nobody_measured() {
-  exits 0 selvedge make plain-knit --max-bytes 20K -o k.fabric.exr --json
-  holds 'r.made.bytes <= 20480 && r.made.bytes > 12000 && /--budget/.test(r.chosen)'
-  exits 0 selvedge check k.fabric.exr
-}
-
-test_the_line_of_a_choice_makes_the_same_bytes() {
-  line() { node -p 'JSON.parse(require("fs").readFileSync(process.argv[1])).chosen' "$scratch/out"; }
-  exits 0 selvedge make plain-weave --max-bytes 12K --set warp_albedo=0.3,0.2,0.1 --set weft_radius_mm=0.28 --seed 5 --grid 40 --held-out-pairs 4 \
-    --validation-pairs 16 --reference-height 80% --threads 1 -o kept.fabric.exr --json
-  line >line
-  grep -qF -- "--grid 40 --set warp_albedo=0.3,0.2,0.1 --set weft_radius_mm=0.28" line || fail "$(cat line)"
-  mv kept.fabric.exr before.fabric.exr
-  # shellcheck disable=SC1091
-  source ./line >/dev/null
-  same before.fabric.exr kept.fabric.exr
-  write_plane "the plane's.obj"
-  exits 0 selvedge make "the plane's.obj" --period 2x2 --albedo 0.8,0.4,0.2 --min-db 30 --seed 9 -o "a kept one.fabric.exr" --json
-  line >line
-  mv "a kept one.fabric.exr" before.fabric.exr
-  # shellcheck disable=SC1091
-  source ./line >/dev/null
-  same before.fabric.exr "a kept one.fabric.exr"
 }
 
 test_what_is_damaged_in_a_sweep_is_measured_again() {
@@ -501,28 +368,6 @@ test_a_sweep_refuses_halves_that_are_not_alike() {
   exits 2 selvedge trade plain-knit -o sweep --truth-samples 5
   exits 2 selvedge trade plain-knit -o sweep --held-out-samples 3
   [ ! -e sweep ]
-}
-
-# Lace and satin repeat after many yarns; of a weaving draft with twice as many, eight texels are too few.
-test_a_draft_and_a_size_are_to_be_had_for_stitches_of_many_yarns() {
-  for stitch in lace satin; do
-    exits 0 selvedge make $stitch --quality draft -o $stitch.fabric.exr --quiet
-    exits 0 selvedge check $stitch.fabric.exr
-  done
-  {
-    printf '[WIF]\n[WEAVING]\nShafts=4\n'
-    printf '[%s]\nThreads=8\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' WARP WEFT
-    echo '[THREADING]'
-    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1))"; done
-    echo '[LIFTPLAN]'
-    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
-  } >twill.wif
-  exits 0 selvedge make twill.wif --quality draft -o draft.fabric.exr --json
-  holds 'r.fit.levels[0].texels[0] === 16'
-  exits 0 selvedge make twill.wif --max-bytes 16K -o small.fabric.exr --json
-  holds 'r.fit.levels[0].texels[0] === 16 && r.made.bytes <= 16384'
-  refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' \
-    selvedge make twill.wif --quality draft --texels 8 -o none.fabric.exr --quiet
 }
 
 "$2"
