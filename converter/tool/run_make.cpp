@@ -49,6 +49,7 @@ FitRecord record_of(const LayerFit& chosen, const Issues& warnings) {
   return record;
 }
 
+/// Bytes for a fabric of so many texels at its level 0.
 double budget_for(const FitCommand& command, int texels) {
   const double share = command.budget_texels > 0 ? static_cast<double>(texels) / command.budget_texels : 1;
   return static_cast<double>(*command.budget) * std::max(share, 1.0);
