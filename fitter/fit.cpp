@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "fitter/alternation/alternation.h"
 #include "fitter/fit_rows.h"
-#include "fitter/product_alternation.h"
-#include "fitter/radiance_scale.h"
-#include "format/training_pairs.h"
+#include "fitter/solve/radiance_scale.h"
+#include "fitter/training_pairs.h"
 
 namespace selvedge {
 namespace {
@@ -36,16 +36,16 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
 }
 
 Result<void> check_options(const FitOptions& options) {
-  const int most_lobes = FabricLimits{}.lobes;
+  const int max_lobes = FabricLimits{}.lobes;
   for (const auto& [name, lobes] : {std::pair{"lobes", options.lobes}, {"slab lobes", options.slab_lobes}}) {
-    if (lobes >= 0 && lobes <= most_lobes) continue;
+    if (lobes >= 0 && lobes <= max_lobes) continue;
     return fail(Code::option_out_of_range, {}, name,
-                fmt::format("{} is outside of 0 to {}", lobes, most_lobes));
+                fmt::format("{} is outside of 0 to {}", lobes, max_lobes));
   }
   if (options.levels < 0) return fail(Code::option_out_of_range, {}, "levels", "must not be negative");
-  if (options.products < 0 || options.products > most_products) {
+  if (options.products < 0 || options.products > max_products) {
     return fail(Code::option_out_of_range, {}, "products",
-                fmt::format("{} is outside of 0 to {}", options.products, most_products));
+                fmt::format("{} is outside of 0 to {}", options.products, max_products));
   }
   if (options.max_iterations < 1 || options.starts < 1) {
     return fail(Code::option_out_of_range, {}, "iterations or starts", "must be at least 1");

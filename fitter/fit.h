@@ -6,10 +6,10 @@
 
 #include <vector>
 
-#include "fitter/lobe_fit.h"
-#include "format/fabric.h"
-#include "format/progress.h"
-#include "format/samples.h"
+#include "fitter/lobes/lobe_fit.h"
+#include "format/base/progress.h"
+#include "format/fabric/fabric.h"
+#include "format/samples/samples.h"
 
 namespace selvedge {
 
@@ -33,7 +33,7 @@ struct FitOptions {
 };
 
 /// So many functions of as many levels as a fabric may have are within FabricLimits::functions.
-inline constexpr int most_products = 16;
+inline constexpr int max_products = 16;
 
 struct FitLevelReport {
   int width = 0;

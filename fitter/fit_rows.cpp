@@ -9,9 +9,9 @@
 #include <limits>
 #include <mutex>
 
-#include "fitter/frame_fit.h"
-#include "format/parallel.h"
-#include "format/pool.h"
+#include "fitter/lobes/frame_fit.h"
+#include "format/base/parallel.h"
+#include "format/samples/pool.h"
 
 namespace selvedge {
 namespace {
@@ -51,7 +51,7 @@ void drop_rows(SampleLevel& from, int rows) {
 }
 
 /// Beyond the largest float lies no radiance that a sample can have.
-float held(double value) {
+float clamp_to_finite(double value) {
   constexpr auto largest = static_cast<double>(std::numeric_limits<float>::max());
   return static_cast<float>(std::clamp(value, -largest, largest));
 }
@@ -83,7 +83,7 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
   if (options.light_table) fabric.lights = header.lights;
   const int all = level_count(header.width, header.height);
   const int count = options.levels > 0 ? std::min(options.levels, all) : all;
-  levels_.resize(static_cast<std::size_t>(count));
+  levels_.resize(count);
   for (int k = 0; k < count; ++k) {
     FabricLevel level;
     level.width = level_size(header.width, k);
@@ -178,7 +178,7 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
     }
     const TexelSamples samples =
         gather_texel(alpha, radiance, directions_, level.frame->normal[texel], level.frame->tangent[texel]);
-    total.error = total.cost = total.energy = samples.unreachable;
+    total.error = total.cost = total.energy = samples.energy_below_horizon;
     for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
     total.samples = total.views * samples.lights.size();
     if (!options_.frames) fits = texel_fit_(samples, lobe_options);
@@ -190,13 +190,14 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
       total.iterations += fit.iterations;
       total.converged = total.converged && fit.converged;
       for (std::size_t p = 0; p < stride; ++p) {
-        level.lobes->parameters[(texel * 3 + c) * stride + p] = held(fit.parameters[p]);
+        level.lobes->parameters[(texel * 3 + c) * stride + p] = clamp_to_finite(fit.parameters[p]);
       }
       for (std::size_t v = 0; options_.view_table && v < views; ++v) {
-        level.view_table->colour[texel * views + v][static_cast<int>(c)] = held(fit.table[v]);
+        level.view_table->colour[texel * views + v][static_cast<int>(c)] = clamp_to_finite(fit.table[v]);
       }
       for (std::size_t l = 0; l < fit.light_table.size(); ++l) {
-        level.light_table->value[texel * lights + l][static_cast<int>(c)] = held(fit.light_table[l]);
+        level.light_table->value[texel * lights + l][static_cast<int>(c)] =
+            clamp_to_finite(fit.light_table[l]);
       }
     }
     const std::lock_guard lock(guard);

@@ -41,8 +41,7 @@ int count_boundary_loops(const Assembly& assembly) {
   for (const Patch& patch : assembly.patches) {
     for (const V3i& t : patch.triangles) {
       for (int k = 0; k < 3; ++k) {
-        edges.emplace(patch.points[static_cast<std::size_t>(t[k])],
-                      patch.points[static_cast<std::size_t>(t[(k + 1) % 3])]);
+        edges.emplace(patch.points[t[k]], patch.points[t[(k + 1) % 3]]);
       }
     }
   }

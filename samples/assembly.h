@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "format/gltf_writer.h"
-#include "format/vec.h"
+#include "format/base/vec.h"
+#include "samples/gltf_writer.h"
 
 namespace selvedge::samples {
 

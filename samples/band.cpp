@@ -12,7 +12,7 @@ namespace {
 class ClosedCurve {
  public:
   ClosedCurve(const std::vector<V3d>& points, const std::vector<int>& ring) : starts_{0} {
-    for (const int p : ring) points_.push_back(points[static_cast<std::size_t>(p)]);
+    for (const int p : ring) points_.push_back(points[p]);
     for (std::size_t j = 0; j < points_.size(); ++j) {
       starts_.push_back(starts_.back() + (points_[(j + 1) % points_.size()] - points_[j]).length());
     }
@@ -161,7 +161,7 @@ struct RibShape {
     const double whole = yarn.back();
     for (double& y : yarn) y /= whole;
   }
-  double yarn_at(int column) const { return yarn[static_cast<std::size_t>(column)]; }
+  double yarn_at(int column) const { return yarn[column]; }
 
  private:
   double lengthen(const BandOptions& o) {
@@ -230,7 +230,7 @@ Result<Rings> peel(const QuadSurface& surface, int label, const V3d& first) {
     for (std::size_t j = 0; j < ring.size(); ++j) {
       const auto found = quad_of.find({ring[j], ring[(j + 1) % ring.size()]});
       if (found == quad_of.end()) break;
-      const Quad& quad = surface.quads[static_cast<std::size_t>(found->second)];
+      const Quad& quad = surface.quads[found->second];
       const std::size_t k =
           static_cast<std::size_t>(std::find(quad.begin(), quad.end(), ring[j]) - quad.begin());
       inner.push_back(quad[(k + 3) % 4]);
@@ -244,8 +244,7 @@ Result<Rings> peel(const QuadSurface& surface, int label, const V3d& first) {
   std::reverse(rings.begin(), rings.end());
   const std::vector<int>& seam = rings.front();
   const auto start = std::max_element(seam.begin(), seam.end(), [&](int a, int b) {
-    return first.dot(surface.positions[static_cast<std::size_t>(a)]) <
-           first.dot(surface.positions[static_cast<std::size_t>(b)]);
+    return first.dot(surface.positions[a]) < first.dot(surface.positions[b]);
   });
   const auto shift = start - seam.begin();
   for (std::vector<int>& ring : rings) std::rotate(ring.begin(), ring.begin() + shift, ring.end());
@@ -290,7 +289,7 @@ void add_band(Assembly& assembly, const Rings& rings, const std::string& materia
     const int here = static_cast<int>(patch.points.size());
     const int first_point = static_cast<int>(assembly.points.size());
     for (int j = 0; j < columns; ++j) {
-      const double around = lower[static_cast<std::size_t>(j)];
+      const double around = lower[j];
       const double crest = station.depth * std::cos(2 * std::numbers::pi * j / options.samples);
       // Inside of the turned edge, crests look to the inside as well.
       const double offset = station.inside > options.roll ? -station.inside - crest : crest - station.inside;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "format/error.h"
+#include "format/base/error.h"
 #include "samples/assembly.h"
 #include "samples/surface.h"
 

@@ -19,7 +19,7 @@ struct FlatTriangle {
   std::array<double, 3> cotangents;  ///< of the angle at each corner
 };
 
-constexpr double least_double_area = 1e-14;  // m^2; the panels' triangles have some 1e-5
+constexpr double min_double_area = 1e-14;  // m^2; the panels' triangles have some 1e-5
 
 Result<std::vector<FlatTriangle>> lay_flat(const Panel& panel) {
   std::vector<FlatTriangle> flat;
@@ -28,12 +28,12 @@ Result<std::vector<FlatTriangle>> lay_flat(const Panel& panel) {
     const V3i& triangle = panel.triangles[t];
     std::array<V3d, 3> p;
     for (int k = 0; k < 3; ++k) {
-      p[static_cast<std::size_t>(k)] = panel.positions[static_cast<std::size_t>(triangle[k])];
+      p[k] = panel.positions[triangle[k]];
     }
     const V3d a = p[1] - p[0];
     const V3d b = p[2] - p[0];
     const double double_area = a.cross(b).length();
-    if (!(double_area > least_double_area)) {
+    if (!(double_area > min_double_area)) {
       return fail(Code::mesh_invalid, "", "triangle " + std::to_string(t),
                   "the panel's triangle has no area");
     }
@@ -176,7 +176,7 @@ Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start
 
   Eigen::MatrixX2d plane(count, 2);
   for (Eigen::Index v = 0; v < count; ++v) {
-    const V2d& p = start[static_cast<std::size_t>(v)];
+    const V2d& p = start[v];
     plane.row(v) << p.x, p.y;
   }
   for (int round = 0; round < options.rounds; ++round) {
@@ -199,7 +199,7 @@ Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start
   }
   std::vector<V2d> result(panel.positions.size());
   for (Eigen::Index v = 0; v < count; ++v) {
-    result[static_cast<std::size_t>(v)] = V2d(plane(v, 0), plane(v, 1));
+    result[v] = V2d(plane(v, 0), plane(v, 1));
   }
   return result;
 }

@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "format/error.h"
-#include "format/vec.h"
+#include "format/base/error.h"
+#include "format/base/vec.h"
 
 namespace selvedge::samples {
 

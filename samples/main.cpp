@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "format/atomic_file.h"
-#include "format/error.h"
+#include "format/base/atomic_file.h"
+#include "format/base/error.h"
 #include "samples/sweater.h"
 #include "samples/tablecloth.h"
 

@@ -21,14 +21,12 @@ Chart cut_out(const QuadSurface& surface, const std::set<int>& labels, int beyon
           vertices.try_emplace({point, second}, static_cast<int>(chart.points.size()));
       if (added) {
         chart.points.push_back(point);
-        chart.panel.positions.push_back(surface.positions[static_cast<std::size_t>(point)]);
+        chart.panel.positions.push_back(surface.positions[point]);
       }
       quad[k] = entry->second;
     }
     chart.quads.push_back(quad);
-    const auto corner = [&](std::size_t k) {
-      return chart.panel.positions[static_cast<std::size_t>(quad[k])];
-    };
+    const auto corner = [&](std::size_t k) { return chart.panel.positions[quad[k]]; };
     if ((corner(0) - corner(2)).length2() <= (corner(1) - corner(3)).length2()) {
       chart.panel.triangles.emplace_back(quad[0], quad[1], quad[2]);
       chart.panel.triangles.emplace_back(quad[0], quad[2], quad[3]);
@@ -42,7 +40,7 @@ Chart cut_out(const QuadSurface& surface, const std::set<int>& labels, int beyon
 
 void move_to(Chart& chart, const std::vector<V3d>& positions) {
   for (std::size_t v = 0; v < chart.points.size(); ++v) {
-    chart.panel.positions[v] = positions[static_cast<std::size_t>(chart.points[v])];
+    chart.panel.positions[v] = positions[chart.points[v]];
   }
 }
 

@@ -58,7 +58,7 @@ Result<QuadSurface> subdivide_once(const QuadSurface& surface) {
     for (const auto vertex : mesh->fv_range(face)) quad[corner++] = vertex.idx();
     const int center = *std::max_element(quad.begin(), quad.end());
     fine.quads.push_back(quad);
-    fine.labels.push_back(surface.labels[static_cast<std::size_t>(center - first_center)]);
+    fine.labels.push_back(surface.labels[center - first_center]);
   }
   return fine;
 }

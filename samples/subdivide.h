@@ -1,7 +1,7 @@
 // Refinement of a control cage, through OpenMesh.
 #pragma once
 
-#include "format/error.h"
+#include "format/base/error.h"
 #include "samples/surface.h"
 
 namespace selvedge::samples {

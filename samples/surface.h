@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "format/vec.h"
+#include "format/base/vec.h"
 
 namespace selvedge::samples {
 

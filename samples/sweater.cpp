@@ -63,11 +63,11 @@ Result<void> round_off(QuadSurface& surface, int label) {
   for (const std::vector<int>& ring : *rings) {
     for (int round = 0; round < rounds; ++round) {
       std::vector<V3d> before;
-      for (const int v : ring) before.push_back(surface.positions[static_cast<std::size_t>(v)]);
+      for (const int v : ring) before.push_back(surface.positions[v]);
       for (std::size_t j = 0; j < ring.size(); ++j) {
         const V3d& last = before[(j + ring.size() - 1) % ring.size()];
         const V3d& next = before[(j + 1) % ring.size()];
-        surface.positions[static_cast<std::size_t>(ring[j])] = (last + before[j] * 2 + next) / 4;
+        surface.positions[ring[j]] = (last + before[j] * 2 + next) / 4;
       }
     }
   }
@@ -83,10 +83,8 @@ std::vector<Thread> threads_of(const std::vector<Chart>& charts) {
   std::vector<Thread> threads;
   std::map<int, std::set<std::pair<int, int>>> corners;  // point -> edges' far ends that share a quad
   for (const Chart& chart : charts) {
-    const auto length = [&](int a, int b) {
-      return (chart.plane[static_cast<std::size_t>(a)] - chart.plane[static_cast<std::size_t>(b)]).length();
-    };
-    const auto point = [&](int v) { return chart.points[static_cast<std::size_t>(v)]; };
+    const auto length = [&](int a, int b) { return (chart.plane[a] - chart.plane[b]).length(); };
+    const auto point = [&](int v) { return chart.points[v]; };
     for (const Quad& quad : chart.quads) {
       for (std::size_t k = 0; k < 4; ++k) {
         const int a = quad[k];
@@ -150,10 +148,10 @@ void tidy(Assembly& sweater) {
   double low = sweater.points.front().y;
   for (Patch& patch : sweater.patches) {
     for (int& point : patch.points) {
-      int& name = renamed[static_cast<std::size_t>(point)];
+      int& name = renamed[point];
       if (name < 0) {
         name = static_cast<int>(points.size());
-        points.push_back(sweater.points[static_cast<std::size_t>(point)]);
+        points.push_back(sweater.points[point]);
         low = std::min(low, points.back().y);
       }
       point = name;
@@ -175,9 +173,7 @@ Result<Assembly> make_sweater(const SweaterOptions& options) {
   const std::vector<PanelPlan> plans = panel_plans();
   std::vector<Chart> charts;
   for (const PanelPlan& plan : plans) {
-    const auto cut = [&](int v) {
-      return plan.side != 0 && is_under_arm(surface->positions[static_cast<std::size_t>(v)], plan.side);
-    };
+    const auto cut = [&](int v) { return plan.side != 0 && is_under_arm(surface->positions[v], plan.side); };
     Chart& chart = charts.emplace_back(cut_out(*surface, plan.labels, *plan.labels.rbegin(), cut));
     Result<std::vector<V2d>> plane = flatten(chart.panel);
     if (!plane) return tl::unexpected(plane.error());
@@ -189,7 +185,7 @@ Result<Assembly> make_sweater(const SweaterOptions& options) {
   cloth.held.assign(surface->positions.size(), false);
   for (std::size_t q = 0; q < surface->quads.size(); ++q) {
     if (!is_band(surface->labels[q])) continue;
-    for (const int v : surface->quads[q]) cloth.held[static_cast<std::size_t>(v)] = true;
+    for (const int v : surface->quads[q]) cloth.held[v] = true;
   }
   for (const V3d& p : surface->positions) cloth.positions.push_back(slack(p));
   DrapeOptions drape_options;

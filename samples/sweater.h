@@ -1,7 +1,7 @@
 // The knitted sweater, as worn by nobody.
 #pragma once
 
-#include "format/error.h"
+#include "format/base/error.h"
 #include "samples/assembly.h"
 
 namespace selvedge::samples {

@@ -81,9 +81,8 @@ class CageBuilder {
       std::array<int, 16> indices{};
       for (int k = 0; k < 16; ++k) {
         const double angle = (k - 4) * 22.5 * degrees;
-        indices[static_cast<std::size_t>(k)] =
-            add_vertex(V3d(outwards * ring.half_width * std::sin(angle), ring.y,
-                           outwards * ring.half_depth * std::cos(angle)));
+        indices[k] = add_vertex(V3d(outwards * ring.half_width * std::sin(angle), ring.y,
+                                    outwards * ring.half_depth * std::cos(angle)));
       }
       rings.push_back(indices);
     }
@@ -98,7 +97,7 @@ class CageBuilder {
       front_[0][side < 0 ? 0 : 8] = back_[0][side < 0 ? 0 : 8] = index;
     }
     std::array<int, 16> top{};
-    for (int k = 0; k < 16; ++k) top[static_cast<std::size_t>(k)] = k <= 8 ? front_[0][k] : back_[0][16 - k];
+    for (int k = 0; k < 16; ++k) top[k] = k <= 8 ? front_[0][k] : back_[0][16 - k];
     rings.push_back(top);
 
     for (std::size_t row = 0; row + 1 < rings.size(); ++row) {
@@ -146,8 +145,8 @@ class CageBuilder {
     std::array<int, 10> ring{};
     ring[0] = front_[0][side < 0 ? 0 : 8];
     for (int row = 0; row < upper_rows; ++row) {
-      ring[static_cast<std::size_t>(1 + row)] = front_[row][column];
-      ring[static_cast<std::size_t>(9 - row)] = back_[row][column];
+      ring[1 + row] = front_[row][column];
+      ring[9 - row] = back_[row][column];
     }
     ring[5] = shoulders_[side < 0 ? 0 : 1][0];
 
@@ -184,7 +183,7 @@ class CageBuilder {
                                   shoulders_[1][2], back_[top][5],  back_[top][4],  back_[top][3]};
     std::array<int, 8> edge{};
     for (std::size_t k = 0; k < 8; ++k) {
-      const V3d p = cage_.positions[static_cast<std::size_t>(base[k])];
+      const V3d p = cage_.positions[base[k]];
       edge[k] = add_vertex(p + V3d(-0.13 * p.x, p.z > 0 ? 0.021 : 0.019, p.z > 0 ? -0.005 : 0.002));
     }
     for (std::size_t k = 0; k < 8; ++k) {

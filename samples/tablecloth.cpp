@@ -173,9 +173,7 @@ Cloth cloth_of(const Disc& disc, const TableclothOptions& options) {
   Cloth cloth;
   cloth.positions = lay_over(disc, options);
   for (const V2d& p : disc.plane) cloth.held.push_back(p.length() < 0.8 * options.table_radius);
-  const auto length = [&](int a, int b) {
-    return (disc.plane[static_cast<std::size_t>(a)] - disc.plane[static_cast<std::size_t>(b)]).length();
-  };
+  const auto length = [&](int a, int b) { return (disc.plane[a] - disc.plane[b]).length(); };
   std::map<std::pair<int, int>, int> opposite;
   for (const V3i& t : disc.triangles) {
     for (int k = 0; k < 3; ++k) {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "format/gltf_scene.h"
+#include "format/gltf/read_scene.h"
 
 namespace selvedge {
 
@@ -31,7 +31,7 @@ Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice)
   for (SceneMaterial& material : open.scene.materials) {
     if (!material.fabric) continue;
     int& fabric = material.fabric->fabric;
-    fabric = numbers[static_cast<std::size_t>(fabric)];
+    fabric = numbers[fabric];
     if (fabric < 0) material.fabric.reset();
   }
   return open;
@@ -43,7 +43,7 @@ Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelR
     FabricReader& reader = open.readers[i];
     const FabricHeader& header = reader.header();
     const LevelRange range = ranges.empty() ? LevelRange{0, header.levels - 1} : ranges[i];
-    Fabric fabric = without_levels(header, range.first, range.last);
+    Fabric fabric = fabric_from_header(header, range.first, range.last);
     for (int k = range.first; k <= range.last; ++k) {
       Result<FabricLevel> level =
           reader.read_level(k, ranges.empty() ? LayerSet::all() : seen_layers(header, k));

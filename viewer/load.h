@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "format/fabric_exr.h"
-#include "format/gltf_scene.h"
-#include "format/level_bounds.h"
-#include "format/scene.h"
+#include "format/fabric/file.h"
+#include "format/gltf/read_scene.h"
+#include "format/scene/level_bounds.h"
+#include "format/scene/scene.h"
 
 namespace selvedge {
 

@@ -7,7 +7,7 @@
 
 #include <span>
 
-#include "format/camera.h"
+#include "format/scene/camera.h"
 
 namespace selvedge {
 

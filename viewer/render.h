@@ -6,17 +6,17 @@
 #include <string_view>
 #include <vector>
 
-#include "format/camera.h"
-#include "format/frame.h"
-#include "format/scene.h"
-#include "viewer/context.h"
-#include "viewer/shade.h"
-#include "viewer/shader_path.h"
+#include "format/picture/frame.h"
+#include "format/scene/camera.h"
+#include "format/scene/scene.h"
+#include "viewer/gl/context.h"
+#include "viewer/hybrid/shade.h"
+#include "viewer/shader/path.h"
 
 namespace selvedge {
 
 /// Who finds texels and turns them into light: the processor (hybrid) or OpenGL (shader); paper: OpenGL finds
-/// them, in colours of 8 bits, and the processor lights them (spec/view.md).
+/// them, in colours of 8 bits, and the processor lights them (docs/view.md).
 enum class RenderPath { hybrid, shader, paper };
 inline constexpr std::array<std::string_view, 3> path_names{"hybrid", "shader", "paper"};
 

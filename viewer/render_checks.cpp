@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "viewer/layers.h"
-#include "viewer/paper_limits.h"
-#include "viewer/shadows.h"
+#include "viewer/hybrid/layers.h"
+#include "viewer/light/shadows.h"
+#include "viewer/paper/limits.h"
 
 namespace selvedge {
 
@@ -27,8 +27,8 @@ Result<void> check_options(const RenderOptions& o) {
   const int limit = index_pass_side_limit / o.supersample;
   if (o.width < 1 || o.height < 1 || o.width > limit || o.height > limit)
     return refuse("--size", fmt::format("must lie between 1x1 and {0}x{0}", limit));
-  if (o.layers < 1 || o.layers > most_layers)
-    return refuse("--layers", fmt::format("must lie between 1 and {}", most_layers));
+  if (o.layers < 1 || o.layers > max_layers)
+    return refuse("--layers", fmt::format("must lie between 1 and {}", max_layers));
   if (o.levels.forced < -1) return refuse("--level", "must not be negative");
   const int taps = tap_limit(o.levels.linear);
   if (o.levels.taps < 1 || o.levels.taps > taps)
@@ -41,9 +41,9 @@ Result<void> check_options(const RenderOptions& o) {
 }
 
 Result<void> check_shadows(const RenderOptions& o) {
-  if (o.shadows == 0 || (o.shadows >= least_shadow_size && o.shadows <= most_shadow_size)) return {};
+  if (o.shadows == 0 || (o.shadows >= min_shadow_size && o.shadows <= max_shadow_size)) return {};
   return fail(Code::option_out_of_range, "", "--shadows",
-              fmt::format("must lie between {} and {}", least_shadow_size, most_shadow_size));
+              fmt::format("must lie between {} and {}", min_shadow_size, max_shadow_size));
 }
 
 Result<void> check_fabrics(const Scene& scene, const std::vector<Fabric>& fabrics) {

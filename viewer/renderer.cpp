@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "format/parallel.h"
+#include "format/base/parallel.h"
 #include "viewer/render_checks.h"
 #include "viewer/renderer_state.h"
 
@@ -62,9 +62,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   s.origin = bounds.center();
   const Result<std::vector<Surface>> surfaces = build_surfaces(scene, s.origin);
   if (!surfaces) return tl::unexpected(surfaces.error());
-  Result<Looks> looks = looks_of(scene, *surfaces, fabrics.size(), s.remarks);
-  if (!looks) return tl::unexpected(looks.error());
-  s.looks = std::move(*looks);
+  Result<Materials> materials = materials_of(scene, *surfaces, fabrics.size(), s.remarks);
+  if (!materials) return tl::unexpected(materials.error());
+  s.materials = std::move(*materials);
   s.mesh = merge(*surfaces);
   for (const Fabric& fabric : fabrics) s.packed.push_back(pack(fabric));
 
@@ -81,7 +81,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   s.width = options.width * options.supersample;
   s.height = options.height * options.supersample;
   if (options.path == RenderPath::shader) {
-    Result<std::unique_ptr<ShaderPath>> shader = ShaderPath::create(s.gl, s.mesh, s.looks, fabrics);
+    Result<std::unique_ptr<ShaderPath>> shader = ShaderPath::create(s.gl, s.mesh, s.materials, fabrics);
     if (!shader) return tl::unexpected(shader.error());
     s.shader = std::move(*shader);
   }
@@ -114,7 +114,7 @@ Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Fra
     if (s.shadows->views().size() < look.lights.size())
       stats.remarks.push_back(
           fmt::format("{} of {} lights cast no shadows: points, wide cones, and what comes after {} others",
-                      look.lights.size() - s.shadows->views().size(), look.lights.size(), most_shadows));
+                      look.lights.size() - s.shadows->views().size(), look.lights.size(), max_shadows));
   }
   frame.width = s.options.width;
   frame.height = s.options.height;
@@ -157,16 +157,16 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   const int row = s.height - 1 - pixel.y;
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
-  const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
+  const IndexScene index{s.mesh, projected, s.materials.materials, s.packed, look.levels};
   if (const auto good = s.draw_shadows(look, true); !good) return tl::unexpected(good.error());
   const ShadingScene shading = s.shading_of(camera, look);
   std::array<DrawnSide, 2>& sides = s.bands[0].sides;
   // A band of one row, and of it the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
-  where.tiles.resize(static_cast<std::size_t>((s.width + tile_side - 1) / tile_side));
-  where.tiles[static_cast<std::size_t>(pixel.x / tile_side)] = 1;
-  if (const auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.looks.looks, where), where, sides,
-                                       watch, unwanted);
+  where.tiles.resize((s.width + tile_side - 1) / tile_side);
+  where.tiles[pixel.x / tile_side] = 1;
+  if (const auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.materials.materials, where), where,
+                                       sides, watch, unwanted);
       !good)
     return tl::unexpected(good.error());
   const auto i = static_cast<std::size_t>(pixel.x);
@@ -179,8 +179,8 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Re
   pixels.triangle[0] = nearest->triangle;
   pixels.back[0] = nearest->back;
   const VisibleSide& seen = sides[nearest->back ? 1 : 0].seen;
-  pixels.has_core = !seen.colours.empty();
-  if (pixels.has_core) pixels.core[0] = {seen.colours[i], seen.core[i]};
+  pixels.has_pbr = !seen.colours.empty();
+  if (pixels.has_pbr) pixels.pbr[0] = {seen.colours[i], seen.pbr[i]};
   return probe_pixel(index, shading, pixels);
 }
 
@@ -193,13 +193,13 @@ Result<void> Renderer::texel_edges(const Camera& camera, const RenderOptions& lo
   RenderStats unwanted;
   const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
   s.pass->place(projected);
-  const IndexScene index{s.mesh, projected, s.looks.looks, s.packed, look.levels};
+  const IndexScene index{s.mesh, projected, s.materials.materials, s.packed, look.levels};
   std::array<DrawnSide, 2>& sides = s.bands[0].sides;
   overlay.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
   for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
     const FrameTiles where{first_row, std::min(s.band_rows, s.height - first_row), {}};
-    if (auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.looks.looks, where), where, sides,
-                                   watch, unwanted);
+    if (auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.materials.materials, where), where,
+                                   sides, watch, unwanted);
         !good)
       return good;
     draw_texel_edges(index, sides, first_row, where.rows, overlay);

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "format/scene.h"
-#include "viewer/context.h"
-#include "viewer/inspect.h"
+#include "format/scene/scene.h"
+#include "viewer/gl/context.h"
+#include "viewer/hybrid/probe.h"
 #include "viewer/render.h"
 
 namespace selvedge {

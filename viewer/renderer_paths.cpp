@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <future>
 
-#include "format/parallel.h"
+#include "format/base/parallel.h"
 #include "viewer/renderer_state.h"
 
 namespace selvedge {
 
 Result<void> Renderer::State::need_pass() {
   if (pass) return {};
-  auto made = VisibilityPass::create(gl, mesh, looks, {width, height, band_rows});
+  auto made = VisibilityPass::create(gl, mesh, materials, {width, height, band_rows});
   if (!made) return tl::unexpected(made.error());
   pass = std::move(*made);
   return {};
@@ -21,18 +21,18 @@ Result<void> Renderer::State::draw_shadows(const RenderOptions& look, bool read)
   maps = {};
   if (look.shadows == 0) return {};
   if (!shadows) {
-    auto made = ShadowPass::create(gl, mesh, looks);
+    auto made = ShadowPass::create(gl, mesh, materials);
     if (!made) return tl::unexpected(made.error());
     shadows = std::move(*made);
   }
   const std::vector<ShadowView> views = shadow_views(look.lights, mesh.positions, origin, look.shadows);
   // A map is in the memory of OpenGL and in that of the program.
-  constexpr std::size_t most_texels = std::size_t{1} << 28;
+  constexpr std::size_t max_texels = std::size_t{1} << 28;
   const auto side = static_cast<std::size_t>(look.shadows);
-  if (views.size() * side * side > most_texels) {
+  if (views.size() * side * side > max_texels) {
     return fail(
         Code::option_out_of_range, "", "--shadows",
-        fmt::format("{} maps of {} texels a side are more than {} texels", views.size(), side, most_texels));
+        fmt::format("{} maps of {} texels a side are more than {} texels", views.size(), side, max_texels));
   }
   if (auto good = shadows->draw(views); !good) return good;
   if (read)
@@ -61,11 +61,11 @@ Result<void> Renderer::State::draw_shader(const Camera& camera, const RenderOpti
 
 Result<void> Renderer::State::make_paper(const Scene& scene, const std::vector<Surface>& surfaces,
                                          const std::vector<Fabric>& fabrics) {
-  Result<PaperKinds> found = paper_kinds(scene, surfaces, looks, fabrics, remarks);
+  Result<PaperKinds> found = paper_kinds(scene, surfaces, materials, fabrics, remarks);
   if (!found) return tl::unexpected(found.error());
   kinds = std::move(*found);
   kind_looks = looks_of_kinds(kinds);
-  auto made = PaperPass::create(gl, mesh, looks.looks, kinds, fabrics, {width, height, band_rows});
+  auto made = PaperPass::create(gl, mesh, materials.materials, kinds, fabrics, {width, height, band_rows});
   if (!made) return tl::unexpected(made.error());
   paper = std::move(*made);
   return {};
@@ -101,7 +101,7 @@ Result<void> Renderer::State::draw_behind(const IndexScene& index, FrameTiles wh
                                           std::array<DrawnSide, 2>& sides, DeepPixels& deep, Watch& watch,
                                           RenderStats& stats) {
   for (int side = 0; side < 2; ++side) {
-    DrawnSide& drawn = sides[static_cast<std::size_t>(side)];
+    DrawnSide& drawn = sides[side];
     deep.take(side, 0, drawn);
     for (int round = 1; round < options.layers && deep.has_more(side, round); ++round) {
       where.tiles = deep.tiles(side, round);
@@ -124,12 +124,12 @@ Result<void> Renderer::State::draw_nearest(TriangleLists lists, const FrameTiles
   sides[0].list = std::move(lists.front);
   sides[1].list = std::move(lists.back);
   for (int side = 0; side < 2; ++side) {
-    auto good = pass->draw(side, 0, where.first_row, sides[static_cast<std::size_t>(side)].list);
+    auto good = pass->draw(side, 0, where.first_row, sides[side].list);
     if (!good) return good;
   }
   pass->finish();
   watch.add_to(stats.geometry);
-  for (int side = 0; side < 2; ++side) pass->read(side, 0, where, sides[static_cast<std::size_t>(side)].seen);
+  for (int side = 0; side < 2; ++side) pass->read(side, 0, where, sides[side].seen);
   watch.add_to(stats.read_back);
   return {};
 }
@@ -182,12 +182,12 @@ Result<void> Renderer::State::draw_hybrid(const Camera& camera, const RenderOpti
                                           Watch& watch, RenderStats& stats) {
   const ProjectedVertices projected = project(mesh, clip_matrix(camera, origin), width, height);
   pass->place(projected);
-  std::vector<TriangleLists> lists = list_bands(mesh, projected, looks.looks, band_rows);
+  std::vector<TriangleLists> lists = list_bands(mesh, projected, materials.materials, band_rows);
   watch.add_to(stats.project);
-  const IndexScene index{mesh, projected, looks.looks, packed, look.levels};
+  const IndexScene index{mesh, projected, materials.materials, packed, look.levels};
   const ShadingScene shading = shading_of(camera, look);
   // What is drawn twice, because of surfaces without fabric, cannot wait for the next band.
-  const bool at_once = thread_count() == 1 || pass->has_core();
+  const bool at_once = thread_count() == 1 || pass->has_pbr();
   RenderStats shaded;
   double waited = 0;
   std::future<Result<void>> shading_before;

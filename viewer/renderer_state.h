@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "viewer/context.h"
-#include "viewer/layers.h"
-#include "viewer/materials.h"
-#include "viewer/paper_layers.h"
+#include "viewer/gl/context.h"
+#include "viewer/hybrid/layers.h"
+#include "viewer/paper/layers.h"
 #include "viewer/renderer.h"
+#include "viewer/scene/materials.h"
 
 namespace selvedge {
 
@@ -37,7 +37,7 @@ struct Renderer::State {
   int band_rows = 1;
   V3d origin{0, 0, 0};
   MergedSurfaces mesh;
-  Looks looks;
+  Materials materials;
   std::vector<std::string> remarks;
   std::vector<PackedFabric> packed;
   std::unique_ptr<GraphicsContext> context;
@@ -46,7 +46,7 @@ struct Renderer::State {
   std::unique_ptr<ShaderPath> shader;    ///< draws in place of the pass, where it is there
   std::unique_ptr<PaperPass> paper;      ///< the same
   PaperKinds kinds;
-  std::vector<SurfaceLook> kind_looks;
+  std::vector<SurfaceMaterial> kind_looks;
   PaperFrames coded;
   std::unique_ptr<ShadowPass> shadows;  ///< made when shadows are asked for
   double prepare = 0;
@@ -59,8 +59,8 @@ struct Renderer::State {
   std::array<Band, 2> bands;
 
   ShadingScene shading_of(const Camera& camera, const RenderOptions& look) const {
-    return {camera, width,  height,     looks.looks, packed,       look.lights,
-            &mesh,  origin, looks.core, maps,        look.ambient, look.power};
+    return {camera, width,         height, materials.materials, packed,    look.lights, &mesh,
+            origin, materials.pbr, maps,   look.ambient,        look.power};
   }
   /// Draws the maps that the look asks for; reads them back, unless the shader path alone needs them.
   Result<void> draw_shadows(const RenderOptions& look, bool read);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/swatch.h"
+#include "format/scene/swatch.h"
 
 namespace selvedge {
 
@@ -27,7 +27,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   if (!std::isfinite(length) || !(options.view.z > 0))
     return refuse("--view", "must have z > 0 and be finite");
 
-  const FabricLevel& level = fabric.levels[static_cast<std::size_t>(std::max(options.level - first, 0))];
+  const FabricLevel& level = fabric.levels[std::max(options.level - first, 0)];
   const V2d pixels = V2d(level.width, level.height) * V2d(options.repeats) * options.pixels_per_texel;
   if (!(pixels.x <= index_pass_side_limit && pixels.y <= index_pass_side_limit))
     return refuse("--pixels-per-texel",

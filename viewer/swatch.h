@@ -2,7 +2,7 @@
 // the picture against which the renderer is held to the reference evaluation.
 #pragma once
 
-#include "format/fabric.h"
+#include "format/fabric/fabric.h"
 #include "viewer/render.h"
 
 namespace selvedge {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "format/camera.h"
+#include "format/scene/camera.h"
 
 namespace selvedge {
 

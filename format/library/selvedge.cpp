@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "format/evaluate.h"
-#include "format/fabric_check.h"
-#include "format/fabric_exr.h"
+#include "format/check/fabric.h"
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
 
 namespace selvedge {
 
@@ -78,7 +78,7 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(Result<FabricRe
 namespace {
 
 FabricLimits limits_of(const FabricReadOptions& options) {
-  return {options.most_texels_per_side, options.most_directions, options.most_lobes};
+  return {options.max_texels_per_side, options.max_directions, options.max_lobes};
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ bool FabricFile::has_level(int level) const {
 FabricLevelData FabricFile::level(int level) const {
   FabricLevelData data;
   if (!has_level(level)) return data;
-  const FabricLevel& of = state_->fabric.levels[static_cast<std::size_t>(level - state_->first_level)];
+  const FabricLevel& of = state_->fabric.levels[level - state_->first_level];
   data.width = of.width;
   data.height = of.height;
   if (of.lobes) {
@@ -127,7 +127,7 @@ FabricLevelData FabricFile::level(int level) const {
 std::optional<FabricRadiance> FabricFile::evaluate(int level, int x, int y, const std::array<float, 3>& light,
                                                    const std::array<float, 3>& view) const {
   if (!has_level(level) || !is_finite(light) || !is_finite(view)) return {};
-  const FabricLevel& of = state_->fabric.levels[static_cast<std::size_t>(level - state_->first_level)];
+  const FabricLevel& of = state_->fabric.levels[level - state_->first_level];
   if (x < 0 || y < 0 || x >= of.width || y >= of.height) return {};
   return radiance_of(selvedge::evaluate(state_->fabric, level - state_->first_level, x, y, vector_of(light),
                                         vector_of(view)));

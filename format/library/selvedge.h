@@ -69,9 +69,9 @@ struct FabricReadOptions {
   int first_level = 0;
   int last_level = 1000;  ///< levels outside of first to last are not read, and cost nothing
   /// A file beyond these is refused before anything is allocated; they are those of the specification.
-  int most_texels_per_side = 4096;
-  int most_directions = 4096;
-  int most_lobes = 16;
+  int max_texels_per_side = 4096;
+  int max_directions = 4096;
+  int max_lobes = 16;
 };
 
 class SELVEDGE_PUBLIC FabricFile {

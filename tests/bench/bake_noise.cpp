@@ -10,10 +10,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "converter/bake.h"
-#include "converter/cell_source.h"
-#include "format/parallel.h"
-#include "format/random.h"
+#include "converter/bake/bake.h"
+#include "converter/stitch/find_cell.h"
+#include "format/base/parallel.h"
+#include "format/base/random.h"
 
 namespace {
 

@@ -9,11 +9,11 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "converter/bake.h"
-#include "converter/bake_plan.h"
-#include "converter/bake_texels.h"
-#include "converter/cell_source.h"
-#include "converter/low_discrepancy.h"
+#include "converter/bake/bake.h"
+#include "converter/bake/setup.h"
+#include "converter/bake/texels.h"
+#include "converter/light/sobol.h"
+#include "converter/stitch/find_cell.h"
 #include "tests/bench/bare_rays.h"
 
 namespace {
@@ -210,7 +210,7 @@ int main(int argc, char** argv) {
   Random random(1);
   constexpr int count = 400;
   const auto some_direction = [&](const std::vector<V3f>& of) {
-    return of[static_cast<std::size_t>(random.uniform() * static_cast<double>(of.size()))];
+    return of[random.uniform() * static_cast<double>(of.size())];
   };
   for (int i = 0; i < count; ++i) {
     Seen seen = look(scene, o, V3d(some_direction(views)), 2, 1, random);

@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-#include "converter/mesh.h"
+#include "converter/mesh/cell_mesh.h"
 
 namespace selvedge {
 

@@ -9,14 +9,14 @@
 #include <filesystem>
 #include <string>
 
-#include "converter/bake.h"
-#include "converter/cell_source.h"
-#include "converter/ray_scene.h"
+#include "converter/bake/bake.h"
+#include "converter/light/ray_scene.h"
+#include "converter/stitch/find_cell.h"
 #include "fitter/fit.h"
-#include "format/evaluate.h"
-#include "format/fabric_exr.h"
-#include "format/parallel.h"
-#include "format/random.h"
+#include "format/base/parallel.h"
+#include "format/base/random.h"
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
 #include "tests/format/fabrics.h"
 
 namespace {
@@ -58,7 +58,7 @@ void trace_shadow_packets(benchmark::State& state) {
   std::vector<std::uint32_t> hits;
   Random random(1);
   for (PointPacket& packet : packets) {
-    const V3d view(directions[static_cast<std::size_t>(random.uniform() * 64)]);
+    const V3d view(directions[random.uniform() * 64]);
     const V2d corner(random.uniform() * knit().period.x, random.uniform() * knit().period.y);
     std::array<V3d, packet_size> origins;
     for (V3d& o : origins) {
@@ -178,7 +178,7 @@ void evaluate_knit(benchmark::State& state) {
   const std::vector<DirectionPair> pairs = random_pairs(1024, 0.05, 1);
   int i = 0;
   for ([[maybe_unused]] auto _ : state) {
-    const DirectionPair& pair = pairs[static_cast<std::size_t>(i % 1024)];
+    const DirectionPair& pair = pairs[i % 1024];
     benchmark::DoNotOptimize(evaluate(fabric, 0, i % 32, (i / 32) % 32, pair.light, pair.view));
     ++i;
   }

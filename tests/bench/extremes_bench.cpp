@@ -9,8 +9,8 @@
 
 #include "tests/format/fabrics.h"
 #include "tests/viewer/shapes.h"
-#include "viewer/geometry.h"
 #include "viewer/renderer.h"
+#include "viewer/scene/surfaces.h"
 
 namespace {
 

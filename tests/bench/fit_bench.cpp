@@ -22,12 +22,12 @@
 #include <mutex>
 #include <numeric>
 
-#include "converter/bake.h"
-#include "converter/cell_source.h"
+#include "converter/bake/bake.h"
+#include "converter/stitch/find_cell.h"
 #include "fitter/fit_rows.h"
-#include "format/compare.h"
-#include "format/parallel.h"
-#include "format/random.h"
+#include "format/base/parallel.h"
+#include "format/base/random.h"
+#include "format/quality/compare.h"
 #include "tests/fitter/ceres_reference.h"
 #include "tests/fitter/reflectance.h"
 
@@ -127,7 +127,7 @@ std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOp
       minimise(problem, state, options.tolerance, options.max_iterations, converged);
       if (restart == 0 || state.cost < best.cost) best = state;
     }
-    fits[static_cast<std::size_t>(c)] = channel_fit(samples, c, best, problem);
+    fits[c] = channel_fit(samples, c, best, problem);
   }
   return fits;
 }

@@ -3,11 +3,11 @@
 //
 //   selvedge-bench-layers SAMPLES [FABRIC...]
 //
-// For every level: PSNR and relative L2 against the held-out pairs (format/compare.h has the definitions; the
-// peak is one for all levels), relative L2 over the stored views and lights beside it, so that over-fitting
-// shows, bytes of a texel in half precision before compression, and seconds. One component over texels has as
-// many bytes as a coarse level of the paper's model has altogether: there is always one. Nothing here is
-// chosen by the held-out pairs.
+// For every level: PSNR and relative L2 against the held-out pairs (format/quality/compare.h has the
+// definitions; the peak is one for all levels), relative L2 over the stored views and lights beside it, so
+// that over-fitting shows, bytes of a texel in half precision before compression, and seconds. One component
+// over texels has as many bytes as a coarse level of the paper's model has altogether: there is always one.
+// Nothing here is chosen by the held-out pairs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,14 +19,14 @@
 #include <string>
 #include <vector>
 
+#include "fitter/budget/level_error.h"
 #include "fitter/fit.h"
-#include "fitter/level_judge.h"
-#include "fitter/principal.h"
-#include "format/compare.h"
-#include "format/evaluate.h"
-#include "format/fabric_exr.h"
-#include "format/parallel.h"
-#include "format/pool.h"
+#include "fitter/solve/principal.h"
+#include "format/base/parallel.h"
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
+#include "format/quality/compare.h"
+#include "format/samples/pool.h"
 
 namespace selvedge {
 namespace {
@@ -168,7 +168,7 @@ class Bench {
     rows_.resize(levels_.size());
     tables_.resize(levels_.size());
     for (std::size_t k = 0; k < levels_.size(); ++k) {
-      tables_[k].resize(static_cast<std::size_t>(levels_[k].texels()));
+      tables_[k].resize(levels_[k].texels());
       parallel_for(0, levels_[k].texels(), [&](int texel) {
         const auto t = static_cast<std::size_t>(texel);
         tables_[k][t] = table_of(levels_[k], t);
@@ -181,7 +181,7 @@ class Bench {
     }
     const auto at = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(shown.size() - 1));
     std::nth_element(shown.begin(), shown.begin() + at, shown.end());
-    peak_ = static_cast<double>(shown[static_cast<std::size_t>(at)]);
+    peak_ = static_cast<double>(shown[at]);
   }
 
   const SamplesHeader& header() const { return header_; }

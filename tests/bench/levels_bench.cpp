@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/fabric_exr.h"
+#include "format/fabric/file.h"
 #include "tests/bench/rows.h"
 #include "viewer/renderer.h"
 
@@ -73,8 +73,7 @@ Frame shrink(const Frame& large, int n) {
     for (int x = 0; x < small.width; ++x) {
       V4f sum(0, 0, 0, 0);
       for (int j = 0; j < n; ++j) {
-        for (int i = 0; i < n; ++i)
-          sum += large.pixels[static_cast<std::size_t>((y * n + j) * large.width + x * n + i)];
+        for (int i = 0; i < n; ++i) sum += large.pixels[(y * n + j) * large.width + x * n + i];
       }
       small.pixels.push_back(sum / static_cast<float>(n * n));
     }

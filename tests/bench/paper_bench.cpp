@@ -2,7 +2,7 @@
 // with nearest texels, one tap and two levels: selvedge-bench-paper SCENE.glb FABRIC.exr [--rows FILE]
 #include <array>
 
-#include "format/fabric_exr.h"
+#include "format/fabric/file.h"
 #include "tests/bench/pictures.h"
 #include "tests/bench/rows.h"
 #include "viewer/load.h"
@@ -40,7 +40,7 @@ Fabric numbered(const Fabric& like) {
     level.width = like.levels[k].width;
     level.height = like.levels[k].height;
     level.view_table.emplace();
-    level.view_table->colour.assign(static_cast<std::size_t>(level.texels()), V3f(static_cast<float>(k + 1)));
+    level.view_table->colour.assign(level.texels(), V3f(static_cast<float>(k + 1)));
     fabric.levels.push_back(std::move(level));
   }
   return fabric;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/frame.h"
+#include "format/picture/frame.h"
 
 namespace selvedge::bench {
 

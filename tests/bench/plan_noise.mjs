@@ -1,5 +1,5 @@
 // Whether frames with a fabric for a plan differ from those with the full one by more than their noise: a row of the
-// last table of spec/plan.md.
+// last table of docs/plan.md.
 //
 //   node tests/bench/plan_noise.mjs WHAT -- FULL.exr... -- PART.exr...
 //
@@ -56,7 +56,7 @@ const lists = [];
 for (const word of process.argv.slice(3)) word === '--' ? lists.push([]) : lists.at(-1).push(word);
 const [full, part] = lists.map((paths) => paths.map(read_frame));
 const of_full = variances(full), of_part = variances(part);
-let pixels = 0, beyond = 0, beyond_noise = 0, largest = 0, noise = 0, most_sigmas = 0;
+let pixels = 0, beyond = 0, beyond_noise = 0, largest = 0, noise = 0, max_sigmas = 0;
 for (let n = 0; n < full.length; ++n) {
   for (let i = 0; i < full[n].width * full[n].height; ++i) {
     if (full[n].alpha[i] === 0 && part[n].alpha[i] === 0) continue;
@@ -67,7 +67,7 @@ for (let n = 0; n < full.length; ++n) {
     largest = Math.max(largest, difference);
     if (difference > ALLOWED) {
       ++beyond;
-      most_sigmas = Math.max(most_sigmas, (difference - ALLOWED) / sigma);
+      max_sigmas = Math.max(max_sigmas, (difference - ALLOWED) / sigma);
     }
     if (difference > ALLOWED + SIGMAS * sigma) ++beyond_noise;
   }
@@ -79,7 +79,7 @@ for (let c = 0; c < 3; ++c) {
     of_means = Math.max(of_means, Math.abs(mean(full, c, i) - mean(part, c, i)));
 }
 const row = [
-  process.argv[2], pixels, Math.sqrt(noise / pixels).toFixed(3), largest.toFixed(2), beyond, most_sigmas.toFixed(1),
+  process.argv[2], pixels, Math.sqrt(noise / pixels).toFixed(3), largest.toFixed(2), beyond, max_sigmas.toFixed(1),
   beyond_noise, of_means.toFixed(2)
 ];
 console.log(`| ${row.join(' | ')} |`);

@@ -1,4 +1,4 @@
-// quality_table.mjs SWEEP...: the means of sweeps over one grid as converter/quality_table.cpp, on standard output.
+// quality_table.mjs SWEEP...: the means of sweeps over one grid as converter/presets/presets_table.cpp, on standard output.
 import fs from "node:fs";
 
 const sweeps = process.argv.slice(2).map((folder) => JSON.parse(fs.readFileSync(`${folder}/trade.json`, "utf8")));
@@ -24,7 +24,7 @@ for (const first of sweeps[0].points) {
 const { machine } = sweeps[0].identity;
 console.log(`// Written by tests/bench/trade: means over ${sweeps.map((s) => s.identity.stitch).join(", ")}, measured on
 // ${machine.processor}, ${machine.cores} cores.
-#include "converter/quality.h"
+#include "converter/presets/presets.h"
 
 namespace selvedge {
 

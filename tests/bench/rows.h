@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "format/error.h"
+#include "format/base/error.h"
 
 namespace selvedge::bench {
 

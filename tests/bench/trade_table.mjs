@@ -1,5 +1,5 @@
 // trade_table.mjs SWEEP...: sweeps of selvedge trade, with the viewer's settings, as the page
-// spec/trade_figures.md, on standard output.
+// docs/trade_figures.md, on standard output.
 import fs from "node:fs";
 
 const views = ["near", "middle", "far", "grazing"];

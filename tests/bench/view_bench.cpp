@@ -9,9 +9,9 @@
 #include <map>
 #include <utility>
 
-#include "format/evaluate.h"
-#include "format/option_text.h"
-#include "format/parallel.h"
+#include "format/base/option_text.h"
+#include "format/base/parallel.h"
+#include "format/fabric/evaluate.h"
 #include "tests/bench/pictures.h"
 #include "tests/bench/rows.h"
 #include "viewer/load.h"
@@ -197,7 +197,7 @@ void evaluate_rates(const Fabric& fabric, const std::string& name, bench::Rows& 
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         const V3f view(block.view.x[lane], block.view.y[lane], block.view.z[lane]);
         for (const LaneTexels& of : block.texels) {
-          const int columns = fabric.levels[static_cast<std::size_t>(of.level[lane])].width;
+          const int columns = fabric.levels[of.level[lane]].width;
           for (const LaneLight& light : block.lights) {
             const V3f l(light.direction.x[lane], light.direction.y[lane], light.direction.z[lane]);
             sum +=
@@ -238,7 +238,7 @@ void draw_by_all_paths(const Subject& subject, const std::vector<RenderPath>& pa
     double processor = 0;
   } hybrid;
   for (const RenderPath path : paths) {
-    const std::string name(path_names[static_cast<std::size_t>(path)]);
+    const std::string name(path_names[path]);
     const Result<Samples> samples = draw(subject, path, full_size, frames_of(path));
     if (!samples) {
       fmt::print("| {} | {} | {} |\n", subject.name, name, to_line(samples.error()));

@@ -1,7 +1,7 @@
 // Cells whose light is known in closed form, for the tests of the bake.
 #pragma once
 
-#include "converter/mesh.h"
+#include "converter/mesh/cell_mesh.h"
 
 namespace selvedge::test {
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "converter/mesh.h"
-#include "converter/stitch.h"
+#include "converter/mesh/cell_mesh.h"
+#include "converter/stitch/pattern.h"
 
 namespace selvedge::testing {
 
@@ -90,7 +90,7 @@ inline std::vector<Crossing> crossings_of(const StitchPattern& pattern, const Ya
 }
 
 inline V3d corner(const CellMesh& mesh, std::size_t triangle, int k) {
-  return V3d(mesh.positions[static_cast<std::size_t>(mesh.triangles[triangle][k])]);
+  return V3d(mesh.positions[mesh.triangles[triangle][k]]);
 }
 
 inline V3d twice_area(const CellMesh& mesh, std::size_t t) {
@@ -149,7 +149,7 @@ inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
       for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         std::array<int, 3> ids_of_corners{};
         for (int k = 0; k < 3; ++k) {
-          ids_of_corners[static_cast<std::size_t>(k)] = id_at(corner(mesh, t, k) + V3d(tx * px, ty * py, 0));
+          ids_of_corners[k] = id_at(corner(mesh, t, k) + V3d(tx * px, ty * py, 0));
         }
         triangles.push_back(ids_of_corners);
       }
@@ -158,7 +158,7 @@ inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
   std::vector<int> root(places.size());
   for (std::size_t i = 0; i < root.size(); ++i) root[i] = static_cast<int>(i);
   const auto find = [&](int i) {
-    while (root[static_cast<std::size_t>(i)] != i) i = root[static_cast<std::size_t>(i)];
+    while (root[i] != i) i = root[i];
     return i;
   };
   for (const auto& t : triangles) {
@@ -166,7 +166,7 @@ inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
       if (++directed[{t[k], t[(k + 1) % 3]}] > 1) ++result.repeated;
       const int a = find(t[k]);
       const int b = find(t[(k + 1) % 3]);
-      root[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      root[std::max(a, b)] = std::min(a, b);
     }
   }
   const auto shared_wall = [&](const V3d& a, const V3d& b) {
@@ -177,8 +177,7 @@ inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
     const bool paired = directed.contains({edge.second, edge.first});
     if (!paired || edge.first < edge.second) ++result.edges;
     if (paired) continue;
-    const bool on_wall = shared_wall(places[static_cast<std::size_t>(edge.first)],
-                                     places[static_cast<std::size_t>(edge.second)]);
+    const bool on_wall = shared_wall(places[edge.first], places[edge.second]);
     ++(on_wall ? result.unpaired_on_walls : result.unpaired_elsewhere);
   }
   result.vertices = places.size();

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/fabric.h"
+#include "format/fabric/fabric.h"
 
 namespace selvedge::test {
 

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
-#include "converter/mesh_file.h"
-#include "format/atomic_file.h"
+#include "converter/mesh/file.h"
+#include "format/base/atomic_file.h"
 
 namespace selvedge::testing {
 

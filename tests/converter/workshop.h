@@ -5,9 +5,9 @@
 
 #include <string>
 
-#include "converter/dress.h"
-#include "format/fabric_exr.h"
-#include "format/gltf.h"
+#include "converter/dress/dress.h"
+#include "format/fabric/file.h"
+#include "format/gltf/document.h"
 #include "tests/converter/fabrics.h"
 #include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"

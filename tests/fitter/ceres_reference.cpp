@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "fitter/lobe_starts.h"
-#include "format/lafortune.h"
+#include "fitter/lobes/lobe_starts.h"
+#include "format/fabric/lafortune.h"
 
 namespace selvedge::test {
 namespace {
@@ -200,7 +200,7 @@ std::array<ChannelFit, 3> fit_texel_plainly(const TexelSamples& samples, const L
       converged = best.cost - next.cost <= options.tolerance * best.cost;
       if (next.cost < best.cost) best = next;
     }
-    ChannelFit& fit = fits[static_cast<std::size_t>(c)];
+    ChannelFit& fit = fits[c];
     fit = channel_fit(samples, c, best, plain.problem());
     fit.iterations = iterations;
     fit.converged = converged;

@@ -1,7 +1,7 @@
 // The fit given to Ceres plainly: what the fitter's own search is held to.
 #pragma once
 
-#include "fitter/lobe_fit.h"
+#include "fitter/lobes/lobe_fit.h"
 
 namespace selvedge::test {
 

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <numeric>
 
-#include "format/compare.h"
-#include "format/evaluate.h"
-#include "format/parallel.h"
-#include "format/random.h"
+#include "format/base/parallel.h"
+#include "format/base/random.h"
+#include "format/fabric/evaluate.h"
+#include "format/quality/compare.h"
 
 using namespace selvedge;
 
@@ -219,7 +219,7 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
       for (int c = 0; c < 3; ++c) {
         // Without a table the bound is that of the fit itself.
         ChannelProblem problem(samples, c, all, options.channel);
-        const ChannelState state = state_of(samples, c, fits[static_cast<std::size_t>(c)]);
+        const ChannelState state = state_of(samples, c, fits[c]);
         for (std::size_t j = 1; j < state.sizes.size(); ++j) {
           CHECK(state.sizes[j] <= problem.peak() * (1 + 1e-6));
         }

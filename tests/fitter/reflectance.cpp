@@ -7,7 +7,7 @@
 #include <sstream>
 #include <utility>
 
-#include "format/lafortune.h"
+#include "format/fabric/lafortune.h"
 
 namespace selvedge::test {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "fitter/lobe_fit.h"
-#include "format/error.h"
+#include "fitter/lobes/lobe_fit.h"
+#include "format/base/error.h"
 
 namespace selvedge::test {
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "format/lafortune.h"
+#include "format/fabric/lafortune.h"
 
 using namespace selvedge;
 

@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "format/evaluate.h"
-#include "format/random.h"
-#include "format/samples.h"
+#include "format/base/random.h"
+#include "format/fabric/evaluate.h"
+#include "format/samples/samples.h"
 
 namespace selvedge::test {
 
@@ -19,7 +19,7 @@ inline SampleLevel seen_of(const Fabric& fabric) {
   samples.height = level.height;
   samples.views = fabric.views.count();
   samples.lights = fabric.lights.count();
-  samples.normal.assign(static_cast<std::size_t>(level.texels()), V3f(0, 0, 1));
+  samples.normal.assign(level.texels(), V3f(0, 0, 1));
   if (level.frame) samples.normal = level.frame->normal;
   for (int texel = 0; texel < level.texels(); ++texel) {
     for (const V3f& view : directions_of(fabric.views)) {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "format/exr.h"
-#include "format/fabric_exr.h"
-#include "format/fabric_rules.h"
+#include "format/exr/exr.h"
+#include "format/fabric/file.h"
+#include "format/fabric/rules.h"
 
 namespace selvedge::test {
 
@@ -30,7 +30,7 @@ struct OpenedFabric {
   std::vector<float>& plane(const std::string& name, int level, const std::string& channel) {
     const std::size_t p = index_of(name);
     for (std::size_t c = 0; c < parts[p].channels.size(); ++c) {
-      if (parts[p].channels[c].name == channel) return pixels[p][static_cast<std::size_t>(level)].planes[c];
+      if (parts[p].channels[c].name == channel) return pixels[p][level].planes[c];
     }
     FAIL("no channel ", channel);
     return pixels[0][0].planes[0];

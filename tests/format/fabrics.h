@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "format/fabric.h"
-#include "format/random.h"
+#include "format/base/random.h"
+#include "format/fabric/fabric.h"
 
 namespace selvedge::test {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "format/gltf_writer.h"
+#include "samples/gltf_writer.h"
 
 namespace selvedge::test {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "format/gltf_check.h"
+#include "format/check/gltf.h"
 #include "tests/format/gltf_fixtures.h"
 
 namespace selvedge::test {

@@ -187,7 +187,7 @@ std::string quantized() {
   const int normal = b.accessor(
       b.view(bytes_of(std::vector<std::int8_t>{0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0}), 4),
       5120, 4, "VEC3");
-  b.json["accessors"][static_cast<std::size_t>(normal)]["normalized"] = true;
+  b.json["accessors"][normal]["normalized"] = true;
   primitive_of(b)["attributes"]["POSITION"] = position;
   primitive_of(b)["attributes"]["NORMAL"] = normal;
   return b.as_glb();

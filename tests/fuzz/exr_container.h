@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "format/exr.h"
+#include "format/exr/exr.h"
 
 namespace selvedge::fuzz {
 

@@ -7,8 +7,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "format/fabric.h"
-#include "format/fabric_names.h"
+#include "format/base/digest.h"
+#include "format/fabric/fabric.h"
+#include "format/fabric/names.h"
 #include "tests/fuzz/exr_container.h"
 #include "tests/fuzz/mutate.h"
 #include "tests/fuzz/target.h"

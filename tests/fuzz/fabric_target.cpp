@@ -1,9 +1,9 @@
 // Bytes -> read_fabric, check_fabric, and the evaluation of what they let pass.
 #include <cmath>
 
-#include "format/evaluate.h"
-#include "format/fabric_check.h"
-#include "format/fabric_exr.h"
+#include "format/check/fabric.h"
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
 #include "tests/fuzz/target.h"
 
 using namespace selvedge;
@@ -25,7 +25,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                 "the checker finds fault with what the reader refuses");
   if (!fabric) return 0;
   for (int k = 0; k < static_cast<int>(fabric->levels.size()); ++k) {
-    const FabricLevel& level = fabric->levels[static_cast<std::size_t>(k)];
+    const FabricLevel& level = fabric->levels[k];
     const Shading s =
         evaluate(*fabric, k, level.width - 1, level.height - 1, {0, 0.6F, 0.8F}, {0.6F, 0, 0.8F});
     fuzz::require(s.alpha >= 0 && s.alpha <= 1, "alpha is in [0, 1]");

@@ -2,9 +2,9 @@
 // adds. No other file is opened.
 #include <algorithm>
 
-#include "format/gltf_check.h"
-#include "format/gltf_scene.h"
-#include "format/gltf_tangents.h"
+#include "converter/dress/add_tangents.h"
+#include "format/check/gltf.h"
+#include "format/gltf/read_scene.h"
 #include "tests/fuzz/target.h"
 
 using namespace selvedge;

@@ -87,7 +87,7 @@ void make_samples(const fs::path& path, const std::string& name, const SamplesHe
   }
   for (const PairKind kind : all_pair_kinds) {
     PairSamples pairs;
-    pairs.pairs = header.pairs[static_cast<std::size_t>(kind)];
+    pairs.pairs = header.pairs[kind];
     const std::size_t count = pairs.pairs.size() * texels;
     pairs.alpha.assign(count, 0.5F);
     pairs.alpha_noise.assign(count, -0.25F);

@@ -2,7 +2,7 @@
 #include <array>
 #include <string>
 
-#include "converter/mesh_file.h"
+#include "converter/mesh/file.h"
 #include "tests/fuzz/target.h"
 
 using namespace selvedge;

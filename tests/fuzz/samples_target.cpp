@@ -1,5 +1,5 @@
 // Bytes -> SamplesReader: the header, the level, all pairs.
-#include "format/samples.h"
+#include "format/samples/samples.h"
 #include "tests/fuzz/target.h"
 
 using namespace selvedge;

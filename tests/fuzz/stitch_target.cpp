@@ -1,7 +1,7 @@
 // Bytes -> read_stitch; what it accepts is the same after it was written and read again.
 #include <string_view>
 
-#include "converter/stitch_json.h"
+#include "converter/stitch/pattern_json.h"
 #include "tests/fuzz/target.h"
 
 using namespace selvedge;

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "format/exr.h"
+#include "format/exr/exr.h"
 
 /// libFuzzer's entry: one reader over one input. Must not leave anything behind.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <set>
 
-#include "converter/dress.h"
-#include "format/fabric_exr.h"
-#include "format/gltf.h"
+#include "converter/dress/dress.h"
+#include "format/fabric/file.h"
+#include "format/gltf/document.h"
 #include "tests/converter/fabrics.h"
 
 namespace fs = std::filesystem;

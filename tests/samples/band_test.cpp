@@ -67,8 +67,8 @@ TEST_CASE("a band is one strip with a seam and an edge, and keeps its stitches' 
     std::array<V2d, 3> plane;
     for (int k = 0; k < 3; ++k) {
       const std::size_t v = static_cast<std::size_t>(t[k]);
-      corners[static_cast<std::size_t>(k)] = assembly.points[static_cast<std::size_t>(band.points[v])];
-      plane[static_cast<std::size_t>(k)] = band.tex_coords[v];
+      corners[k] = assembly.points[band.points[v]];
+      plane[k] = band.tex_coords[v];
     }
     CHECK((plane[1] - plane[0]) % (plane[2] - plane[0]) < 0);  // u right, v down
     const double size = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();

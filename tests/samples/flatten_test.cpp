@@ -33,8 +33,8 @@ Stretch worst_of(const Panel& panel, const std::vector<V2d>& plane) {
     std::array<V3d, 3> corners;
     std::array<V2d, 3> flat;
     for (int k = 0; k < 3; ++k) {
-      corners[static_cast<std::size_t>(k)] = panel.positions[static_cast<std::size_t>(t[k])];
-      flat[static_cast<std::size_t>(k)] = plane[static_cast<std::size_t>(t[k])];
+      corners[k] = panel.positions[t[k]];
+      flat[k] = plane[t[k]];
     }
     const Stretch s = stretch_of(corners, flat);
     worst.most = std::max(worst.most, s.most);
@@ -88,9 +88,8 @@ TEST_CASE("the flat panel keeps the outside up") {
   const Result<std::vector<V2d>> plane = flatten(panel);
   REQUIRE(plane);
   for (const V3i& t : panel.triangles) {
-    const V2d& a = (*plane)[static_cast<std::size_t>(t[0])];
-    CHECK(((*plane)[static_cast<std::size_t>(t[1])] - a) % ((*plane)[static_cast<std::size_t>(t[2])] - a) >
-          0);
+    const V2d& a = (*plane)[t[0]];
+    CHECK(((*plane)[t[1]] - a) % ((*plane)[t[2]] - a) > 0);
   }
 }
 

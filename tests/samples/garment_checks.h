@@ -28,8 +28,8 @@ inline Measured measure(const Assembly& assembly, const std::string& material) {
       std::array<V2d, 3> plane;
       for (int k = 0; k < 3; ++k) {
         const std::size_t v = static_cast<std::size_t>(t[k]);
-        corners[static_cast<std::size_t>(k)] = assembly.points[static_cast<std::size_t>(patch.points[v])];
-        plane[static_cast<std::size_t>(k)] = patch.tex_coords[v];
+        corners[k] = assembly.points[patch.points[v]];
+        plane[k] = patch.tex_coords[v];
       }
       const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length() / 2;
       const Stretch stretch = stretch_of(corners, plane);

@@ -39,7 +39,7 @@ TEST_CASE("every quad becomes four with the label of its parent") {
   REQUIRE(fine->labels.size() == fine->quads.size());
   for (std::size_t q = 0; q < fine->quads.size(); ++q) {
     V3d middle(0, 0, 0);
-    for (const int v : fine->quads[q]) middle += fine->positions[static_cast<std::size_t>(v)] / 4;
+    for (const int v : fine->quads[q]) middle += fine->positions[v] / 4;
     // Flat, evenly spaced: the columns keep their place, but for the outermost, whose corners are rounded.
     CHECK(std::abs(middle.x - (fine->labels[q] + 0.5)) < 0.5);
     CHECK(middle.z == 0);

@@ -49,10 +49,10 @@ TEST_CASE("the sweater is one surface with four openings, of the size of a sweat
     const Patch& patch = sweater->patches[i];
     REQUIRE(patch.material == "sweater");
     for (const int point : patch.points) {
-      const V3d& normal = normals[static_cast<std::size_t>(point)];
+      const V3d& normal = normals[point];
       CHECK(normal.length() == doctest::Approx(1));
       // The body is shifted by its hem, which the sleeves' line does not know of.
-      const V3d p = sweater->points[static_cast<std::size_t>(point)] - V3d(0, 0.035, 0);
+      const V3d p = sweater->points[point] - V3d(0, 0.035, 0);
       outwards += normal.dot(from_axis(p, i >= 2)) > 0 ? 1 : 0;
       ++counted;
     }
@@ -85,9 +85,7 @@ TEST_CASE("the sweater's wales run down the body and along the sleeves") {
       const std::size_t a = static_cast<std::size_t>(t[0]);
       const std::size_t b = static_cast<std::size_t>(t[1]);
       const std::size_t c = static_cast<std::size_t>(t[2]);
-      const auto point = [&](std::size_t v) {
-        return sweater->points[static_cast<std::size_t>(patch.points[v])];
-      };
+      const auto point = [&](std::size_t v) { return sweater->points[patch.points[v]]; };
       const V3d p = point(b) - point(a);
       const V3d q = point(c) - point(a);
       const V2d d = patch.tex_coords[b] - patch.tex_coords[a];
@@ -120,7 +118,7 @@ TEST_CASE("vertices on a seam have the same position and normal, bit by bit") {
     for (const Patch& patch : sweater->patches) {
       if (patch.material != garment.materials[m].name) continue;
       for (const int point : patch.points) {
-        CHECK(primitive.positions[vertex] == V3f(sweater->points[static_cast<std::size_t>(point)]));
+        CHECK(primitive.positions[vertex] == V3f(sweater->points[point]));
         CHECK(primitive.normals[vertex].length() == doctest::Approx(1));
         ++vertex;
       }

@@ -26,7 +26,7 @@ TEST_CASE("the tablecloth lies flat on the table and hangs beside it") {
   const Patch& cloth = table.patches[0];
   double lowest = options.table_height;
   for (std::size_t v = 0; v < cloth.points.size(); ++v) {
-    const V3d& p = table.points[static_cast<std::size_t>(cloth.points[v])];
+    const V3d& p = table.points[cloth.points[v]];
     const double s = cloth.tex_coords[v].length();
     const double r = std::hypot(p.x, p.z);
     lowest = std::min(lowest, p.y);

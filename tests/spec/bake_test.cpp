@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "converter/bake.h"
-#include "converter/stitch_json.h"
-#include "converter/stitch_mesh.h"
-#include "format/exr.h"
+#include "converter/bake/bake.h"
+#include "converter/stitch/pattern_json.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "format/exr/exr.h"
 #include "tests/spec/spec_text.h"
 
 using namespace selvedge;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "format/evaluate.h"
+#include "format/fabric/evaluate.h"
 #include "tests/spec/spec_text.h"
 
 using namespace selvedge;

@@ -5,8 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "format/exr.h"
-#include "format/fabric_exr.h"
+#include "format/base/digest.h"
+#include "format/exr/exr.h"
+#include "format/fabric/file.h"
 #include "tests/format/fabrics.h"
 #include "tests/spec/spec_text.h"
 

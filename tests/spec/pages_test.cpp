@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <regex>
 
-#include "converter/stitch_library.h"
+#include "converter/stitch/library.h"
 #include "tests/spec/issues_markdown.h"
 #include "tests/spec/spec_text.h"
 
@@ -49,7 +49,7 @@ TEST_CASE("links within the specification lead somewhere") {
 
 TEST_CASE("every name that a file holds is in the specification") {
   const std::string text = page("fabric.md") + page("samples.md");
-  const auto constants = matches(source_text("format/fabric_names.h"), std::regex("\"([^\"\\n]*)\""));
+  const auto constants = matches(source_text("format/fabric/names.h"), std::regex("\"([^\"\\n]*)\""));
   REQUIRE(constants.size() > 30);
   // A member may be named with the way to it.
   for (const std::string& name : constants) {

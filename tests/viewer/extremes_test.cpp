@@ -1,4 +1,4 @@
-// Scenes at the edge of what can be asked, on both paths (spec/view.md, "At the extremes").
+// Scenes at the edge of what can be asked, on both paths (docs/view.md, "At the extremes").
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 #include "tests/format/fabrics.h"
 #include "tests/viewer/shapes.h"
-#include "viewer/geometry.h"
 #include "viewer/render.h"
+#include "viewer/scene/surfaces.h"
 
 namespace selvedge {
 namespace {

@@ -1,4 +1,4 @@
-#include "format/footprint.h"
+#include "format/scene/footprint.h"
 
 #include <doctest/doctest.h>
 
@@ -8,8 +8,8 @@
 #include <string>
 
 #include "tests/viewer/shapes.h"
-#include "viewer/context.h"
-#include "viewer/gl_objects.h"
+#include "viewer/gl/context.h"
+#include "viewer/gl/objects.h"
 
 namespace selvedge {
 namespace {

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <tuple>
 
-#include "format/gltf_scene.h"
-#include "format/image.h"
+#include "format/gltf/read_scene.h"
+#include "format/picture/image.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "tests/viewer/shapes.h"
-#include "viewer/context.h"
-#include "viewer/layers.h"
-#include "viewer/materials.h"
+#include "viewer/gl/context.h"
+#include "viewer/hybrid/layers.h"
+#include "viewer/scene/materials.h"
 
 namespace selvedge::test {
 
@@ -15,7 +15,7 @@ struct Indexed {
   int width = 0;
   int height = 0;
   MergedSurfaces mesh;
-  std::vector<SurfaceLook> looks;
+  std::vector<SurfaceMaterial> materials;
   std::vector<PackedFabric> packed;
   ProjectedVertices projected;
   std::vector<PixelBlock> blocks;  ///< every covered pixel in one lane of one of them
@@ -31,9 +31,9 @@ inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabr
   const Result<std::vector<Surface>> surfaces = build_surfaces(scene, V3d(0, 0, 0));
   require(surfaces);
   std::vector<std::string> remarks;
-  const Result<Looks> looks = looks_of(scene, *surfaces, fabrics.size(), remarks);
-  require(looks);
-  result.looks = looks->looks;
+  const Result<Materials> materials = materials_of(scene, *surfaces, fabrics.size(), remarks);
+  require(materials);
+  result.materials = materials->materials;
   result.mesh = merge(*surfaces);
   for (const Fabric& fabric : fabrics) result.packed.push_back(pack(fabric));
   result.projected = project(result.mesh, clip_matrix(camera, V3d(0, 0, 0)), width, height);
@@ -44,19 +44,19 @@ inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabr
   const Result<GlFunctions> gl = load_gl_functions(**context);
   require(gl);
   const FrameTiles where{first_row, rows == 0 ? height : rows, {}};
-  const auto pass = VisibilityPass::create(*gl, result.mesh, *looks, {width, height, where.rows});
+  const auto pass = VisibilityPass::create(*gl, result.mesh, *materials, {width, height, where.rows});
   require(pass);
   (*pass)->place(result.projected);
-  const TriangleLists lists = list_triangles(result.mesh, result.projected, result.looks, where);
+  const TriangleLists lists = list_triangles(result.mesh, result.projected, result.materials, where);
   std::array<DrawnSide, 2> sides;
   sides[0].list = lists.front;
   sides[1].list = lists.back;
   for (int side = 0; side < 2; ++side) {
-    DrawnSide& drawn = sides[static_cast<std::size_t>(side)];
+    DrawnSide& drawn = sides[side];
     require((*pass)->draw(side, 0, first_row, drawn.list));
     (*pass)->read(side, 0, where, drawn.seen);
   }
-  const IndexScene index{result.mesh, result.projected, result.looks, result.packed, levels};
+  const IndexScene index{result.mesh, result.projected, result.materials, result.packed, levels};
   PixelTriangles waiting;
   const auto flush = [&] {
     if (waiting.count == 0) return;

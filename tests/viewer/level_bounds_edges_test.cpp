@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/lights.h"
-#include "format/scene_points.h"
+#include "format/scene/lights.h"
+#include "format/scene/scene_points.h"
 #include "tests/viewer/seen_levels.h"
 
 // Levels foreseen against those that pixels ask for, where scenes and cameras are at their edges.

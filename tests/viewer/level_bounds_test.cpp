@@ -1,12 +1,12 @@
-#include "format/level_bounds.h"
+#include "format/scene/level_bounds.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "format/lights.h"
-#include "format/scene_points.h"
+#include "format/scene/lights.h"
+#include "format/scene/scene_points.h"
 #include "tests/viewer/seen_levels.h"
 #include "viewer/render.h"
 

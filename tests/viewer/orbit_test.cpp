@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/viewer/shapes.h"
-#include "viewer/show_state.h"
+#include "viewer/show/state.h"
 #include "viewer/turntable.h"
 
 namespace selvedge {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "tests/viewer/shapes.h"
-#include "viewer/geometry.h"
 #include "viewer/render.h"
+#include "viewer/scene/surfaces.h"
 
 namespace selvedge::test {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/vec.h"
+#include "format/base/vec.h"
 
 namespace selvedge::test {
 

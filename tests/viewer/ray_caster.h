@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "format/camera.h"
-#include "viewer/merged_surfaces.h"
+#include "format/scene/camera.h"
+#include "viewer/scene/mesh.h"
 
 namespace selvedge::test {
 

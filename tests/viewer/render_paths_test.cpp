@@ -85,8 +85,7 @@ TEST_CASE("a point light over a Lambertian square has the radiance of its closed
         const V3d p = camera->position + camera->right * at.x + camera->up * at.y;
         const V3d towards = point.position - V3d(p.x, p.y, 0);
         const double expected = 0.5 / 3.14159265358979 * 2 * towards.z / std::pow(towards.length2(), 1.5);
-        CHECK(frame.pixels[static_cast<std::size_t>(y * 64 + x)].x ==
-              doctest::Approx(expected).epsilon(1e-3));
+        CHECK(frame.pixels[y * 64 + x].x == doctest::Approx(expected).epsilon(1e-3));
       }
     }
   }

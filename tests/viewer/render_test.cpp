@@ -7,9 +7,9 @@
 #include <cstring>
 #include <numbers>
 
-#include "format/parallel.h"
+#include "format/base/parallel.h"
 #include "tests/viewer/shapes.h"
-#include "viewer/geometry.h"
+#include "viewer/scene/surfaces.h"
 
 namespace selvedge {
 namespace {
@@ -47,9 +47,7 @@ bool same_bytes(const Frame& a, const Frame& b) {
          std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(V4f)) == 0;
 }
 
-V4f middle(const Frame& frame) {
-  return frame.pixels[static_cast<std::size_t>(frame.height / 2 * frame.width + frame.width / 2)];
-}
+V4f middle(const Frame& frame) { return frame.pixels[frame.height / 2 * frame.width + frame.width / 2]; }
 
 /// An unlit colour: radiance is the colour over pi.
 V4f shown(const V4f& pixel) {
@@ -70,7 +68,7 @@ TEST_CASE("a Lambertian sphere shows albedo / pi * cosine * irradiance, as a fab
     for (int x = 0; x < options.width; ++x) {
       const V3d away =
           -view_direction(camera, V2d((2.0 * x + 1) / options.width - 1, 1 - (2.0 * y + 1) / options.height));
-      const V4f& pixel = frame.pixels[static_cast<std::size_t>(y * options.width + x)];
+      const V4f& pixel = frame.pixels[y * options.width + x];
       const double along = -camera.position.dot(away);
       const double under_root = along * along - camera.position.length2() + 1;
       // The silhouette is a polygon's, and normals there are bent to the horizon.

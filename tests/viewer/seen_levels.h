@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/level_bounds.h"
+#include "format/scene/level_bounds.h"
 #include "tests/viewer/indexed.h"
 
 namespace selvedge::test {

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/error.h"
-#include "format/fabric.h"
-#include "format/random.h"
-#include "format/scene.h"
+#include "format/base/error.h"
+#include "format/base/random.h"
+#include "format/fabric/fabric.h"
+#include "format/scene/scene.h"
 
 namespace selvedge::test {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/evaluate.h"
-#include "format/swatch_picture.h"
+#include "format/fabric/evaluate.h"
+#include "format/picture/swatch_picture.h"
 #include "tests/viewer/shapes.h"
 
 namespace selvedge {
@@ -28,7 +28,7 @@ double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d
   options.lights = {{light.normalized(), V3f(1, 1, 1)}};
   const Result<Frame> frame = render_swatch(fabric, swatch, options);
   test::require(frame);
-  const FabricLevel& of = fabric.levels[static_cast<std::size_t>(level)];
+  const FabricLevel& of = fabric.levels[level];
   REQUIRE(frame->width == of.width * repeats.x);
   REQUIRE(frame->height == of.height * repeats.y);
   double peak = 0;
@@ -37,7 +37,7 @@ double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d
     for (int x = 0; x < frame->width; ++x) {
       const Shading expected = evaluate(fabric, level, x % of.width, y % of.height, V3f(light.normalized()),
                                         V3f(view.normalized()));
-      const V4f& pixel = frame->pixels[static_cast<std::size_t>(y * frame->width + x)];
+      const V4f& pixel = frame->pixels[y * frame->width + x];
       for (int c = 0; c < 3; ++c) {
         const double value = expected.alpha * expected.radiance[c];
         peak = std::max(peak, value);

@@ -1,0 +1,28 @@
+// A picture of bytes as a texture for a window.
+#pragma once
+
+#include "viewer/gl/functions.h"
+
+namespace selvedge {
+
+class ScreenTexture {
+ public:
+  /// The context of `gl` must be current whenever a function is called, the destructor included.
+  explicit ScreenTexture(const GlFunctions& gl) : gl_(gl) {}
+  ~ScreenTexture() { gl_.DeleteTextures(1, &texture_); }
+  ScreenTexture(const ScreenTexture&) = delete;
+  ScreenTexture& operator=(const ScreenTexture&) = delete;
+
+  /// `rgba`: 4 bytes a pixel, top row first. Larger on the screen it is smooth.
+  void load(int width, int height, const void* rgba);
+  /// 0 before the first load.
+  GLuint name() const { return texture_; }
+
+ private:
+  const GlFunctions& gl_;
+  GLuint texture_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+};
+
+}  // namespace selvedge

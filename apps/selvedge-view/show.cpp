@@ -1,0 +1,364 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/panel.h"
+#include "apps/selvedge-view/screen_texture.h"
+#include "format/base/option_text.h"
+#include "format/base/parallel.h"
+#include "format/base/printable.h"
+#include "format/fabric/file.h"
+#include "format/picture/image.h"
+#include "viewer/load.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+/// A frame that takes longer than this is drawn smaller while something moves.
+constexpr double moving_budget = 0.05;
+/// After so long without a movement the picture is sharp again.
+constexpr double still_after = 0.15;
+/// How long the window sleeps while nothing happens.
+constexpr double idle = 0.5;
+/// Frames that the panel needs to come to rest after an event.
+constexpr int frames_to_settle = 3;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+int report(const Error& error) {
+  fmt::print(stderr, "selvedge-view: {}\n", to_line(error));
+  return 1;
+}
+
+/// A flat piece of a fabric as a scene.
+Result<LoadedScene> load_swatch(const ShowCommand& command) {
+  Result<Fabric> fabric = read_fabric(command.input);
+  if (!fabric) return tl::unexpected(fabric.error());
+  Result<Swatch> swatch = make_swatch(*fabric, command.swatch);
+  if (!swatch) return tl::unexpected(swatch.error());
+  LoadedScene loaded{std::move(swatch->scene), {}};
+  SceneFabric source;
+  source.name = command.input.substr(command.input.find_last_of('/') + 1);
+  loaded.scene.fabrics.push_back(source);
+  loaded.fabrics.push_back(std::move(*fabric));
+  return loaded;
+}
+
+Json json_of(const V3f& v) { return {v.x, v.y, v.z}; }
+
+Json json_of(const Light& light) {
+  Json all = {{"irradiance", json_of(light.irradiance)}};
+  if (light.kind != LightKind::point) all["direction"] = json_of(V3f(light.direction));
+  if (light.kind != LightKind::directional) all["position"] = json_of(V3f(light.position));
+  return all;
+}
+
+Json json_of(const PixelProbe& probe, const ShowPicture& picture) {
+  Json texels = Json::array();
+  for (const ProbedTexel& t : probe.texels)
+    texels.push_back({{"level", t.level}, {"texel", {t.texel.x, t.texel.y}}, {"weight", t.weight}});
+  Json lights = Json::array();
+  for (const V3f& light : probe.lights) lights.push_back(json_of(light));
+  Json fabric;
+  if (probe.fabric >= 0) fabric = picture.fabric_names()[probe.fabric];
+  return {{"pixel", {probe.pixel.x, probe.pixel.y}},
+          {"back", probe.back},
+          {"fabric", fabric},
+          {"uv", {probe.uv.x, probe.uv.y}},
+          {"texels", texels},
+          {"view", json_of(probe.view)},
+          {"lights", lights},
+          {"radiance", json_of(probe.radiance)},
+          {"alpha", probe.alpha}};
+}
+
+/// What the window shows and how it is made, from event to event.
+class Show {
+ public:
+  Show(const ShowCommand& command, Window& window, ShowPicture& picture, const GlFunctions& gl,
+       const ShowState& state)
+      : command_(command),
+        window_(window),
+        picture_(picture),
+        gl_(gl),
+        first_(state),
+        state_(state),
+        good_(state),
+        panel_(window),
+        shown_(gl),
+        overlay_(gl) {}
+
+  Result<void> run() {
+    bool closing = false;
+    while (!closing) {
+      window_size_ = window_.size();
+      if (window_size_.x == 0 || window_size_.y == 0) {
+        window_.take_events(idle);
+        closing = window_.wants_to_close();
+        continue;
+      }
+      const Result<bool> closes = step();
+      if (!closes) return tl::unexpected(closes.error());
+      closing = *closes || window_.wants_to_close();
+      if (closing && !command_.screenshot.empty()) {
+        if (auto good = write_screenshot(); !good) return good;
+      }
+      window_.swap();
+      if (closing) break;
+      const double wait = divisor_ > 1 ? still_after / 3 : idle;
+      if (settling_ > 0) --settling_;
+      if (window_.take_events(settling_ > 0 ? 0 : wait)) settling_ = frames_to_settle;
+    }
+    return {};
+  }
+
+  Json to_json() const {
+    const V3d look_at = state_.camera.look_at.value_or(V3d(0, 0, 0));
+    Json all = {{"program", "selvedge-view"},
+                {"version", SELVEDGE_VERSION},
+                {"report", 1},
+                {"verb", "show"},
+                {"input", command_.input},
+                {"window", {window_size_.x, window_size_.y}},
+                {"width", picture_.frame().width},
+                {"height", picture_.frame().height},
+                {"frames", frames_},
+                {"threads", thread_count()},
+                {"camera",
+                 {{"azimuth", state_.camera.azimuth},
+                  {"elevation", state_.camera.elevation},
+                  {"fov", state_.camera.field_of_view},
+                  {"distance", state_.camera.distance.value_or(0)},
+                  {"lookAt", {look_at.x, look_at.y, look_at.z}}}},
+                {"path", path_names[state_.path]},
+                {"levels", {{"forced", state_.levels.forced}, {"blend", state_.levels.blend}}},
+                {"fabrics", state_.fabrics},
+                {"fabricBytes", {{"read", picture_.bytes_read()}, {"inFiles", picture_.file_bytes()}}},
+                {"message", message_}};
+    all["warnings"] = Json::array();
+    for (const Error& warning : picture_.warnings()) all["warnings"].push_back(to_line(warning));
+    all["lights"] = Json::array();
+    for (const Light& light : picture_.lights()) all["lights"].push_back(json_of(light));
+    all["probe"] = probe_ ? json_of(*probe_, picture_) : Json();
+    const RenderStats& s = picture_.stats();
+    all["seconds"] = {{"prepare", s.prepare},
+                      {"project", s.project},
+                      {"shadows", s.shadows},
+                      {"geometry", s.geometry},
+                      {"readBack", s.read_back},
+                      {"evaluation", s.evaluation},
+                      {"frame", picture_.draw_seconds()},
+                      {"display", picture_.display_seconds()},
+                      {"window", window_seconds_}};
+    return all;
+  }
+
+ private:
+  /// One frame of the window, all but its swap. Gives whether somebody wants to close it.
+  Result<bool> step() {
+    panel_.begin();
+    size_ = panel_.picture_size(window_size_);
+    ShowInput input = panel_.input(window_.take_drags());
+    if (const auto good = aim(input); !good) return tl::unexpected(good.error());
+    const double aspect = static_cast<double>(size_.x) / size_.y;
+    Change change = std::max(pending_, apply(input, aspect, picture_.size(), state_));
+    pending_ = Change::none;
+    if (input.moves()) moved_ = Clock::now();
+    if (seconds_since(moved_) > still_after) {
+      divisor_ = 1;
+    } else if (input.moves()) {
+      divisor_ = size_divisor(full_seconds_, moving_budget);
+    }
+    if (divisor_ != drawn_divisor_ || size_ != drawn_size_) change = std::max(change, Change::frame);
+    if (const auto good = draw(change); !good) return tl::unexpected(good.error());
+    if (const auto good = look(change); !good) return tl::unexpected(good.error());
+
+    const Clock::time_point start = Clock::now();
+    const PanelInfo info{picture_, probe_, window_seconds_, divisor_, window_.take_keys(), message_};
+    const PanelWish wish = panel_.edit(info, state_);
+    take(wish);
+    constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
+    panel_.end(shown_.name(), picture_.overlay().empty() ? 0 : overlay_.name());
+    gl_.Finish();
+    window_seconds_ = seconds_since(start);
+    return wish.close;
+  }
+
+  /// Steps towards the scene are steps towards what lies under the cursor.
+  Result<void> aim(ShowInput& input) {
+    const std::optional<V2d> cursor = input.wheel > 0 ? panel_.cursor() : std::nullopt;
+    if (!cursor) return {};
+    const auto probe = picture_.probe(*cursor);
+    if (!probe) return tl::unexpected(probe.error());
+    if (*probe) input.seen = (*probe)->position;
+    return {};
+  }
+
+  /// The picture after a change, on its way to the screen.
+  Result<void> draw(Change change) {
+    if (change == Change::none) return {};
+    if (auto good = picture_.update(state_, change, size_, divisor_); !good) {
+      // As before, which was good: not every path draws everything.
+      if (frames_ == 0) return good;
+      message_ = to_line(good.error());
+      state_ = good_;
+      if (auto again = picture_.update(state_, Change::scene, size_, divisor_); !again) return again;
+    }
+    good_ = state_;
+    drawn_divisor_ = divisor_;
+    drawn_size_ = size_;
+    ++frames_;
+    if (change >= Change::frame)
+      full_seconds_ = (picture_.draw_seconds() + picture_.overlay_seconds()) * divisor_ * divisor_;
+    const Frame& frame = picture_.frame();
+    shown_.load(frame.width, frame.height, picture_.bytes().data());
+    if (!picture_.overlay().empty()) overlay_.load(frame.width, frame.height, picture_.overlay().data());
+    return {};
+  }
+
+  /// The probe, where it may have changed.
+  Result<void> look(Change change) {
+    const std::optional<V2d> cursor = state_.probes ? panel_.cursor() : std::nullopt;
+    // What was seen last stays while the mouse is on the panel.
+    if (!cursor || panel_.holds() || (cursor == probed_ && change < Change::frame)) return {};
+    probed_ = cursor;
+    const auto probe = picture_.probe(*cursor);
+    if (!probe) return tl::unexpected(probe.error());
+    probe_ = *probe;
+    return {};
+  }
+
+  void take(const PanelWish& wish) {
+    pending_ = wish.change;
+    if (wish.resets_camera) {
+      state_.camera = first_.camera;
+      pending_ = std::max(pending_, Change::frame);
+    }
+    if (!wish.add_fabric.empty()) {
+      const auto added = picture_.add_fabric(wish.add_fabric);
+      message_ = added ? "" : to_line(added.error());
+      if (added) pending_ = Change::scene;
+    }
+    if (pending_ != Change::none) settling_ = frames_to_settle;
+  }
+
+  Result<void> write_screenshot() const {
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(window_size_.x) *
+                                    static_cast<std::size_t>(window_size_.y) * 4);
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+    gl_.NamedFramebufferReadBuffer(0, GL_BACK);
+    gl_.ReadPixels(0, 0, window_size_.x, window_size_.y, GL_RGBA, GL_UNSIGNED_BYTE, bytes.data());
+    Image image{window_size_.x, window_size_.y, 3, {}};
+    for (int y = window_size_.y - 1; y >= 0; --y) {
+      for (int x = 0; x < window_size_.x; ++x) {
+        const std::size_t from = (static_cast<std::size_t>(y) * static_cast<std::size_t>(window_size_.x) +
+                                  static_cast<std::size_t>(x)) *
+                                 4;
+        for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(bytes[from + c]) / 255);
+      }
+    }
+    return write_png(command_.screenshot, image, Transfer::keep);
+  }
+
+  const ShowCommand& command_;
+  Window& window_;
+  ShowPicture& picture_;
+  const GlFunctions& gl_;
+  ShowState first_;
+  ShowState state_;
+  ShowState good_;  ///< the last that could be drawn
+  Panel panel_;
+  ScreenTexture shown_;
+  ScreenTexture overlay_;
+  V2i window_size_{0, 0};
+  V2i size_{0, 0};  ///< of the picture
+  V2i drawn_size_{0, 0};
+  int divisor_ = 1;
+  int drawn_divisor_ = 0;
+  Change pending_ = Change::scene;
+  Clock::time_point moved_{};
+  double full_seconds_ = 0;
+  double window_seconds_ = 0;
+  int settling_ = frames_to_settle;
+  std::optional<V2d> probed_;
+  std::optional<PixelProbe> probe_;
+  std::string message_;
+  std::int64_t frames_ = 0;
+};
+
+Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& picture) {
+  const double aspect = static_cast<double>(command.size.x) / command.size.y;
+  Result<ShowState> state = picture.first_state(command.camera, aspect);
+  if (!state) return state;
+  state->display = command.display;
+  state->ambient = command.ambient;
+  state->shadows = command.shadows;
+  state->levels = command.levels;
+  state->layers = command.layers;
+  state->texel_edges = command.texel_edges;
+  if (!command.lights.empty()) {
+    state->lights = command.lights;
+    state->lights_in_camera_frame = command.lights_in_camera_frame;
+  } else if (!picture.scene().lights.empty()) {
+    state->lights = lights_of(picture.scene());
+    state->lights_in_camera_frame = false;
+  } else {
+    // Of a camera that looks along -z the axes are the world's.
+    state->lights = default_lights(Camera{});
+    state->lights_in_camera_frame = true;
+  }
+  // The first that drags can turn.
+  const auto turns = [](const Light& light) { return light.kind == LightKind::directional; };
+  const auto held = std::find_if(state->lights.begin(), state->lights.end(), turns);
+  if (held != state->lights.end()) state->held_light = static_cast<std::size_t>(held - state->lights.begin());
+  return state;
+}
+
+}  // namespace
+
+int run(const ShowCommand& command) {
+  set_threads(command.threads);
+  limit_mesa_threads(command.threads);
+  const bool is_fabric = has_ending(command.input, ".exr");
+  Result<LoadedScene> swatch = is_fabric ? load_swatch(command) : LoadedScene{};
+  if (!swatch) return report(swatch.error());
+  Result<OpenScene> scene = is_fabric ? OpenScene{} : open_scene(command.input);
+  if (!scene) return report(scene.error());
+  if (!command.quiet) {
+    for (const std::string& remark : scene->scene.remarks)
+      fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
+  }
+  Result<std::unique_ptr<Window>> window = Window::open("Selvedge: " + command.input, command.size);
+  if (!window) return report(window.error());
+  const Result<GlFunctions> gl = load_gl_functions(*(*window)->context());
+  if (!gl) return report(gl.error());
+  const auto context = [&] { return (*window)->context(); };
+  Result<std::unique_ptr<ShowPicture>> picture =
+      is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics), context)
+                : ShowPicture::create(std::move(*scene), context);
+  if (!picture) return report(picture.error());
+  for (const std::string& path : command.fabrics) {
+    if (const auto good = (*picture)->add_fabric(path); !good) return report(good.error());
+  }
+  const Result<ShowState> state = first_state(command, **picture);
+  if (!state) return report(state.error());
+  Show show(command, **window, **picture, *gl, *state);
+  if (const auto good = show.run(); !good) return report(good.error());
+  if (command.json) fmt::print("{}\n", show.to_json().dump(2, ' ', false, Json::error_handler_t::replace));
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,385 @@
+// trade: adds the viewer's own settings, and times per frame, to a sweep that `selvedge trade` has made.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/report/machine.h"
+#include "apps/report/median.h"
+#include "apps/report/trade_page.h"
+#include "apps/report/trade_records.h"
+#include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/trade_settings.h"
+#include "format/base/atomic_file.h"
+#include "format/base/parallel.h"
+#include "format/base/printable.h"
+#include "format/base/progress.h"
+#include "format/fabric/file.h"
+#include "format/quality/picture_error.h"
+#include "format/scene/swatch.h"
+#include "viewer/renderer.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+double processor_ms_now() { return 1000 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+Result<std::vector<Frame>> read_truth(const std::string& folder) {
+  std::vector<Frame> frames;
+  for (const std::string_view view : swatch_view_names) {
+    const std::string path = fmt::format("{}/truth/{}.exr", folder, view);
+    const auto image = read_image(path, Transfer::keep);
+    if (!image) return tl::unexpected(image.error());
+    frames.push_back(to_frame(*image));
+  }
+  return frames;
+}
+
+/// What figures belong to beside the fabric: others are measured anew.
+Json made_by(const TradeCommand& command) {
+  return {{"software", "selvedge " SELVEDGE_VERSION},
+          {"machine", machine_json()},
+          {"repeats", command.repeats},
+          {"frameSize", {command.size.x, command.size.y}}};
+}
+
+/// The shots that this program draws for a sweep's pictures, as its record would have them; nothing where the
+/// record does not say which.
+Json places_here(const Json& sweep) {
+  const double x = number_at(sweep, "/periodMm/0");
+  const double y = number_at(sweep, "/periodMm/1");
+  const double width = number_at(sweep, "/identity/size/0");
+  const double height = number_at(sweep, "/identity/size/1");
+  const auto is_size = [](double n) { return n >= 1 && n <= 1 << 20; };
+  if (!(x > 0 && y > 0) || !is_size(width) || !is_size(height)) return {};
+  return digest_of_shots({x, y}, static_cast<int>(width), static_cast<int>(height));
+}
+
+/// The points of a sweep that this program on this machine may add to.
+Result<std::vector<std::string>> read_points(const std::string& folder, const Json& made_by) {
+  const std::string path = folder + "/" + trade_sweep_file;
+  const auto sweep = read_sweep_record(folder);
+  if (!sweep) return tl::unexpected(sweep.error());
+  const Json there = object_at(*sweep, "identity");
+  Json here = made_by;
+  here["places"] = places_here(*sweep);
+  for (const char* member : {"/software", "/machine/processor", "/machine/cores", "/places"}) {
+    const Json::json_pointer at(member);
+    if (!there.contains(at))
+      return fail(Code::file_damaged, path, std::string("/identity") + member, "is not there");
+    if (there[at] != here[at])
+      return fail(
+          Code::option_out_of_range, path, std::string("/identity") + member,
+          fmt::format("is {}, and here it is {}: a sweep keeps to one program, machine and set of places",
+                      there[at].dump(-1, ' ', false, Json::error_handler_t::replace),
+                      here[at].dump(-1, ' ', false, Json::error_handler_t::replace)));
+  }
+  auto points = trade_names(*sweep, path, "points");
+  if (points && points->empty()) return fail(Code::file_damaged, path, "points", "has no point");
+  return points;
+}
+
+/// A fabric read and made ready, and how long that takes.
+struct Loaded {
+  Fabric fabric;
+  std::string digest;
+  double milliseconds = 0;
+};
+
+Result<Loaded> load(const std::string& path, int repeats) {
+  Loaded loaded;
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    const auto start = Clock::now();
+    auto reader = FabricReader::open(path);
+    if (!reader) return tl::unexpected(reader.error());
+    auto fabric = reader->read();
+    if (!fabric) return tl::unexpected(fabric.error());
+    times.push_back(ms_since(start));
+    loaded.fabric = std::move(*fabric);
+    loaded.digest = reader->digest();
+  }
+  loaded.milliseconds = median(times);
+  return loaded;
+}
+
+class FrameSweep {
+ public:
+  explicit FrameSweep(const TradeCommand& command)
+      : command_(command), progress_("trade", command.quiet), bar_(progress_.callback()) {}
+
+  Result<void> run() {
+    made_by_ = made_by(command_);
+    const auto points = read_points(command_.folder, made_by_);
+    if (!points) return tl::unexpected(points.error());
+    // What the page refuses is told before hours of frames.
+    if (const auto table = read_trade_table(command_.folder); !table) return tl::unexpected(table.error());
+    auto truth = read_truth(command_.folder);
+    if (!truth) return tl::unexpected(truth.error());
+    truth_ = std::move(*truth);
+    if (std::none_of(points->begin(), points->end(), [&](const auto& point) { return is_made(point); }))
+      return fail(Code::file_missing, command_.folder, trade_sweep_file,
+                  "none of its points has been made: `selvedge trade` does that");
+    const std::string frames = fmt::format("{}/{}", command_.folder, trade_frames_folder);
+    std::error_code error;
+    std::filesystem::create_directories(frames, error);
+    if (error) return fail(Code::file_unwritable, frames, "", error.message());
+    if (auto ok = write_list(*points); !ok) return ok;
+    const auto left = work_left(*points);
+    if (!left) return tl::unexpected(left.error());
+    for (const Work& work : *left) cost_ += cost_of(work);
+    for (const Work& work : *left) {
+      if (auto ok = measure_fabric(work); !ok) return ok;
+    }
+    return write_trade_page(command_.folder);
+  }
+
+  int measured() const { return measured_; }
+
+ private:
+  std::string fabric_path(const std::string& point) const {
+    return fmt::format("{}/fabrics/{}.fabric.exr", command_.folder, point);
+  }
+
+  std::string record_path(const std::string& name) const {
+    return fmt::format("{}/{}/{}.json", command_.folder, trade_frames_folder, name);
+  }
+
+  /// A sweep that was interrupted has not made all of them.
+  bool is_made(const std::string& point) const {
+    const std::string record = fmt::format("{}/{}/{}.json", command_.folder, trade_points_folder, point);
+    std::error_code none;
+    return std::filesystem::exists(fabric_path(point), none) && std::filesystem::exists(record, none);
+  }
+
+  /// What is to be on the page: records of an earlier centre, size or machine may lie in the folder.
+  Result<void> write_list(const std::vector<std::string>& points) const {
+    Json names = Json::array();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (const TradeSetting& setting : settings_of(i == 0)) names.push_back(name_of(points[i], setting));
+    }
+    Json presets = Json::object();
+    for (std::size_t i = 0; i < frame_quality_names.size(); ++i)
+      presets[std::string(frame_quality_names[i])] = name_of(points.front(), quality_setting(i));
+    const Json list = {{"madeBy", made_by_}, {"presets", presets}, {"frames", names}};
+    return write_file(fmt::format("{}/{}", command_.folder, trade_frames_file), list.dump(2) + "\n");
+  }
+
+  static std::string name_of(const std::string& point, const TradeSetting& setting) {
+    return point + "--" + setting.name;
+  }
+
+  static std::vector<TradeSetting> settings_of(bool all) {
+    return all ? trade_settings() : std::vector{usual_setting()};
+  }
+
+  /// Settings of a fabric that are to be measured.
+  struct Work {
+    std::string point;
+    bool swept = false;
+    std::vector<TradeSetting> settings;
+  };
+
+  /// About the time of a frame, in units of one with a tap and a sample a pixel.
+  static double cost_of(const TradeSetting& setting) {
+    const int samples = setting.render.supersample * setting.render.supersample;
+    return samples * (setting.render.levels.taps > 1 ? 2.0 : 1.0);
+  }
+  static double cost_of(const Work& work) {
+    double cost = 0;
+    for (const TradeSetting& setting : work.settings) cost += cost_of(setting);
+    return cost;
+  }
+
+  /// The sweep's first point, which is its centre, with all settings, the others with the usual one; but for
+  /// those that have a record of this fabric on these terms.
+  Result<std::vector<Work>> work_left(const std::vector<std::string>& points) const {
+    std::vector<Work> left;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!is_made(points[i])) continue;
+      const auto reader = FabricReader::open(fabric_path(points[i]));
+      if (!reader) return tl::unexpected(reader.error());
+      Work work{points[i], i == 0, {}};
+      for (const TradeSetting& setting : settings_of(work.swept)) {
+        if (!is_measured(work, setting, reader->digest())) work.settings.push_back(setting);
+      }
+      if (!work.settings.empty()) left.push_back(std::move(work));
+    }
+    return left;
+  }
+
+  /// What figures of that fabric have to agree with.
+  Json made_of(const std::string& digest) const {
+    Json made_by = made_by_;
+    made_by["fabric"] = digest;
+    return made_by;
+  }
+
+  bool is_measured(const Work& work, const TradeSetting& setting, const std::string& digest) const {
+    const std::string name = name_of(work.point, setting);
+    const auto there = read_trade_record(record_path(name));
+    return there && is_frame_record(*there, name) && (*there)["madeBy"] == made_of(digest) &&
+           (*there)["swept"] == work.swept;
+  }
+
+  Result<void> measure_fabric(const Work& work) {
+    const auto loaded = load(fabric_path(work.point), command_.repeats);
+    if (!loaded) return tl::unexpected(loaded.error());
+    for (const TradeSetting& setting : work.settings) {
+      progress_.note(name_of(work.point, setting));
+      if (auto ok = measure(work.point, *loaded, setting, work.swept); !ok) return ok;
+      done_ += cost_of(setting);
+      if (bar_) bar_(done_ / cost_);
+    }
+    return {};
+  }
+
+  Result<void> measure(const std::string& point, const Loaded& loaded, const TradeSetting& setting,
+                       bool swept) {
+    const std::string name = name_of(point, setting);
+    const std::string path = record_path(name);
+    Json pictures = Json::object();
+    std::vector<PictureError> errors;
+    std::vector<Frame> frames;
+    double frame_ms = 0;
+    double processor_ms = 0;
+    double prepare_ms = 0;
+    for (std::size_t i = 0; i < all_swatch_views.size(); ++i) {
+      const Frame& truth = truth_[i];
+      auto frame = draw(loaded.fabric, setting, all_swatch_views[i], truth.width, truth.height, 1, nullptr);
+      if (!frame && setting.render.path == RenderPath::paper &&
+          frame.error().code == Code::option_out_of_range)
+        return leave_out(name, path, frame.error());
+      if (!frame) return tl::unexpected(frame.error());
+      const auto error = picture_error(*frame, truth);
+      if (!error) return tl::unexpected(error.error());
+      pictures[std::string(swatch_view_names[i])] = {{"psnr", psnr_of(error->mean_square)},
+                                                     {"ssim", error->ssim}};
+      errors.push_back(*error);
+      frames.push_back(std::move(*frame));
+      Timing timing;
+      const auto large = draw(loaded.fabric, setting, all_swatch_views[i], command_.size.x, command_.size.y,
+                              command_.repeats, &timing);
+      if (!large) return tl::unexpected(large.error());
+      frame_ms += timing.frame / static_cast<double>(all_swatch_views.size());
+      processor_ms += timing.processor / static_cast<double>(all_swatch_views.size());
+      prepare_ms += timing.prepare / static_cast<double>(all_swatch_views.size());
+    }
+    const PictureError mean = mean_of(errors);
+    pictures["all"] = {{"psnr", psnr_of(mean.mean_square)}, {"ssim", mean.ssim}};
+    const std::string picture = fmt::format("{}/{}/{}.png", command_.folder, trade_pictures_folder, name);
+    if (auto ok = write_png(picture, thumbnail_of(frames)); !ok) return ok;
+    const Json record = {
+        {"name", name},
+        {"fabric", point},
+        {"usual", setting.name == usual_setting().name},
+        {"swept", swept},
+        {"knobs", Json::parse(setting.knobs)},
+        {"command", fmt::format("selvedge-view render {}.fabric.exr --place near --size {}x{} {} -o near.png",
+                                point, truth_[0].width, truth_[0].height, setting.options)},
+        {"madeBy", made_of(loaded.digest)},
+        {"loadMs", loaded.milliseconds + prepare_ms},
+        {"frameMs", frame_ms},
+        {"frameProcessorMs", processor_ms},
+        {"pictures", pictures}};
+    if (auto ok = write_file(path, record.dump(2) + "\n"); !ok) return ok;
+    ++measured_;
+    if (!command_.quiet && !command_.json)
+      fmt::print(stderr, "{}: {:.2f} dB, SSIM {:.4f}, {:.2f} ms a frame\n", name, psnr_of(mean.mean_square),
+                 mean.ssim, frame_ms);
+    return {};
+  }
+
+  /// What the paper's limits refuse.
+  Result<void> leave_out(const std::string& name, const std::string& path, const Error& why) const {
+    std::error_code none;
+    std::filesystem::remove(path, none);
+    if (!command_.quiet && !command_.json)
+      fmt::print(stderr, "{} is left out: {}\n", name, printable(why.message));
+    return {};
+  }
+
+  struct Timing {
+    double prepare = 0;  // ms
+    double frame = 0;
+    double processor = 0;  // of all cores
+  };
+
+  /// With `timing`: once to warm up, then so many times. `repeats` at least 1.
+  static Result<Frame> draw(const Fabric& fabric, const TradeSetting& setting, SwatchView view, int width,
+                            int height, int repeats, Timing* timing) {
+    const V2d period(fabric.period_mm);
+    const SwatchShot shot = swatch_shot(view, period, width, height);
+    RenderOptions options = setting.render;
+    options.width = width;
+    options.height = height;
+    options.lights = shot.lights;
+    const std::vector<Fabric> fabrics{fabric};
+    const auto start = Clock::now();
+    auto renderer = Renderer::create(swatch_scene(period, shot), fabrics, options);
+    if (!renderer) return tl::unexpected(renderer.error());
+    if (timing != nullptr) timing->prepare = ms_since(start);
+    Frame frame;
+    std::vector<double> times;
+    std::vector<double> processor;
+    for (int i = timing != nullptr ? -1 : 0; i < repeats; ++i) {
+      const auto before = Clock::now();
+      const double work_before = processor_ms_now();
+      RenderStats stats;
+      if (auto ok = (*renderer)->draw(shot.camera, options, frame, stats); !ok)
+        return tl::unexpected(ok.error());
+      if (i < 0) continue;
+      times.push_back(ms_since(before));
+      processor.push_back(processor_ms_now() - work_before);
+    }
+    if (timing == nullptr) return frame;
+    timing->frame = median(times);
+    timing->processor = median(processor);
+    return frame;
+  }
+
+  const TradeCommand& command_;
+  std::vector<Frame> truth_;
+  Json made_by_;
+  TerminalProgress progress_;
+  Progress bar_;
+  double cost_ = 0;  ///< of all that is to be measured
+  double done_ = 0;  ///< of what has been
+  int measured_ = 0;
+};
+
+}  // namespace
+
+int run(const TradeCommand& command) {
+  set_threads(command.threads);
+  limit_mesa_threads(command.threads);
+  const auto start = Clock::now();
+  FrameSweep sweep(command);
+  if (auto ok = sweep.run(); !ok) {
+    fmt::print(stderr, "selvedge-view: {}\n", to_line(ok.error()));
+    return 1;
+  }
+  const double seconds = ms_since(start) / 1000;
+  if (command.json) {
+    const Json all = {
+        {"program", "selvedge-view"}, {"version", SELVEDGE_VERSION},  {"report", 1},       {"verb", "trade"},
+        {"folder", command.folder},   {"measured", sweep.measured()}, {"seconds", seconds}};
+    fmt::print("{}\n", all.dump(2, ' ', false, Json::error_handler_t::replace));
+  } else if (!command.quiet) {
+    fmt::print("{} settings measured in {:.1f} s -> {}/index.html\n", sweep.measured(), seconds,
+               command.folder);
+  }
+  return 0;
+}
+
+}  // namespace selvedge

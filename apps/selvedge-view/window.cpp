@@ -1,0 +1,113 @@
+#include "apps/selvedge-view/window.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+class WindowContext final : public GraphicsContext {
+ public:
+  explicit WindowContext(GLFWwindow* window) : window_(window) {}
+  Result<void> make_current() override {
+    if (glfwGetCurrentContext() != window_) glfwMakeContextCurrent(window_);
+    return {};
+  }
+  Function function(const char* name) const override { return glfwGetProcAddress(name); }
+
+ private:
+  GLFWwindow* window_;
+};
+
+/// What GLFW says of its last error.
+std::string reason(const char* otherwise) {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text != nullptr ? text : otherwise;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Window>> Window::open(const std::string& title, const V2i& size) {
+  if (glfwInit() != GLFW_TRUE)
+    return fail(Code::graphics_unavailable, "", "window", reason("there is no display"));
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_DEPTH_BITS, 0);
+  glfwWindowHint(GLFW_STENCIL_BITS, 0);
+  GLFWwindow* handle = glfwCreateWindow(size.x, size.y, title.c_str(), nullptr, nullptr);
+  if (handle == nullptr) {
+    auto error = fail(Code::graphics_unavailable, "", "window", reason("no OpenGL 4.5 core context"));
+    glfwTerminate();
+    return error;
+  }
+  glfwMakeContextCurrent(handle);
+  std::unique_ptr<Window> window(new Window(handle));
+  glfwSetWindowUserPointer(handle, window.get());
+  glfwSetKeyCallback(handle, note_key);
+  glfwSetMouseButtonCallback(handle, note_button);
+  glfwSetCursorPosCallback(handle, note_cursor);
+  return window;
+}
+
+Window& Window::window_of(GLFWwindow* handle) {
+  return *static_cast<Window*>(glfwGetWindowUserPointer(handle));
+}
+
+void Window::note_button(GLFWwindow* handle, int button, int action, int /*modifiers*/) {
+  Window& window = window_of(handle);
+  if (button < 0 || button >= static_cast<int>(window.held_.size())) return;
+  window.held_[button] = action == GLFW_PRESS;
+}
+
+void Window::note_cursor(GLFWwindow* handle, double x, double y) {
+  Window& window = window_of(handle);
+  for (std::size_t i = 0; i < window.held_.size(); ++i) {
+    if (window.held_[i]) window.drags_[i] += V2d(x, y) - window.cursor_;
+  }
+  window.cursor_ = V2d(x, y);
+}
+
+WindowDrags Window::take_drags() { return std::exchange(drags_, no_drags); }
+
+void Window::note_key(GLFWwindow* handle, int key, int /*scancode*/, int action, int /*modifiers*/) {
+  if (action != GLFW_PRESS) return;
+  std::string& keys = window_of(handle).keys_;
+  if (key == GLFW_KEY_ESCAPE) keys.push_back(escape_key);
+  if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) keys.push_back(static_cast<char>('A' + (key - GLFW_KEY_A)));
+}
+
+std::string Window::take_keys() { return std::exchange(keys_, {}); }
+
+Window::~Window() {
+  glfwDestroyWindow(handle_);
+  glfwTerminate();
+}
+
+std::unique_ptr<GraphicsContext> Window::context() const { return std::make_unique<WindowContext>(handle_); }
+
+V2i Window::size() const {
+  V2i size(0, 0);
+  glfwGetFramebufferSize(handle_, &size.x, &size.y);
+  return size;
+}
+
+bool Window::wants_to_close() const { return glfwWindowShouldClose(handle_) != 0; }
+void Window::close() { glfwSetWindowShouldClose(handle_, GLFW_TRUE); }
+
+bool Window::take_events(double seconds) {
+  if (seconds <= 0) {
+    glfwPollEvents();
+    return false;
+  }
+  const double start = glfwGetTime();
+  glfwWaitEventsTimeout(seconds);
+  return glfwGetTime() - start < seconds;
+}
+
+void Window::swap() { glfwSwapBuffers(handle_); }
+
+}  // namespace selvedge

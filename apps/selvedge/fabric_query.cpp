@@ -1,0 +1,55 @@
+#include "apps/selvedge/fabric_query.h"
+
+#include <fmt/format.h>
+
+namespace selvedge {
+
+QueriedFabric::QueriedFabric(FabricReader reader) : reader_(std::move(reader)) { kept_.resize(levels()); }
+
+Result<QueriedFabric> QueriedFabric::open(const std::string& path) {
+  auto reader = FabricReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  return QueriedFabric(std::move(*reader));
+}
+
+Result<Shading> QueriedFabric::shade(const FabricQuery& query) {
+  if (query.uv) {
+    const LevelBlend between = level_blend(query.level, levels());
+    auto near = shade_at(between.lower, query);
+    if (!near || !(between.weight > 0)) return near;
+    auto far = shade_at(between.lower + 1, query);
+    if (!far) return far;
+    return blend(*near, *far, between.weight);
+  }
+  const auto refuse = [&](const char* place, std::string message) {
+    return fail(Code::option_out_of_range, reader_.name(), place, std::move(message));
+  };
+  if (!(query.level >= 0 && query.level <= levels() - 1)) {
+    return refuse("level", fmt::format("{} is outside of 0 to {}", query.level, levels() - 1));
+  }
+  const int level = static_cast<int>(query.level);
+  if (level != query.level) return refuse("level", "a texel is of one whole level");
+  const int width = level_size(reader_.header().width, level);
+  const int height = level_size(reader_.header().height, level);
+  if (query.texel->x < 0 || query.texel->y < 0 || query.texel->x >= width || query.texel->y >= height) {
+    return refuse("texel", fmt::format("level {} has {}x{} texels", level, width, height));
+  }
+  return shade_texel(level, query.texel->x, query.texel->y, query);
+}
+
+Result<Shading> QueriedFabric::shade_at(int level, const FabricQuery& query) {
+  return shade_texel(level, wrap_texel(query.uv->x, level_size(reader_.header().width, level)),
+                     wrap_texel(query.uv->y, level_size(reader_.header().height, level)), query);
+}
+
+Result<Shading> QueriedFabric::shade_texel(int level, int x, int y, const FabricQuery& query) {
+  std::optional<FabricLevel>& kept = kept_[level];
+  if (!kept) {
+    auto read = reader_.read_level(level);
+    if (!read) return tl::unexpected(read.error());
+    kept = std::move(*read);
+  }
+  return evaluate(*kept, fabric_from_header(reader_.header()), x, y, query.light, query.view);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,41 @@
+// Reflectance asked for at one place of a fabric file, of which no more is read than the answer needs.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
+
+namespace selvedge {
+
+/// A texel of a whole level, or texture coordinates (which repeat) at a level that may lie between two.
+struct FabricQuery {
+  double level = 0;
+  std::optional<V2i> texel;
+  std::optional<V2d> uv;  ///< one of the two
+  V3f light{0, 0, 1};     ///< unit vectors in the fabric's frame
+  V3f view{0, 0, 1};
+};
+
+/// A fabric file that answers queries. Levels are read when the first query needs them, and kept.
+class QueriedFabric {
+ public:
+  static Result<QueriedFabric> open(const std::string& path);
+
+  int levels() const { return reader_.header().levels; }
+  /// OPTION_OUT_OF_RANGE where a texel or its level does not exist (place: "level" or "texel"). With texture
+  /// coordinates the level is clamped to those that exist.
+  Result<Shading> shade(const FabricQuery& query);
+
+ private:
+  explicit QueriedFabric(FabricReader reader);
+  Result<Shading> shade_texel(int level, int x, int y, const FabricQuery& query);
+  Result<Shading> shade_at(int level, const FabricQuery& query);
+
+  FabricReader reader_;
+  std::vector<std::optional<FabricLevel>> kept_;
+};
+
+}  // namespace selvedge

@@ -1,0 +1,35 @@
+#include "apps/selvedge/file_kind.h"
+
+#include <array>
+
+#include "format/base/input_file.h"
+#include "format/exr/exr.h"
+#include "format/fabric/names.h"
+
+namespace selvedge {
+
+const char* name_of(FileKind kind) {
+  constexpr std::array<const char*, 3> names{"fabric", "samples", "gltf"};
+  return names[kind];
+}
+
+Result<FileKind> kind_of(const std::string& path) {
+  const Result<InputFile> file = InputFile::open(path);
+  if (!file) return tl::unexpected(file.error());
+  std::array<std::uint8_t, 4> start{};
+  if (!file->read(0, start)) return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
+  const std::string_view magic(reinterpret_cast<const char*>(start.data()), start.size());
+  if (magic == "glTF" || magic.find('{') != std::string_view::npos) return FileKind::gltf;
+  if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
+    return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF");
+  }
+  const auto reader = ExrReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  for (const ExrPart& part : reader->parts()) {
+    if (part.attributes.contains(names::attribute_fabric)) return FileKind::fabric;
+    if (part.attributes.contains(names::attribute_samples)) return FileKind::samples;
+  }
+  return fail(Code::fabric_malformed, path, {}, "an OpenEXR file, but neither a fabric nor samples");
+}
+
+}  // namespace selvedge

@@ -1,0 +1,202 @@
+#include "apps/selvedge/fit_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/atomic_file.h"
+#include "format/base/printable.h"
+
+namespace selvedge {
+namespace {
+
+std::string size_text(const FitLevelOutcome& level) {
+  return fmt::format("{}x{}", level.width, level.height);
+}
+
+std::string decibels(const std::optional<FitError>& error) {
+  return error ? fmt::format("{:.2f}", error->psnr) : "-";
+}
+
+std::string relative(const std::optional<FitError>& error) {
+  return error ? fmt::format("{:.4f}", error->relative_l2) : "-";
+}
+
+std::string rounds(const FitRecordLevel& level) {
+  return level.iterations ? fmt::format("{:.1f}", *level.iterations) : "-";
+}
+
+std::string count(const std::optional<int>& texels) { return texels ? fmt::format("{}", *texels) : "-"; }
+
+std::string seconds(const FitLevelOutcome& level) {
+  return level.lobes ? fmt::format("{:.2f}", level.lobes->seconds) : "-";
+}
+
+/// Pairs of the first level that has such an error: all have the same.
+int pairs_of(const FitRecord& record, std::optional<FitError> FitRecordLevel::*error) {
+  for (const FitRecordLevel& level : record.levels) {
+    if (level.*error) return (level.*error)->pairs;
+  }
+  return 0;
+}
+
+Json error_json(const std::optional<FitError>& error) {
+  if (!error) return nullptr;
+  return {{"pairs", error->pairs}, {"psnr", error->psnr}, {"relativeL2", error->relative_l2}};
+}
+
+Json level_json(const FitRecordLevel& record, const FitLevelOutcome& level, std::size_t index) {
+  Json layer_bytes = Json::object();
+  for (const auto& [name, bytes] : level.layer_bytes) layer_bytes[name] = bytes;
+  Json json = {{"level", index},
+               {"texels", {level.width, level.height}},
+               {"layers", record.layers},
+               {"bytes", record.bytes},
+               {"layerBytes", layer_bytes},
+               {"heldOut", error_json(record.held_out)},
+               {"training", error_json(record.training)}};
+  if (record.validation) json["validationError"] = *record.validation;
+  if (level.lobes) {
+    json["trainingError"] = level.lobes->training_error;
+    if (level.lobes->averaged_error > 0) json["averagedFrameError"] = level.lobes->averaged_error;
+    json["iterations"] = level.lobes->mean_iterations;
+    json["converged"] = level.width * level.height - level.lobes->unconverged;
+    json["atLimit"] = level.lobes->unconverged;
+    json["seconds"] = level.lobes->seconds;
+  }
+  return json;
+}
+
+/// What fitted frames have gained over averaged normals, level by level; empty where they were not fitted.
+std::string gain_text(const FitOutcome& outcome) {
+  std::string text;
+  for (const FitLevelOutcome& level : outcome.levels) {
+    if (!level.lobes || !(level.lobes->averaged_error > 0)) continue;
+    const double gain = level.lobes->averaged_error / std::max(level.lobes->training_error, 1e-30);
+    text += fmt::format("{}{:+.2f}", text.empty() ? "" : ", ", 20 * std::log10(gain));
+  }
+  if (text.empty()) return text;
+  return fmt::format("frames fitted: the training error is better than with averaged normals by {} dB\n",
+                     text);
+}
+
+/// Of every layer and level.
+std::string bytes_table(const FitOutcome& outcome) {
+  std::vector<std::string> names;
+  for (const FitLevelOutcome& level : outcome.levels) {
+    for (const auto& [name, bytes] : level.layer_bytes) {
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+  }
+  std::string text = "| bytes at level |";
+  for (const std::string& name : names) text += fmt::format(" {} |", name);
+  text += "\n|---|";
+  for (std::size_t i = 0; i < names.size(); ++i) text += "---|";
+  text += '\n';
+  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
+    text += fmt::format("| {} |", k);
+    for (const std::string& name : names) {
+      std::string cell = "-";
+      for (const auto& [of, bytes] : outcome.levels[k].layer_bytes) {
+        if (of == name) cell = fmt::format("{}", bytes);
+      }
+      text += fmt::format(" {} |", cell);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<void> look_up(FitOutcome& outcome) {
+  const auto reader = FabricReader::open(outcome.output);
+  if (!reader) return tl::unexpected(reader.error());
+  const FabricHeader& header = reader->header();
+  IssueSink sink(outcome.output);
+  if (auto record = fit_record_of(header.provenance, header.levels, sink))
+    outcome.record = std::move(*record);
+  outcome.bytes = size_of_file(outcome.output);
+  outcome.shared_bytes = reader->packed_bytes(Layer::bases, 0);
+  outcome.levels.resize(header.levels);
+  for (int k = 0; k < header.levels; ++k) {
+    FitLevelOutcome& level = outcome.levels[k];
+    level.width = level_size(header.width, k);
+    level.height = level_size(header.height, k);
+    for (const Layer layer : all_layers) {
+      if (layer == Layer::bases || entry_of(header.layer(layer), k) < 0) continue;
+      level.layer_bytes.emplace_back(name_of(layer), reader->packed_bytes(layer, k));
+    }
+  }
+  return {};
+}
+
+Json fit_json(const FitOutcome& outcome) {
+  Json levels = Json::array();
+  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
+    levels.push_back(level_json(outcome.record.levels[k], outcome.levels[k], k));
+  }
+  Json warnings = Json::array();
+  for (const Error& warning : outcome.record.warnings) warnings.push_back(to_json(warning));
+  return {{"output", outcome.output},    {"bytes", outcome.bytes},     {"sharedBytes", outcome.shared_bytes},
+          {"peak", outcome.record.peak}, {"seconds", outcome.seconds}, {"levels", levels},
+          {"warnings", warnings}};
+}
+
+std::string fit_text(const FitOutcome& outcome) {
+  std::string text =
+      "level   texels  held-out dB  rel. L2  training dB  rel. L2  iterations  at limit    bytes  layers\n";
+  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
+    const FitRecordLevel& l = outcome.record.levels[k];
+    text += fmt::format("{:5}  {:>7}  {:>11}  {:>7}  {:>11}  {:>7}  {:>10}  {:>8}  {:>7}  {}\n", k,
+                        size_text(outcome.levels[k]), decibels(l.held_out), relative(l.held_out),
+                        decibels(l.training), relative(l.training), rounds(l), count(l.at_limit), l.bytes,
+                        l.layers);
+  }
+  return text + gain_text(outcome) +
+         fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", outcome.seconds, outcome.output, outcome.bytes);
+}
+
+std::string fit_markdown(const FitOutcome& outcome) {
+  const FitRecord& record = outcome.record;
+  std::string text = fmt::format("# The fit of {}\n\n", printable(outcome.samples));
+  text += fmt::format("`{}`: {} bytes, fitted in {:.1f} s.\n\n", printable(outcome.output), outcome.bytes,
+                      outcome.seconds);
+  text += fmt::format(
+      "Errors are those of alpha f over black: PSNR against the peak of {:.4g} 1/sr, and relative L2. "
+      "Held out: {} pairs of directions that took no part in the fit. Training: {} pairs that the fit was "
+      "made "
+      "of. Where training is much better than held-out, the fit has learnt its samples by heart.\n\n",
+      record.peak, pairs_of(record, &FitRecordLevel::held_out), pairs_of(record, &FitRecordLevel::training));
+  text +=
+      "| level | texels | layers | bytes | held-out dB | relative L2 | training dB | relative L2 | "
+      "iterations "
+      "| converged | at the limit | s |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
+    const FitRecordLevel& l = record.levels[k];
+    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", k,
+                        size_text(outcome.levels[k]), l.layers, l.bytes, decibels(l.held_out),
+                        relative(l.held_out), decibels(l.training), relative(l.training), rounds(l),
+                        count(l.converged), count(l.at_limit), seconds(outcome.levels[k]));
+  }
+  text +=
+      "\nConverged: texels all of whose channels met the stop rule; at the limit: the others. Iterations are "
+      "evaluations of all samples of a texel and channel.\n\n";
+  if (const std::string gain = gain_text(outcome); !gain.empty()) text += gain + "\n";
+  text += bytes_table(outcome);
+  std::uint64_t sum = outcome.shared_bytes;
+  for (const FitRecordLevel& level : record.levels) sum += level.bytes;
+  text += fmt::format("\nShared functions: {} bytes. Headers, tables and preview: {} bytes.\n\n",
+                      outcome.shared_bytes, outcome.bytes - std::min(sum, outcome.bytes));
+  text += record.warnings.empty() ? "No warnings.\n" : "Warnings:\n\n";
+  for (const Error& warning : record.warnings) text += fmt::format("* {}\n", to_line(warning));
+  return text;
+}
+
+Result<void> write_report(const std::string& path, const char* verb, const Json& json,
+                          const FitOutcome& outcome) {
+  return write_file(path, path.ends_with(".json") ? wrapped(verb, json) : fit_markdown(outcome));
+}
+
+}  // namespace selvedge

@@ -1,0 +1,141 @@
+// bake and merge, and the bake of make.
+#include "apps/selvedge/run_bake.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "apps/selvedge/commands.h"
+#include "converter/bake/for_plan.h"
+#include "converter/bake/pairs_file.h"
+#include "converter/stitch/find_cell.h"
+
+namespace selvedge {
+namespace {
+
+/// As many texels as the stitch demands: taken by themselves, refused where fewer were asked for.
+Result<void> ensure_texels(const Cell& cell, const std::string& input, bool given, BakeOptions& options) {
+  constexpr int max_texels = 4096;
+  if (!cell.stitch) return {};
+  const V2i least = cell.stitch->min_texels;
+  if (!given) {
+    options.width = std::max(options.width, least.x);
+    options.height = std::max(options.height, least.y);
+  }
+  if (options.width >= least.x && options.height >= least.y && std::max(least.x, least.y) <= max_texels) {
+    return {};
+  }
+  const bool too_few = std::max(least.x, least.y) <= max_texels;
+  return fail(Code::option_out_of_range, input, "--texels",
+              fmt::format("its yarns need {}x{} texels; {}", least.x, least.y,
+                          too_few ? fmt::format("{}x{} were asked for", options.width, options.height)
+                                  : fmt::format("at most {} a side are made", max_texels)));
+}
+
+}  // namespace
+
+Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& common) {
+  const auto cell = find_cell(command.input, command.cell);
+  if (!cell) return tl::unexpected(cell.error());
+  const CellMesh* mesh = &cell->mesh;
+  BakeOptions options = command.bake;
+  if (auto enough = ensure_texels(*cell, command.input, command.texels_given, options); !enough) {
+    return tl::unexpected(enough.error());
+  }
+  if (!command.pairs.empty()) {
+    auto pairs = read_pairs(command.pairs);
+    if (!pairs) return tl::unexpected(pairs.error());
+    options.pairs = std::move(*pairs);
+  }
+  if (command.demand) {
+    const double wanted = command.demand->min_mm * std::exp2(command.demand->bias);
+    const double made = std::max(mesh->period.x / options.width, mesh->period.y / options.height);
+    if (wanted > 0 && made > 1.01 * wanted && !common.quiet) {
+      report_remark(
+          command.input,
+          fmt::format("the plan asks for texels of {:.3g} mm, and those of {}x{} are {:.3g} mm: near "
+                      "views will lack sharpness (--texels)",
+                      wanted, options.width, options.height, made));
+    }
+    options = bake_for(*command.demand, mesh->period, options, command.chooses);
+  }
+  TerminalProgress progress("bake", common.quiet);
+  BakeWatcher watcher;
+  if (const Progress show = progress.callback()) {
+    watcher = [show, &progress](const BakeProgress& p) {
+      progress.note(
+          fmt::format("{:.1f} million rays/s, noise {:.2g} %", p.rays_per_second * 1e-6, 100 * p.noise));
+      show(p.fraction);
+    };
+  }
+  const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
+                           {"stitch", std::filesystem::path(command.input).filename().string()},
+                           {"vertices", mesh->positions.size()},
+                           {"triangles", mesh->triangles.size()}};
+  const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
+  auto result = command.shard
+                    ? bake_shard(*mesh, command.input, options, text, *command.shard, command.output, watcher)
+                    : bake(*mesh, command.input, options, text, command.output, watcher);
+  if (result && command.demand && std::isinf(command.demand->min_mm))
+    result->remarks.emplace_back("no frame of the plan sees its materials: the coarsest level alone is made");
+  // Behind the work: a refusal is one line.
+  if (result) report_remarks(common, command.input, *cell, result->remarks);
+  return result;
+}
+
+Json bake_json(const BakeReport& r, const std::string& output) {
+  return {{"output", output},
+          {"bytes", size_of_file(output)},
+          {"seconds", r.seconds},
+          {"rays", r.rays},
+          {"raysPerSecond", static_cast<double>(r.rays) / r.seconds},
+          {"units", r.units},
+          {"resumed", r.resumed},
+          {"coverage", r.coverage},
+          {"samples", r.samples},
+          {"truthSamples", r.truth_samples},
+          {"noise", r.noise},
+          {"truthNoise", r.truth_noise},
+          {"referenceHeight", r.reference_height},
+          {"indirect", name_of(r.indirect)},
+          {"remarks", r.remarks}};
+}
+
+/// Without an output nothing is said of it.
+std::string bake_text(const BakeReport& r, const std::string& output) {
+  const double rays = static_cast<double>(r.rays) * 1e-6;
+  return fmt::format(
+      "baked in {:.1f} s, {:.1f} million rays ({:.1f} million/s){}, {} samples, noise {:.2g} %{}\n",
+      r.seconds, rays, rays / r.seconds,
+      r.resumed > 0 ? fmt::format(", {} views and pairs from the journal", r.resumed) : "", r.samples,
+      100 * r.noise, output.empty() ? "" : fmt::format(" -> {} ({} bytes)", output, size_of_file(output)));
+}
+
+int run(const BakeCommand& command) {
+  apply(command.common);
+  const auto result = bake_cell(command, command.common);
+  if (!result) return report_error(result.error());
+  report(command.common, "bake", bake_json(*result, command.output), bake_text(*result, command.output));
+  return 0;
+}
+
+int run(const MergeCommand& command) {
+  apply(command.common);
+  const auto result = merge_shards(command.shards, command.output);
+  if (!result) return report_error(result.error());
+  report(command.common, "merge",
+         {{"output", command.output},
+          {"bytes", size_of_file(command.output)},
+          {"shards", command.shards.size()},
+          {"seconds", result->seconds},
+          {"coverage", result->coverage},
+          {"noise", result->noise},
+          {"truthNoise", result->truth_noise}},
+         fmt::format("{} shards -> {} ({} bytes), noise {:.2g} %\n", command.shards.size(), command.output,
+                     size_of_file(command.output), 100 * result->noise));
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "apps/selvedge/commands.h"
+#include "apps/selvedge/report.h"
+#include "converter/stitch/find_cell.h"
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/pattern_json.h"
+#include "format/base/atomic_file.h"
+#include "format/base/option_text.h"
+
+namespace selvedge {
+namespace {
+
+/// 1.5 or 0.5,0.4,0.3, as --set takes it.
+std::string text_of(const std::vector<double>& value) {
+  std::string text;
+  for (const double number : value) text += fmt::format("{}{:g}", text.empty() ? "" : ",", number);
+  return text;
+}
+
+int list_parameters(const StitchCommand& command, const StitchInfo& info) {
+  Json list = Json::array();
+  std::string text = fmt::format("{}: {}\n", info.name, info.description);
+  for (const StitchParameter& p : info.parameters) {
+    list.push_back(
+        {{"name", p.name}, {"value", p.value}, {"range", {p.least, p.most}}, {"meaning", p.meaning}});
+    text += fmt::format("  {:20} {:>16}  {} ({:g} to {:g})\n", p.name, text_of(p.value), p.meaning, p.least,
+                        p.most);
+  }
+  report(command.common, "stitch",
+         {{"stitch", info.name}, {"description", info.description}, {"parameters", list}}, text);
+  return 0;
+}
+
+int list_stitches(const StitchCommand& command) {
+  Json list = Json::array();
+  std::string text;
+  for (const StitchInfo& info : built_in_stitches()) {
+    if (info.name == command.input) return list_parameters(command, info);
+    list.push_back({{"name", info.name}, {"description", info.description}});
+    text += fmt::format("{:14} {}\n", info.name, info.description);
+  }
+  if (!command.input.empty()) {
+    return report_error({Code::stitch_unknown, command.input, "--list", "is no built-in stitch"});
+  }
+  report(command.common, "stitch", {{"stitches", list}}, text);
+  return 0;
+}
+
+std::string lines_of(const std::vector<std::string>& remarks) {
+  std::string text;
+  for (const std::string& remark : remarks) text += "  " + remark + "\n";
+  return text;
+}
+
+int write_description(const StitchCommand& command) {
+  const auto stitch = find_stitch(command.input, command.cell.settings);
+  if (!stitch) return report_error(stitch.error());
+  const std::string json = to_json(stitch->pattern);
+  if (command.output.empty()) {
+    fmt::print("{}", json);
+    return 0;
+  }
+  if (auto ok = write_file(command.output, json); !ok) return report_error(ok.error());
+  const StitchPattern& pattern = stitch->pattern;
+  report(command.common, "stitch",
+         {{"stitch", pattern.name},
+          {"output", command.output},
+          {"thicknessShare", stitch->thickness_share},
+          {"remarks", stitch->remarks}},
+         fmt::format("{}: {} yarns -> {}\n{}", pattern.name, pattern.yarns.size(), command.output,
+                     lines_of(stitch->remarks)));
+  return 0;
+}
+
+}  // namespace
+
+int run(const StitchCommand& command) {
+  if (command.list) return list_stitches(command);
+  if (command.show || has_ending(command.output, ".json")) return write_description(command);
+  const auto cell = find_cell(command.input, command.cell);
+  if (!cell) return report_error(cell.error());
+  const CellMesh& mesh = cell->mesh;
+  if (!command.output.empty()) {
+    if (auto ok = write_mesh(command.output, mesh); !ok) return report_error(ok.error());
+  }
+  const Box box = bounds_of(mesh);
+  const float height = box.max.z - box.min.z;
+  Json json = {{"stitch", command.input},
+               {"vertices", mesh.positions.size()},
+               {"triangles", mesh.triangles.size()},
+               {"periodMm", {mesh.period.x, mesh.period.y}},
+               {"thicknessMm", height}};
+  std::string text =
+      fmt::format("{}: {} vertices, {} triangles, {:g} x {:g} mm, {:.3g} mm thick", command.input,
+                  mesh.positions.size(), mesh.triangles.size(), mesh.period.x, mesh.period.y, height);
+  if (cell->stitch) {
+    const auto clearance = minimum_clearance(cell->stitch->pattern, command.input);
+    if (!clearance) return report_error(clearance.error());
+    json["yarns"] = cell->stitch->pattern.yarns.size();
+    json["clearanceMm"] = *clearance;
+    json["thicknessShare"] = cell->stitch->thickness_share;
+    text += std::abs(*clearance) < 1e-6
+                ? ", yarns touch"
+                : fmt::format(", yarns {} {:.2g} mm", *clearance < 0 ? "overlap by" : "are apart by",
+                              std::abs(*clearance));
+  } else {
+    const MeshChoices& c = *cell->choices;
+    json["guessed"] = {{"period", c.period_from}, {"unit", c.scale_from}, {"up", c.up_axis_from}};
+    json["unitMm"] = c.scale_to_mm;
+    json["up"] = name_of(c.up_axis);
+  }
+  json["remarks"] = remarks_of(*cell);
+  json["output"] = command.output;
+  text += (command.output.empty() ? "" : " -> " + command.output) + "\n";
+  text += lines_of(remarks_of(*cell));
+  report(command.common, "stitch", json, text);
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,120 @@
+// swatch: a picture of a fabric by the reference evaluation, or of its stitch by tracing.
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "apps/common/distinct_paths.h"
+#include "apps/selvedge/commands.h"
+#include "apps/selvedge/report.h"
+#include "converter/stitch/find_cell.h"
+#include "format/base/atomic_file.h"
+#include "format/picture/display.h"
+#include "format/picture/swatch_picture.h"
+#include "format/scene/level_bounds.h"
+
+namespace selvedge {
+namespace {
+
+struct Drawn {
+  Frame frame;
+  std::optional<TruthSwatch> truth;
+  Issues warnings;
+  double seconds = 0;
+};
+
+SwatchShot shot_of(const SwatchCommand& command, const V2d& period_mm) {
+  SwatchShot shot = swatch_shot(command.view, period_mm, command.size.x, command.size.y);
+  if (!command.lights.empty()) shot.lights = command.lights;
+  return shot;
+}
+
+Result<Drawn> trace(const SwatchCommand& command) {
+  const auto cell = find_cell(command.input, command.cell);
+  if (!cell) return tl::unexpected(cell.error());
+  TerminalProgress progress("swatch", command.common.quiet);
+  auto truth = trace_swatch(cell->mesh, command.input, shot_of(command, cell->mesh.period), command.trace,
+                            progress.callback());
+  if (!truth) return tl::unexpected(truth.error());
+  std::vector<std::string> remarks;
+  if (truth->indirect != command.trace.indirect)
+    remarks.emplace_back("the mesh is too large for cached indirect light: paths are traced");
+  report_remarks(command.common, command.input, *cell, remarks);
+  Drawn drawn;
+  drawn.frame = std::move(truth->frame);
+  drawn.seconds = truth->seconds;
+  drawn.truth = std::move(*truth);
+  return drawn;
+}
+
+/// What the picture may ask for and a partial fabric does not have.
+Issues missing_levels_of(const SwatchCommand& command, const FabricHeader& header, const SwatchShot& shot) {
+  if (command.levels.forced >= 0) return {};
+  const FabricHeader* const headers[] = {&header};
+  std::vector<LackingLevels> lacking;
+  levels_asked(swatch_scene(V2d(header.period_mm), shot), shot.camera, shot.height, command.levels, headers,
+               &lacking);
+  if (!lacking[0].any()) return {};
+  return {lacking_issue(command.input, header, lacking[0])};
+}
+
+Result<Drawn> draw(const SwatchCommand& command) {
+  auto reader = FabricReader::open(command.input);
+  if (!reader) return tl::unexpected(reader.error());
+  const auto fabric = reader->read();
+  if (!fabric) return tl::unexpected(fabric.error());
+  const SwatchShot shot = shot_of(command, V2d(fabric->period_mm));
+  Drawn drawn;
+  drawn.warnings = missing_levels_of(command, reader->header(), shot);
+  const auto start = std::chrono::steady_clock::now();
+  drawn.frame = draw_swatch(*fabric, shot, command.levels);
+  drawn.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return drawn;
+}
+
+Result<Drawn> make(const SwatchCommand& command) {
+  const auto distinct = check_distinct({{"the input", command.input}, {"--output", command.output}});
+  if (!distinct) return tl::unexpected(distinct.error());
+  // Said before the work, not after it.
+  if (const auto writable = AtomicFile::create(command.output); !writable)
+    return tl::unexpected(writable.error());
+  auto drawn = command.truth ? trace(command) : draw(command);
+  if (!drawn) return drawn;
+  const auto written = command.output.ends_with(".exr")
+                           ? write_exr(command.output, to_linear_image(drawn->frame))
+                           : write_png(command.output, to_display_image(drawn->frame, default_display()));
+  if (!written) return tl::unexpected(written.error());
+  return drawn;
+}
+
+}  // namespace
+
+int run(const SwatchCommand& command) {
+  apply(command.common);
+  const auto drawn = make(command);
+  if (!drawn) return report_error(drawn.error());
+  Json warnings = Json::array();
+  for (const Error& warning : drawn->warnings) {
+    warnings.push_back(to_json(warning));
+    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+  }
+  Json json = {{"input", command.input},    {"output", command.output}, {"view", name_of(command.view)},
+               {"width", command.size.x},   {"height", command.size.y}, {"truth", command.truth},
+               {"seconds", drawn->seconds}, {"warnings", warnings}};
+  std::string text = fmt::format("{} swatch, {}x{} pixels, in {:.2f} s", name_of(command.view),
+                                 command.size.x, command.size.y, drawn->seconds);
+  if (drawn->truth) {
+    json["samples"] = command.trace.samples / 2 * 2;
+    json["rays"] = drawn->truth->rays;
+    json["noise"] = drawn->truth->noise;
+    json["alphaNoise"] = drawn->truth->alpha_noise;
+    json["indirect"] = name_of(drawn->truth->indirect);
+    text += fmt::format(", {:.1f} million rays, standard error {:.2g} (opacity {:.2g})",
+                        static_cast<double>(drawn->truth->rays) * 1e-6, drawn->truth->noise,
+                        drawn->truth->alpha_noise);
+  }
+  report(command.common, "swatch", json,
+         fmt::format("{} -> {} ({} bytes)\n", text, command.output, size_of_file(command.output)));
+  return 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,165 @@
+#include "converter/bake/setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "converter/bake/reference_height.h"
+#include "format/base/digest.h"
+#include "format/base/random.h"
+#include "format/exr/exr.h"
+#include "format/fabric/fabric.h"
+
+namespace selvedge {
+namespace {
+
+constexpr std::uint64_t stream_directions = 3;
+
+template <class T>
+void append_bytes(std::string& bytes, const std::vector<T>& values) {
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+const char* name_of(ReferencePlane::Kind kind) {
+  constexpr std::array<const char*, 5> names{"top", "mean", "best", "share", "at"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+}  // namespace
+
+const char* name_of(IndirectLight indirect) {
+  return indirect == IndirectLight::cached ? "cached" : "traced";
+}
+
+ScaledMesh scaled_to_unit(const CellMesh& mesh) {
+  const int exponent = std::ilogb(std::max(mesh.period.x, mesh.period.y));
+  ScaledMesh scaled{mesh, std::ldexp(1.0, exponent)};
+  scaled.mesh.period /= scaled.mm;
+  for (V3f& p : scaled.mesh.positions) p = V3f(V3d(p) / scaled.mm);
+  return scaled;
+}
+
+Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::string& name,
+                        const BakeOptions& o, double mm) {
+  const double thickness = static_cast<double>(scene.bounds().max.z) * mm;
+  switch (o.reference.kind) {
+    case ReferencePlane::Kind::top:
+      return thickness;
+    case ReferencePlane::Kind::mean:
+      return mean_height(scene) * mm;
+    case ReferencePlane::Kind::best:
+      return best_reference_height(mesh, name, o);
+    case ReferencePlane::Kind::share:
+    case ReferencePlane::Kind::at:
+      break;
+  }
+  const bool is_share = o.reference.kind == ReferencePlane::Kind::share;
+  const double height = o.reference.value * (is_share ? thickness : 1);
+  const double reach = thickness + std::max(mesh.period.x, mesh.period.y);
+  if (std::abs(height) > 4 * reach) {
+    return fail(Code::option_out_of_range, name, "reference-height",
+                fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));
+  }
+  return height;
+}
+
+Result<void> check_options(const BakeOptions& o, const std::string& name) {
+  const auto refuse = [&](const char* option, std::string why) {
+    return fail(Code::option_out_of_range, name, option, std::move(why));
+  };
+  const auto in_range = [&](const char* option, double value, double least, double most) -> Result<void> {
+    if (value >= least && value <= most) return {};
+    return refuse(option, fmt::format("{} is outside of {} to {}", value, least, most));
+  };
+  const FabricLimits limits;
+  constexpr double max_samples = 1 << 20;
+  for (const auto& ok :
+       {in_range("texels", o.width, 1, limits.texels_per_side),
+        in_range("texels", o.height, 1, limits.texels_per_side),
+        in_range("views", o.views, 1, limits.directions), in_range("lights", o.lights, 1, limits.directions),
+        in_range("samples", o.samples, 1, max_samples), in_range("noise", o.noise.value_or(1), 1e-4, 10),
+        in_range("time-budget", o.time_budget.value_or(1), 1e-3, 1e7),
+        in_range("slabs", o.slabs, 0, limits.slabs), in_range("cells", o.cells, 1, limits.cells_per_side),
+        in_range("bounces", o.bounces == unlimited_bounces ? 0 : o.bounces, 0, 64),
+        in_range("ground", o.ground.value_or(0), 0, 1),
+        in_range("validation-pairs", o.validation_pairs, 0, 65536),
+        in_range("held-out-pairs", o.held_out_pairs, 0, 65536), in_range("rim-pairs", o.rim_pairs, 0, 65536),
+        in_range("truth-samples", o.truth_samples, 2, max_samples)}) {
+    if (!ok) return ok;
+  }
+  if (o.noise && o.time_budget) return refuse("noise", "and a time budget exclude each other");
+  const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights;
+  const auto limit = static_cast<double>(ExrLimits{}.pixels_per_part);
+  if (pixels > limit) {
+    return refuse("texels", fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed",
+                                        pixels, limit));
+  }
+  if (!std::isfinite(o.reference.value)) return refuse("reference-height", "is not finite");
+  return {};
+}
+
+std::string digest_of(const CellMesh& mesh) {
+  std::string bytes;
+  append_bytes(bytes, std::vector<V2d>{mesh.period});
+  append_bytes(bytes, mesh.positions);
+  append_bytes(bytes, mesh.normals);
+  append_bytes(bytes, mesh.albedo);
+  append_bytes(bytes, mesh.fibres);
+  append_bytes(bytes, mesh.gloss);
+  append_bytes(bytes, mesh.triangles);
+  return digest_of(bytes);
+}
+
+SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& o, double plane_mm, double thickness_mm,
+                        const std::string& provenance) {
+  SamplesHeader header;
+  header.width = o.width;
+  header.height = o.height;
+  header.period_mm = V2f(mesh.period);
+  header.reference_height = static_cast<float>(plane_mm);
+  header.thickness_mm = static_cast<float>(thickness_mm);
+  header.views = grid_of(o.views);
+  header.lights = grid_of(o.lights);
+  header.samples_per_texel = o.samples;
+  header.truth_samples = o.truth_samples / 2 * 2;
+  const std::uint64_t seed = mix(o.seed ^ mix(stream_directions));
+  if (o.pairs) {
+    header.pairs = *o.pairs;
+  } else {
+    header.pairs[0] = random_pairs(o.validation_pairs, rim_z, seed);
+    header.pairs[1] = random_pairs(o.held_out_pairs, rim_z, seed + 1);
+    header.pairs[2] = random_rim_pairs(o.rim_pairs, rim_z, seed + 2);
+  }
+  header.whole = o.whole;
+  if (o.slabs > 0) header.slabs = SlabShape{o.cells, o.cells, o.slabs};
+  nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
+  if (!text.is_object()) text = nlohmann::json::object();
+  nlohmann::json& bake = text["bake"];
+  bake = {{"samples", o.samples},
+          {"seed", o.seed},
+          {"indirect", name_of(o.indirect)},
+          {"referencePlane", name_of(o.reference.kind)},
+          {"mesh", digest_of(mesh)}};
+  bake["bounces"] = o.bounces == unlimited_bounces ? nlohmann::json("unlimited") : nlohmann::json(o.bounces);
+  if (o.ground) bake["ground"] = *o.ground;
+  header.provenance = text.dump();
+  return header;
+}
+
+std::vector<BakeUnit> units_of(const SamplesHeader& header) {
+  std::vector<BakeUnit> units;
+  for (int v = 0; v < header.views.count(); ++v) {
+    units.push_back({BakeUnit::What::view, PairKind::validation, static_cast<std::size_t>(v)});
+  }
+  for (const PairKind kind : all_pair_kinds) {
+    for (std::size_t p = 0; p < header.pairs[static_cast<std::size_t>(kind)].size(); ++p) {
+      units.push_back({BakeUnit::What::pair, kind, p});
+    }
+  }
+  if (header.slabs) units.push_back({BakeUnit::What::heights, PairKind::validation, 0});
+  return units;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,311 @@
+#include "converter/bake/texels.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// target += weight * source. Element by element: the same for any width of the machine's registers.
+__attribute__((target_clones("avx512f", "avx2", "default"))) void add_row(const float* source, float weight,
+                                                                          std::size_t count, float* target) {
+  for (std::size_t i = 0; i < count; ++i) target[i] += weight * source[i];
+}
+
+/// The direct light of a packet: how its points reflect, as one array per quantity.
+struct Reflecting {
+  alignas(64) std::array<float, packet_size> nx{}, ny{}, nz{};
+  std::array<V3f, packet_size> diffuse;  // (1 - w) albedo / pi
+  GlossPacket gloss;
+};
+
+}  // namespace
+
+double NoiseSum::relative() const { return signal2 > 0 ? std::sqrt(error2 / signal2) : 0; }
+
+NoiseSum& NoiseSum::operator+=(const NoiseSum& other) {
+  error2 += other.error2;
+  signal2 += other.signal2;
+  return *this;
+}
+
+/// What the rays of one texel and view have gathered.
+struct TexelBaker::Gather {
+  int rays = 0;
+  int hits = 0;
+  V3d normal{0, 0, 0};
+  std::vector<double> radiance;  // sum over hits: [channel][light]
+  std::vector<float> recent;     // what has not been added to it yet
+
+  explicit Gather(std::size_t lights) : radiance(3 * lights), recent(3 * lights) {}
+  void clear() {
+    rays = hits = 0;
+    normal = V3d(0, 0, 0);
+    std::fill(radiance.begin(), radiance.end(), 0.0);
+  }
+  void settle() {
+    for (std::size_t i = 0; i < recent.size(); ++i) radiance[i] += static_cast<double>(recent[i]);
+    std::fill(recent.begin(), recent.end(), 0.0F);
+  }
+};
+
+/// Up to 16 rays, and where what they see goes.
+struct TexelBaker::Packet {
+  std::size_t size = 0;
+  std::array<V3d, packet_size> origin;
+  std::array<Gather*, packet_size> gather;
+  std::array<std::uint32_t, packet_size> index;  // of the ray in its texel
+  std::array<std::uint64_t, packet_size> seed;   // of the texel's paths
+};
+
+struct TexelBaker::TexelRays {
+  int x, y;
+  std::uint32_t count, split;  // those before `split` belong to the early half
+  std::uint64_t seed;
+  Gather* early;
+  Gather* late;
+};
+
+void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const {
+  const V3d towards(view);
+  const V2d period = scene_.period();
+  // From above everything: the plane may lie within the yarn.
+  const double above =
+      (static_cast<double>(scene_.bounds().max.z) - plane_z_ + period.x) / static_cast<double>(view.z);
+  Packet packet;
+  int packets = 0;
+  const auto settle = [&] {
+    for (const TexelRays& texel : texels) {
+      texel.early->settle();
+      texel.late->settle();
+    }
+  };
+  // Single precision sums no more than this many packets.
+  constexpr int packets_between = 8;
+  for (const TexelRays& texel : texels) {
+    texel.early->rays += static_cast<int>(texel.split);
+    texel.late->rays += static_cast<int>(texel.count - texel.split);
+    // Points whose indices are the same modulo a power of two lie in one strip of the texel: rays of a packet
+    // then meet the same few triangles.
+    constexpr auto lanes = static_cast<std::uint32_t>(packet_size);
+    const std::uint32_t packets_of_its_own = texel.count % lanes == 0 ? texel.count / lanes : 0;
+    for (std::uint32_t k = 0; k < texel.count; ++k) {
+      const std::uint32_t i = packets_of_its_own > 0 ? k % lanes * packets_of_its_own + k / lanes : k;
+      const V2d within = spread_point(i, texel.seed);
+      // y points up, rows of texels run down.
+      const V3d on_plane((texel.x + within.x) / texels_.x * period.x,
+                         (1 - (texel.y + within.y) / texels_.y) * period.y, plane_z_);
+      packet.origin[packet.size] = on_plane + towards * above;
+      packet.gather[packet.size] = i < texel.split ? texel.early : texel.late;
+      packet.index[packet.size] = i;
+      packet.seed[packet.size] = mix(texel.seed);
+      if (++packet.size < packet_size) continue;
+      follow(packet, towards, lights);
+      packet.size = 0;
+      if (++packets % packets_between == 0) settle();
+    }
+  }
+  if (packet.size > 0) follow(packet, towards, lights);
+  settle();
+}
+
+void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& lights) const {
+  PointPacket points;
+  std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
+  std::uint64_t rays = packet.size;
+  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    // The ground shows through a hole; it is not yarn.
+    if (scene_.is_ground(points[i])) {
+      hits &= ~(1U << i);
+      continue;
+    }
+    ++packet.gather[i]->hits;
+    if (lights.normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
+  }
+  rays += light_directly(packet, points, hits, view, lights.directions);
+  const std::size_t n = lights.directions.size();
+  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    Gather& gather = *packet.gather[i];
+    if (!lights.indirect.empty()) {
+      light_indirectly(points[i], lights, gather);
+      continue;
+    }
+    PathSampler sampler(packet.index[i], packet.seed[i]);
+    std::vector<V3d> radiance(n, V3d(0, 0, 0));
+    rays += tracer_.add_indirect(points[i], view, lights.directions, sampler, radiance);
+    for (std::size_t l = 0; l < n; ++l) {
+      for (std::size_t c = 0; c < 3; ++c) gather.radiance[c * n + l] += radiance[l][static_cast<int>(c)];
+    }
+  }
+  rays_.fetch_add(rays, std::memory_order_relaxed);
+}
+
+std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits,
+                                         const V3d& view, std::span<const V3f> lights) const {
+  if (hits == 0) return 0;
+  Reflecting r;
+  const bool glossy = !scene_.mesh().gloss.empty();
+  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    r.nx[i] = points[i].face_normal.x;
+    r.ny[i] = points[i].face_normal.y;
+    r.nz[i] = points[i].face_normal.z;
+    float diffuse = 1;
+    if (glossy) {
+      const YarnSurface surface = surface_at(scene_, points[i]);
+      diffuse -= surface.gloss.weight;
+      r.gloss.set(i, surface, view);
+    }
+    r.diffuse[i] = scene_.albedo(points[i]) * (diffuse / static_cast<float>(pi));
+  }
+  const std::size_t n = lights.size();
+  const LeavingPacket leaving = scene_.leave(points, hits);
+  std::uint64_t rays = 0;
+  for (std::size_t l = 0; l < n; ++l) {
+    const V3f& light = lights[l];
+    alignas(64) std::array<float, packet_size> cosine;
+    std::uint32_t facing = 0;
+    for (std::size_t i = 0; i < packet_size; ++i) {
+      cosine[i] = r.nx[i] * light.x + r.ny[i] * light.y + r.nz[i] * light.z;
+    }
+    for (std::size_t i = 0; i < packet_size; ++i) facing |= (cosine[i] > 0 ? 1U : 0U) << i;
+    facing &= hits;
+    if (facing == 0) continue;
+    rays += static_cast<std::uint64_t>(std::popcount(facing));
+    const std::uint32_t lit = facing & ~scene_.occluded(leaving, light, facing);
+    std::array<float, packet_size> gloss{};
+    if (glossy) r.gloss.reflectance(light, gloss);
+    for (std::uint32_t left = lit; left != 0;) {
+      // Lanes of one texel's half lie side by side: their sum goes there at once.
+      Gather* const owner = packet.gather[std::countr_zero(left)];
+      V3f sum(0, 0, 0);
+      for (; left != 0; left &= left - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(left));
+        if (packet.gather[i] != owner) break;
+        sum += (r.diffuse[i] + V3f(gloss[i])) * cosine[i];
+      }
+      for (std::size_t c = 0; c < 3; ++c) owner->recent[c * n + l] += sum[static_cast<int>(c)];
+    }
+  }
+  return rays;
+}
+
+void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const {
+  TransportTaps taps;
+  if (!transport_->taps(point, taps)) return;
+  const V3f albedo = albedo_with_gloss(scene_, point);
+  const std::size_t n = lights.directions.size();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float* row = &lights.indirect[static_cast<std::size_t>(taps.point[k]) * 3 * n];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
+      if (n == 1) {  // a pair's: nine calls would cost more than their work
+        gather.recent[c] += weight * row[c];
+      } else {
+        add_row(row + c * n, weight, n, &gather.recent[c * n]);
+      }
+    }
+  }
+}
+
+ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
+                                  NoiseSum& noise) const {
+  const auto texels = static_cast<std::size_t>(texels_.x * texels_.y);
+  const std::size_t n = lights.directions.size();
+  ViewSamples out{std::vector<float>(texels), std::vector<V3f>(texels, V3f(0, 0, 0)),
+                  std::vector<V3f>(texels * n, V3f(0, 0, 0))};
+  std::vector<NoiseSum> row_noise(static_cast<std::size_t>(texels_.y));
+  // As many texels at a time as fill whole packets.
+  const int at_once = static_cast<int>(packet_size) / std::gcd(static_cast<int>(packet_size), samples);
+  parallel_for(0, texels_.y, [&](int y) {
+    std::vector<Gather> gathers(static_cast<std::size_t>(2 * at_once), Gather(n));
+    std::vector<TexelRays> rays;
+    NoiseSum& sum = row_noise[y];
+    for (int first = 0; first < texels_.x; first += at_once) {
+      rays.clear();
+      for (int x = first; x < std::min(first + at_once, texels_.x); ++x) {
+        Gather* const own = &gathers[2 * (x - first)];
+        own[0].clear();
+        own[1].clear();
+        const auto count = static_cast<std::uint32_t>(samples);
+        const auto texel = static_cast<std::uint64_t>(y * texels_.x + x);
+        rays.push_back({x, y, count, count / 2, mix(seed ^ mix(texel)), own, own + 1});
+      }
+      sample(rays, view, lights);
+      for (const TexelRays& r : rays) {
+        const auto texel = static_cast<std::size_t>(y * texels_.x + r.x);
+        const Gather& early = *r.early;
+        const Gather& late = *r.late;
+        const int hits = early.hits + late.hits;
+        if (hits == 0) continue;
+        out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(samples);
+        out.normal[texel] = V3f((early.normal + late.normal) / samples);
+        // The halves' means differ by d; the error of the mean of both is d/2 where they are equally large.
+        const double share =
+            static_cast<double>(early.rays) * late.rays / (static_cast<double>(samples) * samples);
+        for (std::size_t l = 0; l < n; ++l) {
+          V3f& radiance = out.radiance[l * texels + texel];
+          for (std::size_t c = 0; c < 3; ++c) {
+            const double a = early.radiance[c * n + l];
+            const double b = late.radiance[c * n + l];
+            radiance[static_cast<int>(c)] = static_cast<float>((a + b) / hits);
+            const double d = a / std::max(1, early.rays) - b / late.rays;
+            sum.error2 += d * d * share;
+            sum.signal2 += (a + b) * (a + b) / (static_cast<double>(samples) * samples);
+          }
+        }
+      }
+    }
+  });
+  for (const NoiseSum& sum : row_noise) noise += sum;
+  return out;
+}
+
+PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights, int samples,
+                                  std::uint64_t seed, NoiseSum& noise) const {
+  const auto texels = static_cast<std::size_t>(texels_.x * texels_.y);
+  PairSamples out;
+  out.width = texels_.x;
+  out.height = texels_.y;
+  out.pairs = {pair};
+  out.alpha.assign(texels, 0);
+  out.alpha_noise.assign(texels, 0);
+  out.radiance.assign(texels, V3f(0, 0, 0));
+  out.noise.assign(texels, V3f(0, 0, 0));
+  parallel_for(0, texels_.y, [&](int y) {
+    std::array<Gather, 2> half{Gather(1), Gather(1)};
+    for (int x = 0; x < texels_.x; ++x) {
+      const auto texel = static_cast<std::size_t>(y * texels_.x + x);
+      for (Gather& h : half) h.clear();
+      const auto count = static_cast<std::uint32_t>(samples / 2);
+      sample(std::array{TexelRays{x, y, count, count, mix(seed ^ mix(2 * texel)), &half[0], &half[1]},
+                        TexelRays{x, y, count, 0, mix(seed ^ mix(2 * texel + 1)), &half[0], &half[1]}},
+             pair.view, lights);
+      const int rays = half[0].rays + half[1].rays;
+      const int hits = half[0].hits + half[1].hits;
+      const auto radiance = [&](std::size_t h) {
+        return V3d(half[h].radiance[0], half[h].radiance[1], half[h].radiance[2]);
+      };
+      out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(rays);
+      out.alpha_noise[texel] = static_cast<float>(half[0].hits - half[1].hits) / static_cast<float>(rays);
+      out.noise[texel] = V3f((radiance(0) - radiance(1)) / rays);
+      if (hits > 0) out.radiance[texel] = V3f((radiance(0) + radiance(1)) / hits);
+    }
+  });
+  for (std::size_t t = 0; t < texels; ++t) {
+    noise.error2 += static_cast<double>(out.noise[t].length2());
+    noise.signal2 += static_cast<double>((out.radiance[t] * out.alpha[t]).length2());
+  }
+  return out;
+}
+
+}  // namespace selvedge

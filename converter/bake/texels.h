@@ -1,0 +1,70 @@
+// Rays through the texels of one view: what they see under a set of lights.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <span>
+#include <vector>
+
+#include "converter/light/irradiance_cache.h"
+#include "converter/light/path_tracer.h"
+#include "format/samples/samples.h"
+
+namespace selvedge {
+
+/// The lights of a view and what reaches the mesh from them indirectly.
+struct LitBy {
+  std::span<const V3f> directions;
+  /// Irradiance as LightTransport::solve() gives it for these lights; empty: paths are traced.
+  std::span<const float> indirect;
+  bool normals = true;  ///< whether the visible normals are wanted
+};
+
+/// How far means of samples are from their limit, summed over texels, lights and channels: `error2` estimates
+/// the squared error of opacity * radiance, `signal2` is its square. For one low-discrepancy set of samples
+/// it is an upper estimate: its halves differ by more than independent ones.
+struct NoiseSum {
+  double error2 = 0;
+  double signal2 = 0;
+  /// Root mean square of the error as a share of that of the signal; 0 without a signal.
+  double relative() const;
+  NoiseSum& operator+=(const NoiseSum& other);
+};
+
+class TexelBaker {
+ public:
+  /// `transport`: null where paths are traced. Texels lie at height `plane_z` (mm above the lowest point).
+  TexelBaker(const RayScene& scene, const LightTransport* transport, int bounces, const V2i& texels,
+             double plane_z)
+      : scene_(scene), transport_(transport), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
+
+  /// All texels from one view, `samples` rays each. `seed` is the view's own.
+  ViewSamples bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
+                        NoiseSum& noise) const;
+
+  /// The truth of one pair from two independent halves of `samples` rays. `lights` holds the pair's light.
+  PairSamples bake_pair(const DirectionPair& pair, const LitBy& lights, int samples, std::uint64_t seed,
+                        NoiseSum& noise) const;
+
+  /// Primary, bounce and shadow rays of all calls so far.
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  struct Gather;
+  struct Packet;
+  struct TexelRays;
+  void sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const;
+  void follow(const Packet& packet, const V3d& view, const LitBy& lights) const;
+  std::uint64_t light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits,
+                               const V3d& view, std::span<const V3f> lights) const;
+  void light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const;
+
+  const RayScene& scene_;
+  const LightTransport* transport_;
+  PathTracer tracer_;
+  V2i texels_;
+  double plane_z_;
+  mutable std::atomic<std::uint64_t> rays_{0};
+};
+
+}  // namespace selvedge

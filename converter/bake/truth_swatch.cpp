@@ -1,0 +1,230 @@
+#include "converter/bake/truth_swatch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "converter/bake/setup.h"
+#include "converter/light/irradiance_cache.h"
+#include "converter/light/sobol.h"
+#include "converter/light/yarn_brdf.h"
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+// The seed's independent uses.
+constexpr std::uint64_t stream_pixels = 101;
+constexpr std::uint64_t stream_paths = 102;
+constexpr std::uint64_t stream_transport = 103;
+
+std::uint64_t seed_of(const TruthOptions& o, std::uint64_t stream, std::uint64_t index) {
+  return mix(mix(o.seed ^ mix(stream)) ^ mix(index));
+}
+
+/// Sums over rays.
+struct Gather {
+  V3d radiance{0, 0, 0};
+  double hits = 0;
+};
+
+class SwatchTracer {
+ public:
+  /// `plane`: height of z = 0 in units of the scene, which are `metres` long.
+  SwatchTracer(const RayScene& scene, const LightTransport* transport, const SwatchShot& shot,
+               const TruthOptions& options, double plane, double metres)
+      : scene_(scene),
+        transport_(transport),
+        tracer_(scene, options.bounces),
+        shot_(shot),
+        options_(options),
+        plane_(plane),
+        metres_(metres) {
+    for (const Light& light : shot.lights) {
+      lights_.emplace_back(light.direction.normalized());
+      irradiance_.emplace_back(light.irradiance);
+    }
+  }
+
+  void solve(LightTransport& transport) {
+    constexpr std::size_t at_once = 64;
+    const std::size_t n = lights_.size();
+    const std::size_t rows = static_cast<std::size_t>(transport.points()) * 3;
+    indirect_.resize(rows * n);
+    for (std::size_t first = 0; first < n; first += at_once) {
+      const auto some = std::span(lights_).subspan(first, std::min(at_once, n - first));
+      const std::vector<float> part = transport.solve(scene_, some, options_.bounces);
+      for (std::size_t row = 0; row < rows; ++row) {
+        std::copy_n(&part[row * some.size()], some.size(), &indirect_[row * n + first]);
+      }
+    }
+  }
+
+  /// One half of the rays of a pixel.
+  Gather trace(int x, int y, std::uint64_t half) const {
+    const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(shot_.width) +
+                       static_cast<std::uint64_t>(x);
+    const std::uint64_t places = seed_of(options_, stream_pixels, 2 * pixel + half);
+    const std::uint64_t paths = seed_of(options_, stream_paths, 2 * pixel + half);
+    Gather gather;
+    std::vector<V3d> radiance(lights_.size());
+    std::uint64_t rays = 0;
+    for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(options_.samples / 2); ++i) {
+      const V2d within = spread_point(i, places);
+      const auto ray = swatch_ray(
+          shot_.camera, {2 * (x + within.x) / shot_.width - 1, 1 - 2 * (y + within.y) / shot_.height});
+      if (!ray) continue;
+      ++rays;
+      SurfacePoint point;
+      if (!scene_.trace(origin(*ray), -ray->view, point) || scene_.is_ground(point)) continue;
+      gather.hits += 1;
+      PathSampler sampler(i, paths);
+      std::fill(radiance.begin(), radiance.end(), V3d(0, 0, 0));
+      rays += light_directly(point, ray->view, radiance);
+      if (transport_ == nullptr) {
+        rays += tracer_.add_indirect(point, ray->view, lights_, sampler, radiance);
+      } else {
+        light_indirectly(point, radiance);
+      }
+      for (std::size_t l = 0; l < lights_.size(); ++l) gather.radiance += radiance[l] * irradiance_[l];
+    }
+    rays_.fetch_add(rays, std::memory_order_relaxed);
+    return gather;
+  }
+
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  /// Where a ray begins: in the cell's own repeat, above everything, but not behind the camera.
+  V3d origin(const SwatchRay& ray) const {
+    const V2d period = scene_.period();
+    V2d at = ray.point / metres_;
+    at -= V2d(std::floor(at.x / period.x), std::floor(at.y / period.y)) * period;
+    double back = (static_cast<double>(scene_.bounds().max.z) - plane_ + period.x) / ray.view.z;
+    if (shot_.camera.projection == Projection::perspective) back = std::min(back, ray.distance / metres_);
+    return V3d(at.x, at.y, plane_) + ray.view * back;
+  }
+
+  std::uint64_t light_directly(const SurfacePoint& point, const V3d& view, std::vector<V3d>& radiance) const {
+    const YarnSurface surface = surface_at(scene_, point);
+    std::uint64_t rays = 0;
+    for (std::size_t l = 0; l < lights_.size(); ++l) {
+      const V3d light(lights_[l]);
+      const double cosine = surface.normal.dot(light);
+      if (!(cosine > 0)) continue;
+      ++rays;
+      if (scene_.occluded(point, lights_[l])) continue;
+      radiance[l] += reflectance(surface, light, view) * cosine;
+    }
+    return rays;
+  }
+
+  void light_indirectly(const SurfacePoint& point, std::vector<V3d>& radiance) const {
+    TransportTaps taps;
+    if (!transport_->taps(point, taps)) return;
+    const V3d factor = V3d(albedo_with_gloss(scene_, point)) * std::numbers::inv_pi;
+    const std::size_t n = lights_.size();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* row = &indirect_[static_cast<std::size_t>(taps.point[k]) * 3 * n];
+      for (std::size_t l = 0; l < n; ++l) {
+        radiance[l] +=
+            factor * V3d(V3f(row[l], row[n + l], row[2 * n + l])) * static_cast<double>(taps.weight[k]);
+      }
+    }
+  }
+
+  const RayScene& scene_;
+  const LightTransport* transport_;
+  PathTracer tracer_;
+  const SwatchShot& shot_;
+  const TruthOptions& options_;
+  double plane_;
+  double metres_;
+  std::vector<V3f> lights_;
+  std::vector<V3d> irradiance_;
+  std::vector<float> indirect_;  ///< as LightTransport::solve() gives it
+  mutable std::atomic<std::uint64_t> rays_{0};
+};
+
+/// The bake's own rules for what the two have in common.
+BakeOptions as_bake(const TruthOptions& o) {
+  BakeOptions bake;
+  bake.samples = o.samples;
+  bake.bounces = o.bounces;
+  bake.ground = o.ground;
+  bake.reference = o.reference;
+  bake.seed = o.seed;
+  return bake;
+}
+
+Result<void> check(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
+  if (auto ok = check_options(as_bake(o), name); !ok) return ok;
+  // Half of them tell the noise of the other half.
+  if (o.samples < 2 || o.samples % 2 != 0)
+    return fail(Code::option_out_of_range, name, "samples", "must be even, and 2 at least");
+  for (const Light& light : shot.lights) {
+    if (light.kind != LightKind::directional)
+      return fail(Code::option_out_of_range, name, "light",
+                  "must be far away: the truth has no other lights");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, const SwatchShot& shot,
+                                 const TruthOptions& options, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  if (auto ok = check(shot, options, name); !ok) return tl::unexpected(ok.error());
+  if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
+  TruthOptions o = options;
+  const ScaledMesh scaled = scaled_to_unit(mesh);
+  const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
+  const auto scene = RayScene::create(scaled.mesh, name, ground);
+  if (!scene) return tl::unexpected(scene.error());
+  const auto plane = plane_of(mesh, *scene, name, as_bake(o), scaled.mm);
+  if (!plane) return tl::unexpected(plane.error());
+  std::optional<LightTransport> transport;
+  if (o.indirect == IndirectLight::cached) {
+    transport = LightTransport::build(*scene, seed_of(o, stream_transport, 0));
+    if (!transport) o.indirect = IndirectLight::traced;
+  }
+  SwatchTracer tracer(*scene, transport ? &*transport : nullptr, shot, o, *plane / scaled.mm,
+                      scaled.mm / 1000);
+  if (transport) tracer.solve(*transport);
+
+  TruthSwatch result;
+  result.indirect = o.indirect;
+  const auto width = static_cast<std::size_t>(shot.width);
+  const auto rows = static_cast<std::size_t>(shot.height);
+  result.frame = {shot.width, shot.height, std::vector<V4f>(width * rows)};
+  std::vector<V2d> errors(rows, V2d(0, 0));  // squared, of colours and of opacity
+  constexpr int rows_at_once = 8;
+  for (int first = 0; first < shot.height; first += rows_at_once) {
+    parallel_for(first, std::min(first + rows_at_once, shot.height), [&](int y) {
+      for (int x = 0; x < shot.width; ++x) {
+        const Gather a = tracer.trace(x, y, 0);
+        const Gather b = tracer.trace(x, y, 1);
+        const V3f mean((a.radiance + b.radiance) / o.samples);
+        result.frame.pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =
+            V4f(mean.x, mean.y, mean.z, static_cast<float>((a.hits + b.hits) / o.samples));
+        const double alpha = (a.hits - b.hits) / o.samples;
+        errors[y] += V2d(((a.radiance - b.radiance) / o.samples).length2(), alpha * alpha);
+      }
+    });
+    if (progress) progress(std::min(1.0, static_cast<double>(first + rows_at_once) / shot.height));
+  }
+  V2d sum(0, 0);
+  for (const V2d& row : errors) sum += row;
+  const double pixels = static_cast<double>(shot.width) * shot.height;
+  result.noise = std::sqrt(sum.x / (3 * pixels));
+  result.alpha_noise = std::sqrt(sum.y / pixels);
+  result.rays = tracer.rays();
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace selvedge

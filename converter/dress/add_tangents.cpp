@@ -1,0 +1,133 @@
+#include "converter/dress/add_tangents.h"
+
+#include <fmt/format.h>
+
+#include <numeric>
+
+#include "format/gltf/access.h"
+#include "format/gltf/geometry.h"
+#include "format/scene/tangents.h"
+
+namespace selvedge {
+namespace {
+
+template <class V>
+std::span<const float> floats(const std::vector<V>& values) {
+  static_assert(sizeof(V) == V::dimensions() * sizeof(float));
+  return {reinterpret_cast<const float*>(values.data()), values.size() * V::dimensions()};
+}
+
+/// A new accessor whose element i is element sources[i] of the old one.
+Result<int> gather(GltfDocument& document, int accessor, const std::vector<std::uint32_t>& sources,
+                   const std::string& place) {
+  Result<AccessorShape> shape = shape_of(document, accessor, place);
+  if (!shape) return tl::unexpected<Error>(std::move(shape.error()));
+  const auto elements = read_elements(document, accessor, place);
+  if (!elements) return tl::unexpected<Error>(elements.error());
+  const std::size_t size =
+      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
+  std::vector<std::uint8_t> gathered;
+  gathered.reserve(sources.size() * size);
+  for (const std::uint32_t source : sources) {
+    if (source >= shape->count) {
+      return fail(Code::gltf_malformed, document.file, place, fmt::format("there is no element {}", source));
+    }
+    const auto first = elements->begin() + static_cast<std::ptrdiff_t>(source * size);
+    gathered.insert(gathered.end(), first, first + static_cast<std::ptrdiff_t>(size));
+  }
+  shape->count = sources.size();
+  Json json = document.json["accessors"][accessor];
+  json.erase("byteOffset");
+  json.erase("sparse");
+  json["bufferView"] = append_attribute_view(document, *shape, gathered);
+  json["count"] = shape->count;
+  if (json.contains("min") || json.contains("max")) {
+    set_bounds(json, to_floats(gathered, shape->component_type, false), shape->components);
+  }
+  document.json["accessors"].push_back(std::move(json));
+  return static_cast<int>(document.json["accessors"].size()) - 1;
+}
+
+Result<void> gather_all(GltfDocument& document, Json& attributes, const std::vector<std::uint32_t>& sources,
+                        const std::string& place) {
+  for (const auto& [semantic, accessor] : attributes.items()) {
+    const Result<int> fresh = gather(document, index_of(accessor), sources, place + "/" + semantic);
+    if (!fresh) return tl::unexpected<Error>(fresh.error());
+    accessor = *fresh;
+  }
+  return {};
+}
+
+}  // namespace
+
+void drop_tangents(GltfDocument& document, int mesh, int primitive) {
+  Json& json = document.json["meshes"][mesh]["primitives"][primitive];
+  json["attributes"].erase("TANGENT");
+  if (!json.contains("targets")) return;
+  for (Json& target : json["targets"]) target.erase("TANGENT");
+}
+
+Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord) {
+  const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
+  Json json = document.json["meshes"][mesh]["primitives"][primitive];
+  if (!member(member(json, "attributes"), "TANGENT").is_null()) return false;
+  Result<std::optional<ScenePrimitive>> read =
+      read_primitive(document, json, place, std::numeric_limits<std::uint32_t>::max());
+  if (!read) return tl::unexpected<Error>(std::move(read.error()));
+  if (!*read) return false;
+  ScenePrimitive& vertices = **read;
+  const std::vector<V2d>& uvs = vertices.tex_coords[tex_coord];
+  if (uvs.empty()) {
+    return fail(Code::garment_no_uvs, document.file, place + "/attributes",
+                fmt::format("no TEXCOORD_{}", tex_coord));
+  }
+  for (V3f& normal : vertices.normals) normal.normalize();  // quantised ones are a little off
+
+  // read_primitive has given a primitive without normals vertices of its own for each triangle.
+  const bool flat = member(json["attributes"], "NORMAL").is_null();
+  std::vector<std::uint32_t> sources(vertices.positions.size());
+  std::iota(sources.begin(), sources.end(), 0U);
+  if (flat) {
+    const Json& position = json["attributes"]["POSITION"];
+    const Result<AccessorShape> shape = shape_of(document, index_of(position), place);
+    if (!shape) return tl::unexpected<Error>(shape.error());
+    auto triangles = read_triangles(document, json, place, shape->count);
+    if (!triangles) return tl::unexpected<Error>(std::move(triangles.error()));
+    sources = std::move(**triangles);
+  }
+  const std::vector<V3d> positions(vertices.positions.begin(), vertices.positions.end());
+  std::vector<V3d> normals(vertices.normals.begin(), vertices.normals.end());
+  Tangents tangents = compute_tangents(positions, normals, uvs, vertices.indices, Facing::winding);
+  for (const std::uint32_t copied : tangents.copy_of) normals.push_back(normals[copied]);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    V4f& t = tangents.tangents[i];
+    if (t.x != 0 || t.y != 0 || t.z != 0) continue;
+    const V3f some(any_perpendicular(normals[i]));  // glTF has no tangents of length 0
+    t = V4f(some.x, some.y, some.z, t.w);
+  }
+  if (flat || !tangents.copy_of.empty()) {
+    for (const std::uint32_t copied : tangents.copy_of) {
+      sources.push_back(sources[copied]);
+      vertices.normals.push_back(vertices.normals[copied]);
+    }
+    if (Result<void> good = gather_all(document, json["attributes"], sources, place + "/attributes"); !good) {
+      return tl::unexpected<Error>(std::move(good.error()));
+    }
+    if (json.contains("targets")) {
+      for (Json& target : json["targets"]) {
+        if (Result<void> good = gather_all(document, target, sources, place + "/targets"); !good) {
+          return tl::unexpected<Error>(std::move(good.error()));
+        }
+      }
+    }
+    json["indices"] = append_index_accessor(document, tangents.indices);
+    json.erase("mode");
+  }
+  if (flat)
+    json["attributes"]["NORMAL"] = append_float_accessor(document, floats(vertices.normals), 3, false);
+  json["attributes"]["TANGENT"] = append_float_accessor(document, floats(tangents.tangents), 4, false);
+  document.json["meshes"][mesh]["primitives"][primitive] = std::move(json);
+  return true;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,124 @@
+#include "converter/dress/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "converter/dress/fallback.h"
+#include "converter/dress/uv_scale.h"
+#include "format/fabric/file.h"
+#include "format/picture/image.h"
+
+namespace selvedge {
+namespace {
+
+/// A mean over the repeat needs no more.
+constexpr FallbackOptions coarse{.largest_side = 64, .lights = 64};
+/// Linear; a mean of 8-bit colours and of a level that was fitted by itself is well within it.
+constexpr float color_tolerance = 0.05F;
+/// Stretched cloth; beyond that the scale is another one.
+constexpr double size_tolerance = 1.25;
+
+V3f mean_color(const Image& image) {
+  V3d sum(0, 0, 0);
+  double weight = 0;
+  const auto channels = static_cast<std::size_t>(image.channels);
+  for (std::size_t i = 0; i + channels <= image.pixels.size(); i += channels) {
+    const double alpha = channels == 4 ? image.pixels[i + 3] : 1.0;
+    sum += V3d(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]) * alpha;
+    weight += alpha;
+  }
+  return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
+}
+
+/// What the checks need to know of a fabric.
+struct Known {
+  V2f period_mm;
+  V3f albedo;
+};
+
+std::optional<Known> known_of(const SceneFabric& source) {
+  const Result<Fabric> fabric =
+      source.path.empty() ? read_fabric(source.bytes, source.name) : read_fabric(source.path);
+  if (!fabric) return std::nullopt;
+  return Known{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
+}
+
+class DressedCheck {
+ public:
+  explicit DressedCheck(const Scene& scene) : scene_(scene) {}
+
+  Issues check() {
+    for (std::size_t m = 0; m < scene_.materials.size(); ++m) {
+      const SceneMaterial& material = scene_.materials[m];
+      if (!material.fabric) continue;
+      const auto index = static_cast<std::size_t>(material.fabric->fabric);
+      if (index >= scene_.fabrics.size()) continue;
+      const auto [entry, fresh] = fabrics_.try_emplace(index);
+      if (fresh) entry->second = known_of(scene_.fabrics[index]);
+      if (!entry->second) continue;
+      const std::string place = fmt::format("/materials/{}", m);
+      check_color(material, *entry->second, place);
+      check_size(static_cast<int>(m), *material.fabric, *entry->second, place);
+    }
+    return std::move(issues_);
+  }
+
+ private:
+  void check_color(const SceneMaterial& material, const Known& fabric, const std::string& place) {
+    const int index = material.base_color_texture.image;
+    if (index < 0) return;
+    const SceneImage& encoded = scene_.images[index];
+    const Result<Image> image = decode_image(encoded.bytes, encoded.name, Transfer::srgb);
+    if (!image) return;
+    const V4f& factor = material.base_color;
+    const V3f shown = mean_color(*image) * V3f(factor.x, factor.y, factor.z);
+    for (int c = 0; c < 3; ++c) {
+      if (std::abs(shown[c] - fabric.albedo[c]) <= color_tolerance) continue;
+      const V3f& albedo = fabric.albedo;
+      issues_.push_back(
+          {Code::gltf_fallback, scene_.file, place + "/pbrMetallicRoughness/baseColorTexture",
+           fmt::format("its mean colour is {:.3f} {:.3f} {:.3f}, the fabric's {:.3f} {:.3f} {:.3f}", shown.x,
+                       shown.y, shown.z, albedo.x, albedo.y, albedo.z)});
+      return;
+    }
+  }
+
+  void check_size(int material, const FabricReference& reference, const Known& fabric,
+                  const std::string& place) {
+    if (reference.tex_coord > 1) return;
+    std::set<int> primitives;
+    for (std::size_t i = 0; i < scene_.primitives.size(); ++i) {
+      if (scene_.primitives[i].material == material) primitives.insert(static_cast<int>(i));
+    }
+    const UvSize size = measure_uv(scene_, primitives, reference.tex_coord);
+    // A rotation by any but a right angle mixes the axes; the two sizes are compared as an area then.
+    const V2d scale(std::abs(reference.transform.scale.x), std::abs(reference.transform.scale.y));
+    const V2d millimetres(size.metres.x * 1000 / scale.x, size.metres.y * 1000 / scale.y);
+    const auto off = [](double ratio) {
+      return std::isfinite(ratio) && ratio > 0 && (ratio > size_tolerance || ratio < 1 / size_tolerance);
+    };
+    const double along_u = millimetres.x / fabric.period_mm.x;
+    const double along_v = millimetres.y / fabric.period_mm.y;
+    const bool turned = reference.transform.rotation != 0;
+    if (turned ? !off(std::sqrt(along_u * along_v)) : !off(along_u) && !off(along_v)) return;
+    issues_.push_back(
+        {Code::gltf_advice, scene_.file, place,
+         fmt::format("a repeat is {:.3g} x {:.3g} mm on the surface; the fabric says {:.3g} x {:.3g}",
+                     millimetres.x, millimetres.y, fabric.period_mm.x, fabric.period_mm.y)});
+  }
+
+  const Scene& scene_;
+  std::map<std::size_t, std::optional<Known>> fabrics_;
+  Issues issues_;
+};
+
+}  // namespace
+
+Issues check_dressed(const Scene& scene) { return DressedCheck(scene).check(); }
+
+}  // namespace selvedge

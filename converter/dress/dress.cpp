@@ -1,0 +1,268 @@
+#include "converter/dress/dress.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "converter/dress/add_tangents.h"
+#include "converter/dress/extras_mirror.h"
+#include "converter/dress/fabric_source.h"
+#include "converter/dress/fallback.h"
+#include "converter/dress/fallback_material.h"
+#include "converter/dress/material_uses.h"
+#include "converter/dress/usd.h"
+#include "converter/dress/uv_scale.h"
+#include "format/base/option_text.h"
+#include "format/fabric/file.h"
+#include "format/gltf/access.h"
+#include "format/gltf/document.h"
+#include "format/gltf/fabric_extension.h"
+#include "format/gltf/geometry.h"
+#include "format/gltf/names.h"
+#include "format/gltf/read_scene.h"
+
+namespace selvedge {
+namespace {
+
+std::string name_of(const Json& material) {
+  const Json& name = member(material, "name");
+  return name.is_string() ? name.get<std::string>() : std::string();
+}
+
+/// Triangles without a material get a new one.
+void add_missing_material(GltfDocument& document) {
+  const Uses uses = uses_of(document.json);
+  const auto bare = uses.find(-1);
+  if (bare == uses.end()) return;
+  const auto primitive_at = [&](const Place& place) -> Json& {
+    return document.json["meshes"][place.first]["primitives"][place.second];
+  };
+  std::vector<Place> places(bare->second.begin(), bare->second.end());
+  std::erase_if(places, [&](const Place& place) {
+    return !member(primitive_at(place), "material").is_null();  // there is something, but no index
+  });
+  if (places.empty()) return;
+  document.json["materials"].push_back(Json{{"name", "fabric"}});
+  for (const Place& place : places) primitive_at(place)["material"] = document.json["materials"].size() - 1;
+}
+
+Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& options) {
+  if (options.all) add_missing_material(document);
+  const Json& materials = member(document.json, "materials");
+  const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
+  std::set<int> chosen;
+  for (int i = 0; options.all && i < count; ++i) chosen.insert(i);
+  for (const std::string& wanted : options.materials) {
+    int number = -1;
+    if (wanted.starts_with('#')) {
+      const char* end = wanted.data() + wanted.size();
+      if (std::from_chars(wanted.data() + 1, end, number).ptr != end) number = -1;
+    }
+    bool found = number >= 0 && number < count;
+    if (found) chosen.insert(number);
+    for (int i = 0; i < count; ++i) {
+      if (name_of(materials[i]) != wanted) continue;
+      chosen.insert(i);
+      found = true;
+    }
+    if (found) continue;
+    std::vector<std::string> names;
+    for (int i = 0; i < count; ++i) {
+      names.push_back(fmt::format("#{} \"{}\"", i, name_of(materials[i])));
+    }
+    return fail(Code::material_missing, document.file, "/materials",
+                fmt::format("no material \"{}\"; there are: {}", wanted,
+                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  }
+  if (chosen.empty()) {
+    return fail(Code::material_missing, document.file, "/materials",
+                options.all ? "there are no triangles to dress" : "no material is named");
+  }
+  return std::vector<int>(chosen.begin(), chosen.end());
+}
+
+class Dresser {
+ public:
+  Dresser(GltfDocument& document, const Fabric& fabric, const DressOptions& options)
+      : document_(document), fabric_(fabric), options_(options) {}
+
+  Result<DressReport> dress(const FabricSource& source, const std::string& digest) {
+    digest_ = digest;
+    const Result<std::vector<int>> chosen = choose(document_, options_);
+    if (!chosen) return tl::unexpected<Error>(chosen.error());
+    const Result<Scene> scene = read_scene(document_);
+    if (!scene) return tl::unexpected<Error>(scene.error());
+    for (const std::string& remark : scene->remarks) report_.warnings.push_back(remark);
+    uses_ = uses_of(document_.json);
+    const Result<int> index = add_fabric(document_, source);
+    if (!index) return tl::unexpected<Error>(index.error());
+    std::optional<Error> left_out;
+    for (const int material : *chosen) {
+      if (Result<void> good = dress(material, *index, *scene); !good) {
+        // "All" means all that can be dressed; what is named has to be dressed.
+        if (!options_.all || good.error().code != Code::garment_no_uvs) {
+          return tl::unexpected<Error>(std::move(good.error()));
+        }
+        report_.warnings.push_back(
+            fmt::format("material #{} was left alone: {}", material, good.error().message));
+        if (!left_out) left_out = std::move(good.error());
+      }
+    }
+    if (report_.materials.empty()) {
+      if (left_out) return tl::unexpected<Error>(std::move(*left_out));
+      return fail(Code::garment_empty, document_.file, "/materials", "the materials are on no triangles");
+    }
+    report_.embedded = source.uri.empty();
+    return std::move(report_);
+  }
+
+ private:
+  Result<void> dress(int material, int fabric, const Scene& scene) {
+    const std::set<Place>& places = uses_[material];
+    DressedMaterial dressed;
+    dressed.index = material;
+    dressed.name = name_of(document_.json["materials"][material]);
+    const std::string where = fmt::format("material #{} \"{}\"", material, dressed.name);
+    if (places.empty()) {
+      report_.warnings.push_back(where + " is on no triangles and was left alone");
+      return {};
+    }
+    if (Result<void> good = check_uvs(document_, places, options_.tex_coord); !good) return good;
+
+    std::set<int> primitives;
+    for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) {
+      const ScenePrimitive& primitive = scene.primitives[i];
+      if (places.contains(Place(primitive.mesh, primitive.index))) primitives.insert(i);
+    }
+    const UvSize size = measure_uv(scene, primitives, options_.tex_coord);
+    dressed.primitives = size.primitives;
+    dressed.metres_per_uv = size.metres;
+    for (int c = 0; c < 2; ++c) {
+      if (size.metres[c] > 0) dressed.spread[c] = (size.largest[c] - size.smallest[c]) / size.metres[c];
+      dressed.repeats[c] =
+          options_.repeats ? (*options_.repeats)[c] : size.metres[c] * 1000.0 / fabric_.period_mm[c];
+    }
+    if (!(dressed.repeats.x > 0) || !(dressed.repeats.y > 0)) {
+      return fail(Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
+                  fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name));
+    }
+    if (std::max(dressed.spread.x, dressed.spread.y) > 0.1 && !options_.repeats) {
+      report_.warnings.push_back(fmt::format(
+          "{}: its primitives disagree on the size of the texture by {:.0f} % along u and {:.0f} % "
+          "along v",
+          where, dressed.spread.x * 100, dressed.spread.y * 100));
+    }
+    FabricReference reference{fabric, options_.tex_coord, {}};
+    reference.transform.scale = dressed.repeats;
+    set_fabric_reference(document_, material, reference);
+    if (options_.fallback) {
+      if (Result<void> good = write_fallback(material, reference, places); !good) return good;
+    }
+    complete_mirror(document_, material, digest_);
+    report_.materials.push_back(std::move(dressed));
+    return {};
+  }
+
+  Result<void> write_fallback(int material, const FabricReference& reference, const std::set<Place>& places) {
+    if (!textures_) {
+      Result<FallbackTextures> textures = add_fallback_textures(document_, bake_fallback(fabric_));
+      if (!textures) return tl::unexpected<Error>(std::move(textures.error()));
+      textures_ = std::move(*textures);
+    }
+    // TANGENT belongs to the UV set of the normal texture: one made for another set has to go.
+    const Json& normal = member(document_.json["materials"][material], "normalTexture");
+    const Json& set = member(normal, names::gltf::tex_coord);
+    const bool stale = (set.is_number_integer() ? set.get<int>() : 0) != options_.tex_coord;
+    set_fallback(document_, material, *textures_, reference);
+    if (textures_->normal < 0) return {};
+    for (const auto& [mesh, primitive] : places) {
+      if (stale) drop_tangents(document_, mesh, primitive);
+      const Result<bool> added = add_tangents(document_, mesh, primitive, options_.tex_coord);
+      if (!added) return tl::unexpected<Error>(added.error());
+      if (*added) ++report_.tangents_added;
+    }
+    return {};
+  }
+
+  GltfDocument& document_;
+  const Fabric& fabric_;
+  const DressOptions& options_;
+  std::string digest_;
+  Uses uses_;
+  std::optional<FallbackTextures> textures_;
+  DressReport report_;
+};
+
+Result<void> check_options(const DressOptions& options) {
+  if (options.tex_coord < 0 || options.tex_coord > 1) {
+    return fail(Code::option_out_of_range, "", "tex_coord", "only the UV sets 0 and 1 are read");
+  }
+  if (options.repeats) {
+    for (int c = 0; c < 2; ++c) {
+      const double value = (*options.repeats)[c];
+      if (!(value > 0) || !std::isfinite(value)) {
+        return fail(Code::option_out_of_range, "", "repeats", fmt::format("{} is not positive", value));
+      }
+    }
+  }
+  return {};
+}
+
+/// The files of the USD layer, not yet in their places; none where none is asked for.
+Result<std::vector<AtomicFile>> stage_usd(const GltfDocument& document, const std::string& path,
+                                          DressReport& report) {
+  if (path.empty()) return std::vector<AtomicFile>();
+  Result<UsdFiles> files = usd_of(document, path);
+  if (!files) return tl::unexpected<Error>(std::move(files.error()));
+  report.warnings.insert(report.warnings.end(), files->remarks.begin(), files->remarks.end());
+  return stage(*files);
+}
+
+}  // namespace
+
+Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
+                          const std::string& fabric_path, const std::string& output_path,
+                          const DressOptions& options) {
+  if (Result<void> good = check_options(options); !good)
+    return tl::unexpected<Error>(std::move(good.error()));
+  Result<GltfDocument> document = load_gltf(garment_path);
+  if (!document) return tl::unexpected<Error>(std::move(document.error()));
+  const Result<FabricSource> source =
+      source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb")));
+  if (!source) return tl::unexpected<Error>(source.error());
+  const Result<std::string> digest = digest_of_fabric(fabric_path);
+  if (!digest) return tl::unexpected<Error>(digest.error());
+  try {
+    // First, so that the fabric's URI and those that were there are relative to the same folder.
+    move_document(*document, std::filesystem::path(output_path).parent_path().string());
+    Result<DressReport> report = Dresser(*document, fabric, options).dress(*source, *digest);
+    if (!report) return report;
+    Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, *report);
+    if (!usd) return tl::unexpected<Error>(std::move(usd.error()));
+    const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
+    if (!bytes) return tl::unexpected<Error>(bytes.error());
+    report->bytes = *bytes;
+    for (AtomicFile& file : *usd) {
+      if (Result<void> good = file.commit(); !good) return tl::unexpected<Error>(std::move(good.error()));
+      report->usd_files.push_back(file.path());
+    }
+    return report;
+  } catch (const nlohmann::json::exception& error) {
+    // An array where glTF wants an object, or the like, in a part that nobody has checked.
+    return fail(Code::gltf_malformed, garment_path, "", error.what());
+  }
+}
+
+Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
+                          const std::string& output_path, const DressOptions& options) {
+  const Result<Fabric> fabric = read_fabric(fabric_path);
+  if (!fabric) return tl::unexpected<Error>(fabric.error());
+  return dress(garment_path, *fabric, fabric_path, output_path, options);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,54 @@
+#include "converter/dress/fabric_source.h"
+
+#include <filesystem>
+
+#include "format/base/atomic_file.h"
+#include "format/base/printable.h"
+#include "format/exr/exr.h"
+#include "format/fabric/names.h"
+
+namespace selvedge {
+namespace {
+
+Result<std::string> digest_in(const Result<ExrReader>& reader) {
+  if (!reader) return tl::unexpected<Error>(reader.error());
+  const auto& attributes = reader->parts().front().attributes;
+  const auto found = attributes.find(names::attribute_digest);
+  if (found == attributes.end() || !std::holds_alternative<std::string>(found->second)) {
+    return fail(Code::fabric_malformed, reader->name(), names::attribute_digest, "is not a fabric file");
+  }
+  return std::get<std::string>(found->second);
+}
+
+}  // namespace
+
+Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed) {
+  namespace fs = std::filesystem;
+  FabricSource source;
+  source.name = as_utf8(fs::path(fabric_path).stem().string());  // JSON holds no other text
+  std::error_code ignored;
+  if (!fs::is_regular_file(fabric_path, ignored)) {
+    return fail(Code::file_missing, fabric_path, "", "no such file");
+  }
+  if (fs::equivalent(fabric_path, output_path, ignored)) {
+    return fail(Code::file_unwritable, output_path, "", "is the fabric");
+  }
+  if (!embed) {
+    source.uri = relative_uri(fabric_path, fs::path(output_path).parent_path().string());
+    return source;
+  }
+  const Result<std::string> bytes = read_file(fabric_path);
+  if (!bytes) return tl::unexpected<Error>(bytes.error());
+  source.bytes.assign(bytes->begin(), bytes->end());
+  return source;
+}
+
+Result<std::string> digest_of_fabric(const std::string& fabric_path) {
+  return digest_in(ExrReader::open(fabric_path));
+}
+
+Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name) {
+  return digest_in(ExrReader::open(bytes, name));
+}
+
+}  // namespace selvedge

@@ -1,0 +1,21 @@
+// A fabric file on disk, as something that a glTF refers to or embeds.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "format/gltf/fabric_extension.h"
+
+namespace selvedge {
+
+/// The fabric at `fabric_path` for a glTF that is going to be `output_path`: with `embed` its bytes, else its
+/// URI relative to the output's folder. The name is the file's without its last ending. Refuses an output
+/// that is the fabric itself. Whether the file is a fabric is not looked at.
+Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed);
+
+/// What tells one fabric from another: the header digest (spec/fabric.md), which covers the digests of all
+/// its pixels.
+Result<std::string> digest_of_fabric(const std::string& fabric_path);
+Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name);
+
+}  // namespace selvedge

@@ -1,0 +1,119 @@
+#include "converter/dress/fallback_material.h"
+
+#include <algorithm>
+
+#include "format/gltf/access.h"
+#include "format/gltf/fabric_extension.h"
+
+namespace selvedge {
+namespace {
+
+constexpr const char* sheen = "KHR_materials_sheen";
+
+/// Index of an equal entry of a root array, appended if there is none.
+int find_or_add(Json& root, const char* array, const Json& entry) {
+  Json& entries = root[array];
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (entries[i] == entry) return static_cast<int>(i);
+  }
+  entries.push_back(entry);
+  return static_cast<int>(entries.size()) - 1;
+}
+
+int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name) {
+  const Json& images = member(document.json, "images");
+  for (std::size_t i = 0; images.is_array() && i < images.size(); ++i) {
+    const auto present = bytes_of_view(document, index_of(member(images[i], "bufferView")), "");
+    if (present && std::equal(present->begin(), present->end(), bytes.begin(), bytes.end())) {
+      return static_cast<int>(i);
+    }
+  }
+  const int view = append_view(document, bytes);
+  document.json["images"].push_back(Json{{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
+  return static_cast<int>(document.json["images"].size()) - 1;
+}
+
+bool occurs(const Json& json, const std::string& key) {
+  if (json.is_object() && json.contains(key)) return true;
+  return json.is_structured() &&
+         std::any_of(json.begin(), json.end(), [&](const Json& child) { return occurs(child, key); });
+}
+
+/// Every lobe is replaced by the fallback; emission is not a lobe.
+void drop_lobes(GltfDocument& document, Json& material) {
+  if (!member(material, "extensions").is_object()) return;
+  std::vector<std::string> dropped;
+  for (const auto& [name, value] : material["extensions"].items()) {
+    if (name.starts_with("KHR_materials_") && name != "KHR_materials_emissive_strength")
+      dropped.push_back(name);
+  }
+  for (const std::string& name : dropped) material["extensions"].erase(name);
+  if (material["extensions"].empty()) material.erase("extensions");
+  for (const std::string& name : dropped) {
+    if (!occurs(document.json, name)) drop_extension(document.json, name.c_str());
+  }
+}
+
+}  // namespace
+
+Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback) {
+  // Without holes the alpha is noise of the view table, and a picture without it is smaller.
+  Image base = fallback.base_color;
+  if (!fallback.holes) {
+    base.channels = 3;
+    base.pixels.clear();
+    for (std::size_t i = 0; i < fallback.base_color.pixels.size(); ++i) {
+      if (i % 4 != 3) base.pixels.push_back(fallback.base_color.pixels[i]);
+    }
+  }
+  const int sampler =
+      find_or_add(document.json, "samplers",
+                  Json{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}});
+  FallbackTextures textures;
+  const auto color = encode_png(base, Transfer::srgb);
+  if (!color) return tl::unexpected<Error>(color.error());
+  textures.base_color = find_or_add(
+      document.json, "textures",
+      Json{{"sampler", sampler}, {"source", find_or_add_image(document, *color, "fabric base colour")}});
+  if (fallback.normal) {
+    const auto normal = encode_png(*fallback.normal, Transfer::keep);
+    if (!normal) return tl::unexpected<Error>(normal.error());
+    textures.normal = find_or_add(
+        document.json, "textures",
+        Json{{"sampler", sampler}, {"source", find_or_add_image(document, *normal, "fabric normals")}});
+  }
+  textures.holes = fallback.holes;
+  textures.sheen_color = fallback.sheen_color;
+  textures.sheen_roughness = fallback.sheen_roughness;
+  return textures;
+}
+
+void set_fallback(GltfDocument& document, int material, const FallbackTextures& textures,
+                  const FabricReference& reference) {
+  Json& json = document.json["materials"][material];
+  drop_lobes(document, json);
+  Json& core = json["pbrMetallicRoughness"];
+  for (const char* key : {"baseColorFactor", "metallicRoughnessTexture"}) {
+    if (core.contains(key)) core.erase(key);
+  }
+  core["baseColorTexture"] = texture_info(textures.base_color, reference.tex_coord, reference.transform);
+  core["metallicFactor"] = 0;
+  core["roughnessFactor"] = 1;
+  for (const char* key : {"normalTexture", "alphaMode", "alphaCutoff"}) {
+    if (json.contains(key)) json.erase(key);
+  }
+  if (textures.normal >= 0) {
+    json["normalTexture"] = texture_info(textures.normal, reference.tex_coord, reference.transform);
+  }
+  if (textures.holes) {
+    json["alphaMode"] = "MASK";
+    json["alphaCutoff"] = 0.5;
+  }
+  const V3f& color = textures.sheen_color;
+  if (color == V3f(0, 0, 0)) return;
+  json["extensions"][sheen] = {{"sheenColorFactor", {color.x, color.y, color.z}},
+                               {"sheenRoughnessFactor", textures.sheen_roughness}};
+  use_extension(document.json, sheen);
+}
+
+}  // namespace selvedge

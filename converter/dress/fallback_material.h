@@ -1,0 +1,28 @@
+// A baked fallback as textures and material properties of a glTF document.
+#pragma once
+
+#include "converter/dress/fallback.h"
+#include "format/gltf/document.h"
+#include "format/scene/scene.h"
+
+namespace selvedge {
+
+/// Textures in the document, and what does not fit into textures.
+struct FallbackTextures {
+  int base_color = -1;
+  int normal = -1;  ///< -1: the fabric has no normals
+  bool holes = false;
+  V3f sheen_color{0, 0, 0};
+  float sheen_roughness = 0;
+};
+
+/// Adds the pictures as embedded PNG with one repeating, mip-mapped sampler. Pictures, samplers and textures
+/// that are in the document already, as after dressing twice, are used again.
+Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback);
+
+/// Rewrites the core part of the material, see dress.h for what goes and what stays. All textures carry
+/// the reference's UV set and transform.
+void set_fallback(GltfDocument& document, int material, const FallbackTextures& textures,
+                  const FabricReference& reference);
+
+}  // namespace selvedge

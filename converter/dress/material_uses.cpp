@@ -1,0 +1,49 @@
+#include "converter/dress/material_uses.h"
+
+#include <fmt/format.h>
+
+#include "format/gltf/access.h"
+
+namespace selvedge {
+namespace {
+
+bool is_made_of_triangles(const Json& primitive) {
+  const Json& mode = member(primitive, "mode");
+  return mode.is_null() || index_of(mode) >= 4;
+}
+
+}  // namespace
+
+Uses uses_of(const Json& json) {
+  Uses uses;
+  const Json& meshes = member(json, "meshes");
+  for (std::size_t m = 0; meshes.is_array() && m < meshes.size(); ++m) {
+    const Json& primitives = member(meshes[m], "primitives");
+    for (std::size_t p = 0; primitives.is_array() && p < primitives.size(); ++p) {
+      const Json& primitive = primitives[p];
+      if (!is_made_of_triangles(primitive)) continue;
+      const Place place(static_cast<int>(m), static_cast<int>(p));
+      uses[index_of(member(primitive, "material"))].insert(place);
+      const Json& variants = member(member(primitive, "extensions"), "KHR_materials_variants");
+      const Json& mappings = member(variants, "mappings");
+      for (std::size_t i = 0; mappings.is_array() && i < mappings.size(); ++i) {
+        uses[index_of(member(mappings[i], "material"))].insert(place);
+      }
+    }
+  }
+  return uses;
+}
+
+Result<void> check_uvs(const GltfDocument& document, const std::set<Place>& places, int tex_coord) {
+  for (const auto& [mesh, primitive] : places) {
+    const Json& json = document.json["meshes"][mesh]["primitives"][primitive];
+    const std::string semantic = fmt::format("TEXCOORD_{}", tex_coord);
+    if (member(member(json, "attributes"), semantic.c_str()).is_null()) {
+      return fail(Code::garment_no_uvs, document.file,
+                  fmt::format("/meshes/{}/primitives/{}/attributes", mesh, primitive), "no " + semantic);
+    }
+  }
+  return {};
+}
+
+}  // namespace selvedge

@@ -1,0 +1,243 @@
+#include "converter/dress/reattach.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "converter/dress/extras_mirror.h"
+#include "converter/dress/fabric_source.h"
+#include "converter/dress/material_uses.h"
+#include "format/fabric/file.h"
+#include "format/gltf/access.h"
+#include "format/gltf/document.h"
+#include "format/gltf/fabric_extension.h"
+#include "format/gltf/names.h"
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A material to be restored.
+struct Lost {
+  int material = 0;
+  Mirror mirror;
+  std::string file;  ///< the fabric on disk; empty: not there
+  int entry = -1;    ///< the fabric's entry in the document, if that has survived
+
+  bool found() const { return entry >= 0 || !file.empty(); }
+};
+
+struct Offer {
+  std::string name;  ///< empty: any
+  std::string file;
+  std::string digest;
+};
+
+std::string place_of(int material) {
+  return fmt::format("/materials/{}/extras/{}", material, names::gltf::fabric_extension);
+}
+
+std::string text_of(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+/// "NAME=FILE" or "FILE". A file whose own name has a "=" in it is taken as it is.
+Result<Offer> offer_of(const std::string& text) {
+  Offer offer;
+  offer.file = text;
+  std::error_code ignored;
+  const std::size_t equals = text.find('=');
+  if (equals != std::string::npos && !fs::exists(text, ignored)) {
+    offer.name = text.substr(0, equals);
+    offer.file = text.substr(equals + 1);
+  }
+  const Result<std::string> digest = digest_of_fabric(offer.file);
+  if (!digest) return tl::unexpected<Error>(digest.error());
+  offer.digest = *digest;
+  return offer;
+}
+
+class Restorer {
+ public:
+  Restorer(GltfDocument& document, const std::string& output, const ReattachOptions& options)
+      : document_(document), output_(output), options_(options) {}
+
+  Result<ReattachReport> restore() {
+    if (Result<void> good = find_lost(); !good) return tl::unexpected<Error>(std::move(good.error()));
+    if (Result<void> good = find_fabrics(); !good) return tl::unexpected<Error>(std::move(good.error()));
+    const Uses uses = uses_of(document_.json);
+    for (const Lost& lost : lost_) {
+      if (Result<void> good = restore(lost, uses); !good)
+        return tl::unexpected<Error>(std::move(good.error()));
+    }
+    return std::move(report_);
+  }
+
+ private:
+  Result<void> find_lost() {
+    const Result<std::vector<SceneFabric>> present = read_fabrics(document_);
+    if (!present) return tl::unexpected<Error>(present.error());
+    const Json& materials = member(document_.json, "materials");
+    const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
+    for (int i = 0; i < count; ++i) {
+      const auto reference = read_fabric_reference(document_, i, static_cast<int>(present->size()));
+      if (!reference) return tl::unexpected<Error>(reference.error());
+      if (*reference) {
+        report_.attached.push_back(i);
+        continue;
+      }
+      Result<std::optional<Mirror>> mirror = read_mirror(document_, i);
+      if (!mirror) return tl::unexpected<Error>(std::move(mirror.error()));
+      if (!*mirror) continue;
+      Lost lost{i, std::move(**mirror), {}, -1};
+      look_around(lost, *present);
+      lost_.push_back(std::move(lost));
+    }
+    if (!lost_.empty()) return {};
+    return fail(Code::material_missing, document_.file, "/materials",
+                report_.attached.empty()
+                    ? "no material remembers a fabric in its extras"
+                    : fmt::format("nothing to restore: {} of {} materials have a fabric, "
+                                  "the others remember none",
+                                  report_.attached.size(), count));
+  }
+
+  /// The fabric may still be in the document, or lie beside it.
+  void look_around(Lost& lost, const std::vector<SceneFabric>& present) const {
+    for (std::size_t i = 0; i < present.size(); ++i) {
+      if (present[i].bytes.empty() || lost.mirror.digest.empty()) continue;
+      const Result<std::string> digest = digest_of_fabric(present[i].bytes, present[i].name);
+      if (digest && *digest == lost.mirror.digest) lost.entry = static_cast<int>(i);
+    }
+    if (lost.mirror.uri.empty() || lost.mirror.uri.starts_with("data:")) return;
+    const Result<std::string> path = resolve_uri(document_, lost.mirror.uri, "");
+    std::error_code ignored;
+    if (path && fs::is_regular_file(*path, ignored)) lost.file = *path;
+  }
+
+  /// Gives each of the offered files to the materials that it is for. An offer by name wins over what was
+  /// found beside the glTF.
+  Result<void> find_fabrics() {
+    for (const std::string& text : options_.fabrics) {
+      const Result<Offer> offer = offer_of(text);
+      if (!offer) return tl::unexpected<Error>(offer.error());
+      bool taken = false;
+      for (Lost& lost : lost_) taken |= take(lost, *offer);
+      if (!taken) {
+        return fail(Code::gltf_reference, offer->file, "",
+                    fmt::format("no material of {} has lost this fabric", document_.file));
+      }
+    }
+    for (const Lost& lost : lost_) {
+      if (lost.found()) continue;
+      const Mirror& mirror = lost.mirror;
+      const std::string what = mirror.uri.empty()
+                                   ? fmt::format("the embedded fabric \"{}\" is gone", mirror.name)
+                                   : fmt::format("the fabric \"{}\" is not there", mirror.uri.substr(0, 200));
+      return fail(Code::gltf_reference, document_.file, place_of(lost.material),
+                  what + "; give its file with --fabric");
+    }
+    return {};
+  }
+
+  bool take(Lost& lost, const Offer& offer) const {
+    const std::string stem = fs::path(offer.file).stem().string();
+    const auto fits = [&](const Lost& other) {
+      return offer.name.empty() ? other.mirror.digest == offer.digest || other.mirror.name == stem
+                                : other.mirror.name == offer.name;
+    };
+    bool any_fits = false;
+    std::set<std::string> missing;
+    for (const Lost& other : lost_) {
+      any_fits |= fits(other);
+      if (!other.found()) missing.insert(other.mirror.name + '\n' + other.mirror.digest);
+    }
+    const bool only_one_left = offer.name.empty() && !any_fits && missing.size() == 1 && !lost.found();
+    if (!fits(lost) && !only_one_left) return false;
+    lost.file = offer.file;
+    lost.entry = -1;
+    return true;
+  }
+
+  Result<void> restore(const Lost& lost, const Uses& uses) {
+    const std::string name = text_of(member(document_.json["materials"][lost.material], names::gltf::name));
+    const std::string label = fmt::format("material #{} \"{}\"", lost.material, name);
+    const Result<int> fabric = lost.entry >= 0 ? Result<int>(lost.entry) : add(lost, label);
+    if (!fabric) return tl::unexpected<Error>(fabric.error());
+    std::optional<Placement> placement =
+        placement_now(lost.mirror, base_color_placement(document_, lost.material));
+    if (!placement) {
+      placement = lost.mirror.fabric;
+      report_.warnings.push_back(label +
+                                 ": the base colour texture does not tell where the fabric lies now; the "
+                                 "transform from the time of dressing is used");
+    }
+    if (const std::optional<TransformFault> fault = fault_of(placement->transform)) {
+      return fail(Code::gltf_extension, document_.file, place_of(lost.material),
+                  fmt::format("{}: {}", fault->member, fault->reason));
+    }
+    if (const auto places = uses.find(lost.material); places != uses.end()) {
+      if (Result<void> good = check_uvs(document_, places->second, placement->tex_coord); !good) return good;
+    }
+    set_fabric_reference(document_, lost.material, {*fabric, placement->tex_coord, placement->transform});
+    complete_mirror(document_, lost.material, lost.entry >= 0 ? lost.mirror.digest : digests_.at(lost.file));
+    report_.materials.push_back({lost.material, name, lost.entry >= 0 ? lost.mirror.name : lost.file,
+                                 placement->tex_coord, placement->transform});
+    return {};
+  }
+
+  /// The fabric's file into the document, once it has proved to be one.
+  Result<int> add(const Lost& lost, const std::string& label) {
+    if (!digests_.contains(lost.file)) {
+      const Result<Fabric> fabric = read_fabric(lost.file);
+      if (!fabric) return tl::unexpected<Error>(fabric.error());
+      const Result<std::string> digest = digest_of_fabric(lost.file);
+      if (!digest) return tl::unexpected<Error>(digest.error());
+      digests_[lost.file] = *digest;
+    }
+    if (!lost.mirror.digest.empty() && lost.mirror.digest != digests_[lost.file]) {
+      report_.warnings.push_back(
+          fmt::format("{}: {} is another fabric than the one that was attached", label, lost.file));
+    }
+    const bool embed = options_.embed.value_or(lost.mirror.uri.empty());
+    Result<FabricSource> source = source_of(lost.file, output_, embed);
+    if (!source) return tl::unexpected<Error>(std::move(source.error()));
+    if (!lost.mirror.name.empty()) source->name = lost.mirror.name;
+    if (embed && embedded_.insert(lost.file).second) ++report_.embedded;
+    return add_fabric(document_, *source);
+  }
+
+  GltfDocument& document_;
+  const std::string& output_;
+  const ReattachOptions& options_;
+  std::vector<Lost> lost_;
+  std::map<std::string, std::string> digests_;  ///< of the files that were read
+  std::set<std::string> embedded_;
+  ReattachReport report_;
+};
+
+}  // namespace
+
+Result<ReattachReport> reattach(const std::string& input_path, const std::string& output_path,
+                                const ReattachOptions& options) {
+  Result<GltfDocument> document = load_gltf(input_path);
+  if (!document) return tl::unexpected<Error>(std::move(document.error()));
+  try {
+    // First, so that the URIs of all fabrics are relative to the same folder.
+    move_document(*document, fs::path(output_path).parent_path().string());
+    Result<ReattachReport> report = Restorer(*document, output_path, options).restore();
+    if (!report) return report;
+    const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
+    if (!bytes) return tl::unexpected<Error>(bytes.error());
+    report->bytes = *bytes;
+    return report;
+  } catch (const nlohmann::json::exception& error) {
+    // An array where glTF wants an object, or the like, in a part that nobody has checked.
+    return fail(Code::gltf_malformed, input_path, "", error.what());
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,279 @@
+#include "converter/dress/usd.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "converter/dress/usd_material.h"
+#include "format/base/option_text.h"
+#include "format/gltf/access.h"
+#include "format/gltf/read_scene.h"
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Identifiers of USD: letters, digits and underscores, unique among their siblings.
+class Identifiers {
+ public:
+  std::string make(const std::string& name, const char* otherwise) {
+    std::string identifier;
+    for (const char c : name) {
+      identifier +=
+          std::isalnum(static_cast<unsigned char>(c)) != 0 && static_cast<unsigned char>(c) < 128 ? c : '_';
+    }
+    if (identifier.empty()) identifier = otherwise;
+    if (std::isdigit(static_cast<unsigned char>(identifier[0])) != 0) identifier = "_" + identifier;
+    std::string unique = identifier;
+    for (int i = 1; !taken_.insert(unique).second; ++i) unique = fmt::format("{}_{}", identifier, i);
+    return unique;
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+/// Pictures and fabrics: files stay where they are, what is inside of the glTF goes beside the layer.
+class Assets : public UsdAssets {
+ public:
+  Assets(const GltfDocument& document, const Scene& scene, const std::string& layer)
+      : document_(document), scene_(scene), layer_(layer) {}
+
+  std::string image(int index) override {
+    return remember(images_, index, [&] { return find_image(index); });
+  }
+  std::string fabric(int index) override {
+    return remember(fabrics_, index, [&] { return find_fabric(index); });
+  }
+
+  UsdFiles take() { return std::move(result_); }
+
+ private:
+  template <class F>
+  static std::string remember(std::map<int, std::string>& known, int index, const F& find) {
+    const auto [entry, fresh] = known.try_emplace(index);
+    if (fresh) entry->second = find();
+    return entry->second;
+  }
+
+  std::string find_image(int index) {
+    const Json& images = member(document_.json, "images");
+    if (!images.is_array() || index < 0 || static_cast<std::size_t>(index) >= images.size()) return {};
+    const Json& json = images[index];
+    const std::string place = fmt::format("/images/{}", index);
+    const Json& uri = member(json, "uri");
+    if (uri.is_string() && !uri.get_ref<const std::string&>().starts_with("data:")) {
+      const Result<std::string> path = resolve_uri(document_, uri.get<std::string>(), place);
+      if (path) return reference(*path);
+      result_.remarks.push_back(to_line(path.error()));
+      return {};
+    }
+    Result<std::vector<std::uint8_t>> bytes;
+    if (uri.is_string()) {
+      bytes = read_uri(document_, uri.get<std::string>(), place);
+    } else {
+      const auto view = bytes_of_view(document_, index_of(member(json, "bufferView")), place);
+      if (view) {
+        bytes = std::vector<std::uint8_t>(view->begin(), view->end());
+      } else {
+        bytes = tl::unexpected<Error>(view.error());
+      }
+    }
+    if (!bytes) {
+      result_.remarks.push_back(to_line(bytes.error()));
+      return {};
+    }
+    const bool png = bytes->size() > 4 && (*bytes)[0] == 0x89 && (*bytes)[1] == 'P';
+    const bool jpeg = bytes->size() > 4 && (*bytes)[0] == 0xFF && (*bytes)[1] == 0xD8;
+    if (!png && !jpeg) {
+      result_.remarks.push_back(
+          fmt::format("{}: {}: neither PNG nor JPEG; left out of the USD", document_.file, place));
+      return {};
+    }
+    return add(fmt::format("image{}.{}", index, png ? "png" : "jpg"), std::move(*bytes));
+  }
+
+  std::string find_fabric(int index) {
+    const SceneFabric& fabric = scene_.fabrics[index];
+    if (!fabric.path.empty()) return reference(fabric.path);
+    return add(fmt::format("fabric{}.exr", index), fabric.bytes);
+  }
+
+  std::string reference(const std::string& target) const {
+    std::error_code ignored;
+    const fs::path folder = fs::weakly_canonical(fs::absolute(layer_), ignored).parent_path();
+    const std::string path =
+        fs::weakly_canonical(fs::absolute(target), ignored).lexically_relative(folder).generic_string();
+    return path.starts_with("../") ? path : "./" + path;
+  }
+
+  std::string add(const std::string& ending, std::vector<std::uint8_t> bytes) {
+    const fs::path layer(layer_);
+    const fs::path path = layer.parent_path() / fmt::format("{}-{}", layer.stem().string(), ending);
+    result_.files.push_back({path.string(), std::move(bytes)});
+    return reference(path.string());
+  }
+
+  const GltfDocument& document_;
+  const Scene& scene_;
+  std::string layer_;
+  std::map<int, std::string> images_;
+  std::map<int, std::string> fabrics_;
+  UsdFiles result_;
+};
+
+template <class T, class F>
+std::string list(const std::vector<T>& values, const F& text_of) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (i > 0) text += ", ";
+    text += text_of(values[i]);
+  }
+  return text + "]";
+}
+
+std::string text_of(const V3f& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
+
+std::string matrix_of(const M44d& m) {
+  std::string text = "( ";
+  for (int row = 0; row < 4; ++row) {
+    text +=
+        fmt::format("({}, {}, {}, {}){}", m[row][0], m[row][1], m[row][2], m[row][3], row < 3 ? ", " : " )");
+  }
+  return text;
+}
+
+std::string extent_of(const std::vector<V3f>& positions) {
+  V3f low = positions[0];
+  V3f high = positions[0];
+  for (const V3f& p : positions) {
+    for (int c = 0; c < 3; ++c) {
+      low[c] = std::min(low[c], p[c]);
+      high[c] = std::max(high[c], p[c]);
+    }
+  }
+  return fmt::format("[{}, {}]", text_of(low), text_of(high));
+}
+
+/// A primitive at one place in the scene. `binding`: path of its material, or empty.
+std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::string& name,
+                 const std::string& binding, bool double_sided) {
+  std::string text = fmt::format("    def Mesh \"{}\"", name);
+  if (!binding.empty()) text += " (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )";
+  text += "\n    {\n";
+  const auto line = [&](const std::string& declaration, const std::string& value) {
+    text += "        " + declaration + " = " + value + "\n";
+  };
+  const auto per_vertex = [&](const std::string& declaration, const std::string& value) {
+    line(declaration, value + " (\n            interpolation = \"vertex\"\n        )");
+  };
+  line("uniform bool doubleSided", double_sided ? "1" : "0");
+  line("float3[] extent", extent_of(primitive.positions));
+  line("int[] faceVertexCounts", list(std::vector<int>(primitive.indices.size() / 3, 3),
+                                      [](int count) { return fmt::format("{}", count); }));
+  line("int[] faceVertexIndices",
+       list(primitive.indices, [](std::uint32_t index) { return fmt::format("{}", index); }));
+  if (!binding.empty()) line("rel material:binding", "<" + binding + ">");
+  if (!primitive.normals.empty()) per_vertex("normal3f[] normals", list(primitive.normals, text_of));
+  line("point3f[] points", list(primitive.positions, text_of));
+  for (std::size_t set = 0; set < primitive.tex_coords.size(); ++set) {
+    if (primitive.tex_coords[set].empty()) continue;
+    per_vertex("texCoord2f[] primvars:" + usd_primvar(static_cast<int>(set)),
+               list(primitive.tex_coords[set], [](const V2d& uv) {
+                 return fmt::format("({}, {})", static_cast<float>(uv.x), static_cast<float>(1.0 - uv.y));
+               }));
+  }
+  line("uniform token subdivisionScheme", "\"none\"");
+  if (world != M44d()) {
+    line("matrix4d xformOp:transform", matrix_of(world));
+    line("uniform token[] xformOpOrder", "[\"xformOp:transform\"]");
+  }
+  return text + "    }\n\n";
+}
+
+/// No picture of the garment may be overwritten by one that is written.
+Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
+  const Json& images = member(document.json, "images");
+  for (std::size_t i = 0; images.is_array() && i < images.size(); ++i) {
+    const Json& uri = member(images[i], "uri");
+    if (!uri.is_string()) continue;
+    const Result<std::string> path = resolve_uri(document, uri.get<std::string>(), "");
+    std::error_code ignored;
+    for (const UsdFile& file : files.files) {
+      if (path && fs::equivalent(*path, file.path, ignored)) {
+        return fail(Code::file_unwritable, file.path, "", "is a picture of the garment");
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path) {
+  if (!has_ending(path, ".usda")) {
+    return fail(Code::option_out_of_range, path, "", "the name of a USD layer has to end in .usda");
+  }
+  const Result<Scene> scene = read_scene(document);
+  if (!scene) return tl::unexpected<Error>(scene.error());
+  Assets assets(document, *scene, path);
+  Identifiers names;
+  const std::string materials_name = names.make("Materials", "");
+  Identifiers material_names;
+  std::map<int, std::string> bindings;
+  std::string meshes;
+  std::string materials;
+  for (const SceneInstance& instance : scene->instances) {
+    const ScenePrimitive& primitive = scene->primitives[instance.primitive];
+    if (primitive.positions.empty()) continue;
+    const auto index = static_cast<std::size_t>(primitive.material);
+    const SceneMaterial* material = primitive.material < 0 ? nullptr : &scene->materials[index];
+    std::string binding;
+    if (material != nullptr) {
+      const auto [entry, fresh] = bindings.try_emplace(primitive.material);
+      if (fresh) {
+        const std::string name = material_names.make(material->name, "material");
+        entry->second = fmt::format("/Garment/{}/{}", materials_name, name);
+        if (!materials.empty()) materials += "\n";
+        materials +=
+            usd_material(document, document.json["materials"][index], *material, name, entry->second, assets);
+      }
+      binding = entry->second;
+    }
+    meshes += mesh(primitive, instance.world, names.make(primitive.name, "mesh"), binding,
+                   material != nullptr && material->double_sided);
+  }
+  const std::string text = fmt::format(
+      "#usda 1.0\n(\n    defaultPrim = \"Garment\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
+      "def Xform \"Garment\"\n{{\n{}    def Scope \"{}\"\n    {{\n{}    }}\n}}\n",
+      meshes, materials_name, materials);
+  UsdFiles result = assets.take();
+  if (Result<void> good = check_names(document, result); !good) {
+    return tl::unexpected<Error>(std::move(good.error()));
+  }
+  result.files.push_back({path, std::vector<std::uint8_t>(text.begin(), text.end())});
+  return result;
+}
+
+Result<std::vector<AtomicFile>> stage(const UsdFiles& files) {
+  std::vector<AtomicFile> staged;
+  for (const UsdFile& file : files.files) {
+    Result<AtomicFile> one = AtomicFile::create(file.path);
+    if (!one) return tl::unexpected<Error>(std::move(one.error()));
+    std::ofstream stream(one->temporary(), std::ios::binary | std::ios::trunc);
+    stream.write(reinterpret_cast<const char*>(file.bytes.data()),
+                 static_cast<std::streamsize>(file.bytes.size()));
+    stream.close();
+    if (!stream) return fail(Code::file_unwritable, file.path, "", "cannot be written");
+    staged.push_back(std::move(*one));
+  }
+  return staged;
+}
+
+}  // namespace selvedge

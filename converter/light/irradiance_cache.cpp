@@ -1,0 +1,363 @@
+#include "converter/light/irradiance_cache.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "converter/light/path_tracer.h"
+#include "converter/light/sobol.h"
+#include "converter/light/yarn_brdf.h"
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+/// Directions per point: side x side. More make no visible difference, as neighbours' errors even out.
+constexpr int side = 8;
+constexpr double patches_per_period = 20;
+/// Least cosine between a vertex's normal and a triangle's for which the vertex may stand for the triangle.
+constexpr float smooth = 0.8F;
+/// Share of rays that may meet backs of triangles before both sides count as outside.
+constexpr double max_backs = 0.005;
+
+/// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are 0 altogether
+/// have no mark in `marked`. Element by element in the same order whatever the width of the machine's
+/// registers.
+__attribute__((target_clones("avx512f", "avx2", "default"))) void sum_rows(
+    const float* source, const char* marked, const int* column, const float* weight, std::size_t count,
+    std::size_t width, float* target) {
+  std::fill(target, target + width, 0.0F);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (marked[column[k]] == 0) continue;
+    const float* row = source + static_cast<std::size_t>(column[k]) * width;
+    const float w = weight[k];
+    for (std::size_t i = 0; i < width; ++i) target[i] += w * row[i];
+  }
+}
+
+std::size_t lattice_size(int parts) { return static_cast<std::size_t>((parts + 1) * (parts + 2) / 2); }
+
+/// Row j of a lattice has parts + 1 - j points.
+int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
+
+/// Whether light from above comes to backs of triangles: those of open sheets, or wound at random. A few are
+/// met where closed yarns run into each other.
+bool shows_backs(const RayScene& scene) {
+  constexpr std::uint32_t count = 4096;
+  constexpr int bounces = 3;
+  const V2d period = scene.period();
+  const double above = static_cast<double>(scene.bounds().max.z) + period.x;
+  int hits = 0;
+  int backs = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    PathSampler sampler(i, 0);
+    const V2d at = sampler.next();
+    V3d origin(at.x * period.x, at.y * period.y, above);
+    V3d direction = cosine_direction({0, 0, -1}, sampler.next());
+    SurfacePoint point;
+    for (int k = 0; k <= bounces && scene.trace(origin, direction, point); ++k) {
+      ++hits;
+      if (point.back) {
+        ++backs;
+        break;
+      }
+      origin = scene.leave(point);
+      direction = cosine_direction(V3d(point.face_normal), sampler.next());
+    }
+  }
+  return backs > max_backs * hits;
+}
+
+}  // namespace
+
+std::optional<LightTransport> LightTransport::build(const RayScene& scene, std::uint64_t seed) {
+  LightTransport t;
+  t.triangles_ = scene.mesh().triangles;
+  t.sides_ = shows_backs(scene) ? 2 : 1;
+  t.place_points(scene);
+  if (t.points() > max_transport_points) return std::nullopt;
+  t.order_points(scene);
+  t.gather(scene, seed);
+  return t;
+}
+
+void LightTransport::place_points(const RayScene& scene) {
+  const CellMesh& mesh = scene.mesh();
+  const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
+  std::vector<SurfacePoint> at;  // of which albedo and gloss are taken
+  std::vector<V3f> normals;
+  std::vector<V3f> positions;
+  const auto corner_of = [&](std::size_t t, int k) { return static_cast<std::size_t>(triangles_[t][k]); };
+
+  patches_.resize(triangles_.size());
+  // Vertices first; those of small triangles stand for all of these.
+  at.resize(mesh.positions.size());
+  normals = mesh.normals;
+  positions = mesh.positions;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      SurfacePoint& point = at[corner_of(t, k)];
+      point.triangle = static_cast<int>(t);
+      point.u = k == 1 ? 1.0F : 0.0F;
+      point.v = k == 2 ? 1.0F : 0.0F;
+    }
+  }
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const V3f& a = mesh.positions[corner_of(t, 0)];
+    const V3f& b = mesh.positions[corner_of(t, 1)];
+    const V3f& c = mesh.positions[corner_of(t, 2)];
+    const double edge = static_cast<double>(std::max({(b - a).length(), (c - b).length(), (a - c).length()}));
+    const V3f normal = (b - a).cross(c - a).normalized();
+    const int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
+    bool own = parts > 1;
+    // Where yarns touch a vertex has one yarn's normal and triangles of both.
+    for (int k = 0; k < 3; ++k) own |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
+    if (!own) continue;
+    patches_[t] = {static_cast<int>(positions.size()), parts};
+    if (positions.size() + lattice_size(parts) > max_transport_points) {
+      position_.resize(max_transport_points + 1);  // too many
+      return;
+    }
+    for (int j = 0; j <= parts; ++j) {
+      for (int i = 0; i + j <= parts; ++i) {
+        SurfacePoint point;
+        point.triangle = static_cast<int>(t);
+        point.u = static_cast<float>(i) / static_cast<float>(parts);
+        point.v = static_cast<float>(j) / static_cast<float>(parts);
+        point.face_normal = normal;
+        at.push_back(point);
+        normals.push_back(normal);
+        // A little inwards: the point on the edge may lie in the next triangle's wall.
+        const float inwards = 0.1F / static_cast<float>(parts);
+        const float u = point.u * (1 - inwards) + inwards / 3;
+        const float v = point.v * (1 - inwards) + inwards / 3;
+        positions.push_back(a * (1 - u - v) + b * u + c * v);
+      }
+    }
+  }
+  for (std::size_t p = 0; p < positions.size(); ++p) {
+    for (int face = 0; face < sides_; ++face) {
+      position_.push_back(positions[p]);
+      const V3f outward = normals[p].normalized();
+      normal_.push_back(face == 0 ? outward : -outward);
+      at[p].face_normal = outward;
+      const YarnSurface surface = surface_at(scene, at[p]);
+      const auto w = static_cast<double>(surface.gloss.weight);
+      const double reflected = w > 0 ? w * mean_gloss_albedo(surface.gloss.roughness) : 0;
+      albedo_.emplace_back(surface.albedo * (1 - w) + V3d(reflected));
+    }
+  }
+}
+
+bool LightTransport::taps(const SurfacePoint& at, TransportTaps& taps) const {
+  if (at.back && sides_ == 1) return false;
+  const auto t = static_cast<std::size_t>(at.triangle);
+  const Patch& patch = patches_[t];
+  if (patch.first < 0) {
+    taps.point = {triangles_[t].x, triangles_[t].y, triangles_[t].z};
+    taps.weight = {1 - at.u - at.v, at.u, at.v};
+  } else {
+    const int n = patch.parts;
+    const float u = std::max(0.0F, at.u) * static_cast<float>(n);
+    const float v = std::max(0.0F, at.v) * static_cast<float>(n);
+    const int j = std::min(static_cast<int>(v), n - 1);
+    const int i = std::min(static_cast<int>(u), n - 1 - j);
+    const float fu = std::min(u - static_cast<float>(i), 1.0F);
+    const float fv = std::min(v - static_cast<float>(j), 1.0F);
+    const bool far = fu + fv > 1 && i + j + 2 <= n;
+    const auto index = [&](int x, int y) { return patch.first + lattice_index(n, x, y); };
+    if (far) {
+      taps.point = {index(i + 1, j + 1), index(i, j + 1), index(i + 1, j)};
+      taps.weight = {fu + fv - 1, 1 - fu, 1 - fv};
+    } else {
+      taps.point = {index(i, j), index(i + 1, j), index(i, j + 1)};
+      taps.weight = {std::max(0.0F, 1 - fu - fv), fu, fv};
+    }
+  }
+  if (sides_ == 2) {
+    for (int& p : taps.point) p = 2 * p + (at.back ? 1 : 0);
+  }
+  return true;
+}
+
+void LightTransport::gather(const RayScene& scene, std::uint64_t seed) {
+  // Squares of 4 x 4 neighbouring directions make a packet; each is jittered in its cell.
+  const auto count = static_cast<std::size_t>(points());
+  std::vector<std::vector<std::pair<int, float>>> rows(count);
+  parallel_for(0, points(), [&](int p) {
+    const auto row = static_cast<std::size_t>(p);
+    SurfacePoint from;
+    from.position = position_[row];
+    from.face_normal = normal_[row];
+    if (from.face_normal == V3f(0, 0, 0)) return;
+    Random random(seed, row);
+    std::vector<std::pair<int, float>> entries;
+    const float share = 1.0F / static_cast<float>(side * side);
+    for (int block = 0; block < side * side / 16; ++block) {
+      std::array<V3d, packet_size> directions;
+      for (int k = 0; k < 16; ++k) {
+        const int x = block % (side / 4) * 4 + k % 4;
+        const int y = block / (side / 4) * 4 + k / 4;
+        const double dx = random.uniform();
+        directions[k] =
+            cosine_direction(V3d(from.face_normal), {(x + dx) / side, (y + random.uniform()) / side});
+      }
+      PointPacket met;
+      for (std::uint32_t left = scene.trace(scene.leave(from), directions, met); left != 0;
+           left &= left - 1) {
+        TransportTaps sent;
+        if (!taps(met[std::countr_zero(left)], sent)) continue;
+        for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * share);
+      }
+    }
+    std::sort(entries.begin(), entries.end());
+    auto& merged = rows[row];
+    for (const auto& [point, weight] : entries) {
+      if (!merged.empty() && merged.back().first == point) {
+        merged.back().second += weight;
+      } else {
+        merged.emplace_back(point, weight);
+      }
+    }
+    merged.shrink_to_fit();
+  });
+  rays_ += count * static_cast<std::size_t>(side * side);
+  row_start_.assign(1, 0);
+  for (const auto& row : rows) {
+    for (const auto& [point, weight] : row) {
+      column_.push_back(point);
+      weight_.push_back(weight);
+    }
+    row_start_.push_back(column_.size());
+  }
+}
+
+void LightTransport::order_points(const RayScene& scene) {
+  // Ten bits of each coordinate, interleaved: neighbours on the curve are neighbours in space.
+  const V2d period = scene.period();
+  const V3d size(period.x, period.y, std::max(period.x, period.y));
+  const auto curve = [&](std::size_t p) {
+    std::uint64_t key = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double share = static_cast<double>(position_[p][axis]) / size[axis];
+      const auto cell = static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * 1023);
+      for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
+      // Points that look the same way see the same lights.
+      key |= (normal_[p][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
+    }
+    return key;
+  };
+  std::vector<std::pair<std::uint64_t, int>> keys;
+  for (int p = 0; p < points(); ++p) keys.emplace_back(curve(static_cast<std::size_t>(p)), p);
+  std::sort(keys.begin(), keys.end());
+  for (const auto& [key, point] : keys) order_.push_back(point);
+}
+
+/// Cosine towards the light where nothing is in its way: [point][light].
+std::vector<float> LightTransport::light_directly(const RayScene& scene, std::span<const V3f> lights) {
+  const std::size_t n = lights.size();
+  std::vector<float> direct(order_.size() * n, 0.0F);
+  std::atomic<std::uint64_t> rays{0};
+  const std::size_t packets = (order_.size() + packet_size - 1) / packet_size;
+  parallel_for(0, static_cast<int>(packets), [&](int packet) {
+    const auto some = std::span(order_).subspan(static_cast<std::size_t>(packet) * packet_size);
+    const std::size_t size = std::min(packet_size, some.size());
+    PointPacket points;
+    for (std::size_t i = 0; i < size; ++i) {
+      points[i].position = position_[some[i]];
+      points[i].face_normal = normal_[some[i]];
+    }
+    const LeavingPacket leaving = scene.leave(points, (1U << size) - 1);
+    std::uint64_t traced = 0;
+    for (std::size_t l = 0; l < n; ++l) {
+      std::uint32_t lit = 0;
+      for (std::size_t i = 0; i < size; ++i) {
+        lit |= (points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
+      }
+      traced += static_cast<std::uint64_t>(std::popcount(lit));
+      lit &= ~scene.occluded(leaving, lights[l], lit);
+      for (; lit != 0; lit &= lit - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(lit));
+        direct[static_cast<std::size_t>(some[i]) * n + l] = points[i].face_normal.dot(lights[l]);
+      }
+    }
+    rays += traced;
+  });
+  rays_ += rays;
+  return direct;
+}
+
+std::vector<float> LightTransport::solve(const RayScene& scene, std::span<const V3f> lights, int bounces) {
+  const std::size_t n = lights.size();
+  const std::size_t width = 3 * n;
+  const auto count = static_cast<std::size_t>(points());
+  std::vector<float> total(count * width, 0.0F);
+  if (bounces == 0) return total;
+  const std::vector<float> direct = light_directly(scene, lights);
+  std::vector<float> sent(count * width);
+  std::vector<char> sends(count);
+  std::vector<float> next(count * width);
+
+  // Done where a further reflection adds less than this share.
+  constexpr double min_change = 1e-4;
+  constexpr int max_rounds = 1000;
+  constexpr std::size_t block_size = 256;
+  const std::size_t blocks = (count + block_size - 1) / block_size;
+  struct Sums {
+    std::vector<double> changed, all;
+  };
+  std::vector<Sums> sums(blocks);
+  std::vector<char> done(n, 0);
+  const int rounds = bounces == unlimited_bounces ? max_rounds : bounces;
+  for (int round = 0; round < rounds; ++round) {
+    parallel_for(0, points(), [&](int p) {
+      const auto point = static_cast<std::size_t>(p);
+      float most = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t l = 0; l < n; ++l) {
+          const std::size_t i = point * width + c * n + l;
+          sent[i] = albedo_[point][static_cast<int>(c)] * (direct[point * n + l] + total[i]);
+          most = std::max(most, sent[i]);
+        }
+      }
+      sends[point] = most > 0 ? 1 : 0;
+    });
+    parallel_for(0, points(), [&](int p) {
+      const auto point = static_cast<std::size_t>(p);
+      const std::size_t start = row_start_[point];
+      sum_rows(sent.data(), sends.data(), column_.data() + start, weight_.data() + start,
+               row_start_[point + 1] - start, width, &next[point * width]);
+    });
+    // Each light ends by itself: what the others are does not matter to it.
+    parallel_for(0, static_cast<int>(blocks), [&](int block) {
+      Sums& own = sums[block];
+      own.changed.assign(n, 0);
+      own.all.assign(n, 0);
+      const std::size_t first = static_cast<std::size_t>(block) * block_size;
+      for (std::size_t row = 3 * first; row < 3 * std::min(first + block_size, count); ++row) {
+        for (std::size_t l = 0; l < n; ++l) {
+          if (done[l] != 0) continue;
+          const float value = next[row * n + l];
+          own.changed[l] += std::abs(static_cast<double>(value) - static_cast<double>(total[row * n + l]));
+          own.all[l] += static_cast<double>(value);
+          total[row * n + l] = value;
+        }
+      }
+    });
+    for (std::size_t l = 0; l < n; ++l) {
+      double changed = 0;
+      double all = 0;
+      for (const Sums& own : sums) {
+        changed += own.changed[l];
+        all += own.all[l];
+      }
+      if (done[l] == 0) done[l] = changed <= min_change * all ? 1 : 0;
+    }
+    if (std::find(done.begin(), done.end(), 0) == done.end()) break;
+  }
+  return total;
+}
+
+}  // namespace selvedge

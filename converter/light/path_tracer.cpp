@@ -1,0 +1,75 @@
+#include "converter/light/path_tracer.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace selvedge {
+namespace {
+
+/// Paths this short are never ended early: they carry most of the light.
+constexpr int min_depth = 3;
+/// Even a path that lost nothing ends one day: it may be caught in a pocket.
+constexpr double max_survival = 0.98;
+
+}  // namespace
+
+bool PathTracer::bounce(const SurfacePoint& at, const V3d& view, int done, PathSampler& sampler,
+                        V3d& direction, V3d& throughput) const {
+  if (done == bounces_) return false;
+  BsdfSample choice;
+  if (!sample_bsdf(surface_at(scene_, at), view, sampler.next(), choice)) return false;
+  throughput *= choice.weight;
+  direction = choice.direction;
+  const double brightest = std::max({throughput.x, throughput.y, throughput.z});
+  if (brightest <= 0) return false;
+  if (done < min_depth) return true;
+  const double survival = std::min(max_survival, brightest);
+  if (sampler.next().x >= survival) return false;
+  throughput /= survival;
+  return true;
+}
+
+std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& view,
+                                       std::span<const V3f> lights, PathSampler& sampler,
+                                       std::span<V3d> radiance) const {
+  SurfacePoint at = point;
+  V3d towards = view;
+  V3d throughput(1, 1, 1);
+  V3d direction;
+  std::uint64_t rays = 0;
+  for (int done = 0; bounce(at, towards, done, sampler, direction, throughput); ++done) {
+    ++rays;
+    if (!scene_.trace(scene_.leave(at), direction, at)) return rays;
+    towards = -direction;
+    const YarnSurface surface = surface_at(scene_, at);
+    for (std::size_t first = 0; first < lights.size(); first += packet_size) {
+      const auto some = lights.subspan(first, std::min(packet_size, lights.size() - first));
+      std::uint32_t lit = 0;
+      for (std::size_t l = 0; l < some.size(); ++l) lit |= (at.face_normal.dot(some[l]) > 0 ? 1U : 0U) << l;
+      rays += static_cast<std::uint64_t>(std::popcount(lit));
+      lit &= ~scene_.occluded(at, some, lit);
+      for (; lit != 0; lit &= lit - 1) {
+        const auto l = static_cast<std::size_t>(std::countr_zero(lit));
+        const V3d light(some[l]);
+        radiance[first + l] += throughput * reflectance(surface, light, towards) * surface.normal.dot(light);
+      }
+    }
+  }
+  return rays;
+}
+
+V3d PathTracer::under_sky(const V3d& origin, const V3d& direction, const Sky& sky,
+                          PathSampler& sampler) const {
+  SurfacePoint at;
+  if (!scene_.trace(origin, direction, at)) return sky(direction);
+  V3d towards = -direction;
+  V3d throughput(1, 1, 1);
+  V3d next;
+  for (int done = 0; bounce(at, towards, done, sampler, next, throughput); ++done) {
+    if (!scene_.trace(scene_.leave(at), next, at)) return throughput * sky(next);
+    towards = -next;
+  }
+  return V3d(0, 0, 0);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,209 @@
+#include "converter/light/yarn_brdf.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "converter/light/sobol.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Sharper highlights than this are drawn this wide: single precision has no finer directions.
+constexpr double min_width = 0.01;
+
+double width_of(const Gloss& gloss) { return std::max(min_width, static_cast<double>(gloss.roughness)); }
+
+/// A direction in the frame (fibre, across, normal).
+V3d local(const YarnSurface& s, const V3d& d) {
+  return {d.dot(s.fibre), d.dot(s.normal.cross(s.fibre)), d.dot(s.normal)};
+}
+
+/// Smith's Lambda for widths (r, 1).
+double smith_lambda(const V3d& d, double r) {
+  const double slope2 = (r * r * d.x * d.x + d.y * d.y) / (d.z * d.z);
+  return (std::sqrt(1 + slope2) - 1) / 2;
+}
+
+double gloss_local(const V3d& l, const V3d& v, double r) {
+  if (l.z <= 0 || v.z <= 0) return 0;
+  const V3d h = (l + v).normalized();
+  const double q = h.x * h.x / (r * r) + h.y * h.y + h.z * h.z;
+  const double d = 1 / (pi * r * q * q);
+  return d / (1 + smith_lambda(l, r) + smith_lambda(v, r)) / (4 * l.z * v.z);
+}
+
+/// A facet's normal, distributed as facets are seen from v (Heitz 2018).
+V3d visible_normal(const V3d& v, double r, const V2d& random) {
+  const V3d stretched = V3d(r * v.x, v.y, v.z).normalized();
+  const double planar2 = stretched.x * stretched.x + stretched.y * stretched.y;
+  const V3d t1 = planar2 > 0 ? V3d(-stretched.y, stretched.x, 0) / std::sqrt(planar2) : V3d(1, 0, 0);
+  const V3d t2 = stretched.cross(t1);
+  const double radius = std::sqrt(random.x);
+  const double phi = 2 * pi * random.y;
+  const double a = radius * std::cos(phi);
+  const double lean = (1 + stretched.z) / 2;
+  const double b = (1 - lean) * std::sqrt(std::max(0.0, 1 - a * a)) + lean * radius * std::sin(phi);
+  const V3d n = t1 * a + t2 * b + stretched * std::sqrt(std::max(0.0, 1 - a * a - b * b));
+  return V3d(r * n.x, n.y, std::max(1e-12, n.z)).normalized();
+}
+
+/// Light for a view in the local frame, and the share of it that is neither masked nor shadowed.
+double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
+  const V3d h = visible_normal(v, r, random);
+  l = h * (2 * v.dot(h)) - v;
+  if (l.z <= 0) return 0;
+  const double seen = smith_lambda(v, r);
+  return (1 + seen) / (1 + seen + smith_lambda(l, r));
+}
+
+V3f aligned(const V3f& fibre, const V3f& with) { return fibre.dot(with) < 0 ? -fibre : fibre; }
+
+}  // namespace
+
+V3d cosine_direction(const V3d& normal, const V2d& square) {
+  // Shirley and Chiu's concentric map onto the disc, lifted.
+  const double a = 2 * square.x - 1;
+  const double b = 2 * square.y - 1;
+  double r = 0;
+  double phi = 0;
+  if (std::abs(a) > std::abs(b)) {
+    r = a;
+    phi = (pi / 4) * (b / a);
+  } else if (b != 0) {
+    r = b;
+    phi = pi / 2 - (pi / 4) * (a / b);
+  }
+  const V3d side = std::abs(normal.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+  const V3d t = normal.cross(side).normalized();
+  return (t * (r * std::cos(phi)) + normal.cross(t) * (r * std::sin(phi)) +
+          normal * std::sqrt(std::max(0.0, 1 - r * r)))
+      .normalized();
+}
+
+YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
+  YarnSurface s;
+  s.normal = V3d(point.face_normal);
+  s.albedo = V3d(scene.albedo(point));
+  const CellMesh& mesh = scene.mesh();
+  if (mesh.gloss.empty()) return s;
+  const V3i& corner = mesh.triangles[point.triangle];
+  const std::array<std::size_t, 3> at{static_cast<std::size_t>(corner.x), static_cast<std::size_t>(corner.y),
+                                      static_cast<std::size_t>(corner.z)};
+  const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
+  V3f fibre(0, 0, 0);
+  s.gloss = {0, 0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    s.gloss.weight += share[i] * mesh.gloss[at[i]].weight;
+    s.gloss.roughness += share[i] * mesh.gloss[at[i]].roughness;
+    // A fibre has no sign: corners that say the opposite mean the same.
+    fibre += aligned(mesh.fibres[at[i]], mesh.fibres[at[0]]) * share[i];
+  }
+  V3d in_plane = V3d(fibre) - s.normal * V3d(fibre).dot(s.normal);
+  if (in_plane.length2() < 1e-12) {
+    in_plane = s.normal.cross(std::abs(s.normal.x) < 0.9 ? V3d(1, 0, 0) : V3d(0, 1, 0));
+  }
+  s.fibre = in_plane.normalized();
+  return s;
+}
+
+double gloss_reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
+  return gloss_local(local(surface, light), local(surface, view), width_of(surface.gloss));
+}
+
+V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
+  if (light.dot(surface.normal) <= 0 || view.dot(surface.normal) <= 0) return V3d(0, 0, 0);
+  const double w = static_cast<double>(surface.gloss.weight);
+  const V3d diffuse = surface.albedo * ((1 - w) / pi);
+  if (w == 0) return diffuse;
+  return diffuse + V3d(w * gloss_reflectance(surface, light, view));
+}
+
+void GlossPacket::set(std::size_t lane, const YarnSurface& surface, const V3d& view) {
+  const auto put = [&](const V3d& from, Lanes& x, Lanes& y, Lanes& z) {
+    x[lane] = static_cast<float>(from.x);
+    y[lane] = static_cast<float>(from.y);
+    z[lane] = static_cast<float>(from.z);
+  };
+  put(surface.fibre, tx_, ty_, tz_);
+  put(surface.normal.cross(surface.fibre), bx_, by_, bz_);
+  put(surface.normal, nx_, ny_, nz_);
+  const V3d v = local(surface, view);
+  put(v, vx_, vy_, vz_);
+  const double r = width_of(surface.gloss);
+  width_[lane] = static_cast<float>(r);
+  seen_[lane] = v.z > 0 ? static_cast<float>(smith_lambda(v, r)) : 0.0F;
+  weight_[lane] = v.z > 0 ? surface.gloss.weight : 0.0F;
+}
+
+__attribute__((target_clones("avx512f", "avx2", "default"))) void GlossPacket::reflectance(
+    const V3f& light, std::array<float, packet_size>& result) const {
+  for (std::size_t i = 0; i < packet_size; ++i) {
+    const float x = tx_[i] * light.x + ty_[i] * light.y + tz_[i] * light.z;
+    const float y = bx_[i] * light.x + by_[i] * light.y + bz_[i] * light.z;
+    const float z = nx_[i] * light.x + ny_[i] * light.y + nz_[i] * light.z;
+    const float r2 = width_[i] * width_[i];
+    const float hx = x + vx_[i];
+    const float hy = y + vy_[i];
+    const float hz = z + vz_[i];
+    const float q = (hx * hx / r2 + hy * hy + hz * hz) / (hx * hx + hy * hy + hz * hz);
+    const float lambda = (std::sqrt(1 + (r2 * x * x + y * y) / (z * z)) - 1) / 2;
+    const float f =
+        weight_[i] / (4 * static_cast<float>(pi) * width_[i] * q * q * (1 + lambda + seen_[i]) * z * vz_[i]);
+    result[i] = z > 0 && weight_[i] > 0 ? f : 0.0F;
+  }
+}
+
+bool sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random, BsdfSample& choice) {
+  const double w = static_cast<double>(surface.gloss.weight);
+  if (w == 0 || random.x >= w) {
+    choice.direction = cosine_direction(surface.normal, {(random.x - w) / (1 - w), random.y});
+    choice.weight = surface.albedo;
+    return true;
+  }
+  V3d l;
+  const V3d v = local(surface, view);
+  const double share =
+      v.z > 0 ? reflect_at_facet(v, width_of(surface.gloss), {random.x / w, random.y}, l) : 0;
+  if (share == 0) return false;
+  choice.direction =
+      (surface.fibre * l.x + surface.normal.cross(surface.fibre) * l.y + surface.normal * l.z).normalized();
+  choice.weight = V3d(share);
+  return true;
+}
+
+double mean_gloss_albedo(float roughness) {
+  constexpr std::size_t steps = 16;
+  static const auto table = [] {
+    std::array<double, steps + 1> mean{};
+    for (std::size_t i = 0; i <= steps; ++i) {
+      const double r = std::max(min_width, static_cast<double>(i) / steps);
+      constexpr std::uint32_t count = 4096;
+      for (std::uint32_t k = 0; k < count; ++k) {
+        PathSampler sampler(k, i);
+        V3d l;
+        const V3d v = cosine_direction({0, 0, 1}, sampler.next());
+        mean[i] += reflect_at_facet(v, r, sampler.next(), l) / count;
+      }
+    }
+    return mean;
+  }();
+  const double at = std::clamp(static_cast<double>(roughness), 0.0, 1.0) * steps;
+  const auto below = std::min(static_cast<std::size_t>(at), steps - 1);
+  const double share = at - static_cast<double>(below);
+  return table[below] * (1 - share) + table[below + 1] * share;
+}
+
+V3f albedo_with_gloss(const RayScene& scene, const SurfacePoint& point) {
+  const V3f albedo = scene.albedo(point);
+  if (scene.mesh().gloss.empty()) return albedo;
+  const Gloss gloss = surface_at(scene, point).gloss;
+  if (!(gloss.weight > 0)) return albedo;
+  return albedo * (1 - gloss.weight) +
+         V3f(gloss.weight * static_cast<float>(mean_gloss_albedo(gloss.roughness)));
+}
+
+}  // namespace selvedge

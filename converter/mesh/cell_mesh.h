@@ -1,0 +1,46 @@
+// The triangle mesh of one cell: what stitches are turned into and what the baker takes.
+//
+// Frame of the cell: millimetres, x and y along the two repeats, z out of the cloth; the cell covers
+// [0, period.x) x [0, period.y) and repeats with the period. Triangles may reach over the walls (a yarn
+// of an imported mesh does); those of our own stitches are cut exactly at the walls.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "format/base/error.h"
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// The highlight of fibres, added to the diffuse light of a yarn.
+struct Gloss {
+  float weight = 0;  ///< share of the light that the fibres' surface reflects, in [0, 1]; 0: Lambert alone
+  float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
+  bool operator==(const Gloss&) const = default;
+};
+
+struct CellMesh {
+  V2d period{1, 1};            ///< mm
+  std::vector<V3f> positions;  ///< mm
+  std::vector<V3f> normals;    ///< unit, per vertex, out of the yarn
+  std::vector<V3f> albedo;     ///< per vertex, linear, in [0, 1]
+  std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (sign free); empty: nothing is glossy
+  std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
+  std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
+};
+
+struct Box {
+  V3f min{0, 0, 0};
+  V3f max{0, 0, 0};
+};
+
+/// Bounds of all triangles; vertices that none uses do not count. Precondition: validate() holds.
+Box bounds_of(const CellMesh& mesh);
+
+/// Empty mesh (no triangle, or none with an area), wrong array sizes, indices out of range, NaN or infinite
+/// positions, period not positive: refused with the vertex or triangle as the place. `name` is the file or
+/// stitch for the message.
+Result<void> validate(const CellMesh& mesh, const std::string& name);
+
+}  // namespace selvedge

@@ -1,0 +1,282 @@
+#include "converter/mesh/file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <limits>
+
+#include "converter/mesh/exact_points.h"
+#include "converter/mesh/face_colours.h"
+#include "converter/mesh/openmesh.h"
+#include "converter/mesh/ply.h"
+#include "format/base/atomic_file.h"
+
+namespace selvedge {
+namespace {
+
+constexpr std::uintmax_t max_material_file = 16U << 20U;           // bytes
+constexpr std::uintmax_t max_mesh_file = std::uintmax_t{1} << 30;  // bytes
+
+/// The ending of a path in lower case, without the dot.
+std::string ending_of(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending.empty() ? ending : ending.substr(1);
+}
+
+/// The sRGB transfer curve (IEC 61966-2-1) and its inverse.
+float linear_of(float coded) {
+  return coded <= 0.04045F ? coded / 12.92F : std::pow((coded + 0.055F) / 1.055F, 2.4F);
+}
+float coded_of(float linear) {
+  return linear <= 0.0031308F ? linear * 12.92F : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
+}
+
+V3f albedo_of(const V3f& colour, bool coded, const V3f& fallback) {
+  if (!(colour.x >= 0)) return fallback;  // not given, or not a number
+  V3f albedo;
+  for (unsigned i = 0; i < 3; ++i) {
+    const float value = colour[i] >= 0 ? std::min(colour[i], 1.0F) : 0.0F;
+    albedo[i] = coded ? linear_of(value) : value;
+  }
+  return albedo;
+}
+
+/// Mean of the faces' normals around each vertex, weighted by area; +z where they cancel or there are none.
+std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector<V3i>& triangles) {
+  std::vector<V3d> sums(positions.size(), V3d(0));
+  const auto at = [&](int v) { return V3d(positions[v]); };
+  for (const V3i& t : triangles) {
+    const V3d twice_area = (at(t.y) - at(t.x)).cross(at(t.z) - at(t.x));
+    for (int k = 0; k < 3; ++k) sums[t[k]] += twice_area;
+  }
+  std::vector<V3f> normals;
+  for (const V3d& sum : sums) normals.emplace_back(sum.length() > 0 ? sum.normalized() : V3d(0, 0, 1));
+  return normals;
+}
+
+/// Of the material files beside an OBJ file; what is not there, or lies elsewhere, is passed over.
+MaterialColours materials_of(const std::string& bytes, const std::string& format, const std::string& path) {
+  MaterialColours colours;
+  if (format != "obj") return colours;
+  for (const std::string& name : material_files(bytes)) {
+    if (std::filesystem::path(name).filename() != name) continue;
+    const auto text =
+        read_file(std::filesystem::path(path).replace_filename(name).string(), max_material_file);
+    if (text) read_materials(*text, colours);
+  }
+  return colours;
+}
+
+struct CutFaces {
+  std::vector<V3i> triangles;
+  std::vector<std::size_t> face_of;  ///< of each triangle
+};
+
+Result<CutFaces> triangles_of(const RawMesh& raw, const std::string& path) {
+  CutFaces cut;
+  const auto count = static_cast<int>(raw.positions.size());
+  for (std::size_t f = 0; f < raw.faces.size(); ++f) {
+    const std::vector<int>& face = raw.faces[f];
+    for (const int v : face) {
+      if (v < 0 || v >= count) {
+        return fail(Code::mesh_invalid, path, fmt::format("face {}", f),
+                    fmt::format("refers to vertex {} of {} (counted from 0)", v, count));
+      }
+    }
+    for (std::size_t k = 2; k < face.size(); ++k) {
+      const V3i t(face[0], face[k - 1], face[k]);
+      if (t.x == t.y || t.y == t.z || t.z == t.x) continue;
+      cut.triangles.push_back(t);
+      cut.face_of.push_back(f);
+    }
+  }
+  return cut;
+}
+
+/// Gives triangles colours of their own: a vertex whose triangles differ becomes several.
+void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albedo) {
+  constexpr int none = -1;
+  struct Copy {
+    V3f albedo;
+    int vertex;
+    int next;  ///< the next copy of the same vertex
+  };
+  std::vector<Copy> copies;
+  std::vector<int> first(mesh.positions.size(), none);
+  const std::vector<V3f> own = mesh.albedo;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      int& vertex = mesh.triangles[t][k];
+      const auto original = static_cast<std::size_t>(vertex);
+      const V3f colour = albedo[t] ? *albedo[t] : own[original];
+      int copy = first[original];
+      while (copy != none && copies[copy].albedo != colour) {
+        copy = copies[copy].next;
+      }
+      if (copy == none) {
+        copies.push_back({colour, vertex, first[original]});
+        if (first[original] == none) {
+          mesh.albedo[original] = colour;
+        } else {
+          copies.back().vertex = static_cast<int>(mesh.positions.size());
+          mesh.positions.push_back(mesh.positions[original]);
+          mesh.normals.push_back(mesh.normals[original]);
+          mesh.albedo.push_back(colour);
+        }
+        copy = first[original] = static_cast<int>(copies.size()) - 1;
+      }
+      vertex = copies[copy].vertex;
+    }
+  }
+}
+
+/// What lies far away comes near by whole periods, and with its lowest point to height 0, before it is
+/// rounded to single precision.
+void move_near_origin(std::vector<V3d>& positions, const std::vector<V3i>& triangles, const V2d& period) {
+  V3d low(std::numeric_limits<double>::max());
+  V3d high(std::numeric_limits<double>::lowest());
+  for (const V3i& t : triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const V3d& p = positions[t[k]];
+      for (int i = 0; i < 3; ++i) {
+        low[i] = std::min(low[i], p[i]);
+        high[i] = std::max(high[i], p[i]);
+      }
+    }
+  }
+  if (triangles.empty() || !lies_far(low, high) || !(period.x > 0 && period.y > 0)) return;
+  const V3d shift(std::floor(low.x / period.x) * period.x, std::floor(low.y / period.y) * period.y, low.z);
+  for (V3d& p : positions) p -= shift;
+}
+
+template <class T>
+void append_bytes(std::string& out, T value) {
+  static_assert(std::endian::native == std::endian::little);
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+std::string period_comment(const CellMesh& mesh) {
+  return fmt::format("period {} x {} mm", mesh.period.x, mesh.period.y);
+}
+
+std::string obj_of(const CellMesh& mesh) {
+  std::string out = "# " + period_comment(mesh) + "\n";
+  auto end = std::back_inserter(out);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const V3f& p = mesh.positions[v];
+    const V3f& c = mesh.albedo[v];
+    fmt::format_to(end, "v {} {} {} {} {} {}\n", p.x, p.y, p.z, c.x, c.y, c.z);
+  }
+  for (const V3f& n : mesh.normals) fmt::format_to(end, "vn {} {} {}\n", n.x, n.y, n.z);
+  for (const V3i& t : mesh.triangles) {
+    fmt::format_to(end, "f {0}//{0} {1}//{1} {2}//{2}\n", t.x + 1, t.y + 1, t.z + 1);
+  }
+  return out;
+}
+
+std::string ply_of(const CellMesh& mesh) {
+  std::string out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty float nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      period_comment(mesh), mesh.positions.size(), mesh.triangles.size());
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    for (unsigned i = 0; i < 3; ++i) append_bytes(out, mesh.positions[v][i]);
+    for (unsigned i = 0; i < 3; ++i) append_bytes(out, mesh.normals[v][i]);
+    for (unsigned i = 0; i < 3; ++i) {
+      append_bytes(out, static_cast<std::uint8_t>(std::lround(coded_of(mesh.albedo[v][i]) * 255)));
+    }
+  }
+  for (const V3i& t : mesh.triangles) {
+    append_bytes(out, std::uint8_t{3});
+    for (int k = 0; k < 3; ++k) append_bytes(out, static_cast<std::int32_t>(t[k]));
+  }
+  return out;
+}
+
+Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
+                           const MeshImportOptions& options, const MaterialColours& materials,
+                           MeshChoices* chosen) {
+  const std::string format = ending_of(path);
+  if (format != "obj" && format != "ply" && format != "off" && format != "stl") {
+    return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj, .ply, .off or .stl");
+  }
+  if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm))) {
+    return fail(Code::option_out_of_range, path, "--unit",
+                fmt::format("must be positive, is {}", *options.scale_to_mm));
+  }
+  auto raw = format == "ply" ? import_ply(bytes, path) : import_mesh(bytes, format, path, materials);
+  if (!raw) return tl::unexpected(raw.error());
+  auto faces = triangles_of(*raw, path);
+  if (!faces) return tl::unexpected(faces.error());
+  auto& [triangles, face_of] = *faces;
+  const MeshChoices choices = choose(*raw, bytes, options.period, options.scale_to_mm, options.up_axis);
+  if (chosen != nullptr) *chosen = choices;
+  if (!options.period && !triangles.empty() && !(choices.period.x > 0 && choices.period.y > 0)) {
+    return fail(Code::mesh_invalid, path, "",
+                "the mesh has no extent to guess its period from: give --period WxH in mm");
+  }
+
+  CellMesh mesh;
+  mesh.period = choices.period;
+  mesh.triangles = std::move(triangles);
+  for (std::size_t v = 0; v < raw->positions.size(); ++v) {
+    raw->positions[v] = turned(raw->positions[v], choices.up_axis) * choices.scale_to_mm;
+    const V3f colour = raw->colours.empty() ? V3f(-1) : raw->colours[v];
+    mesh.albedo.push_back(albedo_of(colour, raw->colours_8bit, options.albedo));
+  }
+  move_near_origin(raw->positions, mesh.triangles, mesh.period);
+  for (const V3d& p : raw->positions) mesh.positions.emplace_back(p);
+  if (raw->normals.empty()) {
+    mesh.normals = normals_of(mesh.positions, mesh.triangles);
+  } else {
+    for (const V3f& n : raw->normals) {
+      const V3f up = turned(n, choices.up_axis);
+      mesh.normals.push_back(up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
+    }
+  }
+  if (!raw->face_colours.empty()) {
+    std::vector<std::optional<V3f>> albedo;
+    for (const std::size_t face : face_of) {
+      const V3f& colour = raw->face_colours[face];
+      albedo.push_back(colour.x >= 0
+                           ? std::optional(albedo_of(colour, raw->face_colours_8bit, options.albedo))
+                           : std::nullopt);
+    }
+    paint_triangles(mesh, albedo);
+  }
+  if (auto sound = validate(mesh, path); !sound) return tl::unexpected(sound.error());
+  return mesh;
+}
+
+}  // namespace
+
+Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options, MeshChoices* chosen) {
+  const auto bytes = read_file(path, max_mesh_file);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return cell_from(*bytes, path, options, materials_of(*bytes, ending_of(path), path), chosen);
+}
+
+Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
+                           const MeshImportOptions& options) {
+  return cell_from(bytes, name, options, {}, nullptr);
+}
+
+Result<void> write_mesh(const std::string& path, const CellMesh& mesh) {
+  const std::string format = ending_of(path);
+  if (format != "obj" && format != "ply") {
+    return fail(Code::file_unwritable, path, "", "the file's ending must be .obj or .ply");
+  }
+  if (auto sound = validate(mesh, path); !sound) return sound;
+  return write_file(path, format == "obj" ? obj_of(mesh) : ply_of(mesh));
+}
+
+}  // namespace selvedge

@@ -1,0 +1,88 @@
+#include "converter/mesh/guesses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+
+namespace selvedge {
+namespace {
+
+/// Size of the bounding box of all vertices that a face uses, in the file's own axes and units.
+V3d extent_of(const RawMesh& raw) {
+  V3d low(std::numeric_limits<double>::max());
+  V3d high(std::numeric_limits<double>::lowest());
+  bool any = false;
+  for (const std::vector<int>& face : raw.faces) {
+    for (const int v : face) {
+      if (v < 0 || static_cast<std::size_t>(v) >= raw.positions.size()) continue;
+      any = true;
+      const V3d& at = raw.positions[v];
+      for (int i = 0; i < 3; ++i) {
+        low[i] = std::min(low[i], at[i]);
+        high[i] = std::max(high[i], at[i]);
+      }
+    }
+  }
+  return any ? high - low : V3d(0);
+}
+
+/// The period that write_mesh keeps in a comment.
+std::optional<V2d> period_in_comment(const std::string& bytes) {
+  constexpr std::size_t looked_at = 4096;
+  const std::string start = bytes.substr(0, looked_at);
+  for (const char* mark : {"# period ", "comment period "}) {
+    const std::size_t at = start.find(mark);
+    if (at == std::string::npos) continue;
+    V2d period;
+    if (std::sscanf(start.c_str() + at + std::strlen(mark), "%lf x %lf mm", &period.x, &period.y) == 2) {
+      return period;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const char* name_of(UpAxis axis) { return axis == UpAxis::x ? "x" : (axis == UpAxis::y ? "y" : "z"); }
+
+MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::optional<V2d>& period,
+                   const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis) {
+  constexpr double clearly = 0.9;      // flatter
+  constexpr double smallest_mm = 0.1;  // a cell that is smaller was meant in metres
+  const V3d extent = extent_of(raw);
+  MeshChoices choices;
+  choices.up_axis_from = choices.scale_from = choices.period_from = "given";
+  if (up_axis) {
+    choices.up_axis = *up_axis;
+  } else if (std::min(extent.x, extent.y) < clearly * extent.z) {
+    choices.up_axis = extent.y <= extent.x ? UpAxis::y : UpAxis::x;
+    choices.up_axis_from = "guessed: the mesh is flattest along it";
+  } else {
+    choices.up_axis_from = "guessed: no other axis is flatter";
+  }
+  const V3d size = turned(extent, choices.up_axis);
+  const V2d plane(std::abs(size.x), std::abs(size.y));
+  const auto commented = period ? std::nullopt : period_in_comment(bytes);
+  if (scale_to_mm) {
+    choices.scale_to_mm = *scale_to_mm;
+  } else if (!period && !commented && std::max(plane.x, plane.y) < smallest_mm) {
+    choices.scale_to_mm = 1000;
+    choices.scale_from = "guessed: metres, as it is too small for millimetres";
+  } else {
+    choices.scale_from = "guessed: millimetres";
+  }
+  if (period) {
+    choices.period = *period;
+  } else if (commented) {
+    choices.period = *commented;
+    choices.period_from = "a comment in the file";
+  } else {
+    choices.period = plane * choices.scale_to_mm;
+    choices.period_from = "guessed: the extent of the mesh";
+  }
+  return choices;
+}
+
+}  // namespace selvedge

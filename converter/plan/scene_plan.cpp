@@ -1,0 +1,149 @@
+#include "converter/plan/scene_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/fabric/file.h"
+#include "format/scene/scene_points.h"
+
+namespace selvedge {
+namespace {
+
+Result<std::vector<Viewpoints>> sights_of(const Scene& scene, const PlanOptions& options) {
+  const auto points = world_points(scene);
+  if (!points) return tl::unexpected(points.error());
+  const double aspect = static_cast<double>(options.size.x) / options.size.y;
+  std::vector<Viewpoints> sights;
+  for (const std::string& name : options.cameras) {
+    const auto camera = camera_of(scene, name, *points, aspect, options.camera);
+    if (!camera) return tl::unexpected(camera.error());
+    sights.emplace_back(*camera);
+  }
+  if (options.distances) {
+    const auto around =
+        look_all_around(*points, aspect, options.distances->x, options.distances->y, options.camera);
+    if (!around) return tl::unexpected(around.error());
+    sights.emplace_back(*around);
+  }
+  if (sights.empty()) {
+    const auto camera = make_camera(*points, aspect, options.camera);
+    if (!camera) return tl::unexpected(camera.error());
+    sights.emplace_back(*camera);
+  }
+  return sights;
+}
+
+std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoints>& sights,
+                                  const PlanOptions& options, const std::vector<V2d>& units) {
+  std::vector<PixelCover> covers(scene.materials.size());
+  for (const Viewpoints& sight : sights) {
+    const auto some =
+        pixel_covers(scene, sight, options.size.y * options.supersample, options.levels.taps, units);
+    for (std::size_t i = 0; i < covers.size(); ++i) covers[i] |= some[i];
+  }
+  return covers;
+}
+
+/// Whether some texel of these levels of the file may let something through. Between slabs of yarn a slanted
+/// ray finds its way where none does from above: they count as open.
+Result<bool> has_openings(FabricReader& reader, const LevelRange& levels) {
+  for (int k = levels.first; k <= levels.last; ++k) {
+    const auto level = reader.read_level(k, {Layer::opacity, Layer::heights});
+    if (!level) return tl::unexpected(level.error());
+    if (level->heights) return true;
+    if (!level->opacity) continue;
+    const std::vector<float>& opacity = level->opacity->opacity;
+    if (std::any_of(opacity.begin(), opacity.end(), [](float alpha) { return alpha < 1; })) return true;
+  }
+  return false;
+}
+
+Result<void> check(const PlanOptions& options) {
+  constexpr int largest = 1 << 20;
+  if (std::min(options.size.x, options.size.y) < 1 || std::max(options.size.x, options.size.y) > largest) {
+    return fail(Code::option_out_of_range, "", "--size",
+                fmt::format("must lie between 1x1 and {0}x{0}", largest));
+  }
+  if (options.supersample < 1 || options.supersample > 16)
+    return fail(Code::option_out_of_range, "", "--supersample", "must lie between 1 and 16");
+  return {};
+}
+
+}  // namespace
+
+Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options) {
+  if (const auto good = check(options); !good) return tl::unexpected(good.error());
+  const auto scene = read_scene(path, {}, options.choice);
+  if (!scene) return tl::unexpected(scene.error());
+  std::vector<FabricReader> readers;
+  for (const SceneFabric& fabric : scene->fabrics) {
+    auto reader =
+        fabric.path.empty() ? FabricReader::open(fabric.bytes, fabric.name) : FabricReader::open(fabric.path);
+    if (!reader) return tl::unexpected(reader.error());
+    readers.push_back(std::move(*reader));
+  }
+  const auto sights = sights_of(*scene, options);
+  if (!sights) return tl::unexpected(sights.error());
+
+  std::vector<V2d> millimetres;
+  std::vector<V2d> texels;
+  std::vector<int> with_fabric;
+  for (std::size_t i = 0; i < scene->materials.size(); ++i) {
+    const auto& fabric = scene->materials[i].fabric;
+    if (fabric) with_fabric.push_back(static_cast<int>(i));
+    const FabricHeader none;
+    const FabricHeader& header = fabric ? readers[fabric->fabric].header() : none;
+    millimetres.emplace_back(header.period_mm);
+    texels.emplace_back(whole_texels(header));
+  }
+  if (with_fabric.empty())
+    return fail(Code::material_missing, path, "/materials", "none of the materials has a fabric");
+  const std::vector<PixelCover> in_mm = covers_of(*scene, *sights, options, millimetres);
+  const std::vector<PixelCover> in_texels = covers_of(*scene, *sights, options, texels);
+
+  ScenePlan plan{path, options, {}};
+  std::vector<int> seen;
+  for (const int index : with_fabric) {
+    const auto i = static_cast<std::size_t>(index);
+    const SceneMaterial& material = scene->materials[i];
+    const auto number = static_cast<std::size_t>(material.fabric->fabric);
+    FabricReader& reader = readers[number];
+    const FabricHeader& header = reader.header();
+    MaterialPlan of;
+    of.index = index;
+    of.name = material.name;
+    of.fabric = scene->fabrics[number].name;
+    of.mm_per_repeat = V2d(header.period_mm);
+    of.texels = whole_texels(header);
+    of.whole_levels = whole_levels(header);
+    of.levels = levels_asked(in_texels[i], options.levels, of.whole_levels);
+    of.demand = {in_mm[i].least, in_mm[i].most, static_cast<double>(options.levels.bias)};
+    of.seen = in_texels[i].fronts || in_texels[i].backs;
+    of.fronts = in_texels[i].fronts;
+    of.backs = in_texels[i].backs;
+    if (of.seen) of.lacking = lacking_levels(header, of.levels);
+    if (of.seen) seen.push_back(index);
+    if (of.seen && material.alpha_mode != AlphaMode::opaque) {
+      const auto in_file = [&](int level) {
+        return std::clamp(level - first_level(header), 0, header.levels - 1);
+      };
+      const auto open = has_openings(reader, {in_file(of.levels.first), in_file(of.levels.last)});
+      if (!open) return tl::unexpected(open.error());
+      of.holes = *open;
+    }
+    plan.materials.push_back(std::move(of));
+  }
+  // What has no fabric is not looked at: it may be seen.
+  for (std::size_t i = 0; i < scene->materials.size(); ++i) {
+    if (!scene->materials[i].fabric) seen.push_back(static_cast<int>(i));
+  }
+  std::sort(seen.begin(), seen.end());
+  for (MaterialPlan& of : plan.materials) {
+    if (of.holes) of.behind = seen;
+  }
+  return plan;
+}
+
+}  // namespace selvedge

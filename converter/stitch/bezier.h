@@ -1,0 +1,40 @@
+// Cubic Bézier curves: evaluation, subdivision into short spans, and the nearest point of a span.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// Four control points of a cubic Bézier curve.
+using BezierSegment = std::array<V3d, 4>;
+
+V3d point_at(const BezierSegment& segment, double t);
+V3d derivative_at(const BezierSegment& segment, double t);
+
+/// Sum of the control polygon's sides: an upper bound of the curve's length.
+double polygon_length(const BezierSegment& segment);
+
+/// The part t0 <= t <= t1 of a segment, and its chord. No point of it is further than `sag` from the chord.
+struct CurveSpan {
+  double t0 = 0;
+  double t1 = 1;
+  V3d start;
+  V3d end;
+  double sag = 0;
+};
+
+/// Halves the segment until every span's control polygon is at most max_length long and its sag at most
+/// max_sag, but no deeper than 2^16 spans. In order of t.
+std::vector<CurveSpan> spans_of(const BezierSegment& segment, double max_length, double max_sag);
+
+/// Distance from `point` to the straight line from `a` to `b` (both ends included).
+double chord_distance(const V3d& point, const V3d& a, const V3d& b);
+
+/// The parameter in [t0, t1] whose point is nearest to `point`, to the last bits of a double. Exact where the
+/// span bends little (as those of spans_of do) and `point` is nearer than the span's centre of curvature.
+double nearest_parameter(const BezierSegment& segment, double t0, double t1, const V3d& point);
+
+}  // namespace selvedge

@@ -1,0 +1,56 @@
+#include "converter/stitch/find_cell.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "format/base/option_text.h"
+
+namespace selvedge {
+namespace {
+
+bool is_stitch(const std::string& name_or_path) {
+  const auto infos = built_in_stitches();
+  const bool built_in = std::any_of(infos.begin(), infos.end(),
+                                    [&](const StitchInfo& info) { return info.name == name_or_path; });
+  // What has no ending was meant as a name: its error lists the names.
+  return built_in || std::filesystem::path(name_or_path).extension().empty() ||
+         has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif");
+}
+
+}  // namespace
+
+Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options) {
+  Cell cell;
+  if (!is_stitch(name_or_path)) {
+    if (!options.settings.empty()) {
+      return fail(Code::option_out_of_range, name_or_path, "--set", "a mesh has no parameters");
+    }
+    cell.choices.emplace();
+    auto mesh = read_mesh(name_or_path, options.import, &*cell.choices);
+    if (!mesh) return tl::unexpected(mesh.error());
+    cell.mesh = std::move(*mesh);
+    return cell;
+  }
+  auto stitch = find_stitch(name_or_path, options.settings);
+  if (!stitch) return tl::unexpected(stitch.error());
+  if (options.import.period) {
+    return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
+  }
+  auto mesh = mesh_stitch(stitch->pattern, options.mesh);
+  if (!mesh) {
+    mesh.error().file = name_or_path;
+    return tl::unexpected(mesh.error());
+  }
+  cell.mesh = std::move(*mesh);
+  cell.stitch = std::move(*stitch);
+  return cell;
+}
+
+Result<CellMesh> load_cell(const std::string& name_or_path, const MeshOptions& mesh,
+                           const MeshImportOptions& import) {
+  auto cell = find_cell(name_or_path, {mesh, import, {}});
+  if (!cell) return tl::unexpected(cell.error());
+  return std::move(cell->mesh);
+}
+
+}  // namespace selvedge

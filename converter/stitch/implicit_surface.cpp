@@ -1,0 +1,249 @@
+#include "converter/stitch/implicit_surface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+/// Spans short and straight enough, in radii, for one nearest point each and for tight bounds.
+constexpr double span_length_radii = 0.5;
+constexpr double span_sag_radii = 0.02;
+
+/// Stated limits: 200 MB of index at most.
+constexpr double max_pieces = 1e6;
+constexpr std::size_t max_entries = 1 << 24;
+constexpr int max_bins_per_axis = 96;
+
+double wrap_into(double value, double period) {
+  const double wrapped = value - std::floor(value / period) * period;
+  return wrapped < period ? wrapped : 0.0;  // rounding may give the period itself
+}
+
+int bin_count(double extent, double size) {
+  return static_cast<int>(std::clamp(std::floor(extent / size), 1.0, static_cast<double>(max_bins_per_axis)));
+}
+
+/// First and last bin that a range of coordinates touches.
+std::pair<int, int> bins_touched(double low, double high, double size, int count) {
+  const auto clamped = [&](double c) {
+    return static_cast<int>(std::clamp(std::floor(c / size), 0.0, static_cast<double>(count - 1)));
+  };
+  return {clamped(low), clamped(high)};
+}
+
+}  // namespace
+
+Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, double reach,
+                                               const std::string& file) {
+  double estimate = 0;
+  double min_radius = pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : pattern.yarns) {
+    min_radius = std::min(min_radius, yarn.radius_mm);
+    for (const BezierSegment& segment : yarn.segments) {
+      estimate += 1 + polygon_length(segment) / (span_length_radii * yarn.radius_mm);
+    }
+  }
+  if (estimate > max_pieces) {
+    return fail(Code::mesh_invalid, file, "/yarns",
+                fmt::format("the yarns are too long for their radius: about {:.0f} pieces, at most {:.0f}",
+                            estimate, max_pieces));
+  }
+  ImplicitSurface surface;
+  surface.period_ = pattern.period_mm;
+  surface.reach_ = reach;
+  surface.cut(pattern);
+  // Bins much smaller than the reach would hold the same pieces over and over.
+  if (!surface.index(std::max(0.5 * min_radius, 0.25 * reach))) {
+    return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
+  }
+  return surface;
+}
+
+void ImplicitSurface::cut(const StitchPattern& pattern) {
+  low_ = std::numeric_limits<double>::max();
+  high_ = std::numeric_limits<double>::lowest();
+  for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
+    const Yarn& yarn = pattern.yarns[y];
+    double length = 0;
+    for (const BezierSegment& segment : yarn.segments) {
+      for (const CurveSpan& span :
+           spans_of(segment, span_length_radii * yarn.radius_mm, span_sag_radii * yarn.radius_mm)) {
+        pieces_.push_back({segment, span, yarn.radius_mm, static_cast<int>(y), length});
+        length += (span.end - span.start).length();
+        const double margin = yarn.radius_mm + span.sag;
+        low_ = std::min(low_, std::min(span.start.z, span.end.z) - margin);
+        high_ = std::max(high_, std::max(span.start.z, span.end.z) + margin);
+      }
+    }
+    yarn_length_.push_back(length);
+  }
+}
+
+template <class Visit>
+bool ImplicitSurface::for_each_entry(std::size_t p, const Visit& visit) const {
+  const CurveSpan& span = pieces_[p].span;
+  const double half_diagonal = 0.5 * bin_size_.length() * (1 + 1e-9);
+  const double near = pieces_[p].radius + reach_ + span.sag;
+  V3d least;
+  V3d most;
+  for (int i = 0; i < 3; ++i) {
+    least[i] = std::min(span.start[i], span.end[i]) - near;
+    most[i] = std::max(span.start[i], span.end[i]) + near;
+  }
+  const auto [z0, z1] = bins_touched(least.z - low_, most.z - low_, bin_size_.z, bins_.z);
+  const int last_x = -static_cast<int>(std::floor(least.x / period_.x));
+  const int last_y = -static_cast<int>(std::floor(least.y / period_.y));
+  for (int sy = -static_cast<int>(std::floor(most.y / period_.y)); sy <= last_y; ++sy) {
+    for (int sx = -static_cast<int>(std::floor(most.x / period_.x)); sx <= last_x; ++sx) {
+      const V3d shift(sx * period_.x, sy * period_.y, 0);
+      const auto [x0, x1] = bins_touched(least.x + shift.x, most.x + shift.x, bin_size_.x, bins_.x);
+      const auto [y0, y1] = bins_touched(least.y + shift.y, most.y + shift.y, bin_size_.y, bins_.y);
+      const Entry entry{static_cast<std::int32_t>(p), static_cast<std::int16_t>(sx),
+                        static_cast<std::int16_t>(sy)};
+      for (int z = z0; z <= z1; ++z) {
+        // Bins at the bottom and the top stand for all that lies beyond them.
+        const bool outermost = z == 0 || z == bins_.z - 1;
+        for (int y = y0; y <= y1; ++y) {
+          for (int x = x0; x <= x1; ++x) {
+            const V3d centre((x + 0.5) * bin_size_.x, (y + 0.5) * bin_size_.y,
+                             (z + 0.5) * bin_size_.z + low_);
+            const double distance = chord_distance(centre, span.start + shift, span.end + shift);
+            if (!outermost && distance > near + half_diagonal) continue;
+            if (!visit(static_cast<std::size_t>((z * bins_.y + y) * bins_.x + x), entry)) return false;
+          }
+        }
+      }
+    }
+  }
+  return true;
+}
+
+bool ImplicitSurface::index(double size) {
+  const double thickness = high_ - low_;
+  bins_ = {bin_count(period_.x, size), bin_count(period_.y, size), bin_count(thickness, size)};
+  bin_size_ = {period_.x / bins_.x, period_.y / bins_.y, thickness / bins_.z};
+  const auto bin_total = static_cast<std::size_t>(bins_.x) * static_cast<std::size_t>(bins_.y) *
+                         static_cast<std::size_t>(bins_.z);
+  bin_start_.assign(bin_total + 1, 0);
+  std::size_t total = 0;
+  for (std::size_t p = 0; p < pieces_.size(); ++p) {
+    const bool fits = for_each_entry(p, [&](std::size_t bin, const Entry&) {
+      ++bin_start_[bin + 1];
+      return ++total <= max_entries;
+    });
+    if (!fits) return false;
+  }
+  for (std::size_t b = 0; b < bin_total; ++b) bin_start_[b + 1] += bin_start_[b];
+  entries_.resize(total);
+  std::vector<std::uint32_t> next(bin_start_.begin(), bin_start_.end() - 1);
+  for (std::size_t p = 0; p < pieces_.size(); ++p) {
+    for_each_entry(p, [&](std::size_t bin, const Entry& entry) {
+      entries_[next[bin]++] = entry;
+      return true;
+    });
+  }
+  return true;
+}
+
+V3d ImplicitSurface::wrap(const V3d& point) const {
+  return {wrap_into(point.x, period_.x), wrap_into(point.y, period_.y), point.z};
+}
+
+std::size_t ImplicitSurface::bin_of(const V3d& wrapped) const {
+  const int x = bins_touched(wrapped.x, wrapped.x, bin_size_.x, bins_.x).first;
+  const int y = bins_touched(wrapped.y, wrapped.y, bin_size_.y, bins_.y).first;
+  const int z = bins_touched(wrapped.z - low_, wrapped.z - low_, bin_size_.z, bins_.z).first;
+  return static_cast<std::size_t>((z * bins_.y + y) * bins_.x + x);
+}
+
+SurfaceSample ImplicitSurface::sample(const V3d& point) const {
+  const V3d wrapped = wrap(point);
+  const std::size_t bin = bin_of(wrapped);
+  SurfaceSample best;
+  best.distance = reach_;
+  const Piece* nearest = nullptr;
+  double parameter = 0;
+  for (std::uint32_t e = bin_start_[bin]; e < bin_start_[bin + 1]; ++e) {
+    const Entry& entry = entries_[e];
+    const Piece& piece = pieces_[entry.piece];
+    const V3d local = wrapped - V3d(entry.shift_x * period_.x, entry.shift_y * period_.y, 0);
+    const double bound = chord_distance(local, piece.span.start, piece.span.end) - piece.span.sag;
+    if (bound - piece.radius >= best.distance) continue;
+    const double t = nearest_parameter(piece.segment, piece.span.t0, piece.span.t1, local);
+    const V3d offset = local - point_at(piece.segment, t);
+    const double length = offset.length();
+    if (length - piece.radius < best.distance) {
+      best.distance = length - piece.radius;
+      best.gradient = length > 0 ? offset / length : V3d(0, 0, 0);
+      best.yarn = piece.yarn;
+      nearest = &piece;
+      parameter = t;
+    }
+  }
+  if (nearest != nullptr) best.tangent = derivative_at(nearest->segment, parameter).normalized();
+  return best;
+}
+
+Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file) {
+  double largest = 0;
+  for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, yarn.radius_mm);
+  // From a centre line, so one radius more is needed.
+  auto built = ImplicitSurface::build(pattern, 2 * largest, file);
+  if (!built) return tl::unexpected(built.error());
+  const ImplicitSurface& surface = *built;
+
+  // Points on pieces as (piece, parameter, length along the chain).
+  const auto length_at = [](const ImplicitSurface::Piece& piece, double t) {
+    const double part = (t - piece.span.t0) / (piece.span.t1 - piece.span.t0);
+    return piece.start_length + part * (piece.span.end - piece.span.start).length();
+  };
+  const auto adjacent = [&](const ImplicitSurface::Piece& a, double ta, const ImplicitSurface::Piece& b,
+                            double tb, const V2i& shift) {
+    if (a.yarn != b.yarn) return false;
+    const Yarn& yarn = pattern.yarns[a.yarn];
+    const V2i turns = turns_of(yarn, pattern.period_mm);
+    const double chain = surface.yarn_length_[a.yarn];
+    double along = length_at(b, tb) - length_at(a, ta);
+    if (turns == V2i(0, 0)) {
+      if (shift != V2i(0, 0)) return false;
+      along = std::abs(along);
+      along = std::min(along, chain - along);
+    } else {
+      const int count = turns.x != 0 ? shift.x / turns.x : shift.y / turns.y;
+      if (turns * count != shift) return false;
+      along = std::abs(along + count * chain);
+    }
+    return along < std::numbers::pi * a.radius;
+  };
+
+  constexpr int steps = 8;  // points per piece: 1/16 of a radius apart
+  double least = largest;
+  for (const ImplicitSurface::Piece& a : surface.pieces_) {
+    for (int step = 0; step < steps; ++step) {
+      const double ta = a.span.t0 + (a.span.t1 - a.span.t0) * (step + 0.5) / steps;
+      const V3d point = point_at(a.segment, ta);
+      const V3d wrapped = surface.wrap(point);
+      const V2i home(static_cast<int>(std::lround((point.x - wrapped.x) / surface.period_.x)),
+                     static_cast<int>(std::lround((point.y - wrapped.y) / surface.period_.y)));
+      const std::size_t bin = surface.bin_of(wrapped);
+      for (std::uint32_t e = surface.bin_start_[bin]; e < surface.bin_start_[bin + 1]; ++e) {
+        const ImplicitSurface::Entry& entry = surface.entries_[e];
+        const ImplicitSurface::Piece& b = surface.pieces_[entry.piece];
+        const V3d local =
+            wrapped - V3d(entry.shift_x * surface.period_.x, entry.shift_y * surface.period_.y, 0);
+        const double radii = a.radius + b.radius;
+        if (chord_distance(local, b.span.start, b.span.end) - b.span.sag - radii >= least) continue;
+        const double tb = nearest_parameter(b.segment, b.span.t0, b.span.t1, local);
+        if (adjacent(a, ta, b, tb, V2i(entry.shift_x, entry.shift_y) + home)) continue;
+        least = std::min(least, (local - point_at(b.segment, tb)).length() - radii);
+      }
+    }
+  }
+  return least;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,85 @@
+// The surface of a stitch's yarns as an implicit function (Daubert et al. 2001, section 4: implicit surfaces
+// around skeletons of Bézier curves).
+//
+//   f(p) = least over all yarns and their copies of ( distance from p to the yarn's curve - its radius )
+//
+// in millimetres, negative inside. The distance is to the cubic curve itself, not to a polyline.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "converter/stitch/pattern.h"
+
+namespace selvedge {
+
+/// What f is made of at one point.
+struct SurfaceSample {
+  double distance = 0;    ///< f, mm
+  V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach
+  V3d tangent{0, 0, 0};   ///< unit, along the nearest yarn; zero beyond the reach
+  int yarn = -1;          ///< index of the nearest yarn; -1 beyond the reach
+};
+
+class ImplicitSurface {
+ public:
+  /// Precondition: validate(pattern) holds. f is exact below `reach` mm and equal to `reach` further out.
+  /// Refuses (mesh_invalid) a pattern whose yarns are so long and thin that their index would not fit the
+  /// stated limit. `file` is for that message.
+  static Result<ImplicitSurface> build(const StitchPattern& pattern, double reach, const std::string& file);
+
+  /// f at any finite point; periodic in x and y. The same point gives the same bits.
+  double distance(const V3d& point) const { return sample(point).distance; }
+  SurfaceSample sample(const V3d& point) const;
+
+  /// Lowest and highest z of the surface, mm, or a little beyond.
+  double low() const { return low_; }
+  double high() const { return high_; }
+
+ private:
+  friend Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file);
+
+  struct Piece {
+    BezierSegment segment;
+    CurveSpan span;
+    double radius = 0;
+    int yarn = 0;
+    double start_length = 0;  ///< along the yarn's chain, by chords, mm
+  };
+  struct Entry {
+    std::int32_t piece;
+    std::int16_t shift_x, shift_y;  ///< the copy, in periods
+  };
+
+  /// Yarns into pieces, and the bounds of z.
+  void cut(const StitchPattern& pattern);
+  /// Fills the bins, about `size` mm wide; false where the limit is exceeded.
+  bool index(double size);
+  /// Calls visit(bin, entry) for every bin of the cell that a copy of a piece comes near to, until it is
+  /// false.
+  template <class Visit>
+  bool for_each_entry(std::size_t piece, const Visit& visit) const;
+  std::size_t bin_of(const V3d& wrapped) const;
+  V3d wrap(const V3d& point) const;
+
+  V2d period_{1, 1};
+  double reach_ = 0;
+  double low_ = 0;
+  double high_ = 0;
+  V3i bins_{1, 1, 1};
+  V3d bin_size_{1, 1, 1};
+  std::vector<Piece> pieces_;
+  std::vector<std::uint32_t> bin_start_;
+  std::vector<Entry> entries_;
+  std::vector<double> yarn_length_;
+};
+
+/// The least distance between yarn surfaces, mm: that of the centre lines minus both radii, negative where
+/// yarns overlap; looked for up to the largest radius, which is what stands for anything beyond. All pairs
+/// are taken, copies in other cells included, save parts of one yarn nearer than pi radii along it: a yarn
+/// bent no tighter than its own radius does not touch itself there (Schur's comparison theorem). Found from
+/// points 1/16 radius apart along the yarns: too large by at most 1e-3 radii where yarns cross. Precondition:
+/// validate(pattern) holds.
+Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file);
+
+}  // namespace selvedge

@@ -1,0 +1,31 @@
+// Knitted stitches from charts: which loop is drawn through which, as yarns of a pattern.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "converter/stitch/pattern.h"
+
+namespace selvedge {
+
+/// One repeat of a knit as knitters chart it, seen from the face. A row is one course, worked from left to
+/// right here, one character per stitch:
+///   k  knit: the loop is drawn through the one below from the back to the front
+///   p  purl: from the front to the back
+///   o  yarn over: a loop that is drawn through none
+///   /  the loop is drawn through the one below and its left neighbour, which leans over it
+///   \  through the one below and its right neighbour, which leans over it
+/// Every loop but the neighbours of a decrease continues in the stitch above it, which must not be a yarn
+/// over; a neighbour's own column has the yarn over that keeps the count.
+struct KnitChart {
+  std::vector<std::string> rows;  ///< from the bottom upwards, all of one length
+  double wale_mm = 5;             ///< width of one stitch
+  double course_mm = 3.8;         ///< height of one course
+  std::vector<Yarn> yarns;        ///< without segments; course c is knitted with yarn c modulo their number
+};
+
+/// The yarns of the chart, each course one chain, too thin and too loose to touch (RelaxOptions::start).
+/// Precondition: a chart by the rules above with at least one yarn.
+StitchPattern draw_knit(const KnitChart& chart, const std::string& name);
+
+}  // namespace selvedge

@@ -1,0 +1,381 @@
+#include "converter/stitch/library.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/knit.h"
+#include "converter/stitch/pattern_json.h"
+#include "converter/stitch/weave.h"
+#include "converter/stitch/wif.h"
+#include "converter/stitch/yarn_relax.h"
+#include "format/base/atomic_file.h"
+#include "format/base/option_text.h"
+
+namespace selvedge {
+namespace {
+
+/// Of woven cloth, in radii: crossings alone take 4.
+constexpr double woven_thickness = 5.5;
+constexpr double woven_hold = 0.05;
+
+struct BuiltIn {
+  StitchInfo info;
+  /// The yarns as they are drawn, before they are relaxed.
+  std::function<StitchPattern(const StitchValues&)> draw;
+  double max_thickness = 0;  ///< RelaxOptions
+  double hold = 0;
+  /// The parameters that are lengths of the yarns' radii, for a message.
+  std::string radii;
+};
+
+StitchParameter length(const std::string& name, double value, const std::string& meaning) {
+  return {name, {value}, 0.001, 1000, false, meaning};
+}
+
+StitchParameter slack_parameter() {
+  return {"slack", {0}, 0, 2, false, "air between neighbouring yarns, in radii: yarns lie looser and longer"};
+}
+
+void append(std::vector<StitchParameter>& to, std::vector<StitchParameter> more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+/// A radius that is not set follows the gauge.
+double radius_for(const StitchValues& values, const std::string& name, double gauge_share) {
+  return values.is_set(name) ? values.number(name) : values.number(name) * gauge_share;
+}
+
+Yarn coloured(const V3f& albedo, const Gloss& gloss = {}) {
+  Yarn yarn;
+  yarn.albedo = albedo;
+  yarn.gloss = gloss;
+  return yarn;
+}
+
+/// The parameters of a yarn but its radius.
+std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {
+  const V3d albedo(yarn.albedo);
+  return {
+      {prefix + "albedo", {albedo.x, albedo.y, albedo.z}, 0, 1, false, "linear red, green, blue"},
+      {prefix + "plies",
+       {static_cast<double>(yarn.plies)},
+       1,
+       8,
+       true,
+       "thinner yarns that it is twisted of"},
+      {prefix + "twist_per_mm", {yarn.twist_per_mm}, -100, 100, false, "turns per mm; Z-twist is positive"},
+      {prefix + "gloss",
+       {shortest(yarn.gloss.weight)},
+       0,
+       1,
+       false,
+       "share of the light that the fibres reflect"},
+      {prefix + "roughness", {shortest(yarn.gloss.roughness)}, 0.01, 1, false, "width of the highlight"}};
+}
+
+void set_finish(const StitchValues& values, const std::string& prefix, Yarn& yarn) {
+  yarn.plies = static_cast<int>(values.number(prefix + "plies"));
+  yarn.twist_per_mm = values.number(prefix + "twist_per_mm");
+  yarn.gloss.weight = static_cast<float>(values.number(prefix + "gloss"));
+  yarn.gloss.roughness = static_cast<float>(values.number(prefix + "roughness"));
+}
+
+Yarn yarn_of(const StitchValues& values, const std::string& prefix, const Yarn& defaults) {
+  Yarn yarn = defaults;
+  const auto& albedo = values.numbers(prefix + "albedo");
+  yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
+  set_finish(values, prefix, yarn);
+  return yarn;
+}
+
+struct KnitLook {
+  const char* name;
+  const char* description;
+  std::vector<std::string> rows;
+  double wale_mm;
+  double course_mm;
+  double radius_mm;
+  std::vector<V3f> albedo;
+};
+
+BuiltIn knit(const KnitLook& look) {
+  BuiltIn stitch;
+  stitch.info = {look.name, look.description, {}};
+  auto& parameters = stitch.info.parameters;
+  parameters = {length("wale_mm", look.wale_mm, "width of one stitch"),
+                length("course_mm", look.course_mm, "height of one course"),
+                length("radius_mm", look.radius_mm, "of the yarn; not set, it follows the gauge"),
+                slack_parameter()};
+  const auto prefix_of = [](std::size_t k) { return k == 0 ? std::string() : fmt::format("second_"); };
+  for (std::size_t k = 0; k < look.albedo.size(); ++k) {
+    append(parameters, yarn_parameters(prefix_of(k), coloured(look.albedo[k])));
+  }
+  stitch.radii = "radius_mm";
+  stitch.draw = [look, prefix_of](const StitchValues& values) {
+    KnitChart chart;
+    chart.rows = look.rows;
+    chart.wale_mm = values.number("wale_mm");
+    chart.course_mm = values.number("course_mm");
+    const double share = std::min(chart.wale_mm / look.wale_mm, chart.course_mm / look.course_mm);
+    for (std::size_t k = 0; k < look.albedo.size(); ++k) {
+      Yarn yarn = yarn_of(values, prefix_of(k), coloured(look.albedo[k]));
+      yarn.radius_mm = radius_for(values, "radius_mm", share);
+      chart.yarns.push_back(yarn);
+    }
+    return draw_knit(chart, look.name);
+  };
+  return stitch;
+}
+
+struct WeaveLook {
+  const char* name;
+  const char* description;
+  std::vector<std::string> rows;  ///< of the drawdown, from the top; #: warp over weft
+  double warp_spacing_mm;
+  double weft_spacing_mm;
+  double warp_radius_mm;
+  double weft_radius_mm;
+  V3f warp_albedo;
+  V3f weft_albedo;
+  Gloss gloss;
+};
+
+BuiltIn weave(const WeaveLook& look) {
+  const Yarn warp = coloured(look.warp_albedo, look.gloss);
+  const Yarn weft = coloured(look.weft_albedo, look.gloss);
+  BuiltIn stitch;
+  stitch.info = {look.name, look.description, {}};
+  auto& parameters = stitch.info.parameters;
+  parameters = {
+      length("warp_spacing_mm", look.warp_spacing_mm, "between the middles of neighbouring warp yarns"),
+      length("weft_spacing_mm", look.weft_spacing_mm, "between the middles of neighbouring weft yarns"),
+      length("warp_radius_mm", look.warp_radius_mm, "of a warp yarn; not set, it follows the gauge"),
+      length("weft_radius_mm", look.weft_radius_mm, "of a weft yarn; not set, it follows the gauge"),
+      slack_parameter()};
+  append(parameters, yarn_parameters("warp_", warp));
+  append(parameters, yarn_parameters("weft_", weft));
+  stitch.max_thickness = woven_thickness;
+  stitch.hold = woven_hold;
+  stitch.radii = "warp_radius_mm, weft_radius_mm";
+  stitch.draw = [look, warp, weft](const StitchValues& values) {
+    const double warp_spacing = values.number("warp_spacing_mm");
+    const double weft_spacing = values.number("weft_spacing_mm");
+    const double share = std::min(warp_spacing / look.warp_spacing_mm, weft_spacing / look.weft_spacing_mm);
+    Yarn warp_yarn = yarn_of(values, "warp_", warp);
+    warp_yarn.radius_mm = radius_for(values, "warp_radius_mm", share);
+    Yarn weft_yarn = yarn_of(values, "weft_", weft);
+    weft_yarn.radius_mm = radius_for(values, "weft_radius_mm", share);
+    Weave weave;
+    for (auto row = look.rows.rbegin(); row != look.rows.rend(); ++row) {
+      for (const char c : *row) weave.warp_is_over.push_back(c == '#');
+    }
+    for (std::size_t i = 0; i < look.rows.front().size(); ++i) {
+      weave.warp.push_back(warp_yarn);
+      weave.warp.back().name = fmt::format("warp {}", i + 1);
+      weave.warp_mm.push_back(warp_spacing);
+    }
+    for (std::size_t j = 0; j < look.rows.size(); ++j) {
+      weave.weft.push_back(weft_yarn);
+      weave.weft.back().name = fmt::format("weft {}", j + 1);
+      weave.weft_mm.push_back(weft_spacing);
+    }
+    return draw_weave(weave, look.name);
+  };
+  return stitch;
+}
+
+const std::vector<BuiltIn>& library() {
+  static const std::vector<BuiltIn> stitches{
+      knit({"plain-knit",
+            "stockinette from its face, one red yarn",
+            {"k"},
+            5,
+            3.8,
+            0.6,
+            {{0.50F, 0.13F, 0.09F}}}),
+      knit({"purl", "stockinette from its back", {"p"}, 5, 3.8, 0.6, {{0.10F, 0.30F, 0.31F}}}),
+      knit({"rib",
+            "1x1 rib: wales of knit and purl by turns",
+            {"kp"},
+            4.5,
+            3.8,
+            0.56,
+            {{0.58F, 0.36F, 0.07F}}}),
+      knit({"garter",
+            "garter stitch: courses of knit and purl by turns",
+            {"k", "p"},
+            5,
+            3,
+            0.6,
+            {{0.20F, 0.33F, 0.12F}}}),
+      knit({"two-colour",
+            "stockinette with courses of two colours",
+            {"k", "k"},
+            5,
+            3.8,
+            0.6,
+            {{0.62F, 0.56F, 0.45F}, {0.06F, 0.11F, 0.26F}}}),
+      knit({"lace",
+            "eyelets: yarn overs and decreases in every second course, set off by turns",
+            {"kkkk", "ko/k", "kkkk", "/kko"},
+            5,
+            3.8,
+            0.6,
+            {{0.47F, 0.17F, 0.25F}}}),
+      weave({"plain-weave",
+             "over and under by turns, off-white warp and blue weft",
+             {"-#", "#-"},
+             1,
+             1,
+             0.3,
+             0.3,
+             {0.62F, 0.58F, 0.50F},
+             {0.09F, 0.17F, 0.38F},
+             {}}),
+      weave({"twill",
+             "2/2 twill, dark warp and light weft",
+             {"#--#", "--##", "-##-", "##--"},
+             1,
+             1,
+             0.35,
+             0.35,
+             {0.07F, 0.08F, 0.13F},
+             {0.55F, 0.48F, 0.37F},
+             {}}),
+      weave({"satin",
+             "5-end satin from its warp face, dense glossy warp",
+             {"####-", "##-##", "-####", "###-#", "#-###"},
+             0.5,
+             1,
+             0.29,
+             0.22,
+             {0.60F, 0.42F, 0.20F},
+             {0.45F, 0.29F, 0.12F},
+             {0.2F, 0.25F}}),
+      weave({"basket",
+             "2x2 basket weave in two shades of linen",
+             {"##--", "##--", "--##", "--##"},
+             1,
+             1,
+             0.39,
+             0.39,
+             {0.52F, 0.42F, 0.28F},
+             {0.36F, 0.25F, 0.14F},
+             {}}),
+  };
+  return stitches;
+}
+
+Result<StitchPattern> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
+  const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
+  if (!values) return tl::unexpected(values.error());
+  const StitchPattern drawn = stitch.draw(*values);
+  if (auto sound = validate(drawn, stitch.info.name); !sound) return tl::unexpected(sound.error());
+  RelaxOptions options;
+  options.gap = values->number("slack");
+  options.max_thickness = stitch.max_thickness;
+  options.hold = stitch.hold;
+  Relaxed result = relax(drawn, options);
+  if (result.part < 1 - touching_overlap) {
+    return fail(
+        Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,
+        fmt::format(
+            "the yarns are too thick for their gauge and slack: there is room for {:.2f} of their radius",
+            result.part));
+  }
+  return std::move(result.pattern);
+}
+
+/// A draft says nothing of plies, twist and gloss; what it says of colours stands.
+std::vector<StitchParameter> draft_parameters() {
+  std::vector<StitchParameter> parameters{slack_parameter()};
+  for (const char* prefix : {"warp_", "weft_"}) {
+    auto yarn = yarn_parameters(prefix, {});
+    parameters.insert(parameters.end(), yarn.begin() + 1, yarn.end());
+  }
+  return parameters;
+}
+
+Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings) {
+  const auto text = read_file(path, max_wif_text);
+  if (!text) return tl::unexpected(text.error());
+  auto draft = read_wif(*text, path);
+  if (!draft) return tl::unexpected(draft.error());
+  const auto values = StitchValues::create(path, draft_parameters(), settings);
+  if (!values) return tl::unexpected(values.error());
+  for (Yarn& yarn : draft->weave.warp) set_finish(*values, "warp_", yarn);
+  for (Yarn& yarn : draft->weave.weft) set_finish(*values, "weft_", yarn);
+  FoundStitch found;
+  found.min_texels = texels_for(draft->weave);
+  found.remarks = std::move(draft->remarks);
+  const std::string name = draft->title.empty() ? std::filesystem::path(path).stem().string() : draft->title;
+  RelaxOptions options;
+  options.gap = values->number("slack");
+  options.max_thickness = woven_thickness;
+  options.hold = woven_hold;
+  Relaxed result = relax(draw_weave(draft->weave, name), options);
+  found.pattern = std::move(result.pattern);
+  if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
+  // Of yarns of different thickness the thinner ones may still overlap by more than a little of theirs.
+  const auto clearance = minimum_clearance(found.pattern, path);
+  if (!clearance) return tl::unexpected(clearance.error());
+  double least = found.pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : found.pattern.yarns) least = std::min(least, yarn.radius_mm);
+  const double thinner = std::min(1.0, 1 + 0.5 * *clearance / least);
+  for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= thinner;
+  found.thickness_share = result.part * thinner;
+  if (found.thickness_share < 0.995) {
+    found.remarks.push_back(
+        fmt::format("yarns thinned to {:.2f} of the draft's thickness: round ones have no more room",
+                    found.thickness_share));
+  }
+  return found;
+}
+
+StitchPattern with_defaults(const char* name) {
+  for (const BuiltIn& stitch : library()) {
+    if (stitch.info.name == name) return *relaxed(stitch, {});
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<StitchInfo> built_in_stitches() {
+  std::vector<StitchInfo> infos;
+  for (const BuiltIn& stitch : library()) infos.push_back(stitch.info);
+  return infos;
+}
+
+StitchPattern plain_knit() { return with_defaults("plain-knit"); }
+StitchPattern plain_weave() { return with_defaults("plain-weave"); }
+
+Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings) {
+  std::string names;
+  for (const BuiltIn& stitch : library()) {
+    names += (names.empty() ? "" : ", ") + stitch.info.name;
+    if (stitch.info.name != name_or_path) continue;
+    auto pattern = relaxed(stitch, settings);
+    if (!pattern) return tl::unexpected(pattern.error());
+    return FoundStitch{.pattern = std::move(*pattern)};
+  }
+  std::error_code ignored;
+  if (!std::filesystem::exists(name_or_path, ignored)) {
+    return fail(Code::stitch_unknown, name_or_path, "",
+                "no such file and no such built-in stitch (there are " + names + ")");
+  }
+  if (has_ending(name_or_path, ".wif")) return draft_in(name_or_path, settings);
+  auto pattern = read_stitch_file(name_or_path);
+  if (!pattern) return tl::unexpected(pattern.error());
+  if (auto known = StitchValues::create(name_or_path, {}, settings); !known) {
+    return tl::unexpected(known.error());
+  }
+  return FoundStitch{.pattern = std::move(*pattern)};
+}
+
+}  // namespace selvedge

@@ -1,0 +1,49 @@
+// Parameters of a stitch and what a user sets them to (--set name=value).
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "format/base/error.h"
+
+namespace selvedge {
+
+struct StitchParameter {
+  std::string name;
+  std::vector<double> value;  ///< the default: one number, or three of a colour
+  double least = 0;           ///< range of every number
+  double most = 1;
+  bool whole = false;   ///< whole numbers only
+  std::string meaning;  ///< one line
+};
+
+/// Name -> numbers, as the user gave them.
+using StitchSettings = std::map<std::string, std::vector<double>>;
+
+/// The value of every parameter, settings before defaults.
+class StitchValues {
+ public:
+  /// Refuses (option_out_of_range, place "--set name") names that are no parameter, values of the wrong
+  /// length and values out of range. `stitch` is for the message.
+  static Result<StitchValues> create(const std::string& stitch,
+                                     const std::vector<StitchParameter>& parameters,
+                                     const StitchSettings& settings);
+
+  /// Precondition: `name` is a parameter.
+  double number(const std::string& name) const { return values_.at(name).front(); }
+  const std::vector<double>& numbers(const std::string& name) const { return values_.at(name); }
+  bool is_set(const std::string& name) const { return settings_.contains(name); }
+
+ private:
+  StitchSettings values_;
+  StitchSettings settings_;
+};
+
+/// A float as the double that prints shortest: 0.1F becomes 0.1, not 0.10000000149.
+double shortest(float value);
+
+/// Reads "name=1.5" and "name=0.5,0.4,0.3"; false for anything else.
+bool parse_setting(const std::string& text, StitchSettings& settings);
+
+}  // namespace selvedge

@@ -1,0 +1,116 @@
+#include "converter/stitch/pattern.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+bool is_finite(const V3d& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+V2d turns_unrounded(const Yarn& yarn, const V2d& period_mm) {
+  const V3d way = yarn.segments.back()[3] - yarn.segments.front()[0];
+  return {way.x / period_mm.x, way.y / period_mm.y};
+}
+
+Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::string& file,
+                           const std::string& place, const StitchLimits& limits) {
+  const auto refuse = [&](const std::string& where, std::string why) {
+    return fail(Code::stitch_invalid, file, place + where, std::move(why));
+  };
+  const double shorter = std::min(period_mm.x, period_mm.y);
+  const double longer = std::max(period_mm.x, period_mm.y);
+  if (!(yarn.radius_mm > 0) || !std::isfinite(yarn.radius_mm)) {
+    return refuse("/radius_mm", fmt::format("radius must be positive, is {}", yarn.radius_mm));
+  }
+  if (yarn.radius_mm > limits.radius_periods * shorter) {
+    return refuse("/radius_mm", fmt::format("radius {} mm is more than {} times the shorter period {} mm",
+                                            yarn.radius_mm, limits.radius_periods, shorter));
+  }
+  for (unsigned i = 0; i < 3; ++i) {
+    if (!(yarn.albedo[i] >= 0 && yarn.albedo[i] <= 1)) {
+      return refuse(fmt::format("/albedo/{}", i),
+                    fmt::format("albedo must lie in [0, 1], is {}", yarn.albedo[i]));
+    }
+  }
+  if (!(yarn.gloss.weight >= 0 && yarn.gloss.weight <= 1)) {
+    return refuse("/gloss", fmt::format("gloss must lie in [0, 1], is {}", yarn.gloss.weight));
+  }
+  if (!(yarn.gloss.roughness > 0 && yarn.gloss.roughness <= 1)) {
+    return refuse("/roughness", fmt::format("roughness must lie in (0, 1], is {}", yarn.gloss.roughness));
+  }
+  if (yarn.plies < 1 || yarn.plies > limits.plies) {
+    return refuse("/plies", fmt::format("plies must be 1 to {}, are {}", limits.plies, yarn.plies));
+  }
+  if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= limits.twist)) {
+    return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
+                                               yarn.twist_per_mm, limits.twist, yarn.radius_mm));
+  }
+  if (yarn.segments.empty()) return refuse("/segments", "the yarn has no segments");
+  const double tolerance = chain_tolerance * yarn.radius_mm;
+  for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
+    for (std::size_t p = 0; p < 4; ++p) {
+      const V3d& point = yarn.segments[s][p];
+      if (!is_finite(point)) {
+        return refuse(fmt::format("/segments/{}/{}", s, p), "the control point is not finite");
+      }
+      const double reach = std::max(
+          {std::abs(point.x) / period_mm.x, std::abs(point.y) / period_mm.y, std::abs(point.z) / longer});
+      if (reach > limits.reach_periods) {
+        return refuse(
+            fmt::format("/segments/{}/{}", s, p),
+            fmt::format("the control point is more than {} periods from the origin", limits.reach_periods));
+      }
+    }
+    if (s == 0) continue;
+    const double gap = (yarn.segments[s][0] - yarn.segments[s - 1][3]).length();
+    if (gap > tolerance) {
+      return refuse(fmt::format("/segments/{}", s),
+                    fmt::format("starts {:.6g} mm from the end of the segment before", gap));
+    }
+  }
+  const V2d turns = turns_unrounded(yarn, period_mm);
+  const double gap =
+      V3d((turns.x - std::round(turns.x)) * period_mm.x, (turns.y - std::round(turns.y)) * period_mm.y,
+          yarn.segments.back()[3].z - yarn.segments.front()[0].z)
+          .length();
+  if (gap > tolerance) {
+    return refuse(fmt::format("/segments/{}", yarn.segments.size() - 1),
+                  fmt::format("ends {:.6g} mm from where the chain starts again, whole periods aside", gap));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const StitchPattern& pattern, const std::string& file, const StitchLimits& limits) {
+  for (unsigned i = 0; i < 2; ++i) {
+    if (!(pattern.period_mm[i] > 0) || !std::isfinite(pattern.period_mm[i])) {
+      return fail(Code::stitch_invalid, file, fmt::format("/period_mm/{}", i),
+                  fmt::format("the period must be positive, is {}", pattern.period_mm[i]));
+    }
+  }
+  if (pattern.yarns.empty()) return fail(Code::stitch_invalid, file, "/yarns", "the pattern has no yarn");
+  std::size_t segments = 0;
+  for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
+    const std::string place = fmt::format("/yarns/{}", y);
+    segments += pattern.yarns[y].segments.size();
+    if (segments > static_cast<std::size_t>(limits.segments)) {
+      return fail(Code::stitch_invalid, file, place + "/segments",
+                  fmt::format("more than {} segments in the pattern", limits.segments));
+    }
+    if (auto sound = validate_yarn(pattern.yarns[y], pattern.period_mm, file, place, limits); !sound) {
+      return sound;
+    }
+  }
+  return {};
+}
+
+V2i turns_of(const Yarn& yarn, const V2d& period_mm) {
+  const V2d turns = turns_unrounded(yarn, period_mm);
+  return {static_cast<int>(std::lround(turns.x)), static_cast<int>(std::lround(turns.y))};
+}
+
+}  // namespace selvedge

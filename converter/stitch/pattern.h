@@ -1,0 +1,61 @@
+// A stitch pattern as data: the yarns of one repeating cell.
+//
+// Millimetres. Frame of the cell: x along growing u (the course of a knit, the weft of a weave), y up, z out
+// of the cloth towards the viewer of its face. The pattern repeats with period_mm.x in x and period_mm.y
+// in y; a yarn may leave the cell, its copies fill the others.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "converter/mesh/cell_mesh.h"
+#include "converter/stitch/bezier.h"
+#include "format/base/error.h"
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// A yarn. Its segments are a chain: each starts where the one before ends, and the last ends at the
+/// start of the first plus whole periods (the yarn runs on into the next cell), or exactly there (a ring).
+struct Yarn {
+  std::string name;
+  double radius_mm = 0.5;
+  V3f albedo{0.5F, 0.5F, 0.5F};  ///< linear, in [0, 1]
+  std::vector<BezierSegment> segments;
+  Gloss gloss{};
+  int plies = 1;  ///< thinner yarns that lie in it twisted about each other, 1 to 8; 1: a round yarn
+  /// Turns of the plies about the yarn, or of the fibres of a round yarn, per mm of its length: Z-twist (a
+  /// right-handed screw) is positive, S-twist negative. Plies meet those of the next repeat: their turns are
+  /// rounded to what does.
+  double twist_per_mm = 0;
+};
+
+struct StitchPattern {
+  std::string name;
+  V2d period_mm{1, 1};
+  std::vector<Yarn> yarns;
+};
+
+/// Stated limits of a pattern; beyond them it is refused before anything is computed from it.
+struct StitchLimits {
+  int segments = 65536;       ///< of all yarns together
+  double radius_periods = 2;  ///< radius as a multiple of the shorter period
+  double reach_periods =
+      64;  ///< how far a control point may lie from the origin, in periods of its axis (z: the longer)
+  int plies = 8;
+  double twist = 1;  ///< turns per length of one radius
+};
+
+/// A chain may miss its next start by this part of the radius: room for rounded decimals, too small to see.
+constexpr double chain_tolerance = 1e-3;
+
+/// No yarn, a yarn without segments, radius or period not positive, control points not finite, albedo outside
+/// of [0, 1], gaps in a chain, limits exceeded: refused with the place as a JSON pointer
+/// ("/yarns/0/segments/3"). `file` is the file or stitch for the message.
+Result<void> validate(const StitchPattern& pattern, const std::string& file, const StitchLimits& limits = {});
+
+/// From the start of the yarn's chain to its end as whole periods: (0, 0) is a ring.
+/// Precondition: a valid pattern.
+V2i turns_of(const Yarn& yarn, const V2d& period_mm);
+
+}  // namespace selvedge

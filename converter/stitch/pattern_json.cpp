@@ -1,0 +1,155 @@
+#include "converter/stitch/pattern_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "converter/stitch/parameters.h"
+#include "format/base/atomic_file.h"
+#include "format/base/json_text.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::json;
+using OrderedJson = nlohmann::ordered_json;
+
+constexpr auto version_key = "selvedge_stitch";
+constexpr int version = 1;
+
+/// A member or element that is not what the form demands; never leaves this file.
+struct Fault {
+  std::string place;
+  std::string message;
+};
+
+const Json& member(const Json& object, const std::string& place, const char* name) {
+  if (!object.is_object()) throw Fault{place, "must be an object"};
+  const auto found = object.find(name);
+  if (found == object.end()) throw Fault{place + "/" + name, "is missing"};
+  return *found;
+}
+
+double number(const Json& value, const std::string& place) {
+  if (!value.is_number()) throw Fault{place, fmt::format("must be a number, is {}", value.type_name())};
+  return value.get<double>();
+}
+
+std::string text_of(const Json& value, const std::string& place) {
+  if (!value.is_string()) throw Fault{place, fmt::format("must be a string, is {}", value.type_name())};
+  return value.get<std::string>();
+}
+
+const Json& array_of(const Json& value, const std::string& place, std::size_t size) {
+  if (!value.is_array()) throw Fault{place, fmt::format("must be an array, is {}", value.type_name())};
+  if (size > 0 && value.size() != size) {
+    throw Fault{place, fmt::format("must have {} elements, has {}", size, value.size())};
+  }
+  return value;
+}
+
+V3d vector3(const Json& value, const std::string& place) {
+  array_of(value, place, 3);
+  return {number(value[0], place + "/0"), number(value[1], place + "/1"), number(value[2], place + "/2")};
+}
+
+Yarn yarn_of(const Json& json, const std::string& place) {
+  Yarn yarn;
+  if (json.is_object() && json.contains("name")) yarn.name = text_of(json["name"], place + "/name");
+  yarn.radius_mm = number(member(json, place, "radius_mm"), place + "/radius_mm");
+  yarn.albedo = V3f(vector3(member(json, place, "albedo"), place + "/albedo"));
+  const auto optional = [&](const char* name, double fallback) {
+    return json.contains(name) ? number(json[name], place + "/" + name) : fallback;
+  };
+  yarn.gloss.weight = static_cast<float>(optional("gloss", yarn.gloss.weight));
+  yarn.gloss.roughness = static_cast<float>(optional("roughness", yarn.gloss.roughness));
+  const double plies = optional("plies", yarn.plies);
+  if (plies != std::floor(plies) || std::abs(plies) > 1000) {
+    throw Fault{place + "/plies", fmt::format("must be a whole number of yarns, is {}", plies)};
+  }
+  yarn.plies = static_cast<int>(plies);
+  yarn.twist_per_mm = optional("twist_per_mm", yarn.twist_per_mm);
+  const Json& segments = array_of(member(json, place, "segments"), place + "/segments", 0);
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    const std::string at = fmt::format("{}/segments/{}", place, s);
+    const Json& points = array_of(segments[s], at, 4);
+    BezierSegment segment;
+    for (std::size_t p = 0; p < 4; ++p) segment[p] = vector3(points[p], fmt::format("{}/{}", at, p));
+    yarn.segments.push_back(segment);
+  }
+  return yarn;
+}
+
+StitchPattern pattern_of(const Json& json) {
+  const Json& stated = member(json, "", version_key);
+  if (!stated.is_number_integer() || stated != version) {
+    throw Fault{fmt::format("/{}", version_key), fmt::format("must be {}, is {}", version, stated.dump())};
+  }
+  StitchPattern pattern;
+  pattern.name = text_of(member(json, "", "name"), "/name");
+  const Json& period = array_of(member(json, "", "period_mm"), "/period_mm", 2);
+  pattern.period_mm = {number(period[0], "/period_mm/0"), number(period[1], "/period_mm/1")};
+  const Json& yarns = array_of(member(json, "", "yarns"), "/yarns", 0);
+  for (std::size_t y = 0; y < yarns.size(); ++y) {
+    pattern.yarns.push_back(yarn_of(yarns[y], fmt::format("/yarns/{}", y)));
+  }
+  return pattern;
+}
+
+}  // namespace
+
+Result<StitchPattern> read_stitch(std::string_view text, const std::string& file) {
+  if (text.size() > max_stitch_text) {
+    return fail(Code::file_too_large, file, "",
+                fmt::format("{} bytes, a stitch description has at most {}", text.size(), max_stitch_text));
+  }
+  try {
+    StitchPattern pattern = pattern_of(Json::parse(text));
+    if (auto sound = validate(pattern, file); !sound) return tl::unexpected(sound.error());
+    return pattern;
+  } catch (const Json::parse_error& error) {
+    return fail(Code::json_malformed, file, line_of(text, error.byte), error.what());
+  } catch (const Fault& fault) {
+    return fail(Code::stitch_invalid, file, fault.place, fault.message);
+  } catch (const Json::exception& error) {  // e.g. a number beyond double
+    return fail(Code::json_malformed, file, "", error.what());
+  }
+}
+
+Result<StitchPattern> read_stitch_file(const std::string& path) {
+  const auto text = read_file(path, max_stitch_text);
+  if (!text) return tl::unexpected(text.error());
+  return read_stitch(*text, path);
+}
+
+std::string to_json(const StitchPattern& pattern) {
+  OrderedJson json;
+  json[version_key] = version;
+  json["name"] = pattern.name;
+  json["period_mm"] = {pattern.period_mm.x, pattern.period_mm.y};
+  json["yarns"] = OrderedJson::array();
+  for (const Yarn& yarn : pattern.yarns) {
+    OrderedJson out;
+    out["name"] = yarn.name;
+    out["radius_mm"] = yarn.radius_mm;
+    out["albedo"] = {shortest(yarn.albedo.x), shortest(yarn.albedo.y), shortest(yarn.albedo.z)};
+    if (yarn.gloss.weight > 0) {
+      out["gloss"] = shortest(yarn.gloss.weight);
+      out["roughness"] = shortest(yarn.gloss.roughness);
+    }
+    if (yarn.plies != 1) out["plies"] = yarn.plies;
+    if (yarn.twist_per_mm != 0) out["twist_per_mm"] = yarn.twist_per_mm;
+    out["segments"] = OrderedJson::array();
+    for (const BezierSegment& segment : yarn.segments) {
+      OrderedJson points = OrderedJson::array();
+      for (const V3d& p : segment) points.push_back({p.x, p.y, p.z});
+      out["segments"].push_back(std::move(points));
+    }
+    json["yarns"].push_back(std::move(out));
+  }
+  // Names may hold any bytes; broken UTF-8 is replaced, not thrown at.
+  return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+}  // namespace selvedge

@@ -1,0 +1,38 @@
+// Stage "describe": text <-> stitch pattern. A stitch description is a JSON text:
+//
+//   { "selvedge_stitch": 1,                          version of this form
+//     "name": "plain-knit",
+//     "period_mm": [5, 4],                           size of the repeating cell along x and y
+//     "yarns": [
+//       { "name": "course",                          may be left out
+//         "radius_mm": 0.6,
+//         "albedo": [0.5, 0.1, 0.1],                 linear red, green, blue in [0, 1]
+//         "gloss": 0.2, "roughness": 0.3,            may be left out: no gloss
+//         "plies": 2, "twist_per_mm": 0.2,           may be left out: a round yarn without twist
+//         "segments": [                              cubic Bézier curves, end to end
+//           [[0,0,0], [1,0,0], [2,0,0], [5,0,0]] ] } ] }
+//
+// Millimetres; frame and rules of a pattern: stitch.h. Members not named here are ignored.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "converter/stitch/pattern.h"
+
+namespace selvedge {
+
+/// Largest text that is read, bytes.
+constexpr std::size_t max_stitch_text = 16U << 20U;
+
+/// Parses and validates. Refuses malformed JSON (place: line and column), wrong types or missing members
+/// (place: JSON pointer), other versions, and what validate() refuses. `file` is for the message.
+Result<StitchPattern> read_stitch(std::string_view text, const std::string& file);
+
+/// The same from a file on disk.
+Result<StitchPattern> read_stitch_file(const std::string& path);
+
+/// The description of a pattern, ending in a newline. read_stitch gives back the same numbers, to the bit.
+std::string to_json(const StitchPattern& pattern);
+
+}  // namespace selvedge

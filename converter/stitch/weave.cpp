@@ -1,0 +1,68 @@
+#include "converter/stitch/weave.h"
+
+#include <functional>
+
+namespace selvedge {
+namespace {
+
+/// Middles of yarns that each take some room, and in the end their sum.
+std::vector<double> middles_of(const std::vector<double>& rooms) {
+  std::vector<double> middles;
+  double sum = 0;
+  for (const double room : rooms) {
+    middles.push_back(sum + 0.5 * room);
+    sum += room;
+  }
+  middles.push_back(sum);
+  return middles;
+}
+
+/// A chain through one point per crossing, level there. `at(along, height)` makes points of the cloth.
+std::vector<BezierSegment> waving(const std::vector<double>& crossings,
+                                  const std::function<double(std::size_t)>& height,
+                                  const std::function<V3d(double, double)>& at) {
+  const std::size_t count = crossings.size() - 1;
+  const double period = crossings.back();
+  std::vector<BezierSegment> chain;
+  for (std::size_t k = 0; k < count; ++k) {
+    const bool last = k + 1 == count;
+    const double a = crossings[k];
+    const double b = last ? crossings[0] + period : crossings[k + 1];
+    const double height_a = height(k);
+    const double height_b = height(last ? 0 : k + 1);
+    const double third = (b - a) / 3;
+    chain.push_back({at(a, height_a), at(a + third, height_a), at(b - third, height_b), at(b, height_b)});
+  }
+  return chain;
+}
+
+}  // namespace
+
+StitchPattern draw_weave(const Weave& weave, const std::string& name) {
+  const std::vector<double> x = middles_of(weave.warp_mm);
+  const std::vector<double> y = middles_of(weave.weft_mm);
+  StitchPattern pattern;
+  pattern.name = name;
+  pattern.period_mm = {x.back(), y.back()};
+  // Low waves, as thin yarns have; each gives way by the other's radius.
+  constexpr double wave = 0.3;
+  for (std::size_t i = 0; i < weave.warp.size(); ++i) {
+    Yarn yarn = weave.warp[i];
+    const auto height = [&](std::size_t j) {
+      return wave * weave.weft[j].radius_mm * (weave.over(i, j) ? 1 : -1);
+    };
+    yarn.segments = waving(y, height, [&](double along, double z) { return V3d(x[i], along, z); });
+    pattern.yarns.push_back(std::move(yarn));
+  }
+  for (std::size_t j = 0; j < weave.weft.size(); ++j) {
+    Yarn yarn = weave.weft[j];
+    const auto height = [&](std::size_t i) {
+      return wave * weave.warp[i].radius_mm * (weave.over(i, j) ? -1 : 1);
+    };
+    yarn.segments = waving(x, height, [&](double along, double z) { return V3d(along, y[j], z); });
+    pattern.yarns.push_back(std::move(yarn));
+  }
+  return pattern;
+}
+
+}  // namespace selvedge

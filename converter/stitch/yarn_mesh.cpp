@@ -1,0 +1,134 @@
+#include "converter/stitch/yarn_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/marching_cubes.h"
+#include "converter/stitch/yarn_plies.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double max_grid_points = 1 << 24;
+
+constexpr int min_across = 4;
+constexpr int max_across = 1024;
+
+double surface_of(const Yarn& yarn) {
+  double length = 0;
+  for (const BezierSegment& segment : yarn.segments) {
+    for (const CurveSpan& span : spans_of(segment, yarn.radius_mm, yarn.radius_mm)) {
+      length += (span.end - span.start).length();
+    }
+  }
+  return 2 * std::numbers::pi * yarn.radius_mm * length;
+}
+
+double thinnest_of(const StitchPattern& pattern) {
+  double thinnest = pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
+  return thinnest;
+}
+
+/// The rule of MeshOptions::cells_across.
+int cells_across_for(const StitchPattern& pattern) {
+  constexpr double triangles_per_square = 2.9;  // of marching cubes, on surface that lies all ways
+  constexpr double triangles = 29000;
+  const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y);
+  const double thinnest = thinnest_of(pattern);
+  double surface = 0;
+  for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn);
+  const double step =
+      std::max(std::min(longer / 40, thinnest / 4),
+               std::min(std::sqrt(surface * triangles_per_square / triangles), thinnest / 1.25));
+  return static_cast<int>(
+      std::clamp(std::ceil(longer / step), static_cast<double>(min_across), static_cast<double>(max_across)));
+}
+
+/// Along the yarn, turned about its axis as far as its twist goes at its surface.
+V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
+  const double slope = 2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm;
+  return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
+}
+
+Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, double low, double high) {
+  const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y);
+  const double step = longer / cells_across;
+  const auto cells = [&](double extent) { return std::max(1.0, std::round(extent / step)); };
+  const double x = cells(pattern.period_mm.x);
+  const double y = cells(pattern.period_mm.y);
+  const double z = std::ceil((high - low) / step) + 2;  // a cube of air below and above
+  const auto refuse = [&](std::string why) {
+    return fail(Code::option_out_of_range, pattern.name, "--grid", std::move(why));
+  };
+  if ((x + 1) * (y + 1) * (z + 1) >= max_grid_points) {
+    return refuse(fmt::format("{} make a grid of {:.0f} points, at most {:.0f}", cells_across,
+                              (x + 1) * (y + 1) * (z + 1), max_grid_points));
+  }
+  const double thinnest = thinnest_of(pattern);
+  if (step > thinnest) {
+    return refuse(fmt::format("{} are too few for a yarn of radius {} mm, at least {:.0f}", cells_across,
+                              thinnest, std::ceil(longer / thinnest)));
+  }
+  MarchingGrid grid;
+  grid.period = pattern.period_mm;
+  grid.cells = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
+  grid.z_step = step;
+  grid.z_min = 0.5 * (low + high - z * step);
+  return grid;
+}
+
+}  // namespace
+
+Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& options) {
+  if (auto sound = validate(described, described.name); !sound) return tl::unexpected(sound.error());
+  const auto laid = lay_plies(described, described.name);
+  if (!laid) return tl::unexpected(laid.error());
+  const StitchPattern& pattern = *laid;
+  const int cells_across = options.cells_across ? *options.cells_across : cells_across_for(pattern);
+  if (cells_across < min_across || cells_across > max_across) {
+    return fail(Code::option_out_of_range, pattern.name, "--grid",
+                fmt::format("must lie in {} to {}, are {}", min_across, max_across, cells_across));
+  }
+  // Signs need no reach at all; the search along an edge does, and no edge is longer than this.
+  const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cells_across * 2;
+  const auto surface = ImplicitSurface::build(pattern, reach, pattern.name);
+  if (!surface) return tl::unexpected(surface.error());
+  const auto grid = grid_for(pattern, cells_across, surface->low(), surface->high());
+  if (!grid) return tl::unexpected(grid.error());
+  const MarchedSurface marched = march(*grid, [&](const V3d& p) { return surface->distance(p); });
+  if (marched.triangles.empty()) {
+    return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");
+  }
+
+  CellMesh mesh;
+  mesh.period = pattern.period_mm;
+  mesh.triangles = marched.triangles;
+  mesh.positions.reserve(marched.positions.size());
+  const bool glossy = std::any_of(pattern.yarns.begin(), pattern.yarns.end(),
+                                  [](const Yarn& yarn) { return yarn.gloss.weight > 0; });
+  for (std::size_t v = 0; v < marched.positions.size(); ++v) {
+    mesh.positions.emplace_back(marched.positions[v]);
+    const auto original = static_cast<std::size_t>(marched.original[v]);
+    if (original != v) {  // made before its copies
+      mesh.normals.push_back(mesh.normals[original]);
+      mesh.albedo.push_back(mesh.albedo[original]);
+      if (glossy) mesh.fibres.push_back(mesh.fibres[original]);
+      if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
+      continue;
+    }
+    const SurfaceSample sample = surface->sample(marched.positions[v]);
+    const Yarn& yarn = pattern.yarns[sample.yarn];
+    mesh.normals.emplace_back(sample.gradient);
+    mesh.albedo.push_back(yarn.albedo);
+    if (glossy) mesh.fibres.emplace_back(fibre_of(yarn, sample));
+    if (glossy) mesh.gloss.push_back(yarn.gloss);
+  }
+  return mesh;
+}
+
+}  // namespace selvedge

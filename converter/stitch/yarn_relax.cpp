@@ -1,0 +1,403 @@
+#include "converter/stitch/yarn_relax.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+using std::numbers::pi;
+
+/// Length of the pieces that a chain is cut into, in radii: short enough that a bend as tight as the radius
+/// leaves its chords by 1/50 of it.
+constexpr double piece_radii = 0.4;
+constexpr int projections = 8;         // of the contacts, per step
+constexpr int steps_per_search = 4;    // between looking for neighbours
+constexpr double search_margin = 0.3;  // what may come near until then, in radii
+constexpr int steps_between_distributions = 20;
+constexpr int settling_steps = 60;  // at the end, contacts alone
+constexpr int max_settling_steps = 400;
+constexpr double rest = 2e-3;            // overlap that counts as none, in radii
+constexpr double over_relaxation = 1.4;  // of projections that are averaged
+
+/// A yarn as a polyline. Point `size` is point 0 moved by `way`.
+struct Chain {
+  std::vector<V3d> points;
+  V3d way;
+  V3d across{0, 0, 0};  ///< unit, in the plane across the way; zero of a ring
+  double home = 0;      ///< where it was drawn, along `across`
+  double radius = 0;
+  std::size_t begin = 0;  ///< index of its first point among all
+  double spacing = 0;     ///< of its points, mm, within a factor of two of each
+  double length() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) sum += (next(i) - points[i]).length();
+    return sum;
+  }
+  V3d next(std::size_t i) const { return i + 1 < points.size() ? points[i + 1] : points[0] + way; }
+};
+
+/// Points at equal distances along a chain, linear between the old ones.
+std::vector<V3d> resampled(const Chain& chain, std::size_t count) {
+  const double step = chain.length() / static_cast<double>(count);
+  std::vector<V3d> points;
+  double walked = 0;
+  for (std::size_t i = 0; i < chain.points.size() && points.size() < count; ++i) {
+    const V3d a = chain.points[i];
+    const V3d b = chain.next(i);
+    const double length = (b - a).length();
+    while (points.size() < count && static_cast<double>(points.size()) * step <= walked + length) {
+      const double part = (static_cast<double>(points.size()) * step - walked) / std::max(length, 1e-300);
+      points.push_back(a + (b - a) * std::clamp(part, 0.0, 1.0));
+    }
+    walked += length;
+  }
+  while (points.size() < count) points.push_back(chain.points.back());  // rounding at the very end
+  return points;
+}
+
+/// One implicit step of a closed chain under tension and bending is a convolution: the step's inverse is
+/// diagonal in Fourier space. `time` in squared radii.
+std::vector<double> kernel_of(std::size_t count, double spacing, double radius, double time, double bending) {
+  const auto n = static_cast<double>(count);
+  std::vector<double> damping(count);
+  std::vector<double> cosine(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    cosine[k] = std::cos(2 * pi * static_cast<double>(k) / n);
+    const double stretch = 2 * (1 - cosine[k]) * radius * radius / (spacing * spacing);
+    damping[k] = 1 / (1 + time * stretch * (1 + bending * bending * stretch));
+  }
+  std::vector<double> kernel(count, 0.0);
+  for (std::size_t d = 0; d <= count / 2; ++d) {
+    double sum = 0;
+    for (std::size_t k = 0; k < count; ++k) sum += damping[k] * cosine[k * d % count];
+    kernel[d] = sum / n;
+    if (d > 0) kernel[count - d] = kernel[d];
+  }
+  return kernel;
+}
+
+void smooth(Chain& chain, const std::vector<double>& kernel) {
+  const std::size_t count = chain.points.size();
+  // What repeats: the way out of the straight line from one repeat to the next.
+  std::vector<V3d> bent(count);
+  const V3d step = chain.way / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) bent[i] = chain.points[i] - step * static_cast<double>(i);
+  for (std::size_t i = 0; i < count; ++i) {
+    V3d sum(0);
+    for (std::size_t j = 0; j < count; ++j) sum += bent[j] * kernel[i >= j ? i - j : i + count - j];
+    chain.points[i] = sum + step * static_cast<double>(i);
+  }
+}
+
+/// Two pieces of chains that may touch: the second one moved by `shift`.
+struct Contact {
+  std::size_t chain_a, piece_a;
+  std::size_t chain_b, piece_b;
+  V3d shift;
+};
+
+struct Nearest {
+  double s, t;  ///< along either piece, 0 to 1
+};
+
+/// Nearest points of two straight pieces.
+Nearest nearest_of(const V3d& a, const V3d& along_a, const V3d& b, const V3d& along_b) {
+  const V3d between = a - b;
+  const double aa = std::max(along_a.length2(), 1e-300);
+  const double bb = std::max(along_b.length2(), 1e-300);
+  const double ab = along_a.dot(along_b);
+  const double ca = along_a.dot(between);
+  const double cb = along_b.dot(between);
+  const double parallel = aa * bb - ab * ab;
+  double s = parallel > 1e-9 * aa * bb ? std::clamp((ab * cb - ca * bb) / parallel, 0.0, 1.0) : 0.5;
+  double t = (ab * s + cb) / bb;
+  if (t < 0 || t > 1) {
+    t = std::clamp(t, 0.0, 1.0);
+    s = std::clamp((ab * t - ca) / aa, 0.0, 1.0);
+  }
+  return {s, t};
+}
+
+class Relaxation {
+ public:
+  Relaxation(const StitchPattern& pattern, const RelaxOptions& options)
+      : options_(options), period_(pattern.period_mm.x, pattern.period_mm.y, 0) {
+    for (const Yarn& yarn : pattern.yarns) {
+      Chain chain;
+      chain.radius = yarn.radius_mm;
+      const V2i turns = turns_of(yarn, pattern.period_mm);
+      chain.way = {turns.x * period_.x, turns.y * period_.y, 0};
+      constexpr int fine = 32;
+      for (const BezierSegment& segment : yarn.segments) {
+        for (int k = 0; k < fine; ++k)
+          chain.points.push_back(point_at(segment, static_cast<double>(k) / fine));
+      }
+      if (chain.way.length2() > 0) chain.across = V3d(-chain.way.y, chain.way.x, 0).normalized();
+      for (const V3d& p : chain.points) {
+        chain.home += p.dot(chain.across) / static_cast<double>(chain.points.size());
+      }
+      chains_.push_back(chain);
+      thickest_ = std::max(thickest_, yarn.radius_mm);
+    }
+    distribute();
+  }
+
+  /// Gives back the part of the radii that there was room for.
+  double run() {
+    const int growing = options_.steps / 2;
+    const double growth = (1 - options_.start) / (0.8 * growing);
+    grown_ = options_.start;
+    for (int step = 0; step < options_.steps; ++step) {
+      if (step % steps_between_distributions == 0) distribute();
+      // Long steps while the yarns grow, then ever shorter ones.
+      const double left =
+          step < growing ? 1.0 : static_cast<double>(options_.steps - step) / (options_.steps - growing);
+      const double time = 0.03 * left * left + 1e-4;
+      for (Chain& chain : chains_) {
+        const double spacing = chain.length() / static_cast<double>(chain.points.size());
+        smooth(chain, kernel_of(chain.points.size(), spacing, chain.radius, time, options_.bending));
+        for (V3d& p : chain.points)
+          p += chain.across * (options_.hold * left * (chain.home - p.dot(chain.across)));
+      }
+      const double overlap = push_apart(step);
+      const bool jammed = overlap > 0.05 * left + 0.01;
+      if (jammed) grown_ *= 1 - 0.5 * growth;
+      if (!jammed && step < growing) grown_ = std::min(1.0, grown_ + growth);
+    }
+    // Contacts alone; where they do not come to rest, thinner yarns.
+    for (int step = 0; step < max_settling_steps; ++step) {
+      const double overlap = push_apart(step);
+      if (overlap < rest) break;
+      if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
+    }
+    return grown_;
+  }
+
+  std::vector<BezierSegment> segments_of(std::size_t index) const {
+    const Chain& chain = chains_[index];
+    const double wanted = chain.length() / (options_.segment_radii * chain.radius);
+    const std::size_t count = chain.points.size();
+    // Every so many points one is kept, with the tangent that the points around it give.
+    const auto kept =
+        static_cast<std::size_t>(std::clamp(std::round(wanted), 4.0, static_cast<double>(count)));
+    const auto at = [&](long i) {
+      const auto n = static_cast<long>(count);
+      const long turn = i >= 0 ? i / n : -((n - 1 - i) / n);
+      return chain.points[i - turn * n] + chain.way * static_cast<double>(turn);
+    };
+    const auto node = [&](std::size_t k) {
+      return static_cast<long>(
+          std::lround(static_cast<double>(k) * static_cast<double>(count) / static_cast<double>(kept)));
+    };
+    const auto tangent = [&](long i) {  // central differences of fourth order, per point
+      return (at(i + 1) - at(i - 1)) * (2.0 / 3) - (at(i + 2) - at(i - 2)) * (1.0 / 12);
+    };
+    std::vector<BezierSegment> segments;
+    for (std::size_t k = 0; k < kept; ++k) {
+      const long i = node(k);
+      const long j = node(k + 1);
+      const double third = static_cast<double>(j - i) / 3;
+      const V3d end = at(j);
+      segments.push_back({at(i), at(i) + tangent(i) * third, end - tangent(j) * third, end});
+    }
+    return segments;
+  }
+
+  void centre() {
+    double low = std::numeric_limits<double>::max();
+    double high = std::numeric_limits<double>::lowest();
+    for (const Chain& chain : chains_) {
+      for (const V3d& p : chain.points) {
+        low = std::min(low, p.z - chain.radius);
+        high = std::max(high, p.z + chain.radius);
+      }
+    }
+    for (Chain& chain : chains_) {
+      for (V3d& p : chain.points) p.z -= 0.5 * (low + high);
+    }
+  }
+
+ private:
+  /// Projects all contacts some times; the largest overlap that is left, in radii.
+  double push_apart(int step) {
+    if (step % steps_per_search == 0) search();
+    double overlap = 0;
+    for (int k = 0; k < projections; ++k) overlap = project();
+    return overlap;
+  }
+
+  void distribute() {
+    std::size_t begin = 0;
+    for (Chain& chain : chains_) {
+      const double pieces = std::max(12.0, std::round(chain.length() / (piece_radii * chain.radius)));
+      chain.points = resampled(chain, static_cast<std::size_t>(pieces));
+      chain.begin = begin;
+      chain.spacing = chain.length() / pieces;
+      begin += chain.points.size();
+    }
+    contacts_.clear();
+    search();
+  }
+
+  double distance_wanted(const Contact& c) const {
+    const double a = chains_[c.chain_a].radius;
+    const double b = chains_[c.chain_b].radius;
+    return grown_ * (a + b + options_.gap * std::max(a, b));
+  }
+
+  /// Pieces of one chain that follow each other so closely that they are no contact.
+  bool follow(const Contact& c) const {
+    if (c.chain_a != c.chain_b) return false;
+    const Chain& chain = chains_[c.chain_a];
+    const auto n = static_cast<double>(chain.points.size());
+    double along = static_cast<double>(c.piece_b) - static_cast<double>(c.piece_a);
+    const double way2 = chain.way.length2();
+    if (way2 == 0) {
+      if (c.shift != V3d(0)) return false;
+      along = std::abs(along);
+      along = std::min(along, n - along);
+    } else {
+      const double turns = std::round(c.shift.dot(chain.way) / way2);
+      if ((c.shift - chain.way * turns).length2() > 1e-12 * way2) return false;
+      along = std::abs(along + turns * n);
+    }
+    return along * chain.length() / n < (pi + piece_radii) * chain.radius;
+  }
+
+  void search() {
+    contacts_.clear();
+    const double reach = thickest_ * (2 + options_.gap + piece_radii + search_margin);
+    const int nx = std::max(1, static_cast<int>(period_.x / reach));
+    const int ny = std::max(1, static_cast<int>(period_.y / reach));
+    struct Place {
+      std::size_t chain, piece;
+      V3d middle;  ///< within the cell
+      V3d home;    ///< what was taken away to bring it there
+    };
+    std::vector<std::vector<Place>> bins(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny));
+    std::vector<Place> places;
+    const auto bin_at = [](double value, double period, int bins_along) {
+      return static_cast<int>(std::floor(value / period * bins_along));
+    };
+    for (std::size_t c = 0; c < chains_.size(); ++c) {
+      const Chain& chain = chains_[c];
+      for (std::size_t i = 0; i < chain.points.size(); ++i) {
+        const V3d middle = (chain.points[i] + chain.next(i)) * 0.5;
+        const V3d home(std::floor(middle.x / period_.x) * period_.x,
+                       std::floor(middle.y / period_.y) * period_.y, 0);
+        const V3d inside = middle - home;
+        places.push_back({c, i, inside, home});
+        const int x = std::clamp(bin_at(inside.x, period_.x, nx), 0, nx - 1);
+        const int y = std::clamp(bin_at(inside.y, period_.y, ny), 0, ny - 1);
+        bins[y * nx + x].push_back(places.back());
+      }
+    }
+    for (const Place& a : places) {
+      const int x0 = bin_at(a.middle.x - reach, period_.x, nx);
+      const int x1 = bin_at(a.middle.x + reach, period_.x, nx);
+      const int y0 = bin_at(a.middle.y - reach, period_.y, ny);
+      const int y1 = bin_at(a.middle.y + reach, period_.y, ny);
+      for (int y = y0; y <= y1; ++y) {
+        const int turn_y = static_cast<int>(std::floor(static_cast<double>(y) / ny));
+        for (int x = x0; x <= x1; ++x) {
+          const int turn_x = static_cast<int>(std::floor(static_cast<double>(x) / nx));
+          const V3d turned(turn_x * period_.x, turn_y * period_.y, 0);
+          for (const Place& b : bins[(y - turn_y * ny) * nx + x - turn_x * nx]) {
+            add(a.chain, a.piece, b.chain, b.piece, b.middle + turned - a.middle, turned + a.home - b.home);
+          }
+        }
+      }
+    }
+  }
+
+  void add(std::size_t chain_a, std::size_t piece_a, std::size_t chain_b, std::size_t piece_b,
+           const V3d& between, const V3d& shift) {
+    // Each pair once.
+    if (chain_b < chain_a || (chain_b == chain_a && piece_b < piece_a)) return;
+    if (chain_b == chain_a && piece_b == piece_a && (shift.x < 0 || (shift.x == 0 && shift.y <= 0))) return;
+    const double radii = chains_[chain_a].radius + chains_[chain_b].radius;
+    const double reach = radii + thickest_ * (options_.gap + piece_radii + search_margin);
+    if (between.length2() > reach * reach) return;
+    const Contact contact{chain_a, piece_a, chain_b, piece_b, shift};
+    if (!follow(contact)) contacts_.push_back(contact);
+  }
+
+  /// Moves all pieces that overlap apart, once; the largest overlap before, in radii.
+  double project() {
+    double largest = 0;
+    const std::size_t total = chains_.back().begin + chains_.back().points.size();
+    moves_.assign(total, V3d(0));
+    weights_.assign(total, 0.0);
+    for (const Contact& c : contacts_) {
+      const Chain& chain_a = chains_[c.chain_a];
+      const Chain& chain_b = chains_[c.chain_b];
+      const V3d a = chain_a.points[c.piece_a];
+      const V3d b = chain_b.points[c.piece_b] + c.shift;
+      const V3d along_a = chain_a.next(c.piece_a) - a;
+      const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
+      const double wanted = distance_wanted(c);
+      const double far = wanted + chain_a.spacing + chain_b.spacing;
+      if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) continue;
+      const Nearest n = nearest_of(a, along_a, b, along_b);
+      const V3d apart = a + along_a * n.s - b - along_b * n.t;
+      const double distance = apart.length();
+      if (distance >= wanted || distance == 0) continue;
+      largest = std::max(largest, (wanted - distance) / (grown_ * std::min(chain_a.radius, chain_b.radius)));
+      const double parts[4] = {1 - n.s, n.s, 1 - n.t, n.t};
+      double norm = 0;
+      for (const double part : parts) norm += part * part;
+      const V3d move = apart * ((wanted - distance) / (distance * norm));
+      const std::size_t who[4] = {
+          chain_a.begin + c.piece_a, chain_a.begin + (c.piece_a + 1) % chain_a.points.size(),
+          chain_b.begin + c.piece_b, chain_b.begin + (c.piece_b + 1) % chain_b.points.size()};
+      for (std::size_t k = 0; k < 4; ++k) {
+        moves_[who[k]] += move * (k < 2 ? parts[k] : -parts[k]) * parts[k];
+        weights_[who[k]] += parts[k];
+      }
+    }
+    for (Chain& chain : chains_) {
+      for (std::size_t i = 0; i < chain.points.size(); ++i) {
+        const double weight = weights_[chain.begin + i];
+        if (weight > 0) chain.points[i] += moves_[chain.begin + i] * (over_relaxation / weight);
+      }
+    }
+    press();
+    return largest;
+  }
+
+  /// Keeps all yarns between the plates.
+  void press() {
+    if (options_.max_thickness == 0) return;
+    for (Chain& chain : chains_) {
+      const double most = grown_ * std::max(0.0, 0.5 * options_.max_thickness * thickest_ - chain.radius);
+      for (V3d& p : chain.points) p.z = std::clamp(p.z, -most, most);
+    }
+  }
+
+  RelaxOptions options_;
+  V3d period_;
+  std::vector<Chain> chains_;
+  std::vector<Contact> contacts_;
+  std::vector<V3d> moves_;
+  std::vector<double> weights_;
+  double thickest_ = 0;
+  double grown_ = 0;
+};
+
+}  // namespace
+
+Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options) {
+  Relaxation relaxation(pattern, options);
+  Relaxed relaxed{pattern, relaxation.run()};
+  relaxation.centre();
+  for (std::size_t y = 0; y < relaxed.pattern.yarns.size(); ++y) {
+    relaxed.pattern.yarns[y].segments = relaxation.segments_of(y);
+    relaxed.pattern.yarns[y].radius_mm *= relaxed.part;
+  }
+  return relaxed;
+}
+
+}  // namespace selvedge

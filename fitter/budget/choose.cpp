@@ -1,0 +1,229 @@
+// Which of the candidates a fabric takes (layer_fit.h).
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fitter/budget/candidates.h"
+#include "fitter/slabs/basis_list.h"
+#include "fitter/solve/radiance_scale.h"
+#include "format/quality/fit_record.h"
+
+namespace selvedge {
+namespace {
+
+/// What a decibel at level 0 counts, one at any other level being 1: most of what is seen near is level 0.
+constexpr double weight_of_level_0 = 5;
+/// What a channel costs in the file beside its values.
+constexpr double bytes_per_channel = 30;
+
+double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
+
+bool has_slabs(const LevelCandidate& candidate) {
+  return candidate.kind == LevelCandidate::Kind::slabs ||
+         candidate.kind == LevelCandidate::Kind::glossy_slabs;
+}
+
+bool has_products(const LevelCandidate& candidate) {
+  return has_slabs(candidate) || candidate.kind == LevelCandidate::Kind::products;
+}
+
+/// All levels of a file have the same number of lobes: those that have fewer get some of no size.
+void even_lobes(std::vector<FabricLevel>& levels) {
+  int most = 0;
+  for (const FabricLevel& level : levels) {
+    if (level.lobes) most = std::max(most, level.lobes->lobes);
+  }
+  for (FabricLevel& level : levels) {
+    if (!level.lobes || level.lobes->lobes == most) continue;
+    const auto count = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+    LobeLayer even;
+    even.lobes = most;
+    for (std::size_t i = 0; i < level.lobes->parameters.size(); i += count) {
+      const float* from = &level.lobes->parameters[i];
+      even.parameters.insert(even.parameters.end(), from, from + count);
+      for (int j = level.lobes->lobes; j < most; ++j) {
+        even.parameters.insert(even.parameters.end(), {0, 0, 0, 1});
+      }
+    }
+    level.lobes = std::move(even);
+  }
+}
+
+}  // namespace
+
+double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
+  FunctionList functions;
+  double channels = 0;
+  double coefficients = 0;
+  bool opacity = false;
+  int lobes = -1;
+  bool table = false;
+  int entries = 0;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const LevelCandidate& candidate = *chosen[k];
+    opacity = opacity || !has_slabs(candidate);
+    table = table || candidate.kind == LevelCandidate::Kind::lobes_and_table;
+    if (candidate.kind == LevelCandidate::Kind::glossy_slabs) {
+      lobes = std::max(lobes, levels_[k].glossy.lobes->lobes);
+    }
+    if (!has_products(candidate)) lobes = std::max(lobes, levels_[k].paper.lobes->lobes);
+    if (has_slabs(candidate)) {
+      entries = levels_[k].heights[candidate.shape]->shape().entries();
+    }
+    if (!has_products(candidate)) continue;
+    for (const V2i& pair : candidate.products.pairs) functions.add(candidate.products, pair);
+    coefficients = std::max(
+        coefficients, static_cast<double>(candidate.products.coefficient.size()) / levels_[k].paper.texels());
+  }
+  const FabricLevel& base = levels_.front().paper;
+  channels += coefficients;
+  channels += 2 * entries;
+  if (opacity) channels += shell_.views.count();
+  if (table) channels += 3 * shell_.views.count();
+  if (lobes >= 0) channels += 6 + 3 * parameter_count(lobes);
+  if (lobes >= 0 && base.light_table) channels += 3 * shell_.lights.count();
+  return functions.bytes() + bytes_per_channel * channels;
+}
+
+FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate) const {
+  const Level& level = levels_[k];
+  if (candidate.kind == LevelCandidate::Kind::lobes_and_table) return level.paper;
+  if (candidate.kind == LevelCandidate::Kind::lobes) return level.plain;
+  FabricLevel result;
+  result.width = level.paper.width;
+  result.height = level.paper.height;
+  if (candidate.kind == LevelCandidate::Kind::glossy_slabs) result = level.glossy;
+  if (has_slabs(candidate)) result.heights = level.heights[candidate.shape];
+  if (candidate.kind == LevelCandidate::Kind::products) result.opacity = level.paper.opacity;
+  result.products = ProductLayer{result.heights ? result.heights->shape().entries() : 1,
+                                 candidate.products.pairs, candidate.products.coefficient};
+  return result;
+}
+
+double LayerFitter::size_of(const Chosen& chosen, double overhead) const {
+  double sum = overhead + bytes_of_functions(chosen);
+  for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
+  return sum;
+}
+
+double LayerFitter::cost_of(const Chosen& chosen) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < chosen.size(); ++k)
+    sum += weight_of(k) * std::log(std::max(chosen[k]->error, 1e-30));
+  return sum;
+}
+
+LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, double overhead) const {
+  const auto allowed = [&](const LevelCandidate& candidate) {
+    if (shape == shapes_) return !has_products(candidate);
+    return !has_slabs(candidate) || candidate.shape == shape;
+  };
+  for (const Level& level : levels_) {
+    if (std::none_of(level.candidates.begin(), level.candidates.end(), allowed)) return {};
+  }
+  // Of each level the candidate with the least log(error) + lambda * bytes.
+  const auto best_at = [&](double lambda) {
+    Chosen chosen;
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+      const LevelCandidate* best = nullptr;
+      double least = std::numeric_limits<double>::infinity();
+      for (const LevelCandidate& candidate : levels_[k].candidates) {
+        const double cost =
+            weight_of(k) * std::log(std::max(candidate.error, 1e-30)) + lambda * candidate.bytes;
+        if (cost >= least || !allowed(candidate)) continue;
+        least = cost;
+        best = &candidate;
+      }
+      chosen.push_back(best);
+    }
+    return chosen;
+  };
+  double low = 1e-9;  // too large a file, unless the best of all fits
+  double high = 1e3;
+  Chosen chosen = best_at(low);
+  if (size_of(chosen, overhead) > bytes) {
+    chosen = best_at(high);
+    for (int i = 0; i < 60; ++i) {
+      const double middle = std::sqrt(low * high);
+      const Chosen tried = best_at(middle);
+      if (size_of(tried, overhead) > bytes) {
+        low = middle;
+      } else {
+        high = middle;
+        chosen = tried;
+      }
+    }
+  }
+
+  // What is left over goes, step by step, to the level that gains most for its bytes.
+  for (bool better = true; better;) {
+    better = false;
+    const double left = bytes - size_of(chosen, overhead);
+    double best_rate = 0;
+    std::size_t best_level = 0;
+    const LevelCandidate* best = nullptr;
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+      for (const LevelCandidate& candidate : levels_[k].candidates) {
+        const double more = candidate.bytes - chosen[k]->bytes;
+        const double gain = weight_of(k) * std::log(chosen[k]->error / std::max(candidate.error, 1e-30));
+        if (!(gain > 0) || more > left || gain / std::max(more, 1.0) <= best_rate || !allowed(candidate)) {
+          continue;
+        }
+        Chosen tried = chosen;
+        tried[k] = &candidate;
+        if (size_of(tried, overhead) > bytes) continue;
+        best_rate = gain / std::max(more, 1.0);
+        best_level = k;
+        best = &candidate;
+      }
+    }
+    if (best != nullptr) {
+      chosen[best_level] = best;
+      better = true;
+    }
+  }
+  return chosen;
+}
+
+LayerFit LayerFitter::choose(double bytes, double overhead) const {
+  Chosen chosen = best_of_shape(0, bytes, overhead);
+  for (std::size_t shape = 1; shape <= shapes_; ++shape) {
+    const Chosen other = best_of_shape(shape, bytes, overhead);
+    if (other.empty()) continue;
+    const bool fits = size_of(chosen, overhead) <= bytes;
+    const bool other_fits = size_of(other, overhead) <= bytes;
+    const bool better = fits ? other_fits && cost_of(other) < cost_of(chosen)
+                             : size_of(other, overhead) < size_of(chosen, overhead);
+    if (better) chosen = other;
+  }
+
+  LayerFit result;
+  result.fabric = shell_;
+  result.bytes = size_of(chosen, overhead);
+  FunctionList functions;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    FabricLevel level = level_of(k, *chosen[k]);
+    if (level.products) {
+      for (V2i& pair : level.products->pairs) pair = functions.add(chosen[k]->products, pair);
+    }
+    result.levels.push_back({level.width,
+                             level.height,
+                             layers_text(level),
+                             chosen[k]->error * scale_ * scale_,
+                             chosen[k]->bytes,
+                             {}});
+    if (!has_products(*chosen[k]))
+      result.levels.back().lobes = level.view_table ? levels_[k].report : levels_[k].plain_report;
+    result.fabric.levels.push_back(std::move(level));
+  }
+  const auto bases = std::make_shared<const ProductBases>(functions.bases());
+  for (FabricLevel& level : result.fabric.levels) {
+    if (level.products) level.bases = bases;
+  }
+  even_lobes(result.fabric.levels);
+  set_radiance_scale(result.fabric);
+  result.fabric.radiance_scale *= static_cast<float>(scale_);
+  return result;
+}
+
+}  // namespace selvedge

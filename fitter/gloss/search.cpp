@@ -1,0 +1,329 @@
+#include "fitter/gloss/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "fitter/solve/small_solve.h"
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double min_exponent = 1;
+/// Sharper than a lobe that 64 x 64 directions can show.
+constexpr double max_exponent = 200;
+/// A lobe may be so many times the root mean square of g.
+constexpr double max_size = 64;
+/// A frame may turn away from the cloth so far that its normal's z is this.
+constexpr double min_normal_z = 0.5;
+
+/// Mirrors, and the cones of fibres along and across the tangent, in its frame.
+constexpr std::array<std::array<double, 3>, 6> shapes{
+    {{-1, -1, 1}, {-1, 0.5, 0.5}, {0.5, -1, 0.5}, {-1, 1, 1}, {1, -1, 1}, {-0.5, -0.5, 1}}};
+constexpr std::array<double, 5> exponents{1.5, 3, 6, 12, 24};
+
+using Values = std::vector<double>;
+
+/// What a lobe that is added makes of the error.
+struct Added {
+  double gain = 0;  ///< but for a constant
+  double old = 1;   ///< factor of what there was
+  LobeShape shape{shapes[0], exponents[1]};
+  double size = 0;
+};
+
+std::size_t longest(const LobeShape& shape) {
+  std::size_t kept = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (std::abs(shape.direction[i]) > std::abs(shape.direction[kept])) kept = i;
+  }
+  return kept;
+}
+
+/// Unknowns of a kind: rho of the channels; of every lobe its size, two of its direction (the third, the
+/// longest, is kept) and the logarithm of n; turns about tangent, binormal and normal.
+constexpr std::size_t first_lobe = 3;
+constexpr std::size_t of_lobe = 4;
+std::size_t unknowns_of(const GlossKind& kind) { return first_lobe + of_lobe * kind.shapes.size() + 3; }
+
+/// Derivatives of g by all unknowns, [unknown][value].
+std::vector<Values> derivatives(const GlossKind& kind, const GlossDirections& directions,
+                                const std::vector<float>& unit) {
+  const std::size_t turns = first_lobe + of_lobe * kind.shapes.size();
+  std::vector<Values> result(unknowns_of(kind), Values(directions.count(), 0));
+  const V3d binormal = kind.normal.cross(kind.tangent);
+  const auto local = [&](const V3d& d) {
+    return V3d(d.dot(kind.tangent), d.dot(binormal), d.dot(kind.normal));
+  };
+  // What a direction's coordinates become when the frame turns about each of its axes.
+  const auto turned = [](const V3d& d) {
+    return std::array<V3d, 3>{V3d(0, d.z, -d.y), V3d(-d.z, 0, d.x), V3d(d.y, -d.x, 0)};
+  };
+  std::size_t at = 0;
+  for (const V3d& view : directions.views) {
+    const V3d v = local(view);
+    const std::array<V3d, 3> dv = turned(v);
+    for (std::size_t i = 0; i < directions.lights.size(); ++i, at += 3) {
+      const V3d l = local(directions.lights[i]);
+      if (!(l.z > 0)) continue;
+      const std::array<V3d, 3> dl = turned(l);
+      double lobes = 0;
+      std::array<double, 3> by_turn{};
+      for (std::size_t j = 0; j < kind.shapes.size(); ++j) {
+        const auto& d = kind.shapes[j].direction;
+        const double n = kind.shapes[j].exponent;
+        const V3d lv(l.x * v.x, l.y * v.y, l.z * v.z);
+        const double base = d[0] * lv.x + d[1] * lv.y + d[2] * lv.z;
+        if (!(base > 0)) continue;
+        const double power = std::pow(base, n);
+        const double lobe = kind.sizes[j] * power;
+        const double by_base = n * lobe / base;
+        lobes += lobe;
+        const std::size_t kept = longest(kind.shapes[j]);
+        const std::array<double, of_lobe> by{power, by_base * lv[static_cast<int>((kept + 1) % 3)],
+                                             by_base * lv[static_cast<int>((kept + 2) % 3)],
+                                             n * lobe * std::log(base)};
+        for (std::size_t p = 0; p < of_lobe; ++p) {
+          for (std::size_t c = 0; c < 3; ++c) {
+            result[first_lobe + of_lobe * j + p][at + c] = l.z * by[p] / static_cast<double>(unit[3 * i + c]);
+          }
+        }
+        for (std::size_t a = 0; a < 3; ++a) {
+          double change = 0;
+          for (int k = 0; k < 3; ++k) {
+            change += d[k] * (dl[a][k] * v[k] + l[k] * dv[a][k]);
+          }
+          by_turn[a] += by_base * change;
+        }
+      }
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto inverse = 1 / static_cast<double>(unit[3 * i + c]);
+        result[c][at + c] = l.z * inverse;
+        for (std::size_t a = 0; a < 3; ++a) {
+          result[turns + a][at + c] = inverse * (dl[a].z * (kind.rho[c] + lobes) + l.z * by_turn[a]);
+        }
+      }
+    }
+  }
+  return result;
+}
+
+/// The kind a step away, within the bounds.
+GlossKind moved(const GlossKind& from, const std::vector<double>& step) {
+  GlossKind kind = from;
+  for (std::size_t c = 0; c < 3; ++c) kind.rho[c] = std::max(0.0, kind.rho[c] + step[c]);
+  for (std::size_t j = 0; j < kind.shapes.size(); ++j) {
+    LobeShape& shape = kind.shapes[j];
+    const double* s = &step[first_lobe + of_lobe * j];
+    const std::size_t kept = longest(shape);
+    shape.direction[(kept + 1) % 3] += s[1];
+    shape.direction[(kept + 2) % 3] += s[2];
+    constexpr double furthest = 1.5;
+    shape.exponent = std::clamp(shape.exponent * std::exp(std::clamp(s[3], -furthest, furthest)),
+                                min_exponent, max_exponent);
+    // The direction's length goes into the size.
+    const double length = std::abs(shape.direction[longest(shape)]);
+    for (double& d : shape.direction) d /= length;
+    kind.sizes[j] = std::clamp((kind.sizes[j] + s[0]) * std::pow(length, shape.exponent), 0.0, max_size);
+  }
+  constexpr double furthest_turn = 0.3;
+  const double* t = &step[step.size() - 3];
+  V3d turn = t[0] * kind.tangent + t[1] * kind.normal.cross(kind.tangent) + t[2] * kind.normal;
+  turn *= std::min(1.0, furthest_turn / std::max(turn.length(), 1e-30));
+  const V3d normal = (kind.normal + turn.cross(kind.normal)).normalized();
+  if (normal.z < min_normal_z) return kind;
+  kind.normal = normal;
+  kind.tangent += turn.cross(kind.tangent);
+  kind.tangent = (kind.tangent - normal * kind.tangent.dot(normal)).normalized();
+  return kind;
+}
+
+/// Whether a step along an unknown is impossible: at a bound and pushed outwards, or without effect.
+bool is_held(const GlossKind& kind, std::size_t u, double gradient, double curvature) {
+  if (!(curvature > 0)) return true;
+  if (u < first_lobe) return kind.rho[u] <= 0 && gradient >= 0;
+  const std::size_t j = (u - first_lobe) / of_lobe;
+  if (j >= kind.shapes.size()) return false;
+  const double size = kind.sizes[j];
+  const double n = kind.shapes[j].exponent;
+  switch ((u - first_lobe) % of_lobe) {
+    case 0:
+      return (size <= 0 && gradient >= 0) || (size >= max_size && gradient <= 0);
+    case 3:
+      return (n <= min_exponent && gradient >= 0) || (n >= max_exponent && gradient <= 0);
+    default:
+      return false;
+  }
+}
+
+/// Normal equations of one kind, the others fixed.
+struct Block {
+  std::vector<double> matrix;
+  std::vector<double> gradient;
+};
+
+Block block_of(const GlossForm& form, std::size_t k, const std::vector<Values>& g,
+               const std::vector<Values>& by) {
+  const std::size_t n = by.size();
+  const Values& square = form.square(k);
+  Values rest = form.rest(k, g);
+  for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= square[i] * g[k][i];
+  Block block{std::vector<double>(n * n), std::vector<double>(n)};
+  Values weighted(square.size());
+  for (std::size_t u = 0; u < n; ++u) {
+    block.gradient[u] = -std::inner_product(rest.begin(), rest.end(), by[u].begin(), 0.0);
+    for (std::size_t i = 0; i < square.size(); ++i) weighted[i] = square[i] * by[u][i];
+    for (std::size_t w = 0; w <= u; ++w) {
+      block.matrix[u * n + w] = std::inner_product(weighted.begin(), weighted.end(), by[w].begin(), 0.0);
+      block.matrix[w * n + u] = block.matrix[u * n + w];
+    }
+  }
+  return block;
+}
+
+/// Steps of all kinds at a damping, with the same step for the lobes of all; no steps where the equations
+/// have no solution.
+std::vector<std::vector<double>> steps_of(const std::vector<Block>& blocks,
+                                          const std::vector<GlossKind>& kinds, double lambda, double energy) {
+  const std::size_t n = blocks.front().gradient.size();
+  const std::size_t lobes = n - 6;
+  const std::size_t all = lobes + 6 * kinds.size();
+  // Lobes come first; then rho and turns of each kind.
+  const auto index = [&](std::size_t k, std::size_t u) {
+    if (u < first_lobe) return lobes + 6 * k + u;
+    return u < first_lobe + lobes ? u - first_lobe : 6 * k + u;
+  };
+  std::vector<double> matrix(all * all, 0);
+  std::vector<double> gradient(all, 0);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    for (std::size_t u = 0; u < n; ++u) {
+      gradient[index(k, u)] += blocks[k].gradient[u];
+      for (std::size_t w = 0; w < n; ++w) {
+        matrix[index(k, u) * all + index(k, w)] += blocks[k].matrix[u * n + w];
+      }
+    }
+  }
+  std::vector<double> step(all);
+  std::vector<char> held(all);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    for (std::size_t u = 0; u < n; ++u) {
+      const std::size_t i = index(k, u);
+      held[i] = is_held(kinds[k], u, gradient[i], matrix[i * all + i]) ? 1 : 0;
+    }
+  }
+  for (std::size_t i = 0; i < all; ++i) {
+    step[i] = -gradient[i];
+    matrix[i * all + i] += lambda * matrix[i * all + i] + 1e-14 * energy;
+  }
+  std::vector<std::vector<double>> steps(kinds.size(), std::vector<double>(n, 0));
+  if (!solve_symmetric(matrix, step, held)) return steps;
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    for (std::size_t u = 0; u < n; ++u) {
+      const double s = step[index(k, u)];
+      steps[k][u] = std::isfinite(s) ? s : 0;
+    }
+  }
+  return steps;
+}
+
+}  // namespace
+
+void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGloss& gloss) {
+  std::vector<Values> g;
+  for (const GlossKind& kind : gloss.kinds) g.push_back(gloss_values(kind, directions, gloss.unit));
+  // Of every kind what the others leave for it.
+  const auto inner = [](const Values& square, const Values& x, const Values& y) {
+    double sum = 0;
+    for (std::size_t i = 0; i < square.size(); ++i) sum += square[i] * x[i] * y[i];
+    return sum;
+  };
+  std::vector<Values> left(gloss.kinds.size());
+  double old_own = 0;
+  double old_right = 0;
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    left[k] = form.rest(k, g);
+    old_own += inner(form.square(k), g[k], g[k]);
+    old_right += std::inner_product(g[k].begin(), g[k].end(), left[k].begin(), 0.0);
+  }
+  std::vector<Added> added(shapes.size() * exponents.size());
+  parallel_for(0, static_cast<int>(added.size()), [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    const LobeShape shape{shapes[i / exponents.size()], exponents[i % exponents.size()]};
+    double own = 0;
+    double both = 0;
+    double right = 0;
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      GlossKind alone = gloss.kinds[k];
+      alone.rho = {0, 0, 0};
+      alone.shapes = {shape};
+      alone.sizes = {1};
+      const Values lobe = gloss_values(alone, directions, gloss.unit);
+      own += inner(form.square(k), lobe, lobe);
+      both += inner(form.square(k), lobe, g[k]);
+      right += std::inner_product(lobe.begin(), lobe.end(), left[k].begin(), 0.0);
+    }
+    const double determinant = old_own * own - both * both;
+    if (!(determinant > 1e-9 * old_own * own)) return;
+    const double old = (own * old_right - both * right) / determinant;
+    const double size = (old_own * right - both * old_right) / determinant;
+    if (!(old > 0) || !(size > 0) || size > max_size) return;
+    added[i] = {old * old_right + size * right, old, shape, size};
+  });
+  const Added best = *std::max_element(added.begin(), added.end(),
+                                       [](const Added& a, const Added& b) { return a.gain < b.gain; });
+  for (GlossKind& kind : gloss.kinds) {
+    if (best.size > 0) {
+      for (double& rho : kind.rho) rho *= best.old;
+      for (double& size : kind.sizes) size *= best.old;
+    }
+    kind.shapes.push_back(best.shape);
+    kind.sizes.push_back(best.size);
+  }
+}
+
+double search_gloss(const GlossForm& form, const GlossDirections& directions, int steps, SlabGloss& gloss) {
+  const std::size_t kinds = gloss.kinds.size();
+  const auto all_values = [&](const std::vector<GlossKind>& of) {
+    std::vector<Values> g(kinds);
+    parallel_for(0, static_cast<int>(kinds), [&](int k) {
+      const auto i = static_cast<std::size_t>(k);
+      g[i] = gloss_values(of[i], directions, gloss.unit);
+    });
+    return g;
+  };
+  std::vector<Values> g = all_values(gloss.kinds);
+  double error = form.error(g);
+  double lambda = 1e-2;
+  std::vector<Block> blocks(kinds);
+  bool fresh = true;
+  for (int step = 0; step < steps; ++step) {
+    if (fresh) {
+      parallel_for(0, static_cast<int>(kinds), [&](int k) {
+        const auto i = static_cast<std::size_t>(k);
+        blocks[i] = block_of(form, i, g, derivatives(gloss.kinds[i], directions, gloss.unit));
+      });
+    }
+    const auto by = steps_of(blocks, gloss.kinds, lambda, form.energy());
+    std::vector<GlossKind> tried;
+    for (std::size_t k = 0; k < kinds; ++k) tried.push_back(moved(gloss.kinds[k], by[k]));
+    std::vector<Values> tried_g = all_values(tried);
+    const double tried_error = form.error(tried_g);
+    fresh = tried_error < error;
+    if (fresh) {
+      constexpr double tolerance = 1e-4;
+      const bool done = error - tried_error < tolerance * error;
+      gloss.kinds = std::move(tried);
+      g = std::move(tried_g);
+      error = tried_error;
+      lambda = std::max(1e-6, 0.3 * lambda);
+      if (done) break;
+    } else {
+      lambda *= 8;
+      if (lambda > 1e6) break;
+    }
+  }
+  return error;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,278 @@
+#include "fitter/lobes/frame_fit.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "format/fabric/fabric.h"
+#include "format/simd/powers.h"
+
+namespace selvedge {
+namespace {
+
+struct Axes {
+  V3d tangent;
+  V3d normal;
+};
+
+/// The axes turned about (tangent, binormal, normal) by the components of `turn`, rad.
+Axes turned(const Axes& axes, const std::array<double, 3>& turn) {
+  const V3d binormal = axes.normal.cross(axes.tangent);
+  // The frame moves against the directions that are seen in it.
+  const V3d axis = -(axes.tangent * turn[0] + binormal * turn[1] + axes.normal * turn[2]);
+  const double angle = axis.length();
+  if (!(angle > 0)) return axes;
+  const V3d u = axis / angle;
+  const auto rotate = [&](const V3d& d) {
+    return d * std::cos(angle) + u.cross(d) * std::sin(angle) + u * (u.dot(d) * (1 - std::cos(angle)));
+  };
+  const V3d normal = rotate(axes.normal).normalized();
+  const V3d tangent = rotate(axes.tangent);
+  return {(tangent - normal * normal.dot(tangent)).normalized(), normal};
+}
+
+/// As the file will hold them.
+Axes stored(const Axes& axes) {
+  const auto half = [](const V3d& d) {
+    const auto of = [](double x) { return static_cast<double>(Imath::half(static_cast<float>(x))); };
+    return V3d(of(d.x), of(d.y), of(d.z));
+  };
+  return {half(axes.tangent), half(axes.normal)};
+}
+
+struct Point {
+  Axes axes;
+  TexelSamples samples;
+  std::array<ChannelFit, 3> fits;
+  double cost = 0;
+};
+
+class FrameSearch {
+ public:
+  FrameSearch(const float* alpha, const V3f* radiance, const TexelDirections& directions,
+              const LobeFitOptions& options)
+      : alpha_(alpha), radiance_(radiance), directions_(directions), options_(options) {}
+
+  /// Fitted from the beginning, or from what is known of a frame near.
+  Point at(const Axes& axes, const std::array<ChannelFit, 3>* near) {
+    Point point{axes, gather(axes), {}, 0};
+    point.fits =
+        near == nullptr ? fit_texel(point.samples, options_) : refit_texel(point.samples, *near, options_);
+    for (std::size_t c = 0; c < 3; ++c) iterations_[c] += point.fits[c].iterations;
+    point.cost = cost_in_frame(point.samples, point.fits);
+    return point;
+  }
+
+  TexelSamples gather(const Axes& axes) const {
+    return gather_texel(alpha_, radiance_, directions_, V3f(axes.normal), V3f(axes.tangent));
+  }
+
+  /// Of all fits so far, by channel.
+  const std::array<int, 3>& iterations() const { return iterations_; }
+
+ private:
+  std::array<int, 3> iterations_{};
+  const float* alpha_;
+  const V3f* radiance_;
+  const TexelDirections& directions_;
+  const LobeFitOptions& options_;
+};
+
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+double inner(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+std::array<double, 3> times(const Matrix& m, const std::array<double, 3>& x) {
+  return {inner(m[0], x), inner(m[1], x), inner(m[2], x)};
+}
+
+/// Of an inverse Hessian, after a step s that changed the gradient by y.
+void update(Matrix& inverse, const std::array<double, 3>& s, const std::array<double, 3>& y) {
+  const double sy = inner(s, y);
+  // Without curvature along the step there is nothing to learn from it.
+  if (!(sy > 1e-12 * std::sqrt(inner(s, s) * inner(y, y)))) return;
+  const std::array<double, 3> hy = times(inverse, y);
+  const double yhy = inner(y, hy);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      inverse[i][j] += (1 + yhy / sy) * s[i] * s[j] / sy - (hy[i] * s[j] + s[i] * hy[j]) / sy;
+    }
+  }
+}
+
+/// Down to the minimum nearest. Turns about axes that turn themselves are taken for those of one space: exact
+/// to the first order, and steps get short.
+void descend(FrameSearch& search, Point& point, double tolerance) {
+  constexpr int max_steps = 20;
+  constexpr int max_halvings = 6;
+  constexpr double first_step = 0.1;
+  constexpr double longest_step = 0.4;
+  std::array<double, 3> gradient = turning_gradient(point.samples, point.fits);
+  Matrix inverse{};
+  bool fresh = true;  // nothing is known of the curvature
+  for (int step = 0; step < max_steps; ++step) {
+    const double length = std::sqrt(inner(gradient, gradient));
+    if (!(length > 0) || !std::isfinite(length)) return;
+    if (fresh) {
+      const double h = first_step / length;
+      inverse = Matrix{{{h, 0, 0}, {0, h, 0}, {0, 0, h}}};
+    }
+    std::array<double, 3> turn = times(inverse, gradient);
+    for (double& x : turn) x = -x;
+    double slope = inner(turn, gradient);
+    const double size = std::sqrt(inner(turn, turn));
+    if (!(slope < 0) || !std::isfinite(size)) return;
+    if (size > longest_step) {
+      for (double& x : turn) x *= longest_step / size;
+      slope *= longest_step / size;
+    }
+    std::optional<Point> next;
+    for (int halving = 0; halving < max_halvings && !next; ++halving) {
+      Point trial = search.at(turned(point.axes, turn), &point.fits);
+      if (trial.cost < point.cost + 1e-4 * slope) {
+        next = std::move(trial);
+        break;
+      }
+      for (double& x : turn) x /= 2;
+      slope /= 2;
+    }
+    if (!next) {
+      // What was known may be from the other side of a jump, where a light came over the horizon.
+      if (fresh) return;
+      fresh = true;
+      continue;
+    }
+    const std::array<double, 3> there = turning_gradient(next->samples, next->fits);
+    std::array<double, 3> y{};
+    for (std::size_t k = 0; k < 3; ++k) y[k] = there[k] - gradient[k];
+    update(inverse, turn, y);
+    fresh = false;
+    gradient = there;
+    const bool done = point.cost - next->cost <= tolerance * point.cost;
+    point = std::move(*next);
+    if (done) return;
+  }
+}
+
+double error_of(const TexelSamples& samples, const std::array<ChannelFit, 3>& fits) {
+  double sum = samples.energy_below_horizon;
+  for (const ChannelFit& fit : fits) sum += fit.error;
+  return sum;
+}
+
+}  // namespace
+
+double cost_in_frame(const TexelSamples& samples, const std::array<ChannelFit, 3>& fits) {
+  double sum = samples.energy_below_horizon;
+  for (const ChannelFit& fit : fits) sum += fit.cost;
+  return sum;
+}
+
+std::array<double, 3> turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3>& fits) {
+  using L = Lanes<4>;
+  const std::size_t stride = samples.stride();
+  std::array<double, 3> gradient{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const ChannelFit& fit = fits[c];
+    const double scale = samples.scale[c];
+    const ChannelState state = state_of(samples, static_cast<int>(c), fit);
+    const auto rho = static_cast<float>(state.sizes[0]);
+    std::vector<float> table(stride, 0);
+    std::vector<float> weighted(stride, 0);
+    for (std::size_t v = 0; v < samples.views; ++v) {
+      table[v] = static_cast<float>(fit.table[v]);
+      weighted[v] = static_cast<float>(fit.table[v] * samples.weight[v]);
+    }
+    for (std::size_t index = 0; index < samples.lights.size(); ++index) {
+      const V3f& l = samples.lights[index];
+      // l turned about each axis.
+      const std::array<V3f, 3> dl{V3f(0, -l.z, l.y), V3f(l.z, 0, -l.x), V3f(-l.y, l.x, 0)};
+      std::array<double, 3> sum{};
+      for (std::size_t v = 0; v < stride; v += L::count) {
+        L::Floats x;
+        L::Floats y;
+        L::Floats z;
+        L::Floats t;
+        L::Floats wt;
+        L::Floats r;
+        L::load(&samples.view[0][v], x);
+        L::load(&samples.view[1][v], y);
+        L::load(&samples.view[2][v], z);
+        L::load(&table[v], t);
+        L::load(&weighted[v], wt);
+        L::load(&samples.radiance[c][index * stride + v], r);
+        L::Floats model = L::Floats{} + rho;
+        std::array<L::Floats, 3> turns{};  // derivatives of the model by base, times the base's by the turn
+        for (std::size_t j = 0; j < state.shapes.size(); ++j) {
+          const LobeShape& shape = state.shapes[j];
+          const V3f d(static_cast<float>(shape.direction[0]), static_cast<float>(shape.direction[1]),
+                      static_cast<float>(shape.direction[2]));
+          const auto n = static_cast<float>(shape.exponent);
+          const L::Floats base = d.x * l.x * x + d.y * l.y * y + d.z * l.z * z;
+          L::Floats log;
+          L::Floats power;
+          L::log_and_power(base, n - 1, log, power);
+          power *= static_cast<float>(state.sizes[j + 1]);
+          model += power * base;
+          power *= n;
+          const std::array<std::array<L::Floats, 3>, 3> dv{
+              {{L::Floats{}, -z, y}, {z, L::Floats{}, -x}, {-y, x, L::Floats{}}}};
+          for (std::size_t k = 0; k < 3; ++k) {
+            turns[k] += power * (d.x * (dl[k].x * x + l.x * dv[k][0]) + d.y * (dl[k].y * y + l.y * dv[k][1]) +
+                                 d.z * (dl[k].z * z + l.z * dv[k][2]));
+          }
+        }
+        const L::Floats residual = wt * (t * l.z * model - r);
+        for (std::size_t k = 0; k < 3; ++k) {
+          const L::Floats one = residual * (dl[k].z * model + l.z * turns[k]);
+          for (std::size_t lane = 0; lane < L::count; ++lane) sum[k] += static_cast<double>(one[lane]);
+        }
+      }
+      for (std::size_t k = 0; k < 3; ++k) gradient[k] += 2 * scale * scale * sum[k];
+    }
+  }
+  return gradient;
+}
+
+FrameFit fit_frame(const float* alpha, const V3f* radiance, const TexelDirections& directions,
+                   const V3f& normal, const V3f& tangent, const LobeFitOptions& options) {
+  LobeFitOptions on_the_way = options;
+  on_the_way.channel.light_table = false;
+  FrameSearch search(alpha, radiance, directions, on_the_way);
+  const Axes given{V3d(tangent), V3d(normal)};
+  std::vector<Point> points{search.at(given, nullptr)};
+  FrameFit result;
+  result.averaged_error = error_of(
+      points[0].samples,
+      options.channel.light_table ? refit_texel(points[0].samples, points[0].fits, options) : points[0].fits);
+
+  // Lobes are products along the axes: what lies between two axes needs a frame turned by half their angle.
+  const std::array<double, 3> eighth{0, 0, std::numbers::pi / 4};
+  const V3d up(0, 0, 1);
+  const Axes upright{V3d(tangent_of(V3f(up))), up};
+  for (const Axes& axes : {turned(given, eighth), upright, turned(upright, eighth)}) {
+    points.push_back(search.at(axes, nullptr));
+  }
+  const auto cheaper = [](const Point& a, const Point& b) { return a.cost < b.cost; };
+  std::stable_sort(points.begin(), points.end(), cheaper);
+  points.resize(std::min(points.size(), static_cast<std::size_t>(options.finalists)));
+  for (Point& point : points) descend(search, point, options.tolerance);
+  const Point& best = *std::min_element(points.begin(), points.end(), cheaper);
+
+  const Axes axes = stored(best.axes);
+  const TexelSamples samples = search.gather(axes);
+  result.normal = V3f(axes.normal);
+  result.tangent = V3f(axes.tangent);
+  result.fits = refit_texel(samples, best.fits, options);
+  for (std::size_t c = 0; c < 3; ++c) result.fits[c].iterations += search.iterations()[c];
+  result.error = error_of(samples, result.fits);
+  return result;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,227 @@
+#include "fitter/lobes/lobe_moments.h"
+
+#include <algorithm>
+
+#include "format/simd/powers.h"
+
+namespace selvedge {
+namespace {
+
+/// Lights whose sum is kept in single precision: 16 additions lose at most 4 bits of 24.
+constexpr std::size_t block = 16;
+
+struct Job {
+  const TexelSamples& samples;
+  const float* radiance;
+  std::span<const float> cosine;  ///< [light], or with `by_view` [light * stride + view]
+  std::span<const std::uint32_t> lights;
+  std::span<const LobeShape> shapes;
+  std::size_t stride;
+  std::size_t columns;
+  float* scratch;  ///< [lobe * block + light][column of 4][lane]
+  double* sums;    ///< [pair][view], zero
+
+  std::size_t index(std::size_t a, std::size_t b) const { return a * (2 * columns + 3 - a) / 2 + b - a; }
+};
+
+// GCC 12 converts no vectors of dependent types: an overload for each width.
+#define SELVEDGE_ADD(count)                                                \
+  typedef float Floats##count __attribute__((vector_size(4 * (count))));   \
+  typedef double Doubles##count __attribute__((vector_size(8 * (count)))); \
+  SELVEDGE_INLINE void add(const Floats##count& sum, double* to) {         \
+    Doubles##count total;                                                  \
+    std::memcpy(&total, to, sizeof total);                                 \
+    total += __builtin_convertvector(sum, Doubles##count);                 \
+    std::memcpy(to, &total, sizeof total);                                 \
+  }
+SELVEDGE_ADD(4)
+SELVEDGE_ADD(8)
+SELVEDGE_ADD(16)
+#undef SELVEDGE_ADD
+
+/// `by_view`: the factor of a light differs from view to view.
+template <class L, bool by_view>
+struct Body {
+  using Floats = typename L::Floats;
+
+  /// columns *= the factor of a light and the views from `view` on.
+  static SELVEDGE_INLINE void times_factor(const Job& job, std::size_t light, std::size_t view,
+                                           Floats& column) {
+    if constexpr (by_view) {
+      Floats factor;
+      L::load(job.cosine.data() + light * job.stride + view, factor);
+      column *= factor;
+    } else {
+      column *= job.cosine[light];
+    }
+  }
+
+  /// The four columns of one lobe for the lights [first, first + count), views from `view` on.
+  static SELVEDGE_INLINE void fill(const Job& job, const LobeShape& shape, std::size_t view,
+                                   std::size_t first, std::size_t count, float* to) {
+    std::array<Floats, 3> d;
+    for (std::size_t k = 0; k < 3; ++k) {
+      L::load(job.samples.view[k].data() + view, d[k]);
+      d[k] *= static_cast<float>(shape.direction[k]);
+    }
+    const auto less = static_cast<float>(shape.exponent - 1);
+    for (std::size_t i = 0; i < count; ++i, to += 4 * L::count) {
+      const std::uint32_t index = job.lights[first + i];
+      const V3f& light = job.samples.lights[index];
+      const Floats base = (d[0] * light.x + d[1] * light.y) + d[2] * light.z;
+      Floats log;
+      Floats power;
+      L::log_and_power(base, less, log, power);
+      times_factor(job, index, view, power);
+      L::store(power * light.x, to);
+      L::store(power * light.y, to + L::count);
+      L::store(power * light.z, to + 2 * L::count);
+      L::store(power * base * log, to + 3 * L::count);
+    }
+  }
+
+  /// Products of a lobe's columns with the cosine and the radiance.
+  static SELVEDGE_INLINE void with_data(const Job& job, std::size_t j, std::size_t view, std::size_t first,
+                                        std::size_t count, const float* a) {
+    std::array<Floats, 4> cosine{};
+    std::array<Floats, 4> radiance{};
+    for (std::size_t i = 0; i < count; ++i, a += 4 * L::count) {
+      const std::uint32_t light = job.lights[first + i];
+      Floats r;
+      L::load(job.radiance + light * job.stride + view, r);
+      for (std::size_t k = 0; k < 4; ++k) {
+        Floats column;
+        L::load(a + k * L::count, column);
+        radiance[k] += column * r;
+        times_factor(job, light, view, column);
+        cosine[k] += column;
+      }
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      add(cosine[k], job.sums + job.index(0, 1 + 4 * j + k) * job.stride + view);
+      add(radiance[k], job.sums + job.index(1 + 4 * j + k, job.columns) * job.stride + view);
+    }
+  }
+
+  /// Products of a lobe's columns among themselves.
+  static SELVEDGE_INLINE void with_itself(const Job& job, std::size_t j, std::size_t view, std::size_t count,
+                                          const float* a) {
+    std::array<Floats, 10> sum{};
+    for (std::size_t i = 0; i < count; ++i, a += 4 * L::count) {
+      std::array<Floats, 4> column;
+      for (std::size_t k = 0; k < 4; ++k) L::load(a + k * L::count, column[k]);
+      std::size_t at = 0;
+      for (std::size_t p = 0; p < 4; ++p) {
+        for (std::size_t q = p; q < 4; ++q) sum[at++] += column[p] * column[q];
+      }
+    }
+    std::size_t at = 0;
+    for (std::size_t p = 0; p < 4; ++p) {
+      for (std::size_t q = p; q < 4; ++q) {
+        add(sum[at++], job.sums + job.index(1 + 4 * j + p, 1 + 4 * j + q) * job.stride + view);
+      }
+    }
+  }
+
+  /// Products of two of a lobe's columns, from `p` on, with another lobe's.
+  static SELVEDGE_INLINE void with_other(const Job& job, std::size_t i, std::size_t p, std::size_t j,
+                                         std::size_t view, std::size_t count, const float* a,
+                                         const float* b) {
+    std::array<Floats, 8> sum{};
+    for (std::size_t row = 0; row < count; ++row, a += 4 * L::count, b += 4 * L::count) {
+      Floats left;
+      Floats right;
+      L::load(a + p * L::count, left);
+      L::load(a + (p + 1) * L::count, right);
+      for (std::size_t q = 0; q < 4; ++q) {
+        Floats column;
+        L::load(b + q * L::count, column);
+        sum[q] += left * column;
+        sum[4 + q] += right * column;
+      }
+    }
+    for (std::size_t q = 0; q < 8; ++q) {
+      add(sum[q], job.sums + job.index(1 + 4 * i + p + q / 4, 1 + 4 * j + q % 4) * job.stride + view);
+    }
+  }
+
+  static SELVEDGE_INLINE void run(const Job& job) {
+    constexpr std::size_t lobe_size = block * 4 * L::count;
+    for (std::size_t view = 0; view < job.stride; view += L::count) {
+      for (std::size_t first = 0; first < job.lights.size(); first += block) {
+        const std::size_t count = std::min(block, job.lights.size() - first);
+        for (std::size_t j = 0; j < job.shapes.size(); ++j) {
+          float* columns = job.scratch + j * lobe_size;
+          fill(job, job.shapes[j], view, first, count, columns);
+          with_data(job, j, view, first, count, columns);
+          with_itself(job, j, view, count, columns);
+          for (std::size_t i = 0; i < j; ++i) {
+            with_other(job, i, 0, j, view, count, job.scratch + i * lobe_size, columns);
+            with_other(job, i, 2, j, view, count, job.scratch + i * lobe_size, columns);
+          }
+        }
+      }
+    }
+  }
+};
+
+#if defined(__x86_64__) && defined(__GNUC__)
+template <bool by_view>
+__attribute__((target("avx512f"))) void run_wide(const Job& job) {
+  Body<Lanes<16>, by_view>::run(job);
+}
+template <bool by_view>
+__attribute__((target("avx2"))) void run_middle(const Job& job) {
+  Body<Lanes<8>, by_view>::run(job);
+}
+#endif
+template <bool by_view>
+void run_narrow(const Job& job) {
+  Body<Lanes<4>, by_view>::run(job);
+}
+
+template <bool by_view>
+void run(const Job& job) {
+#if defined(__x86_64__) && defined(__GNUC__)
+  if (__builtin_cpu_supports("avx512f")) return run_wide<by_view>(job);
+  if (__builtin_cpu_supports("avx2")) return run_middle<by_view>(job);
+#endif
+  run_narrow<by_view>(job);
+}
+
+}  // namespace
+
+void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
+                          std::span<const std::uint32_t> lights, std::span<const LobeShape> shapes) {
+  columns_ = 1 + 4 * shapes.size();
+  stride_ = samples.stride();
+  sums_.assign((columns_ + 1) * (columns_ + 2) / 2 * stride_, 0);
+  scratch_.resize(shapes.size() * block * 4 * TexelSamples::lanes);
+  const float* radiance = samples.radiance[channel].data();
+  const Job job{samples, radiance, cosine, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()};
+  double* cross = sums_.data() + index(0, columns_) * stride_;
+  if (cosine.size() != samples.lights.size()) {
+    run<true>(job);
+    for (const std::uint32_t light : lights) {
+      for (std::size_t v = 0; v < stride_; ++v) {
+        const auto c = static_cast<double>(cosine[light * stride_ + v]);
+        sums_[v] += c * c;
+        cross[v] += c * static_cast<double>(radiance[light * stride_ + v]);
+      }
+    }
+    return;
+  }
+  run<false>(job);
+  // The cosine is the same for all views.
+  double cosines = 0;
+  for (const std::uint32_t light : lights) {
+    const auto c = static_cast<double>(cosine[light]);
+    cosines += c * c;
+    for (std::size_t v = 0; v < stride_; ++v) {
+      cross[v] += c * static_cast<double>(radiance[light * stride_ + v]);
+    }
+  }
+  std::fill_n(sums_.data(), stride_, cosines);
+}
+
+}  // namespace selvedge

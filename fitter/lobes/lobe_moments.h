@@ -1,0 +1,53 @@
+// Sums over the lights, view by view, of products of a model's columns: all that least squares asks of the
+// samples. The only loops of a fit that touch the samples.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fitter/solve/texel_samples.h"
+
+namespace selvedge {
+
+/// A lobe without its size: max(0, d . (l * v))^n.
+struct LobeShape {
+  std::array<double, 3> direction{0, 0, 1};
+  double exponent = 1;
+};
+
+/// Per view, sums over lights. Columns of the light's factor c (its cosine, times S(l) where there is a table
+/// over lights) and of each lobe with base
+/// b = d . (l * v) > 0:
+///   column 0           c
+///   column 1 + 4 j + k c b^(n-1) l_k,  k = x, y, z;  times n v_k it is the derivative by d_k
+///   column 4 + 4 j     c b^n ln b,                   the derivative by n
+/// Every sum is [stride] long.
+class LobeMoments {
+ public:
+  /// `cosine`: c of every light of the samples; or, where it differs from view to view as well,
+  /// [light * samples.stride() + view]. `lights` are indices into samples.lights. Sums are of single
+  /// precision over 16 lights at a time and of double precision over those; any number of threads, any width
+  /// of vectors: the same bits.
+  void compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
+               std::span<const std::uint32_t> lights, std::span<const LobeShape> shapes);
+
+  std::size_t columns() const { return columns_; }
+  /// sum over lights of column a times column b
+  const double* product(std::size_t a, std::size_t b) const {
+    return sums_.data() + (a <= b ? index(a, b) : index(b, a)) * stride_;
+  }
+  /// sum over lights of column a times radiance
+  const double* with_radiance(std::size_t a) const { return sums_.data() + index(a, columns_) * stride_; }
+
+ private:
+  std::size_t index(std::size_t a, std::size_t b) const { return a * (2 * columns_ + 3 - a) / 2 + b - a; }
+
+  std::size_t columns_ = 0;
+  std::size_t stride_ = 0;
+  std::vector<double> sums_;    ///< [upper triangle of columns and radiance][view]
+  std::vector<float> scratch_;  ///< columns of some lights
+};
+
+}  // namespace selvedge

@@ -1,0 +1,46 @@
+// Coefficients of products as whole numbers of a step, chosen for what they cost and for what is seen of
+// them.
+//
+// ZIP codes the difference of a value from its left neighbour, so that what a number costs is the information
+// of that difference; along a row of texels the cheapest sequence is found by Viterbi's algorithm. A texel
+// shows the mean over several entries: an error in one of them is made good by its neighbours, whose numbers
+// are chosen against what is seen of all of them together. So the errors that remain are those that do not
+// show.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "fitter/slabs/shared_basis.h"
+#include "fitter/slabs/slab_tables.h"
+
+namespace selvedge {
+
+/// What texels show of two entries at once: the normal equations of slabs with one function of the view.
+struct SlabOverlaps {
+  std::vector<std::size_t> first;    ///< of each entry in `other` and `shared`, then the end
+  std::vector<std::uint32_t> other;  ///< entries, not itself
+  std::vector<float> shared;         ///< sum over texels and views of the product of the shares of the rays
+  std::vector<float> own;            ///< [entry]: of itself; 0: never seen
+};
+
+SlabOverlaps overlaps_of(const SlabRays& rays, std::size_t entries);
+
+struct Quantisation {
+  float step = 1;
+  /// Products are left out whose root mean square is below so many steps.
+  float least = 0;
+  /// What a bit may cost: squared steps of error in an entry that is seen as much as the mean. 0: rounding.
+  float price = 0;
+  std::size_t width = 1;    ///< texels of a row
+  std::size_t entries = 1;  ///< of a texel
+};
+
+/// How many products quantised() keeps.
+std::size_t products_kept(const Products& products, const Quantisation& how);
+
+/// `overlaps`: of the entries that own the coefficients; none: owners are seen one by one, all alike.
+/// Deterministic for any number of threads.
+Products quantised(const Products& products, const Quantisation& how, const SlabOverlaps* overlaps);
+
+}  // namespace selvedge

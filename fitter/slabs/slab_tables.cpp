@@ -1,0 +1,383 @@
+#include "fitter/slabs/slab_tables.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/parallel.h"
+#include "format/fabric/slabs.h"
+#include "format/samples/pool.h"
+
+namespace selvedge {
+namespace {
+
+/// Right sides that are solved for at a time: their columns of all entries stay in the caches.
+constexpr std::size_t columns_at_once = 16;
+/// More of them follow the noise of the samples.
+constexpr int iterations = 8;
+/// Pulls, as shares of the mean diagonal of the normal equations.
+constexpr float pull_of_first = 0.03F;
+constexpr float pull_of_others = 0.5F;
+
+/// One sample: the unknowns that add up to it.
+struct Term {
+  std::uint32_t unknown = 0;
+  std::uint32_t kind = 0;  // of its texel
+  float weight = 0;
+};
+
+/// The sparse matrix, rows by texel and view.
+struct Matrix {
+  std::vector<std::size_t> first;  // of each row, then the end
+  std::vector<Term> terms;
+  std::vector<float> diagonal;  // of A^T A, by unknown
+  std::vector<float> pull;      // by unknown
+};
+
+Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
+                 const std::vector<std::vector<float>>& phi, const SlabFactors* factors) {
+  const std::size_t of_texel = entries / static_cast<std::size_t>(samples.texels());
+  const auto per_row = static_cast<std::size_t>(rays.rays);
+  const float share = 1.0F / static_cast<float>(per_row);
+  const std::size_t rows = rays.met.size() / per_row;
+  Matrix matrix;
+  matrix.diagonal.assign(entries * phi.size(), 0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t begin = matrix.terms.size();
+    matrix.first.push_back(begin);
+    const std::size_t view = row % static_cast<std::size_t>(samples.views);
+    for (std::size_t i = row * per_row; i < (row + 1) * per_row; ++i) {
+      if (rays.met[i] == SlabRays::nothing) continue;
+      for (std::size_t a = 0; a < phi.size(); ++a) {
+        const auto unknown = static_cast<std::uint32_t>(rays.met[i] * phi.size() + a);
+        const float weight = share * phi[a][view];
+        std::size_t t = begin;
+        while (t < matrix.terms.size() && matrix.terms[t].unknown != unknown) ++t;
+        if (t == matrix.terms.size()) {
+          const std::uint32_t kind = factors != nullptr ? factors->kind[rays.met[i] / of_texel] : 0;
+          matrix.terms.push_back({unknown, kind, 0});
+        }
+        matrix.terms[t].weight += weight;
+      }
+    }
+    for (std::size_t t = begin; t < matrix.terms.size(); ++t) {
+      matrix.diagonal[matrix.terms[t].unknown] += matrix.terms[t].weight * matrix.terms[t].weight;
+    }
+  }
+  matrix.first.push_back(matrix.terms.size());
+  double mean = 0;
+  double count = 0;
+  for (std::size_t u = 0; u < matrix.diagonal.size(); u += phi.size()) {
+    mean += static_cast<double>(matrix.diagonal[u]);
+    count += matrix.diagonal[u] > 0 ? 1 : 0;
+  }
+  const auto scale = static_cast<float>(count > 0 ? mean / count : 1);
+  for (std::size_t u = 0; u < matrix.diagonal.size(); ++u) {
+    matrix.pull.push_back(scale * (u % phi.size() == 0 ? pull_of_first : pull_of_others));
+  }
+  return matrix;
+}
+
+/// Some right sides of the problem and their solution. Arrays are [unknown * columns + column].
+class Solver {
+ public:
+  Solver(const Matrix& matrix, const SampleLevel& samples, const SlabFactors* factors, std::size_t functions,
+         std::size_t first_value, std::size_t columns)
+      : matrix_(matrix), samples_(samples), functions_(functions), first_(first_value), n_(columns) {
+    take_factors(factors);
+  }
+
+  std::vector<float> solve() {
+    const std::size_t unknowns = matrix_.diagonal.size();
+    std::vector<float> x(unknowns * n_, 0);
+    const std::vector<float> mean = mean_of_samples();
+    for (std::size_t u = 0; u < unknowns; u += functions_) std::copy(mean.begin(), mean.end(), &x[u * n_]);
+    // r = A^T b + pull x0 - (A^T A + pull) x0 = A^T (b - A x0)
+    std::vector<float> r(unknowns * n_, 0);
+    std::vector<float> sum(n_);
+    std::vector<float> sample(n_);
+    for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
+      if (!apply_row(row, x, sum)) continue;
+      take_sample(row, sample);
+      for (std::size_t k = 0; k < n_; ++k) sum[k] = sample[k] - sum[k];
+      scatter_row(row, sum, r);
+    }
+    std::vector<float> z(r.size());
+    precondition(r, z);
+    std::vector<float> p = z;
+    std::vector<float> ap(r.size());
+    std::vector<double> rz = inner(r, z);
+    std::vector<float> step(n_);
+    for (int i = 0; i < iterations; ++i) {
+      multiply(p, ap);
+      const std::vector<double> pap = inner(p, ap);
+      for (std::size_t k = 0; k < n_; ++k) step[k] = static_cast<float>(pap[k] > 0 ? rz[k] / pap[k] : 0);
+      add_scaled(p, step, 1, x);
+      add_scaled(ap, step, -1, r);
+      precondition(r, z);
+      const std::vector<double> next = inner(r, z);
+      for (std::size_t k = 0; k < n_; ++k) step[k] = static_cast<float>(rz[k] > 0 ? next[k] / rz[k] : 0);
+      rz = next;
+      for (std::size_t u = 0; u < unknowns; ++u) {
+        for (std::size_t k = 0; k < n_; ++k) p[u * n_ + k] = z[u * n_ + k] + step[k] * p[u * n_ + k];
+      }
+    }
+    return x;
+  }
+
+ private:
+  /// alpha r of a texel and view.
+  void take_sample(std::size_t row, std::vector<float>& out) const {
+    const float alpha = samples_.alpha[row];
+    const V3f* radiance = &samples_.radiance[row * static_cast<std::size_t>(samples_.lights)];
+    for (std::size_t k = 0; k < n_; ++k) {
+      const std::size_t value = first_ + k;
+      out[k] = alpha * radiance[value / 3][static_cast<int>(value % 3)];
+    }
+  }
+  /// The columns of the factors, side by side, and the diagonal of the normal equations that they make.
+  void take_factors(const SlabFactors* factors) {
+    views_ = static_cast<std::size_t>(samples_.views);
+    with_factors_ = factors != nullptr;
+    const std::size_t values = 3 * static_cast<std::size_t>(samples_.lights);
+    const std::size_t rows = factors == nullptr ? views_ : factors->value.size() / values;
+    factor_.assign(rows * n_, 1);
+    inverse_.resize(matrix_.diagonal.size() * n_);
+    for (std::size_t u = 0; u < matrix_.diagonal.size(); ++u) {
+      const float own = factors == nullptr ? matrix_.diagonal[u] : 0;
+      std::fill_n(&inverse_[u * n_], n_, own);
+    }
+    if (factors != nullptr) {
+      for (std::size_t i = 0; i < rows; ++i)
+        std::copy_n(&factors->value[i * values + first_], n_, &factor_[i * n_]);
+      for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
+        for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
+          const Term& term = matrix_.terms[t];
+          const float* factor = factor_of(term, row);
+          float* own = &inverse_[term.unknown * n_];
+          for (std::size_t k = 0; k < n_; ++k)
+            own[k] += (term.weight * factor[k]) * (term.weight * factor[k]);
+        }
+      }
+    }
+    for (std::size_t u = 0; u < matrix_.pull.size(); ++u) {
+      for (std::size_t k = 0; k < n_; ++k)
+        inverse_[u * n_ + k] = 1 / (inverse_[u * n_ + k] + matrix_.pull[u]);
+    }
+  }
+  const float* factor_of(const Term& term, std::size_t row) const {
+    return &factor_[(term.kind * views_ + row % views_) * n_];
+  }
+  std::vector<float> mean_of_samples() const {
+    std::vector<double> sum(n_, 0);
+    std::vector<double> weight(n_, 0);
+    std::vector<float> sample(n_);
+    for (std::size_t row = 0; row < samples_.alpha.size(); ++row) {
+      take_sample(row, sample);
+      for (std::size_t k = 0; k < n_; ++k) sum[k] += static_cast<double>(sample[k]);
+      if (!with_factors_) {
+        for (double& w : weight) w += static_cast<double>(samples_.alpha[row]);
+        continue;
+      }
+      for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; t += functions_) {
+        const Term& term = matrix_.terms[t];
+        const float* factor = factor_of(term, row);
+        for (std::size_t k = 0; k < n_; ++k) weight[k] += static_cast<double>(term.weight * factor[k]);
+      }
+    }
+    std::vector<float> mean;
+    for (std::size_t k = 0; k < n_; ++k) {
+      mean.push_back(static_cast<float>(weight[k] > 0 ? sum[k] / weight[k] : 0));
+    }
+    return mean;
+  }
+  bool apply_row(std::size_t row, const std::vector<float>& x, std::vector<float>& sum) const {
+    const std::size_t begin = matrix_.first[row];
+    const std::size_t end = matrix_.first[row + 1];
+    if (begin == end) return false;
+    std::fill(sum.begin(), sum.end(), 0.0F);
+    for (std::size_t t = begin; t < end; ++t) {
+      const Term& term = matrix_.terms[t];
+      const float* from = &x[term.unknown * n_];
+      const float* factor = factor_of(term, row);
+      for (std::size_t k = 0; k < n_; ++k) sum[k] += term.weight * factor[k] * from[k];
+    }
+    return true;
+  }
+  void scatter_row(std::size_t row, const std::vector<float>& sum, std::vector<float>& into) const {
+    for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
+      const Term& term = matrix_.terms[t];
+      float* to = &into[term.unknown * n_];
+      const float* factor = factor_of(term, row);
+      for (std::size_t k = 0; k < n_; ++k) to[k] += term.weight * factor[k] * sum[k];
+    }
+  }
+  void multiply(const std::vector<float>& x, std::vector<float>& out) const {
+    for (std::size_t u = 0; u < matrix_.pull.size(); ++u) {
+      for (std::size_t k = 0; k < n_; ++k) out[u * n_ + k] = matrix_.pull[u] * x[u * n_ + k];
+    }
+    std::vector<float> sum(n_);
+    for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
+      if (apply_row(row, x, sum)) scatter_row(row, sum, out);
+    }
+  }
+  void precondition(const std::vector<float>& r, std::vector<float>& z) const {
+    for (std::size_t i = 0; i < r.size(); ++i) z[i] = inverse_[i] * r[i];
+  }
+  std::vector<double> inner(const std::vector<float>& a, const std::vector<float>& b) const {
+    std::vector<double> sum(n_, 0);
+    for (std::size_t i = 0; i < a.size(); i += n_) {
+      for (std::size_t k = 0; k < n_; ++k) sum[k] += static_cast<double>(a[i + k] * b[i + k]);
+    }
+    return sum;
+  }
+  void add_scaled(const std::vector<float>& from, const std::vector<float>& step, float sign,
+                  std::vector<float>& to) const {
+    for (std::size_t i = 0; i < to.size(); i += n_) {
+      for (std::size_t k = 0; k < n_; ++k) to[i + k] += sign * step[k] * from[i + k];
+    }
+  }
+
+  const Matrix& matrix_;
+  const SampleLevel& samples_;
+  std::size_t functions_;
+  std::size_t first_;
+  std::size_t n_;
+  std::size_t views_ = 0;
+  bool with_factors_ = false;
+  std::vector<float> factor_;   // [(kind * views + view) * columns + column]
+  std::vector<float> inverse_;  // of the diagonal, [unknown * columns + column]
+};
+
+}  // namespace
+
+SlabRays slab_rays(const FabricLevel& level, const Fabric& of, const std::vector<V3f>& directions) {
+  const SlabShape& shape = level.heights->shape();
+  const V2d cells(level.width * shape.columns, level.height * shape.rows);
+  SlabRays result;
+  result.rays = shape.columns * shape.rows;
+  const std::size_t per_texel = directions.size() * static_cast<std::size_t>(result.rays);
+  result.met.resize(static_cast<std::size_t>(level.texels()) * per_texel);
+  const SlabMarch march(level, of);
+  parallel_for(0, level.texels(), [&](int texel) {
+    std::size_t at = static_cast<std::size_t>(texel) * per_texel;
+    for (const V3f& direction : directions) {
+      for (int row = 0; row < shape.rows; ++row) {
+        for (int column = 0; column < shape.columns; ++column) {
+          const V2i cell(texel % level.width * shape.columns + column,
+                         texel / level.width * shape.rows + row);
+          const V2d centre(cell.x + 0.5, cell.y + 0.5);
+          const auto hit = march(centre / cells, direction);
+          result.met[at++] = hit ? static_cast<std::uint32_t>(
+                                       hit->texel * static_cast<std::size_t>(shape.entries()) + hit->entry)
+                                 : SlabRays::nothing;
+        }
+      }
+    }
+  });
+  return result;
+}
+
+std::vector<std::vector<float>> smooth_view_functions(const DirectionGrid& views, int count) {
+  const std::vector<V3f> directions = directions_of(views);
+  std::vector<std::vector<double>> functions;
+  for (int a = 0; a < count; ++a) {
+    std::vector<double> values;
+    for (const V3f& direction : directions) {
+      const V3d v(direction);
+      const std::array<double, 6> powers{1, v.x, v.y, v.z, v.x * v.x - v.y * v.y, v.x * v.y};
+      values.push_back(powers[a]);
+    }
+    const auto mean_product = [&](const std::vector<double>& x, const std::vector<double>& y) {
+      double sum = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * y[i];
+      return sum / static_cast<double>(x.size());
+    };
+    const double whole = mean_product(values, values);
+    for (const auto& other : functions) {
+      const double share = mean_product(values, other);
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] -= share * other[i];
+    }
+    const double rest = mean_product(values, values);
+    if (!(rest > 1e-6 * whole)) continue;  // the grid cannot tell it from the others
+    for (double& value : values) value /= std::sqrt(rest);
+    functions.push_back(std::move(values));
+  }
+  std::vector<std::vector<float>> result;
+  for (const auto& values : functions) {
+    // As the file will hold them: half precision has multiples of 1/1024 up to 2 exactly, and of 1/256 up
+    // to 8.
+    std::vector<float> stored;
+    for (const double value : values) stored.push_back(static_cast<float>(std::round(value * 256) / 256));
+    result.push_back(std::move(stored));
+  }
+  return result;
+}
+
+SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
+                     const std::vector<std::vector<float>>& view_functions, const SlabFactors* factors) {
+  const Matrix matrix = matrix_of(samples, rays, entries, view_functions, factors);
+  SlabTables tables;
+  tables.functions = view_functions.size();
+  tables.values = 3 * static_cast<std::size_t>(samples.lights);
+  tables.value.resize(entries * tables.functions * tables.values);
+  const std::size_t blocks = (tables.values + columns_at_once - 1) / columns_at_once;
+  parallel_for(0, static_cast<int>(blocks), [&](int block) {
+    const std::size_t first = static_cast<std::size_t>(block) * columns_at_once;
+    const std::size_t columns = std::min(columns_at_once, tables.values - first);
+    const std::vector<float> x = Solver(matrix, samples, factors, tables.functions, first, columns).solve();
+    for (std::size_t u = 0; u < entries * tables.functions; ++u) {
+      std::copy_n(&x[u * columns], columns, &tables.value[u * tables.values + first]);
+    }
+  });
+  for (std::size_t entry = 0; entry < entries; ++entry) {
+    tables.seen.push_back(static_cast<double>(matrix.diagonal[entry * tables.functions]));
+  }
+  return tables;
+}
+
+HeightLayer pool_heights(const HeightLayer& fine, int width, int height) {
+  return regrid_heights(fine, width, height, {level_size(width, 1), level_size(height, 1)}, fine.shape());
+}
+
+HeightLayer regrid_heights(const HeightLayer& fine, int width, int height, const V2i& texels,
+                           const SlabShape& shape) {
+  const SlabShape& from_shape = fine.shape();
+  const int coarse_width = texels.x;
+  const int coarse_height = texels.y;
+  const auto columns = overlaps(width * from_shape.columns, coarse_width * shape.columns);
+  const auto rows = overlaps(height * from_shape.rows, coarse_height * shape.rows);
+  const auto index = [](const SlabShape& of, int w, int x, int y, int slab) {
+    const int texel = y / of.rows * w + x / of.columns;
+    const int entry = (slab * of.rows + y % of.rows) * of.columns + x % of.columns;
+    return static_cast<std::size_t>(texel * of.entries() + entry);
+  };
+  const auto values = static_cast<std::size_t>(coarse_width * coarse_height * shape.entries());
+  std::vector<float> top(values, 0);
+  std::vector<float> bottom(values, 0);
+  for (int y = 0; y < coarse_height * shape.rows; ++y) {
+    for (int x = 0; x < coarse_width * shape.columns; ++x) {
+      for (int slab = 0; slab < shape.slabs; ++slab) {
+        double area = 0;
+        double sum_top = 0;
+        double sum_bottom = 0;
+        for (const Overlap& row : rows[y]) {
+          for (const Overlap& column : columns[x]) {
+            const std::size_t from = index(from_shape, width, column.fine, row.fine, slab);
+            if (!(fine.top()[from] > fine.bottom()[from])) continue;
+            const double share = row.share * column.share;
+            area += share;
+            sum_top += share * static_cast<double>(fine.top()[from]);
+            sum_bottom += share * static_cast<double>(fine.bottom()[from]);
+          }
+        }
+        if (area < 0.5) continue;
+        const std::size_t to = index(shape, coarse_width, x, y, slab);
+        top[to] = static_cast<float>(sum_top / area);
+        bottom[to] = static_cast<float>(sum_bottom / area);
+      }
+    }
+  }
+  return {shape, std::move(top), std::move(bottom)};
+}
+
+}  // namespace selvedge

@@ -1,0 +1,73 @@
+#include "fitter/solve/radiance_scale.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/fabric/warnings.h"
+
+namespace selvedge {
+namespace {
+
+/// Calls `on_rho` and `on_lobe` with every diffuse term and every lobe's four parameters.
+template <class Lobes, class OnRho, class OnLobe>
+void for_all(Lobes& lobes, OnRho on_rho, OnLobe on_lobe) {
+  const auto stride = static_cast<std::size_t>(parameter_count(lobes.lobes));
+  for (std::size_t i = 0; i < lobes.parameters.size(); i += stride) {
+    on_rho(lobes.parameters[i]);
+    for (std::size_t j = i + 1; j < i + stride; j += 4) on_lobe(&lobes.parameters[j]);
+  }
+}
+
+double largest_of(const Fabric& fabric) {
+  double largest = 0;
+  for (const FabricLevel& level : fabric.levels) {
+    if (!level.lobes) continue;
+    for_all(
+        *level.lobes, [&](float rho) { largest = std::max(largest, static_cast<double>(rho)); },
+        [&](const float* lobe) { largest = std::max(largest, lobe_peak(lobe)); });
+  }
+  return largest;
+}
+
+/// f becomes f / scale; the fabric's own scale is left as it is.
+void divide(Fabric& fabric, double scale) {
+  const auto inverse = static_cast<float>(1 / scale);
+  for (FabricLevel& level : fabric.levels) {
+    if (level.lobes) {
+      for_all(
+          *level.lobes, [&](float& rho) { rho *= inverse; },
+          [&](float* lobe) {
+            const double factor = std::pow(scale, -1 / static_cast<double>(lobe[3]));
+            for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
+          });
+    }
+    // Beside lobes products are a factor on them.
+    if (!level.products || level.lobes) continue;
+    for (float& c : level.products->coefficient) c *= inverse;
+  }
+}
+
+}  // namespace
+
+double scale_for(double largest) {
+  constexpr double least = 0x1p-8;
+  constexpr double most = 0x1p12;
+  if (!(largest > 0) || !std::isfinite(largest) || (largest >= least && largest <= most)) return 1;
+  // The reciprocal has to be a normal number as well.
+  return std::exp2(std::clamp(std::round(std::log2(largest)), -120.0, 120.0));
+}
+
+void set_radiance_scale(Fabric& fabric) {
+  const double scale = scale_for(largest_of(fabric));
+  if (scale == 1) return;
+  divide(fabric, scale);
+  fabric.radiance_scale = static_cast<float>(scale);
+}
+
+void remove_radiance_scale(Fabric& fabric) {
+  if (fabric.radiance_scale == 1) return;
+  divide(fabric, 1 / static_cast<double>(fabric.radiance_scale));
+  fabric.radiance_scale = 1;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,42 @@
+#include "format/base/input_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace selvedge {
+
+InputFile::Descriptor::~Descriptor() { ::close(number); }
+
+Result<InputFile> InputFile::open(const std::string& path) {
+  // Not blocking: opening a pipe that nobody writes to would wait for ever.
+  const int number = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (number < 0) {
+    const int reason = errno;
+    if (reason == ENOENT || reason == ENOTDIR) return fail(Code::file_missing, path, {}, "no such file");
+    return fail(Code::file_unreadable, path, {}, std::strerror(reason));
+  }
+  auto descriptor = std::make_unique<Descriptor>(number);
+  struct stat status {};
+  if (::fstat(number, &status) != 0) return fail(Code::file_unreadable, path, {}, std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) return fail(Code::file_unreadable, path, {}, "is a folder");
+  if (!S_ISREG(status.st_mode)) return fail(Code::file_unreadable, path, {}, "is not a plain file");
+  return InputFile(std::move(descriptor), static_cast<std::uint64_t>(status.st_size));
+}
+
+bool InputFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
+  if (offset > size_ || out.size() > size_ - offset) return false;
+  while (!out.empty()) {
+    const ssize_t count = ::pread(descriptor_->number, out.data(), out.size(), static_cast<off_t>(offset));
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;  // an error, or the file has become shorter since it was opened
+    offset += static_cast<std::uint64_t>(count);
+    out = out.subspan(count);
+  }
+  return true;
+}
+
+}  // namespace selvedge

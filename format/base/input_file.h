@@ -1,0 +1,37 @@
+// Plain files opened for reading: what every reader of ours begins with.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "format/base/error.h"
+
+namespace selvedge {
+
+class InputFile {
+ public:
+  /// FILE_MISSING, or FILE_UNREADABLE for a folder, a device or a pipe, which is not waited for.
+  static Result<InputFile> open(const std::string& path);
+
+  std::uint64_t size() const { return size_; }
+  /// Fills `out` from `offset` on; false where the bytes are not there.
+  bool read(std::uint64_t offset, std::span<std::uint8_t> out) const;
+
+ private:
+  struct Descriptor {
+    explicit Descriptor(int opened) : number(opened) {}
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    ~Descriptor();
+    int number;
+  };
+  InputFile(std::unique_ptr<Descriptor> descriptor, std::uint64_t size)
+      : descriptor_(std::move(descriptor)), size_(size) {}
+
+  std::unique_ptr<Descriptor> descriptor_;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace selvedge

@@ -1,0 +1,44 @@
+#include "format/base/option_text.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+namespace selvedge {
+
+std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator, std::size_t least,
+                                                 std::size_t most) {
+  std::vector<double> numbers;
+  std::stringstream items(text);
+  std::string item;
+  while (std::getline(items, item, separator)) {
+    char* end = nullptr;
+    const double value = std::strtod(item.c_str(), &end);
+    if (item.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+    numbers.push_back(value);
+  }
+  const bool dangling = !text.empty() && text.back() == separator;
+  if (dangling || numbers.size() < least || numbers.size() > most) return std::nullopt;
+  return numbers;
+}
+
+bool has_ending(std::string path, std::string_view ending) {
+  std::transform(path.begin(), path.end(), path.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return path.size() > ending.size() && path.ends_with(ending);
+}
+
+std::string shell_word(const std::string& text) {
+  const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("_./:=,+-@%").find(c) != std::string_view::npos;
+  });
+  if (plain) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+}  // namespace selvedge

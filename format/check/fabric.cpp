@@ -1,0 +1,110 @@
+#include "format/check/fabric.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "format/check/fabric_extras.h"
+#include "format/exr/exr.h"
+#include "format/fabric/rules.h"
+#include "format/fabric/warnings.h"
+
+namespace selvedge {
+namespace {
+
+bool is_zero(const ExrPixels& pixels) {
+  return std::all_of(pixels.planes.begin(), pixels.planes.end(), [](const std::vector<float>& plane) {
+    return std::all_of(plane.begin(), plane.end(), [](float value) { return value == 0; });
+  });
+}
+
+/// Everything that is wrong with one file, stage by stage.
+class Checker {
+ public:
+  Checker(ExrReader file, const FabricLimits& limits)
+      : file_(std::move(file)), sink_(file_.name()), header_(check_header(file_, limits, sink_)) {}
+
+  Issues check() {
+    if (fabric_text(file_.parts()) == nullptr) return sink_.take();  // another kind of file
+    if (header_) {
+      for (const Layer layer : all_layers) {
+        if (header_->layer(layer) && check_layer_part(file_, *header_, layer, sink_)) readable_.insert(layer);
+      }
+      understood_ = !sink_.has_error();
+      check_surroundings(file_, *header_, sink_);
+    }
+    int levels = 0;
+    for (const ExrPart& part : file_.parts()) levels = std::max(levels, part.levels);
+    for (int k = 0; k < levels; ++k) check_level(k);
+    return sink_.take();
+  }
+
+ private:
+  /// Level k of all parts: decoded, and of the layers that can be understood also judged.
+  void check_level(int k) {
+    const std::size_t errors_before = sink_.errors();
+    FabricLevel level;
+    if (header_) {
+      level.width = level_size(header_->width, k);
+      level.height = level_size(header_->height, k);
+    }
+    for (std::size_t p = 0; p < file_.parts().size(); ++p) {
+      const ExrPart& part = file_.parts()[p];
+      if (k >= part.levels) continue;
+      if (is_lossy(part.compression)) continue;  // no reader decodes it
+      const auto pixels = file_.read_level(static_cast<int>(p), k);
+      if (!pixels) {
+        sink_.add(pixels.error());
+      } else if (const auto layer = layer_named(part.name); layer && readable_.contains(*layer)) {
+        take_pixels(part, *pixels, *layer, k, level);
+      }
+    }
+    if (level.bases) bases_ = level.bases;
+    if (level.products) level.bases = bases_;
+    // Of a fabric that is not whole the light says nothing.
+    if (!understood_ || k >= header_->levels || sink_.errors() > errors_before) return;
+    warn_of_peaks(level, k, half_lobes(), sink_);
+    warn_of_energy(level, fabric_from_header(*header_), k, sink_);
+  }
+
+  void take_pixels(const ExrPart& part, const ExrPixels& pixels, Layer layer, int k, FabricLevel& level) {
+    if (entry_of(header_->layer(layer), k) >= 0) {
+      decode_layer(part, pixels, *header_, layer, k, level, sink_);
+    } else if (!is_zero(pixels)) {
+      sink_.add(Code::fabric_advice, fmt::format("{}/level {}", part.name, k),
+                "the level is not listed, yet not all of it is zero");
+    }
+  }
+
+  bool half_lobes() const {
+    const int part = file_.find_part(name_of(Layer::lobes));
+    if (part < 0) return false;
+    const auto& channels = file_.parts()[part].channels;
+    return std::any_of(channels.begin(), channels.end(), [](const ExrChannel& c) { return c.half; });
+  }
+
+  ExrReader file_;
+  IssueSink sink_;
+  std::optional<FabricHeader> header_;
+  LayerSet readable_;
+  std::shared_ptr<const ProductBases> bases_;
+  bool understood_ = false;  ///< every layer of the header is readable
+};
+
+Issues issues_of(Result<ExrReader> file, const FabricLimits& limits) {
+  if (!file) return {file.error()};
+  return Checker(std::move(*file), limits).check();
+}
+
+}  // namespace
+
+Issues check_fabric(const std::string& path, const FabricLimits& limits) {
+  return issues_of(ExrReader::open(path), limits);
+}
+
+Issues check_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
+                    const FabricLimits& limits) {
+  return issues_of(ExrReader::open(bytes, name), limits);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,149 @@
+#include "format/check/fabric_extras.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "format/fabric/names.h"
+#include "format/fabric/rules.h"
+#include "format/quality/fit_record.h"
+
+namespace selvedge {
+namespace {
+
+void check_channel_names(const std::vector<ExrPart>& parts, IssueSink& sink) {
+  std::set<std::string> seen;
+  for (const ExrPart& part : parts) {
+    for (const ExrChannel& channel : part.channels) {
+      const std::string place = fmt::format("{}/{}", part.name, channel.name);
+      if (!seen.insert(channel.name).second) {
+        sink.add(Code::fabric_channel, place, "another part has a channel of that name");
+      }
+      const char last = channel.name.empty() ? ' ' : channel.name.back();
+      const auto& endings = names::colour_endings;
+      if (part.name != names::part_preview &&
+          std::find(endings.begin(), endings.end(), last) != endings.end()) {
+        sink.add(Code::fabric_channel, place,
+                 fmt::format("ends in {}: tools change such channels as colours", last));
+      }
+    }
+  }
+}
+
+/// That all channels are known and have one precision, which is that of the text.
+void check_layer_channels(const ExrPart& part, const FabricHeader& header, Layer layer, IssueSink& sink) {
+  const std::vector<std::string> names = channel_names(header, layer);
+  const std::set<std::string> known(names.begin(), names.end());
+  const bool half = header.layer(layer)->half;
+  bool differs = false;
+  for (const ExrChannel& channel : part.channels) {
+    differs = differs || channel.half != half;
+    if (known.contains(channel.name)) continue;
+    sink.add(Code::fabric_advice, fmt::format("{}/{}", part.name, channel.name),
+             "the channel is not known and is ignored");
+  }
+  if (differs) {
+    sink.add(Code::fabric_advice, fmt::format("/layers/{}/precision", part.name),
+             "the part's channels are not all of that precision");
+  }
+}
+
+void check_preview(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+  check_windows(part, header, sink);
+  if (is_lossy(part.compression)) {
+    sink.add(Code::fabric_advice, part.name,
+             fmt::format("compression '{}' is lossy; the pixels were not checked", part.compression));
+  }
+  if (part.tiled) sink.add(Code::fabric_advice, part.name, "is tiled: some viewers read scanlines only");
+  for (const char* name : names::preview_channels) {
+    if (std::none_of(part.channels.begin(), part.channels.end(),
+                     [&](const ExrChannel& channel) { return channel.name == name; })) {
+      sink.add(Code::fabric_advice, fmt::format("{}/{}", part.name, name), "the preview has no such channel");
+    }
+  }
+}
+
+void check_mirrors(const ExrPart& first, const FabricHeader& header, IssueSink& sink) {
+  for (const auto& [name, value] : mirrors_of(header)) {
+    const auto found = first.attributes.find(name);
+    if (found == first.attributes.end() || found->second != value) {
+      sink.add(Code::fabric_advice, name, "the mirror is missing or differs from the attribute text");
+    }
+  }
+}
+
+void check_levels(const FabricHeader& header, IssueSink& sink) {
+  const int complete = level_count(header.width, header.height);
+  if (header.levels < complete && whole_levels(header) == first_level(header) + header.levels) {
+    sink.add(Code::fabric_levels, "/levels",
+             fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
+  }
+  if (const std::string missing = missing_levels(header); !missing.empty())
+    sink.add(Code::fabric_levels, "/whole", missing);
+  // A level with products does without the tables; which have which is the fit's choice.
+  for (const Layer layer : {Layer::lobes, Layer::frame, Layer::table, Layer::opacity, Layer::light}) {
+    const auto& entry = header.layer(layer);
+    if (!entry) continue;
+    int without = 0;
+    for (int k = 0; k < header.levels; ++k) {
+      if (entry_of(entry, k) < 0 && entry_of(header.layer(Layer::products), k) < 0) ++without;
+    }
+    if (without == 0) continue;
+    sink.add(Code::fabric_levels, fmt::format("/layers/{}/levels", name_of(layer)),
+             fmt::format("{} of the {} levels: on the others the layer counts as 1", header.levels - without,
+                         header.levels));
+  }
+}
+
+/// What the file says of its own fit, and whether its sizes are the file's.
+void check_fit_record(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
+  const auto record = fit_record_of(header.provenance, header.levels, sink);
+  if (!record) return;
+  for (int k = 0; k < header.levels; ++k) {
+    const std::uint64_t said = record->levels[k].bytes;
+    std::uint64_t bytes = 0;
+    for (const Layer layer : all_layers) {
+      const int part = file.find_part(name_of(layer));
+      if (layer == Layer::bases || part < 0 || entry_of(header.layer(layer), k) < 0) continue;
+      bytes += file.packed_bytes(part, k);
+    }
+    if (said == bytes) continue;
+    sink.add(Code::fabric_advice, fmt::format("/provenance/fit/levels/{}/bytes", k),
+             fmt::format("says {}; the level takes {}", said, bytes));
+  }
+}
+
+}  // namespace
+
+void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
+  const auto& parts = file.parts();
+  check_mirrors(parts.front(), header, sink);
+  if (file.find_part(names::part_preview) < 0) {
+    sink.add(Code::fabric_part, names::part_preview, "the part is missing");
+  } else if (parts.front().name != names::part_preview) {
+    sink.add(Code::fabric_advice, parts.front().name, "the first part is not the preview");
+  }
+  check_channel_names(parts, sink);
+  for (const ExrPart& part : parts) {
+    const auto wrap = part.attributes.find(names::attribute_wrap);
+    if (wrap == part.attributes.end() || wrap->second != ExrValue(std::string(names::wrap_periodic))) {
+      sink.add(Code::fabric_advice, fmt::format("{}/{}", part.name, names::attribute_wrap),
+               fmt::format("is not {}: tools will not repeat the pictures", names::wrap_periodic));
+    }
+    const auto layer = layer_named(part.name);
+    if (part.name == names::part_preview) {
+      check_preview(part, header, sink);
+    } else if (layer && header.layer(*layer)) {
+      if (!fits_a_part(header, *layer)) continue;
+      check_layer_channels(part, header, *layer, sink);
+    } else {
+      check_windows(part, header, sink);
+      sink.add(Code::fabric_advice, part.name, "the part is of no known layer and is ignored");
+    }
+  }
+  check_levels(header, sink);
+  check_fit_record(file, header, sink);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,327 @@
+#include "format/exr/exr.h"
+
+#include <Imath/half.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
+#include <OpenEXR/ImfTiledInputPart.h>
+#include <OpenEXR/ImfTiledOutputPart.h>
+#include <OpenEXR/ImfVecAttribute.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "format/base/atomic_file.h"
+#include "format/base/mip.h"
+#include "format/base/parallel.h"
+#include "format/exr/layout.h"
+#include "format/exr/unpack.h"
+
+namespace selvedge {
+namespace {
+
+constexpr float largest_half = 65504.0F;
+
+Imf::PixelType pixel_type(const ExrChannel& channel) { return channel.half ? Imf::HALF : Imf::FLOAT; }
+
+/// The part with all that the writer may choose: one tile per level where it fits, 32 to 64 pixels a side.
+ExrPart completed(ExrPart part) {
+  part.tiled = part.tiled || part.mipmapped;
+  part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
+  const int side = std::max(part.width, part.height) > 32 ? 64 : 32;
+  if (part.tile_width == 0) part.tile_width = side;
+  if (part.tile_height == 0) part.tile_height = side;
+  return part;
+}
+
+/// `display` is the first part's: OpenEXR wants one display window in the whole file.
+Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
+  Imf::Header header(part.width, part.height);
+  header.displayWindow() = Imath::Box2i({0, 0}, {display.width - 1, display.height - 1});
+  header.setName(part.name);
+  header.setType(part.tiled ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+  header.compression() = static_cast<Imf::Compression>(exr_compression_index(part.compression));
+  header.lineOrder() = part.increasing_y ? Imf::INCREASING_Y : Imf::DECREASING_Y;
+  if (part.tiled) {
+    header.setTileDescription(
+        Imf::TileDescription(static_cast<unsigned>(part.tile_width), static_cast<unsigned>(part.tile_height),
+                             part.mipmapped ? Imf::MIPMAP_LEVELS : Imf::ONE_LEVEL, Imf::ROUND_DOWN));
+  }
+  for (const ExrChannel& channel : part.channels) {
+    header.channels().insert(channel.name, Imf::Channel(pixel_type(channel)));
+  }
+  for (const auto& [name, value] : part.attributes) {
+    if (const auto* text = std::get_if<std::string>(&value)) {
+      header.insert(name, Imf::StringAttribute(*text));
+    } else if (const auto* whole = std::get_if<int>(&value)) {
+      header.insert(name, Imf::IntAttribute(*whole));
+    } else if (const auto* real = std::get_if<float>(&value)) {
+      header.insert(name, Imf::FloatAttribute(*real));
+    } else if (const auto* v2 = std::get_if<V2f>(&value)) {
+      header.insert(name, Imf::V2fAttribute(*v2));
+    } else if (const auto* v3 = std::get_if<V3f>(&value)) {
+      header.insert(name, Imf::V3fAttribute(*v3));
+    }
+  }
+  return header;
+}
+
+/// A slice over one plane whose first row is scanline `first_row`.
+Imf::Slice slice_of(Imf::PixelType type, const void* plane, int width, int first_row, std::size_t size) {
+  const std::size_t row_bytes = size * static_cast<std::size_t>(width);
+  // OpenEXR addresses by absolute scanline: the base lies `first_row` rows before the buffer.
+  auto* base = reinterpret_cast<char*>(reinterpret_cast<std::uintptr_t>(plane) -
+                                       static_cast<std::uintptr_t>(first_row) * row_bytes);
+  return {type, base, size, row_bytes};
+}
+
+/// Planes in their stored precision, and the frame buffer that points at them.
+struct StoredPlanes {
+  std::vector<std::vector<Imath::half>> halves;
+  Imf::FrameBuffer buffer;
+};
+
+Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels, int first_row,
+                                   const std::string& file) {
+  StoredPlanes stored;
+  stored.halves.resize(part.channels.size());
+  for (std::size_t c = 0; c < part.channels.size(); ++c) {
+    const std::vector<float>& plane = pixels.planes[c];
+    if (part.channels[c].half) {
+      stored.halves[c].resize(plane.size());
+      for (std::size_t i = 0; i < plane.size(); ++i) {
+        if (std::abs(plane[i]) > largest_half || std::isnan(plane[i])) {
+          const auto width = static_cast<std::size_t>(pixels.width);
+          return fail(
+              Code::fabric_not_finite, file,
+              fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % width, i / width),
+              fmt::format("{} does not fit into half precision", plane[i]));
+        }
+        stored.halves[c][i] = Imath::half(plane[i]);
+      }
+      stored.buffer.insert(part.channels[c].name, slice_of(Imf::HALF, stored.halves[c].data(), pixels.width,
+                                                           first_row, sizeof(Imath::half)));
+    } else {
+      stored.buffer.insert(part.channels[c].name,
+                           slice_of(Imf::FLOAT, plane.data(), pixels.width, first_row, sizeof(float)));
+    }
+  }
+  return stored;
+}
+
+/// A plain file that remembers a failed write: OpenEXR finishes a file in a destructor, which keeps errors to
+/// itself.
+class FileStream : public Imf::OStream {
+ public:
+  FileStream(const std::string& path, const std::string& name)
+      : OStream(name.c_str()), file_(std::fopen(path.c_str(), "wb")) {
+    if (file_ == nullptr) remember();
+  }
+  FileStream(const FileStream&) = delete;
+  FileStream& operator=(const FileStream&) = delete;
+  ~FileStream() override { close(); }
+
+  void write(const char c[], int n) override {
+    const auto count = static_cast<std::size_t>(n);
+    if (file_ == nullptr || std::fwrite(c, 1, count, file_) != count) fail_now();
+  }
+  std::uint64_t tellp() override { return file_ == nullptr ? 0 : static_cast<std::uint64_t>(ftello(file_)); }
+  void seekp(std::uint64_t position) override {
+    if (file_ == nullptr || fseeko(file_, static_cast<off_t>(position), SEEK_SET) != 0) fail_now();
+  }
+  /// Empty if everything that was ever written has arrived.
+  const std::string& close() {
+    if (file_ != nullptr && std::fclose(std::exchange(file_, nullptr)) != 0) remember();
+    return reason_;
+  }
+
+ private:
+  void remember() {
+    if (reason_.empty()) reason_ = std::strerror(errno);
+  }
+  [[noreturn]] void fail_now() {
+    remember();
+    throw Iex::IoExc(reason_);
+  }
+
+  std::FILE* file_;
+  std::string reason_;
+};
+
+}  // namespace
+
+/// In this order: the output is finished before its stream is closed, and that before the temporary file
+/// goes.
+struct ExrWriter::State {
+  AtomicFile file;
+  std::vector<ExrPart> parts;
+  std::vector<int> next_row;
+  std::unique_ptr<FileStream> stream;
+  std::unique_ptr<Imf::MultiPartOutputFile> out;
+};
+
+ExrWriter::ExrWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ExrWriter::ExrWriter(ExrWriter&&) noexcept = default;
+ExrWriter& ExrWriter::operator=(ExrWriter&&) noexcept = default;
+ExrWriter::~ExrWriter() = default;
+
+Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
+  for (ExrPart& part : parts) {
+    if (exr_compression_index(part.compression) < 0 || is_lossy(part.compression)) {
+      return fail(Code::option_out_of_range, path, part.name,
+                  fmt::format("compression '{}' is lossy or unknown", part.compression));
+    }
+    part = completed(std::move(part));
+    if (!part.tiled && !part.increasing_y) {
+      return fail(Code::option_out_of_range, path, part.name, "scanlines are written from the top down");
+    }
+  }
+  auto file = AtomicFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  try {
+    // Compression is most of the work of writing; the bytes do not depend on who does it.
+    if (Imf::globalThreadCount() != thread_count()) Imf::setGlobalThreadCount(thread_count());
+    std::vector<Imf::Header> headers;
+    for (const ExrPart& part : parts) headers.push_back(header_of(part, parts.front()));
+    auto stream = std::make_unique<FileStream>(file->temporary(), path);
+    auto out =
+        std::make_unique<Imf::MultiPartOutputFile>(*stream, headers.data(), static_cast<int>(headers.size()));
+    std::vector<int> next_row(parts.size(), 0);
+    return ExrWriter(std::make_unique<State>(
+        State{std::move(*file), std::move(parts), std::move(next_row), std::move(stream), std::move(out)}));
+  } catch (const std::exception& e) {
+    return fail(Code::file_unwritable, path, {}, e.what());
+  }
+}
+
+Result<void> ExrWriter::write_level(int part_index, int level, const ExrPixels& pixels) {
+  const ExrPart& part = state_->parts[part_index];
+  if (!part.tiled) return write_rows(part_index, pixels);
+  const std::string& file = state_->file.path();
+  const auto stored = stored_planes(part, pixels, 0, file);
+  if (!stored) return tl::unexpected(stored.error());
+  try {
+    Imf::TiledOutputPart out(*state_->out, part_index);
+    out.setFrameBuffer(stored->buffer);
+    out.writeTiles(0, out.numXTiles(level) - 1, 0, out.numYTiles(level) - 1, level);
+  } catch (const std::exception& e) {
+    return fail(Code::file_unwritable, file, part.name, e.what());
+  }
+  return {};
+}
+
+Result<void> ExrWriter::write_rows(int part_index, const ExrPixels& pixels) {
+  const ExrPart& part = state_->parts[part_index];
+  int& next_row = state_->next_row[part_index];
+  const std::string& file = state_->file.path();
+  const auto stored = stored_planes(part, pixels, next_row, file);
+  if (!stored) return tl::unexpected(stored.error());
+  try {
+    Imf::OutputPart out(*state_->out, part_index);
+    out.setFrameBuffer(stored->buffer);
+    out.writePixels(pixels.height);
+    next_row += pixels.height;
+  } catch (const std::exception& e) {
+    return fail(Code::file_unwritable, file, part.name, e.what());
+  }
+  return {};
+}
+
+Result<void> ExrWriter::commit() {
+  state_->out.reset();
+  const std::string& reason = state_->stream->close();
+  if (!reason.empty()) return fail(Code::file_unwritable, state_->file.path(), {}, reason);
+  return state_->file.commit();
+}
+
+namespace {
+
+/// A file in memory, first written, then read.
+class MemoryFile : public Imf::OStream, public Imf::IStream {
+ public:
+  MemoryFile() : OStream("chunk"), IStream("chunk") {}
+  void write(const char c[], int n) override { bytes_.append(c, static_cast<std::size_t>(n)); }
+  std::uint64_t tellp() override { return bytes_.size(); }
+  void seekp(std::uint64_t /*position*/) override { throw Iex::IoExc("is written in one go"); }
+
+  bool isMemoryMapped() const override { return false; }
+  bool read(char c[], int n) override {
+    if (n < 0 || static_cast<std::size_t>(n) > bytes_.size() - position_) throw Iex::InputExc("end of chunk");
+    std::memcpy(c, bytes_.data() + position_, static_cast<std::size_t>(n));
+    position_ += static_cast<std::size_t>(n);
+    return position_ < bytes_.size();
+  }
+  std::uint64_t tellg() override { return position_; }
+  void seekg(std::uint64_t position) override {
+    position_ = std::min<std::uint64_t>(position, bytes_.size());
+  }
+
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
+template <class T>
+void write_number(MemoryFile& file, T value) {
+  std::array<char, sizeof(T)> bytes{};
+  for (std::size_t i = 0; i < sizeof(T); ++i) bytes.at(i) = static_cast<char>(value >> (8 * i) & 0xFF);
+  file.write(bytes.data(), sizeof(T));
+}
+
+}  // namespace
+
+bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> packed,
+                    std::span<std::uint8_t> pixels) {
+  if (pixels.size() > std::size_t{1} << 30) return false;  // OpenEXR counts in int
+  ExrPart one;
+  one.tiled = true;
+  one.width = one.tile_width = chunk.width;
+  one.height = one.tile_height = chunk.height;
+  one.compression = "piz";
+  one.channels = part.channels;
+  try {
+    MemoryFile file;
+    write_number<std::uint32_t>(file, 20000630);
+    write_number<std::uint32_t>(file, 2 | 0x200 | 0x400);  // version 2, tiled, long names
+    header_of(one, one).writeTo(file, true);
+    write_number<std::uint64_t>(file, file.tellp() + 8);
+    for (int i = 0; i < 4; ++i) write_number<std::uint32_t>(file, 0);  // tile 0,0 of level 0,0
+    write_number<std::uint32_t>(file, static_cast<std::uint32_t>(packed.size()));
+    file.write(reinterpret_cast<const char*>(packed.data()), static_cast<int>(packed.size()));
+
+    Imf::MultiPartInputFile in(file, 0, false);
+    Imf::FrameBuffer buffer;
+    const std::size_t row_bytes = exr_pixel_bytes(part) * static_cast<std::size_t>(chunk.width);
+    std::size_t offset = 0;
+    for (const ExrChannel& channel : part.channels) {
+      const std::size_t size = channel.half ? 2 : 4;
+      buffer.insert(
+          channel.name,
+          Imf::Slice(pixel_type(channel), reinterpret_cast<char*>(pixels.data()) + offset, size, row_bytes));
+      offset += size * static_cast<std::size_t>(chunk.width);
+    }
+    Imf::TiledInputPart tile(in, 0);
+    tile.setFrameBuffer(buffer);
+    tile.readTile(0, 0);
+  } catch (const std::exception&) {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace selvedge

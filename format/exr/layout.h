@@ -1,0 +1,53 @@
+// How an EXR part is cut into chunks, and how its chunks are compressed: what follows from its header alone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "format/exr/exr.h"
+
+namespace selvedge {
+
+struct ExrCompression {
+  std::string_view name;
+  int rows;  ///< of a chunk of a scanline part
+  bool lossy;
+};
+
+/// At the index that stands in the file.
+inline constexpr std::array exr_compressions{
+    ExrCompression{"none", 1, false},  ExrCompression{"rle", 1, false},  ExrCompression{"zips", 1, false},
+    ExrCompression{"zip", 16, false},  ExrCompression{"piz", 32, false}, ExrCompression{"pxr24", 16, true},
+    ExrCompression{"b44", 32, true},   ExrCompression{"b44a", 32, true}, ExrCompression{"dwaa", 32, true},
+    ExrCompression{"dwab", 256, true},
+};
+
+/// Index into exr_compressions, or -1.
+int exr_compression_index(std::string_view name);
+
+/// The pixels of one chunk, within its level.
+struct ExrChunk {
+  int level = 0;
+  int x = 0;  ///< column and row of a tile; 0 and the first pixel row of a scanline chunk
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+/// Number of chunks of the part, its size, tiles, levels and compression being sane.
+std::uint64_t exr_chunk_count(const ExrPart& part);
+
+/// All chunks in the order of the part's offset table: by level, then by rows from the top, then from the
+/// left.
+std::vector<ExrChunk> exr_chunks(const ExrPart& part);
+
+/// Decoded bytes of one pixel of all channels.
+std::uint64_t exr_pixel_bytes(const ExrPart& part);
+
+/// "part/what" for messages; a file of one part need not name it.
+std::string exr_place(const std::string& part, const std::string& what);
+
+}  // namespace selvedge

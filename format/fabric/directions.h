@@ -1,0 +1,60 @@
+// Directions over the hemisphere: the equal-area layout of stored views and lights, its interpolation,
+// and random directions.
+//
+// The hemisphere z >= 0 is mapped onto the unit square by Shirley and Chiu's concentric map followed by the
+// equal-area lift of the disc (z = 1 - r^2); a grid of columns x rows cuts the square into cells of equal
+// solid angle. A cell's direction is the image of its centre; cell index = row * columns + column.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// An equal-area grid of directions. Both counts are at least 1.
+struct DirectionGrid {
+  int columns = 8;
+  int rows = 8;
+  int count() const { return columns * rows; }
+  bool operator==(const DirectionGrid&) const = default;
+};
+
+/// The most nearly square grid with exactly `count` cells (columns <= rows): 64 -> 8x8, 128 -> 8x16, 7 ->
+/// 1x7.
+DirectionGrid grid_of(int count);
+
+/// Unit square -> unit hemisphere, area preserving up to the factor 2 pi. Centre -> (0, 0, 1).
+V3d square_to_hemisphere(const V2d& square);
+
+/// The inverse. Directions are taken by their (x, y); z < 0 is treated as z = 0 (the rim);
+/// (0, 0, -1), which points to no side of the rim, as the pole.
+V2d hemisphere_to_square(const V3d& direction);
+
+V3f direction_of(const DirectionGrid& grid, int cell);
+std::vector<V3f> directions_of(const DirectionGrid& grid);
+
+/// Four cells and their bilinear weights (sum 1). Outside of the outermost cell centres the nearest are
+/// taken: values are held constant towards the rim.
+struct DirectionTaps {
+  std::array<int, 4> cell;
+  std::array<float, 4> weight;
+};
+DirectionTaps interpolate(const DirectionGrid& grid, const V3f& direction);
+
+struct DirectionPair {
+  V3f light;
+  V3f view;
+};
+
+/// `count` pairs drawn independently and uniformly in solid angle from the hemisphere band
+/// z_min <= z < 1. The same seed gives the same pairs everywhere.
+std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t seed);
+
+/// `count` pairs uniform over the pairs of the whole hemisphere of which at least one direction has
+/// z < z_max: the rim that random_pairs(.., z_max, ..) leaves out.
+std::vector<DirectionPair> random_rim_pairs(int count, double z_max, std::uint64_t seed);
+
+}  // namespace selvedge

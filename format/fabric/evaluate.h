@@ -1,0 +1,43 @@
+// The reference evaluation of a fabric: plain, scalar, and what every faster twin is held to.
+#pragma once
+
+#include "format/fabric/fabric.h"
+
+namespace selvedge {
+
+/// What a texel sends towards the viewer. Not premultiplied: the picture shows alpha * radiance.
+struct Shading {
+  V3f radiance{0, 0, 0};  ///< 1/sr; radiance under unit perpendicular irradiance
+  float alpha = 0;        ///< opacity in [0, 1]
+};
+
+/// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame. With
+/// heights: the mean over one ray through the centre of every cell (slabs.h), alpha being the plain mean.
+/// Radiance is 0 for light.z <= 0 and for view.z <= 0 (neither was ever seen by the fit). T(v) and alpha(v)
+/// are interpolated between the four nearest stored views; T's weights are multiplied by the views'
+/// alpha, so that a hole's meaningless colour counts for nothing.
+/// Precondition: `level` exists and (x, y) lies within it.
+Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view);
+
+/// The same of a level by itself; `of` is the fabric it belongs to, whose own levels do not matter.
+Shading evaluate(const FabricLevel& level, const Fabric& of, int x, int y, const V3f& light, const V3f& view);
+
+/// A fractional level as the two it lies between: the lower, and the weight of the next, 0 where there is
+/// none. Levels are clamped to the `count` that exist, NaN to 0.
+struct LevelBlend {
+  int lower = 0;
+  float weight = 0;
+};
+LevelBlend level_blend(double level, int count);
+
+/// The same at texture coordinates: the texel that contains (u, v) (repeating), and for a fractional level
+/// the alpha-weighted blend of its two neighbours. Levels are clamped to those that exist.
+Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view);
+
+/// Index of the texel of a row of `size` texels which contains coordinate `c` (repeating; c finite).
+int wrap_texel(double c, int size);
+
+/// Alpha-weighted mean of two shadings: alpha is the plain mean, radiance weighted by alpha.
+Shading blend(const Shading& a, const Shading& b, float weight_of_b);
+
+}  // namespace selvedge

@@ -1,0 +1,224 @@
+#include "format/fabric/fabric.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/fabric/layers.h"
+#include "format/fabric/value_ranges.h"
+
+namespace selvedge {
+namespace {
+
+tl::unexpected<Error> broken(int level, const char* layer, std::string message) {
+  return fail(Code::fabric_malformed, {}, fmt::format("level {}/{}", level, layer), std::move(message));
+}
+
+/// Whether the arrays of a layer are as long as its values are many.
+bool is_complete(const FabricLevel& level, Layer layer, const LayerShape& shape) {
+  const auto texels = static_cast<std::size_t>(level.texels());
+  const auto views = static_cast<std::size_t>(shape.views);
+  const auto lights = static_cast<std::size_t>(shape.lights);
+  switch (layer) {
+    case Layer::lobes:
+      return level.lobes->parameters.size() == texels * channel_count(layer, shape);
+    case Layer::frame:
+      return level.frame->normal.size() == texels && level.frame->tangent.size() == texels;
+    case Layer::table:
+      return level.view_table->colour.size() == texels * views;
+    case Layer::opacity:
+      return level.opacity->opacity.size() == texels * views;
+    case Layer::light:
+      return level.light_table->value.size() == texels * lights;
+    case Layer::heights: {
+      const std::size_t entries = texels * static_cast<std::size_t>(shape.cells.entries());
+      return level.heights->top().size() == entries && level.heights->bottom().size() == entries;
+    }
+    case Layer::products:
+      return level.products->coefficient.size() ==
+             texels * static_cast<std::size_t>(level.products->entries) * level.products->pairs.size();
+    case Layer::bases:
+      break;
+  }
+  return level.bases->view.size() % views == 0 && level.bases->light.size() % lights == 0;
+}
+
+/// Counts that have limits: of lobes, cells, products and functions.
+Result<void> validate_counts(const FabricLevel& level, int k, Layer layer, const LayerShape& shape,
+                             const FabricLimits& limits) {
+  const auto check = [&](const char* what, int count, int least, int most) -> Result<void> {
+    if (count >= least && count <= most) return {};
+    return broken(k, name_of(layer), fmt::format("{} {}; {} to {} are allowed", count, what, least, most));
+  };
+  if (layer == Layer::lobes) return check("lobes", level.lobes->lobes, 0, limits.lobes);
+  if (layer == Layer::heights) {
+    if (auto ok = check("columns", shape.cells.columns, 1, limits.cells_per_side); !ok) return ok;
+    if (auto ok = check("rows", shape.cells.rows, 1, limits.cells_per_side); !ok) return ok;
+    return check("slabs", shape.cells.slabs, 1, limits.slabs);
+  }
+  if (layer == Layer::bases) {
+    if (auto ok = check("functions of the view", shape.view_functions, 0, limits.functions); !ok) return ok;
+    return check("functions of the light", shape.light_functions, 1, limits.functions);
+  }
+  if (layer != Layer::products) return {};
+  const ProductLayer& products = *level.products;
+  const int entries = level.heights ? shape.cells.entries() : 1;
+  if (products.entries != entries) {
+    return broken(k, "products", fmt::format("{} entries a texel instead of {}", products.entries, entries));
+  }
+  if (!level.bases) return broken(k, "products", "there are no bases");
+  for (const V2i& pair : products.pairs) {
+    if (pair.x < 0 || pair.x > shape.view_functions || pair.y < 0 || pair.y >= shape.light_functions) {
+      return broken(k, "products", fmt::format("the pair ({}, {}) is not in the bases", pair.x, pair.y));
+    }
+  }
+  return check("products", static_cast<int>(products.pairs.size()), 1, limits.products);
+}
+
+Result<void> validate_layer(const FabricLevel& level, int k, Layer layer, const LayerShape& shape,
+                            const FabricLimits& limits) {
+  if (auto ok = validate_counts(level, k, layer, shape, limits); !ok) return ok;
+  if (!is_complete(level, layer, shape)) return broken(k, name_of(layer), "wrong number of values");
+  if (layer == Layer::bases) return {};  // validate_bases()
+  IssueSink sink({});
+  check_values(level, k, layer, shape, sink);
+  if (sink.has_error()) return tl::unexpected(sink.first_error());
+  return {};
+}
+
+Result<void> validate_grid(const char* name, const DirectionGrid& grid, const FabricLimits& limits) {
+  if (grid.columns >= 1 && grid.rows >= 1 && grid.columns <= limits.directions &&
+      grid.rows <= limits.directions / grid.columns) {
+    return {};
+  }
+  return fail(
+      Code::fabric_malformed, {}, name,
+      fmt::format("{}x{} directions; 1 to {} are allowed", grid.columns, grid.rows, limits.directions));
+}
+
+/// The functions are finite, and those of all levels.
+Result<void> validate_bases(const Fabric& fabric) {
+  const ProductBases* first = nullptr;
+  for (const FabricLevel& level : fabric.levels) {
+    if (!level.products) continue;
+    if (first == nullptr) first = level.bases.get();
+    if (level.bases.get() == first) continue;
+    if (level.bases->view != first->view || level.bases->light != first->light) {
+      return fail(Code::fabric_malformed, {}, "bases", "levels differ in their bases");
+    }
+  }
+  if (first == nullptr) return {};
+  const auto finite = [](float value) { return std::isfinite(value); };
+  if (std::all_of(first->view.begin(), first->view.end(), finite) &&
+      std::all_of(first->light.begin(), first->light.end(),
+                  [&](const V3f& c) { return finite(c.x) && finite(c.y) && finite(c.z); })) {
+    return {};
+  }
+  return fail(Code::fabric_not_finite, {}, "bases", "a value is not finite");
+}
+
+}  // namespace
+
+LayerShape shape_of(const Fabric& fabric) {
+  LayerShape shape;
+  shape.views = fabric.views.count();
+  shape.lights = fabric.lights.count();
+  shape.base_texels = fabric.levels.front().texels();
+  for (const FabricLevel& level : fabric.levels) {
+    if (level.lobes) shape.lobes = level.lobes->lobes;
+    if (level.heights) shape.cells = level.heights->shape();
+    if (level.products) {
+      const int pairs = static_cast<int>(level.products->pairs.size());
+      shape.products = std::max(shape.products, level.products->entries * pairs);
+    }
+    if (level.products && level.bases) {
+      shape.view_functions = static_cast<int>(level.bases->view.size()) / shape.views;
+      shape.light_functions = static_cast<int>(level.bases->light.size()) / shape.lights;
+    }
+  }
+  return shape;
+}
+
+V2i whole_texels(const Fabric& fabric) {
+  return fabric.whole ? fabric.whole->texels : V2i(fabric.levels.front().width, fabric.levels.front().height);
+}
+
+int first_level(const Fabric& fabric) { return fabric.whole ? fabric.whole->level : 0; }
+
+bool is_level_of(const WholeFabric& whole, int width, int height) {
+  // Beyond 31 halvings every size is 1.
+  const int level = std::min(whole.level, 31);
+  return whole.level >= 0 && whole.texels.x >= 1 && whole.texels.y >= 1 &&
+         level_size(whole.texels.x, level) == width && level_size(whole.texels.y, level) == height &&
+         whole.level < level_count(whole.texels.x, whole.texels.y);
+}
+
+bool is_more_than(const WholeFabric& whole, int levels) {
+  if (whole.levels == 0) return whole.level > 0;
+  return whole.levels > levels && whole.levels >= whole.level + levels &&
+         whole.levels <= level_count(whole.texels.x, whole.texels.y);
+}
+
+V3f tangent_of(const V3f& normal) {
+  // Unit in double: a normal rounded to half precision is not, and near the axis the difference would show
+  // it.
+  const V3d n = V3d(normal).normalized();
+  V3d t = V3d(1, 0, 0) - n * n.x;
+  // Nearer than this to the axis the difference has no digits left to give a direction.
+  if (t.length2() < 1e-6) t = V3d(0, 1, 0) - n * n.y;
+  return V3f(t.normalized());
+}
+
+Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
+  if (fabric.levels.empty()) return fail(Code::fabric_malformed, {}, "levels", "the fabric has no level");
+  if (!(fabric.period_mm.x > 0 && fabric.period_mm.y > 0) || !std::isfinite(fabric.period_mm.x) ||
+      !std::isfinite(fabric.period_mm.y)) {
+    return fail(Code::fabric_malformed, {}, "period_mm", "not a positive size");
+  }
+  if (!std::isfinite(fabric.reference_height) || !(fabric.thickness_mm >= 0) ||
+      !std::isfinite(fabric.thickness_mm)) {
+    return fail(Code::fabric_malformed, {}, "reference_height", "heights are not finite");
+  }
+  if (!(fabric.radiance_scale > 0) || !std::isfinite(fabric.radiance_scale)) {
+    return fail(Code::fabric_malformed, {}, "radiance_scale", "is not a positive number");
+  }
+  if (auto ok = validate_grid("views", fabric.views, limits); !ok) return ok;
+  if (auto ok = validate_grid("lights", fabric.lights, limits); !ok) return ok;
+  const FabricLevel& base = fabric.levels.front();
+  if (base.width < 1 || base.height < 1 || base.width > limits.texels_per_side ||
+      base.height > limits.texels_per_side) {
+    return broken(0, "size",
+                  fmt::format("{}x{} texels; 1 to {} a side are allowed", base.width, base.height,
+                              limits.texels_per_side));
+  }
+  if (static_cast<int>(fabric.levels.size()) > level_count(base.width, base.height)) {
+    return fail(Code::fabric_malformed, {}, "levels", "more levels than down to 1x1");
+  }
+  if (fabric.whole && (std::max(fabric.whole->texels.x, fabric.whole->texels.y) > limits.texels_per_side ||
+                       !is_level_of(*fabric.whole, base.width, base.height))) {
+    return fail(Code::fabric_malformed, {}, "whole", "level 0 is no level of it");
+  }
+  if (fabric.whole && !is_more_than(*fabric.whole, static_cast<int>(fabric.levels.size())))
+    return fail(Code::fabric_malformed, {}, "whole", "its levels are not more than the fabric has");
+  const LayerShape shape = shape_of(fabric);
+  for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
+    const FabricLevel& level = fabric.levels[k];
+    if (level.width != level_size(base.width, k) || level.height != level_size(base.height, k)) {
+      return broken(k, "size", fmt::format("{}x{} does not follow from level 0", level.width, level.height));
+    }
+    if (level.lobes && level.lobes->lobes != shape.lobes) {
+      return broken(k, "lobes", "levels differ in their number of lobes");
+    }
+    if (level.heights && level.heights->shape() != shape.cells) {
+      return broken(k, "heights", "levels differ in their cells");
+    }
+    for (const Layer layer : all_layers) {
+      if (!has_layer(level, layer) || (layer == Layer::bases && !level.products)) continue;
+      if (auto ok = validate_layer(level, k, layer, shape, limits); !ok) return ok;
+    }
+  }
+  return validate_bases(fabric);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,120 @@
+#include <algorithm>
+
+#include "format/base/json_text.h"
+#include "format/fabric/file.h"
+#include "format/fabric/rules.h"
+
+namespace selvedge {
+
+FabricReader::FabricReader(ExrReader file, FabricHeader header, std::string text)
+    : file_(std::move(file)), header_(std::move(header)), text_(std::move(text)) {}
+
+Result<FabricReader> FabricReader::open(Result<ExrReader> file, const FabricLimits& limits) {
+  if (!file) return tl::unexpected(file.error());
+  IssueSink sink(file->name());
+  auto header = check_header(*file, limits, sink);
+  if (sink.has_error()) return tl::unexpected(sink.first_error());
+  for (const Layer layer : all_layers) {
+    if (header->layer(layer)) check_layer_part(*file, *header, layer, sink);
+  }
+  if (sink.has_error()) return tl::unexpected(sink.first_error());
+  std::string text = *fabric_text(file->parts());
+  return FabricReader(std::move(*file), std::move(*header), std::move(text));
+}
+
+Result<FabricReader> FabricReader::open(const std::string& path, const FabricLimits& limits) {
+  return open(ExrReader::open(path), limits);
+}
+
+Result<FabricReader> FabricReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
+                                        const FabricLimits& limits) {
+  return open(ExrReader::open(bytes, name), limits);
+}
+
+LayerSet FabricReader::half() const {
+  LayerSet result;
+  for (const Layer layer : all_layers) {
+    if (!header_.layer(layer)) continue;
+    const auto& channels = file_.parts()[file_.find_part(name_of(layer))].channels;
+    if (std::all_of(channels.begin(), channels.end(), [](const ExrChannel& c) { return c.half; })) {
+      result.insert(layer);
+    }
+  }
+  return result;
+}
+
+std::string FabricReader::digest() const { return header_digest(text_, file_.parts()); }
+
+Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
+  FabricLevel result;
+  result.width = level_size(header_.width, level);
+  result.height = level_size(header_.height, level);
+  for (const Layer layer : all_layers) {
+    if (!layers.contains(layer) || entry_of(header_.layer(layer), level) < 0 || layer == Layer::bases)
+      continue;
+    if (auto ok = read_layer(layer, level, result); !ok) return tl::unexpected(ok.error());
+  }
+  if (result.products) {
+    auto shared = bases();
+    if (!shared) return tl::unexpected(shared.error());
+    result.bases = std::move(*shared);
+  }
+  return result;
+}
+
+std::uint64_t FabricReader::packed_bytes(Layer layer, int level) const {
+  if (entry_of(header_.layer(layer), level) < 0) return 0;
+  return file_.packed_bytes(file_.find_part(name_of(layer)), level);
+}
+
+Result<void> FabricReader::read_layer(Layer layer, int level, FabricLevel& into) {
+  const int part = file_.find_part(name_of(layer));
+  const auto pixels = file_.read_level(part, level);
+  if (!pixels) return tl::unexpected(pixels.error());
+  IssueSink sink(file_.name());
+  decode_layer(file_.parts()[part], *pixels, header_, layer, level, into, sink);
+  if (sink.has_error()) return tl::unexpected(sink.first_error());
+  return {};
+}
+
+Result<std::shared_ptr<const ProductBases>> FabricReader::bases() {
+  if (!bases_) {
+    FabricLevel base;
+    base.width = header_.width;
+    base.height = header_.height;
+    if (auto ok = read_layer(Layer::bases, 0, base); !ok) return tl::unexpected(ok.error());
+    bases_ = base.bases;
+  }
+  return bases_;
+}
+
+Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {
+  Fabric fabric = fabric_from_header(header_, first, last);
+  for (int k = first; k <= last; ++k) {
+    auto level = read_level(k, layers);
+    if (!level) return tl::unexpected(level.error());
+    fabric.levels.push_back(std::move(*level));
+  }
+  return fabric;
+}
+
+Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits) {
+  auto reader = FabricReader::open(path, limits);
+  if (!reader) return tl::unexpected(reader.error());
+  return reader->read();
+}
+
+Result<Fabric> read_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
+                           const FabricLimits& limits) {
+  auto reader = FabricReader::open(bytes, name, limits);
+  if (!reader) return tl::unexpected(reader.error());
+  return reader->read();
+}
+
+Result<std::string> read_fabric_header(const std::string& path) {
+  const auto reader = FabricReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  return parse_json(reader->text()).dump(2);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,146 @@
+#include "format/fabric/rules.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "format/base/digest.h"
+#include "format/fabric/header_json.h"
+#include "format/fabric/names.h"
+#include "format/fabric/value_ranges.h"
+
+namespace selvedge {
+namespace {
+
+/// Indices of the channels that a layer needs, in the order of channel_names; -1 for those that are missing.
+std::vector<int> channel_indices(const ExrPart& part, const std::vector<std::string>& wanted) {
+  std::map<std::string, int> index;
+  for (std::size_t i = 0; i < part.channels.size(); ++i) {
+    index[part.channels[i].name] = static_cast<int>(i);
+  }
+  std::vector<int> result;
+  for (const std::string& name : wanted) {
+    const auto found = index.find(name);
+    result.push_back(found == index.end() ? -1 : found->second);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string header_digest(const std::string& text, const std::vector<ExrPart>& parts) {
+  std::string all = text;
+  for (const ExrPart& part : parts) {
+    all += '\n' + part.name;
+    std::vector<std::string> channels;
+    for (const ExrChannel& c : part.channels) {
+      channels.push_back(c.name + ' ' + (c.half ? names::precision_half : names::precision_float));
+    }
+    std::sort(channels.begin(), channels.end());
+    for (const std::string& c : channels) all += '\n' + c;
+  }
+  return digest_of(all);
+}
+
+std::map<std::string, ExrValue> mirrors_of(const FabricHeader& header) {
+  return {{names::attribute_version,
+           fmt::format("{}.{}", names::fabric_version_major, names::fabric_version_minor)},
+          {names::attribute_model, header.model},
+          {names::attribute_period, header.period_mm},
+          {names::attribute_reference_height, header.reference_height}};
+}
+
+const std::string* fabric_text(const std::vector<ExrPart>& parts) {
+  if (parts.empty()) return nullptr;
+  const auto found = parts.front().attributes.find(names::attribute_fabric);
+  return found == parts.front().attributes.end() ? nullptr : std::get_if<std::string>(&found->second);
+}
+
+std::optional<FabricHeader> check_header(const ExrReader& file, const FabricLimits& limits, IssueSink& sink) {
+  const std::string* text = fabric_text(file.parts());
+  if (text == nullptr) {
+    sink.add(Code::fabric_malformed, names::attribute_fabric, "attribute is missing: not a fabric file");
+    return std::nullopt;
+  }
+  const auto members = parse_fabric_text(*text, sink);
+  if (!members) return std::nullopt;
+  const auto& attributes = file.parts().front().attributes;
+  const auto digest = attributes.find(names::attribute_digest);
+  if (digest == attributes.end() || digest->second != ExrValue(header_digest(*text, file.parts()))) {
+    sink.add(Code::fabric_digest, names::attribute_digest,
+             "does not match the attributes, part and channel names");
+  }
+  return header_of(*members, limits, sink);
+}
+
+std::vector<std::string> channel_names(const FabricHeader& header, Layer layer) {
+  return channel_names(layer, shape_of(header));
+}
+
+bool fits_a_part(const FabricHeader& header, Layer layer) {
+  return channel_count(layer, shape_of(header)) <= static_cast<std::size_t>(ExrLimits{}.channels);
+}
+
+void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+  if (part.width != header.width || part.height != header.height) {
+    sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
+  }
+  if (!part.display_is_data) sink.add(Code::fabric_part, part.name, "display window and data window differ");
+}
+
+void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
+  check_windows(part, header, sink);
+  if (!part.mipmapped) sink.add(Code::fabric_part, part.name, "is not tiled with mip levels");
+  if (!part.increasing_y) sink.add(Code::fabric_part, part.name, "line order is not INCREASING_Y");
+  if (is_lossy(part.compression)) {
+    sink.add(Code::fabric_lossy, part.name, fmt::format("compression '{}' is lossy", part.compression));
+  }
+}
+
+bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer layer, IssueSink& sink) {
+  const std::size_t errors_before = sink.errors();
+  const char* name = name_of(layer);
+  const auto& parts = file.parts();
+  const auto count =
+      std::count_if(parts.begin(), parts.end(), [&](const ExrPart& p) { return p.name == name; });
+  if (count != 1) {
+    sink.add(Code::fabric_part, name,
+             count == 0 ? "the part is missing" : "more than one part has that name");
+    return false;
+  }
+  const ExrPart& part = parts[file.find_part(name)];
+  check_data_part(part, header, sink);
+  if (!fits_a_part(header, layer)) {
+    sink.add(Code::fabric_channel, name,
+             fmt::format("{} channels are needed; a part has {} at most",
+                         channel_count(layer, shape_of(header)), ExrLimits{}.channels));
+    return false;
+  }
+  const std::vector<std::string> wanted = channel_names(header, layer);
+  const std::vector<int> indices = channel_indices(part, wanted);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (indices[i] >= 0) continue;
+    sink.add(Code::fabric_channel, fmt::format("{}/{}", name, wanted[i]), "the channel is missing");
+  }
+  return sink.errors() == errors_before;
+}
+
+void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, Layer layer,
+                  int level_index, FabricLevel& level, IssueSink& sink) {
+  const LayerHeader& entry = *header.layer(layer);
+  const auto digest = static_cast<std::size_t>(entry_of(entry, level_index));
+  if (entry.digests[digest] != digest_of(part, pixels)) {
+    sink.add(Code::fabric_digest, fmt::format("{}/level {}", part.name, level_index),
+             "the pixels do not match the stored digest");
+  }
+  std::vector<const std::vector<float>*> planes;
+  for (const int index : channel_indices(part, channel_names(header, layer))) {
+    planes.push_back(&pixels.planes[index]);
+  }
+  const LayerShape shape = shape_of(header);
+  set_layer(level, layer, shape, planes, layer == Layer::products ? entry.pairs[digest] : std::vector<V2i>(),
+            entries_at(header, level_index));
+  check_values(level, level_index, layer, shape, sink);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,226 @@
+#include "format/fabric/warnings.h"
+
+#include <Imath/half.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "format/fabric/evaluate.h"
+#include "format/fabric/layers.h"
+#include "format/fabric/names.h"
+#include "format/fabric/slabs.h"
+#include "format/fabric/value_ranges.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double largest_half = 65504;
+
+/// A value and where it stands: the worst of a level.
+struct Worst {
+  double value = 0;
+  std::size_t texel = 0;
+  std::size_t channel = 0;  ///< as in channel_names
+  void take(double other, std::size_t at_texel, std::size_t at_channel) {
+    if (other > value) *this = {other, at_texel, at_channel};
+  }
+};
+
+float largest_exponent(const FabricLevel& level) {
+  float largest = 0;
+  if (!level.lobes) return largest;
+  const auto stride = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+  for (std::size_t i = 0; i < level.lobes->parameters.size(); ++i) {
+    if (i % stride != 0 && i % stride % 4 == 0) largest = std::max(largest, level.lobes->parameters[i]);
+  }
+  return largest;
+}
+
+/// A direction of the outgoing hemisphere, and its share of the integral of v_z over it, which is pi.
+struct WeightedDirection {
+  V3f direction;
+  double weight = 0;
+};
+
+/// Cells of a square grid over the unit disc, each with the mean of its points within the disc.
+std::vector<WeightedDirection> disc_directions(int side) {
+  constexpr int points = 8;  // a side, of a cell
+  std::vector<WeightedDirection> result;
+  double total = 0;
+  for (int cell = 0; cell < side * side; ++cell) {
+    V2d sum(0, 0);
+    double inside = 0;
+    for (int point = 0; point < points * points; ++point) {
+      const int row = cell / side;
+      const int row_within = point / points;
+      const V2d p(2 * (cell % side + (point % points + 0.5) / points) / side - 1,
+                  2 * (row + (row_within + 0.5) / points) / side - 1);
+      if (p.length2() >= 1) continue;
+      sum += p;
+      ++inside;
+    }
+    if (inside == 0) continue;
+    const V2d mean = sum / inside;
+    result.push_back({V3f(V3d(mean.x, mean.y, std::sqrt(1 - mean.length2()))), inside});
+    total += inside;
+  }
+  for (WeightedDirection& d : result) d.weight *= std::numbers::pi / total;
+  return result;
+}
+
+/// Integral over the outgoing hemisphere of alpha f v_z, per channel, of one texel.
+V3d radiosity_of(const FabricLevel& level, const Fabric& of, int texel, const V3f& light,
+                 const std::vector<WeightedDirection>& directions) {
+  V3d sum(0, 0, 0);
+  for (const auto& [view, weight] : directions) {
+    const Shading s = evaluate(level, of, texel % level.width, texel / level.width, light, view);
+    sum += V3d(s.radiance) * (static_cast<double>(s.alpha) * weight);
+  }
+  return sum;
+}
+
+/// Cells that the rays of a texel visit at most, over all directions; 0 without heights.
+double cells_visited(const FabricLevel& level, const Fabric& of,
+                     const std::vector<WeightedDirection>& directions) {
+  if (!level.heights) return 0;
+  const SlabMarch march(level, of);
+  double sum = 0;
+  for (const WeightedDirection& d : directions) sum += march.max_cells(d.direction);
+  return sum * level.heights->shape().columns * level.heights->shape().rows;
+}
+
+}  // namespace
+
+double lobe_peak(const float* lobe) {
+  const float base = std::max({std::abs(lobe[0]), std::abs(lobe[1]), lobe[2], 0.0F});
+  return base > 0 ? std::pow(static_cast<double>(base), static_cast<double>(lobe[3])) : 0;
+}
+
+void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink) {
+  if (!level.lobes) return;
+  const int lobes = level.lobes->lobes;
+  const auto stride = static_cast<std::size_t>(parameter_count(lobes));
+  Worst peak;
+  Worst exponent;
+  for (std::size_t texel = 0; texel < static_cast<std::size_t>(level.texels()); ++texel) {
+    for (std::size_t colour = 0; colour < 3; ++colour) {
+      for (std::size_t j = 0; j < static_cast<std::size_t>(lobes); ++j) {
+        const float* lobe = &level.lobes->parameters[(texel * 3 + colour) * stride + 1 + 4 * j];
+        const std::size_t channel = colour * stride + 4 + 4 * j;
+        peak.take(lobe_peak(lobe), texel, channel);
+        exponent.take(static_cast<double>(lobe[3]), texel, channel);
+      }
+    }
+  }
+  LayerShape shape;
+  shape.lobes = lobes;
+  const auto place = [&](const Worst& worst) {
+    return place_of(Layer::lobes, level_index, channel_names(Layer::lobes, shape)[worst.channel], worst.texel,
+                    level.width);
+  };
+  if (peak.value > largest_half) {
+    sink.add(Code::fabric_peak, place(peak),
+             fmt::format("the lobe's peak is {:.3g}, beyond {} of half precision", peak.value, largest_half));
+  }
+  if (half && exponent.value > static_cast<double>(largest_half_exponent)) {
+    sink.add(Code::fabric_peak, place(exponent),
+             fmt::format("exponent {:.4g} in half precision: the peak may be off by {:.0f} %", exponent.value,
+                         100 * exponent.value / 2048));
+  }
+}
+
+void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet& half, IssueSink& sink) {
+  constexpr double allowed = 0.05;
+  const auto rounded = [](float value) { return static_cast<float>(Imath::half(value)); };
+  const auto texels = static_cast<std::size_t>(level.texels());
+  const auto warn = [&](Layer layer, const Worst& worst, const char* what) {
+    if (!(worst.value > allowed)) return;
+    const auto width = static_cast<std::size_t>(level.width);
+    sink.add(Code::fabric_precision,
+             fmt::format("{}/level {}/pixel {},{}", name_of(layer), level_index, worst.texel % width,
+                         worst.texel / width),
+             fmt::format("half precision changes {} by {:.3g} %", what, 100 * worst.value));
+  };
+  if (level.lobes && half.contains(Layer::lobes)) {
+    const auto stride = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+    Worst worst;
+    for (std::size_t i = 0; i < 3 * texels; ++i) {
+      const float* p = &level.lobes->parameters[i * stride];
+      double whole = static_cast<double>(p[0]);
+      double change = std::abs(static_cast<double>(rounded(p[0])) - whole);
+      for (std::size_t j = 1; j < stride; j += 4) {
+        const std::array<float, 4> lobe{rounded(p[j]), rounded(p[j + 1]), rounded(p[j + 2]),
+                                        rounded(p[j + 3])};
+        const double peak = lobe_peak(p + j);
+        whole += peak;
+        change += std::abs(lobe_peak(lobe.data()) - peak);
+      }
+      if (whole > 0) worst.take(change / whole, i / 3, 0);
+    }
+    warn(Layer::lobes, worst, "the lobes");
+  }
+  if (level.products && half.contains(Layer::products)) {
+    const std::size_t count = level.products->coefficient.size() / texels;
+    Worst worst;
+    for (std::size_t t = 0; t < texels; ++t) {
+      double largest = 0;
+      double change = 0;
+      for (std::size_t i = t * count; i < (t + 1) * count; ++i) {
+        const float c = level.products->coefficient[i];
+        largest = std::max(largest, static_cast<double>(std::abs(c)));
+        change = std::max(change, static_cast<double>(std::abs(rounded(c) - c)));
+      }
+      if (largest > 0) worst.take(change / largest, t, 0);
+    }
+    warn(Layer::products, worst, "the products");
+  }
+}
+
+void warn_of_energy(const FabricLevel& level, const Fabric& of, int level_index, IssueSink& sink) {
+  constexpr double allowed = 1.01;
+  constexpr std::size_t max_pairs = 131072;
+  const double wanted = std::ceil(2.5 * std::sqrt(static_cast<double>(largest_exponent(level))));
+  const std::vector<WeightedDirection> directions =
+      disc_directions(static_cast<int>(std::clamp(wanted, 24.0, 256.0)));
+  constexpr double max_cells = 1 << 26;  // about half a second; a single texel may cost more
+  const double cells = cells_visited(level, of, directions);
+  const auto affordable = static_cast<std::size_t>(max_cells / std::max(cells, 1.0));
+  const std::size_t tried = std::clamp<std::size_t>(affordable, 1, max_pairs / directions.size());
+  const auto texels = static_cast<std::size_t>(level.texels());
+  // Odd, so that where a side is a power of two no column is left out.
+  const std::size_t step = texels <= tried ? 1 : (texels / tried) | 1;
+  const float low = std::sqrt(0.75F);
+  Worst single;
+  Worst mean;
+  for (const V3f& light :
+       {V3f(0, 0, 1), V3f(low, 0, 0.5F), V3f(-low, 0, 0.5F), V3f(0, low, 0.5F), V3f(0, -low, 0.5F)}) {
+    V3d sum(0, 0, 0);
+    double count = 0;
+    for (std::size_t texel = 0; texel < texels; texel += step) {
+      const V3d out = radiosity_of(level, of, static_cast<int>(texel), light, directions);
+      for (int c = 0; c < 3; ++c) single.take(out[c], texel, static_cast<std::size_t>(c));
+      sum += out;
+      ++count;
+    }
+    for (int c = 0; c < 3; ++c) {
+      mean.take(sum[c] / count / static_cast<double>(light.z), 0, static_cast<std::size_t>(c));
+    }
+  }
+  if (single.value > allowed) {
+    const auto width = static_cast<std::size_t>(level.width);
+    sink.add(
+        Code::fabric_energy,
+        fmt::format("level {}/{}/{},{}", level_index, names::colour_suffix[single.channel],
+                    single.texel % width, single.texel / width),
+        fmt::format("sends out {:.3g} times what a surface that faces the light receives", single.value));
+  }
+  if (mean.value > allowed) {
+    sink.add(Code::fabric_energy, fmt::format("level {}/{}", level_index, names::colour_suffix[mean.channel]),
+             fmt::format("the cloth sends out {:.3g} times the light that falls on it", mean.value));
+  }
+}
+
+}  // namespace selvedge

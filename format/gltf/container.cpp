@@ -1,0 +1,193 @@
+#include "format/gltf/container.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <string_view>
+
+#include "format/base/json_text.h"
+#include "format/gltf/access.h"
+
+namespace selvedge {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "glTF's numbers are little-endian");
+
+constexpr std::uint32_t json_chunk = 0x4E4F534A;
+constexpr std::uint32_t binary_chunk = 0x004E4942;
+constexpr std::size_t header_bytes = 12;
+constexpr std::size_t chunk_header_bytes = 8;
+
+std::uint32_t word(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+/// Takes a file apart, noting what is wrong on the way.
+class Splitter {
+ public:
+  Splitter(std::string_view bytes, const std::string& file, Issues& issues)
+      : bytes_(bytes), file_(file), issues_(issues) {}
+
+  void split() {
+    if (bytes_.size() < header_bytes + chunk_header_bytes) {
+      return note(Code::file_damaged, "header", "cut short");
+    }
+    if (word(bytes_, 4) != 2) {
+      return note(Code::gltf_unsupported, "header", fmt::format("GLB version {}", word(bytes_, 4)));
+    }
+    const std::size_t length = word(bytes_, 8);
+    if (length > bytes_.size() || length < header_bytes + chunk_header_bytes) {
+      return note(Code::file_damaged, "header",
+                  fmt::format("says {} bytes, the file has {}", length, bytes_.size()));
+    }
+    if (length < bytes_.size()) {
+      note(Code::gltf_advice, "header",
+           fmt::format("{} bytes behind the end of the GLB", bytes_.size() - length));
+    }
+    for (std::size_t at = header_bytes; at < length;) at = take_chunk(at, length);
+  }
+
+  std::string_view json;
+  bool has_binary = false;
+  std::string_view binary;
+
+ private:
+  void note(Code code, std::string place, std::string message) {
+    issues_.push_back({code, file_, std::move(place), std::move(message)});
+  }
+
+  /// Where the next chunk begins; `length` where nothing can follow.
+  std::size_t take_chunk(std::size_t at, std::size_t length) {
+    const std::string place = fmt::format("byte {}", at);
+    if (length - at < chunk_header_bytes) {
+      note(Code::file_damaged, place, "chunk cut short");
+      return length;
+    }
+    const std::size_t size = word(bytes_, at);
+    const std::uint32_t type = word(bytes_, at + 4);
+    const std::size_t begin = at + chunk_header_bytes;
+    if (size > length - begin) {
+      note(Code::file_damaged, place, "chunk reaches beyond the end of the file");
+      return length;
+    }
+    if (size % 4 != 0) note(Code::gltf_malformed, place, fmt::format("chunk of {} bytes", size));
+    const std::string_view data = bytes_.substr(begin, size);
+    ++chunks_;
+    if ((chunks_ == 1) != (type == json_chunk)) {
+      note(Code::gltf_malformed, place, chunks_ == 1 ? "the first chunk is not JSON" : "a second JSON chunk");
+    } else if (type == json_chunk) {
+      json = data;
+      if (size == 0) note(Code::gltf_malformed, place, "empty JSON chunk");
+    } else if (type == binary_chunk) {
+      if (chunks_ != 2) note(Code::gltf_malformed, place, "the binary chunk is not the second one");
+      has_binary = true;
+      binary = data;
+    } else {
+      note(Code::gltf_advice, place, fmt::format("unknown chunk type 0x{:08x}", type));
+    }
+    return begin + size;
+  }
+
+  std::string_view bytes_;
+  const std::string& file_;
+  Issues& issues_;
+  int chunks_ = 0;
+};
+
+/// `begin`: where the text lies in the file; 0: it is the file.
+Result<Json> parse(std::string_view text, std::size_t begin, const std::string& file,
+                   const GltfLimits& limits) {
+  if (text.starts_with("\xEF\xBB\xBF")) {
+    return fail(Code::json_malformed, file, "", "begins with a byte order mark");
+  }
+  const JsonDemands demands = demands_of(text, limits.nesting);
+  if (demands.nesting > limits.nesting) {
+    return fail(Code::gltf_malformed, file, "",
+                fmt::format("JSON is nested deeper than {} levels", limits.nesting));
+  }
+  if (demands.members > limits.members) {
+    return fail(Code::file_too_large, file, "",
+                fmt::format("a JSON object with more than {} members", limits.members));
+  }
+  try {
+    Json json = Json::parse(text.begin(), text.end());
+    if (!json.is_object()) return fail(Code::gltf_malformed, file, "", "the JSON is not an object");
+    if (std::optional<std::string> place = repeated_member(text)) {
+      return fail(Code::gltf_malformed, file, std::move(*place), "stands there twice");
+    }
+    return json;
+  } catch (const nlohmann::json::parse_error& error) {
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    if (begin == 0 && (first == std::string_view::npos || text[first] != '{'))
+      return fail(Code::json_malformed, file, "", "is neither glTF nor GLB");
+    return fail(Code::json_malformed, file, fmt::format("byte {}", begin + error.byte - 1),
+                error.byte > text.size() ? "the JSON is cut short" : "is not JSON");
+  } catch (const nlohmann::json::out_of_range&) {
+    return fail(Code::json_malformed, file, "", "a number that is too large");
+  }
+}
+
+}  // namespace
+
+std::optional<GltfContainer> read_container(std::span<const std::uint8_t> bytes, const std::string& name,
+                                            const GltfLimits& limits, Issues& issues) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  Splitter parts(text, name, issues);
+  GltfContainer container;
+  container.is_glb = text.starts_with("glTF");
+  if (bytes.size() > limits.file_bytes) {
+    issues.push_back(
+        {Code::file_too_large, name, "", fmt::format("larger than {} bytes", limits.file_bytes)});
+  } else if (container.is_glb) {
+    parts.split();
+  } else {
+    parts.json = text;
+  }
+  if (has_error(issues)) return std::nullopt;
+  const auto begin = static_cast<std::size_t>(parts.json.data() - text.data());
+  Result<Json> json = parse(parts.json, begin, name, limits);
+  if (!json) {
+    issues.push_back(std::move(json.error()));
+    return std::nullopt;
+  }
+  container.json = std::move(*json);
+  container.has_binary = parts.has_binary;
+  container.binary.assign(parts.binary.begin(), parts.binary.end());
+  return container;
+}
+
+Result<std::vector<std::uint8_t>> read_buffer(const GltfDocument& document, GltfContainer& container,
+                                              int index, std::uint64_t& room) {
+  const std::string place = fmt::format("/buffers/{}", index);
+  const auto buffer = entry_of(document, "buffers", index, place);
+  if (!buffer) return tl::unexpected<Error>(buffer.error());
+  const Json& uri = member(**buffer, "uri");
+  const std::optional<std::size_t> size = size_of(member(**buffer, "byteLength"));
+  if (!size) return fail(Code::gltf_malformed, document.file, place, "no byteLength");
+  std::vector<std::uint8_t> bytes;
+  if (uri.is_string()) {
+    Result<std::vector<std::uint8_t>> read = read_uri(document, uri.get<std::string>(), place, room);
+    if (!read) return read;
+    bytes = std::move(*read);
+  } else if (index == 0 && container.has_binary) {
+    bytes = std::move(container.binary);
+    container.has_binary = false;
+  } else if (index == 0 && container.is_glb) {
+    return fail(Code::gltf_malformed, document.file, place, "neither a uri nor a binary chunk");
+  } else {
+    return bytes;  // legal: a place for bytes that come by another way
+  }
+  if (bytes.size() < *size) {
+    return fail(Code::file_damaged, document.file, place,
+                fmt::format("cut short: {} of {} bytes", bytes.size(), *size));
+  }
+  bytes.resize(*size);
+  room -= std::min<std::uint64_t>(room, bytes.size());
+  return bytes;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,175 @@
+#include "format/gltf/fabric_extension.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "format/gltf/access.h"
+#include "format/gltf/names.h"
+
+namespace selvedge {
+
+using namespace names::gltf;
+
+namespace {
+
+std::string text_of(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+const Json& entries_of(const GltfDocument& document) {
+  return member(member(member(document.json, "extensions"), fabric_extension), fabrics);
+}
+
+std::string place_of(std::size_t entry) {
+  return fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, entry);
+}
+
+V2d pair_of(const Json& value, const V2d& otherwise) {
+  if (!value.is_array() || value.size() != 2) return otherwise;
+  return {number_of(value[0], otherwise.x), number_of(value[1], otherwise.y)};
+}
+
+bool is_identity(const UvTransform& transform) {
+  return transform.offset == V2d(0, 0) && transform.rotation == 0 && transform.scale == V2d(1, 1);
+}
+
+}  // namespace
+
+UvTransform read_uv_transform(const Json& texture_info, int& set) {
+  const Json& json = member(member(texture_info, "extensions"), texture_transform);
+  UvTransform transform;
+  transform.offset = pair_of(member(json, offset), transform.offset);
+  transform.rotation = number_of(member(json, rotation), 0);
+  transform.scale = pair_of(member(json, scale), transform.scale);
+  if (const int overriding = index_of(member(json, tex_coord)); overriding >= 0) set = overriding;
+  return transform;
+}
+
+std::optional<TransformFault> fault_of(const UvTransform& transform) {
+  using Limits = std::numeric_limits<float>;
+  const auto largest = [](const V2d& pair) { return std::max(std::abs(pair.x), std::abs(pair.y)); };
+  for (const auto& [which, value] : {std::pair{offset, largest(transform.offset)},
+                                     {rotation, std::abs(transform.rotation)},
+                                     {scale, largest(transform.scale)}}) {
+    if (!(value <= double{Limits::max()})) {
+      return TransformFault{which, fmt::format("{:g} is beyond 32-bit floats", value)};
+    }
+  }
+  const double least = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
+  if (least >= double{Limits::min()}) return std::nullopt;
+  return TransformFault{scale, fmt::format("{:g} is no scale: the fabric lies in no direction", least)};
+}
+
+Json texture_info(int number, int set, const UvTransform& transform) {
+  Json json{{index, number}};
+  if (set != 0) json[tex_coord] = set;
+  if (!is_identity(transform)) {
+    Json& values = json["extensions"][texture_transform];
+    if (transform.offset != V2d(0, 0)) values[offset] = {transform.offset.x, transform.offset.y};
+    if (transform.rotation != 0) values[rotation] = transform.rotation;
+    values[scale] = {transform.scale.x, transform.scale.y};
+  }
+  return json;
+}
+
+Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document) {
+  std::vector<SceneFabric> read;
+  const Json& entries = entries_of(document);
+  if (entries.is_null()) return read;
+  if (!entries.is_array()) {
+    return fail(Code::gltf_malformed, document.file, "/extensions/" + std::string(fabric_extension),
+                "fabrics is not an array");
+  }
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const Json& entry = entries[i];
+    const std::string place = place_of(i);
+    SceneFabric one;
+    one.name = text_of(member(entry, name));
+    const Json& view = member(entry, buffer_view);
+    const std::string address = text_of(member(entry, uri));
+    if (address.empty() == view.is_null()) {
+      return fail(Code::gltf_malformed, document.file, place, "needs either a uri or a bufferView");
+    }
+    if (!view.is_null()) {
+      const auto bytes = bytes_of_view(document, index_of(view), place);
+      if (!bytes) return tl::unexpected<Error>(bytes.error());
+      one.bytes.assign(bytes->begin(), bytes->end());
+    } else if (address.starts_with("data:")) {
+      Result<std::vector<std::uint8_t>> bytes = read_uri(document, address, place);
+      if (!bytes) return tl::unexpected<Error>(std::move(bytes.error()));
+      one.bytes = std::move(*bytes);
+    } else {
+      Result<std::string> path = resolve_uri(document, address, place);
+      if (!path) return tl::unexpected<Error>(std::move(path.error()));
+      one.path = std::move(*path);
+    }
+    read.push_back(std::move(one));
+  }
+  return read;
+}
+
+Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
+                                                             int fabric_count) {
+  const std::string place = fmt::format("/materials/{}/extensions/{}", material, fabric_extension);
+  const auto json = entry_of(document, "materials", material, place);
+  if (!json) return tl::unexpected<Error>(json.error());
+  const Json& extension = member(member(**json, "extensions"), fabric_extension);
+  if (extension.is_null()) return std::optional<FabricReference>{};
+  const Json& info = member(extension, fabric);
+  FabricReference reference;
+  reference.fabric = index_of(member(info, index));
+  reference.tex_coord = std::max(0, index_of(member(info, tex_coord)));
+  reference.transform = read_uv_transform(info, reference.tex_coord);
+  if (reference.fabric < 0 || reference.fabric >= fabric_count) {
+    return fail(Code::gltf_reference, document.file, place + "/fabric/index",
+                fmt::format("there is no fabric {}", member(info, index).dump()));
+  }
+  if (const std::optional<TransformFault> fault = fault_of(reference.transform)) {
+    return fail(Code::gltf_extension, document.file,
+                fmt::format("{}/{}/extensions/{}/{}", place, fabric, texture_transform, fault->member),
+                fault->reason);
+  }
+  return std::optional(reference);
+}
+
+Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
+  const Result<std::vector<SceneFabric>> present = read_fabrics(document);
+  if (!present) return tl::unexpected<Error>(present.error());
+  for (std::size_t i = 0; i < present->size(); ++i) {
+    const std::string address = text_of(member(entries_of(document)[i], uri));
+    if (source.uri.empty() ? (*present)[i].bytes == source.bytes : address == source.uri) {
+      return static_cast<int>(i);
+    }
+  }
+  Json entry = Json::object();
+  if (!source.name.empty()) entry[name] = source.name;
+  entry[mime_type] = fabric_mime_type;
+  if (source.uri.empty()) {
+    entry[buffer_view] = append_view(document, source.bytes);
+  } else {
+    entry[uri] = source.uri;
+  }
+  document.json["extensions"][fabric_extension][fabrics].push_back(std::move(entry));
+  use_extension(document.json, fabric_extension);
+  return static_cast<int>(present->size());
+}
+
+void set_fabric_reference(GltfDocument& document, int material, const FabricReference& reference) {
+  Json& json = document.json["materials"][material];
+  Json info = texture_info(reference.fabric, reference.tex_coord, reference.transform);
+  if (info.contains("extensions")) use_extension(document.json, texture_transform);
+  json["extensions"][fabric_extension][fabric] = info;
+  // Extras may be any JSON value; one that is not an object is left alone.
+  if (json.contains("extras") && !json["extras"].is_object()) return;
+  const Json& entry = entries_of(document)[reference.fabric];
+  for (const char* key : {name, uri}) {
+    if (entry.contains(key)) info[key] = entry[key];
+  }
+  json["extras"][fabric_extension] = std::move(info);
+}
+
+}  // namespace selvedge

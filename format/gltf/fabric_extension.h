@@ -1,0 +1,57 @@
+// The extension SELVEDGE_materials_fabric, see spec/SELVEDGE_materials_fabric.
+//
+// Root:      "extensions": {"SELVEDGE_materials_fabric": {"fabrics": [{"name"?, "mimeType", "uri" |
+// "bufferView"}]}} Material:  "extensions": {"SELVEDGE_materials_fabric": {"fabric": {"index", "texCoord"?,
+// "extensions"?}}} with KHR_texture_transform in the reference's own extensions. The reference is mirrored in
+// the material's "extras" under the same name, because some optimisers keep nothing else.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "format/gltf/document.h"
+#include "format/scene/scene.h"
+
+namespace selvedge {
+
+/// All fabrics of the document in their order. External ones: the path, whether or not it is there; embedded
+/// ones: the bytes. A document without the extension has none.
+Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document);
+
+/// The material's reference, or nothing. An index beyond `fabric_count` is GLTF_REFERENCE, a transform with a
+/// fault GLTF_EXTENSION.
+Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
+                                                             int fabric_count);
+
+/// KHR_texture_transform of a textureInfo-shaped object; the identity where there is none. `tex_coord` is
+/// overridden if the transform names one.
+UvTransform read_uv_transform(const Json& texture_info, int& tex_coord);
+
+/// Why no fabric can be laid on a surface by a transform: the member's name, and the reason.
+struct TransformFault {
+  const char* member;
+  std::string reason;
+};
+
+/// Numbers beyond 32-bit floats, and scales that are 0 as such; nothing for a good transform.
+std::optional<TransformFault> fault_of(const UvTransform& transform);
+
+/// A textureInfo-shaped object: index, texCoord if not 0, and the transform if it is not the identity.
+Json texture_info(int index, int tex_coord, const UvTransform& transform);
+
+/// Where a fabric to be written is.
+struct FabricSource {
+  std::string name;
+  std::string uri;                  ///< external: relative to the output; empty if embedded
+  std::vector<std::uint8_t> bytes;  ///< embedded
+};
+
+/// Adds the fabric to the root array and gives back its index; an entry with the same URI, or with the same
+/// bytes, is used again.
+Result<int> add_fabric(GltfDocument& document, const FabricSource& source);
+
+/// Sets (or replaces) the material's reference and its mirror in extras. Precondition: both exist.
+void set_fabric_reference(GltfDocument& document, int material, const FabricReference& reference);
+
+}  // namespace selvedge

@@ -1,0 +1,167 @@
+#include "format/gltf/materials.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "format/gltf/access.h"
+#include "format/gltf/fabric_extension.h"
+
+namespace selvedge {
+namespace {
+
+std::string text_of(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+float float_of(const Json& value, double otherwise) {
+  return static_cast<float>(number_of(value, otherwise));
+}
+
+template <class V>
+void read_factor(const Json& json, V& factor) {
+  for (std::size_t c = 0; json.is_array() && c < V::dimensions() && c < json.size(); ++c) {
+    factor[static_cast<int>(c)] = float_of(json[c], factor[static_cast<int>(c)]);
+  }
+}
+
+Wrap wrap_of(const Json& value) {
+  constexpr int clamp_to_edge = 33071;
+  constexpr int mirrored_repeat = 33648;
+  if (value == clamp_to_edge) return Wrap::clamp;
+  return value == mirrored_repeat ? Wrap::mirror : Wrap::repeat;
+}
+
+class Reader {
+ public:
+  Reader(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene)
+      : document_(document), image_bytes_(image_bytes), scene_(scene) {}
+
+  SceneMaterial read(const Json& json) {
+    SceneMaterial material;
+    material.name = text_of(member(json, "name"));
+    const Json& pbr = member(json, "pbrMetallicRoughness");
+    read_factor(member(pbr, "baseColorFactor"), material.base_color);
+    material.base_color_texture = read_texture(member(pbr, "baseColorTexture"));
+    material.metallic = float_of(member(pbr, "metallicFactor"), 1);
+    material.roughness = float_of(member(pbr, "roughnessFactor"), 1);
+    material.metallic_roughness_texture = read_texture(member(pbr, "metallicRoughnessTexture"));
+    const Json& normal = member(json, "normalTexture");
+    material.normal_texture = read_texture(normal);
+    material.normal_scale = float_of(member(normal, "scale"), 1);
+    const Json& occlusion = member(json, "occlusionTexture");
+    material.occlusion_texture = read_texture(occlusion);
+    material.occlusion_strength = float_of(member(occlusion, "strength"), 1);
+    read_factor(member(json, "emissiveFactor"), material.emissive);
+    material.emissive_texture = read_texture(member(json, "emissiveTexture"));
+    const Json& extensions = member(json, "extensions");
+    const Json& strength = member(extensions, "KHR_materials_emissive_strength");
+    material.emissive *= float_of(member(strength, "emissiveStrength"), 1);
+    material.unlit = !member(extensions, "KHR_materials_unlit").is_null();
+    const std::string mode = text_of(member(json, "alphaMode"));
+    material.alpha_mode = mode == "MASK"    ? AlphaMode::mask
+                          : mode == "BLEND" ? AlphaMode::blend
+                                            : AlphaMode::opaque;
+    material.alpha_cutoff = float_of(member(json, "alphaCutoff"), 0.5);
+    material.double_sided = member(json, "doubleSided") == true;
+    return material;
+  }
+
+ private:
+  TextureReference read_texture(const Json& info) {
+    TextureReference texture;
+    if (info.is_null()) return texture;
+    texture.tex_coord = std::max(0, index_of(member(info, "texCoord")));
+    texture.transform = read_uv_transform(info, texture.tex_coord);
+    const auto json = entry_of(document_, "textures", index_of(member(info, "index")), "");
+    if (!json) {
+      remark(scene_, json.error().message);
+      return texture;
+    }
+    if (const Json& sampler = member(**json, "sampler"); !sampler.is_null()) {
+      if (const auto entry = entry_of(document_, "samplers", index_of(sampler), "")) {
+        constexpr int nearest = 9728;
+        texture.wrap_u = wrap_of(member(**entry, "wrapS"));
+        texture.wrap_v = wrap_of(member(**entry, "wrapT"));
+        texture.nearest = member(**entry, "magFilter") == nearest;
+      }
+    }
+    const Json& source = member(**json, "source");
+    if (source.is_null()) {
+      remark(scene_, "a texture without a PNG or JPEG picture is left out");
+      return texture;
+    }
+    texture.image = read_image(index_of(source));
+    return texture;
+  }
+
+  /// Pictures are not worth refusing a garment for: what cannot be had is remarked.
+  int read_image(int index) {
+    const auto known = images_.find(index);
+    if (known != images_.end()) return known->second;
+    const std::string place = fmt::format("/images/{}", index);
+    int result = -1;
+    if (const auto json = entry_of(document_, "images", index, place); !json) {
+      remark(scene_, json.error().message);
+    } else {
+      SceneImage image{text_of(member(**json, "name")), text_of(member(**json, "mimeType")), {}};
+      const std::string uri = text_of(member(**json, "uri"));
+      std::string failure;
+      if (!uri.empty()) {
+        auto bytes = read_uri(document_, uri, place, image_bytes_);
+        if (bytes) image.bytes = std::move(*bytes);
+        if (!bytes) failure = bytes.error().message;
+        if (image.name.empty() && !uri.starts_with("data:")) image.name = uri;
+      } else {
+        const auto bytes = bytes_of_view(document_, index_of(member(**json, "bufferView")), place);
+        if (bytes && bytes->size() <= image_bytes_) image.bytes.assign(bytes->begin(), bytes->end());
+        if (bytes && bytes->size() > image_bytes_) failure = "the pictures are too large";
+        if (!bytes) failure = bytes.error().message;
+      }
+      if (failure.empty()) {
+        image_bytes_ -= image.bytes.size();
+        result = static_cast<int>(scene_.images.size());
+        scene_.images.push_back(std::move(image));
+      } else {
+        remark(scene_, fmt::format("{}: {}", place, failure));
+      }
+    }
+    images_[index] = result;
+    return result;
+  }
+
+  const GltfDocument& document_;
+  std::uint64_t image_bytes_;
+  Scene& scene_;
+  std::map<int, int> images_;
+};
+
+}  // namespace
+
+Result<void> read_materials(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene) {
+  Result<std::vector<SceneFabric>> fabrics = read_fabrics(document);
+  if (!fabrics) return tl::unexpected<Error>(std::move(fabrics.error()));
+  scene.fabrics = std::move(*fabrics);
+  Reader reader(document, image_bytes, scene);
+  const Json& materials = member(document.json, "materials");
+  for (std::size_t i = 0; materials.is_array() && i < materials.size(); ++i) {
+    SceneMaterial material = reader.read(materials[i]);
+    auto reference =
+        read_fabric_reference(document, static_cast<int>(i), static_cast<int>(scene.fabrics.size()));
+    if (!reference) return tl::unexpected<Error>(std::move(reference.error()));
+    material.fabric = std::move(*reference);
+    scene.materials.push_back(std::move(material));
+  }
+  return {};
+}
+
+void remark(Scene& scene, std::string text) {
+  constexpr std::size_t most = 100;
+  if (scene.remarks.size() >= most) return;
+  if (std::find(scene.remarks.begin(), scene.remarks.end(), text) == scene.remarks.end()) {
+    scene.remarks.push_back(std::move(text));
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,162 @@
+#include "format/gltf/node_items.h"
+
+#include <Imath/ImathMatrix.h>
+#include <Imath/ImathQuat.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "format/gltf/access.h"
+#include "format/gltf/materials.h"
+#include "format/gltf/names.h"
+
+namespace selvedge {
+namespace {
+
+std::string name_of(const Json& json, const Json& node) {
+  for (const Json* named : {&json, &node}) {
+    const Json& name = member(*named, "name");
+    if (name.is_string() && !name.get_ref<const std::string&>().empty()) return name.get<std::string>();
+  }
+  return "";
+}
+
+V3d row(const M44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
+
+bool finite(const M44d& m) {
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      if (!std::isfinite(m[i][j])) return false;
+    }
+  }
+  return true;
+}
+
+bool is_positive(double value) { return std::isfinite(value) && value > 0; }
+
+/// The elements of one attribute of EXT_mesh_gpu_instancing; `count` is set by the first one.
+template <class V>
+Result<std::vector<V>> instance_attribute(const GltfDocument& document, const Json& attributes,
+                                          const char* name, const std::string& place, std::size_t& count,
+                                          std::size_t limit) {
+  const Json& accessor = member(attributes, name);
+  if (accessor.is_null()) return std::vector<V>();
+  const std::string where = fmt::format("{}/attributes/{}", place, name);
+  const Result<AccessorShape> shape = shape_of(document, index_of(accessor), where);
+  if (!shape) return tl::unexpected<Error>(shape.error());
+  if (shape->count > limit) return fail(Code::file_too_large, document.file, where, "too many instances");
+  auto values = read_vectors<V>(document, index_of(accessor), count, where);
+  if (values) count = values->size();
+  return values;
+}
+
+}  // namespace
+
+std::optional<SceneCamera> camera_of_node(const GltfDocument& document, const Json& node, const M44d& world,
+                                          Scene& scene) {
+  const int index = index_of(member(node, "camera"));
+  if (index < 0) return std::nullopt;
+  const auto json = entry_of(document, "cameras", index, "");
+  SceneCamera camera;
+  camera.world = world;
+  bool good = json.has_value() && finite(world) && row(world, 2).length() > 0;
+  if (good) {
+    camera.name = name_of(**json, node);
+    camera.perspective = member(**json, "type") != "orthographic";
+    const Json& lens = member(**json, camera.perspective ? "perspective" : "orthographic");
+    camera.znear = number_of(member(lens, "znear"), 0);
+    if (const double far = number_of(member(lens, "zfar"), 0); far > camera.znear) camera.zfar = far;
+    if (camera.perspective) {
+      camera.yfov = number_of(member(lens, "yfov"), 0);
+      if (const double aspect = number_of(member(lens, "aspectRatio"), 0); is_positive(aspect))
+        camera.aspect = aspect;
+      good = is_positive(camera.yfov) && camera.yfov < std::numbers::pi && camera.znear > 0;
+    } else {
+      camera.magnification = V2d(number_of(member(lens, "xmag"), 0), number_of(member(lens, "ymag"), 0));
+      good = is_positive(camera.magnification.x) && is_positive(camera.magnification.y) && camera.zfar;
+    }
+  }
+  if (good) return camera;
+  remark(scene, fmt::format("/cameras/{}: nothing can be seen through it; left out", index));
+  return std::nullopt;
+}
+
+std::optional<SceneLight> light_of_node(const GltfDocument& document, const Json& node, const M44d& world,
+                                        Scene& scene) {
+  using names::gltf::lights_punctual;
+  const Json& number = member(member(member(node, "extensions"), lights_punctual), "light");
+  if (number.is_null()) return std::nullopt;
+  const int index = index_of(number);
+  const Json& lights = member(member(member(document.json, "extensions"), lights_punctual), "lights");
+  const std::string place = fmt::format("/extensions/{}/lights/{}", lights_punctual, index);
+  const auto leave_out = [&](const char* why) -> std::optional<SceneLight> {
+    remark(scene, fmt::format("{}: {}; left out", place, why));
+    return std::nullopt;
+  };
+  if (!lights.is_array() || index < 0 || static_cast<std::size_t>(index) >= lights.size())
+    return leave_out("there is no such light");
+  const Json& json = lights[index];
+  SceneLight light;
+  light.name = name_of(json, node);
+  const Json& type = member(json, "type");
+  if (type == "point") {
+    light.kind = LightKind::point;
+  } else if (type == "spot") {
+    light.kind = LightKind::spot;
+  } else if (type != "directional") {
+    return leave_out("unknown type");
+  }
+  const Json& color = member(json, "color");
+  for (std::size_t c = 0; color.is_array() && c < 3 && c < color.size(); ++c)
+    light.color[static_cast<int>(c)] = static_cast<float>(number_of(color[c], 1));
+  light.intensity = static_cast<float>(number_of(member(json, "intensity"), 1));
+  light.range = number_of(member(json, "range"), 0);
+  light.position = V3d(world[3][0], world[3][1], world[3][2]);
+  // Only the direction: the extension leaves scales out.
+  light.direction = -row(world, 2).normalized();
+  if (light.kind == LightKind::spot) {
+    const Json& spot = member(json, "spot");
+    light.inner_cone = number_of(member(spot, "innerConeAngle"), 0);
+    light.outer_cone = number_of(member(spot, "outerConeAngle"), std::numbers::pi / 4);
+    if (!(light.inner_cone >= 0 && light.inner_cone < light.outer_cone &&
+          light.outer_cone <= std::numbers::pi / 2))
+      return leave_out("the angles of its cone are out of range");
+  }
+  if (!finite(world) || light.direction.length() < 0.5) return leave_out("its node has no direction");
+  if (!(light.intensity >= 0) || !std::isfinite(light.intensity) || !(light.range >= 0))
+    return leave_out("its intensity or range is out of range");
+  return light;
+}
+
+Result<std::vector<M44d>> places_of_node(const GltfDocument& document, const Json& node,
+                                         const std::string& place, const M44d& world, std::size_t limit) {
+  using names::gltf::gpu_instancing;
+  const Json& extension = member(member(node, "extensions"), gpu_instancing);
+  if (extension.is_null()) return std::vector<M44d>{world};
+  const std::string where = fmt::format("{}/extensions/{}", place, gpu_instancing);
+  const Json& attributes = member(extension, "attributes");
+  std::size_t count = 0;
+  const auto translations = instance_attribute<V3d>(document, attributes, "TRANSLATION", where, count, limit);
+  if (!translations) return tl::unexpected<Error>(translations.error());
+  const auto rotations =
+      instance_attribute<Imath::V4d>(document, attributes, "ROTATION", where, count, limit);
+  if (!rotations) return tl::unexpected<Error>(rotations.error());
+  const auto scales = instance_attribute<V3d>(document, attributes, "SCALE", where, count, limit);
+  if (!scales) return tl::unexpected<Error>(scales.error());
+  std::vector<M44d> places;
+  places.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    M44d local;
+    if (!scales->empty()) local.setScale((*scales)[i]);
+    if (!rotations->empty()) {
+      const Imath::V4d& r = (*rotations)[i];
+      local *= Imath::Quatd(r.w, r.x, r.y, r.z).normalized().toMatrix44();
+    }
+    if (!translations->empty()) local *= M44d().setTranslation((*translations)[i]);
+    places.push_back(local * world);
+  }
+  return places;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,46 @@
+// glTF -> Scene.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "format/base/error.h"
+#include "format/scene/scene.h"
+
+namespace selvedge {
+
+struct SceneLimits {
+  /// Of all primitives together, after expansion; no more than unbacked_elements in any case.
+  std::size_t vertices = std::size_t{1} << 27;
+  std::size_t instances = std::size_t{1} << 20;
+  std::uint64_t image_bytes = std::uint64_t{1} << 30;  ///< of all encoded pictures; beyond, they are left out
+};
+
+struct GltfDocument;
+
+/// What of a file is read, by name or number; empty: the file's own choice.
+struct SceneChoice {
+  std::string scene;    ///< else the default scene, else the first, else all root nodes
+  std::string variant;  ///< of KHR_materials_variants; else the primitives' own materials
+};
+
+/// Reads a scene of a .gltf or .glb file.
+///
+/// Strips and fans become triangles; points and lines are left out with a remark. A primitive without normals
+/// gets flat ones, as glTF asks for: its vertices are no longer shared. Node transforms and copies by
+/// EXT_mesh_gpu_instancing are kept beside the primitives (SceneInstance). Morph targets are applied with
+/// their default weights, skins as their joints rest; animations are not played (remarked). Pictures that
+/// core materials use are loaded; a missing one is remarked and the texture left out. Materials keep their
+/// order; scene material -1 is glTF's default one. Fabrics' files are not opened.
+///
+/// Refused: everything that glTF forbids and that would be read (places are JSON pointers), NaN or infinite
+/// positions and texture coordinates, nodes that are their own ancestors or have two parents.
+/// OPTION_OUT_OF_RANGE for a choice that the file does not have.
+Result<Scene> read_scene(const std::string& path, const SceneLimits& limits = {},
+                         const SceneChoice& choice = {});
+
+/// The same from a loaded document.
+Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits = {},
+                         const SceneChoice& choice = {});
+
+}  // namespace selvedge

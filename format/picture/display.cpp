@@ -1,0 +1,95 @@
+#include "format/picture/display.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+/// Radiance times opacity -> display colour times opacity.
+V3f shown(const V4f& pixel, const DisplayOptions& options) {
+  const V3f colour = V3f(pixel.x, pixel.y, pixel.z) * options.exposure;
+  if (options.tone == ToneCurve::none || !(pixel.w > 0)) return colour;
+  return tone_mapped(options.tone, colour / pixel.w) * pixel.w;
+}
+
+constexpr std::size_t code_steps = 1 << 16;
+
+/// sRGB bytes of (i + 0.5) / code_steps: within one step of the exact ones at the bounds between two of them.
+const std::vector<std::uint8_t>& codes() {
+  static const std::vector<std::uint8_t> table = [] {
+    std::vector<std::uint8_t> result(code_steps);
+    for (std::size_t i = 0; i < code_steps; ++i) {
+      const float linear = (static_cast<float>(i) + 0.5F) / code_steps;
+      result[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(linear)));
+    }
+    return result;
+  }();
+  return table;
+}
+
+std::uint8_t code(const std::vector<std::uint8_t>& table, float value) {
+  // NaN is not greater than 0.
+  const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;
+  return table[std::min(static_cast<std::size_t>(clipped * code_steps), code_steps - 1)];
+}
+
+}  // namespace
+
+V3f tone_mapped(ToneCurve curve, const V3f& colour) {
+  switch (curve) {
+    case ToneCurve::none:
+      break;
+    case ToneCurve::reinhard: {
+      const float luminance = 0.2126F * colour.x + 0.7152F * colour.y + 0.0722F * colour.z;
+      return colour / (1 + luminance);
+    }
+    case ToneCurve::aces: {
+      const auto curve_at = [](float c) {
+        return std::clamp(c * (2.51F * c + 0.03F) / (c * (2.43F * c + 0.59F) + 0.14F), 0.0F, 1.0F);
+      };
+      return {curve_at(colour.x), curve_at(colour.y), curve_at(colour.z)};
+    }
+  }
+  return colour;
+}
+
+DisplayOptions default_display() { return {std::numbers::pi_v<float>, ToneCurve::none, V3f(0.18F)}; }
+
+Image to_display_image(const Frame& frame, const DisplayOptions& options) {
+  Image image{frame.width, frame.height, options.background ? 3 : 4, {}};
+  image.pixels.reserve(frame.pixels.size() * static_cast<std::size_t>(image.channels));
+  for (const V4f& p : frame.pixels) {
+    V3f colour = shown(p, options);
+    if (options.background) {
+      colour += *options.background * (1 - p.w);
+    } else if (p.w > 0) {
+      colour /= p.w;
+    }
+    image.pixels.insert(image.pixels.end(), {colour.x, colour.y, colour.z});
+    if (!options.background) image.pixels.push_back(p.w);
+  }
+  return image;
+}
+
+void to_display_bytes(const Frame& frame, const DisplayOptions& options, std::vector<std::uint8_t>& bytes) {
+  const std::vector<std::uint8_t>& table = codes();
+  const V3f background = options.background.value_or(V3f(0, 0, 0));
+  const auto width = static_cast<std::size_t>(frame.width);
+  bytes.resize(frame.pixels.size() * 4);
+  parallel_for(0, frame.height, [&](int y) {
+    for (std::size_t i = static_cast<std::size_t>(y) * width; i < static_cast<std::size_t>(y + 1) * width;
+         ++i) {
+      const V4f& p = frame.pixels[i];
+      const V3f colour = shown(p, options) + background * (1 - p.w);
+      for (unsigned c = 0; c < 3; ++c) bytes[4 * i + c] = code(table, colour[static_cast<int>(c)]);
+      bytes[4 * i + 3] = 255;
+    }
+  });
+}
+
+}  // namespace selvedge

@@ -1,0 +1,40 @@
+#include "format/picture/frame.h"
+
+namespace selvedge {
+
+void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame) {
+  const std::size_t large_width = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(n);
+  const auto rows = static_cast<int>(large.size() / large_width) / n;
+  const float scale = 1.0F / static_cast<float>(n * n);
+  for (int row = 0; row < rows; ++row) {
+    const int y = frame.height - 1 - (first_row / n + row);
+    if (y < 0) break;
+    for (int x = 0; x < frame.width; ++x) {
+      V4f sum(0, 0, 0, 0);
+      for (int j = 0; j < n; ++j) {
+        const std::size_t start =
+            static_cast<std::size_t>(row * n + j) * large_width + static_cast<std::size_t>(x * n);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) sum += large[start + i];
+      }
+      frame.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width) +
+                   static_cast<std::size_t>(x)] = sum * scale;
+    }
+  }
+}
+
+Image to_linear_image(const Frame& frame) {
+  Image image{frame.width, frame.height, 4, {}};
+  image.pixels.reserve(frame.pixels.size() * 4);
+  for (const V4f& p : frame.pixels) image.pixels.insert(image.pixels.end(), {p.x, p.y, p.z, p.w});
+  return image;
+}
+
+Frame to_frame(const Image& image) {
+  Frame frame{image.width, image.height, {}};
+  for (std::size_t i = 0; i + 3 < image.pixels.size(); i += 4) {
+    frame.pixels.emplace_back(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2], image.pixels[i + 3]);
+  }
+  return frame;
+}
+
+}  // namespace selvedge

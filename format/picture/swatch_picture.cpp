@@ -1,0 +1,132 @@
+#include "format/picture/swatch_picture.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/parallel.h"
+#include "format/fabric/evaluate.h"
+#include "format/scene/footprint.h"
+
+namespace selvedge {
+namespace {
+
+/// One texel that a pixel sees.
+struct Tap {
+  int level = 0;
+  V2i texel{0, 0};
+  float weight = 1;
+};
+
+/// Texture coordinates at a point of the cloth.
+V2d uv_of(const Fabric& fabric, const V2d& point) {
+  return point * 1000.0 / V2d(fabric.period_mm) * V2d(1, -1);
+}
+
+void add_nearest(const Fabric& fabric, int level, const V2d& uv, float weight, std::vector<Tap>& taps) {
+  const FabricLevel& of = fabric.levels[level];
+  taps.push_back({level, {wrap_texel(uv.x, of.width), wrap_texel(uv.y, of.height)}, weight});
+}
+
+/// The four texels around (u, v), weighted by distance.
+void add_linear(const Fabric& fabric, int level, const V2d& uv, float weight, std::vector<Tap>& taps) {
+  const FabricLevel& of = fabric.levels[level];
+  const V2d size(of.width, of.height);
+  const V2d at = uv * size - V2d(0.5, 0.5);
+  const V2d corner(std::floor(at.x), std::floor(at.y));
+  const V2f part(at - corner);
+  for (const int down : {0, 1}) {
+    for (const int right : {0, 1}) {
+      const V2d centre = (corner + V2d(right + 0.5, down + 0.5)) / size;
+      const float share = (right == 1 ? part.x : 1 - part.x) * (down == 1 ? part.y : 1 - part.y);
+      add_nearest(fabric, level, centre, weight * share, taps);
+    }
+  }
+}
+
+/// spec/brdf.md, "Over a surface", "The viewer".
+void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
+               const TexelSlopes<float>& slopes, std::vector<Tap>& taps) {
+  taps.clear();
+  const FabricLevel& finest = fabric.levels.front();
+  const auto last = static_cast<float>(fabric.levels.size() - 1);
+  const Footprint<float> of = footprint(slopes, static_cast<float>(options.taps));
+  const float wanted = options.forced >= 0 ? static_cast<float>(options.forced) : of.level + options.bias;
+  const float clamped = wanted > 0 ? std::min(wanted, last) : 0;
+  const float level = options.blend ? clamped : std::floor(clamped + 0.5F);
+  const LevelBlend blend = level_blend(static_cast<double>(level), static_cast<int>(fabric.levels.size()));
+  const float long_axis = std::sqrt(of.axis_x * of.axis_x + of.axis_y * of.axis_y) + 1;
+  const float parts = std::min(of.ratio, long_axis);
+  const bool one = options.taps == 1 || options.forced >= 0 || !(parts > 1.001F);
+  const int count = one ? 1 : std::min(static_cast<int>(parts + 0.999F), options.taps);
+  const bool linear = options.linear && (blend.lower > 0 || blend.weight > 0);
+  const V2d axis(static_cast<double>(of.axis_x) / finest.width,
+                 static_cast<double>(of.axis_y) / finest.height);
+  for (int i = 0; i < count; ++i) {
+    const V2d at = uv + axis * ((i + 0.5) / count - 0.5);
+    for (const int upper : {0, 1}) {
+      const float weight = (upper == 1 ? blend.weight : 1 - blend.weight) / static_cast<float>(count);
+      if (weight == 0) continue;
+      const int number = blend.lower + upper;
+      if (linear && number > 0) {
+        add_linear(fabric, number, at, weight, taps);
+      } else {
+        add_nearest(fabric, number, at, weight, taps);
+      }
+    }
+  }
+}
+
+/// How far texture coordinates move from one side of a pixel to the other; nothing beyond the horizon.
+std::optional<V2d> across(const Fabric& fabric, const Camera& camera, const V2d& at, const V2d& pixel) {
+  // Much less than a pixel: what is wanted is the slope at its centre.
+  constexpr double part = 0.01;
+  const auto one = swatch_ray(camera, at - pixel * (part / 2));
+  const auto other = swatch_ray(camera, at + pixel * (part / 2));
+  if (!one || !other) return std::nullopt;
+  return (uv_of(fabric, other->point) - uv_of(fabric, one->point)) / part;
+}
+
+V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels, int x, int y,
+             std::vector<Tap>& taps) {
+  const V2d pixel(2.0 / shot.width, 2.0 / shot.height);
+  const V2d at((x + 0.5) * pixel.x - 1, 1 - (y + 0.5) * pixel.y);
+  const auto ray = swatch_ray(shot.camera, at);
+  const auto right = across(fabric, shot.camera, at, {pixel.x, 0});
+  const auto up = across(fabric, shot.camera, at, {0, pixel.y});
+  if (!ray || !right || !up) return {0, 0, 0, 0};
+  const V2d size(fabric.levels.front().width, fabric.levels.front().height);
+  const V2f r(*right * size);
+  const V2f u(*up * size);
+  find_taps(fabric, levels, uv_of(fabric, ray->point), {r.x, r.y, u.x, u.y}, taps);
+  // The fabric's frame is the world's.
+  const V3f view(ray->view);
+  V4f sum(0, 0, 0, 0);
+  for (const Tap& tap : taps) {
+    bool opacity_counted = false;
+    for (const Light& light : shot.lights) {
+      const Illumination from = light_at(light, {ray->point.x, ray->point.y, 0});
+      const Shading s = evaluate(fabric, tap.level, tap.texel.x, tap.texel.y, V3f(from.direction), view);
+      const V3f radiance = s.radiance * from.irradiance * (s.alpha * tap.weight);
+      sum += V4f(radiance.x, radiance.y, radiance.z, opacity_counted ? 0 : s.alpha * tap.weight);
+      opacity_counted = true;
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+Frame draw_swatch(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels) {
+  const auto width = static_cast<std::size_t>(shot.width);
+  Frame frame{shot.width, shot.height, std::vector<V4f>(width * static_cast<std::size_t>(shot.height))};
+  parallel_for(0, shot.height, [&](int y) {
+    std::vector<Tap> taps;
+    for (int x = 0; x < shot.width; ++x) {
+      frame.pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =
+          pixel_of(fabric, shot, levels, x, y, taps);
+    }
+  });
+  return frame;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,195 @@
+#include "format/quality/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/parallel.h"
+#include "format/fabric/evaluate.h"
+#include "format/samples/pool.h"
+
+namespace selvedge {
+namespace {
+
+/// The truth of one pair at one level: alpha * r, its noise; alpha in x and its noise in y.
+struct TruthImage {
+  std::vector<V3d> colour;
+  std::vector<V3d> noise;
+  std::vector<V3d> alpha;
+};
+
+struct Sums {
+  double squared = 0;
+  double energy = 0;
+  double signed_error = 0;
+  double truth = 0;
+  double alpha_squared = 0;
+  double noise = 0;
+  double alpha_noise = 0;
+  double count = 0;
+
+  void add(const Sums& o) {
+    squared += o.squared;
+    energy += o.energy;
+    signed_error += o.signed_error;
+    truth += o.truth;
+    alpha_squared += o.alpha_squared;
+    noise += o.noise;
+    alpha_noise += o.alpha_noise;
+    count += o.count;
+  }
+};
+
+/// Level `k` against a truth of `size` texels, 2^n times as many along a side.
+Sums compare_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair,
+                   const TruthImage& truth) {
+  const FabricLevel& level = fabric.levels[k];
+  const V2i parts(size.x / level.width, size.y / level.height);
+  std::vector<Shading> shadings;
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x)
+      shadings.push_back(evaluate(fabric, k, x, y, pair.light, pair.view));
+  }
+  Sums sums;
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) {
+      const auto i = static_cast<std::size_t>(y * size.x + x);
+      const Shading& s = shadings[y / parts.y * level.width + x / parts.x];
+      const V3d difference = V3d(s.radiance * s.alpha) - truth.colour[i];
+      const double alpha = static_cast<double>(s.alpha) - truth.alpha[i].x;
+      sums.squared += difference.length2();
+      sums.energy += truth.colour[i].length2();
+      sums.signed_error += difference.x + difference.y + difference.z;
+      sums.truth += truth.colour[i].x + truth.colour[i].y + truth.colour[i].z;
+      sums.alpha_squared += alpha * alpha;
+      sums.noise += truth.noise[i].length2();
+      sums.alpha_noise += truth.alpha[i].y * truth.alpha[i].y;
+      sums.count += 1;
+    }
+  }
+  return sums;
+}
+
+double decibels(double peak, double mean_square) {
+  // An exact match has no finite figure; 200 dB is beyond what single precision can show.
+  constexpr double most = 200;
+  if (!(mean_square > 0)) return most;
+  // Nothing to see, and something is shown.
+  if (!(peak > 0)) return 0;
+  return std::min(most, 10 * std::log10(peak * peak / mean_square));
+}
+
+double relative(double squared, double energy) {
+  if (energy > 0) return std::sqrt(squared / energy);
+  return squared > 0 ? 1 : 0;
+}
+
+/// `finer`: levels of the truth before the fabric's level 0.
+Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak,
+                          std::size_t finer) {
+  const auto texels = static_cast<std::size_t>(truth.width) * static_cast<std::size_t>(truth.height);
+  std::vector<V2i> sizes;
+  for (std::size_t k = 0; k < finer; ++k) {
+    const int level = static_cast<int>(k);
+    sizes.emplace_back(level_size(truth.width, level), level_size(truth.height, level));
+  }
+  for (const FabricLevel& level : fabric.levels) sizes.emplace_back(level.width, level.height);
+  Comparison result;
+  result.kind = kind;
+  result.pairs = static_cast<int>(truth.pairs.size());
+  result.peak = peak > 0 ? peak : peak_of(truth);
+  const std::size_t levels = sizes.size();
+  std::vector<std::vector<Sums>> by_pair(truth.pairs.size(), std::vector<Sums>(levels));
+  parallel_for(0, result.pairs, [&](int index) {
+    const auto pair = static_cast<std::size_t>(index);
+    TruthImage image;
+    for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
+      image.colour.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
+      image.noise.emplace_back(V3d(truth.noise[i]));
+      image.alpha.emplace_back(static_cast<double>(truth.alpha[i]), static_cast<double>(truth.alpha_noise[i]),
+                               0.0);
+    }
+    for (std::size_t k = 0; k < levels; ++k) {
+      if (k > 0) {
+        for (auto* values : {&image.colour, &image.noise, &image.alpha}) {
+          *values = pool_image(*values, sizes[k - 1].x, sizes[k - 1].y);
+        }
+      }
+      const int own = static_cast<int>(k > finer ? k - finer : 0);
+      by_pair[pair][k] = compare_level(fabric, own, sizes[k], truth.pairs[pair], image);
+    }
+  });
+  for (std::size_t k = 0; k < levels; ++k) {
+    Sums sums;
+    for (const auto& pair : by_pair) sums.add(pair[k]);
+    if (sums.count == 0) break;
+    LevelComparison level;
+    level.level = static_cast<int>(k);
+    level.width = sizes[k].x;
+    level.height = sizes[k].y;
+    level.psnr = decibels(result.peak, sums.squared / (3 * sums.count));
+    level.relative_l2 = relative(sums.squared, sums.energy);
+    level.mean_error = sums.truth > 0 ? sums.signed_error / sums.truth : 0;
+    level.alpha_rms = std::sqrt(sums.alpha_squared / sums.count);
+    level.alpha_noise = std::sqrt(sums.alpha_noise / sums.count);
+    level.noise_psnr = decibels(result.peak, sums.noise / (3 * sums.count));
+    result.levels.push_back(level);
+  }
+  for (const auto& pair : by_pair) {
+    const Sums& sums = pair.front();
+    result.by_pair.push_back(
+        {decibels(result.peak, sums.squared / (3 * sums.count)), sums.squared, sums.energy});
+  }
+  return result;
+}
+
+Result<Comparison> refuse(const Fabric& fabric, PairKind kind, const char* more) {
+  const FabricLevel& base = fabric.levels.front();
+  return fail(
+      Code::fabric_mismatch, {}, name_of(kind),
+      fmt::format("the samples are not of {}x{} texels as the fabric is{}", base.width, base.height, more));
+}
+
+bool is_whole(const PairSamples& truth) {
+  return truth.alpha.size() ==
+         truth.pairs.size() * static_cast<std::size_t>(truth.width) * static_cast<std::size_t>(truth.height);
+}
+
+}  // namespace
+
+double peak_of(const PairSamples& truth) {
+  std::vector<float> values;
+  values.reserve(truth.alpha.size() * 3);
+  for (std::size_t i = 0; i < truth.alpha.size(); ++i) {
+    const V3f colour = truth.radiance[i] * truth.alpha[i];
+    values.insert(values.end(), {colour.x, colour.y, colour.z});
+  }
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  const float peak = values[at];
+  if (peak > 0) return static_cast<double>(peak);
+  return static_cast<double>(*std::max_element(values.begin(), values.end()));
+}
+
+Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
+  const FabricLevel& base = fabric.levels.front();
+  if (truth.width != base.width || truth.height != base.height || !is_whole(truth))
+    return refuse(fabric, kind, "");
+  return compare_levels(fabric, truth, kind, peak, 0);
+}
+
+Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
+                                      double peak) {
+  const FabricLevel& base = fabric.levels.front();
+  if (!is_whole(truth)) return refuse(fabric, kind, "");
+  V2i size(base.width, base.height);
+  std::size_t finer = 0;
+  for (; size.x < truth.width && size.y < truth.height; size *= 2) ++finer;
+  if (size != V2i(truth.width, truth.height))
+    return refuse(fabric, kind, ", nor of 2, 4, 8 ... times as many");
+  return compare_levels(fabric, truth, kind, peak, finer);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,98 @@
+#include "format/quality/ssim.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+namespace selvedge {
+namespace {
+
+constexpr int window = 11;
+constexpr double deviation = 1.5;
+constexpr double c1 = 0.01 * 0.01;  // (K L)^2
+constexpr double c2 = 0.03 * 0.03;
+
+std::array<double, window> gaussian() {
+  std::array<double, window> weight{};
+  for (int i = 0; i < window; ++i) {
+    const double d = (i - (window - 1) / 2.0) / deviation;
+    weight[i] = std::exp(-d * d / 2);
+  }
+  const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);
+  for (double& w : weight) w /= sum;
+  return weight;
+}
+
+/// Weighted means over all windows that lie within a picture of width x height.
+std::vector<double> means(const std::vector<double>& values, int width, int height) {
+  static const std::array<double, window> weight = gaussian();
+  const int columns = width - window + 1;
+  const int rows = height - window + 1;
+  const auto at = [](int x, int y, int row) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
+  };
+  std::vector<double> across(at(0, height, columns));
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      for (int k = 0; k < window; ++k) across[at(x, y, columns)] += weight[k] * values[at(x + k, y, width)];
+    }
+  }
+  std::vector<double> result(at(0, rows, columns));
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      for (int k = 0; k < window; ++k) result[at(x, y, columns)] += weight[k] * across[at(x, y + k, columns)];
+    }
+  }
+  return result;
+}
+
+/// Equations 13 to 16 of the paper, for one channel.
+double similarity(const Image& a, const Image& b, int channel) {
+  const std::size_t pixels = a.pixels.size() / static_cast<std::size_t>(a.channels);
+  std::vector<double> x(pixels);
+  std::vector<double> y(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const std::size_t at = i * static_cast<std::size_t>(a.channels) + static_cast<std::size_t>(channel);
+    x[i] = static_cast<double>(a.pixels[at]);
+    y[i] = static_cast<double>(b.pixels[at]);
+  }
+  const auto product = [&](const std::vector<double>& p, const std::vector<double>& q) {
+    std::vector<double> result(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) result[i] = p[i] * q[i];
+    return means(result, a.width, a.height);
+  };
+  const std::vector<double> xx = product(x, x);
+  const std::vector<double> yy = product(y, y);
+  const std::vector<double> xy = product(x, y);
+  const std::vector<double> mx = means(x, a.width, a.height);
+  const std::vector<double> my = means(y, a.width, a.height);
+  double sum = 0;
+  for (std::size_t i = 0; i < mx.size(); ++i) {
+    const double variances = xx[i] - mx[i] * mx[i] + yy[i] - my[i] * my[i];
+    const double covariance = xy[i] - mx[i] * my[i];
+    sum += (2 * mx[i] * my[i] + c1) * (2 * covariance + c2) /
+           ((mx[i] * mx[i] + my[i] * my[i] + c1) * (variances + c2));
+  }
+  return sum / static_cast<double>(mx.size());
+}
+
+}  // namespace
+
+Result<std::optional<double>> structural_similarity(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height || a.channels != b.channels ||
+      a.pixels.size() != b.pixels.size()) {
+    return fail(Code::image_mismatch, "", "",
+                fmt::format("{} x {} x {} against {} x {} x {}", a.width, a.height, a.channels, b.width,
+                            b.height, b.channels));
+  }
+  if (a.width < window || a.height < window) return std::optional<double>();
+  const int colours = a.channels == 2 || a.channels == 4 ? a.channels - 1 : a.channels;
+  double sum = 0;
+  for (int channel = 0; channel < colours; ++channel) sum += similarity(a, b, channel);
+  return std::optional(sum / colours);
+}
+
+}  // namespace selvedge

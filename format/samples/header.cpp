@@ -1,0 +1,163 @@
+#include "format/samples/header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "format/base/json_text.h"
+#include "format/fabric/json_parts.h"
+#include "format/fabric/names.h"
+
+namespace selvedge {
+namespace {
+
+using nlohmann::json;
+namespace member = names::member;
+
+constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out,
+                                                names::part_rim};
+constexpr int samples_version = 1;
+
+json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
+
+/// A grid with its directions, for people.
+json grid_with_directions(const DirectionGrid& grid) {
+  json directions = json::array();
+  for (const V3f& d : directions_of(grid)) directions.push_back(list_of(d));
+  json result = grid_json(grid);
+  result[member::directions] = directions;
+  return result;
+}
+
+/// A unit vector of the upper hemisphere.
+V3f direction_from(const json& list) {
+  const V3f v(list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>());
+  if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0))
+    throw std::runtime_error("pairs: not a unit direction above the cloth");
+  return v;
+}
+
+int whole_from(const json& number, const char* name) {
+  constexpr std::int64_t limit = std::numeric_limits<int>::max();
+  if (!number.is_number_integer() || number < 0 || number > limit) {
+    throw std::runtime_error(fmt::format("{}: not a whole number", name));
+  }
+  return number.get<int>();
+}
+
+float length_from(const json& number, const char* name, bool may_be_zero) {
+  const auto length = number.get<float>();
+  if (!std::isfinite(length) || length < 0 || (length == 0 && !may_be_zero)) {
+    throw std::runtime_error(fmt::format("{}: not a length", name));
+  }
+  return length;
+}
+
+DirectionGrid views_or_lights(const json& text, const char* name) {
+  const auto grid = grid_from(text.at(name), FabricLimits{}.directions);
+  if (!grid) throw std::runtime_error(name + grid.error().place + ": " + grid.error().message);
+  return *grid;
+}
+
+SlabShape slabs_from(const json& text) {
+  const FabricLimits limits;
+  const auto count = [&](const char* name, int most) {
+    const int value = whole_from(text.at(name), name);
+    if (value < 1 || value > most) throw std::runtime_error(fmt::format("{}: not 1 to {}", name, most));
+    return value;
+  };
+  return {count(member::columns, limits.cells_per_side), count(member::rows, limits.cells_per_side),
+          count(member::slabs, limits.slabs)};
+}
+
+/// Throws on anything that is not as it should be; the caller makes it an error.
+SamplesHeader header_from(const json& text) {
+  SamplesHeader header;
+  if (text.at(member::version) != samples_version) throw std::runtime_error("version is not 1");
+  header.width = whole_from(text.at(member::texels).at(0), member::texels);
+  header.height = whole_from(text.at(member::texels).at(1), member::texels);
+  const int limit = FabricLimits{}.texels_per_side;
+  if (header.width < 1 || header.height < 1 || header.width > limit || header.height > limit) {
+    throw std::runtime_error(fmt::format("texels: not 1 to {} a side", limit));
+  }
+  header.period_mm = {length_from(text.at(member::mm_per_repeat).at(0), member::mm_per_repeat, false),
+                      length_from(text.at(member::mm_per_repeat).at(1), member::mm_per_repeat, false)};
+  header.reference_height = text.at(member::reference_height).get<float>();
+  if (!std::isfinite(header.reference_height)) throw std::runtime_error("referenceHeight: not finite");
+  header.thickness_mm = length_from(text.at(member::thickness), member::thickness, true);
+  header.views = views_or_lights(text, member::views);
+  header.lights = views_or_lights(text, member::lights);
+  header.samples_per_texel = whole_from(text.at(member::samples_per_texel), member::samples_per_texel);
+  header.truth_samples = whole_from(text.at(member::truth_samples), member::truth_samples);
+  for (const PairKind kind : all_pair_kinds) {
+    for (const json& pair : text.at(member::pairs).at(pair_parts[index_of(kind)])) {
+      header.pairs[index_of(kind)].push_back(
+          {direction_from(pair.at(member::light)), direction_from(pair.at(member::view))});
+    }
+  }
+  if (text.contains(member::whole)) {
+    const json& whole = text.at(member::whole);
+    const json& texels = whole.at(member::texels);
+    header.whole =
+        WholeFabric{V2i(whole_from(texels.at(0), member::whole), whole_from(texels.at(1), member::whole)),
+                    whole_from(whole.at(member::level), member::whole)};
+    if (std::max(header.whole->texels.x, header.whole->texels.y) > limit || header.whole->level < 1 ||
+        !is_level_of(*header.whole, header.width, header.height)) {
+      throw std::runtime_error("whole: the texels are those of no level of it");
+    }
+  }
+  if (text.contains(member::slabs)) header.slabs = slabs_from(text.at(member::slabs));
+  header.provenance = text.at(member::provenance).dump();
+  return header;
+}
+
+}  // namespace
+
+const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
+
+std::string text_of(const SamplesHeader& header) {
+  json pairs = json::object();
+  for (const PairKind kind : all_pair_kinds) {
+    json list = json::array();
+    for (const DirectionPair& pair : header.pairs[index_of(kind)]) {
+      list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
+    }
+    pairs[pair_parts[index_of(kind)]] = list;
+  }
+  json text{
+      {member::version, samples_version},
+      {member::texels, {header.width, header.height}},
+      {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
+      {member::reference_height, header.reference_height},
+      {member::thickness, header.thickness_mm},
+      {member::views, grid_with_directions(header.views)},
+      {member::lights, grid_with_directions(header.lights)},
+      {member::samples_per_texel, header.samples_per_texel},
+      {member::truth_samples, header.truth_samples},
+      {member::pairs, pairs},
+      {member::provenance, provenance_json(header.provenance)},
+  };
+  if (header.slabs) {
+    text[member::slabs] = {{member::columns, header.slabs->columns},
+                           {member::rows, header.slabs->rows},
+                           {member::slabs, header.slabs->slabs}};
+  }
+  if (header.whole) text[member::whole] = whole_json(*header.whole);
+  return text.dump();
+}
+
+Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file) {
+  const json members = parse_json(text);
+  if (!members.is_object())
+    return fail(Code::samples_malformed, file, names::attribute_samples, "is not a JSON object");
+  try {
+    return header_from(members);
+  } catch (const std::exception& e) {
+    return fail(Code::samples_malformed, file, names::attribute_samples, e.what());
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,190 @@
+#include "format/scene/camera.h"
+
+#include <Imath/ImathBox.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+constexpr double radians_per_degree = std::numbers::pi / 180;
+
+Result<void> check(const CameraOptions& o) {
+  const auto refuse = [](const char* option, const char* reason) -> Result<void> {
+    return fail(Code::option_out_of_range, "", option, reason);
+  };
+  if (!std::isfinite(o.azimuth)) return refuse("--azimuth", "must be finite");
+  if (!(std::abs(o.elevation) <= 90)) return refuse("--elevation", "must lie between -90 and 90 degrees");
+  if (!(o.field_of_view >= 0.1 && o.field_of_view <= 170))
+    return refuse("--fov", "must lie between 0.1 and 170 degrees");
+  if (!(o.distance_factor > 0 && o.distance_factor <= 1e6))
+    return refuse("--distance-factor", "must be above 0 and at most 1e6");
+  if (o.distance && !(*o.distance > 0 && *o.distance <= 1e12))
+    return refuse("--distance", "must be above 0 and at most 1e12 metres");
+  if (o.look_at && !std::isfinite(o.look_at->length2())) return refuse("--look-at", "must be finite");
+  if (!(o.zoom > 0 && o.zoom <= 1e9)) return refuse("--zoom", "must be above 0 and at most 1e9");
+  if (!(std::abs(o.focus.x - 0.5) <= 1e3 && std::abs(o.focus.y - 0.5) <= 1e3))
+    return refuse("--focus", "must lie near [0, 1]");
+  return {};
+}
+
+/// Narrows the frame around a point of it.
+void narrow(const CameraOptions& options, Camera& camera) {
+  camera.window_centre = V2d(2 * options.focus.x - 1, 1 - 2 * options.focus.y) * camera.window_half;
+  camera.window_half /= options.zoom;
+}
+
+}  // namespace
+
+M44d clip_matrix(const Camera& camera, const V3d& origin) {
+  const V3d back = camera.back();
+  const V3d shift = origin - camera.position;
+  // World -> camera: x right, y up, z towards the viewer.
+  const M44d to_camera(camera.right.x, camera.up.x, back.x, 0,  //
+                       camera.right.y, camera.up.y, back.y, 0,  //
+                       camera.right.z, camera.up.z, back.z, 0,  //
+                       shift.dot(camera.right), shift.dot(camera.up), shift.dot(back), 1);
+  const V2d h = camera.window_half;
+  const V2d c = camera.window_centre;
+  const double n = camera.near;
+  const double f = camera.far;
+  if (camera.projection == Projection::perspective) {
+    const M44d to_clip(1 / h.x, 0, 0, 0,                              //
+                       0, 1 / h.y, 0, 0,                              //
+                       c.x / h.x, c.y / h.y, -(f + n) / (f - n), -1,  //
+                       0, 0, -2 * f * n / (f - n), 0);
+    return to_camera * to_clip;
+  }
+  // Points slide along the viewing direction onto the image plane.
+  const double slant_x = camera.to_viewer.dot(camera.right) / camera.to_viewer.dot(back);
+  const double slant_y = camera.to_viewer.dot(camera.up) / camera.to_viewer.dot(back);
+  const M44d to_clip(1 / h.x, 0, 0, 0,                                 //
+                     0, 1 / h.y, 0, 0,                                 //
+                     -slant_x / h.x, -slant_y / h.y, -2 / (f - n), 0,  //
+                     -c.x / h.x, -c.y / h.y, -(f + n) / (f - n), 1);
+  return to_camera * to_clip;
+}
+
+V3d view_direction(const Camera& camera, const V2d& image_point) {
+  if (camera.projection == Projection::parallel) return camera.to_viewer;
+  const V2d p = camera.window_centre + image_point * camera.window_half;
+  return (camera.back() - camera.right * p.x - camera.up * p.y).normalized();
+}
+
+Result<Camera> make_camera(std::span<const V3d> points, double aspect, const CameraOptions& options) {
+  if (const auto good = check(options); !good) return tl::unexpected(good.error());
+
+  Camera camera;
+  camera.projection = options.projection;
+  const double azimuth = options.azimuth * radians_per_degree;
+  const double elevation = options.elevation * radians_per_degree;
+  // `right` follows from the azimuth alone, so that looking straight down is no special case.
+  camera.right = V3d(std::cos(azimuth), 0, -std::sin(azimuth));
+  const V3d back(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                 std::cos(elevation) * std::cos(azimuth));
+  camera.up = back.cross(camera.right).normalized();
+  camera.to_viewer = back;
+
+  Imath::Box3d bounds;
+  for (const V3d& point : points) bounds.extendBy(point);
+  const V3d look_at = options.look_at.value_or(bounds.center());
+  const double size = std::max((bounds.max - bounds.min).length(), 1e-9);
+  const double slope_y = std::tan(options.field_of_view * radians_per_degree / 2);
+  const V2d slope(slope_y * aspect, slope_y);
+
+  // How far the points reach against the sides of the view, right, left, up and down: along x + slope * z in
+  // perspective, along x in parallel projection.
+  const V2d slant = options.projection == Projection::perspective ? slope : V2d(0, 0);
+  V2d towards(-HUGE_VAL, -HUGE_VAL);
+  V2d away(-HUGE_VAL, -HUGE_VAL);
+  double nearest = -HUGE_VAL;
+  double farthest = HUGE_VAL;
+  for (const V3d& point : points) {
+    const V3d p = point - look_at;
+    const V2d in_image(p.dot(camera.right), p.dot(camera.up));
+    const double z = p.dot(back);
+    for (unsigned i = 0; i < 2; ++i) {
+      towards[i] = std::max(towards[i], in_image[i] + slant[i] * z);
+      away[i] = std::max(away[i], -in_image[i] + slant[i] * z);
+    }
+    nearest = std::max(nearest, z);
+    farthest = std::min(farthest, z);
+  }
+  // Sides at equal distance, unless the user wants a certain point in the middle.
+  const V2d shift = options.look_at ? V2d(0, 0) : (towards - away) / 2.0;
+  const V3d target = look_at + camera.right * shift.x + camera.up * shift.y;
+  const V2d reach(std::max(towards.x - shift.x, away.x + shift.x),
+                  std::max(towards.y - shift.y, away.y + shift.y));
+  const double fit_distance = std::max(reach.x / slope.x, reach.y / slope.y);
+  const double fit_half_height = std::max(reach.x / aspect, reach.y);
+  // So that nothing touches the frame's edge.
+  constexpr double margin = 1.05;
+  const double distance =
+      options.distance.value_or(std::max(fit_distance, 1e-3 * size) * margin * options.distance_factor);
+  if (options.projection == Projection::perspective) {
+    camera.position = target + back * distance;
+    camera.window_half = slope;
+    camera.far = std::max(distance - farthest, 1e-9) * 1.01 + 1e-3 * size;
+    camera.near = std::max({distance - nearest - 1e-3 * size, camera.far * 1e-4, 1e-12});
+  } else {
+    camera.position = target;
+    const double half_height =
+        options.distance ? *options.distance * slope_y
+                         : std::max(fit_half_height, 1e-3 * size) * margin * options.distance_factor;
+    camera.window_half = V2d(half_height * aspect, half_height);
+    camera.near = -nearest - 1e-2 * size;
+    camera.far = -farthest + 1e-2 * size;
+  }
+  narrow(options, camera);
+  return camera;
+}
+
+Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::span<const V3d> points,
+                         double aspect, const CameraOptions& options) {
+  if (const auto good = check(options); !good) return tl::unexpected(good.error());
+  const SceneCamera* found = nullptr;
+  std::string present;
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    const SceneCamera& one = scene.cameras[i];
+    // A name comes before a number.
+    if (one.name == wanted || (found == nullptr && fmt::format("{}", i) == wanted)) found = &one;
+    present += fmt::format("{}{} \"{}\"", i == 0 ? "" : ", ", i, one.name);
+  }
+  if (found == nullptr) {
+    return fail(
+        Code::option_out_of_range, scene.file, "--camera",
+        fmt::format("there is no \"{}\"; the scene has {}", wanted, present.empty() ? "none" : present));
+  }
+  const M44d& m = found->world;
+  Camera camera;
+  camera.position = V3d(m[3][0], m[3][1], m[3][2]);
+  // Only where it looks and which way is up: a view has no scale of its own.
+  const V3d back = V3d(m[2][0], m[2][1], m[2][2]).normalized();
+  const V3d up(m[1][0], m[1][1], m[1][2]);
+  camera.right = up.cross(back).normalized();
+  camera.up = back.cross(camera.right);
+  camera.to_viewer = back;
+  if (camera.right.length() < 0.5)
+    return fail(Code::gltf_malformed, scene.file, "--camera", "its node has no direction upwards");
+  camera.projection = found->perspective ? Projection::perspective : Projection::parallel;
+  V2d half = found->magnification;
+  double own_aspect = half.x / half.y;
+  if (found->perspective) {
+    own_aspect = found->aspect.value_or(aspect);
+    half.y = std::tan(found->yfov / 2);
+  }
+  half.y *= std::max(1.0, own_aspect / aspect);  // what the file's own frame shows is seen whole
+  camera.window_half = V2d(half.y * aspect, half.y);
+  double farthest = found->znear;
+  for (const V3d& point : points) farthest = std::max(farthest, (camera.position - point).dot(back));
+  camera.near = found->znear;
+  camera.far = found->zfar.value_or(farthest * 1.01 + 1e-9);
+  if (!(camera.far > camera.near)) camera.far = camera.near * 2 + 1e-9;
+  narrow(options, camera);
+  return camera;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,81 @@
+// From how texture coordinates change across a pixel to mip levels and taps: the one formula that all paths
+// share (spec/brdf.md, "The viewer"). footprint_glsl is its twin for shaders.
+#pragma once
+
+#include <cmath>
+
+#include "format/simd/wide_float.h"
+
+namespace selvedge {
+
+/// How far texture coordinates move per pixel to the right and per pixel up, in texels of level 0.
+template <class T>
+struct TexelSlopes {
+  T x_along_right, y_along_right, x_along_up, y_along_up;
+};
+
+/// The ellipse that a pixel's disc of diameter 1 becomes among the texels.
+template <class T>
+struct Footprint {
+  T level;           ///< log2 of the diameter of one of `ratio` round parts of it; not clamped
+  T ratio;           ///< long axis / short axis, between 1 and `taps`
+  T axis_x, axis_y;  ///< the long axis without its ends' round parts, texels
+};
+
+SELVEDGE_INLINE float wide_log2(float x) { return std::log2(x); }
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> wide_log2(const WideFloat<N>& x) {
+  WideFloat<N> result;
+  Lanes<N>::natural_log(x.v, result.v);
+  return result * WideFloat<N>(1.44269504088896341F);
+}
+SELVEDGE_INLINE float if_greater(float a, float b, float yes, float no) { return a > b ? yes : no; }
+
+template <class T>
+SELVEDGE_INLINE Footprint<T> footprint(const TexelSlopes<T>& s, float taps) {
+  using std::sqrt;
+  // Eigenvalues and the first eigenvector of the symmetric matrix (e f; f g).
+  const T e = s.x_along_right * s.x_along_right + s.x_along_up * s.x_along_up;
+  const T f = s.x_along_right * s.y_along_right + s.x_along_up * s.y_along_up;
+  const T g = s.y_along_right * s.y_along_right + s.y_along_up * s.y_along_up;
+  const T mean = (e + g) * T(0.5F);
+  const T half = (e - g) * T(0.5F);
+  const T root = sqrt(half * half + f * f);
+  const T tiny(1e-24F);
+  const T long2 = mean + root;
+  const T long_kept = if_greater(long2, tiny, long2, tiny);
+  const T short2 = mean - root;
+  const T least2 = long_kept * T(1 / (taps * taps));
+  const T short_kept = if_greater(short2, least2, short2, least2);
+  const T x = if_greater(e, g, long2 - g, f);
+  const T y = if_greater(e, g, f, long2 - e);
+  const T length2 = x * x + y * y;
+  Footprint<T> result;
+  result.level = wide_log2(short_kept) * T(0.5F);
+  result.ratio = sqrt(long_kept / short_kept);
+  const T reach = (sqrt(long_kept) - sqrt(short_kept)) / sqrt(if_greater(length2, tiny, length2, tiny));
+  result.axis_x = if_greater(length2, tiny, x * reach, T(0));
+  result.axis_y = if_greater(length2, tiny, y * reach, T(0));
+  return result;
+}
+
+/// vec4(level, ratio, axis): as footprint() above, with the slopes (x, y) per pixel to the right and up.
+inline constexpr const char* footprint_glsl = R"(
+vec4 footprint(vec2 right, vec2 up, float taps) {
+  float e = right.x * right.x + up.x * up.x;
+  float f = right.x * right.y + up.x * up.y;
+  float g = right.y * right.y + up.y * up.y;
+  float mean = (e + g) * 0.5;
+  float half_difference = (e - g) * 0.5;
+  float root = sqrt(half_difference * half_difference + f * f);
+  float long2 = mean + root;
+  float long_kept = max(long2, 1e-24);
+  float short_kept = max(mean - root, long_kept / (taps * taps));
+  vec2 axis = e > g ? vec2(long2 - g, f) : vec2(f, long2 - e);
+  float length2 = dot(axis, axis);
+  float reach = (sqrt(long_kept) - sqrt(short_kept)) / sqrt(max(length2, 1e-24));
+  return vec4(log2(short_kept) * 0.5, sqrt(long_kept / short_kept), length2 > 1e-24 ? axis * reach : vec2(0.0));
+}
+)";
+
+}  // namespace selvedge

@@ -1,0 +1,72 @@
+#include "format/scene/lights.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+
+LightShare light_share_at(const Light& light, const V3d& point) {
+  if (light.kind == LightKind::directional) return {light.direction, 1};
+  const V3d towards = light.position - point;
+  const double distance2 = towards.length2();
+  if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, 0};
+  LightShare result;
+  result.direction = towards / std::sqrt(distance2);
+  double share = 1 / distance2;
+  if (light.range > 0) {
+    const double r2 = distance2 / (light.range * light.range);
+    share *= std::clamp(1 - r2 * r2, 0.0, 1.0);
+  }
+  if (light.kind == LightKind::spot) {
+    const double cosine = result.direction.dot(light.direction);
+    const double t =
+        std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
+    share *= t * t;
+  }
+  result.share = share;
+  return result;
+}
+
+Illumination light_at(const Light& light, const V3d& point) {
+  const LightShare at = light_share_at(light, point);
+  return {at.direction, light.irradiance * static_cast<float>(at.share)};
+}
+
+std::vector<Light> lights_of(const Scene& scene) {
+  std::vector<Light> lights;
+  for (const SceneLight& source : scene.lights) {
+    Light light;
+    light.kind = source.kind;
+    light.direction = -source.direction;
+    light.irradiance = source.color * source.intensity;
+    light.position = source.position;
+    light.range = source.range;
+    light.cos_inner = std::cos(source.inner_cone);
+    light.cos_outer = std::cos(source.outer_cone);
+    lights.push_back(light);
+  }
+  return lights;
+}
+
+V3d from_camera_frame(const Camera& camera, const V3d& d) {
+  return camera.right * d.x + camera.up * d.y + camera.back() * d.z;
+}
+
+std::vector<Light> from_camera_frame(const Camera& camera, std::vector<Light> lights) {
+  for (Light& light : lights) {
+    if (light.kind == LightKind::directional) light.direction = from_camera_frame(camera, light.direction);
+  }
+  return lights;
+}
+
+std::vector<Light> default_lights(const Camera& camera) {
+  const auto light = [&](const V3d& direction, float irradiance) {
+    Light result;
+    result.direction = from_camera_frame(camera, direction.normalized());
+    result.irradiance = V3f(irradiance);
+    return result;
+  };
+  return {light(V3d(-0.55, 0.65, 0.8), 1.0F), light(V3d(0.9, 0.15, 0.6), 0.3F)};
+}
+
+}  // namespace selvedge

@@ -1,0 +1,142 @@
+// A glTF scene as plain data: what `dress` measures and what the viewer draws.
+//
+// Read from glTF by gltf_scene.h. Lengths are metres, +y is up, matrices follow Imath's row-vector
+// convention (p' = p * M). Texture coordinates are kept in double because garments repeat a fabric
+// thousands of times.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// KHR_texture_transform: uv' = offset + R(rotation) * (scale * uv), rotation as the extension defines it.
+struct UvTransform {
+  V2d offset{0, 0};
+  double rotation = 0;  ///< radians, counter-clockwise in the extension's sense
+  V2d scale{1, 1};
+  V2d apply(const V2d& uv) const;
+  /// The 2x2 Jacobian applied to a vector in uv space (no offset).
+  V2d apply_linear(const V2d& uv) const;
+};
+
+/// What lies beyond [0, 1] of a picture.
+enum class Wrap { repeat, mirror, clamp };
+
+struct TextureReference {
+  int image = -1;  ///< index into Scene::images; -1: none
+  int tex_coord = 0;
+  UvTransform transform;
+  Wrap wrap_u = Wrap::repeat;
+  Wrap wrap_v = Wrap::repeat;
+  bool nearest = false;  ///< magnified without interpolation
+};
+
+struct FabricReference {
+  int fabric = 0;  ///< index into Scene::fabrics
+  int tex_coord = 0;
+  UvTransform transform;
+};
+
+enum class AlphaMode { opaque, mask, blend };
+
+/// glTF's core material, metallic-roughness, and which fabric it wears. Factors multiply the textures.
+struct SceneMaterial {
+  std::string name;
+  V4f base_color{1, 1, 1, 1};  ///< linear
+  TextureReference base_color_texture;
+  float metallic = 1;
+  float roughness = 1;
+  TextureReference metallic_roughness_texture;  ///< linear; roughness in green, metal in blue
+  TextureReference normal_texture;              ///< linear
+  float normal_scale = 1;
+  TextureReference occlusion_texture;  ///< linear, in red
+  float occlusion_strength = 1;
+  V3f emissive{0, 0, 0};  ///< linear, KHR_materials_emissive_strength included
+  TextureReference emissive_texture;
+  bool unlit = false;  ///< KHR_materials_unlit: the base colour is what is seen
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  float alpha_cutoff = 0.5F;
+  bool double_sided = false;
+  std::optional<FabricReference> fabric;
+};
+
+/// Triangles with one material, in the mesh's own coordinates; those of a skin in the world's. Morph targets
+/// are applied by their default weights.
+struct ScenePrimitive {
+  std::string name;  ///< "mesh name/primitive index"
+  int mesh = 0;      ///< where it stands in the file: /meshes/mesh/primitives/index
+  int index = 0;
+  int material = -1;
+  std::vector<V3f> positions;
+  std::vector<V3f> normals;                    ///< empty where the file has none
+  std::vector<V4f> tangents;                   ///< xyz + handedness; empty where the file has none
+  std::array<std::vector<V2d>, 2> tex_coords;  ///< TEXCOORD_0 and _1; empty where the file has none
+  std::vector<V4f> colors;             ///< COLOR_0, linear, factors on the base colour; empty likewise
+  std::vector<std::uint32_t> indices;  ///< three per triangle; strips and fans are expanded
+};
+
+struct SceneInstance {
+  int primitive = 0;
+  M44d world;  ///< primitive -> world, metres
+};
+
+/// An encoded picture (PNG, JPEG) in memory.
+struct SceneImage {
+  std::string name;
+  std::string mime_type;
+  std::vector<std::uint8_t> bytes;
+};
+
+/// Where a fabric file is: beside the glTF, or inside of it.
+struct SceneFabric {
+  std::string name;
+  std::string path;                 ///< external: resolved against the glTF's folder; empty if embedded
+  std::vector<std::uint8_t> bytes;  ///< embedded: the whole EXR file
+};
+
+enum class LightKind { directional, point, spot };
+
+/// A light of KHR_lights_punctual.
+struct SceneLight {
+  std::string name;
+  LightKind kind = LightKind::directional;
+  V3f color{1, 1, 1};       ///< linear
+  float intensity = 1;      ///< directional: lux; point and spot: candela
+  double range = 0;         ///< m; 0: no end
+  double inner_cone = 0;    ///< spot: half angles in radians, full light within ...
+  double outer_cone = 0;    ///< ... and none outside
+  V3d position{0, 0, 0};    ///< m, world
+  V3d direction{0, 0, -1};  ///< unit, world, into which it shines
+};
+
+/// A camera of the file; it looks along -z of its own axes, +y is up.
+struct SceneCamera {
+  std::string name;
+  bool perspective = true;
+  double yfov = 1;               ///< perspective: vertical field of view, radians
+  std::optional<double> aspect;  ///< perspective: width : height, where the file says it
+  V2d magnification{1, 1};       ///< orthographic: half width and half height, m
+  double znear = 0;              ///< m
+  std::optional<double> zfar;    ///< m; none: no end
+  M44d world;                    ///< camera -> world, scales included
+};
+
+struct Scene {
+  std::string file;
+  std::vector<ScenePrimitive> primitives;
+  std::vector<SceneInstance> instances;
+  std::vector<SceneMaterial> materials;
+  std::vector<SceneImage> images;
+  std::vector<SceneFabric> fabrics;
+  std::vector<SceneLight> lights;
+  std::vector<SceneCamera> cameras;
+  std::vector<std::string> remarks;  ///< what the file has and we do not read, one line each
+};
+
+}  // namespace selvedge

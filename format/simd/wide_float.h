@@ -1,0 +1,163 @@
+// Several numbers at once as one value, so that the templates of this library work on many pixels in a
+// stroke.
+//
+// Every number goes through the same IEEE operations whatever the width: the same bits on every machine. All
+// functions are inlined into bodies that are compiled for one processor; no vector ever crosses a call. Files
+// that use this header are compiled with -Wno-psabi, which warns of such calls, and with -fno-math-errno and
+// -fno-trapping-math, without which square roots stay scalar.
+#pragma once
+
+#include "format/simd/powers.h"
+
+namespace selvedge {
+
+template <std::size_t N>
+struct WideFloat {
+  using Floats = typename Lanes<N>::Floats;
+  Floats v;
+
+  WideFloat() = default;
+  SELVEDGE_INLINE WideFloat(float all) : v(Floats{} + all) {}  // NOLINT(google-explicit-constructor)
+  SELVEDGE_INLINE explicit WideFloat(const Floats& numbers) : v(numbers) {}
+  /// N numbers from memory of any alignment.
+  static SELVEDGE_INLINE WideFloat load(const float* from) {
+    WideFloat result;
+    std::memcpy(&result.v, from, sizeof result.v);
+    return result;
+  }
+  SELVEDGE_INLINE void store(float* to) const { std::memcpy(to, &v, sizeof v); }
+
+  friend SELVEDGE_INLINE WideFloat operator+(const WideFloat& a, const WideFloat& b) {
+    return WideFloat(a.v + b.v);
+  }
+  friend SELVEDGE_INLINE WideFloat operator-(const WideFloat& a, const WideFloat& b) {
+    return WideFloat(a.v - b.v);
+  }
+  friend SELVEDGE_INLINE WideFloat operator*(const WideFloat& a, const WideFloat& b) {
+    return WideFloat(a.v * b.v);
+  }
+  friend SELVEDGE_INLINE WideFloat operator/(const WideFloat& a, const WideFloat& b) {
+    return WideFloat(a.v / b.v);
+  }
+  SELVEDGE_INLINE WideFloat operator-() const { return WideFloat(-v); }
+  SELVEDGE_INLINE WideFloat& operator+=(const WideFloat& b) { return *this = *this + b; }
+  SELVEDGE_INLINE WideFloat& operator*=(const WideFloat& b) { return *this = *this * b; }
+};
+
+/// `yes` where a > b, else `no`. (There is no type for the result of a comparison: GCC 12 takes one that is
+/// kept, of 16 numbers, apart.)
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> if_greater(const WideFloat<N>& a, const WideFloat<N>& b, const WideFloat<N>& yes,
+                                        const WideFloat<N>& no) {
+  return WideFloat<N>(a.v > b.v ? yes.v : no.v);
+}
+
+/// Whether a > b for any of the numbers.
+template <std::size_t N>
+SELVEDGE_INLINE bool any_greater(const WideFloat<N>& a, const WideFloat<N>& b) {
+  const WideFloat<N> found = if_greater(a, b, WideFloat<N>(1), WideFloat<N>(0));
+  std::uint64_t bits[N / 2];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in a register
+  std::memcpy(bits, &found.v, sizeof bits);
+  std::uint64_t any = 0;
+  for (std::size_t i = 0; i < N / 2; ++i) any |= bits[i];
+  return any != 0;
+}
+
+/// The smaller; `b` where one of them is NaN.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> min(const WideFloat<N>& a, const WideFloat<N>& b) {
+  return if_greater(b, a, a, b);
+}
+
+/// The larger; `b` where one of them is NaN.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> max(const WideFloat<N>& a, const WideFloat<N>& b) {
+  return if_greater(a, b, a, b);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> abs(const WideFloat<N>& a) {
+  using Lane = Lanes<N>;
+  return WideFloat<N>((typename Lane::Floats)((typename Lane::Ints)a.v & 0x7fffffff));
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> sqrt(const WideFloat<N>& a) {
+  float numbers[N];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in a register
+  a.store(numbers);
+  for (std::size_t i = 0; i < N; ++i) numbers[i] = __builtin_sqrtf(numbers[i]);
+  return WideFloat<N>::load(numbers);
+}
+
+/// The next whole number at or below, for |a| < 2^22; others are given back as they are.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> floor(const WideFloat<N>& a) {
+  // Adding 1.5 * 2^23 rounds to the nearest whole number.
+  const WideFloat<N> rounder(12582912.0F);
+  const WideFloat<N> rounded = (a + rounder) - rounder;
+  const WideFloat<N> whole = if_greater(rounded, a, rounded - WideFloat<N>(1), rounded);
+  return if_greater(WideFloat<N>(4194304.0F), abs(a), whole, a);
+}
+
+// GCC 12 converts no vectors of dependent types: an overload for each width.
+#define SELVEDGE_TO_WHOLE(count)                                                  \
+  SELVEDGE_INLINE void store_whole(const WideFloat<count>& a, std::int32_t* to) { \
+    typedef std::int32_t Whole##count __attribute__((vector_size(4 * (count))));  \
+    const Whole##count whole = __builtin_convertvector(a.v, Whole##count);        \
+    std::memcpy(to, &whole, sizeof whole);                                        \
+  }
+/// Cuts off what follows the point; |a| < 2^31.
+SELVEDGE_TO_WHOLE(4)
+SELVEDGE_TO_WHOLE(8)
+SELVEDGE_TO_WHOLE(16)
+#undef SELVEDGE_TO_WHOLE
+
+/// 2^a of whole a in [-126, 127].
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> power_of_two(const WideFloat<N>& a) {
+  using Lane = Lanes<N>;
+  // Whole numbers stand in the low bits of themselves plus 1.5 * 2^23.
+  const typename Lane::Ints whole = (typename Lane::Ints)(a.v + Lane::rounder) - Lane::rounder_bits;
+  return WideFloat<N>((typename Lane::Floats)((whole + 127) << 23));
+}
+
+/// What the formula of lafortune.h needs of a number; the error is that of Lanes::power.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> positive_power(const WideFloat<N>& base, const WideFloat<N>& exponent) {
+  WideFloat<N> result;
+  Lanes<N>::power(base.v, exponent.v, result.v);
+  return result;
+}
+
+/// For lafortune_lobes(): the error is that of Lanes::fast_power.
+struct FastPower {
+  template <std::size_t N>
+  SELVEDGE_INLINE WideFloat<N> operator()(const WideFloat<N>& base, const WideFloat<N>& exponent) const {
+    WideFloat<N> result;
+    Lanes<N>::fast_power(base.v, exponent.v, result.v);
+    return result;
+  }
+};
+
+template <std::size_t N>
+struct WideVec3 {
+  WideFloat<N> x, y, z;
+  SELVEDGE_INLINE WideFloat<N> dot(const WideVec3& b) const { return x * b.x + y * b.y + z * b.z; }
+  SELVEDGE_INLINE WideVec3 cross(const WideVec3& b) const {
+    return {y * b.z - z * b.y, z * b.x - x * b.z, x * b.y - y * b.x};
+  }
+  friend SELVEDGE_INLINE WideVec3 operator+(const WideVec3& a, const WideVec3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  friend SELVEDGE_INLINE WideVec3 operator-(const WideVec3& a, const WideVec3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  friend SELVEDGE_INLINE WideVec3 operator*(const WideVec3& a, const WideFloat<N>& b) {
+    return {a.x * b, a.y * b, a.z * b};
+  }
+  friend SELVEDGE_INLINE WideVec3 operator*(const WideVec3& a, const WideVec3& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+  }
+};
+
+}  // namespace selvedge

@@ -1,0 +1,355 @@
+#include "converter/bake/bake.h"
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "converter/stitch/find_cell.h"
+#include "format/base/parallel.h"
+#include "tests/converter/bake_cells.h"
+#include "tests/format/files.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+BakeOptions small_bake() {
+  BakeOptions o;
+  o.width = 8;
+  o.height = 4;
+  o.views = 16;
+  o.lights = 64;
+  o.samples = 9;
+  o.validation_pairs = 2;
+  o.held_out_pairs = 4;
+  o.rim_pairs = 2;
+  o.truth_samples = 16;
+  return o;
+}
+
+struct Baked {
+  SamplesHeader header;
+  SampleLevel level;
+  PairSamples held_out;
+};
+
+Baked bake_mesh(const CellMesh& mesh, const BakeOptions& options) {
+  const Folder folder;
+  const auto report = bake(mesh, "test", options, "{}", folder / "s.exr");
+  REQUIRE_MESSAGE(report, to_line(report.error()));
+  auto reader = SamplesReader::open(folder / "s.exr");
+  REQUIRE_MESSAGE(reader, to_line(reader.error()));
+  auto level = reader->read_level();
+  REQUIRE_MESSAGE(level, to_line(level.error()));
+  auto pairs = reader->read_pairs(PairKind::held_out);
+  REQUIRE(pairs);
+  return {reader->header(), std::move(*level), std::move(*pairs)};
+}
+
+}  // namespace
+
+TEST_CASE("a Lambert plane's samples are albedo / pi times the cosine, whatever its size") {
+  for (const float period : {1e-3F, 1.0F, 5.0F, 1e3F}) {
+    const Baked b = bake_mesh(floor_of(period, 1, 0.6F), small_bake());
+    const std::vector<V3f> lights = directions_of(b.header.lights);
+    for (const float alpha : b.level.alpha) CHECK(alpha == 1);
+    for (const V3f& n : b.level.normal) CHECK(n.z == doctest::Approx(16));
+    for (std::size_t i = 0; i < b.level.radiance.size(); ++i) {
+      const double expected = 0.6 / pi * static_cast<double>(lights[i % lights.size()].z);
+      // Samples are stored in half precision: 2^-11 relative.
+      CHECK(std::abs(static_cast<double>(b.level.radiance[i].x) - expected) <= expected / 1024);
+      CHECK(std::abs(static_cast<double>(b.level.radiance[i].y) - expected / 2) <= expected / 1024);
+    }
+    for (std::size_t i = 0; i < b.held_out.radiance.size(); ++i) {
+      const V3f& light = b.held_out.pairs[i / 32].light;
+      CHECK(std::abs(b.held_out.radiance[i].x - 0.6 / pi * static_cast<double>(light.z)) <= 1e-3);
+    }
+  }
+}
+
+TEST_CASE("a mesh is lit the same at any height") {
+  const Baked level = bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), small_bake());
+  for (const float z : {1e3F, -65536.0F}) {
+    CellMesh mesh = fence(1, 0.5F, 0.6F, 0.3F);
+    for (V3f& p : mesh.positions) p.z += z;
+    const Baked moved = bake_mesh(mesh, small_bake());
+    // Half a millimetre is exact beside these heights, so the cell is the same to the bit.
+    CHECK(moved.level.alpha == level.level.alpha);
+    CHECK(moved.level.radiance == level.level.radiance);
+  }
+}
+
+TEST_CASE("a mesh is lit the same at any size") {
+  const Baked unit = bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), small_bake());
+  for (const double size : {0x1.0p-20, 0x1.0p20, 1e-6, 1e6}) {
+    CellMesh mesh = fence(1, 0.5F, 0.6F, 0.3F);
+    mesh.period *= size;
+    for (V3f& p : mesh.positions) p = V3f(V3d(p) * size);
+    const Baked scaled = bake_mesh(mesh, small_bake());
+    CHECK(static_cast<double>(scaled.header.period_mm.x) == doctest::Approx(size));
+    CHECK(static_cast<double>(scaled.header.reference_height) == doctest::Approx(0.45 * size));
+    const bool exact = std::log2(size) == std::round(std::log2(size));
+    double difference = 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < unit.level.radiance.size(); ++i) {
+      difference += static_cast<double>((scaled.level.radiance[i] - unit.level.radiance[i]).length2());
+      sum += static_cast<double>(unit.level.radiance[i].length2());
+    }
+    // Powers of two round nothing; others round the vertices' last bits, which moves a ray in thousands over
+    // an edge.
+    CHECK(std::sqrt(difference / sum) <= (exact ? 0 : 1e-2));
+  }
+}
+
+TEST_CASE("a mesh is lit the same a million cells away") {
+  const Baked here = bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), small_bake());
+  for (const V3f& away : {V3f(1e6F, 0, 0), V3f(-1e6F, 1e6F, 0), V3f(3, -1e6F, 1e6F)}) {
+    CellMesh mesh = fence(1, 0.5F, 0.6F, 0.3F);
+    for (V3f& p : mesh.positions) p += away;
+    const Baked there = bake_mesh(mesh, small_bake());
+    // Halves are exact beside a million, so the cell is the same to the bit.
+    CHECK(there.level.alpha == here.level.alpha);
+    CHECK(there.level.radiance == here.level.radiance);
+  }
+}
+
+TEST_CASE("an OBJ file is lit the same a million cells away") {
+  const auto knit = load_cell("plain-knit", {.cells_across = 16});
+  REQUIRE(knit);
+  const auto text = [&](double cells) {
+    std::string out;
+    for (const V3f& p : knit->positions) {
+      out += fmt::format("v {} {} {}\n", static_cast<double>(p.x) + cells * knit->period.x,
+                         static_cast<double>(p.y) - cells * knit->period.y, static_cast<double>(p.z) + cells);
+    }
+    for (const V3i& t : knit->triangles) out += fmt::format("f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1);
+    return out;
+  };
+  const auto level = [&](double cells) {
+    const auto mesh = read_mesh(text(cells), "knit.obj", {.period = knit->period, .up_axis = UpAxis::z});
+    REQUIRE_MESSAGE(mesh, to_line(mesh.error()));
+    return bake_mesh(*mesh, small_bake()).level;
+  };
+  const SampleLevel here = level(0);
+  const SampleLevel there = level(1e6);
+  double difference = 0;
+  double sum = 0;
+  for (std::size_t i = 0; i < here.radiance.size(); ++i) {
+    difference += static_cast<double>((there.radiance[i] - here.radiance[i]).length2());
+    sum += static_cast<double>(here.radiance[i].length2());
+  }
+  // Last bits of the vertices move a ray in thousands over an edge, as at another size.
+  CHECK(std::sqrt(difference / sum) <= 1e-2);
+}
+
+TEST_CASE("the plane of the texels lies at the top, the mean height or where one says") {
+  // Floor at 0 and a wall of height 0.5: seen from above the wall has no width.
+  BakeOptions o = small_bake();
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == 0.45F);
+  o.reference.kind = ReferencePlane::Kind::top;
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == 0.5F);
+  o.reference.kind = ReferencePlane::Kind::mean;
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == doctest::Approx(0).epsilon(0.01));
+  // A groove is half as high in the mean as at its ridges.
+  CHECK(bake_mesh(groove(4, 1, 0.5F), o).header.reference_height == doctest::Approx(1).epsilon(0.02));
+  o.reference = {ReferencePlane::Kind::at, 0.3};
+  CHECK(bake_mesh(fence(1, 0.5F, 0.6F, 0.3F), o).header.reference_height == 0.3F);
+  o.reference.kind = ReferencePlane::Kind::best;
+  const float best = bake_mesh(groove(4, 1, 0.5F), o).header.reference_height;
+  CHECK(best >= 1);
+  CHECK(best <= 2);
+}
+
+TEST_CASE("vertices that no triangle uses and whole periods of distance change nothing") {
+  const CellMesh plain = floor_of(2, 1, 0.6F);
+  CellMesh odd = plain;
+  for (V3f& p : odd.positions) p += V3f(2000, -400, 0);
+  odd.positions.emplace_back(50.0F, 0.0F, 3.0F);
+  odd.normals.emplace_back(0.0F, 0.0F, 1.0F);
+  odd.albedo.emplace_back(0.5F, 0.5F, 0.5F);
+  const Baked a = bake_mesh(plain, small_bake());
+  const Baked b = bake_mesh(odd, small_bake());
+  CHECK(a.header.thickness_mm == b.header.thickness_mm);
+  CHECK(a.level.alpha == b.level.alpha);
+  CHECK(a.level.radiance == b.level.radiance);
+}
+
+TEST_CASE("holes are where there is no yarn, and radiance is not multiplied by opacity") {
+  BakeOptions o = small_bake();
+  o.views = 1;  // straight from above
+  const Baked b = bake_mesh(floor_of(4, 0.5F + 1.0F / 16, 1.0F), o);
+  const std::vector<V3f> lights = directions_of(b.header.lights);
+  for (std::size_t texel = 0; texel < 32; ++texel) {
+    const std::size_t x = texel % 8;
+    // Texel 4 is covered by half; 9 spread points tell that to within 1 of them.
+    const double expected = x < 4 ? 1 : x == 4 ? 0.5 : 0;
+    CHECK(std::abs(static_cast<double>(b.level.alpha[texel]) - expected) <= (x == 4 ? 1.0 / 9 + 1e-6 : 0));
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      const double radiance = x <= 4 ? static_cast<double>(lights[l].z) / pi : 0;
+      CHECK(static_cast<double>(b.level.radiance[texel * lights.size() + l].x) ==
+            doctest::Approx(radiance).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("a fence casts its shadow over as many neighbours as the light is low") {
+  // Seen from above a point of the floor at distance d from the next wall towards the light is dark exactly
+  // where the light's ray passes that wall below its top: d * lz / |lx| < height.
+  constexpr double period = 2;
+  BakeOptions o = small_bake();
+  o.views = 1;
+  o.bounces = 0;
+  for (const double height : {0.5, 3.0}) {
+    const Baked b = bake_mesh(fence(2, static_cast<float>(height), 1, 0), o);
+    const std::vector<V3f> lights = directions_of(b.header.lights);
+    int checked = 0;
+    for (std::size_t x = 0; x < 8; ++x) {
+      for (std::size_t l = 0; l < lights.size(); ++l) {
+        const double run = std::abs(static_cast<double>(lights[l].x));
+        const auto dark = [&](double at) {
+          const double d = lights[l].x > 0 ? period - at : at;
+          return run > 1e-9 && d * static_cast<double>(lights[l].z) / run < height;
+        };
+        const bool from = dark(period * static_cast<double>(x) / 8 + 1e-6);
+        const bool to = dark(period * static_cast<double>(x + 1) / 8 - 1e-6);
+        if (from != to) continue;  // the shadow's edge lies within the texel
+        const double expected = from ? 0 : static_cast<double>(lights[l].z) / pi;
+        CHECK(static_cast<double>(b.level.radiance[x * lights.size() + l].x) ==
+              doctest::Approx(expected).epsilon(1e-3));
+        ++checked;
+      }
+    }
+    CHECK(checked > 400);
+  }
+}
+
+TEST_CASE("a white fence under a white sky is white") {
+  // Energy balance: uniform radiance 1 from the upper hemisphere, albedo 1 everywhere, the floor closes the
+  // cell below: every point sends out 1. Quadrature by 256 lights and 32 bounces in a low fence.
+  BakeOptions o = small_bake();
+  o.views = 4;
+  o.lights = 256;
+  o.samples = 64;
+  o.bounces = 32;
+  o.held_out_pairs = o.validation_pairs = o.rim_pairs = 0;
+  CellMesh mesh = fence(2, 0.7F, 1, 1);
+  const Folder folder;
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "s.exr"));
+  const auto level = SamplesReader::open(folder / "s.exr")->read_level();
+  REQUIRE(level);
+  double sum = 0;
+  double worst = 0;
+  const std::size_t entries = level->alpha.size();
+  for (std::size_t e = 0; e < entries; ++e) {
+    double radiance = 0;
+    for (std::size_t l = 0; l < 256; ++l)
+      radiance += static_cast<double>(level->radiance[e * 256 + l].x) * 2 * pi / 256;
+    sum += radiance / static_cast<double>(entries);
+    worst = std::max(worst, std::abs(radiance - 1));
+  }
+  // 128 estimates of 64 paths each, standard deviation of a path below 0.5: mean to 0.0055, each to 0.0625;
+  // bounds are 4 of them, and the midpoint rule's own error is below 1 % (it is exact for the plane, mean z =
+  // 1/2).
+  CHECK(std::abs(sum - 1) < 0.01 + 4 * 0.0055);
+  CHECK(worst < 0.01 + 4 * 0.0625);
+}
+
+TEST_CASE("the same seed gives the same bytes for any number of threads, another seed other bytes") {
+  const Folder folder;
+  const CellMesh mesh = fence(2, 1, 0.5F, 0.8F);
+  BakeOptions o = small_bake();
+  set_threads(1);
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "1.exr"));
+  set_threads(2);
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "2.exr"));
+  set_threads(0);
+  o.seed = 2;
+  REQUIRE(bake(mesh, "test", o, "{}", folder / "3.exr"));
+  CHECK(test::bytes_of(folder / "1.exr") == test::bytes_of(folder / "2.exr"));
+  CHECK(test::bytes_of(folder / "1.exr") != test::bytes_of(folder / "3.exr"));
+}
+
+TEST_CASE("a mesh with too many points for cached light is traced, and the report and the file say so") {
+  // A floor of small squares, 50,176 vertices.
+  CellMesh mesh;
+  constexpr int squares = 223;
+  for (int y = 0; y <= squares; ++y) {
+    for (int x = 0; x <= squares; ++x) {
+      mesh.positions.emplace_back(static_cast<float>(x) / squares, static_cast<float>(y) / squares, 0.0F);
+      mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
+      mesh.albedo.emplace_back(0.5F);
+    }
+  }
+  for (int y = 0; y < squares; ++y) {
+    for (int x = 0; x < squares; ++x) {
+      const int a = y * (squares + 1) + x;
+      mesh.triangles.emplace_back(a, a + 1, a + squares + 2);
+      mesh.triangles.emplace_back(a, a + squares + 2, a + squares + 1);
+    }
+  }
+  BakeOptions o = small_bake();
+  const Folder folder;
+  const auto large = bake(mesh, "test", o, "{}", folder / "large.exr");
+  REQUIRE_MESSAGE(large, to_line(large.error()));
+  CHECK(large->indirect == IndirectLight::traced);
+  REQUIRE(large->remarks.size() == 1);
+  CHECK(large->remarks.front().find("50000 points") != std::string::npos);
+  const auto reader = SamplesReader::open(folder / "large.exr");
+  REQUIRE(reader);
+  CHECK(nlohmann::json::parse(reader->header().provenance)["bake"]["indirect"] == "traced");
+
+  // Asked for, it is no remark and the same file.
+  o.indirect = IndirectLight::traced;
+  const auto asked = bake(mesh, "test", o, "{}", folder / "asked.exr");
+  REQUIRE(asked);
+  CHECK(asked->remarks.empty());
+  CHECK(bytes_of(folder / "asked.exr") == bytes_of(folder / "large.exr"));
+
+  const auto small = bake(fence(1, 0.5F, 0.6F, 0.3F), "test", small_bake(), "{}", folder / "small.exr");
+  REQUIRE(small);
+  CHECK(small->indirect == IndirectLight::cached);
+  CHECK(small->remarks.empty());
+}
+
+TEST_CASE("bad input is refused before anything is written") {
+  const Folder folder;
+  BakeOptions o = small_bake();
+  CellMesh mesh = floor_of(1, 1, 1);
+  Code expected = Code::option_out_of_range;
+  SUBCASE("zero texels") { o.width = 0; }
+  SUBCASE("no views") { o.views = 0; }
+  SUBCASE("no samples") { o.samples = 0; }
+  SUBCASE("bounces below unlimited") { o.bounces = -2; }
+  SUBCASE("a ground brighter than white") { o.ground = 1.5; }
+  SUBCASE("no noise at all") { o.noise = 0; }
+  SUBCASE("noise and time together") {
+    o.noise = 0.1;
+    o.time_budget = 1;
+  }
+  SUBCASE("an empty mesh") {
+    mesh.triangles.clear();
+    expected = Code::mesh_empty;
+  }
+  SUBCASE("triangles without area") {
+    for (V3f& p : mesh.positions) p.y = p.x;
+    expected = Code::mesh_empty;
+  }
+  SUBCASE("NaN in a vertex") {
+    mesh.positions[2].y = std::nanf("");
+    expected = Code::mesh_not_finite;
+  }
+  SUBCASE("a mesh far wider than its period") {
+    mesh.period = V2d(0.01, 0.01);
+    expected = Code::mesh_invalid;
+  }
+  const auto report = bake(mesh, "test", o, "{}", folder / "s.exr");
+  REQUIRE_FALSE(report);
+  CHECK(report.error().code == expected);
+  CHECK(folder.files() == 0);
+}

@@ -1,0 +1,205 @@
+// Journals, shards and targets of the bake. The kill itself is in tests/cli/bake.sh.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "converter/bake/bake.h"
+#include "converter/bake/pairs_file.h"
+#include "format/base/atomic_file.h"
+#include "tests/converter/bake_cells.h"
+#include "tests/format/files.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+
+namespace {
+
+CellMesh mesh() { return fence(2, 1, 0.5F, 0.8F); }
+
+BakeOptions small_bake() {
+  BakeOptions o;
+  o.width = 6;
+  o.height = 4;
+  o.views = 9;
+  o.lights = 12;
+  o.samples = 6;
+  o.validation_pairs = 3;
+  o.held_out_pairs = 5;
+  o.rim_pairs = 2;
+  o.truth_samples = 8;
+  return o;
+}
+
+BakeReport baked(const BakeOptions& options, const std::string& output) {
+  const auto report = bake(mesh(), "test", options, "{}", output);
+  REQUIRE_MESSAGE(report, to_line(report.error()));
+  return *report;
+}
+
+/// The journal of a bake that ended early: a shard of everything is one, before it got its name.
+std::string journal_of(const BakeOptions& options, const Folder& folder, const char* output) {
+  const std::string path = folder / (std::string(output) + ".journal");
+  const auto report = bake_shard(mesh(), "test", options, "{}", {}, folder / "all.shard");
+  REQUIRE_MESSAGE(report, to_line(report.error()));
+  std::filesystem::rename(folder / "all.shard", path);
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE("a journal that was cut anywhere is gone on with, to the same bytes") {
+  const Folder folder;
+  const BakeOptions o = small_bake();
+  CHECK(baked(o, folder / "whole.exr").resumed == 0);
+  const std::string wanted = bytes_of(folder / "whole.exr");
+  for (const double share : {0.0, 0.3, 0.6, 0.9, 0.999, 1.0}) {
+    const std::string journal = journal_of(o, folder, "cut.exr");
+    const auto size = std::filesystem::file_size(journal);
+    std::filesystem::resize_file(journal, static_cast<std::uintmax_t>(share * static_cast<double>(size)));
+    const BakeReport report = baked(o, folder / "cut.exr");
+    CHECK(bytes_of(folder / "cut.exr") == wanted);
+    CHECK(report.resumed + report.units == 19);
+    CHECK((report.resumed == 0) == (share < 0.3));
+    CHECK((report.units == 0) == (share == 1.0));
+    // Views are larger than pairs: with three fifths of the bytes more than four views are there.
+    if (share == 0.6) CHECK(report.resumed >= 4);
+    CHECK_FALSE(std::filesystem::exists(journal));
+    std::filesystem::remove(folder / "cut.exr");
+  }
+}
+
+TEST_CASE("a damaged record of a journal is baked again") {
+  const Folder folder;
+  const BakeOptions o = small_bake();
+  baked(o, folder / "whole.exr");
+  const std::string journal = journal_of(o, folder, "s.exr");
+  std::string bytes = bytes_of(journal);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  REQUIRE(write_file(journal, bytes));
+  const BakeReport report = baked(o, folder / "s.exr");
+  CHECK(report.resumed > 0);
+  CHECK(report.units > 0);
+  CHECK(bytes_of(folder / "s.exr") == bytes_of(folder / "whole.exr"));
+}
+
+TEST_CASE("a journal of another bake is not gone on with") {
+  const Folder folder;
+  BakeOptions o = small_bake();
+  journal_of(o, folder, "s.exr");
+  SUBCASE("another seed") { o.seed = 2; }
+  SUBCASE("other samples") { o.samples = 7; }
+  SUBCASE("another kind of indirect light") { o.indirect = IndirectLight::traced; }
+  SUBCASE("a ground") { o.ground = 0.5; }
+  SUBCASE("another plane") { o.reference = {ReferencePlane::Kind::at, 0.3}; }
+  CHECK(baked(o, folder / "s.exr").resumed == 0);
+  CHECK_FALSE(std::filesystem::exists(folder / "s.exr.journal"));
+}
+
+TEST_CASE("shards in any order merge to the bytes of the whole") {
+  const Folder folder;
+  const BakeOptions o = small_bake();
+  baked(o, folder / "whole.exr");
+  std::vector<std::string> shards;
+  for (const int index : {2, 0, 1}) {
+    shards.push_back(folder / ("part" + std::to_string(index)));
+    const auto report = bake_shard(mesh(), "test", o, "{}", {index, 3}, shards.back());
+    REQUIRE_MESSAGE(report, to_line(report.error()));
+    CHECK(report->units >= 6);
+  }
+  const auto merged = merge_shards(shards, folder / "merged.exr");
+  REQUIRE_MESSAGE(merged, to_line(merged.error()));
+  CHECK(bytes_of(folder / "merged.exr") == bytes_of(folder / "whole.exr"));
+  CHECK(folder.files() == 5);
+}
+
+TEST_CASE("shards that do not make a whole are refused") {
+  const Folder folder;
+  BakeOptions o = small_bake();
+  REQUIRE(bake_shard(mesh(), "test", o, "{}", {0, 2}, folder / "a"));
+  o.seed = 2;
+  REQUIRE(bake_shard(mesh(), "test", o, "{}", {1, 2}, folder / "b"));
+  const auto refused = [&](std::vector<std::string> shards, const char* why) {
+    const auto merged = merge_shards(shards, folder / "m.exr");
+    REQUIRE_FALSE(merged);
+    CHECK_MESSAGE(merged.error().message.find(why) != std::string::npos, to_line(merged.error()));
+    CHECK_FALSE(std::filesystem::exists(folder / "m.exr"));
+  };
+  refused({folder / "a"}, "in none of the shards");
+  refused({folder / "a", folder / "b"}, "is of another bake");
+  refused({folder / "a", folder / "missing"}, "no such file");
+  REQUIRE(write_file(folder / "c", bytes_of(folder / "a").substr(0, 5000)));
+  refused({folder / "c"}, "damaged");
+  REQUIRE(write_file(folder / "d", std::string("not a journal")));
+  refused({folder / "d"}, "not a journal");
+  CHECK_FALSE(bake_shard(mesh(), "test", o, "{}", {2, 2}, folder / "e"));
+  o.time_budget = 1;
+  CHECK_FALSE(bake_shard(mesh(), "test", o, "{}", {1, 2}, folder / "e"));
+}
+
+TEST_CASE("a target for the noise is met with no more samples than it takes") {
+  const Folder folder;
+  BakeOptions o = small_bake();
+  o.noise = 0.05;
+  const BakeReport fine = baked(o, folder / "fine.exr");
+  // Chosen on eight of the nine views.
+  CHECK(fine.noise < 0.05 * 1.2);
+  o.noise = 0.2;
+  const BakeReport coarse = baked(o, folder / "coarse.exr");
+  CHECK(coarse.samples < fine.samples);
+  // The counts that were found give the same bytes when they are asked for.
+  o.noise.reset();
+  o.samples = coarse.samples;
+  baked(o, folder / "same.exr");
+  CHECK(bytes_of(folder / "same.exr") == bytes_of(folder / "coarse.exr"));
+}
+
+TEST_CASE("the noise of a bake is in its file") {
+  const Folder folder;
+  const BakeReport report = baked(small_bake(), folder / "s.exr");
+  const auto reader = SamplesReader::open(folder / "s.exr");
+  REQUIRE(reader);
+  const auto noise = nlohmann::json::parse(reader->header().provenance)["bake"]["noise"];
+  CHECK(noise["samples"] == report.noise);
+  CHECK(noise["truth"] == report.truth_noise);
+  CHECK(report.noise > 0);
+}
+
+TEST_CASE("pairs of directions come from a file") {
+  const Folder folder;
+  REQUIRE(write_file(folder / "pairs.json", std::string(R"({
+    "held-out": [{"light": [0, 0, 2], "view": [3, 0, 4]}, {"light": [0, 1, 1], "view": [0, 0, 1]}],
+    "rim": [{"light": [1, 0, 0.01], "view": [0, 0, 1]}]})")));
+  const auto pairs = read_pairs(folder / "pairs.json");
+  REQUIRE_MESSAGE(pairs, to_line(pairs.error()));
+  BakeOptions o = small_bake();
+  o.pairs = *pairs;
+  baked(o, folder / "s.exr");
+  auto reader = SamplesReader::open(folder / "s.exr");
+  REQUIRE(reader);
+  CHECK(reader->header().pairs[0].empty());
+  REQUIRE(reader->header().pairs[1].size() == 2);
+  CHECK(reader->header().pairs[1][0].light == V3f(0, 0, 1));
+  CHECK(reader->header().pairs[1][0].view == V3f(0.6F, 0, 0.8F));
+  CHECK(reader->header().pairs[2].size() == 1);
+  REQUIRE(reader->read_pairs(PairKind::held_out));
+}
+
+TEST_CASE("a file of pairs that is not one is refused with the place") {
+  const Folder folder;
+  const auto refused = [&](const char* text, const char* place) {
+    REQUIRE(write_file(folder / "pairs.json", std::string(text)));
+    const auto pairs = read_pairs(folder / "pairs.json");
+    REQUIRE_FALSE(pairs);
+    CHECK(pairs.error().code == Code::json_malformed);
+    CHECK(pairs.error().place == place);
+  };
+  refused("[1]", "");
+  refused("{\"rim\": 1}", "/rim");
+  refused("{\"views\": []}", "/views");
+  refused("{\"others\": []}", "/others");
+  refused("{\"rim\": [{\"light\": [0, 0, 1]}]}", "/rim/0/view");
+  refused("{\"rim\": [{\"light\": [0, 0], \"view\": [0, 0, 1]}]}", "/rim/0/light");
+  refused("{\"rim\": [{\"light\": [0, 0, 0], \"view\": [0, 0, 1]}]}", "/rim/0/light");
+  refused("{\"rim\": [{\"light\": [0, 0, 1], \"view\": [1, 0, -1]}]}", "/rim/0/view");
+}

@@ -1,0 +1,160 @@
+#include "converter/dress/add_tangents.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "format/base/atomic_file.h"
+#include "format/gltf/access.h"
+#include "format/gltf/read_scene.h"
+#include "format/scene/tangents.h"
+#include "samples/gltf_writer.h"
+#include "tests/format/gltf_fixtures.h"
+
+using namespace selvedge;
+using test::Folder;
+namespace fs = std::filesystem;
+
+TEST_CASE("tangents: an upright picture has its tangent along growing u and w = +1") {
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, 1, 0), V3d(0, 1, 0)};
+  const std::vector<V3d> normals(4, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0)};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  REQUIRE(tangents.tangents.size() == 4);
+  // The bitangent cross(n, t) * w is +y: up in the picture, where v falls.
+  for (const V4f& t : tangents.tangents) CHECK(t == V4f(1, 0, 0, 1));
+  CHECK(tangents.copy_of.empty());
+  CHECK(tangents.indices == indices);
+}
+
+TEST_CASE("tangents: vertices on the seam of a mirrored chart are split") {
+  // Two squares side by side, the right one with the picture mirrored; vertices 1 and 2 are shared.
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, 1, 0),
+                                   V3d(0, 1, 0), V3d(2, 0, 0), V3d(2, 1, 0)};
+  const std::vector<V3d> normals(6, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0), V2d(0, 1), V2d(0, 0)};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  CHECK(tangents.copy_of == std::vector<std::uint32_t>{1, 2});
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(tangents.tangents[tangents.indices[i]] == V4f(1, 0, 0, 1));
+    CHECK(tangents.tangents[tangents.indices[i + 6]] == V4f(-1, 0, 0, -1));
+  }
+}
+
+TEST_CASE("tangents: triangles without area in UV say nothing") {
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(0, 1, 0)};
+  const std::vector<V3d> normals(3, V3d(1, 0, 0));
+  const std::vector<V2d> uvs(3, V2d(0.5, 0.5));
+  const std::vector<std::uint32_t> indices{0, 1, 2};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  for (const V4f& t : tangents.tangents) CHECK(t == V4f(0, 0, 0, 1));
+  CHECK(any_perpendicular(normals[0]).dot(normals[0]) == 0);
+  CHECK(any_perpendicular(normals[0]).length() == doctest::Approx(1));
+}
+
+TEST_CASE("tangents: corners that only meet in a vertex have tangents of their own") {
+  // Two triangles of one vertex, their pictures turned against each other.
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(0, 1, 0), V3d(-1, 0, 0), V3d(0, -1, 0)};
+  const std::vector<V3d> normals(5, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 0), V2d(1, 0), V2d(0, -1), V2d(0, 1), V2d(1, 0)};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 0, 3, 4};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  CHECK(tangents.copy_of == std::vector<std::uint32_t>{0});
+  CHECK((tangents.tangents[tangents.indices[0]] - V4f(1, 0, 0, 1)).length() < 1e-6F);
+  CHECK((tangents.tangents[tangents.indices[3]] - V4f(0, -1, 0, 1)).length() < 1e-6F);
+}
+
+TEST_CASE("tangents: vertices that are doubled for nothing count as one") {
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, 1, 0),
+                                   V3d(0, 0, 0), V3d(1, 1, 0), V3d(0, 1, 0.5)};
+  const std::vector<V3d> normals(6, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 1), V2d(1, 0), V2d(0.3, 0.2)};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 3, 4, 5};
+  const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
+  CHECK(tangents.tangents[0] == tangents.tangents[3]);
+  CHECK(tangents.tangents[2] == tangents.tangents[4]);
+  CHECK(tangents.tangents[1] != tangents.tangents[5]);
+}
+
+TEST_CASE("tangents: triangles that run against their normals are mirrored by them only") {
+  const std::vector<V3d> positions{V3d(0, 0, 0), V3d(1, 1, 0), V3d(1, 0, 0)};
+  const std::vector<V3d> normals(3, V3d(0, 0, 1));
+  const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 0), V2d(1, 1)};
+  const std::vector<std::uint32_t> indices{0, 1, 2};
+  CHECK(compute_tangents(positions, normals, uvs, indices, Facing::winding).tangents[0] == V4f(1, 0, 0, -1));
+  CHECK(compute_tangents(positions, normals, uvs, indices, Facing::normals).tangents[0] == V4f(1, 0, 0, 1));
+}
+
+TEST_CASE("tangents: duplicated vertices take every attribute and morph target along") {
+  const Folder folder("gltf_tangents_test");
+  Garment garment;
+  garment.materials = {GarmentMaterial{.name = "cloth"}};
+  GarmentPrimitive primitive;
+  primitive.positions = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 1, 0), V3f(2, 0, 0), V3f(2, 1, 0)};
+  primitive.normals.assign(6, V3f(0, 0, 1));
+  primitive.tex_coords = {V2f(0, 1), V2f(1, 1), V2f(1, 0), V2f(0, 0), V2f(0, 1), V2f(0, 0)};
+  primitive.indices = {0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2};
+  garment.primitives = {primitive};
+  REQUIRE(write_garment(folder / "a.glb", garment));
+  Result<GltfDocument> document = load_gltf(folder / "a.glb");
+  REQUIRE(document);
+  std::vector<float> moves;
+  for (int i = 0; i < 18; ++i) moves.push_back(static_cast<float>(i));
+  const std::vector<std::uint8_t> joints{0, 1, 2, 3, 4, 5};  // as a SCALAR of bytes, padded to 4 in the file
+  AccessorShape shape{6, 1, 5121, false};
+  const int view = append_attribute_view(*document, shape, joints);
+  document->json["accessors"].push_back(
+      Json{{"bufferView", view}, {"componentType", 5121}, {"count", 6}, {"type", "SCALAR"}});
+  document->json["meshes"][0]["primitives"][0]["attributes"]["_ID"] = document->json["accessors"].size() - 1;
+  const int target = append_float_accessor(*document, moves, 3, true);
+  document->json["meshes"][0]["primitives"][0]["targets"] = Json::array({Json{{"POSITION", target}}});
+
+  const Result<bool> added = add_tangents(*document, 0, 0, 0);
+  REQUIRE(added);
+  CHECK(*added);
+  CHECK_FALSE(*add_tangents(*document, 0, 0, 0));
+  const Json& json = document->json["meshes"][0]["primitives"][0];
+  for (const auto& [semantic, accessor] : json["attributes"].items()) {
+    CAPTURE(semantic);
+    CHECK(document->json["accessors"][accessor.get<std::size_t>()]["count"] == 8);
+  }
+  const auto moved = read_numbers(*document, index_of(json["targets"][0]["POSITION"]), "");
+  REQUIRE(moved);
+  CHECK((*moved)[18] == 3);  // the copy of vertex 1
+  CHECK((*moved)[21] == 6);  // and of vertex 2
+  const auto ids = read_numbers(*document, index_of(json["attributes"]["_ID"]), "");
+  REQUIRE(ids);
+  CHECK((*ids)[6] == 1);
+  CHECK((*ids)[7] == 2);
+  CHECK(read_scene(*document)->primitives[0].tangents.size() == 8);
+}
+
+TEST_CASE("tangents: agree with those that a simulated drape was exported with") {
+  const std::string file = std::string(SELVEDGE_DATA_DIR) + "/garments/babylon/cloth/cloth_meshV1.glb";
+  if (!fs::exists(file)) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const Result<Scene> scene = read_scene(file);
+  REQUIRE(scene);
+  const ScenePrimitive& cloth = scene->primitives[0];
+  REQUIRE_FALSE(cloth.tangents.empty());
+  const std::vector<V3d> positions(cloth.positions.begin(), cloth.positions.end());
+  const std::vector<V3d> normals(cloth.normals.begin(), cloth.normals.end());
+  const Tangents tangents =
+      compute_tangents(positions, normals, cloth.tex_coords[0], cloth.indices, Facing::winding);
+  std::size_t far = 0;
+  std::size_t flipped = 0;
+  for (std::size_t i = 0; i < cloth.tangents.size(); ++i) {
+    const V4f& a = cloth.tangents[i];
+    const V4f& b = tangents.tangents[i];
+    if (a.x * b.x + a.y * b.y + a.z * b.z < 0.985F) ++far;  // 10 degrees
+    if (a.w != b.w) ++flipped;
+  }
+  // The exporter weights triangles in another way; most of the cloth is smooth enough not to care.
+  CHECK(static_cast<double>(far) < 0.02 * static_cast<double>(cloth.tangents.size()));
+  CHECK(flipped == 0);
+}

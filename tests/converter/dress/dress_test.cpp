@@ -1,0 +1,378 @@
+#include "converter/dress/dress.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+
+#include "converter/dress/fallback.h"
+#include "format/base/atomic_file.h"
+#include "format/fabric/file.h"
+#include "format/gltf/access.h"
+#include "format/gltf/document.h"
+#include "format/gltf/read_scene.h"
+#include "format/picture/image.h"
+#include "tests/converter/fabrics.h"
+#include "tests/converter/workshop.h"
+
+using namespace selvedge;
+using test::square;
+using test::Workshop;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* extension = "SELVEDGE_materials_fabric";
+
+const DressOptions everything{.all = true};
+
+}  // namespace
+
+TEST_CASE("dress: one metre of 5 x 4 mm takes 200 x 250 repeats, and twice that at scale 2") {
+  for (const double scale : {1.0, 2.0}) {
+    Workshop workshop;
+    workshop.edit([&](Json& json) { json["nodes"][0]["scale"] = {scale, scale, scale}; });
+    const Result<DressReport> report = workshop.dress({.materials = {"cloth 0"}});
+    REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
+    REQUIRE(report->materials.size() == 1);
+    CHECK(report->materials[0].repeats.x == doctest::Approx(200 * scale).epsilon(1e-12));
+    CHECK(report->materials[0].repeats.y == doctest::Approx(250 * scale).epsilon(1e-12));
+    CHECK(report->materials[0].metres_per_uv.x == doctest::Approx(scale));
+    CHECK(report->materials[0].spread == V2d(0, 0));
+    CHECK(report->warnings.empty());
+    CHECK(report->bytes == fs::file_size(workshop.output));
+    const Result<Scene> scene = read_scene(workshop.output);
+    REQUIRE(scene);
+    REQUIRE(scene->materials[0].fabric);
+    CHECK(scene->materials[0].fabric->transform.scale.x == doctest::Approx(200 * scale));
+    CHECK(scene->materials[0].base_color_texture.transform.scale.y == doctest::Approx(250 * scale));
+    CHECK(scene->fabrics[0].bytes.size() == fs::file_size(workshop.fabric));
+    CHECK(read_fabric(scene->fabrics[0].bytes, "embedded").has_value());
+  }
+}
+
+TEST_CASE("dress: repeats that are given win over the physical size") {
+  const Workshop workshop;
+  const Result<DressReport> report = workshop.dress({.all = true, .repeats = V2d(7, 9)});
+  REQUIRE(report);
+  CHECK(report->materials[0].repeats == V2d(7, 9));
+  CHECK(report->materials[0].metres_per_uv.x == doctest::Approx(1));
+}
+
+TEST_CASE("dress: primitives that disagree on the size are reported with their spread") {
+  Garment garment = square(2);
+  garment.primitives[1].material = 0;
+  for (V2f& uv : garment.primitives[1].tex_coords) uv *= 0.5F;  // two metres per unit
+  const Workshop workshop(garment);
+  const Result<DressReport> report = workshop.dress({.materials = {"cloth 0"}});
+  REQUIRE(report);
+  CHECK(report->materials[0].primitives == 2);
+  // (2 - 1) over the median, which is 1 or 2.
+  CHECK(report->materials[0].spread.x >= 0.5);
+  CHECK(report->warnings.size() == 1);
+}
+
+TEST_CASE("dress: the fallback is a core material on the same UV set and transform") {
+  const Workshop workshop;
+  REQUIRE(workshop.dress(everything));
+  const Result<GltfDocument> document = load_gltf(workshop.output);
+  REQUIRE(document);
+  const Json& json = document->json;
+  const Json& material = json["materials"][0];
+  const Json& transform = material["extensions"][extension]["fabric"]["extensions"]["KHR_texture_transform"];
+  CHECK(material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] ==
+        transform);
+  CHECK(material["normalTexture"]["extensions"]["KHR_texture_transform"] == transform);
+  CHECK(material["pbrMetallicRoughness"]["metallicFactor"] == 0);
+  CHECK(material["pbrMetallicRoughness"]["roughnessFactor"] == 1);
+  CHECK(material["alphaMode"] == "MASK");  // a sixteenth of the net is holes
+  CHECK(material["alphaCutoff"] == 0.5);
+  CHECK(material["doubleSided"] == true);
+  CHECK(material["extras"][extension]["index"] == 0);
+  CHECK(json["extensions"][extension]["fabrics"][0]["mimeType"] == "image/x-exr");
+  CHECK_FALSE(json.contains("extensionsRequired"));
+  CHECK(json["meshes"][0]["primitives"][0]["attributes"].contains("TANGENT"));
+  for (const Json& texture : json["textures"]) {
+    const Json& sampler = json["samplers"][texture["sampler"].get<std::size_t>()];
+    CHECK(sampler["wrapS"] == 10497);
+    CHECK(sampler["minFilter"] == 9987);
+  }
+}
+
+TEST_CASE("dress: tangents of another UV set than the fabric's are made anew") {
+  Workshop workshop;
+  REQUIRE(workshop.dress(everything));
+  workshop.garment = workshop.folder / "again.glb";
+  fs::copy_file(workshop.output, workshop.garment);
+  workshop.edit([](Json& json) {
+    Json& attributes = json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
+  });
+  CHECK(workshop.dress({.all = true})->tangents_added == 0);
+  CHECK(workshop.dress({.all = true, .tex_coord = 1})->tangents_added == 1);
+  fs::copy_file(workshop.output, workshop.garment, fs::copy_options::overwrite_existing);
+  CHECK(workshop.dress({.all = true, .tex_coord = 1})->tangents_added == 0);
+}
+
+TEST_CASE("dress: what the fallback replaces goes and the rest stays") {
+  Workshop workshop;
+  workshop.edit([](Json& json) {
+    json["extensionsUsed"] = {"KHR_materials_sheen", "KHR_materials_emissive_strength", "X_other"};
+    json["materials"][0]["emissiveFactor"] = {1, 0, 0};
+    json["materials"][0]["extras"] = {{"note", 1}};
+    json["materials"][0]["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}},
+                                          {"KHR_materials_emissive_strength", {{"emissiveStrength", 2}}},
+                                          {"X_other", {{"a", 1}}}};
+  });
+  REQUIRE(workshop.dress(everything));
+  const Result<GltfDocument> document = load_gltf(workshop.output);
+  REQUIRE(document);
+  const Json& material = document->json["materials"][0];
+  CHECK_FALSE(material["extensions"].contains("KHR_materials_clearcoat"));
+  CHECK(material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == 2);
+  CHECK(material["extensions"]["X_other"]["a"] == 1);
+  CHECK(material["emissiveFactor"] == Json({1, 0, 0}));
+  CHECK(material["extras"]["note"] == 1);
+}
+
+TEST_CASE("dress: without the fallback the core material is left as it was") {
+  const Workshop workshop;
+  DressOptions options = everything;
+  options.fallback = false;
+  const Json before = load_gltf(workshop.garment)->json["materials"][0];
+  REQUIRE(workshop.dress(options));
+  Json after = load_gltf(workshop.output)->json["materials"][0];
+  CHECK(after.contains("extensions"));
+  after.erase("extensions");
+  after.erase("extras");
+  CHECK(after == before);
+}
+
+TEST_CASE("dress: a fabric beside the glTF is referred to from the output's folder") {
+  const Workshop workshop;
+  fs::create_directories(workshop.folder.path() / "out");
+  const std::string output = workshop.folder / "out/dressed.gltf";
+  const Result<DressReport> report = dress(workshop.garment, workshop.fabric, output, everything);
+  REQUIRE(report);
+  CHECK_FALSE(report->embedded);
+  CHECK(load_gltf(output)->json["extensions"][extension]["fabrics"][0]["uri"] == "../net.exr");
+  const Result<Scene> scene = read_scene(output);
+  REQUIRE(scene);
+  CHECK(fs::equivalent(scene->fabrics[0].path, workshop.fabric));
+}
+
+TEST_CASE("dress: dressing again replaces the reference and makes nothing twice") {
+  Workshop workshop;
+  REQUIRE(workshop.dress(everything));
+  const Json once = load_gltf(workshop.output)->json;
+  const std::string again = workshop.folder / "again.glb";
+  REQUIRE(dress(workshop.output, workshop.fabric, again, {.all = true, .repeats = V2d(3, 3)}));
+  const Json twice = load_gltf(again)->json;
+  CHECK(twice["extensions"] == once["extensions"]);
+  CHECK(twice["textures"] == once["textures"]);
+  CHECK(twice["images"].size() == once["images"].size());
+  CHECK(twice["materials"][0]["extensions"][extension]["fabric"]["extensions"]["KHR_texture_transform"]
+             ["scale"] == Json({3.0, 3.0}));
+}
+
+TEST_CASE("dress: materials are found by name, all of that name, or by number") {
+  Garment garment = square(3);
+  garment.materials[1].name = garment.materials[0].name;
+  const Workshop workshop(garment);
+  const Result<DressReport> by_name = workshop.dress({.materials = {"cloth 0"}});
+  REQUIRE(by_name);
+  CHECK(by_name->materials.size() == 2);
+  const Result<DressReport> by_number = workshop.dress({.materials = {"#2"}});
+  REQUIRE(by_number);
+  CHECK(by_number->materials[0].name == "cloth 2");
+  const Result<DressReport> missing = workshop.dress({.materials = {"sleeve"}});
+  REQUIRE_FALSE(missing);
+  CHECK(missing.error().code == Code::material_missing);
+  CHECK(missing.error().message.find("#2 \"cloth 2\"") != std::string::npos);
+  CHECK(workshop.dress({}).error().code == Code::material_missing);
+}
+
+TEST_CASE("dress: a material that is worn in a variant only is dressed") {
+  Workshop workshop(square(2));
+  workshop.edit([](Json& json) {
+    json["extensionsUsed"] = {"KHR_materials_variants"};
+    json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "day"}}, {{"name", "night"}}};
+    json["meshes"][0]["primitives"].erase(1);
+    json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
+        {{"material", 0}, {"variants", {0}}}, {{"material", 1}, {"variants", {1}}}};
+  });
+  const Result<DressReport> report = workshop.dress({.materials = {"cloth 1"}});
+  REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
+  CHECK(report->materials[0].primitives == 1);
+  CHECK(report->materials[0].repeats.x == doctest::Approx(200));
+  const Json json = load_gltf(workshop.output)->json;
+  CHECK(json["materials"][1]["extensions"].contains(extension));
+  CHECK_FALSE(json["materials"][0].contains("extensions"));
+  const Json& primitive = json["meshes"][0]["primitives"][0];
+  CHECK(primitive["attributes"].contains("TANGENT"));
+  CHECK(primitive["extensions"]["KHR_materials_variants"]["mappings"].size() == 2);
+}
+
+TEST_CASE("dress: triangles without a material get one when all are dressed") {
+  Workshop workshop;
+  workshop.edit([](Json& json) {
+    json.erase("materials");
+    json["meshes"][0]["primitives"][0].erase("material");
+  });
+  const Result<DressReport> report = workshop.dress(everything);
+  REQUIRE(report);
+  CHECK(report->materials[0].name == "fabric");
+}
+
+TEST_CASE("dress: bad input is one error and no output") {
+  Workshop workshop;
+  const auto refused = [&](const DressOptions& options) {
+    const Result<DressReport> report = workshop.dress(options);
+    REQUIRE_FALSE(report.has_value());
+    CHECK_FALSE(fs::exists(workshop.output));
+    CHECK(to_line(report.error()).find('\n') == std::string::npos);
+    return report.error().code;
+  };
+  CHECK(refused({.all = true, .tex_coord = 1}) == Code::garment_no_uvs);
+  CHECK(refused({.all = true, .repeats = V2d(0, 1)}) == Code::option_out_of_range);
+  CHECK(refused({.all = true, .tex_coord = 2}) == Code::option_out_of_range);
+  const std::string garment = workshop.garment;
+  workshop.garment = workshop.folder / "none.glb";
+  CHECK(refused(everything) == Code::file_missing);
+  workshop.garment = garment;
+  workshop.edit([](Json& json) { json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0"); });
+  CHECK(refused({.materials = {"cloth 0"}}) == Code::garment_no_uvs);
+  const std::string fabric = workshop.fabric;
+  workshop.fabric = workshop.folder / "none.exr";
+  CHECK(refused(everything) == Code::file_missing);
+}
+
+TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no sheen") {
+  const Fallback fallback = bake_fallback(test::lambert_fabric(V2d(5, 5), 4, V3f(0.5F, 0.25F, 0.1F)));
+  CHECK(fallback.base_color.pixels[0] == doctest::Approx(0.5).epsilon(1e-5));  // floats
+  CHECK(fallback.base_color.pixels[1] == doctest::Approx(0.25).epsilon(1e-5));
+  CHECK(fallback.base_color.pixels[3] == 1);
+  CHECK_FALSE(fallback.holes);
+  CHECK_FALSE(fallback.normal.has_value());
+  CHECK(fallback.sheen_color == V3f(0, 0, 0));
+}
+
+TEST_CASE("fallback: a lobe's base colour is its directional albedo along the normal, in closed form") {
+  // f = l.z (Cz l.z v.z)^n; seen along the normal, its integral over the hemisphere is 2 pi Cz^n / (n + 2).
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 1, V3f(0, 0, 0));
+  fabric.levels[0].lobes = LobeLayer{1, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}};
+  const Fallback fallback = bake_fallback(fabric);
+  const double pi = std::numbers::pi;
+  // The integral is a sum over 256 directions of equal solid angle.
+  CHECK(fallback.base_color.pixels[0] == doctest::Approx(2 * pi * 0.36 / 4).epsilon(4e-3));
+  CHECK(fallback.base_color.pixels[1] == doctest::Approx(2 * pi * 0.125 / 5).epsilon(4e-3));
+  CHECK(fallback.base_color.pixels[2] == doctest::Approx(2 * pi * 0.0256 / 6).epsilon(4e-3));
+}
+
+TEST_CASE("dress: the picture of the fallback holds the albedo sRGB-encoded, and the opacity as it is") {
+  const Workshop workshop;
+  REQUIRE(workshop.dress(everything));
+  const Result<Scene> scene = read_scene(workshop.output);
+  REQUIRE(scene);
+  const SceneMaterial& material = scene->materials[0];
+  CHECK(material.alpha_mode == AlphaMode::mask);
+  CHECK(material.alpha_cutoff == 0.5F);
+  const SceneImage& encoded = scene->images[material.base_color_texture.image];
+  const Result<Image> stored = decode_image(encoded.bytes, "stored", Transfer::keep);
+  REQUIRE(stored);
+  const Fallback fallback = bake_fallback(test::net_fabric(V2d(5, 4)));
+  const Image& linear = fallback.base_color;
+  REQUIRE(stored->pixels.size() == linear.pixels.size());
+  for (std::size_t i = 0; i < linear.pixels.size(); ++i) {
+    // IEC 61966-2-1, written out.
+    const double value = linear.pixels[i];
+    const double srgb = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
+    CHECK(std::abs(stored->pixels[i] - (i % 4 == 3 ? value : srgb)) <=
+          0.5 / 255 + 1e-6);  // rounded to 8 bits
+  }
+}
+
+TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of that colour") {
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.2F, 0.2F));
+  fabric.views = grid_of(64);
+  const std::vector<V3f> views = directions_of(fabric.views);
+  for (FabricLevel& level : fabric.levels) {
+    level.view_table.emplace();
+    for (int texel = 0; texel < level.texels(); ++texel) {
+      for (const V3f& view : views) {
+        const float rise = 1.0F - view.z;
+        level.view_table->colour.emplace_back(1.0F + rise, 1.0F, 1.0F);
+      }
+    }
+  }
+  const Fallback fallback = bake_fallback(fabric);
+  CHECK(fallback.sheen_color.x > 0.05F);
+  CHECK(fallback.sheen_color.y == 0);
+}
+
+TEST_CASE("fallback: holes take the mean colour and normals point up in green") {
+  Fabric fabric = test::net_fabric(V2d(5, 4), 16);
+  for (V3f& normal : fabric.levels[0].frame->normal) normal = V3f(0, 0.6F, 0.8F);
+  for (V3f& tangent : fabric.levels[0].frame->tangent) tangent = V3f(1, 0, 0);
+  const Fallback fallback = bake_fallback(fabric);
+  CHECK(fallback.holes);
+  CHECK(fallback.base_color.pixels[3] == 0);
+  CHECK(fallback.base_color.pixels[0] > 0.05F);
+  REQUIRE(fallback.normal);
+  CHECK(fallback.normal->pixels[0] == doctest::Approx(0.5));
+  CHECK(fallback.normal->pixels[1] == doctest::Approx(0.8));
+  CHECK(fallback.normal->pixels[2] == doctest::Approx(0.9));
+}
+
+TEST_CASE("dress: the garments of the field can be dressed, each at its own size") {
+  const fs::path data = fs::path(SELVEDGE_DATA_DIR) / "garments";
+  if (!fs::exists(data)) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  struct Case {
+    const char* file;
+    const char* material;
+  };
+  for (const Case& item :
+       {Case{"khronos/SheenCloth/glTF/SheenCloth.gltf", "#0"},
+        Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Mango Velvet"},
+        Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Peacock Velvet"},
+        Case{"khronos/ToyCar/glTF/ToyCar.gltf", "Fabric"}, Case{"babylon/cloth/cloth_meshV1.glb", "#0"},
+        Case{"encodings/enc__SheenCloth__draco_edgebreaker.glb", "#0"},
+        Case{"encodings/enc__SheenCloth__quantized.glb", "#0"}}) {
+    CAPTURE(item.file);
+    Workshop workshop;
+    workshop.garment = (data / item.file).string();
+    const Result<DressReport> report = workshop.dress({.materials = {item.material}});
+    REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
+    const DressedMaterial& material = report->materials[0];
+    CHECK(material.repeats.x == doctest::Approx(material.metres_per_uv.x * 200));
+    CHECK(read_scene(workshop.output).has_value());
+  }
+}
+
+TEST_CASE("dress: one cloth in several encodings has one size once its UVs are decoded") {
+  const fs::path data = fs::path(SELVEDGE_DATA_DIR) / "garments/encodings";
+  if (!fs::exists(data)) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const auto size_of_cloth = [&](const char* file) {
+    Workshop workshop;
+    workshop.garment = (data / file).string();
+    // Repeats per raw UV unit; the old transform's scale says how many raw units one decoded unit is.
+    const Result<Scene> before = read_scene(workshop.garment);
+    REQUIRE(before);
+    const Result<DressReport> report = workshop.dress(everything);
+    REQUIRE(report);
+    return report->materials[0].repeats.x;
+  };
+  const double plain = size_of_cloth("enc__SheenCloth__plain.glb");
+  // Draco and 12-bit positions move vertices by a few micrometres, triangles are about 0.3 mm.
+  CHECK(size_of_cloth("enc__SheenCloth__draco_edgebreaker.glb") == doctest::Approx(plain).epsilon(0.02));
+  CHECK(size_of_cloth("enc__SheenCloth__draco_sequential.glb") == doctest::Approx(plain).epsilon(0.02));
+  CHECK(size_of_cloth("enc__SheenCloth__quantized.glb") == doctest::Approx(plain).epsilon(0.02));
+}

@@ -1,0 +1,357 @@
+// The light of the bake against closed forms. Random estimates are tested by Student's t: of K independent
+// estimates (seeds 1 to K) the mean may differ from the exact value by `bound` standard errors, the quantile
+// at which all checks of a case together fail wrongly once in 1,000 (Bonferroni). Seeds are fixed, so a test
+// that passes always passes.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "converter/bake/texels.h"
+#include "converter/stitch/find_cell.h"
+#include "converter/stitch/library.h"
+#include "format/base/random.h"
+#include "tests/converter/bake_cells.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+struct Estimate {
+  double mean = 0;
+  double error = 0;  // standard error of the mean
+};
+
+Estimate estimate_of(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  double mean = 0;
+  for (const double v : values) mean += v / n;
+  double square = 0;
+  for (const double v : values) square += (v - mean) * (v - mean) / (n - 1);
+  return {mean, std::sqrt(square / n)};
+}
+
+RayScene scene_of(const CellMesh& mesh, std::optional<float> ground = {}) {
+  auto scene = RayScene::create(mesh, "test", ground);
+  REQUIRE_MESSAGE(scene, to_line(scene.error()));
+  return std::move(*scene);
+}
+
+/// Means over the cell of opacity * radiance (red), one estimate per seed: [light].
+std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, const LitBy& lights, int samples,
+                                 int seeds) {
+  std::vector<std::vector<double>> means(lights.directions.size());
+  for (int seed = 1; seed <= seeds; ++seed) {
+    NoiseSum ignored;
+    const ViewSamples seen =
+        baker.bake_view(view, lights, samples, mix(static_cast<std::uint64_t>(seed)), ignored);
+    const std::size_t texels = seen.alpha.size();
+    for (std::size_t l = 0; l < means.size(); ++l) {
+      double sum = 0;
+      for (std::size_t t = 0; t < texels; ++t) {
+        sum += static_cast<double>(seen.alpha[t] * seen.radiance[l * texels + t].x);
+      }
+      means[l].push_back(sum / static_cast<double>(texels));
+    }
+  }
+  std::vector<Estimate> estimates;
+  for (const auto& m : means) estimates.push_back(estimate_of(m));
+  return estimates;
+}
+
+/// Share of a groove's facet, from the valley up, that cannot be seen from a direction with this height over
+/// its run towards the facet.
+double hidden(double slope, double rise_over_run) {
+  return std::max(0.0, (slope - rise_over_run) / (slope + rise_over_run));
+}
+
+CellMesh glossy_knit(float weight, float roughness) {
+  auto mesh = load_cell("plain-knit", {.cells_across = 16});
+  REQUIRE(mesh);
+  for (const V3f& n : mesh->normals) {
+    mesh->fibres.push_back(n.cross(V3f(0.3F, 1.0F, 0.2F)).normalized());
+    mesh->gloss.push_back({weight, roughness});
+  }
+  return *mesh;
+}
+
+}  // namespace
+
+TEST_CASE("grooves mask and shadow as Torrance and Sparrow's do") {
+  // Facets of slope t; light and view hide the lower part of a facet, so seen and lit is what the larger of
+  // both leaves. Mean over the plane: the facets' areas projected along the view.
+  constexpr float slope = 1.5;
+  constexpr double albedo = 0.75;
+  const RayScene scene = scene_of(groove(2, slope, 0.75F));
+  const TexelBaker baker(scene, nullptr, 0, {4, 1}, 1.5);
+  const std::vector<V3f> directions = directions_of(grid_of(16));
+  const double cosine = 1 / std::sqrt(1 + double{slope} * double{slope});
+  for (const V3f& v : directions) {
+    const auto means = cell_means(baker, v, {directions, {}}, 16, 64);
+    for (std::size_t l = 0; l < directions.size(); ++l) {
+      double exact = 0;
+      for (const double side : {1.0, -1.0}) {
+        const V3d normal(side * double{slope} * cosine, 0, cosine);
+        const auto facing = [&](const V3f& d) { return std::max(0.0, normal.dot(V3d(d))); };
+        const auto dark = [&](const V3f& d) {
+          const double run = side * static_cast<double>(d.x);
+          return run > 0 ? hidden(double{slope}, static_cast<double>(d.z) / run) : 0.0;
+        };
+        exact += albedo / pi * facing(directions[l]) * facing(v) / (2 * cosine * static_cast<double>(v.z)) *
+                 (1 - std::max(dark(directions[l]), dark(v)));
+      }
+      // Student's t with 63 degrees of freedom at 1e-3 / 256, two-sided: 5.0. Rays leave 4e-5 off the
+      // surface, which moves the edge of a shadow by a few of those.
+      CHECK(std::abs(means[l].mean - exact) <= 5.0 * means[l].error + 3e-4 * albedo / pi);
+    }
+  }
+}
+
+TEST_CASE("light between two plates is the geometric series of their albedos") {
+  // The floor far below a plate with slits of share t: light enters through them, and what the floor sends up
+  // comes back with the share x = (1 - t) a1 a2, again and again. Where light does not fall directly, the
+  // floor's irradiance is t lz x / (1 - x).
+  constexpr double open = 0.25;
+  constexpr double floor_albedo = 0.875;
+  constexpr double plate_albedo = 0.625;
+  const RayScene scene = scene_of(slit_plate(20, 0.75F, 0.875F, 0.625F));
+  // About half a period aside after 20 down: straight from above the slit shows dark floor.
+  const V3f light = V3f(0.02625F, 0, 1).normalized();
+  const double x = (1 - open) * floor_albedo * plate_albedo;
+  const double exact = floor_albedo / pi * open * static_cast<double>(light.z) * x / (1 - x);
+  const auto floor_seen = [&](const LightTransport* transport, std::span<const float> indirect, int bounces,
+                              int samples) {
+    const TexelBaker baker(scene, transport, bounces, {4, 1}, 20);
+    std::vector<double> means;
+    for (std::uint64_t seed = 1; seed <= 64; ++seed) {
+      NoiseSum ignored;
+      const ViewSamples seen =
+          baker.bake_view({0, 0, 1}, {{&light, 1}, indirect}, samples, mix(seed), ignored);
+      for (std::size_t t = 0; t < 3; ++t) {
+        CHECK(static_cast<double>(seen.radiance[t].x) ==
+              doctest::Approx(plate_albedo / pi * static_cast<double>(light.z)).epsilon(1e-5));
+      }
+      means.push_back(static_cast<double>(seen.radiance[3].x));
+    }
+    return estimate_of(means);
+  };
+  SUBCASE("along paths") {
+    const Estimate e = floor_seen(nullptr, {}, unlimited_bounces, 1024);
+    // t with 63 degrees of freedom at 1e-3, two-sided: 3.46. The floor's light is uneven as the plate sees it
+    // by less than (1/20)^2 of itself: the share of directions steeper than a period's width.
+    CHECK(e.error < 0.01 * exact);
+    CHECK(std::abs(e.mean - exact) <= 3.46 * e.error + exact / 400);
+    // Two bounces are the first term of the series.
+    const Estimate two = floor_seen(nullptr, {}, 2, 1024);
+    CHECK(std::abs(two.mean - exact * (1 - x)) <= 3.46 * two.error + exact / 400);
+  }
+  SUBCASE("once per point") {
+    auto transport = LightTransport::build(scene, 1);
+    REQUIRE(transport);
+    const std::vector<float> indirect = transport->solve(scene, {&light, 1}, unlimited_bounces);
+    const Estimate e = floor_seen(&*transport, indirect, unlimited_bounces, 16);
+    // The stripe of light on the floor is a quarter wide; its edges are known to half of the distance of two
+    // points, 1/29, and cancel in part: one half of that.
+    CHECK(std::abs(e.mean - exact) <= 0.5 / 29 / open * exact);
+  }
+}
+
+TEST_CASE("every built-in stitch is white in a white furnace") {
+  // Radiance 1 from everywhere, albedo 1: every path that ends in the sky brings 1, and none may get lost.
+  // Only Russian roulette makes noise. Where nothing is lost its variance is the mean of w^2 - w over the
+  // weights w that arrive (0 from ended paths): steadier than the usual estimate, which rare losses rule.
+  constexpr int side = 5;
+  constexpr std::uint32_t paths = 4096;
+  const std::vector<V3f> views = directions_of(grid_of(4));
+  for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
+    auto mesh = load_cell(info.name);
+    REQUIRE(mesh);
+    std::fill(mesh->albedo.begin(), mesh->albedo.end(), V3f(1, 1, 1));
+    for (Gloss& gloss : mesh->gloss) gloss.weight = 0;
+    const RayScene scene = scene_of(*mesh);
+    const PathTracer tracer(scene, unlimited_bounces);
+    const Sky sky = [](const V3d&) { return V3d(1, 1, 1); };
+    double total = 0;
+    double total_square = 0;
+    double worst = 0;
+    for (const V3f& v : views) {
+      for (int texel = 0; texel < side * side; ++texel) {
+        double sum = 0;
+        double square = 0;
+        for (std::uint32_t i = 0; i < paths; ++i) {
+          PathSampler sampler(i, mix(static_cast<std::uint64_t>(texel)));
+          const V2d within = sampler.next();
+          const V3d at((texel % side + within.x) / side * mesh->period.x,
+                       (texel / side + within.y) / side * mesh->period.y, 0);
+          const double w =
+              tracer.under_sky(at + V3d(v) * (20 / static_cast<double>(v.z)), -V3d(v), sky, sampler).x;
+          sum += w;
+          square += w * (w - 1);
+        }
+        total += sum;
+        total_square += square;
+        worst = std::max(worst, std::abs(sum / paths - 1) / std::sqrt(std::max(square, 1e-3)) * paths);
+      }
+    }
+    // 100 texels and views of ten stitches: the normal quantile at 1e-3 / 1000, two-sided, is 4.9; losses are
+    // rare, so that the mean is skewed towards them. At 1e-3 / 10 it is 3.9.
+    CHECK(worst < 1.2 * 4.9);
+    const double count = static_cast<double>(paths) * side * side * static_cast<double>(views.size());
+    CHECK(std::abs(total / count - 1) < 3.9 * std::sqrt(total_square) / count);
+  }
+}
+
+TEST_CASE("the cell's mean is reciprocal, with gloss, shadows and indirect light") {
+  // Helmholtz: mean(opacity * radiance)(l, v) / lz = the same with l and v exchanged.
+  const CellMesh mesh = glossy_knit(0.4F, 0.3F);
+  const RayScene scene = scene_of(mesh);
+  const TexelBaker baker(scene, nullptr, 2, {4, 4}, 1);
+  const std::vector<DirectionPair> pairs = random_pairs(6, 0.2, 5);
+  for (const DirectionPair& pair : pairs) {
+    const Estimate a = cell_means(baker, pair.view, {{&pair.light, 1}, {}}, 64, 64)[0];
+    const Estimate b = cell_means(baker, pair.light, {{&pair.view, 1}, {}}, 64, 64)[0];
+    const double left = a.mean / static_cast<double>(pair.light.z);
+    const double right = b.mean / static_cast<double>(pair.view.z);
+    const double error =
+        std::hypot(a.error / static_cast<double>(pair.light.z), b.error / static_cast<double>(pair.view.z));
+    CAPTURE(left);
+    CAPTURE(right);
+    CHECK(error < 0.01 * left);
+    // t with at least 63 degrees of freedom at 1e-3 / 6, two-sided: 4.0.
+    CHECK(std::abs(left - right) <= 4.0 * error);
+  }
+}
+
+TEST_CASE("a block of cells baked as one cell is the cell again") {
+  const CellMesh cell = fence(1, 0.5F, 0.6F, 0.4F);
+  CellMesh block;
+  block.period = V2d(3, 3);
+  for (int copy = 0; copy < 9; ++copy) {
+    const int first = static_cast<int>(block.positions.size());
+    for (const V3f& p : cell.positions) {
+      block.positions.push_back(p + V3f(static_cast<float>(copy % 3), static_cast<float>(copy / 3), 0));
+    }
+    block.normals.insert(block.normals.end(), cell.normals.begin(), cell.normals.end());
+    block.albedo.insert(block.albedo.end(), cell.albedo.begin(), cell.albedo.end());
+    for (const V3i& t : cell.triangles) block.triangles.push_back(t + V3i(first));
+  }
+  const RayScene one = scene_of(cell);
+  const RayScene nine = scene_of(block);
+  const std::vector<V3f> lights = directions_of(grid_of(9));
+  for (const V3f& view : directions_of(grid_of(4))) {
+    // Columns of texels: where the wall stands is the same in each cell.
+    for (int x = 0; x < 4; ++x) {
+      std::vector<std::vector<double>> difference(lights.size());
+      for (std::uint64_t seed = 1; seed <= 48; ++seed) {
+        NoiseSum ignored;
+        const auto of_one =
+            TexelBaker(one, nullptr, 2, {4, 1}, 0.25).bake_view(view, {lights, {}}, 64, mix(seed), ignored);
+        const auto of_nine =
+            TexelBaker(nine, nullptr, 2, {12, 3}, 0.25).bake_view(view, {lights, {}}, 16, mix(seed), ignored);
+        for (std::size_t l = 0; l < lights.size(); ++l) {
+          double sum = 0;
+          for (std::size_t copy = 0; copy < 9; ++copy) {
+            const std::size_t t = copy / 3 * 12 + copy % 3 * 4 + static_cast<std::size_t>(x);
+            sum += static_cast<double>(of_nine.alpha[t] * of_nine.radiance[l * 36 + t].x) / 9;
+          }
+          const auto t = static_cast<std::size_t>(x);
+          difference[l].push_back(sum - static_cast<double>(of_one.alpha[t] * of_one.radiance[l * 4 + t].x));
+        }
+      }
+      for (const auto& d : difference) {
+        const Estimate e = estimate_of(d);
+        // t with 47 degrees of freedom at 1e-3 / 144, two-sided: 5.1.
+        CHECK(std::abs(e.mean) <= 5.1 * e.error + 1e-6);
+      }
+    }
+  }
+}
+
+TEST_CASE("a ground below the holes lights the cloth from below, and is no cloth") {
+  // A thin floor over half of the cell, high above a white ground: its underside and the ground exchange
+  // light; seen from above the hole stays a hole.
+  CellMesh mesh = slit_plate(20, 0.5F, 0.5F, 0.5F);
+  mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);  // the plate alone
+  // One triangle without area says where the lowest point is.
+  mesh.triangles.emplace_back(0, 0, 1);
+  const V3f light = V3f(0.0125F, 0, 1).normalized();
+  for (const bool ground : {false, true}) {
+    const RayScene scene = scene_of(mesh, ground ? std::optional(1.0F) : std::nullopt);
+    const TexelBaker baker(scene, nullptr, 1, {2, 1}, 20);
+    NoiseSum ignored;
+    const ViewSamples seen = baker.bake_view({0, 0, 1}, {{&light, 1}, {}}, 64, 1, ignored);
+    CHECK(seen.alpha[0] == 1);
+    CHECK(seen.alpha[1] == 0);
+    CHECK(seen.radiance[1] == V3f(0, 0, 0));
+    // From below the underside shows what the ground sends back: half of the light falls through, evenly
+    // spread after 20 periods.
+    SurfacePoint under;
+    REQUIRE(scene.trace({0.25, 0.5, 10}, {0, 0, 1}, under));
+    double sum = 0;
+    constexpr std::uint32_t paths = 4096;
+    for (std::uint32_t i = 0; i < paths; ++i) {
+      PathSampler sampler(i, 3);
+      V3d radiance(0, 0, 0);
+      PathTracer(scene, 1).add_indirect(under, {0, 0, -1}, {&light, 1}, sampler, {&radiance, 1});
+      sum += radiance.x / paths;
+    }
+    const double exact = ground ? 0.5 / pi * 0.5 * static_cast<double>(light.z) : 0;
+    // Half of the paths see light: deviation of the mean 1 / 64 of it, less by even spreading.
+    CHECK(std::abs(sum - exact) <= 4 * exact / 64);
+  }
+}
+
+TEST_CASE("the error falls at least with the square root of the samples") {
+  const RayScene scene = scene_of(fence(2, 1, 0.5F, 0.8F));
+  const TexelBaker baker(scene, nullptr, 2, {8, 2}, 1);
+  const std::vector<V3f> lights = directions_of(grid_of(16));
+  const V3f view = V3f(0.4F, 0.1F, 0.8F).normalized();
+  NoiseSum ignored;
+  const ViewSamples truth = baker.bake_view(view, {lights, {}}, 1 << 14, 77, ignored);
+  const auto error = [&](int samples) {
+    double square = 0;
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      const ViewSamples seen = baker.bake_view(view, {lights, {}}, samples, mix(seed), ignored);
+      for (std::size_t i = 0; i < seen.radiance.size(); ++i) {
+        square += static_cast<double>((seen.radiance[i] - truth.radiance[i]).length2());
+      }
+    }
+    return std::sqrt(square);
+  };
+  const double four = error(4);
+  const double sixteen = error(16);
+  const double sixty_four = error(64);
+  CHECK(sixteen < four / 2);
+  CHECK(sixty_four < sixteen / 2);
+  // The estimate that the bake gives of itself is on the safe side of it, and not far.
+  NoiseSum own;
+  baker.bake_view(view, {lights, {}}, 16, mix(1), own);
+  double signal = 0;
+  for (const V3f& r : truth.radiance) signal += static_cast<double>(r.length2());
+  const double relative = sixteen / std::sqrt(8 * signal);
+  CHECK(own.relative() > 0.8 * relative);
+  CHECK(own.relative() < 2.5 * relative);
+}
+
+TEST_CASE("light that is computed once per point is that of paths, on a glossy knit over a ground") {
+  const RayScene scene = scene_of(glossy_knit(0.3F, 0.3F), 0.5F);
+  auto transport = LightTransport::build(scene, 1);
+  REQUIRE(transport);
+  const std::vector<V3f> lights = directions_of(grid_of(9));
+  const std::vector<float> indirect = transport->solve(scene, lights, unlimited_bounces);
+  const TexelBaker cached(scene, &*transport, unlimited_bounces, {4, 4}, 1);
+  const TexelBaker traced(scene, nullptr, unlimited_bounces, {4, 4}, 1);
+  for (const V3f& view : directions_of(grid_of(4))) {
+    const auto a = cell_means(cached, view, {lights, indirect}, 64, 16);
+    const auto b = cell_means(traced, view, {lights, {}}, 64, 16);
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      // The bias of a cell's mean: below 2 %; on top t with 15 degrees of freedom at 1e-3 / 36: 6.1.
+      CHECK(std::abs(a[l].mean - b[l].mean) <= 0.02 * b[l].mean + 6.1 * std::hypot(a[l].error, b[l].error));
+    }
+  }
+}

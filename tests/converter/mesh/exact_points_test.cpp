@@ -1,0 +1,99 @@
+#include "converter/mesh/exact_points.h"
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "converter/stitch/find_cell.h"
+#include "tests/converter/mesh_texts.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+/// A coarse knit as a text of one of the formats, moved by `away`; all digits are written.
+std::string text_of(const std::string& format, const CellMesh& mesh, const V3d& away) {
+  const auto at = [&](int v) {
+    const V3d p = V3d(mesh.positions[v]) + away;
+    return fmt::format("{} {} {}", p.x, p.y, p.z);
+  };
+  const auto vertices = static_cast<int>(mesh.positions.size());
+  const std::size_t faces = mesh.triangles.size();
+  std::string out;
+  if (format == "off") out = fmt::format("OFF\n{} {} 0\n", vertices, faces);
+  if (format == "ply") {
+    out = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices, faces);
+  }
+  if (format == "stl") {
+    out = "solid knit\n";
+    for (const V3i& t : mesh.triangles) {
+      out +=
+          fmt::format("facet normal 0 0 1\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n",
+                      at(t.x), at(t.y), at(t.z));
+    }
+    return out + "endsolid knit\n";
+  }
+  for (int v = 0; v < vertices; ++v) out += (format == "obj" ? "v " : "") + at(v) + "\n";
+  for (const V3i& t : mesh.triangles) {
+    out += format == "obj" ? fmt::format("f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1)
+                           : fmt::format("3 {} {} {}\n", t.x, t.y, t.z);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a mesh a million cells away is read as the one that is here") {
+  const auto knit = load_cell("plain-knit", {.cells_across = 16});
+  REQUIRE(knit);
+  const MeshImportOptions options{.period = knit->period, .up_axis = UpAxis::z};
+  const V3d away(1e6 * knit->period.x, -1e6 * knit->period.y, 3e6);
+  for (const std::string format : {"obj", "off", "ply", "stl"}) {
+    CAPTURE(format);
+    const CellMesh here = read_text("here." + format, text_of(format, *knit, V3d(0)), options);
+    const CellMesh there = read_text("there." + format, text_of(format, *knit, away), options);
+    CHECK(there.triangles.size() == here.triangles.size());
+    REQUIRE(there.positions.size() == here.positions.size());
+    // Up to whole periods and the height: once found from the first vertex, it is the same for all.
+    V3d shift = V3d(there.positions[0]) - V3d(here.positions[0]);
+    shift.x = std::round(shift.x / knit->period.x) * knit->period.x;
+    shift.y = std::round(shift.y / knit->period.y) * knit->period.y;
+    CHECK(std::abs(shift.x) + std::abs(shift.y) <= 2 * (knit->period.x + knit->period.y));
+    double most = 0;
+    for (std::size_t v = 0; v < here.positions.size(); ++v) {
+      most = std::max(most, (V3d(there.positions[v]) - V3d(here.positions[v]) - shift).length());
+    }
+    // Half a last place of coordinates below 8 mm on either side, in three axes, and once in the shift.
+    CHECK(most <= 4 * std::sqrt(3.0) * 0x1p-22);
+  }
+}
+
+TEST_CASE("a mesh near the origin stays where it is, digit by digit") {
+  const CellMesh mesh = read_text("near.obj", "v -3 40.1 7\nv 1 40.1 7\nv 1 44 7.5\nf 1 2 3\n");
+  CHECK(mesh.positions[0] == V3f(-3, 40.1F, 7));
+  CHECK(mesh.positions[2] == V3f(1, 44, 7.5F));
+}
+
+TEST_CASE("far is more than 64 times the size") {
+  CHECK_FALSE(lies_far({63, 0, 0}, {64, 1, 0}));
+  CHECK(lies_far({64, 0, 0}, {65, 1, 0}));
+  CHECK(lies_far({0, 0, -65}, {1, 1, -64}));
+  CHECK_FALSE(lies_far({0, 0, 0}, {1e6, 1, 0}));
+}
+
+TEST_CASE("points take the place of what was rounded, and of nothing else") {
+  std::vector<V3d> positions{V3d(V3f(V3d(1e6 + 0.3, 0.1, 0)))};
+  sharpen(positions, {V3d(1e6 + 0.3, 0.1, 0)});
+  CHECK(positions[0] == V3d(1e6 + 0.3, 0.1, 0));
+  const std::vector<V3d> before = positions;
+  sharpen(positions, {V3d(1e6 + 0.3, 0.2, 0)});
+  CHECK(positions == before);
+  sharpen(positions, {V3d(0), V3d(0)});
+  CHECK(positions == before);
+}

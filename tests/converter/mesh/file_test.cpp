@@ -1,0 +1,362 @@
+#include "converter/mesh/file.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "converter/stitch/library.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "format/base/atomic_file.h"
+#include "tests/converter/mesh_texts.h"
+#include "tests/format/files.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+std::string ply_header(const std::string& format, int vertices, const std::string& properties, int faces,
+                       const std::string& list = "list uchar int vertex_indices") {
+  std::ostringstream out;
+  out << "ply\nformat " << format << " 1.0\nelement vertex " << vertices << "\n"
+      << properties << "element face " << faces << "\nproperty " << list << "\nend_header\n";
+  return out.str();
+}
+
+const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+const std::string triangle_rows = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+template <class T>
+void append(std::string& out, std::initializer_list<T> values) {
+  for (const T value : values) out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+std::string binary_stl(std::initializer_list<float> floats, std::uint32_t count = 1) {
+  std::string out(80, ' ');
+  append(out, {count});
+  append(out, floats);
+  return out + std::string(2, '\0');
+}
+
+}  // namespace
+
+TEST_CASE("reads an OBJ of polygons and cuts them into fans") {
+  const CellMesh mesh =
+      read_text("fan.obj",
+                "# comment\nmtllib none.mtl\nv 0 0 0\r\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
+                "usemtl red\nf 1 2 3 4\nf -5 -4 -1\n");
+  CHECK(mesh.period == V2d(2, 2));
+  REQUIRE(mesh.positions.size() == 5);
+  CHECK(mesh.positions[4] == V3f(0, 0, 1));
+  REQUIRE(mesh.triangles.size() == 3);
+  CHECK(mesh.triangles[0] == V3i(0, 1, 2));
+  CHECK(mesh.triangles[1] == V3i(0, 2, 3));
+  CHECK(mesh.triangles[2] == V3i(0, 1, 4));
+  CHECK(mesh.albedo[0] == V3f(0.5F));
+}
+
+TEST_CASE("normals that a file does not have are the faces' means, weighted by area") {
+  // Two faces at vertex 0: twice the area in z, once in y.
+  const CellMesh mesh =
+      read_text("normals.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\nf 1 4 5\n");
+  CHECK((mesh.normals[0] - V3f(0, 1, 2).normalized()).length() < 1e-6F);
+  CHECK(mesh.normals[2] == V3f(0, 0, 1));
+  CHECK(mesh.normals[3] == V3f(0, 1, 0));
+}
+
+TEST_CASE("keeps a file's normals where each vertex has one and only one") {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 0 0 2\nvn 0 1 0\n";
+  const CellMesh kept = read_text("kept.obj", points + "f 1//1 2//2 3//1\nf 2//2 4//1 3//1\n");
+  CHECK(kept.normals[0] == V3f(0, 0, 1));  // made unit
+  CHECK(kept.normals[1] == V3f(0, 1, 0));
+  const CellMesh split = read_text("split.obj", points + "f 1//1 2//2 3//1\nf 2//1 4//1 3//1\n");
+  CHECK(split.normals[1] == V3f(0, 0, 1));
+}
+
+TEST_CASE("nothing is lost of a mesh that is no manifold") {
+  // Three faces at one edge, one of them twice, and two cones that meet in a point.
+  const CellMesh mesh = read_text("complex.obj",
+                                  "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nv 3 3 3\nv 3 4 3\n"
+                                  "f 1 2 3\nf 1 2 4\nf 1 2 5\nf 1 2 5\nf 1 6 7\nf 2 1 3\n");
+  CHECK(mesh.triangles.size() == 6);
+  CHECK(mesh.positions.size() == 7);
+}
+
+TEST_CASE("triangles that use a vertex twice are left out") {
+  const std::string rows = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 1\n";
+  CHECK(read_text("twice.ply", ply_header("ascii", 3, xyz, 2) + rows).triangles.size() == 1);
+}
+
+TEST_CASE("reads PLY as text and binary, of both byte orders, floats and doubles") {
+  const std::string doubles = "property double x\nproperty double y\nproperty double z\n";
+  std::string little = ply_header("binary_little_endian", 3, doubles, 1);
+  append(little, {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.5, 0.25});
+  append<std::uint8_t>(little, {3});
+  append<std::int32_t>(little, {0, 1, 2});
+  std::string big = ply_header("binary_big_endian", 3, xyz, 1, "list uchar uint vertex_indices");
+  for (const float value : {0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.5F, 0.25F}) {
+    char bytes[4];
+    std::memcpy(bytes, &value, 4);
+    big.append({bytes[3], bytes[2], bytes[1], bytes[0]});
+  }
+  big.append({3, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2});
+  const std::string text =
+      ply_header("ascii", 3, doubles, 1) + "0 0 0\n1 0 0\n0 1.5 0.25\n3 0 1 2";  // no newline
+  for (const std::string& content : {little, big, text}) {
+    const CellMesh mesh = read_text("kinds.ply", content);
+    REQUIRE(mesh.positions.size() == 3);
+    CHECK(mesh.positions[1] == V3f(1, 0, 0));
+    CHECK(mesh.positions[2] == V3f(0, 1.5F, 0.25F));
+    REQUIRE(mesh.triangles.size() == 1);
+    CHECK(mesh.triangles[0] == V3i(0, 1, 2));
+  }
+}
+
+TEST_CASE("passes over what else a PLY file has: other elements, lists, properties, comments") {
+  const std::string content =
+      "ply\r\nformat ascii 1.0\r\ncomment x\r\nobj_info y\r\nelement camera 1\r\nproperty double fov\r\n"
+      "element vertex 3\r\nproperty float quality\r\nproperty float z\r\nproperty float y\r\nproperty float "
+      "x\r\n"
+      "property list int float weights\r\nelement empty 7\r\nelement face 1\r\nproperty uchar flags\r\n"
+      "property list ushort short vertex_index\r\nproperty list uchar float texcoord\r\nend_header\r\n"
+      "60.5\r\n9 3 2 1 0\r\n9 0 0 0 2 0.5 0.5\r\n9 0 1 0 0\r\n7 3 2 1 0 6 0 0 0 0 0 0\r\n";
+  const CellMesh mesh = read_text("rich.ply", content);
+  REQUIRE(mesh.positions.size() == 3);
+  CHECK(mesh.positions[0] == V3f(1, 2, 3));
+  REQUIRE(mesh.triangles.size() == 1);
+  CHECK(mesh.triangles[0] == V3i(2, 1, 0));
+}
+
+TEST_CASE("broken PLY headers are refused with their line") {
+  const std::string body = "end_header\n" + triangle_rows;
+  const auto place = [&](const std::string& header) { return refusal("head.ply", header + body).place; };
+  CHECK(place("pls\n") == "line 1");
+  CHECK(place("ply\nformat text 1.0\n") == "line 2");
+  CHECK(place("ply\nformat ascii 1.0\nproperty float x\n") == "line 3");
+  CHECK(place("ply\nformat ascii 1.0\nelement vertex x\n") == "line 3");
+  CHECK(place("ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n") == "line 4");
+  CHECK(place("ply\nformat ascii 1.0\nelement vertex 3\nproperty list float int x\n") == "line 4");
+  CHECK(place("ply\nformat ascii 1.0\nelemM-ent vertex 3\n") == "line 3");
+  CHECK(refusal("head.ply", "ply\nelement vertex 3\n" + xyz + body).code == Code::file_damaged);
+  const std::string flat = "property float x\nproperty float y\n";
+  CHECK(refusal("flat.ply", ply_header("ascii", 1, flat, 0) + "0 0\n").place == "element vertex");
+}
+
+TEST_CASE("reads OFF and STL") {
+  const CellMesh off = read_text("quad.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
+  CHECK(off.positions.size() == 4);
+  CHECK(off.triangles.size() == 2);
+  const CellMesh text = read_text("t.stl",
+                                  "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                                  "vertex 0 1 0\nendloop\nendfacet\nendsolid s\n");
+  CHECK(text.triangles.size() == 1);
+  const CellMesh binary = read_text("b.stl", binary_stl({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}));
+  CHECK(binary.positions.size() == 3);
+  CHECK(binary.triangles.size() == 1);
+}
+
+TEST_CASE("8-bit colours go through the sRGB curve, floats are linear") {
+  const std::string bytes = xyz + "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  const CellMesh coded = read_text(
+      "bytes.ply", ply_header("ascii", 3, bytes, 1) + "0 0 0 255 188 0\n1 0 0 9 9 9\n0 1 0 9 9 9\n3 0 1 2\n");
+  // IEC 61966-2-1: 188 / 255 -> 0.50289, 9 / 255 -> 9 / 255 / 12.92.
+  CHECK(coded.albedo[0].x == 1.0F);
+  CHECK(coded.albedo[0].y == doctest::Approx(0.50289).epsilon(1e-4));
+  CHECK(coded.albedo[0].z == 0.0F);
+  CHECK(coded.albedo[1].x == doctest::Approx(9.0 / 255 / 12.92).epsilon(1e-5));
+  const CellMesh linear =
+      read_text("floats.obj", "v 0 0 0 0.25 0.5 2\nv 1 0 0 0 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n");
+  CHECK(linear.albedo[0] == V3f(0.25F, 0.5F, 1));
+}
+
+TEST_CASE("scale and up axis turn the file's frame into the cell's") {
+  MeshImportOptions options = two_by_two;
+  options.scale_to_mm = 1000;
+  options.up_axis = UpAxis::y;
+  options.albedo = {0.1F, 0.2F, 0.3F};
+  // In the file: x to the right, y out of the cloth, so that z points down in it.
+  const CellMesh mesh = read_text("up.obj", "v 0.001 0.002 0.003\nv 0 0 1\nv 1 0 0\nf 1 2 3\n", options);
+  CHECK((mesh.positions[0] - V3f(1, -3, 2)).length() < 1e-6F);
+  CHECK(mesh.albedo[2] == V3f(0.1F, 0.2F, 0.3F));
+}
+
+TEST_CASE("a bad period is refused") {
+  CHECK(refusal("p.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", {.period = V2d(0, 1)}).code ==
+        Code::mesh_invalid);
+}
+
+TEST_CASE("missing files and unknown endings are refused") {
+  const auto missing = read_mesh("no/such/mesh.obj", two_by_two);
+  REQUIRE_FALSE(missing);
+  CHECK(missing.error().code == Code::file_missing);
+  CHECK(refusal("mesh.3ds", "x").code == Code::mesh_invalid);
+}
+
+TEST_CASE("meshes without triangles are refused") {
+  CHECK(refusal("e.obj", "").code == Code::mesh_empty);
+  CHECK(refusal("e.obj", "v 0 0 0\n").code == Code::mesh_empty);
+  CHECK(refusal("e.ply", ply_header("ascii", 1, xyz, 0) + "0 0 0\n").code == Code::mesh_empty);
+  CHECK(refusal("e.stl", binary_stl({}, 0)).code == Code::mesh_empty);
+}
+
+TEST_CASE("cut-short files are refused") {
+  const std::string text = ply_header("ascii", 3, xyz, 1) + triangle_rows;
+  for (const std::size_t left : {2U, 8U, 20U, 60U, 100U, 150U}) {
+    REQUIRE(left < text.size());
+    CAPTURE(left);
+    CHECK(refusal("cut.ply", text.substr(0, left)).code == Code::file_damaged);
+  }
+  CHECK(refusal("cut.ply", text.substr(0, text.size() - 3)).code == Code::file_damaged);
+  std::string binary = ply_header("binary_little_endian", 3, xyz, 1);
+  append<float>(binary, {0, 0, 0, 1, 0, 0, 0, 1, 0});
+  CHECK(refusal("cut.ply", binary).code == Code::file_damaged);
+  CHECK(refusal("cut.ply", binary.substr(0, binary.size() - 10)).code == Code::file_damaged);
+  CHECK(refusal("cut.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n").code == Code::file_damaged);
+  CHECK(refusal("cut.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1").code == Code::file_damaged);
+  CHECK(refusal("cut.stl", binary_stl({0, 0, 1}, 1)).code == Code::file_damaged);
+  CHECK(refusal("cut.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n").code ==
+        Code::file_damaged);
+  const Error face = refusal("cut.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2");
+  CHECK(face.code == Code::file_damaged);
+  CHECK(face.place == "line 4");
+  CHECK(refusal("cut.obj", "v 0 0 0\nv 1 0").place == "line 2");
+}
+
+TEST_CASE("headers that promise more than the file holds are refused at once") {
+  CHECK(refusal("huge.ply", ply_header("binary_little_endian", 2000000000, xyz, 0)).code ==
+        Code::file_damaged);
+  CHECK(refusal("huge.ply", ply_header("ascii", 2000000000, xyz, 2000000000)).code == Code::file_damaged);
+  CHECK(refusal("huge.stl", binary_stl({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}, 4000000000U)).code ==
+        Code::file_damaged);
+  CHECK(refusal("huge.off", "OFF\n2000000000 2000000000 0\n0 0 0\n").code == Code::file_damaged);
+}
+
+TEST_CASE("files that are something else are refused") {
+  const std::string noise = "\x89PNG\r\n\x1a\n" + std::string(200, '\x7f');
+  for (const char* name : {"noise.ply", "noise.off", "noise.stl"}) {
+    CHECK(refusal(name, noise).code == Code::file_damaged);
+  }
+  CHECK(refusal("noise.obj", noise).code == Code::mesh_empty);
+  CHECK(refusal("word.obj", "v 0 0 0\nf a b c\n").place == "line 2");
+  CHECK(refusal("slash.obj", "v 0 0 0\nf /1 /1 /1\n").place == "line 2");
+}
+
+TEST_CASE("vertices that are not finite are refused") {
+  for (const char* bad : {"nan", "inf", "1e60"}) {
+    const Error error = refusal("nan.obj", std::string("v 0 0 0\nv 1 ") + bad + " 0\nv 0 1 0\nf 1 2 3\n");
+    CHECK(error.code == Code::mesh_not_finite);
+    CHECK(error.place == "line 2");
+  }
+  std::string binary = ply_header("binary_little_endian", 3, xyz, 1);
+  append<float>(binary, {0, 0, 0, 1, std::nanf(""), 0, 0, 1, 0});
+  append<std::uint8_t>(binary, {3});
+  append<std::int32_t>(binary, {0, 1, 2});
+  const Error error = refusal("nan.ply", binary);
+  CHECK(error.code == Code::mesh_not_finite);
+  CHECK(error.place == "vertex 1");
+  CHECK(refusal("nan.stl", binary_stl({0, 0, 1, 0, 0, 0, 1, std::nanf(""), 0, 0, 1, 0})).code ==
+        Code::mesh_not_finite);
+}
+
+TEST_CASE("faces that refer to absent vertices are refused") {
+  CHECK(refusal("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n").place == "face 0");
+  CHECK(refusal("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\n").place == "face 0");
+  CHECK(refusal("range.obj", "v 0 0 0 1 1 1\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 99999//1 2//1 0//1\n").place ==
+        "face 0");
+  CHECK(refusal("range.ply", ply_header("ascii", 3, xyz, 1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n").code ==
+        Code::mesh_invalid);
+}
+
+TEST_CASE("a stitch written and read again is the same mesh") {
+  const auto mesh = mesh_stitch(plain_weave(), {16});
+  REQUIRE(mesh);
+  for (const char* name : {"again.obj", "again.PLY"}) {
+    const std::string path =
+        (std::filesystem::temp_directory_path() / (std::string("selvedge_") + name)).string();
+    REQUIRE(write_mesh(path, *mesh));
+    const auto again = read_mesh(path, {.period = mesh->period});
+    std::filesystem::remove(path);
+    REQUIRE(again);
+    CHECK(again->positions == mesh->positions);  // shortest decimals and raw floats lose nothing
+    CHECK(again->triangles == mesh->triangles);
+    for (std::size_t v = 0; v < mesh->normals.size(); ++v) {
+      CHECK((again->normals[v] - mesh->normals[v]).length() < 1e-6F);
+      if (std::string(name) == "again.obj") continue;
+      for (unsigned i = 0; i < 3; ++i) {
+        // Half a step of 1/255 on the sRGB curve, whose slope is at most 2.3.
+        CHECK(std::abs(again->albedo[v][i] - mesh->albedo[v][i]) < 0.5 / 255 * 2.3);
+      }
+    }
+  }
+}
+
+TEST_CASE("what cannot be written leaves nothing behind") {
+  const auto mesh = mesh_stitch(plain_weave(), {16});
+  REQUIRE(mesh);
+  CHECK(write_mesh("out.glb", *mesh).error().code == Code::file_unwritable);
+  CHECK(write_mesh("no/such/folder/out.ply", *mesh).error().code == Code::file_unwritable);
+  CHECK_FALSE(std::filesystem::exists("no"));
+  CHECK(write_mesh("empty.obj", {}).error().code == Code::mesh_empty);
+  CHECK_FALSE(std::filesystem::exists("empty.obj"));
+}
+
+TEST_CASE("reads a mesh of somebody else's whole") {
+  const std::string path = SELVEDGE_DATA_DIR "/gltf/robust/meshopt/demo/pirate.obj";
+  if (!std::filesystem::exists(path)) {
+    MESSAGE("skipped: no ", path);
+    return;
+  }
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::ifstream lines(path);
+  for (std::string line; std::getline(lines, line);) {
+    vertices += line.starts_with("v ");
+    if (!line.starts_with("f ")) continue;
+    std::istringstream words(line.substr(2));
+    std::size_t corners = 0;
+    for (std::string word; words >> word;) ++corners;
+    triangles += corners - 2;
+  }
+  const auto mesh = read_mesh(path, {.period = V2d(10, 10)});
+  REQUIRE(mesh);
+  CHECK(mesh->positions.size() == vertices);
+  CHECK(mesh->triangles.size() == triangles);
+}
+
+TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of line end are read") {
+  const std::string plain = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+  const std::string marked =
+      "\xef\xbb\xbfv 0 0 0 # corner\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 4 # quad\n";
+  const std::string old = "v 0 0 0\rv 1 0 0\rv 1 1 0\rv 0 1 0\rf 1 2 3 4\r";
+  const test::Folder folder;
+  MeshImportOptions options;
+  options.period = V2d(1, 1);
+  for (const std::string& text : {plain, marked, old}) {
+    test::write_bytes(folder / "a.obj", text);
+    const auto mesh = read_mesh(folder / "a.obj", options);
+    REQUIRE_MESSAGE(mesh, (mesh ? "" : to_line(mesh.error())));
+    CHECK(mesh->positions.size() == 4);
+    CHECK(mesh->triangles.size() == 2);
+  }
+}
+
+TEST_CASE("an OBJ file keeps the albedo that it was written with") {
+  const test::Folder folder;
+  CellMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.normals.assign(3, V3f(0, 0, 1));
+  mesh.albedo = {{0.1F, 0.2F, 0.3F}, {0.4F, 0.5F, 0.6F}, {0.7F, 0.8F, 0.9F}};
+  mesh.triangles.emplace_back(0, 1, 2);
+  REQUIRE(write_mesh(folder / "a.obj", mesh));
+  MeshImportOptions options;
+  options.period = V2d(1, 1);
+  const auto read = read_mesh(folder / "a.obj", options);
+  REQUIRE_MESSAGE(read, (read ? "" : to_line(read.error())));
+  for (std::size_t v = 0; v < 3; ++v) {
+    for (unsigned c = 0; c < 3; ++c) CHECK(read->albedo[v][c] == doctest::Approx(mesh.albedo[v][c]));
+  }
+}

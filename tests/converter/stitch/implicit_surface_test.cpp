@@ -1,0 +1,139 @@
+#include "converter/stitch/implicit_surface.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "converter/stitch/library.h"
+#include "format/base/random.h"
+#include "tests/converter/cells.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+ImplicitSurface surface_of(const StitchPattern& pattern, double reach = 0.5) {
+  auto built = ImplicitSurface::build(pattern, reach, pattern.name);
+  REQUIRE(built);
+  return *built;
+}
+
+V3d random_point(Random& random, const V2d& period, double z_range) {
+  return {(3 * random.uniform() - 1) * period.x, (3 * random.uniform() - 1) * period.y,
+          (2 * random.uniform() - 1) * z_range};
+}
+
+}  // namespace
+
+TEST_CASE("the distance to a straight yarn is the cylinder's, in every copy") {
+  const double period = 4;
+  const double radius = 0.7;
+  const ImplicitSurface surface = surface_of(cylinder(period, radius));
+  Random random(1);
+  for (int i = 0; i < 2000; ++i) {
+    const V3d p = random_point(random, {period, period}, 1.5);
+    const double y = p.y - period * std::floor(p.y / period) - period / 2;
+    const double expected = std::min(std::hypot(y, p.z) - radius, 0.5);
+    CHECK(surface.distance(p) == doctest::Approx(expected).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("the distance to a ring is the torus's") {
+  const ImplicitSurface surface = surface_of(ring(4, 1.2, 0.5));
+  Random random(2);
+  for (int i = 0; i < 2000; ++i) {
+    const V3d p(4 * random.uniform(), 4 * random.uniform(), 2 * random.uniform() - 1);
+    const double from_axis = std::hypot(p.x - 2, p.y - 2);
+    double expected = std::hypot(from_axis - 1.2, p.z) - 0.5;
+    // Copies' rings are 4 apart: nearer than this one's only beyond the reach of 0.5.
+    expected = std::min(expected, 0.5);
+    CHECK(std::abs(surface.distance(p) - expected) < 5e-9);  // the arcs are off a circle by 1e-9 of 1.2
+  }
+}
+
+TEST_CASE("the distance to a bent yarn is the least over densely sampled copies") {
+  const StitchPattern pattern = plain_knit();
+  const ImplicitSurface surface = surface_of(pattern, 0.4);
+  std::vector<V3d> skeleton;
+  for (int sy = -3; sy <= 3; ++sy) {
+    for (int sx = -2; sx <= 2; ++sx) {
+      for (const BezierSegment& segment : pattern.yarns[0].segments) {
+        for (int k = 0; k < 200; ++k) {
+          skeleton.push_back(point_at(segment, k / 200.0) +
+                             V3d(sx * pattern.period_mm.x, sy * pattern.period_mm.y, 0));
+        }
+      }
+    }
+  }
+  Random random(3);
+  for (int i = 0; i < 300; ++i) {
+    const V3d p(pattern.period_mm.x * random.uniform(), pattern.period_mm.y * random.uniform(),
+                3.4 * random.uniform() - 1.7);
+    double nearest = 1e9;
+    for (const V3d& s : skeleton) nearest = std::min(nearest, (p - s).length());
+    const double expected = std::min(nearest - pattern.yarns[0].radius_mm, 0.4);
+    // Samples stand at most 0.01 apart: a point 0.005 beside the foot of a perpendicular d is further away by
+    // 0.005^2 / 2d; a point on the skeleton itself by 0.005.
+    CHECK(surface.distance(p) <= expected + 1e-12);
+    CHECK(surface.distance(p) >= expected - std::min(0.005, 1.3e-5 / nearest));
+  }
+}
+
+TEST_CASE("the gradient is the slope of the function, and a unit vector") {
+  const ImplicitSurface surface = surface_of(ring(4, 1.2, 0.5));
+  Random random(4);
+  const double h = 1e-5;
+  for (int i = 0; i < 200; ++i) {
+    const double angle = 6.283 * random.uniform();
+    const double around = 6.283 * random.uniform();
+    const double r = 1.2 + 0.45 * std::cos(around);
+    const V3d p(2 + r * std::cos(angle), 2 + r * std::sin(angle), 0.45 * std::sin(around));
+    const SurfaceSample sample = surface.sample(p);
+    CHECK(std::abs(sample.gradient.length() - 1) < 1e-14);
+    CHECK(sample.yarn == 0);
+    for (int axis = 0; axis < 3; ++axis) {
+      V3d step(0);
+      step[axis] = h;
+      const double slope = (surface.distance(p + step) - surface.distance(p - step)) / (2 * h);
+      // h^2 times curvature squared (1 / 0.45^2), and 1e-15 / h of rounding.
+      CHECK(std::abs(slope - sample.gradient[axis]) < 1e-8);
+    }
+  }
+}
+
+TEST_CASE("beyond the reach there is no nearest yarn") {
+  const SurfaceSample sample = surface_of(cylinder(4, 0.5), 0.25).sample({1, 2, 1.5});
+  CHECK(sample.distance == 0.25);
+  CHECK(sample.yarn == -1);
+}
+
+TEST_CASE("refuses yarns too long for their radius") {
+  StitchPattern pattern = cylinder(4, 1e-7);
+  const auto built = ImplicitSurface::build(pattern, 0.1, "long");
+  REQUIRE_FALSE(built);
+  CHECK(built.error().code == Code::mesh_invalid);
+}
+
+TEST_CASE("the clearance of parallel yarns is their spacing less their radii") {
+  StitchPattern pattern = cylinder(4, 0.9);
+  CHECK(*minimum_clearance(pattern, "") == 0.9);  // copies are 2.2 apart: beyond what is looked at
+  pattern.yarns.push_back({"second", 0.4, {0, 0, 0}, {line({0, 3.5, 0.3}, {4, 3.5, 0.3})}});
+  const double distance = std::hypot(1.5, 0.3);
+  CHECK(*minimum_clearance(pattern, "") == doctest::Approx(distance - 1.3).epsilon(1e-12));
+  pattern.yarns[1].radius_mm = 0.8;
+  CHECK(*minimum_clearance(pattern, "") == doctest::Approx(distance - 1.7).epsilon(1e-12));
+}
+
+TEST_CASE("a yarn is not in its own way, but in that of its other turns") {
+  CHECK(*minimum_clearance(cylinder(1, 0.45), "") == doctest::Approx(0.1).epsilon(1e-12));
+  // Points nearer along a ring than pi radii do not count: the chord at that arc. Where the count begins is
+  // known to a step of 1/16 radius, and the chord grows by 0.43 of that (the cosine of half the arc's angle).
+  const double chord = 2 * 0.7 * std::sin(std::numbers::pi * 0.5 / (2 * 0.7));
+  CHECK(std::abs(*minimum_clearance(ring(4, 0.7, 0.5), "") - (chord - 1)) < 0.43 * 0.5 / 16);
+  // The next course of a slanted yarn is a copy of the same chain, further along.
+  StitchPattern slanted{"slanted", {4, 1}, {}};
+  slanted.yarns.push_back({"y", 0.4, {0, 0, 0}, {line({0, 0, 0}, {4, 1, 0})}});
+  CHECK(*minimum_clearance(slanted, "") == doctest::Approx(4 / std::sqrt(17.0) - 0.8).epsilon(1e-9));
+}

@@ -1,0 +1,287 @@
+#include "converter/stitch/library.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/pattern_json.h"
+#include "format/base/atomic_file.h"
+#include "tests/converter/cells.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+StitchPattern found(const std::string& name, const StitchSettings& settings = {}) {
+  const auto stitch = find_stitch(name, settings);
+  REQUIRE(stitch);
+  return stitch->pattern;
+}
+
+double min_radius(const StitchPattern& pattern) {
+  double least = pattern.yarns[0].radius_mm;
+  for (const Yarn& yarn : pattern.yarns) least = std::min(least, yarn.radius_mm);
+  return least;
+}
+
+/// Whether the stitches of a course, from left to right, are drawn to the front through the course below:
+/// 'k', to the back: 'p'. Its legs pass the head of the loop below above the place where its foot passes that
+/// loop's legs.
+std::string stitches_of(const StitchPattern& pattern, std::size_t course, int columns) {
+  const Yarn& yarn = pattern.yarns[course];
+  const std::size_t count = pattern.yarns.size();
+  const Yarn& below = pattern.yarns[(course + count - 1) % count];
+  const double pitch = pattern.period_mm.y / static_cast<double>(count);
+  const double middle = yarn.segments[0][0].y;  // a foot's
+  std::string stitches;
+  for (int column = 0; column < columns; ++column) {
+    double over = 0;
+    double under = 0;
+    int overs = 0;
+    int unders = 0;
+    for (const Crossing& c : crossings_of(pattern, yarn, below)) {
+      const double wales = c.at.x / pattern.period_mm.x * columns;
+      if (std::floor(wales) != column || std::abs(c.at.y - middle) > 0.75 * pitch) continue;
+      (c.z_a > c.z_b ? over : under) += c.at.y;
+      ++(c.z_a > c.z_b ? overs : unders);
+    }
+    // Two of each; leaning legs may cross their neighbour's as well.
+    CHECK(overs >= 2);
+    CHECK(unders >= 2);
+    stitches += over / overs > under / unders ? 'k' : 'p';
+  }
+  return stitches;
+}
+
+/// Rows of the drawdown from the bottom, '#' where the warp is over. Warp yarns come first.
+std::vector<std::string> drawdown_of(const StitchPattern& pattern, std::size_t warps) {
+  std::vector<std::string> rows;
+  for (std::size_t j = warps; j < pattern.yarns.size(); ++j) {
+    std::string row;
+    for (std::size_t i = 0; i < warps; ++i) {
+      int crossings = 0;
+      bool over = false;
+      for (const Crossing& c : crossings_of(pattern, pattern.yarns[i], pattern.yarns[j])) {
+        ++crossings;
+        over = c.z_a > c.z_b;
+      }
+      CHECK(crossings == 1);
+      row += over ? '#' : '-';
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// The longest run of a character in a row that repeats.
+int longest_float(const std::string& row, char c) {
+  int longest = 0;
+  int run = 0;
+  for (const char at : row + row) {
+    run = at == c ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  return longest;
+}
+
+}  // namespace
+
+TEST_CASE("every built-in stitch is found by its name and valid") {
+  CHECK(built_in_stitches().size() == 10);
+  for (const StitchInfo& info : built_in_stitches()) {
+    const StitchPattern pattern = found(info.name);
+    CHECK(pattern.name == info.name);
+    CHECK(validate(pattern, info.name));
+    CHECK_FALSE(info.description.empty());
+    CHECK(info.description.find('\n') == std::string::npos);
+  }
+  CHECK(plain_knit().yarns[0].segments == found("plain-knit").yarns[0].segments);
+  CHECK(plain_weave().yarns[0].segments == found("plain-weave").yarns[0].segments);
+}
+
+TEST_CASE(
+    "neighbouring yarns of every built-in stitch touch: gap and overlap are at most 2 % of the radius") {
+  for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
+    const StitchPattern pattern = found(info.name);
+    const auto clearance = minimum_clearance(pattern, "");
+    REQUIRE(clearance);
+    const double share = *clearance / min_radius(pattern);
+    MESSAGE(info.name, ": clearance ", *clearance, " mm, ", 100 * share, " % of the radius");
+    CHECK(share < touching_overlap);
+    CHECK(share > -touching_overlap);
+  }
+}
+
+TEST_CASE("slack is the gap between neighbouring yarns, and makes them longer") {
+  for (const char* name : {"plain-knit", "twill"}) {
+    CAPTURE(name);
+    const std::string radius = name == std::string("twill") ? "warp_radius_mm" : "radius_mm";
+    StitchSettings thin{{radius, {0.25}}, {"weft_radius_mm", {0.25}}};
+    if (radius == "radius_mm") thin = {{radius, {0.4}}};
+    const StitchPattern tight = found(name, thin);
+    thin["slack"] = {0.3};
+    const StitchPattern loose = found(name, thin);
+    const double r = tight.yarns[0].radius_mm;
+    CHECK(std::abs(*minimum_clearance(loose, "") - 0.3 * r) < 0.03 * r);
+    CHECK(std::abs(*minimum_clearance(tight, "")) < 0.02 * r);
+  }
+}
+
+TEST_CASE("chains are smooth: each segment leaves in the direction in which the one before arrived") {
+  for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
+    for (const Yarn& yarn : found(info.name).yarns) {
+      for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
+        const BezierSegment& before = yarn.segments[s];
+        const BezierSegment& after = yarn.segments[(s + 1) % yarn.segments.size()];
+        const V3d arrival = derivative_at(before, 1).normalized();
+        CHECK((arrival - derivative_at(after, 0).normalized()).length() < 1e-9);
+      }
+    }
+  }
+}
+
+TEST_CASE("a knit has one endless chain per course, drawn through the course below as its chart says") {
+  const std::vector<std::pair<std::string, std::vector<std::string>>> charts{{"plain-knit", {"k"}},
+                                                                             {"purl", {"p"}},
+                                                                             {"rib", {"kp"}},
+                                                                             {"garter", {"k", "p"}},
+                                                                             {"two-colour", {"k", "k"}}};
+  for (const auto& [name, rows] : charts) {
+    CAPTURE(name);
+    const StitchPattern pattern = found(name);
+    REQUIRE(pattern.yarns.size() == rows.size());
+    for (std::size_t course = 0; course < rows.size(); ++course) {
+      CHECK(turns_of(pattern.yarns[course], pattern.period_mm) == V2i(1, 0));
+      CHECK(stitches_of(pattern, course, static_cast<int>(rows[course].size())) == rows[course]);
+    }
+  }
+}
+
+TEST_CASE("lace has eyelets: where yarn overs lie a disc of a third of a stitch is free of yarn") {
+  const StitchPattern lace = found("lace");
+  CHECK(lace.yarns.size() == 4);
+  const auto surface = ImplicitSurface::build(lace, 2, "");
+  REQUIRE(surface);
+  int eyelets = 0;
+  std::vector<V2d> seen;
+  for (int y = 0; y < 76; ++y) {
+    for (int x = 0; x < 100; ++x) {
+      const V2d at((x + 0.5) * 0.2, (y + 0.5) * 0.2);
+      double free = 2;
+      for (int z = -12; z <= 12; ++z) free = std::min(free, surface->distance({at.x, at.y, 0.2 * z}));
+      if (free < 5.0 / 6) continue;
+      ++eyelets;
+      const auto near = [&](const V2d& other) {
+        const V2d d = at - other;
+        return std::hypot(d.x - 20 * std::round(d.x / 20), d.y - 15.2 * std::round(d.y / 15.2)) < 6;
+      };
+      if (std::none_of(seen.begin(), seen.end(), near)) seen.push_back(at);
+    }
+  }
+  CHECK(eyelets > 2);
+  CHECK(seen.size() == 2);
+  // Stockinette has none.
+  const auto knit = ImplicitSurface::build(plain_knit(), 2, "");
+  for (int y = 0; y < 19; ++y) {
+    for (int x = 0; x < 25; ++x) {
+      double free = 2;
+      for (int z = -12; z <= 12; ++z) free = std::min(free, knit->distance({0.2 * x, 0.2 * y, 0.2 * z}));
+      CHECK(free < 5.0 / 6);
+    }
+  }
+}
+
+TEST_CASE("weaves go over and under as their names say") {
+  const auto plain = drawdown_of(found("plain-weave"), 2);
+  const auto twill = drawdown_of(found("twill"), 4);
+  const auto satin = drawdown_of(found("satin"), 5);
+  const auto basket = drawdown_of(found("basket"), 4);
+  REQUIRE(plain.size() == 2);
+  REQUIRE(twill.size() == 4);
+  REQUIRE(satin.size() == 5);
+  REQUIRE(basket.size() == 4);
+  for (std::size_t j = 0; j < 2; ++j) {
+    for (std::size_t i = 0; i < 2; ++i) CHECK((plain[j][i] == '#') == (i == j));
+  }
+  for (std::size_t j = 0; j < 4; ++j) {
+    CHECK(longest_float(twill[j], '#') == 2);
+    CHECK(longest_float(twill[j], '-') == 2);
+    for (std::size_t i = 0; i < 4; ++i) {
+      // Each weft's floats lie one warp further than those of the weft below.
+      CHECK(twill[(j + 1) % 4][(i + 1) % 4] == twill[j][i]);
+      CHECK((basket[j][i] == '#') == ((i / 2 == j / 2) == (basket[0][0] == '#')));
+    }
+  }
+  for (std::size_t j = 0; j < 5; ++j) {
+    // One binding point in each row and column, two warps on from row to row (or three, which is the same way
+    // back): none touches another.
+    CHECK(longest_float(satin[j], '#') == 4);
+    const auto step = (satin[(j + 1) % 5].find('-') + 5 - satin[j].find('-')) % 5;
+    CHECK((step == 2 || step == 3));
+  }
+}
+
+TEST_CASE("parameters move what they name") {
+  const StitchPattern knit = found("plain-knit", {{"wale_mm", {2.5}},
+                                                  {"course_mm", {1.9}},
+                                                  {"albedo", {0.1, 0.2, 0.3}},
+                                                  {"plies", {3}},
+                                                  {"twist_per_mm", {-0.5}},
+                                                  {"gloss", {0.25}},
+                                                  {"roughness", {0.4}}});
+  CHECK(knit.period_mm == V2d(2.5, 1.9));
+  CHECK(knit.yarns[0].radius_mm == doctest::Approx(0.3));  // follows the gauge
+  CHECK(knit.yarns[0].albedo == V3f(0.1F, 0.2F, 0.3F));
+  CHECK(knit.yarns[0].plies == 3);
+  CHECK(knit.yarns[0].twist_per_mm == -0.5);
+  CHECK(knit.yarns[0].gloss == Gloss{0.25F, 0.4F});
+  const StitchPattern weave =
+      found("twill", {{"warp_spacing_mm", {2}}, {"weft_albedo", {1, 0, 0}}, {"weft_plies", {2}}});
+  CHECK(weave.period_mm == V2d(8, 4));
+  CHECK(weave.yarns[0].plies == 1);
+  CHECK(weave.yarns[4].plies == 2);
+  CHECK(weave.yarns[4].albedo == V3f(1, 0, 0));
+}
+
+TEST_CASE("parameters are refused by their name, and yarns that have no room") {
+  const auto place = [](const char* name, const StitchSettings& settings) {
+    const auto stitch = find_stitch(name, settings);
+    REQUIRE_FALSE(stitch);
+    CHECK(stitch.error().code == Code::option_out_of_range);
+    return stitch.error().place;
+  };
+  CHECK(place("plain-knit", {{"gauge", {1}}}) == "--set gauge");
+  CHECK(place("plain-knit", {{"wale_mm", {0}}}) == "--set wale_mm");
+  CHECK(place("plain-knit", {{"wale_mm", {1, 2, 3}}}) == "--set wale_mm");
+  CHECK(place("plain-knit", {{"plies", {2.5}}}) == "--set plies");
+  CHECK(place("plain-knit", {{"radius_mm", {0.8}}}) == "--set radius_mm");
+  CHECK(place("basket", {{"warp_radius_mm", {0.6}}}) == "--set warp_radius_mm, weft_radius_mm");
+}
+
+TEST_CASE("a stitch description on disk is found by its path and takes no parameters") {
+  const auto path = std::filesystem::temp_directory_path() / "selvedge_found_stitch.json";
+  StitchPattern pattern = plain_weave();
+  pattern.name = "mine";
+  REQUIRE(write_file(path.string(), to_json(pattern)));
+  const auto described = find_stitch(path.string());
+  const auto set = find_stitch(path.string(), {{"slack", {0}}});
+  std::filesystem::remove(path);
+  REQUIRE(described);
+  CHECK(described->pattern.name == "mine");
+  REQUIRE_FALSE(set);
+  CHECK(set.error().place == "--set slack");
+}
+
+TEST_CASE("an unknown name is refused with the names that exist") {
+  const auto unknown = find_stitch("cable");
+  REQUIRE_FALSE(unknown);
+  CHECK(to_line(unknown.error()) ==
+        "cable: no such file and no such built-in stitch (there are plain-knit, purl, rib, garter, "
+        "two-colour, lace, "
+        "plain-weave, twill, satin, basket) [STITCH_UNKNOWN]");
+}

@@ -1,0 +1,41 @@
+#include "converter/stitch/parameters.h"
+
+#include <doctest/doctest.h>
+
+using namespace selvedge;
+
+TEST_CASE("settings are read from name=value") {
+  StitchSettings settings;
+  CHECK(parse_setting("wale_mm=2.5", settings));
+  CHECK(parse_setting("albedo=0.1,0.2,0.3", settings));
+  CHECK(settings["wale_mm"] == std::vector<double>{2.5});
+  CHECK(settings["albedo"] == std::vector<double>{0.1, 0.2, 0.3});
+  for (const char* bad :
+       {"", "=", "=1", "wale_mm", "wale_mm=", "wale_mm=x", "wale_mm=1,2,3,4", "wale_mm=nan"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(parse_setting(bad, settings));
+  }
+}
+
+TEST_CASE("values are the settings, and the defaults of what is not set") {
+  const std::vector<StitchParameter> parameters{{"a", {1}, 0, 2, false, ""},
+                                                {"b", {1, 2, 3}, 0, 9, true, ""}};
+  const auto values = StitchValues::create("s", parameters, {{"b", {4, 5, 6}}});
+  REQUIRE(values);
+  CHECK(values->number("a") == 1);
+  CHECK_FALSE(values->is_set("a"));
+  CHECK(values->numbers("b") == std::vector<double>{4, 5, 6});
+  CHECK(values->is_set("b"));
+}
+
+TEST_CASE("settings are refused with the name, the range and the names that exist") {
+  const std::vector<StitchParameter> parameters{{"a", {1}, 0, 2, false, ""}, {"b", {1}, 0, 9, true, ""}};
+  const auto line = [&](const StitchSettings& settings) {
+    const auto values = StitchValues::create("s", parameters, settings);
+    return values ? "accepted" : to_line(values.error());
+  };
+  CHECK(line({{"c", {1}}}) == "s: --set c: no such parameter (there are a, b) [OPTION_OUT_OF_RANGE]");
+  CHECK(line({{"a", {3}}}) == "s: --set a: must lie in 0 to 2, is 3 [OPTION_OUT_OF_RANGE]");
+  CHECK(line({{"a", {1, 1, 1}}}) == "s: --set a: takes 1 numbers, not 3 [OPTION_OUT_OF_RANGE]");
+  CHECK(line({{"b", {1.5}}}) == "s: --set b: must be a whole number, is 1.5 [OPTION_OUT_OF_RANGE]");
+}

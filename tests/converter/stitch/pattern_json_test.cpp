@@ -1,0 +1,156 @@
+#include "converter/stitch/pattern_json.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+#include "converter/stitch/library.h"
+#include "tests/converter/cells.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+const std::string good = R"({
+  "selvedge_stitch": 1,
+  "name": "one",
+  "period_mm": [4, 4],
+  "yarns": [
+    {"radius_mm": 0.5, "albedo": [0.1, 0.2, 0.3],
+     "segments": [[[0, 2, 0], [1, 2, 0], [3, 2, 0], [4, 2, 0]]]}
+  ]
+})";
+
+std::string with(const std::string& from, const std::string& to) {
+  std::string text = good;
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+/// The refusal of a text: its code's name and place.
+std::string refusal(const std::string& text) {
+  const auto pattern = read_stitch(text, "t.json");
+  if (pattern) return "accepted";
+  CHECK(pattern.error().file == "t.json");
+  CHECK(to_line(pattern.error()).find('\n') == std::string::npos);
+  return std::string(name_of(pattern.error().code)) + " " + pattern.error().place;
+}
+
+}  // namespace
+
+TEST_CASE("reads a stitch description") {
+  const auto pattern = read_stitch(good, "t.json");
+  REQUIRE(pattern);
+  CHECK(pattern->name == "one");
+  CHECK(pattern->period_mm == V2d(4, 4));
+  REQUIRE(pattern->yarns.size() == 1);
+  CHECK(pattern->yarns[0].name.empty());
+  CHECK(pattern->yarns[0].radius_mm == 0.5);
+  CHECK(pattern->yarns[0].albedo == V3f(0.1F, 0.2F, 0.3F));
+  REQUIRE(pattern->yarns[0].segments.size() == 1);
+  CHECK(pattern->yarns[0].segments[0][2] == V3d(3, 2, 0));
+}
+
+TEST_CASE("a pattern written and read again is the same to the bit") {
+  StitchPattern odd = cylinder(4, 1.0 / 3);
+  odd.name = "quoted \" and \xC3\xBC";
+  odd.yarns[0].segments[0][1] = {4.0 / 3, 2 + 1e-16, -0.1 / 3};
+  odd.yarns[0].albedo = {1.0F / 3, 0.1F, 1e-20F};
+  odd.yarns[0].gloss = {0.1F, 1.0F / 3};
+  odd.yarns[0].plies = 3;
+  odd.yarns[0].twist_per_mm = -1.0 / 7;
+  for (const StitchPattern& pattern : {plain_knit(), plain_weave(), odd}) {
+    const auto again = read_stitch(to_json(pattern), "again");
+    REQUIRE(again);
+    CHECK(again->name == pattern.name);
+    CHECK(again->period_mm == pattern.period_mm);
+    REQUIRE(again->yarns.size() == pattern.yarns.size());
+    for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
+      CHECK(again->yarns[y].name == pattern.yarns[y].name);
+      CHECK(again->yarns[y].radius_mm == pattern.yarns[y].radius_mm);
+      CHECK(again->yarns[y].albedo == pattern.yarns[y].albedo);
+      CHECK(again->yarns[y].segments == pattern.yarns[y].segments);
+      CHECK(again->yarns[y].gloss == pattern.yarns[y].gloss);
+      CHECK(again->yarns[y].plies == pattern.yarns[y].plies);
+      CHECK(again->yarns[y].twist_per_mm == pattern.yarns[y].twist_per_mm);
+    }
+  }
+}
+
+TEST_CASE("gloss, plies and twist may be left out: a round dull yarn") {
+  const auto pattern = read_stitch(good, "t.json");
+  REQUIRE(pattern);
+  CHECK(pattern->yarns[0].gloss == Gloss{});
+  CHECK(pattern->yarns[0].plies == 1);
+  CHECK(pattern->yarns[0].twist_per_mm == 0);
+  for (const char* member : {"gloss", "roughness", "plies", "twist_per_mm"}) {
+    CHECK(to_json(*pattern).find(member) == std::string::npos);
+  }
+}
+
+TEST_CASE("gloss, plies and twist out of range are refused") {
+  const auto added = [](const std::string& member) {
+    return refusal(with("\"radius_mm\": 0.5", member + ", \"radius_mm\": 0.5"));
+  };
+  CHECK(added("\"gloss\": 0.5, \"roughness\": 0.2, \"plies\": 2, \"twist_per_mm\": -0.3") == "accepted");
+  CHECK(added("\"gloss\": 1.5") == "STITCH_INVALID /yarns/0/gloss");
+  CHECK(added("\"gloss\": \"much\"") == "STITCH_INVALID /yarns/0/gloss");
+  CHECK(added("\"roughness\": 0") == "STITCH_INVALID /yarns/0/roughness");
+  CHECK(added("\"plies\": 0") == "STITCH_INVALID /yarns/0/plies");
+  CHECK(added("\"plies\": 9") == "STITCH_INVALID /yarns/0/plies");
+  CHECK(added("\"plies\": 2.5") == "STITCH_INVALID /yarns/0/plies");
+  CHECK(added("\"twist_per_mm\": 3") == "STITCH_INVALID /yarns/0/twist_per_mm");
+}
+
+TEST_CASE("writes short floats") { CHECK(to_json(cylinder(4, 0.5)).find("0.125") != std::string::npos); }
+
+TEST_CASE("malformed JSON is refused with line and column") {
+  CHECK(refusal("") == "JSON_MALFORMED line 1, column 1");
+  CHECK(refusal(good.substr(0, good.size() / 2)).substr(0, 20) == "JSON_MALFORMED line ");
+  CHECK(refusal(with("\"one\"", "one")) == "JSON_MALFORMED line 3, column 11");
+  CHECK(refusal(good + "]").substr(0, 20) == "JSON_MALFORMED line ");
+  CHECK(refusal(with("0.5", "1e999")).substr(0, 14) == "JSON_MALFORMED");
+  CHECK(refusal("\xFF\xFE").substr(0, 14) == "JSON_MALFORMED");
+}
+
+TEST_CASE("wrong types and missing members are refused with their JSON pointer") {
+  CHECK(refusal("[]") == "STITCH_INVALID ");
+  CHECK(refusal("{}") == "STITCH_INVALID /selvedge_stitch");
+  CHECK(refusal(with("\"selvedge_stitch\": 1", "\"selvedge_stitch\": 2")) ==
+        "STITCH_INVALID /selvedge_stitch");
+  CHECK(refusal(with("\"selvedge_stitch\": 1", "\"selvedge_stitch\": 1.5")) ==
+        "STITCH_INVALID /selvedge_stitch");
+  CHECK(refusal(with("\"one\"", "1")) == "STITCH_INVALID /name");
+  CHECK(refusal(with("[4, 4]", "[4]")) == "STITCH_INVALID /period_mm");
+  CHECK(refusal(with("[4, 4]", "[4, \"4\"]")) == "STITCH_INVALID /period_mm/1");
+  CHECK(refusal(with("\"radius_mm\"", "\"radius\"")) == "STITCH_INVALID /yarns/0/radius_mm");
+  CHECK(refusal(with("0.5", "null")) == "STITCH_INVALID /yarns/0/radius_mm");
+  CHECK(refusal(with("[0.1, 0.2, 0.3]", "[0.1, 0.2]")) == "STITCH_INVALID /yarns/0/albedo");
+  CHECK(refusal(with("[3, 2, 0], ", "")) == "STITCH_INVALID /yarns/0/segments/0");
+  CHECK(refusal(with("[3, 2, 0]", "[3, true, 0]")) == "STITCH_INVALID /yarns/0/segments/0/2/1");
+  CHECK(refusal(with("\"radius_mm\": 0.5", "\"name\": 1, \"radius_mm\": 0.5")) ==
+        "STITCH_INVALID /yarns/0/name");
+}
+
+TEST_CASE("a text that breaks a rule of patterns is refused with the place of the fault") {
+  CHECK(refusal(with("0.5", "-0.5")) == "STITCH_INVALID /yarns/0/radius_mm");
+  CHECK(refusal(with("[4, 2, 0]]", "[4.1, 2, 0]]")) == "STITCH_INVALID /yarns/0/segments/0");
+  CHECK(refusal(with("0.5", "1e308")) == "STITCH_INVALID /yarns/0/radius_mm");
+}
+
+TEST_CASE("deep nesting is refused, not followed") {
+  CHECK(refusal(std::string(1000000, '[')).substr(0, 14) == "JSON_MALFORMED");
+}
+
+TEST_CASE("members it does not know are ignored") {
+  CHECK(refusal(with("\"name\": \"one\"", "\"author\": {\"a\": [1]}, \"name\": \"one\"")) == "accepted");
+}
+
+TEST_CASE("a text beyond the limit and a missing file are refused") {
+  CHECK(refusal(std::string(max_stitch_text + 1, ' ')).substr(0, 14) == "FILE_TOO_LARGE");
+  const auto missing = read_stitch_file("no/such/stitch.json");
+  REQUIRE_FALSE(missing);
+  CHECK(missing.error().code == Code::file_missing);
+}

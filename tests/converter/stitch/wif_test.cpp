@@ -1,0 +1,313 @@
+#include "converter/stitch/wif.h"
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/library.h"
+#include "format/base/atomic_file.h"
+
+using namespace selvedge;
+
+namespace {
+
+/// A 2/2 twill of 8 x 8 yarns by four treadles.
+const std::string good = R"([WIF]
+Version=1.1
+[WEAVING]
+Shafts=4
+Treadles=4
+Rising Shed=yes
+[WARP]
+Threads=8
+Units=Centimeters
+Spacing=0.1
+Thickness=0.06
+Color=1
+[WEFT]
+Threads=8
+Units=Centimeters
+Spacing=0.2
+Thickness=0.06
+Color=2
+[COLOR PALETTE]
+Range=0,255
+[COLOR TABLE]
+1=255,0,0
+2=0,0,255
+[THREADING]
+1=1
+2=2
+3=3
+4=4
+5=1
+6=2
+7=3
+8=4
+[TIEUP]
+1=1,2
+2=2,3
+3=3,4
+4=1,4
+[TREADLING]
+1=1
+2=2
+3=3
+4=4
+5=1
+6=2
+7=3
+8=4
+)";
+
+std::string with(const std::string& from, const std::string& to, std::string text = good) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+WifDraft draft(const std::string& text) {
+  const auto read = read_wif(text, "d.wif");
+  INFO((read ? std::string("read") : to_line(read.error())));
+  REQUIRE(read);
+  return *read;
+}
+
+/// Rows from the bottom, '#' where the warp is over.
+std::string drawdown(const Weave& weave) {
+  std::string text;
+  for (std::size_t j = 0; j < weave.weft.size(); ++j) {
+    for (std::size_t i = 0; i < weave.warp.size(); ++i) text += weave.over(i, j) ? '#' : '-';
+    text += ' ';
+  }
+  return text;
+}
+
+std::string refusal(const std::string& text) {
+  const auto read = read_wif(text, "d.wif");
+  if (read) return "accepted";
+  CHECK(read.error().file == "d.wif");
+  CHECK(read.error().code == Code::stitch_invalid);
+  return read.error().place + ": " + read.error().message;
+}
+
+/// A draft of warps x wefts yarns with one shaft and one lift of its own for each, by a rule.
+template <class Over>
+std::string draft_of(int warps, int wefts, const Over& over) {
+  std::ostringstream out;
+  out << "[WIF]\n[WEAVING]\nShafts=" << warps << "\n[WARP]\nThreads=" << warps
+      << "\nSpacing=0.1\n[WEFT]\nThreads=" << wefts << "\nSpacing=0.1\n[THREADING]\n";
+  for (int i = 1; i <= warps; ++i) out << i << "=" << i << "\n";
+  out << "[LIFTPLAN]\n";
+  for (int j = 1; j <= wefts; ++j) {
+    out << j << "=0";
+    for (int i = 1; i <= warps; ++i) {
+      if (over(i, j)) out << "," << i;
+    }
+    out << "\n";
+  }
+  return out.str();
+}
+
+}  // namespace
+
+TEST_CASE("a draft's threading, tie-up and treadling make its drawdown, reduced to the smallest repeat") {
+  const WifDraft twill = draft(good);
+  CHECK(twill.warp_threads == 8);
+  CHECK(twill.weft_threads == 8);
+  CHECK(drawdown(twill.weave) == "##-- -##- --## #--# ");
+  CHECK(twill.remarks == std::vector<std::string>{"8 x 8 yarns, smallest repeat 4 x 4"});
+}
+
+TEST_CASE("spacing, thickness and colours come with their units and ranges") {
+  const Weave weave = draft(good).weave;
+  CHECK(weave.warp_mm[0] == doctest::Approx(1));
+  CHECK(weave.weft_mm[3] == doctest::Approx(2));
+  CHECK(weave.warp[0].radius_mm == doctest::Approx(0.3));
+  CHECK(weave.warp[0].albedo == V3f(1, 0, 0));
+  CHECK(weave.weft[0].albedo == V3f(0, 0, 1));
+  const Weave inches = draft(with("Units=Centimeters\nSpacing=0.1", "Units=Inches \nSpacing=0.1")).weave;
+  CHECK(inches.warp_mm[0] == doctest::Approx(2.54));
+  const Weave points = draft(with("Units=Centimeters\nSpacing=0.1", "Units=Decipoints\nSpacing=72")).weave;
+  CHECK(points.warp_mm[0] == doctest::Approx(2.54));
+  // 128 of 255, and 128 of -128 to 255, through the sRGB curve.
+  const std::string grey = with("1=255,0,0", "1=128,128,128");
+  CHECK(draft(grey).weave.warp[0].albedo.x == doctest::Approx(0.2158605));
+  CHECK(draft(with("Range=0,255", "Range=-127,383", grey)).weave.warp[0].albedo.x ==
+        doctest::Approx(0.2140411));
+}
+
+TEST_CASE("colours, spacing and thickness of single yarns stand before those of all") {
+  const std::string text =
+      good + "[WARP COLORS]\n2=2\n6=2\n[WEFT SPACING]\n1=0.3\n5=0.3\n[WARP THICKNESS]\n3=0.04\n7=0.04\n";
+  const Weave weave = draft(text).weave;
+  CHECK(weave.warp.size() == 4);
+  CHECK(weave.warp[0].albedo == V3f(1, 0, 0));
+  CHECK(weave.warp[1].albedo == V3f(0, 0, 1));
+  CHECK(weave.weft_mm[0] == doctest::Approx(3));
+  CHECK(weave.weft_mm[1] == doctest::Approx(2));
+  CHECK(weave.warp[2].radius_mm == doctest::Approx(0.2));
+  // A repeat is one of colours, spacing and thickness as well.
+  CHECK(draft(good + "[WARP COLORS]\n2=2\n").weave.warp.size() == 8);
+}
+
+TEST_CASE("a sinking shed lowers what a rising one lifts") {
+  CHECK(drawdown(draft(with("Rising Shed=yes", "Rising Shed=0")).weave) == "--## #--# ##-- -##- ");
+}
+
+TEST_CASE("a liftplan stands for tie-up and treadling") {
+  std::string text = with("[TIEUP]", "[LIFTPLAN]\n1=1\n2=2\n3=3\n4=4\n5=1\n6=2\n7=3\n8=4\n[TIEUP]");
+  CHECK(drawdown(draft(text).weave) == "#--- -#-- --#- ---# ");
+  CHECK(drawdown(draft(with("[WIF]", "[CONTENTS]\nLIFTPLAN=false\n[WIF]", text)).weave) ==
+        "##-- -##- --## #--# ");
+}
+
+TEST_CASE("yarns on several shafts, several treadles at once, none, and what is left out") {
+  // Warp 1 also on shaft 3; weft 1 by two treadles.
+  const std::string text = with("\n1=1\n2=2\n3=3\n4=4\n5=1", "\n1=1,3\n2=2\n3=\n4=0\n5=1");
+  const WifDraft read = draft(with("[TREADLING]\n1=1", "[TREADLING]\n1=1, 3", text));
+  CHECK(drawdown(read.weave).substr(0, 17) == "##--#### ##---##-");
+  CHECK(std::count(read.remarks.begin(), read.remarks.end(), "2 warp yarns are on no shaft: never lifted") ==
+        1);
+}
+
+TEST_CASE("an incomplete repeat at the end is left out, and that is said") {
+  std::string text = with("Threads=8", "Threads=9");
+  text = with("8=4\n[TIEUP]", "8=4\n9=1\n[TIEUP]", text);
+  const WifDraft read = draft(text);
+  CHECK(drawdown(read.weave) == "##-- -##- --## #--# ");
+  CHECK(read.remarks[0] == "9 x 8 yarns, smallest repeat 4 x 4, the incomplete repeat at the end left out");
+}
+
+TEST_CASE("what programs write is read: names in any case, comments, blanks, line ends, byte order marks") {
+  const std::string twill = drawdown(draft(good).weave);
+  std::string lower = good;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  CHECK(drawdown(draft(lower).weave) == twill);
+  for (const std::string end : {"\r\n", "\r"}) {
+    std::string text;
+    for (const char c : good) text += c == '\n' ? end : std::string(1, c);
+    CHECK(drawdown(draft(text).weave) == twill);
+  }
+  CHECK(drawdown(draft("\xef\xbb\xbf; a comment\n\n" + good + "[PRIVATE X]\nname=Gr\xfcn\n").weave) == twill);
+  CHECK(drawdown(draft(with("Shafts=4", "  Shafts  =  4  ")).weave) == twill);
+  CHECK(drawdown(draft(good + "\n9=0\n").weave) == twill);  // a zero behind the last one
+}
+
+TEST_CASE("broken drafts are refused by section and key") {
+  CHECK(refusal("") == ": has no section: not a WIF file");
+  CHECK(refusal("v 1 2 3\n") == "line 1: stands before the first section: not a WIF file");
+  CHECK(refusal("[WIF]\nnonsense\n") == "line 2: is neither a section nor of the form key=value");
+  CHECK(refusal("[WIF\n") == "line 1: a section's name has no closing bracket");
+  CHECK(refusal("\xff\xfe[") == ": is UTF-16; a WIF file has one byte per character");
+  CHECK(refusal(with("[WIF]", "[OTHER]")) == "[WIF]: the section is missing: not a WIF file");
+  CHECK(refusal(with("[WARP]", "[X]")) == "[WARP]: the section is missing");
+  CHECK(refusal(with("[WEAVING]", "[X]")) == "[WEAVING]: the section is missing");
+  CHECK(refusal(with("[THREADING]", "[X]")) == "[THREADING]: the section is missing");
+  CHECK(refusal(with("[TIEUP]", "[X]")) == "[TIEUP]: the section is missing");
+  CHECK(refusal(with("[TREADLING]", "[X]")) == "[TREADLING]: the section is missing, and [LIFTPLAN] as well");
+  CHECK(refusal(with("[WIF]", "[CONTENTS]\nTHREADING=no\n[WIF]")) ==
+        "[THREADING]: is needed, but [CONTENTS] says that there is none");
+  CHECK(refusal(with("Threads=8\n", "")) == "[WARP] THREADS: is missing");
+  CHECK(refusal(with("Threads=8", "Threads=0")) == "[WARP] THREADS: must lie in 1 to 16384, is 0");
+  CHECK(refusal(with("Threads=8", "Threads=eight")) == "[WARP] THREADS: \"eight\" is not a whole number");
+  CHECK(refusal(with("Threads=8", "Threads=4")) == "[THREADING] 5: must lie in 1 to 4, is 5");
+  CHECK(refusal(with("8=4\n[TIEUP]", "8=5\n[TIEUP]")) == "[THREADING] 8: must lie in 0 to 4, is 5");
+  CHECK(refusal(with("4=1,4", "4=1,9")) == "[TIEUP] 4: must lie in 0 to 4, is 9");
+  CHECK(refusal(with("4=1,4", "4=1,,4")) == "[TIEUP] 4: \"\" is not a whole number");
+  CHECK(refusal(with("Rising Shed=yes", "Rising Shed=maybe")) ==
+        "[WEAVING] RISING SHED: \"maybe\" is neither true nor false");
+  CHECK(refusal(with("Units=Centimeters", "Units=Furlongs")) ==
+        "[WARP] UNITS: \"furlongs\" is none of Decipoints, Inches and Centimeters");
+  CHECK(refusal(with("Spacing=0.1", "Spacing=-1")) == "[WARP] SPACING: \"-1\" is not a number of at least 0");
+  CHECK(refusal(with("Color=1", "Color=3")) == "[WARP] COLOR: color 3 is not in [COLOR TABLE]");
+  CHECK(refusal(with("1=255,0,0", "1=256,0,0")) == "[COLOR TABLE] 1: must lie in 0 to 255, is 256");
+  CHECK(refusal(with("1=255,0,0", "1=255,0")) == "[COLOR TABLE] 1: \"255,0\" is not red, green, blue");
+  CHECK(refusal(with("Range=0,255", "Range=5,5")) == "[COLOR PALETTE] RANGE: \"5,5\" holds no values");
+  CHECK(refusal(good + "[WEFT COLORS]\n12=1\n") == "[WEFT COLORS] 12: must lie in 1 to 8, is 12");
+}
+
+TEST_CASE("texels are four to the narrowest yarn") {
+  CHECK(texels_for(draft(good).weave) == V2i(16, 16));
+  CHECK(texels_for(draft(good + "[WARP SPACING]\n1=0.05\n5=0.05\n").weave) == V2i(28, 16));
+}
+
+TEST_CASE("a repeat that is too large is refused with the texels that it would need") {
+  const auto irregular = [](int i, int j) { return (i * i + 3 * j * j + i * j) % 7 < 3 || i == j; };
+  CHECK(refusal(draft_of(80, 60, irregular)) ==
+        ": its smallest repeat has 80 x 60 yarns and would need 320 x 240 texels; at most 4096 crossings are "
+        "made");
+  CHECK(refusal(draft_of(5000, 5000, [](int, int) { return false; })) ==
+        "[WEFT] Threads: 5000 x 5000 yarns are more than 16777216 crossings");
+}
+
+TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room for") {
+  const auto path = (std::filesystem::temp_directory_path() / "selvedge_twill.wif").string();
+  REQUIRE(write_file(path, with("Thickness=0.06", "Thickness=0.3", good)));
+  const auto stitch = find_stitch(path, {{"warp_plies", {2}}, {"weft_gloss", {0.5}}});
+  std::filesystem::remove(path);
+  REQUIRE(stitch);
+  CHECK(stitch->min_texels == V2i(16, 16));
+  CHECK(stitch->pattern.name == "selvedge_twill");
+  CHECK(stitch->pattern.period_mm.y == doctest::Approx(8));
+  REQUIRE(stitch->pattern.yarns.size() == 8);
+  CHECK(stitch->pattern.yarns[0].plies == 2);
+  CHECK(stitch->pattern.yarns[4].gloss.weight == 0.5F);
+  CHECK(stitch->pattern.yarns[0].radius_mm < 0.5);
+  const double least = std::min(stitch->pattern.yarns[0].radius_mm, stitch->pattern.yarns[4].radius_mm);
+  CHECK(std::abs(*minimum_clearance(stitch->pattern, "")) < touching_overlap * least);
+  REQUIRE(stitch->remarks.size() == 3);
+  // By how much they were thinned: the warp is drawn as thick as its spacing, 1 mm.
+  CHECK(stitch->thickness_share < 0.995);
+  CHECK(stitch->pattern.yarns[0].radius_mm == doctest::Approx(0.5 * stitch->thickness_share));
+  CHECK(stitch->remarks.back() ==
+        fmt::format("yarns thinned to {:.2f} of the draft's thickness: round ones have no more room",
+                    stitch->thickness_share));
+}
+
+TEST_CASE("a draft with room for its yarns keeps their thickness, and nothing is said of it") {
+  const auto path = (std::filesystem::temp_directory_path() / "selvedge_loose.wif").string();
+  REQUIRE(write_file(path, with("Thickness=0.06", "Thickness=0.03", good)));
+  const auto stitch = find_stitch(path);
+  std::filesystem::remove(path);
+  REQUIRE(stitch);
+  CHECK(stitch->thickness_share == 1);
+  CHECK(stitch->pattern.yarns[0].radius_mm == doctest::Approx(0.15));
+  for (const std::string& remark : stitch->remarks) CHECK(remark.find("thinned") == std::string::npos);
+}
+
+TEST_CASE("the real drafts become weaves") {
+  const std::filesystem::path folder = std::filesystem::path(SELVEDGE_DATA_DIR) / "yarn/wif";
+  if (!std::filesystem::exists(folder)) {
+    MESSAGE("skipped: no ", folder.string());
+    return;
+  }
+  int drafts = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".wif") continue;
+    ++drafts;
+    const std::string path = entry.path().string();
+    const auto text = read_file(path, max_wif_text);
+    REQUIRE(text);
+    const auto read = read_wif(*text, path);
+    CAPTURE(path);
+    INFO((read ? std::string("read") : to_line(read.error())));
+    REQUIRE(read);
+    const V2i texels = texels_for(read->weave);
+    MESSAGE(entry.path().filename().string(), ": ", read->remarks[0], ", ", texels.x, " x ", texels.y,
+            " texels");
+    if (read->weave.warp_is_over.size() > 200) continue;  // takes seconds: those are made by hand
+    const auto stitch = find_stitch(path);
+    REQUIRE(stitch);
+    double least = 1e9;
+    for (const Yarn& yarn : stitch->pattern.yarns) least = std::min(least, yarn.radius_mm);
+    CHECK(*minimum_clearance(stitch->pattern, path) > -touching_overlap * least);
+  }
+  CHECK(drafts == 21);
+}

@@ -1,0 +1,296 @@
+#include "converter/stitch/yarn_mesh.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/marching_cubes.h"
+#include "tests/converter/cells.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+CellMesh mesh_of(const StitchPattern& pattern, int cells) {
+  auto mesh = mesh_stitch(pattern, {cells});
+  REQUIRE(mesh);
+  CHECK(validate(*mesh, pattern.name));
+  return *mesh;
+}
+
+/// log2 of how much the error shrinks from one grid to one twice as fine.
+double order(double coarse, double fine, double exact) {
+  return std::log2(std::abs(coarse - exact) / std::abs(fine - exact));
+}
+
+void check_closed(const Topology& topology) {
+  CHECK(topology.unpaired_on_walls == 0);
+  CHECK(topology.unpaired_elsewhere == 0);
+  CHECK(topology.repeated == 0);
+}
+
+}  // namespace
+
+// Linear triangles between points of a smooth surface: area and volume are off by O(h^2). Where the grid
+// falls on the circle moves the constant a little, hence 1.8 and not 2 from one grid to the next.
+TEST_CASE("area and volume of a straight yarn converge to the cylinder's, with order 2") {
+  const double period = 4;
+  const double radius = 0.83;
+  const double area = 2 * std::numbers::pi * radius * period;
+  const double volume = std::numbers::pi * radius * radius * period;
+  const CellMesh coarse = mesh_of(cylinder(period, radius), 16);
+  const CellMesh middle = mesh_of(cylinder(period, radius), 32);
+  const CellMesh fine = mesh_of(cylinder(period, radius), 128);
+  CHECK(std::abs(area_of(middle) / area - 1) < 0.01);
+  CHECK(std::abs(volume_of(middle) / volume - 1) < 0.01);
+  CHECK(order(area_of(coarse), area_of(fine), area) / 3 > 1.8);
+  CHECK(order(volume_of(coarse), volume_of(fine), volume) / 3 > 1.8);
+}
+
+TEST_CASE("area and volume of a ring converge to the torus's, with order 2") {
+  const double area = 4 * std::numbers::pi * std::numbers::pi * 1.1 * 0.53;
+  const double volume = 2 * std::numbers::pi * std::numbers::pi * 1.1 * 0.53 * 0.53;
+  const CellMesh coarse = mesh_of(ring(4, 1.1, 0.53), 24);
+  const CellMesh fine = mesh_of(ring(4, 1.1, 0.53), 96);
+  CHECK(std::abs(area_of(coarse) / area - 1) < 0.02);
+  CHECK(std::abs(volume_of(coarse) / volume - 1) < 0.03);
+  CHECK(order(area_of(coarse), area_of(fine), area) / 2 > 1.8);
+  CHECK(order(volume_of(coarse), volume_of(fine), volume) / 2 > 1.8);
+}
+
+TEST_CASE("a ring's mesh is one closed surface with one hole, wherever the walls cut it") {
+  StitchPattern pattern = ring(4, 1.1, 0.53);
+  for (const V3d& shift : {V3d(0, 0, 0), V3d(2, 1.3, 0)}) {
+    for (BezierSegment& segment : pattern.yarns[0].segments) {
+      for (V3d& p : segment) p += shift;
+    }
+    const Topology topology = topology_of(mesh_of(pattern, 33), 1, true);
+    check_closed(topology);
+    CHECK(topology.components == 1);
+    CHECK(topology.euler() == 0);
+  }
+}
+
+TEST_CASE("yarns apart from each other are tubes: each closed round the torus of cells") {
+  StitchPattern knit = plain_knit();  // its yarns touch
+  knit.yarns[0].radius_mm = 0.5;
+  const Topology knitted = topology_of(mesh_of(knit, 60), 1, true);
+  check_closed(knitted);
+  CHECK(knitted.components == 1);
+  CHECK(knitted.euler() == 0);
+  StitchPattern weave = plain_weave();
+  for (Yarn& yarn : weave.yarns) yarn.radius_mm = 0.2;
+  const Topology woven = topology_of(mesh_of(weave, 60), 1, true);
+  check_closed(woven);
+  CHECK(woven.components == 4);
+  CHECK(woven.euler() == 0);
+}
+
+TEST_CASE("the built-in stitches tile without seam or overlap") {
+  for (const StitchPattern& pattern : {plain_knit(), plain_weave()}) {
+    CAPTURE(pattern.name);
+    const CellMesh mesh = mesh_of(pattern, 40);
+    // Alone: open at the walls and nowhere else.
+    const Topology alone = topology_of(mesh, 1, false);
+    CHECK(alone.unpaired_on_walls > 0);
+    CHECK(alone.unpaired_elsewhere == 0);
+    CHECK(alone.repeated == 0);
+    // Nine copies: open only at the outermost walls, three times as long.
+    const Topology nine = topology_of(mesh, 3, false);
+    CHECK(nine.unpaired_on_walls == 3 * alone.unpaired_on_walls);
+    CHECK(nine.unpaired_elsewhere == 0);
+    CHECK(nine.repeated == 0);
+    check_closed(topology_of(mesh, 3, true));
+  }
+}
+
+TEST_CASE("both sides of a wall are the same bits: positions, normals, albedo") {
+  const CellMesh mesh = mesh_of(plain_weave(), 40);
+  const auto px = static_cast<float>(mesh.period.x);
+  std::map<std::pair<float, float>, std::size_t> near;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (mesh.positions[v].x == 0) near[{mesh.positions[v].y, mesh.positions[v].z}] = v;
+  }
+  std::size_t twins = 0;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    CHECK(mesh.positions[v].x >= 0);
+    CHECK(mesh.positions[v].x <= px);
+    if (mesh.positions[v].x != px) continue;
+    const auto twin = near.find({mesh.positions[v].y, mesh.positions[v].z});
+    REQUIRE(twin != near.end());
+    CHECK(mesh.normals[twin->second] == mesh.normals[v]);
+    CHECK(mesh.albedo[twin->second] == mesh.albedo[v]);
+    ++twins;
+  }
+  CHECK(twins == near.size());
+  CHECK(twins > 10);
+}
+
+TEST_CASE("vertices lie on the surface, normals point out of the yarn") {
+  for (const StitchPattern& pattern : {plain_knit(), plain_weave(), ring(4, 1.1, 0.53)}) {
+    CAPTURE(pattern.name);
+    const CellMesh mesh = mesh_of(pattern, 40);
+    const auto surface = ImplicitSurface::build(pattern, 0.5, "");
+    const double step = std::max(pattern.period_mm.x, pattern.period_mm.y) / 40;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+      const V3d p(mesh.positions[v]);
+      // What edge_margin allows, a wall's rounded step included, and the rounding of floats.
+      CHECK(std::abs(surface->distance(p)) < 1.1 * edge_margin * step + 1e-6);
+      CHECK(std::abs(mesh.normals[v].length() - 1) < 1e-6);
+    }
+    // Triangles are small against the radius, but at creases between yarns two normals differ by up to 180
+    // degrees: there a triangle need agree with one of its vertices only.
+    std::size_t inward = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      double most = -1;
+      for (int k = 0; k < 3; ++k) {
+        const V3d normal(mesh.normals[mesh.triangles[t][k]]);
+        most = std::max(most, normal.dot(twice_area(mesh, t).normalized()));
+      }
+      inward += most <= 0;
+    }
+    CHECK(inward == 0);
+  }
+}
+
+TEST_CASE("every vertex has its own yarn's albedo") {
+  const StitchPattern pattern = plain_weave();
+  const CellMesh mesh = mesh_of(pattern, 40);
+  // Tops of the cloth: the yarn that is over at (x, y).
+  const float top = bounds_of(mesh).max.z;
+  int warp = 0;
+  int weft = 0;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (mesh.positions[v].z < top - 0.02F) continue;
+    const bool over_is_warp = (mesh.positions[v].x < 1) == (mesh.positions[v].y < 1);
+    CHECK(mesh.albedo[v] == pattern.yarns[over_is_warp ? 0 : 2].albedo);
+    ++(over_is_warp ? warp : weft);
+  }
+  CHECK(warp > 10);
+  CHECK(weft > 10);
+}
+
+TEST_CASE(
+    "sizes at the default grid are those of the paper, for every built-in stitch, and more on request") {
+  for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
+    const StitchPattern pattern = find_stitch(info.name)->pattern;
+    const auto mesh = mesh_stitch(pattern);
+    REQUIRE(mesh);
+    MESSAGE(info.name, ": ", mesh->positions.size(), " vertices, ", mesh->triangles.size(), " triangles");
+    // Daubert et al. 2001, section 7: 1,300 to 23,000 vertices, 2,400 to 31,000 triangles.
+    CHECK(mesh->positions.size() >= 1300);
+    CHECK(mesh->positions.size() <= 23000);
+    CHECK(mesh->triangles.size() >= 2400);
+    CHECK(mesh->triangles.size() <= 31000);
+  }
+  CHECK(mesh_of(plain_knit(), 120).positions.size() > 23000);
+}
+
+// Vertices lie on the surface; in the middle of a triangle it is off by the bend of the yarn, O(h^2). Where
+// round yarns touch, the gap between them closes as the square of the distance: what is narrower than h, on a
+// strip of width O(h^(1/2)), is bridged with an error of O(h). The root of the mean square is then of order
+// 5/4.
+TEST_CASE(
+    "the polygonised surface comes nearer to the implicit one with order 2, with 5/4 where yarns touch") {
+  const auto off = [](const StitchPattern& pattern, int cells, bool most) {
+    const CellMesh mesh = mesh_of(pattern, cells);
+    const auto surface = ImplicitSurface::build(pattern, 0.5, "");
+    double squares = 0;
+    double largest = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const V3d middle = (corner(mesh, t, 0) + corner(mesh, t, 1) + corner(mesh, t, 2)) / 3.0;
+      const double distance = std::abs(surface->distance(middle));
+      squares += distance * distance;
+      largest = std::max(largest, distance);
+    }
+    return most ? largest : std::sqrt(squares / static_cast<double>(mesh.triangles.size()));
+  };
+  const double torus = std::log2(off(ring(4, 1.1, 0.53), 24, true) / off(ring(4, 1.1, 0.53), 96, true)) / 2;
+  MESSAGE("ring: order ", torus);
+  CHECK(torus > 1.8);
+  for (StitchPattern pattern : {plain_knit(), plain_weave()}) {
+    CAPTURE(pattern.name);
+    const double coarse = off(pattern, 30, false);
+    const double fine = off(pattern, 120, false);
+    const double middle = off(pattern, 40, false);
+    MESSAGE(pattern.name, ": rms distance ", coarse, " mm at 30 cubes, ", middle, " mm at 40, ", fine,
+            " mm at 120: order ", std::log2(coarse / fine) / 2);
+    CHECK(std::log2(coarse / fine) / 2 > 1.25);
+    // At the default grid less than 1/100 of the radius.
+    CHECK(middle < 0.01 * pattern.yarns[0].radius_mm);
+    for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= 0.8;
+    const double apart = std::log2(off(pattern, 30, false) / off(pattern, 120, false)) / 2;
+    MESSAGE(pattern.name, " with yarns apart: order ", apart);
+    CHECK(apart > 1.8);
+  }
+}
+
+TEST_CASE("fibres run along the yarn, turned by its twist, and are there where a yarn is glossy") {
+  StitchPattern pattern = cylinder(4, 0.5);
+  CHECK(mesh_of(pattern, 32).fibres.empty());
+  pattern.yarns[0].gloss = {0.3F, 0.2F};
+  pattern.yarns[0].twist_per_mm = 0.25;
+  const CellMesh mesh = mesh_of(pattern, 32);
+  REQUIRE(mesh.fibres.size() == mesh.positions.size());
+  for (std::size_t v = 0; v < mesh.fibres.size(); ++v) {
+    CHECK(mesh.gloss[v] == Gloss{0.3F, 0.2F});
+    const V3d fibre(mesh.fibres[v]);
+    CHECK(std::abs(fibre.dot(V3d(mesh.normals[v]))) < 1e-5);
+    // A helix of radius r and f turns per mm climbs by atan(2 pi r f).
+    const double angle = std::atan(2 * std::numbers::pi * 0.5 * 0.25);
+    CHECK(fibre.x == doctest::Approx(std::cos(angle)).epsilon(1e-4));
+    // Z-twist is a right-handed screw: from the top of the yarn (+z) on towards +x it turns to the right
+    // (-y).
+    if (mesh.normals[v].z > 0.9F) CHECK(fibre.y < 0);
+  }
+}
+
+TEST_CASE("plies make a mesh that is closed round the torus of cells, with fibres along them") {
+  StitchPattern pattern = cylinder(4, 0.6);
+  pattern.yarns[0].plies = 3;
+  pattern.yarns[0].twist_per_mm = 0.25;
+  pattern.yarns[0].gloss.weight = 0.1F;
+  const CellMesh mesh = mesh_of(pattern, 80);
+  check_closed(topology_of(mesh, 1, true));
+  REQUIRE(mesh.fibres.size() == mesh.positions.size());
+  // Helices at offset a climb by atan(2 pi a f).
+  const double offset = 0.6 * (1 - std::sin(std::numbers::pi / 3) / (1 + std::sin(std::numbers::pi / 3)));
+  const double cosine = std::cos(std::atan(2 * std::numbers::pi * offset * 0.25));
+  for (const V3f& fibre : mesh.fibres) CHECK(std::abs(fibre.x) == doctest::Approx(cosine).epsilon(0.01));
+}
+
+TEST_CASE("the same pattern gives the same mesh") {
+  const CellMesh a = mesh_of(plain_knit(), 32);
+  const CellMesh b = mesh_of(plain_knit(), 32);
+  CHECK(a.positions == b.positions);
+  CHECK(a.normals == b.normals);
+  CHECK(a.triangles == b.triangles);
+}
+
+TEST_CASE("refuses grids too coarse, too fine or out of range") {
+  for (const int cells : {3, 0, -1, 1025}) {
+    const auto mesh = mesh_stitch(plain_knit(), {cells});
+    REQUIRE_FALSE(mesh);
+    CHECK(mesh.error().code == Code::option_out_of_range);
+  }
+  const auto coarse = mesh_stitch(plain_knit(), {5});
+  REQUIRE_FALSE(coarse);
+  CHECK(to_line(coarse.error()) ==
+        "plain-knit: --grid: 5 are too few for a yarn of radius 0.6 mm, at least 9 "
+        "[OPTION_OUT_OF_RANGE]");
+  const auto fine = mesh_stitch(plain_knit(), {1000});
+  REQUIRE_FALSE(fine);
+  CHECK(fine.error().code == Code::option_out_of_range);
+}
+
+TEST_CASE("refuses to mesh an invalid pattern") {
+  StitchPattern pattern = plain_knit();
+  pattern.yarns.clear();
+  const auto mesh = mesh_stitch(pattern);
+  REQUIRE_FALSE(mesh);
+  CHECK(mesh.error().code == Code::stitch_invalid);
+}

@@ -1,0 +1,102 @@
+#include "converter/stitch/yarn_plies.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "converter/stitch/library.h"
+#include "tests/converter/cells.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+StitchPattern laid(const StitchPattern& pattern) {
+  const auto plies = lay_plies(pattern, "test");
+  REQUIRE(plies);
+  return *plies;
+}
+
+}  // namespace
+
+TEST_CASE("plies are as thick as fit into a circle beside each other") {
+  CHECK(ply_radius(1) == 1);
+  CHECK(ply_radius(2) == doctest::Approx(0.5));
+  CHECK(ply_radius(3) == doctest::Approx(2 * std::sqrt(3.0) - 3));  // Kissing circles in a circle.
+  CHECK(ply_radius(4) == doctest::Approx(std::sqrt(2.0) - 1));
+  CHECK(ply_radius(6) == doctest::Approx(1.0 / 3));
+}
+
+TEST_CASE("plies of a straight yarn are helices, right-handed for Z-twist") {
+  for (const double twist : {0.5, -0.5}) {
+    CAPTURE(twist);
+    StitchPattern pattern = cylinder(4, 0.5);
+    pattern.yarns[0].plies = 2;
+    pattern.yarns[0].twist_per_mm = twist;
+    const StitchPattern plies = laid(pattern);
+    REQUIRE(plies.yarns.size() == 2);  // two whole turns: each ply meets itself
+    for (const Yarn& ply : plies.yarns) {
+      CHECK(ply.radius_mm == doctest::Approx(0.25));
+      CHECK(turns_of(ply, plies.period_mm) == V2i(1, 0));
+      const V3d start = ply.segments[0][0];
+      const double begin = std::atan2(start.z, start.y - 2);
+      for (const BezierSegment& segment : ply.segments) {
+        for (const double t : {0.0, 0.5}) {
+          const V3d p = point_at(segment, t);
+          CHECK(std::hypot(p.y - 2, p.z) == doctest::Approx(0.25).epsilon(1e-3));
+          // Looking along +x, y to the left and z up is a right-handed screw for growing angles from y to z.
+          const double angle = begin + 2 * std::numbers::pi * twist * p.x;
+          CHECK(std::abs(p.y - 2 - 0.25 * std::cos(angle)) < 1e-3);
+          CHECK(std::abs(p.z - 0.25 * std::sin(angle)) < 1e-3);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("turns are rounded so that every ply runs on into a ply of the next repeat") {
+  StitchPattern pattern = cylinder(4, 0.5);
+  pattern.yarns[0].plies = 3;
+  pattern.yarns[0].twist_per_mm = 0.34;  // 1.36 turns a repeat, so 4/3: plies change places
+  const StitchPattern plies = laid(pattern);
+  REQUIRE(plies.yarns.size() == 1);
+  CHECK(turns_of(plies.yarns[0], plies.period_mm) == V2i(3, 0));
+  pattern.yarns[0].twist_per_mm = 0.1;  // 0.4 turns, so 1/3
+  CHECK(laid(pattern).yarns.size() == 1);
+  pattern.yarns[0].twist_per_mm = 0;
+  CHECK(laid(pattern).yarns.size() == 3);
+}
+
+TEST_CASE("plies of bent yarns close up over the repeat and stay within their yarn") {
+  for (const char* name : {"plain-knit", "rib", "twill"}) {
+    CAPTURE(name);
+    StitchPattern pattern = find_stitch(name)->pattern;
+    for (Yarn& yarn : pattern.yarns) {
+      yarn.plies = 3;
+      yarn.twist_per_mm = 0.15 / yarn.radius_mm;
+    }
+    const StitchPattern plies = laid(pattern);  // valid: chains without gaps
+    const Yarn& first = plies.yarns[0];
+    const double offset = pattern.yarns[0].radius_mm - first.radius_mm;
+    for (const BezierSegment& segment : first.segments) {
+      double nearest = 1e9;
+      for (int repeat = -3; repeat <= 3; ++repeat) {
+        const V2i turns = turns_of(pattern.yarns[0], pattern.period_mm);
+        const V3d shift(repeat * turns.x * pattern.period_mm.x, repeat * turns.y * pattern.period_mm.y, 0);
+        for (const BezierSegment& along : pattern.yarns[0].segments) {
+          for (int k = 0; k < 32; ++k) {
+            nearest = std::min(nearest, (point_at(along, k / 32.0) + shift - segment[0]).length());
+          }
+        }
+      }
+      CHECK(nearest == doctest::Approx(offset).epsilon(0.01));
+    }
+  }
+}
+
+TEST_CASE("a yarn of one ply stays as it is") {
+  const StitchPattern pattern = cylinder(4, 0.5);
+  CHECK(laid(pattern).yarns[0].segments == pattern.yarns[0].segments);
+}

@@ -1,0 +1,148 @@
+#include "format/base/atomic_file.h"
+
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <vector>
+
+#include "tests/format/files.h"
+
+using namespace selvedge;
+using test::Folder;
+
+TEST_CASE("a file appears with commit and not before") {
+  const Folder folder;
+  {
+    auto file = AtomicFile::create(folder / "a");
+    REQUIRE(file);
+    CHECK_FALSE(std::filesystem::exists(folder / "a"));
+    test::write_bytes(file->temporary(), "whole");
+    REQUIRE(file->commit());
+  }
+  CHECK(test::bytes_of(folder / "a") == "whole");
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a file that is given up leaves what was there before") {
+  const Folder folder;
+  REQUIRE(write_file(folder / "a", std::string("before")));
+  {
+    auto file = AtomicFile::create(folder / "a");
+    REQUIRE(file);
+    test::write_bytes(file->temporary(), "half");
+  }
+  CHECK(test::bytes_of(folder / "a") == "before");
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a link stays a link, and what is no plain file stays as it is") {
+  const Folder folder;
+  REQUIRE(write_file(folder / "a", std::string("before")));
+  std::filesystem::create_symlink(folder / "a", folder / "link");
+  REQUIRE(write_file(folder / "link", std::string("after")));
+  CHECK(std::filesystem::is_symlink(folder / "link"));
+  CHECK(test::bytes_of(folder / "a") == "after");
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  const auto refused = write_file(folder / "pipe", std::string("text"));
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Code::file_unwritable);
+  CHECK(std::filesystem::is_fifo(folder / "pipe"));
+}
+
+TEST_CASE("a place that cannot be written to is named") {
+  const Folder folder;
+  const auto file = AtomicFile::create(folder / "absent/a");
+  REQUIRE_FALSE(file);
+  CHECK(file.error().code == Code::file_unwritable);
+  CHECK(file.error().file == folder / "absent/a");
+}
+
+TEST_CASE("a file or a link in the place of the temporary one is left as it is") {
+  const Folder folder;
+  // The name of the next temporary file, from that of this one.
+  const auto first = AtomicFile::create(folder / "a");
+  REQUIRE(first);
+  const std::string name = first->temporary();
+  const std::size_t dash = name.rfind('-');
+  const std::string next = name.substr(0, dash + 1) + std::to_string(std::stoi(name.substr(dash + 1)) + 1);
+  test::write_bytes(folder / "other", "untouched");
+  std::filesystem::create_symlink(folder / "other", next);
+  auto second = AtomicFile::create(folder / "a");
+  REQUIRE(second);
+  CHECK(second->temporary() != next);
+  test::write_bytes(second->temporary(), "whole");
+  REQUIRE(second->commit());
+  CHECK(test::bytes_of(folder / "other") == "untouched");
+  CHECK(std::filesystem::is_symlink(next));
+  CHECK(test::bytes_of(folder / "a") == "whole");
+}
+
+TEST_CASE("what a killed program left is removed by the next, what a living one writes is not") {
+  const Folder folder;
+  const auto killed = [&] {
+    const pid_t child = fork();
+    if (child == 0) {
+      const auto file = AtomicFile::create(folder / "a");
+      if (!file) _exit(3);
+      test::write_bytes(file->temporary() + ".journal", "beside it");
+      kill(getpid(), SIGKILL);
+    }
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(WIFSIGNALED(status));
+  };
+  killed();
+  CHECK(folder.files() == 2);
+  test::write_bytes(folder / "a.part-of-something", "of others");
+  test::write_bytes(folder / "ab.part-999999999-0", "of another file");
+  const auto living = AtomicFile::create(folder / "a");
+  REQUIRE(living);
+  CHECK(folder.files() == 3);
+  killed();
+  CHECK(folder.files() == 5);
+  REQUIRE(write_file(folder / "a", std::string("whole")));
+  CHECK(std::filesystem::exists(living->temporary()));
+  CHECK(folder.files() == 4);
+}
+
+TEST_CASE("what is locked is not taken for a leftover") {
+  const Folder folder;
+  // As if its maker ran on another machine: no process here has this number.
+  const std::string foreign = folder / "a.part-999999999-0";
+  test::write_bytes(foreign, "being written");
+  const int file = open(foreign.c_str(), O_RDONLY);
+  REQUIRE(flock(file, LOCK_EX) == 0);
+  REQUIRE(write_file(folder / "a", std::string("whole")));
+  CHECK(std::filesystem::exists(foreign));
+  close(file);
+  REQUIRE(write_file(folder / "a", std::string("whole")));
+  CHECK_FALSE(std::filesystem::exists(foreign));
+}
+
+TEST_CASE("a signal removes every unfinished file, however many there are") {
+  const Folder folder;
+  const pid_t child = fork();
+  if (child == 0) {
+    remove_unfinished_files_on_signal();
+    std::vector<AtomicFile> files;
+    for (int i = 0; i < 200; ++i) {
+      auto file = AtomicFile::create(folder / std::to_string(i));
+      if (!file) _exit(3);
+      files.push_back(std::move(*file));
+    }
+    test::write_bytes(folder / "count", std::to_string(folder.files()));
+    raise(SIGTERM);
+    _exit(4);
+  }
+  REQUIRE(child > 0);
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(WIFSIGNALED(status));
+  CHECK(test::bytes_of(folder / "count") == "200");
+  CHECK(folder.files() == 1);
+}

@@ -1,0 +1,251 @@
+#include "format/fabric/file.h"
+
+#include <doctest/doctest.h>
+
+#include "format/fabric/evaluate.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
+
+using namespace selvedge;
+using test::Folder;
+
+namespace {
+
+void check_equal(const Fabric& a, const Fabric& b) {
+  CHECK(a.period_mm == b.period_mm);
+  CHECK(a.reference_height == b.reference_height);
+  CHECK(a.thickness_mm == b.thickness_mm);
+  CHECK(a.views == b.views);
+  CHECK(a.provenance == b.provenance);
+  REQUIRE(a.levels.size() == b.levels.size());
+  for (std::size_t k = 0; k < a.levels.size(); ++k) {
+    const FabricLevel& x = a.levels[k];
+    const FabricLevel& y = b.levels[k];
+    CHECK(x.width == y.width);
+    CHECK(x.height == y.height);
+    REQUIRE(x.lobes.has_value() == y.lobes.has_value());
+    REQUIRE(x.frame.has_value() == y.frame.has_value());
+    REQUIRE(x.view_table.has_value() == y.view_table.has_value());
+    REQUIRE(x.opacity.has_value() == y.opacity.has_value());
+    if (x.lobes) CHECK(x.lobes->lobes == y.lobes->lobes);
+    if (x.lobes) CHECK(x.lobes->parameters == y.lobes->parameters);
+    if (x.frame) CHECK(x.frame->normal == y.frame->normal);
+    if (x.frame) CHECK(x.frame->tangent == y.frame->tangent);
+    if (x.view_table) CHECK(x.view_table->colour == y.view_table->colour);
+    if (x.opacity) CHECK(x.opacity->opacity == y.opacity->opacity);
+    REQUIRE(x.light_table.has_value() == y.light_table.has_value());
+    REQUIRE(x.heights.has_value() == y.heights.has_value());
+    REQUIRE(x.products.has_value() == y.products.has_value());
+    if (x.light_table) CHECK(x.light_table->value == y.light_table->value);
+    if (x.heights) {
+      CHECK(x.heights->shape() == y.heights->shape());
+      CHECK(x.heights->top() == y.heights->top());
+      CHECK(x.heights->bottom() == y.heights->bottom());
+    }
+    if (x.products) {
+      CHECK(x.products->entries == y.products->entries);
+      CHECK(x.products->pairs == y.products->pairs);
+      CHECK(x.products->coefficient == y.products->coefficient);
+      CHECK(x.bases->view == y.bases->view);
+      CHECK(x.bases->light == y.bases->light);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a fabric comes back from its file bit by bit") {
+  const Folder folder;
+  for (const auto& [width, height, views, lobes] : {std::tuple{32, 32, DirectionGrid{8, 8}, 2},
+                                                    {5, 3, DirectionGrid{2, 3}, 1},
+                                                    {1, 1, DirectionGrid{1, 1}, 0},
+                                                    {7, 1, DirectionGrid{1, 7}, 3},
+                                                    {100, 40, DirectionGrid{2, 2}, 1}}) {
+    const Fabric fabric = test::random_slab_fabric(width, height, views, lobes, 3);
+    const std::string path = folder / "a.fabric.exr";
+    const auto written = write_fabric(path, fabric);
+    REQUIRE_MESSAGE(written, to_line(written.error()));
+    const auto read = read_fabric(path);
+    REQUIRE_MESSAGE(read, to_line(read.error()));
+    check_equal(fabric, *read);
+  }
+}
+
+TEST_CASE("layers and levels that a fabric lacks stay absent") {
+  const Folder folder;
+  Fabric fabric = test::random_fabric(8, 8, {2, 2}, 1, 5);
+  fabric.levels[1].view_table.reset();
+  fabric.levels[2].lobes.reset();
+  for (FabricLevel& level : fabric.levels) level.frame.reset();
+  fabric.levels.pop_back();
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  const auto read = read_fabric(folder / "a.exr");
+  REQUIRE_MESSAGE(read, to_line(read.error()));
+  check_equal(fabric, *read);
+}
+
+TEST_CASE("the same fabric gives the same bytes") {
+  const Folder folder;
+  const Fabric fabric = test::random_fabric(16, 16, {4, 4}, 2, 1);
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  REQUIRE(write_fabric(folder / "b.exr", fabric));
+  CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
+}
+
+TEST_CASE("a fabric is read from memory as from a file") {
+  const Folder folder;
+  const Fabric fabric = test::random_fabric(8, 4, {2, 2}, 1, 2);
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  const std::string bytes = test::bytes_of(folder / "a.exr");
+  const auto read =
+      read_fabric({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory");
+  REQUIRE_MESSAGE(read, to_line(read.error()));
+  check_equal(fabric, *read);
+}
+
+TEST_CASE("a cut-short fabric file is refused, wherever it is cut") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(8, 8, {2, 2}, 1, 4)));
+  const std::string bytes = test::bytes_of(folder / "a.exr");
+  for (std::size_t length = 0; length + 1 < bytes.size(); length += 97) {
+    test::write_bytes(folder / "cut.exr", bytes.substr(0, length));
+    const auto read = read_fabric(folder / "cut.exr");
+    REQUIRE_FALSE(read);
+    CHECK(read.error().file == folder / "cut.exr");
+    CHECK_FALSE(read.error().message.empty());
+  }
+}
+
+TEST_CASE("a changed pixel is found by its digest") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(8, 8, {2, 2}, 1, 4)));
+  const std::string bytes = test::bytes_of(folder / "a.exr");
+  int changed = 0;
+  for (std::size_t at = bytes.size() / 2; at < bytes.size(); at += 41) {
+    std::string broken = bytes;
+    broken[at] = static_cast<char>(broken[at] ^ 0x10);
+    test::write_bytes(folder / "b.exr", broken);
+    const auto read = read_fabric(folder / "b.exr");
+    if (read) {
+      check_equal(*read_fabric(folder / "a.exr"), *read);  // a bit that means nothing, such as the preview's
+    } else {
+      ++changed;
+    }
+  }
+  CHECK(changed > 0);
+}
+
+TEST_CASE("values that half precision cannot hold are refused with their place, and nothing is left") {
+  const Folder folder;
+  Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 4);
+  fabric.levels[0].view_table->colour[5].y = 1e6F;
+  const auto written = write_fabric(folder / "a.exr", fabric);
+  REQUIRE_FALSE(written);
+  CHECK(written.error().code == Code::fabric_not_finite);
+  CHECK(written.error().place == "table/table.0001.green/pixel 1,0");
+  CHECK(folder.files() == 0);
+  FabricWriteOptions wide;
+  wide.half = {};
+  CHECK(write_fabric(folder / "a.exr", fabric, wide));
+}
+
+TEST_CASE("an invalid fabric is not written") {
+  const Folder folder;
+  Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 4);
+  SUBCASE("NaN in a lobe") { fabric.levels[1].lobes->parameters[3] = std::nanf(""); }
+  SUBCASE("opacity above 1") { fabric.levels[0].opacity->opacity[7] = 1.5F; }
+  SUBCASE("a level of the wrong size") { fabric.levels[1].width = 3; }
+  SUBCASE("a table with an entry missing") { fabric.levels[0].view_table->colour.pop_back(); }
+  SUBCASE("no levels") { fabric.levels.clear(); }
+  SUBCASE("no size") { fabric.period_mm.x = 0; }
+  CHECK_FALSE(write_fabric(folder / "a.exr", fabric));
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("a lobe that overflows is finite where it is evaluated, and nothing where the table is 0") {
+  Fabric fabric = test::random_fabric(1, 1, {1, 1}, 1, 4);
+  FabricLevel& level = fabric.levels[0];
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 1; k <= 3; ++k) level.lobes->parameters[c * 5 + k] = 3;
+    level.lobes->parameters[c * 5 + 4] = 200;
+  }
+  level.view_table->colour[0] = V3f(0, 1, 2);
+  level.opacity->opacity[0] = 1;
+  const Shading s = evaluate(fabric, 0, 0, 0, {0, 0, 1}, {0, 0, 1});
+  CHECK(s.radiance.x == 0);
+  CHECK(std::isfinite(s.radiance.y));
+  CHECK(std::isfinite(s.radiance.z));
+  const Folder folder;
+  CHECK(write_fabric(folder / "a.exr", fabric));
+}
+
+TEST_CASE("in any precision and codec a fabric that is read and written again has the same bytes") {
+  const Folder folder;
+  const Fabric fabric = test::random_slab_fabric(13, 8, {3, 2}, 2, 9);
+  FabricWriteOptions options;
+  for (const LayerSet& half : {LayerSet(), table_layers, LayerSet{Layer::lobes}, LayerSet::all()}) {
+    options.half = half;
+    for (const char* codec : {"none", "rle", "zips", "zip", "piz"}) {
+      CAPTURE(codec);
+      options.codec = codec;
+      const auto written = write_fabric(folder / "a.exr", fabric, options);
+      REQUIRE_MESSAGE(written, to_line(written.error()));
+      auto reader = FabricReader::open(folder / "a.exr");
+      REQUIRE(reader);
+      CHECK(reader->half() == half);
+      const auto once = reader->read();
+      REQUIRE_MESSAGE(once, to_line(once.error()));
+      // 32 bits hold all; 16 bits what random_fabric makes exact in them, and lobes once they are rounded.
+      if (!half.contains(Layer::lobes)) check_equal(fabric, *once);
+      REQUIRE(write_fabric(folder / "b.exr", *once, options));
+      CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
+      check_equal(*once, *read_fabric(folder / "b.exr"));
+    }
+  }
+}
+
+TEST_CASE("a lossy codec is refused by its name, and nothing is written") {
+  const Folder folder;
+  FabricWriteOptions options;
+  for (const char* codec : {"pxr24", "b44", "b44a", "dwaa", "dwab", "jpeg", ""}) {
+    options.codec = codec;
+    const auto written = write_fabric(folder / "a.exr", test::random_fabric(2, 2, {1, 1}, 0, 4), options);
+    REQUIRE_FALSE(written);
+    CHECK(written.error().code == Code::option_out_of_range);
+    CHECK(written.error().message.find(std::string("'") + codec + "'") != std::string::npos);
+    CHECK(folder.files() == 0);
+  }
+}
+
+TEST_CASE("functions of levels that begin after level 0 are stored as they are read") {
+  Fabric fabric = test::random_slab_fabric(16, 16, {4, 4}, 1, 3);
+  // The last level alone has products: one texel, fewer than there are values of functions.
+  for (FabricLevel& level : fabric.levels) {
+    level.heights.reset();
+    if (level.texels() == 1) continue;
+    level.products.reset();
+    level.bases.reset();
+  }
+  FabricLevel& last = fabric.levels.back();
+  last.products->entries = 1;
+  last.products->coefficient.resize(last.products->pairs.size());
+  const ProductBases before = *last.bases;
+  const Fabric stored = as_stored(fabric, LayerSet::all());
+  const ProductBases& after = *stored.levels.back().bases;
+  REQUIRE(after.view.size() == before.view.size());
+  for (std::size_t i = 0; i < before.view.size(); ++i)
+    CHECK(after.view[i] == doctest::Approx(before.view[i]).epsilon(1e-3));
+  REQUIRE(after.light.size() == before.light.size());
+  for (std::size_t i = 0; i < before.light.size(); ++i)
+    CHECK((after.light[i] - before.light[i]).length() < 1e-3F);
+  for (std::size_t k = 0; k + 1 < stored.levels.size(); ++k) CHECK_FALSE(stored.levels[k].bases);
+}
+
+TEST_CASE("a missing file, a folder and another EXR are named as what they are") {
+  const Folder folder;
+  CHECK(read_fabric(folder / "none.exr").error().code == Code::file_missing);
+  std::filesystem::create_directory(folder / "sub");
+  CHECK(read_fabric(folder / "sub").error().code == Code::file_unreadable);
+  test::write_bytes(folder / "text.exr", "hello");
+  CHECK(read_fabric(folder / "text.exr").error().code == Code::exr_malformed);
+}

@@ -1,0 +1,121 @@
+#include "format/gltf/draco_header.h"
+
+#include <doctest/doctest.h>
+#include <draco/compression/decode.h>
+#include <draco/compression/encode.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "format/base/atomic_file.h"
+#include "format/gltf/read_scene.h"
+#include "tests/format/gltf_fixtures.h"
+
+using namespace selvedge;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::span<const std::uint8_t> bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+/// A strip of triangles, written by Draco itself.
+std::string strip(int triangles, bool edgebreaker) {
+  draco::Mesh mesh;
+  mesh.set_num_points(static_cast<std::uint32_t>(triangles + 2));
+  draco::GeometryAttribute attribute;
+  attribute.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
+  const int id = mesh.AddAttribute(attribute, true, static_cast<std::uint32_t>(triangles + 2));
+  for (int i = 0; i < triangles + 2; ++i) {
+    const float position[3] = {static_cast<float>(i / 2), static_cast<float>(i % 2), 0};
+    mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(i)),
+                                          position);
+  }
+  for (int i = 0; i < triangles; ++i) {
+    const auto k = static_cast<std::uint32_t>(i);
+    const std::uint32_t odd = k % 2;
+    mesh.AddFace({draco::PointIndex(k), draco::PointIndex(k + 1 + odd), draco::PointIndex(k + 2 - odd)});
+  }
+  draco::Encoder encoder;
+  encoder.SetEncodingMethod(edgebreaker ? draco::MESH_EDGEBREAKER_ENCODING : draco::MESH_SEQUENTIAL_ENCODING);
+  draco::EncoderBuffer buffer;
+  REQUIRE(encoder.EncodeMeshToBuffer(mesh, &buffer).ok());
+  return {buffer.data(), buffer.size()};
+}
+
+std::string glb_of(const std::string& bytes, int triangles) {
+  const std::string counts = std::to_string(triangles + 2);
+  return test::glb(R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],
+      "extensionsRequired":["KHR_draco_mesh_compression"],"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+      "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"extensions":
+        {"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}}}]}],
+      "accessors":[{"componentType":5126,"count":)" +
+                       counts + R"(,"type":"VEC3","min":[0,0,0],"max":[9,1,0]},
+                   {"componentType":5125,"count":)" +
+                       std::to_string(3 * triangles) + R"(,"type":"SCALAR"}],
+      "bufferViews":[{"buffer":0,"byteLength":)" +
+                       std::to_string(bytes.size()) + R"(}],
+      "buffers":[{"byteLength":)" +
+                       std::to_string(bytes.size()) + "}]}",
+                   bytes);
+}
+
+}  // namespace
+
+TEST_CASE("draco header: the counts are those that Draco decodes") {
+  for (const bool edgebreaker : {true, false}) {
+    const std::string bytes = strip(40, edgebreaker);
+    const auto counts = draco_counts(bytes_of(bytes));
+    REQUIRE(counts);
+    CHECK(counts->faces == 40);
+    CHECK(counts->points == 42);
+    for (std::size_t size = 0; size < 12; ++size) CHECK_FALSE(draco_counts(bytes_of(bytes.substr(0, size))));
+  }
+}
+
+TEST_CASE("draco header: files of all bitstream versions of the field say what they hold") {
+  const fs::path folder = fs::path(SELVEDGE_DATA_DIR) / "gltf/compress/draco_drc";
+  if (!fs::exists(folder)) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  int meshes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".drc") continue;
+    CAPTURE(entry.path().string());
+    const std::string bytes = *read_file(entry.path().string());
+    draco::DecoderBuffer buffer;
+    buffer.Init(bytes.data(), bytes.size());
+    const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
+    if (!type.ok() || type.value() != draco::TRIANGULAR_MESH) continue;
+    draco::Decoder decoder;
+    auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
+    if (!mesh.ok()) continue;
+    const auto counts = draco_counts(bytes_of(bytes));
+    REQUIRE(counts);
+    CHECK(counts->faces == mesh.value()->num_faces());
+    ++meshes;
+  }
+  CHECK(meshes > 15);
+}
+
+TEST_CASE("draco header: a mesh that claims more than its bytes can hold is refused before it is decoded") {
+  const test::Folder folder("draco_header_test");
+  for (const bool edgebreaker : {true, false}) {
+    std::string bytes = strip(40, edgebreaker);
+    test::put(folder / "case.glb", glb_of(bytes, 40));
+    const auto scene = read_scene(folder / "case.glb");
+    REQUIRE(scene);
+    CHECK(scene->primitives[0].indices.size() == 120);
+    // The number of faces, one byte, becomes a number of five.
+    const std::size_t at = edgebreaker ? 13 : 11;
+    REQUIRE(bytes[at] == 40);
+    bytes.replace(at, 1, "\xFF\xFF\xFF\xFF\x04");
+    test::put(folder / "case.glb", glb_of(bytes, 40));
+    const auto refused = read_scene(folder / "case.glb");
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == Code::file_too_large);
+  }
+}

@@ -1,0 +1,125 @@
+// The installed library against the reader and the evaluation that it is made of.
+#include "format/library/selvedge.h"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+
+namespace {
+
+struct Written {
+  Folder folder;
+  Fabric fabric = random_fabric(6, 5, {2, 3}, 2, 7);
+  std::string path = folder / "f.exr";
+  Written() { REQUIRE(write_fabric(path, fabric, {.half = LayerSet{}})); }
+};
+
+}  // namespace
+
+TEST_CASE("the library tells what the fabric holds") {
+  const Written written;
+  const auto file = FabricFile::open(written.path);
+  REQUIRE(file);
+  CHECK(file->facts().levels == static_cast<int>(written.fabric.levels.size()));
+  CHECK(file->facts().view_columns == 2);
+  CHECK(file->facts().view_rows == 3);
+  CHECK(file->facts().mm_per_repeat[1] == written.fabric.period_mm.y);
+  for (int k = 0; k < file->facts().levels; ++k) {
+    const FabricLevel& level = written.fabric.levels[k];
+    const FabricLevelData data = file->level(k);
+    const auto texels = static_cast<std::size_t>(level.texels());
+    CHECK(data.width == level.width);
+    CHECK(data.lobes == 2);
+    REQUIRE(data.parameters.size() == texels * 27);
+    REQUIRE(data.normals.size() == texels * 3);
+    REQUIRE(data.view_table.size() == texels * 18);
+    REQUIRE(data.opacity.size() == texels * 6);
+    CHECK(std::equal(data.parameters.begin(), data.parameters.end(), level.lobes->parameters.begin()));
+    CHECK(data.view_table[17] == level.view_table->colour[5].z);
+    CHECK(data.tangents[2] == level.frame->tangent[0].z);
+  }
+}
+
+TEST_CASE("the library evaluates as the reference does, and says nothing where there is nothing") {
+  const Written written;
+  const auto file = FabricFile::open(written.path);
+  REQUIRE(file);
+  const V3f light = V3f(0.3F, -0.2F, 0.7F).normalized();
+  const V3f view = V3f(-0.1F, 0.5F, 0.6F).normalized();
+  const std::array<float, 3> l{light.x, light.y, light.z};
+  const std::array<float, 3> v{view.x, view.y, view.z};
+  for (const double level : {0.0, 0.25, 1.0, 1.5, 9.0}) {
+    const Shading expected = evaluate(written.fabric, level, V2d(-3.3, 0.7), light, view);
+    const auto answer = file->evaluate_at(level, -3.3, 0.7, l, v);
+    REQUIRE(answer);
+    CHECK(answer->rgb[1] == expected.radiance.y);
+    CHECK(answer->alpha == expected.alpha);
+  }
+  CHECK(file->evaluate(1, 2, 1, l, v)->rgb[0] == evaluate(written.fabric, 1, 2, 1, light, view).radiance.x);
+  CHECK_FALSE(file->evaluate(0, 6, 0, l, v));
+  CHECK_FALSE(file->evaluate(0, 0, -1, l, v));
+  CHECK_FALSE(file->evaluate(-1, 0, 0, l, v));
+  CHECK_FALSE(file->evaluate(99, 0, 0, l, v));
+  CHECK_FALSE(file->evaluate_at(0, std::numeric_limits<double>::quiet_NaN(), 0, l, v));
+  CHECK_FALSE(file->evaluate(0, 0, 0, {std::numeric_limits<float>::infinity(), 0, 0}, v));
+}
+
+TEST_CASE("levels that were not asked for are not there, the others are what they were") {
+  const Written written;
+  FabricReadOptions options;
+  options.first_level = options.last_level = 1;
+  const auto whole = FabricFile::open(written.path);
+  const auto part = FabricFile::open(written.path, nullptr, options);
+  REQUIRE(whole);
+  REQUIRE(part);
+  CHECK(part->facts().levels == whole->facts().levels);
+  CHECK_FALSE(part->has_level(0));
+  CHECK(part->has_level(1));
+  CHECK_FALSE(part->has_level(2));
+  CHECK(part->level(0).parameters.empty());
+  const std::array<float, 3> up{0, 0, 1};
+  CHECK(part->evaluate(1, 1, 1, up, up)->rgb == whole->evaluate(1, 1, 1, up, up)->rgb);
+  CHECK(part->evaluate_at(1, 0.4, 0.4, up, up)->rgb == whole->evaluate_at(1, 0.4, 0.4, up, up)->rgb);
+  CHECK_FALSE(part->evaluate_at(1.5, 0.4, 0.4, up, up));
+  options.first_level = std::numeric_limits<int>::max();
+  const auto nothing = FabricFile::open(written.path, nullptr, options);
+  REQUIRE(nothing);
+  CHECK_FALSE(nothing->has_level(0));
+}
+
+TEST_CASE("a fabric beyond the limits that a program sets is refused") {
+  const Written written;
+  FabricProblem problem;
+  FabricReadOptions options;
+  options.max_texels_per_side = 6;
+  CHECK(FabricFile::open(written.path, &problem, options));
+  options.max_texels_per_side = 5;
+  CHECK_FALSE(FabricFile::open(written.path, &problem, options));
+  CHECK(problem.place == "/texels/0");
+  options = {};
+  options.max_lobes = 1;
+  CHECK_FALSE(FabricFile::open(written.path, &problem, options));
+}
+
+TEST_CASE("a file in memory is as good, and a bad one has a problem with a code") {
+  const Written written;
+  const std::string bytes = bytes_of(written.path);
+  const auto in_memory = std::as_bytes(std::span(bytes));
+  CHECK(FabricFile::open(in_memory, "embedded"));
+  FabricProblem problem;
+  CHECK_FALSE(FabricFile::open(in_memory.first(in_memory.size() / 2), "embedded", &problem));
+  CHECK(problem.file == "embedded");
+  CHECK_FALSE(problem.code.empty());
+  CHECK(problem.is_error);
+  CHECK_FALSE(FabricFile::open(written.folder / "none.exr", &problem));
+  CHECK(problem.code == "FILE_MISSING");
+  CHECK(check_fabric_file(written.folder / "none.exr").front().code == "FILE_MISSING");
+}

@@ -1,0 +1,79 @@
+#include "format/picture/display.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+TEST_CASE("a background shows through by what opacity leaves") {
+  const Frame frame{1, 1, {V4f(0.25F, 0.5F, 0, 0.75F)}};
+  const Image image = to_display_image(frame, {2, ToneCurve::none, V3f(0.4F, 0.4F, 0.8F)});
+  CHECK(image.channels == 3);
+  CHECK(image.pixels[0] == doctest::Approx(0.25 * 2 + 0.25 * 0.4));
+  CHECK(image.pixels[1] == doctest::Approx(0.5 * 2 + 0.25 * 0.4));
+  CHECK(image.pixels[2] == doctest::Approx(0.25 * 0.8));
+}
+
+TEST_CASE("without background colour is divided by opacity, and empty pixels stay finite") {
+  const Frame frame{2, 1, {V4f(0.25F, 0.5F, 0, 0.5F), V4f(0, 0, 0, 0)}};
+  const Image image = to_display_image(frame, {2, ToneCurve::none, std::nullopt});
+  CHECK(image.pixels == std::vector<float>{1, 2, 0, 0.5F, 0, 0, 0, 0});
+}
+
+TEST_CASE("Reinhard's curve takes a luminance Y to Y / (1 + Y) and keeps the colour") {
+  for (const float y : {0.0F, 0.18F, 1.0F, 50.0F}) {
+    const V3f grey = tone_mapped(ToneCurve::reinhard, V3f(y));
+    CHECK(grey.x == doctest::Approx(y / (1 + y)));
+    CHECK(grey.x == grey.z);
+  }
+  const V3f red = tone_mapped(ToneCurve::reinhard, V3f(4, 2, 1));
+  CHECK(red.x / red.y == doctest::Approx(2));
+  CHECK(red.y / red.z == doctest::Approx(2));
+}
+
+TEST_CASE("the ACES curve has the values that Narkowicz gives") {
+  // Black stays black, his curve passes 0.8 at c = 1 (2.54 / 3.16) and tends to 2.51 / 2.43, clipped.
+  CHECK(tone_mapped(ToneCurve::aces, V3f(0)).x == 0);
+  CHECK(tone_mapped(ToneCurve::aces, V3f(1)).x == doctest::Approx(2.54 / 3.16));
+  CHECK(tone_mapped(ToneCurve::aces, V3f(1e6F)).x == 1);
+}
+
+TEST_CASE("a tone curve leaves the background and the opacity alone") {
+  const Frame frame{2, 1, {V4f(0, 0, 0, 0), V4f(1.5F, 1.5F, 1.5F, 0.5F)}};
+  for (const ToneCurve tone : {ToneCurve::none, ToneCurve::reinhard, ToneCurve::aces}) {
+    const Image image = to_display_image(frame, {1, tone, V3f(0.9F)});
+    CHECK(image.pixels[0] == 0.9F);
+    const float cloth = tone_mapped(tone, V3f(3)).x;
+    CHECK(image.pixels[3] == doctest::Approx(0.5 * cloth + 0.5 * 0.9));
+    CHECK(to_display_image(frame, {1, tone, std::nullopt}).pixels[7] == 0.5F);
+  }
+}
+
+TEST_CASE("bytes for a screen are within one step of sRGB") {
+  Frame frame{1000, 2, {}};
+  for (int i = 0; i < 2000; ++i) {
+    const float x = static_cast<float>(i) / 1600;
+    frame.pixels.emplace_back(x, x * x, std::nanf(""), 1.0F);
+  }
+  const DisplayOptions options{1, ToneCurve::none, V3f(0.2F)};
+  std::vector<std::uint8_t> bytes;
+  to_display_bytes(frame, options, bytes);
+  REQUIRE(bytes.size() == 8000);
+  double worst = 0;
+  for (std::size_t i = 0; i < 2000; ++i) {
+    for (unsigned c = 0; c < 2; ++c) {
+      const double exact =
+          255 * static_cast<double>(linear_to_srgb(std::min(frame.pixels[i][static_cast<int>(c)], 1.0F)));
+      worst = std::max(worst, std::abs(exact - bytes[4 * i + c]));
+    }
+    CHECK(bytes[4 * i + 2] == 0);
+    CHECK(bytes[4 * i + 3] == 255);
+  }
+  // Half a step of rounding, and 12.92 * 255 / 65536 / 2 of the table.
+  CHECK(worst <= 0.5 + 0.03);
+}
+
+}  // namespace
+}  // namespace selvedge

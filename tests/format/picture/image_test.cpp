@@ -1,0 +1,152 @@
+#include "format/picture/image.h"
+
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "format/base/atomic_file.h"
+
+using namespace selvedge;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder that is gone at the end of the test.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("selvedge_image_test_" + std::to_string(::getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+  std::string operator/(const char* name) const { return (path / name).string(); }
+};
+
+Image ramp(int width, int height, int channels) {
+  Image image{width, height, channels, {}};
+  const int count = width * height * channels;
+  for (int i = 0; i < count; ++i) {
+    image.pixels.push_back(static_cast<float>(i) / static_cast<float>(count - 1));
+  }
+  return image;
+}
+
+}  // namespace
+
+TEST_CASE("image: sRGB follows IEC 61966-2-1 and goes there and back") {
+  CHECK(srgb_to_linear(0.5F) == doctest::Approx(0.214041).epsilon(1e-5));
+  CHECK(linear_to_srgb(0.0031308F) == doctest::Approx(0.04045).epsilon(1e-3));
+  for (int i = 0; i < 256; ++i) {
+    const float value = static_cast<float>(i) / 255.0F;
+    CHECK(linear_to_srgb(srgb_to_linear(value)) == doctest::Approx(value).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("image: a PNG keeps every stored 8-bit value, transparent pixels included") {
+  Image image = ramp(16, 4, 4);
+  for (float& value : image.pixels) value = std::round(value * 255.0F) / 255.0F;
+  image.pixels[3] = 0.0F;
+  const auto bytes = encode_png(image, Transfer::keep);
+  REQUIRE(bytes);
+  const auto back = decode_image(*bytes, "ramp", Transfer::keep);
+  REQUIRE(back);
+  const auto difference = compare_images(image, *back);
+  REQUIRE(difference);
+  CHECK(difference->max_absolute < 1e-6);  // float rounding of n / 255
+}
+
+TEST_CASE("image: linear values through an sRGB PNG are off by at most half a code") {
+  const Image image = ramp(32, 8, 3);
+  const auto bytes = encode_png(image, Transfer::srgb);
+  REQUIRE(bytes);
+  const auto back = decode_image(*bytes, "ramp", Transfer::srgb);
+  REQUIRE(back);
+  for (std::size_t p = 0; p < 256; ++p) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float a = linear_to_srgb(image.pixels[p * 3 + c]);
+      const float b = linear_to_srgb(back->pixels[p * 4 + c]);
+      CHECK(std::abs(a - b) <= 0.5F / 255.0F + 1e-5F);
+    }
+    CHECK(back->pixels[p * 4 + 3] == 1.0F);
+  }
+}
+
+TEST_CASE("image: an EXR keeps floats exactly and is the same each time") {
+  const Folder folder;
+  Image image = ramp(7, 5, 4);
+  image.pixels[0] = 12345.678F;
+  image.pixels[1] = -3.0F;
+  REQUIRE(write_exr(folder / "a.exr", image));
+  REQUIRE(write_exr(folder / "b.exr", image));
+  CHECK(*read_file(folder / "a.exr") == *read_file(folder / "b.exr"));
+  const auto back = read_image(folder / "a.exr");
+  REQUIRE(back);
+  CHECK(compare_images(image, *back)->max_absolute == 0);
+  CHECK(std::isinf(compare_images(image, *back)->psnr));
+}
+
+TEST_CASE("image: a PNG is the same each time") {
+  const Folder folder;
+  REQUIRE(write_png(folder / "a.png", ramp(9, 9, 4)));
+  REQUIRE(write_png(folder / "b.png", ramp(9, 9, 4)));
+  CHECK(*read_file(folder / "a.png") == *read_file(folder / "b.png"));
+  const auto back = read_image(folder / "a.png");
+  REQUIRE(back);
+  CHECK(back->width == 9);
+}
+
+TEST_CASE("image: the difference has its closed form and its place") {
+  Image a{2, 1, 3, {0, 0, 0, 0, 0, 0}};
+  Image b = a;
+  b.pixels[4] = 0.5F;
+  const auto difference = compare_images(a, b);
+  REQUIRE(difference);
+  CHECK(difference->max_absolute == 0.5);
+  CHECK(difference->x == 1);
+  CHECK(difference->channel == 1);
+  CHECK(difference->rmse == doctest::Approx(std::sqrt(0.25 / 6)));
+  CHECK(difference->psnr == doctest::Approx(-10 * std::log10(0.25 / 6)));
+  b.pixels[4] = std::numeric_limits<float>::quiet_NaN();
+  CHECK(std::isinf(compare_images(a, b)->max_absolute));
+  a.pixels[4] = b.pixels[4];
+  CHECK(compare_images(a, b)->max_absolute == 0);
+  CHECK(compare_images(a, ramp(3, 1, 3)).error().code == Code::image_mismatch);
+}
+
+TEST_CASE("image: PSNR is of the colours, the rest of opacity as well") {
+  for (const int channels : {2, 4}) {
+    CAPTURE(channels);
+    const Image a{1, 1, channels, std::vector<float>(static_cast<std::size_t>(channels), 0.25F)};
+    Image b = a;
+    b.pixels.back() = 1;
+    auto difference = compare_images(a, b);
+    REQUIRE(difference);
+    CHECK(std::isinf(difference->psnr));
+    CHECK(difference->max_absolute == 0.75);
+    CHECK(difference->rmse == doctest::Approx(0.75 / std::sqrt(channels)));
+    b.pixels.front() = 0.75F;
+    difference = compare_images(a, b);
+    REQUIRE(difference);
+    CHECK(difference->psnr == doctest::Approx(-10 * std::log10(0.25 / (channels - 1))));
+    CHECK(difference->rmse == doctest::Approx(std::sqrt((0.75 * 0.75 + 0.25) / channels)));
+  }
+}
+
+TEST_CASE("image: what cannot be read is an error and leaves nothing behind") {
+  const Folder folder;
+  CHECK(read_image(folder / "none.png").error().code == Code::file_missing);
+  const auto bytes = encode_png(ramp(32, 32, 4));
+  REQUIRE(bytes);
+  // Not a PNG: OpenImageIO 2.4 leaks a few bytes when libpng gives up, which the sanitizer would report.
+  REQUIRE(write_exr(folder / "whole.exr", ramp(32, 32, 4)));
+  const std::string whole = *read_file(folder / "whole.exr");
+  fs::remove(folder / "whole.exr");
+  const std::vector<std::uint8_t> cut(whole.begin(),
+                                      whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2));
+  CHECK(decode_image(cut, "short").error().code == Code::image_unreadable);
+  CHECK(decode_image({}, "empty").error().code == Code::image_unreadable);
+  CHECK(decode_image(*bytes, "big", Transfer::srgb, {.side = 16}).error().code == Code::file_too_large);
+  CHECK(write_png(folder / "absent/a.png", ramp(2, 2, 3)).error().code == Code::file_unwritable);
+  CHECK(write_png(folder / "bad.png", Image{2, 2, 3, {1, 2}}).error().code == Code::image_unwritable);
+  CHECK(fs::is_empty(folder.path));
+}

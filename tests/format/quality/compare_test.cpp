@@ -1,0 +1,167 @@
+#include "format/quality/compare.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "format/fabric/evaluate.h"
+#include "tests/format/fabrics.h"
+
+using namespace selvedge;
+
+namespace {
+
+/// A truth that is the same everywhere: `count` random pairs of 4 x 4 texels.
+PairSamples constant_truth(int count, float radiance, float alpha) {
+  PairSamples truth;
+  truth.width = truth.height = 4;
+  truth.pairs = random_pairs(count, 0.15, 1);
+  const std::size_t values = static_cast<std::size_t>(count) * 16;
+  truth.alpha.assign(values, alpha);
+  truth.alpha_noise.assign(values, 0);
+  truth.radiance.assign(values, V3f(radiance));
+  truth.noise.assign(values, V3f(0, 0, 0));
+  return truth;
+}
+
+/// The same radiance in every direction: without lobes the table alone is f.
+Fabric constant_fabric(float radiance, float opacity) {
+  Fabric fabric = test::lambert_fabric(4, 4, {1, 1, 1});
+  for (FabricLevel& level : fabric.levels) {
+    const auto texels = static_cast<std::size_t>(level.texels());
+    level.lobes.reset();
+    level.view_table = ViewTableLayer{std::vector<V3f>(texels, V3f(radiance))};
+    level.opacity = OpacityLayer{std::vector<float>(texels, opacity)};
+  }
+  return fabric;
+}
+
+}  // namespace
+
+TEST_CASE("a constant error has the figures that follow by hand") {
+  // Truth 0.8 * 0.5 = 0.4 over black, fit 0.5 * 1 = 0.5: error 0.1 everywhere, peak 0.4.
+  const auto result = compare(constant_fabric(0.5F, 1), constant_truth(8, 0.8F, 0.5F), PairKind::held_out);
+  REQUIRE(result);
+  CHECK(result->peak == doctest::Approx(0.4));
+  REQUIRE(result->levels.size() == 3);
+  for (const LevelComparison& level : result->levels) {
+    CHECK(level.psnr == doctest::Approx(20 * std::log10(0.4 / 0.1)));
+    CHECK(level.relative_l2 == doctest::Approx(0.25));
+    CHECK(level.mean_error == doctest::Approx(0.25));
+    CHECK(level.alpha_rms == doctest::Approx(0.5));
+  }
+  // 16 texels of three channels in each of the pairs.
+  REQUIRE(result->by_pair.size() == 8);
+  for (const PairComparison& pair : result->by_pair) {
+    CHECK(pair.psnr == doctest::Approx(20 * std::log10(0.4 / 0.1)));
+    CHECK(pair.squared == doctest::Approx(48 * 0.01));
+    CHECK(pair.energy == doctest::Approx(48 * 0.16));
+  }
+}
+
+TEST_CASE("the peak is the truth's 99.9th percentile at level 0, one for all levels") {
+  PairSamples truth = constant_truth(125, 0, 1);
+  // 2,000 texels of three equal channels: of 6,000 values the 99.9th percentile leaves 6 above, the outliers.
+  for (std::size_t i = 0; i < truth.radiance.size(); ++i) {
+    truth.radiance[i] = V3f(static_cast<float>(i) / 2000);
+  }
+  truth.radiance[0] = V3f(100);
+  truth.radiance[1] = V3f(100);
+  const auto result = compare(constant_fabric(0, 1), truth, PairKind::held_out);
+  REQUIRE(result);
+  // The largest of the others is 1,999 / 2,000.
+  CHECK(result->peak == doctest::Approx(1999.0 / 2000).epsilon(1e-3));
+}
+
+TEST_CASE("independent noise of the truth falls by 6.02 dB with every level") {
+  PairSamples truth = constant_truth(2000, 1, 1);
+  Random random(3);
+  for (V3f& n : truth.noise) {
+    for (int c = 0; c < 3; ++c) n[c] = test::uniform(random, -1, 1);
+  }
+  const auto result = compare(constant_fabric(1, 1), truth, PairKind::held_out);
+  REQUIRE(result);
+  // Mean square of a uniform number in [-1, 1] is 1/3: 4.77 dB below the peak of 1. The last level has 6,000
+  // values, whose mean square is known to 1.2 %: 0.05 dB; bound: 4 of them.
+  CHECK(result->levels[0].noise_psnr == doctest::Approx(4.77).epsilon(0.01));
+  CHECK(std::abs(result->levels[1].noise_psnr - result->levels[0].noise_psnr - 6.02) < 0.2);
+  CHECK(std::abs(result->levels[2].noise_psnr - result->levels[1].noise_psnr - 6.02) < 0.2);
+}
+
+TEST_CASE("an exact fit has 200 dB, and holes count as black") {
+  const Fabric fabric = constant_fabric(0.5F, 1);
+  PairSamples truth = constant_truth(4, 0.5F, 1);
+  CHECK(compare(fabric, truth, PairKind::held_out)->levels[0].psnr == 200);
+  for (std::size_t i = 0; i < truth.alpha.size(); i += 2) truth.alpha[i] = 0;
+  const auto result = compare(fabric, truth, PairKind::held_out);
+  // Half of the texels are off by 0.5, the peak is 0.5: mean square 0.125.
+  CHECK(result->levels[0].psnr == doctest::Approx(10 * std::log10(0.25 / 0.125)));
+}
+
+TEST_CASE("where nearly all is black the peak is the brightest, and a wrong fit of black has 0 dB") {
+  const Fabric grey = constant_fabric(0.1F, 1);
+  PairSamples truth = constant_truth(1, 0, 1);
+  const auto black = compare(grey, truth, PairKind::held_out);
+  REQUIRE(black);
+  CHECK(black->levels[0].psnr == 0);
+  CHECK(black->levels[0].relative_l2 == 1);
+  truth.radiance[0].x = 0.25F;
+  const auto one = compare(grey, truth, PairKind::held_out);
+  REQUIRE(one);
+  CHECK(one->peak == doctest::Approx(0.25));
+  CHECK(one->levels[0].psnr < 20);
+}
+
+TEST_CASE("against a finer truth each texel stands for those within it") {
+  // The truth is what the fabric shows, every texel four times.
+  const Fabric fabric = test::random_fabric(4, 4, {4, 4}, 2, 5);
+  PairSamples truth = constant_truth(6, 0, 0);
+  truth.width = truth.height = 8;
+  truth.alpha.clear();
+  truth.radiance.clear();
+  for (const DirectionPair& pair : truth.pairs) {
+    for (int i = 0; i < 64; ++i) {
+      const Shading s = evaluate(fabric, 0, i % 8 / 2, i / 16, pair.light, pair.view);
+      truth.alpha.push_back(s.alpha);
+      truth.radiance.push_back(s.radiance);
+    }
+  }
+  truth.alpha_noise.assign(truth.alpha.size(), 0);
+  truth.noise.assign(truth.alpha.size(), V3f(0, 0, 0));
+  const auto result = compare_with_finer(fabric, truth, PairKind::held_out);
+  REQUIRE(result);
+  REQUIRE(result->levels.size() == 4);
+  CHECK(result->levels[0].width == 8);
+  // Radiance times alpha rounds in floats.
+  CHECK(result->levels[0].psnr > 150);
+  // Means of four equal values round in double precision, and radiance is divided by alpha before.
+  CHECK(result->levels[1].relative_l2 < 1e-6);
+  CHECK(result->levels[3].width == 1);
+}
+
+TEST_CASE("against a truth of its own size the finer comparison is the plain one") {
+  const Fabric fabric = constant_fabric(0.5F, 1);
+  const PairSamples truth = constant_truth(8, 0.8F, 0.5F);
+  const auto plain = compare(fabric, truth, PairKind::held_out);
+  const auto finer = compare_with_finer(fabric, truth, PairKind::held_out);
+  REQUIRE(plain);
+  REQUIRE(finer);
+  REQUIRE(finer->levels.size() == plain->levels.size());
+  for (std::size_t k = 0; k < plain->levels.size(); ++k)
+    CHECK(finer->levels[k].psnr == plain->levels[k].psnr);
+  PairSamples odd = constant_truth(8, 0.8F, 0.5F);
+  odd.width = 2;
+  odd.height = 8;
+  const auto refused = compare_with_finer(fabric, odd, PairKind::held_out);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Code::fabric_mismatch);
+}
+
+TEST_CASE("samples of another size are refused, even with as many texels") {
+  PairSamples truth = constant_truth(2, 1, 1);
+  truth.width = 8;
+  truth.height = 2;
+  const auto result = compare(constant_fabric(1, 1), truth, PairKind::held_out);
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == Code::fabric_mismatch);
+}

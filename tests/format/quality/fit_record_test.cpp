@@ -1,0 +1,183 @@
+#include "format/quality/fit_record.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/check/fabric.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
+
+using namespace selvedge;
+using test::Folder;
+
+namespace {
+
+/// Random radiance and opacity for random pairs, of 8 x 8 texels.
+PairSamples random_truth(int count, std::uint64_t seed) {
+  PairSamples truth;
+  truth.width = truth.height = 8;
+  truth.pairs = random_pairs(count, 0.15, seed);
+  Random random(seed);
+  for (int i = 0; i < count * 64; ++i) {
+    truth.alpha.push_back(test::uniform(random, 0, 1));
+    truth.alpha_noise.push_back(0);
+    truth.radiance.emplace_back(test::uniform(random, 0, 1), test::uniform(random, 0, 1),
+                                test::uniform(random, 0, 1));
+    truth.noise.emplace_back(0.0F, 0.0F, 0.0F);
+  }
+  return truth;
+}
+
+std::optional<FitRecord> record_in(const Fabric& fabric) {
+  IssueSink sink("");
+  return fit_record_of(fabric.provenance, static_cast<int>(fabric.levels.size()), sink);
+}
+
+/// Places of the advice that the check gives on a fabric with that provenance.
+std::vector<std::string> advice_on(const std::string& provenance) {
+  const Folder folder;
+  Fabric fabric = test::lambert_fabric(2, 1, {1, 1, 1});
+  fabric.provenance = provenance;
+  const auto written = write_fabric(folder / "f.exr", fabric);
+  REQUIRE_MESSAGE(written, to_line(written.error()));
+  std::vector<std::string> places;
+  for (const Error& issue : check_fabric(folder / "f.exr")) {
+    CHECK(severity_of(issue.code) == Severity::warning);
+    if (issue.code == Code::fabric_advice) places.push_back(issue.place);
+  }
+  std::sort(places.begin(), places.end());
+  return places;
+}
+
+}  // namespace
+
+TEST_CASE("a fabric file says of every level what compare finds in it, and how many bytes it takes") {
+  const Folder folder;
+  const Fabric fabric = test::random_slab_fabric(8, 8, {2, 2}, 2, 3);
+  const PairSamples held_out = random_truth(6, 1);
+  const PairSamples training = random_truth(9, 2);
+  const FabricWriteOptions options;
+  FitRecord record;
+  record.warnings.push_back({Code::samples_sparse, {}, "level 0", "3 of 64 texels are holes"});
+  const Fabric stored = as_stored(fabric, options.half);
+  REQUIRE(judge(stored, held_out, training, record));
+  record.levels[1].iterations = 12.34;
+  record.levels[1].converged = 15;
+  record.levels[1].at_limit = 1;
+  REQUIRE(write_fabric(folder / "f.exr", stored, record, options));
+
+  for (const Error& issue : check_fabric(folder / "f.exr")) CHECK(issue.code != Code::fabric_advice);
+  auto reader = FabricReader::open(folder / "f.exr");
+  REQUIRE(reader);
+  const auto read = reader->read();
+  REQUIRE(read);
+  const auto found = record_in(*read);
+  REQUIRE(found);
+  REQUIRE(found->levels.size() == 4);
+  const auto of_held_out = compare(*read, held_out, PairKind::held_out);
+  REQUIRE(of_held_out);
+  const auto of_training = compare(*read, training, PairKind::held_out, of_held_out->peak);
+  REQUIRE(of_training);
+  CHECK(found->peak == doctest::Approx(of_held_out->peak).epsilon(1e-5));
+  for (std::size_t k = 0; k < 4; ++k) {
+    const FitRecordLevel& level = found->levels[k];
+    REQUIRE(level.held_out);
+    REQUIRE(level.training);
+    CHECK(level.held_out->pairs == 6);
+    CHECK(level.training->pairs == 9);
+    // Half a unit of the last digit that is written.
+    CHECK(std::abs(level.held_out->psnr - of_held_out->levels[k].psnr) < 0.00501);
+    CHECK(std::abs(level.training->psnr - of_training->levels[k].psnr) < 0.00501);
+    CHECK(std::abs(level.held_out->relative_l2 - of_held_out->levels[k].relative_l2) < 0.0000501);
+    CHECK(std::abs(level.training->relative_l2 - of_training->levels[k].relative_l2) < 0.0000501);
+    CHECK(level.layers == layers_text(read->levels[k]));
+    std::uint64_t bytes = 0;
+    for (const Layer layer : all_layers) {
+      if (layer != Layer::bases) bytes += reader->packed_bytes(layer, static_cast<int>(k));
+    }
+    CHECK(level.bytes == bytes);
+    CHECK(bytes > 0);
+  }
+  CHECK(found->levels[1].iterations == 12.3);
+  CHECK(found->levels[1].converged == 15);
+  CHECK(found->levels[1].at_limit == 1);
+  CHECK_FALSE(found->levels[0].iterations);
+  REQUIRE(found->warnings.size() == 1);
+  CHECK(found->warnings[0].message == record.warnings[0].message);
+}
+
+TEST_CASE("without compression a level takes the bytes of its values") {
+  const Folder folder;
+  const Fabric fabric = test::random_fabric(8, 4, {2, 2}, 2, 1);
+  FabricWriteOptions options;
+  options.codec = "none";
+  REQUIRE(write_fabric(folder / "f.exr", fabric, FitRecord(), options));
+  const auto read = read_fabric(folder / "f.exr");
+  REQUIRE(read);
+  const auto record = record_in(*read);
+  REQUIRE(record);
+  // Three channels of rho and two lobes of four floats; frame, table and opacity in halves.
+  const std::uint64_t per_texel = 3 * 9 * 4 + 6 * 2 + 4 * 3 * 2 + 4 * 2;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto texels = static_cast<std::uint64_t>(read->levels[k].texels());
+    CHECK(record->levels[k].bytes == texels * per_texel);
+    CHECK_FALSE(record->levels[k].held_out);
+  }
+  CHECK(record->levels[0].layers == "2 lobes x table");
+}
+
+TEST_CASE("a fabric as stored is the fabric that is read") {
+  const Folder folder;
+  Fabric fabric = test::random_slab_fabric(4, 4, {2, 2}, 1, 9);
+  for (FabricLevel& level : fabric.levels) {
+    for (float& alpha : level.opacity->opacity) alpha *= 0.7F;  // no half any more
+  }
+  const FabricWriteOptions options;
+  const Fabric stored = as_stored(fabric, options.half);
+  CHECK(stored.levels[0].opacity->opacity != fabric.levels[0].opacity->opacity);
+  REQUIRE(write_fabric(folder / "f.exr", fabric, options));
+  const auto read = read_fabric(folder / "f.exr");
+  REQUIRE(read);
+  for (std::size_t k = 0; k < read->levels.size(); ++k) {
+    CHECK(stored.levels[k].opacity->opacity == read->levels[k].opacity->opacity);
+    CHECK(stored.levels[k].lobes->parameters == read->levels[k].lobes->parameters);
+    CHECK(stored.levels[k].products->coefficient == read->levels[k].products->coefficient);
+    CHECK(stored.levels[k].bases == stored.levels[0].bases);
+  }
+  REQUIRE(write_fabric(folder / "s.exr", stored, options));
+  CHECK(test::bytes_of(folder / "s.exr") == test::bytes_of(folder / "f.exr"));
+}
+
+TEST_CASE("what is wrong in the record of a fit is advice, with its place") {
+  const std::string at = "/provenance/fit/";
+  CHECK(advice_on(R"({"fit":{"lobes":2}})").empty());
+  CHECK(advice_on(R"({"fit":7})").empty());
+  CHECK(advice_on(R"({"fit":{"levels":3}})") == std::vector{at + "levels", at + "peak"});
+  CHECK(advice_on(R"({"fit":{"levels":[{}],"peak":1,"warnings":[]}})") == std::vector{at + "levels"});
+  CHECK(advice_on(R"({"fit":{"levels":[7,{"layers":"x","bytes":-1,"iterations":"many","heldOut":{"pairs":1}}],
+                     "peak":1,"warnings":[{"code":"OTHER","place":"","message":""},5]}})") ==
+        std::vector{at + "levels/0", at + "levels/0/bytes", at + "levels/1/bytes", at + "levels/1/bytes",
+                    at + "levels/1/heldOut/psnr", at + "levels/1/heldOut/relativeL2",
+                    at + "levels/1/iterations", at + "warnings/0/code", at + "warnings/1"});
+}
+
+TEST_CASE("levels that are cut out keep their record, and errors only with their values") {
+  FitRecord record;
+  record.levels.resize(3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    record.levels[k].held_out = FitError{1, static_cast<double>(k), 0};
+    record.levels[k].training = FitError{1, 0, 0};
+    record.levels[k].converged = static_cast<int>(k);
+  }
+  const FitRecord kept = record_of_levels(record, 1, 2, false);
+  REQUIRE(kept.levels.size() == 2);
+  CHECK(kept.levels[0].held_out->psnr == 1);
+  CHECK(kept.levels[1].converged == 2);
+  const FitRecord changed = record_of_levels(record, 0, 0, true);
+  REQUIRE(changed.levels.size() == 1);
+  CHECK_FALSE(changed.levels[0].held_out);
+  CHECK_FALSE(changed.levels[0].training);
+  CHECK(changed.levels[0].converged == 0);
+}

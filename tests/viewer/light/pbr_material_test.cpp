@@ -1,0 +1,391 @@
+// Materials without a fabric: the formula of glTF's appendix B against its own text and closed forms,
+// pictures against that, and the two paths against each other.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "format/gltf/read_scene.h"
+#include "format/picture/image.h"
+#include "tests/viewer/paths.h"
+#include "viewer/light/pbr_brdf.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// The specification's formulas as they are written there (glTF 2.0, B.2 and B.3), times N.L, one channel.
+double by_the_book(double base, double metallic, double roughness, const V3d& n, const V3d& v, const V3d& l) {
+  const auto step = [](double x) { return x > 0 ? 1.0 : 0.0; };
+  const double alpha = roughness * roughness;
+  const double a2 = alpha * alpha;
+  const V3d h = (l + v).normalized();
+  const double nh = n.dot(h);
+  const double nl = n.dot(l);
+  const double nv = n.dot(v);
+  if (!(nl > 0)) return 0;
+  const double d = a2 * step(nh) / (pi * std::pow(nh * nh * (a2 - 1) + 1, 2));
+  const auto side = [&](double nx, double hx) {
+    return 2 * std::abs(nx) * step(hx) / (std::abs(nx) + std::sqrt(a2 + (1 - a2) * nx * nx));
+  };
+  const double g = side(nl, h.dot(l)) * side(nv, h.dot(v));
+  const double c_diff = std::lerp(base, 0.0, metallic);
+  const double f0 = std::lerp(0.04, base, metallic);
+  const double f = f0 + (1 - f0) * std::pow(1 - std::abs(v.dot(h)), 5);
+  return ((1 - f) * c_diff / pi + f * d * g / (4 * std::abs(nv) * std::abs(nl))) * nl;
+}
+
+PbrVector<float> pbr(const V3d& v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+double red_of(double base, double metallic, double roughness, const V3d& n, const V3d& v, const V3d& l) {
+  const auto b = static_cast<float>(base);
+  const PbrPoint<float> m{b, b, b, static_cast<float>(metallic), static_cast<float>(roughness)};
+  return static_cast<double>(pbr_brdf(m, pbr(n), pbr(v), pbr(l)).red);
+}
+
+V3d from_angles(double theta, double phi) {
+  return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+}
+
+/// What a white furnace shows, by the midpoint rule.
+double furnace(double base, double metallic, double roughness, double view_angle) {
+  constexpr int rings = 400;
+  constexpr int spokes = 400;
+  const V3d v = from_angles(view_angle, 0);
+  double sum = 0;
+  for (int i = 0; i < rings; ++i) {
+    const double theta = (i + 0.5) / rings * pi / 2;
+    for (int j = 0; j < spokes; ++j) {
+      const V3d l = from_angles(theta, (j + 0.5) / spokes * 2 * pi);
+      sum += red_of(base, metallic, roughness, V3d(0, 0, 1), v, l) * std::sin(theta);
+    }
+  }
+  return sum * (pi / 2 / rings) * (2 * pi / spokes);
+}
+
+/// A picture of smooth noise, or of a normal map where `normals` is set.
+SceneImage picture(int width, int height, std::uint64_t seed, bool normals) {
+  Image image{width, height, 4, {}};
+  Random random(seed, 0);
+  const auto phase = [&] { return 2 * pi * random.uniform(); };
+  std::array<double, 8> phases{};
+  for (double& p : phases) p = phase();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const auto wave = [&](std::size_t k, double fx, double fy) {
+        return std::sin(2 * pi * (fx * x / width + fy * y / height) + phases[k]);
+      };
+      for (std::size_t c = 0; c < 4; ++c) {
+        const auto turns = static_cast<double>(c + 1);
+        double value = 0.5 + 0.25 * wave(2 * c, turns, 2) + 0.25 * wave(2 * c + 1, 1, 5 - turns);
+        if (normals) value = c == 2 ? 0.95 : 0.5 + 0.3 * (value - 0.5);
+        image.pixels.push_back(static_cast<float>(value));
+      }
+    }
+  }
+  const auto png = encode_png(image, normals ? Transfer::keep : Transfer::srgb);
+  test::require(png);
+  return {normals ? "normals" : "waves", "image/png", *png};
+}
+
+/// A material that has everything: five textures under different transforms, wraps and coordinates.
+SceneMaterial everything() {
+  SceneMaterial m;
+  m.base_color = V4f(0.9F, 0.8F, 1, 1);
+  m.base_color_texture.image = 0;
+  m.base_color_texture.transform.scale = V2d(5, 3);
+  m.base_color_texture.transform.rotation = 0.4;
+  m.metallic = 0.8F;
+  m.roughness = 0.9F;
+  m.metallic_roughness_texture.image = 1;
+  m.metallic_roughness_texture.wrap_u = Wrap::mirror;
+  m.metallic_roughness_texture.transform.scale = V2d(3, 2);
+  m.normal_texture.image = 2;
+  m.normal_texture.transform.scale = V2d(8, 4);
+  m.normal_scale = 1.5F;
+  m.occlusion_texture.image = 1;
+  m.occlusion_texture.tex_coord = 1;
+  m.occlusion_texture.wrap_v = Wrap::clamp;
+  m.occlusion_strength = 0.7F;
+  m.emissive = V3f(0.05F, 0.02F, 0.1F);
+  m.emissive_texture.image = 3;
+  m.emissive_texture.nearest = true;
+  m.emissive_texture.transform.offset = V2d(0.3, 0.1);
+  return m;
+}
+
+test::Setting everything_on_a_sphere() {
+  test::Setting setting;
+  ScenePrimitive sphere = test::sphere(64, 32, V2d(1, 1));
+  for (std::size_t i = 0; i < sphere.positions.size(); ++i) {
+    const V3f& p = sphere.positions[i];
+    sphere.tex_coords[1].emplace_back(p.x * 2.0, p.y * 2.0);
+    sphere.colors.emplace_back(0.5F + 0.5F * p.x, 1, 0.7F + 0.3F * p.y, 1);
+  }
+  test::add(setting.scene, sphere, everything());
+  setting.scene.images = {picture(64, 32, 1, false), picture(48, 48, 2, false), picture(64, 64, 3, true),
+                          picture(16, 16, 4, false)};
+  setting.options.width = 300;
+  setting.options.height = 200;
+  setting.camera.elevation = 20;
+  Light lamp;
+  lamp.kind = LightKind::point;
+  lamp.position = V3d(-1.5, 1, 2);
+  lamp.irradiance = V3f(2, 3, 4);
+  setting.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)}, lamp};
+  return setting;
+}
+
+}  // namespace
+
+TEST_CASE("the core formula is that of the specification, for any directions and materials") {
+  Random random(3, 0);
+  double worst = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const V3d n = V3d(test::any_direction(random)).normalized();
+    const V3d v = V3d(test::any_direction(random)).normalized();
+    const V3d l = V3d(test::any_direction(random)).normalized();
+    const double metallic = random.uniform();
+    const double roughness = 0.1 + 0.9 * random.uniform();
+    const double base = random.uniform();
+    if ((l + v).length() < 1e-3 || std::abs(n.dot(v)) < 1e-3) continue;
+    const double expected = by_the_book(base, metallic, roughness, n, v, l);
+    const double found = red_of(base, metallic, roughness, n, v, l);
+    worst = std::max(worst, std::abs(found - expected) / (1 + expected));
+  }
+  CHECK(worst < 2e-4);
+}
+
+TEST_CASE("a mirror's peak, the dark side and Lambert's limit have their closed forms") {
+  const V3d up(0, 0, 1);
+  // D is 1 / (pi alpha^2) at its peak, the visibility 1/4.
+  for (const double roughness : {1.0, 0.5, 0.2, 0.1}) {
+    CHECK(red_of(0.8, 1, roughness, up, up, up) ==
+          doctest::Approx(0.8 / (4 * pi * std::pow(roughness, 4))).epsilon(1e-4));
+  }
+  // What a dielectric reflects at its surface does not reach its base.
+  CHECK(red_of(0.5, 0, 1, up, up, up) == doctest::Approx(0.96 * 0.5 / pi + 0.04 / (4 * pi)).epsilon(1e-5));
+  CHECK(red_of(0.5, 0, 0.5, up, up, V3d(0.6, 0, -0.8)) == 0);
+  // Without a surface there is Lambert: far from the mirror's direction little else is left.
+  const V3d low = V3d(1, 0, 0.3).normalized();
+  const double h = (up + low).normalized().dot(up);
+  const double f = 0.04 + 0.96 * std::pow(1 - h, 5);
+  CHECK(red_of(0.5, 0, 0.1, up, up, low) == doctest::Approx((1 - f) * 0.5 / pi * low.z).epsilon(1e-3));
+}
+
+TEST_CASE("a metal never gives more light than it gets, a smooth one gives all of it back") {
+  for (const double angle : {0.0, 0.7, 1.2, 1.5}) {
+    for (const double roughness : {0.3, 0.6, 1.0}) {
+      CAPTURE(angle);
+      CAPTURE(roughness);
+      CHECK(furnace(1, 1, roughness, angle) <= 1.0005);
+    }
+  }
+  CHECK(furnace(1, 1, 0.3, 0) == doctest::Approx(1).epsilon(0.01));
+  // The two layers of a dielectric add up to less than 1 where it is looked at from above.
+  for (const double roughness : {0.3, 0.6, 1.0}) CHECK(furnace(1, 0, roughness, 0.5) <= 1.0005);
+}
+
+TEST_CASE("light from all sides stays near what the formula gathers, and never above it all") {
+  for (const double angle : {0.0, 0.5, 1.0}) {
+    for (const double roughness : {0.3, 0.6, 1.0}) {
+      for (const double metallic : {0.0, 1.0}) {
+        const PbrPoint<float> m{0.6F, 0.6F, 0.6F, static_cast<float>(metallic),
+                                static_cast<float>(roughness)};
+        const double found =
+            static_cast<double>(pbr_ambient(m, pbr(V3d(0, 0, 1)), pbr(from_angles(angle, 0))).red);
+        const double gathered = furnace(0.6, metallic, roughness, angle);
+        CAPTURE(angle);
+        CAPTURE(roughness);
+        CAPTURE(metallic);
+        CAPTURE(gathered);
+        CHECK(found <= 1);
+        // Rough metals lose light between their facets in the formula, which here comes back.
+        CHECK(found == doctest::Approx(gathered).epsilon(metallic > 0 ? 0.6 * roughness : 0.07));
+        CHECK(found > gathered - 0.05);
+      }
+    }
+  }
+}
+
+TEST_CASE("a sphere in a core material shows the specification's formula on either path") {
+  for (const double metallic : {0.0, 1.0}) {
+    test::Setting setting;
+    SceneMaterial material = test::material(-1, V4f(0.8F, 0.5F, 0.2F, 1));
+    material.metallic = static_cast<float>(metallic);
+    material.roughness = 0.6F;
+    test::add(setting.scene, test::sphere(256, 128, V2d(1, 1)), material);
+    setting.options.width = 120;
+    setting.options.height = 100;
+    setting.options.ambient = 0;
+    const Light light{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)};
+    setting.options.lights = {light};
+    const Camera camera = test::camera_of(setting);
+    for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+      const Frame frame = test::drawn(setting, path);
+      double worst = 0;
+      int compared = 0;
+      for (int y = 0; y < frame.height; ++y) {
+        for (int x = 0; x < frame.width; ++x) {
+          const V3d view =
+              view_direction(camera, V2d((2.0 * x + 1) / frame.width - 1, 1 - (2.0 * y + 1) / frame.height));
+          const double along = camera.position.dot(view);
+          const double under_root = along * along - camera.position.length2() + 1;
+          // The silhouette is a polygon's.
+          if (under_root < 0.01) continue;
+          const V3d normal = camera.position - view * (along - std::sqrt(under_root));
+          const V4f& pixel = frame.pixels[y * frame.width + x];
+          for (int c = 0; c < 3; ++c) {
+            const double base = std::array{0.8, 0.5, 0.2}[c];
+            const double expected =
+                by_the_book(base, metallic, 0.6, normal, view, light.direction) * light.irradiance[c];
+            worst = std::max(worst, std::abs(expected - static_cast<double>(pixel[c])));
+          }
+          ++compared;
+        }
+      }
+      CHECK(compared > 2000);
+      // Highlights reach 1; roughness has 16 bits, normals are off by 1e-4.
+      CHECK(worst < 3e-3);
+    }
+  }
+}
+
+TEST_CASE("hybrid and shader agree on a material that has everything") {
+  test::Setting setting = everything_on_a_sphere();
+  CHECK(test::share_apart(setting) <= 0.001);
+  setting.options.supersample = 2;
+  CHECK(test::share_apart(setting) <= 0.001);
+  setting.options.supersample = 1;
+  setting.scene.materials[0].alpha_mode = AlphaMode::mask;
+  setting.scene.materials[0].alpha_cutoff = 0.45F;
+  setting.scene.materials[0].double_sided = true;
+  CHECK(test::share_apart(setting) <= 0.001);
+  setting.scene.materials[0].alpha_mode = AlphaMode::blend;
+  CHECK(test::share_apart(setting) <= 0.001);
+  setting.scene.materials[0].unlit = true;
+  CHECK(test::share_apart(setting) <= 0.001);
+}
+
+TEST_CASE("hybrid and shader agree where a fabric shines and core materials lie before and behind it") {
+  test::Setting setting = everything_on_a_sphere();
+  setting.scene.materials[0].alpha_mode = AlphaMode::mask;
+  setting.scene.materials[0].alpha_cutoff = 0.5F;
+  setting.scene.materials[0].double_sided = true;
+  SceneMaterial shining = test::material(0);
+  shining.emissive = V3f(0.1F, 0.05F, 0.02F);
+  shining.emissive_texture.image = 3;
+  test::add(setting.scene, test::square(3, -0.2F), shining);
+  setting.fabrics = {test::random_fabric(16, 16, 1)};
+  CHECK(test::share_apart(setting) <= 0.001);
+}
+
+TEST_CASE("a fabric's material gives its own light on top of the fabric's") {
+  test::Setting setting;
+  SceneMaterial plain = test::material(0);
+  test::add(setting.scene, test::square(1), plain);
+  setting.fabrics = {test::lambert_fabric(4, V3f(0.5F), 0.5F)};
+  setting.options.width = setting.options.height = 32;
+  setting.options.lights = {{V3d(0, 0, 1), V3f(1)}};
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    setting.scene.materials[0].emissive = V3f(0);
+    const V4f dark = test::drawn(setting, path).pixels[16 * 32 + 16];
+    setting.scene.materials[0].emissive = V3f(0.25F, 0.5F, 2);
+    const V4f bright = test::drawn(setting, path).pixels[16 * 32 + 16];
+    CHECK(bright.w == dark.w);
+    // Through its holes one does not see it shine.
+    for (int c = 0; c < 3; ++c)
+      CHECK(bright[c] - dark[c] ==
+            doctest::Approx(0.5 * setting.scene.materials[0].emissive[c]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("normals turn with their texture, on the back the other way, and unlit surfaces know no light") {
+  test::Setting setting;
+  SceneMaterial material = test::material(-1);
+  material.metallic = 0;
+  material.normal_texture.image = 0;
+  // (0.6, 0, 0.8) in the texture's axes: to the right, which is +x on the square.
+  Image image{1, 1, 3, {0.8F, 0.5F, 0.9F}};
+  const auto png = encode_png(image, Transfer::keep);
+  test::require(png);
+  setting.scene.images.push_back({"normal", "image/png", *png});
+  test::add(setting.scene, test::square(1), material);
+  setting.options.width = setting.options.height = 32;
+  setting.options.ambient = 0;
+  setting.camera.projection = Projection::parallel;
+  const V3d normal = V3d(2 * 204 / 255.0 - 1, 2 * 128 / 255.0 - 1, 2 * 230 / 255.0 - 1).normalized();
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    for (const bool back : {false, true}) {
+      setting.camera.azimuth = back ? 180 : 0;
+      setting.scene.materials[0].unlit = false;
+      const V3d view(0, 0, back ? -1 : 1);
+      for (const V3d& light : {V3d(0.6, 0, 0.8), V3d(-0.6, 0, 0.8)}) {
+        const V3d l = back ? -light : light;
+        setting.options.lights = {{l, V3f(1)}};
+        const V4f pixel = test::drawn(setting, path).pixels[16 * 32 + 16];
+        CHECK(pixel.x ==
+              doctest::Approx(by_the_book(1, 0, 1, back ? -normal : normal, view, l)).epsilon(2e-3));
+      }
+      setting.scene.materials[0].unlit = true;
+      CHECK(test::drawn(setting, path).pixels[16 * 32 + 16].y == doctest::Approx(1 / pi));
+    }
+  }
+}
+
+TEST_CASE("hybrid and shader agree on real scenes with textures, normals, colours and glass") {
+  const std::filesystem::path garments = std::filesystem::path(SELVEDGE_DATA_DIR) / "garments" / "khronos";
+  if (!std::filesystem::exists(garments)) {
+    MESSAGE("skipped: there is no ", garments.string());
+    return;
+  }
+  for (const char* name :
+       {"TextureSettingsTest/glTF/TextureSettingsTest.gltf",
+        "NormalTangentTest/glTF-Binary/NormalTangentTest.glb",
+        "VertexColorTest/glTF-Binary/VertexColorTest.glb", "MultiUVTest/glTF/MultiUVTest.gltf",
+        "SheenChair/glTF/SheenChair.gltf", "ToyCar/glTF/ToyCar.gltf"}) {
+    CAPTURE(name);
+    test::Setting setting;
+    const Result<Scene> scene = read_scene((garments / name).string());
+    test::require(scene);
+    setting.scene = *scene;
+    setting.options.width = 200;
+    setting.options.height = 150;
+    setting.camera.azimuth = 20;
+    setting.camera.elevation = 10;
+    setting.options.lights = default_lights(test::camera_of(setting));
+    CHECK(test::share_apart(setting) <= 0.001);
+  }
+}
+
+TEST_CASE("an unlit scene shows its colours as they are stored") {
+  const std::string file =
+      (std::filesystem::path(SELVEDGE_DATA_DIR) / "garments/khronos/UnlitTest/glTF-Binary/UnlitTest.glb")
+          .string();
+  if (!std::filesystem::exists(file)) {
+    MESSAGE("skipped: there is no ", file);
+    return;
+  }
+  const Result<Scene> scene = read_scene(file);
+  test::require(scene);
+  test::Setting setting;
+  setting.scene = *scene;
+  setting.options.width = 96;
+  setting.options.height = 48;
+  const Frame frame = test::drawn(setting, RenderPath::hybrid);
+  // Its author says: an orange and a blue square, 255, 128, 0 and 0, 128, 255.
+  for (const bool right : {false, true}) {
+    const V4f& pixel = frame.pixels[24 * 96 + (right ? 72 : 24)];
+    for (int c = 0; c < 3; ++c) {
+      const std::array<double, 3> colour{255, 128, 0};
+      CHECK(std::abs(test::shown(pixel[c]) - colour[right ? 2 - c : c]) < 1);
+    }
+  }
+}
+
+}  // namespace selvedge

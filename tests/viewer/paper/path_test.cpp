@@ -1,0 +1,434 @@
+// The paper's own path: what 8 bits hold, and what they do not.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "format/fabric/evaluate.h"
+#include "format/scene/level_bounds.h"
+#include "format/scene/lights.h"
+#include "tests/format/fabrics.h"
+#include "tests/viewer/plain_frame.h"
+#include "tests/viewer/ray_caster.h"
+#include "tests/viewer/shapes.h"
+#include "viewer/paper/layers.h"
+#include "viewer/render.h"
+#include "viewer/renderer.h"
+
+namespace selvedge {
+namespace {
+
+/// Half a step of (n + 1) / 2 in 8 bits, in n; and what floats round before that.
+constexpr double half_step = 1.0 / 255 + 1e-5;
+
+/// The nearest surfaces as the passes show them.
+struct Coding {
+  V2i size;
+  Camera camera;
+  MergedSurfaces mesh;
+  PaperKinds kinds;
+  PaperFrames frames;
+  std::vector<PackedFabric> packed;
+};
+
+/// Rows first_row ... of the frame, counted from its bottom; all of them where `rows` is 0.
+Coding code(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera, const V2i& size,
+            const LevelOptions& levels, int first_row = 0, int rows = 0) {
+  Coding result{size, camera, {}, {}, {}, {}};
+  const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
+  test::require(surfaces);
+  std::vector<std::string> remarks;
+  const auto materials = materials_of(scene, *surfaces, fabrics.size(), remarks);
+  test::require(materials);
+  const auto kinds = paper_kinds(scene, *surfaces, *materials, fabrics, remarks);
+  test::require(kinds);
+  result.kinds = *kinds;
+  result.mesh = merge(*surfaces);
+  for (const Fabric& fabric : fabrics) result.packed.push_back(pack(fabric));
+  const auto context = make_osmesa_context();
+  test::require(context);
+  test::require((*context)->make_current());
+  const auto gl = load_gl_functions(**context);
+  test::require(gl);
+  const auto pass = PaperPass::create(*gl, result.mesh, materials->materials, result.kinds, fabrics,
+                                      {size.x, size.y, rows == 0 ? size.y : rows});
+  test::require(pass);
+  const auto any = (*pass)->draw(clip_matrix(camera, V3d(0, 0, 0)), first_row, 0, levels);
+  test::require(any);
+  (*pass)->read(result.frames);
+  return result;
+}
+
+Camera seen(double elevation, double aspect, double zoom = 1) {
+  CameraOptions options;
+  options.elevation = elevation;
+  options.azimuth = 25;
+  options.zoom = zoom;
+  const std::vector<V3d> points{V3d(-1), V3d(1)};
+  const auto camera = make_camera(points, aspect, options);
+  test::require(camera);
+  return *camera;
+}
+
+/// body(i, x, y, triangle) for every covered pixel whose centre is not at a triangle's edge, where a
+/// rasteriser rounds to 1/256 of a pixel: its number, its centre, and what a ray through it meets first.
+template <class Body>
+void each_ray(const Coding& coding, const test::RayCaster& rays, const Body& body) {
+  for (int row = 0; row < coding.size.y; ++row) {
+    for (int column = 0; column < coding.size.x; ++column) {
+      const auto i = static_cast<std::size_t>(row * coding.size.x + column);
+      if (coding.frames.normals[i][3] == 0) continue;
+      const double x = column + 0.5;
+      const double y = row + 0.5;
+      const std::optional<test::RayHit> hit = rays.cast(x, y);
+      bool within = hit.has_value();
+      for (const V2d& d : {V2d(0.01, 0), V2d(-0.01, 0), V2d(0, 0.01), V2d(0, -0.01)})
+        within = within && rays.inside(hit->triangle, x + d.x, y + d.y) >= 0;
+      if (within) body(i, x, y, hit->triangle);
+    }
+  }
+}
+
+V3d vector_of(const std::array<double, 4>& group) { return {group[0], group[1], group[2]}; }
+
+double largest(const V3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+TEST_CASE("normals and tangents in colours of 8 bits are within half a step of those that a ray meets") {
+  Scene scene;
+  M44d mirror;
+  mirror.setScale(V3d(-1, 1, 1));
+  test::add(scene, test::sphere(24, 12, V2d(5, 3)), test::material(0), mirror);
+  const std::vector<Fabric> fabrics{test::random_fabric(16, 16, 1)};
+  const Coding coding = code(scene, fabrics, seen(30, 1), V2i(160, 160), {});
+  const test::RayCaster rays(coding.mesh, coding.size, coding.camera);
+  int compared = 0;
+  each_ray(coding, rays, [&](std::size_t i, double x, double y, std::size_t triangle) {
+    const V3d normal(decode_direction(coding.frames.normals[i]));
+    const V3d tangent(decode_direction(coding.frames.tangents[i]));
+    CHECK(largest(normal - vector_of(rays.attributes(triangle, x, y, 0))) <= half_step);
+    CHECK(largest(tangent - vector_of(rays.attributes(triangle, x, y, 1))) <= half_step);
+    CHECK(coding.frames.tangents[i][3] == (coding.mesh.triangles[triangle].handedness < 0 ? 0 : 255));
+    CHECK(coding.frames.normals[i][3] == code_kind(0, false));
+    ++compared;
+  });
+  CHECK(compared > 8000);
+}
+
+/// Texel and level of every pixel against a ray; `blend` is that of the options.
+void check_texels(const Scene& scene, const Fabric& fabric, const Camera& camera,
+                  const LevelOptions& options) {
+  const Coding coding = code(scene, {fabric}, camera, V2i(240, 180), options);
+  const test::RayCaster rays(coding.mesh, coding.size, camera);
+  const V2d size(fabric.levels[0].width, fabric.levels[0].height);
+  const double last = static_cast<double>(fabric.levels.size()) - 1;
+  // Half a step of the texture's code and half a step of the frame's, in levels; and what Mesa's logarithm
+  // and its blend are off.
+  const double slack = 1 / static_cast<double>(paper_level_step) + 0.05;
+  int compared = 0;
+  int wrong = 0;
+  int levels = 0;
+  double worst = 0;
+  each_ray(coding, rays, [&](std::size_t i, double x, double y, std::size_t triangle) {
+    const Coded& texel = coding.frames.texels[i];
+    const V2d uv = rays.uv(triangle, x, y);
+    const FabricLevel& level = fabric.levels[texel[3]];
+    if (options.forced < 0) {
+      // OpenGL wants a level between those of the greater and of the sum of the greatest changes (4.5
+      // core, 8.14.1); Mesa takes differences over two pixels, whose own change is that of the level from one
+      // to the next.
+      ++levels;
+      double low = 30;
+      double high = -30;
+      for (const V2d& at : {V2d(x - 1, y - 1), V2d(x + 1, y - 1), V2d(x - 1, y + 1), V2d(x + 1, y + 1)}) {
+        const V2d right = (rays.uv(triangle, at.x + 0.5, at.y) - rays.uv(triangle, at.x - 0.5, at.y)) * size;
+        const V2d up = (rays.uv(triangle, at.x, at.y + 0.5) - rays.uv(triangle, at.x, at.y - 0.5)) * size;
+        const double u = std::max(std::abs(right.x), std::abs(up.x));
+        const double v = std::max(std::abs(right.y), std::abs(up.y));
+        low = std::min(low, std::log2(std::max(u, v)));
+        high = std::max(high, std::log2(u + v));
+      }
+      const double lower = std::clamp(low, 0.0, last);
+      const double upper = std::clamp(high, 0.0, last);
+      const double blue = static_cast<double>(decode_level(texel[2]));
+      if (options.blend) {
+        worst = std::max({worst, lower - slack - blue, blue - upper - slack});
+        CHECK(std::abs(blue - std::clamp(blue, static_cast<double>(texel[3]), texel[3] + 1.0)) <= slack);
+      } else {
+        CHECK(std::lround(blue) == texel[3]);
+        CHECK(texel[3] >= std::floor(lower - slack + 0.5));
+        CHECK(texel[3] <= std::ceil(upper + slack + 0.5));
+      }
+    } else {
+      CHECK(texel[3] == std::min(options.forced, static_cast<int>(last)));
+    }
+    if (test::to_edge(uv.x * level.width) < 0.02 || test::to_edge(uv.y * level.height) < 0.02) return;
+    ++compared;
+    if (texel[0] != wrap_texel(uv.x, level.width) || texel[1] != wrap_texel(uv.y, level.height)) ++wrong;
+  });
+  MESSAGE(wrong << " of " << compared << " texels differ, of " << levels << " levels some by " << worst);
+  CHECK(worst <= 0);
+  CHECK(compared > 5000);
+  CHECK(wrong * 1000 <= compared);
+}
+
+TEST_CASE("places in red and green are those of a ray, levels in blue are within what OpenGL leaves open") {
+  for (const V2i& size : {V2i(16, 16), V2i(256, 256), V2i(64, 24), V2i(5, 3)}) {
+    const Fabric fabric = test::random_fabric(size.x, size.y, 1);
+    for (const double repeats : {1.0, 7.0, 40.0}) {
+      CAPTURE(size.x);
+      CAPTURE(repeats);
+      Scene scene;
+      test::add(scene, test::square(repeats), test::material(0));
+      const Camera camera = seen(35, 4.0 / 3, 1.7);
+      check_texels(scene, fabric, camera, {});
+      LevelOptions nearest;
+      nearest.blend = false;
+      check_texels(scene, fabric, camera, nearest);
+      LevelOptions forced;
+      forced.forced = 1;
+      check_texels(scene, fabric, camera, forced);
+    }
+  }
+}
+
+TEST_CASE("a band of rows is what the whole of the paper's frame has there") {
+  Scene scene;
+  // Askew: a component of 0 is halfway between two steps, and either is right.
+  M44d askew;
+  askew.setEulerAngles(V3d(0.3, 0.2, 0.1));
+  test::add(scene, test::sphere(20, 10, V2d(9, 5)), test::material(0), askew);
+  const std::vector<Fabric> fabrics{test::random_fabric(16, 16, 1)};
+  const V2i size(50, 48);
+  const Coding whole = code(scene, fabrics, seen(10, 1), size, {});
+  int covered = 0;
+  int other = 0;
+  for (int first = 0; first < size.y; first += 12) {
+    const Coding band = code(scene, fabrics, whole.camera, size, {}, first, 12);
+    for (std::size_t i = 0; i < band.frames.normals.size(); ++i) {
+      const std::size_t j = static_cast<std::size_t>(first * size.x) + i;
+      CHECK(band.frames.normals[i][3] == whole.frames.normals[j][3]);
+      if (band.frames.normals[i][3] == 0) continue;
+      ++covered;
+      const bool same = band.frames.normals[i] == whole.frames.normals[j] &&
+                        band.frames.tangents[i] == whole.frames.tangents[j] &&
+                        band.frames.texels[i] == whole.frames.texels[j];
+      other += same ? 0 : 1;
+    }
+  }
+  CHECK(covered > 1000);
+  // Interpolation starts from another corner: what floats round shows where a step of 8 bits or a texel ends.
+  CHECK(other * 100 <= covered);
+}
+
+Frame drawn(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
+            RenderOptions options, RenderPath path) {
+  options.path = path;
+  Result<Frame> frame = render(scene, fabrics, camera, options);
+  test::require(frame);
+  return std::move(*frame);
+}
+
+TEST_CASE("the paper's picture is within 1/255 of the reference evaluation over its own frames") {
+  Scene scene;
+  test::add(scene, test::sphere(48, 24, V2d(20, 10)), test::material(0));
+  M44d aside;
+  aside.setTranslation(V3d(0.9, 0.3, -0.4));
+  SceneMaterial opaque = test::material(1);
+  opaque.alpha_mode = AlphaMode::opaque;
+  test::add(scene, test::square(40, 0), opaque, aside);
+  const std::vector<Fabric> fabrics{test::random_fabric(32, 32, {8, 8}, 2, 1),
+                                    test::random_fabric(9, 7, {4, 6}, 1, 2)};
+  const V2i size(160, 120);
+  const Camera camera = seen(20, 4.0 / 3);
+  const std::vector<Light> lights = default_lights(camera);
+  const Coding coding = code(scene, fabrics, camera, size, {});
+  const std::vector<SurfaceMaterial> materials = looks_of_kinds(coding.kinds);
+  std::vector<V4f> pixels(static_cast<std::size_t>(size.x * size.y), V4f(0, 0, 0, 0));
+  shade_round(coding.frames, coding.kinds, true, {camera, size.x, size.y, materials, coding.packed, lights},
+              {0, size.x, size.y, pixels.data(), size.x});
+  double worst = 0;
+  int covered = 0;
+  for (int row = 0; row < size.y; ++row) {
+    for (int x = 0; x < size.x; ++x) {
+      const auto i = static_cast<std::size_t>(row * size.x + x);
+      const Coded& normal = coding.frames.normals[i];
+      V3d sum(0, 0, 0);
+      double alpha = 0;
+      if (normal[3] != 0) {
+        ++covered;
+        const int which = decode_kind(normal[3]);
+        const Fabric& fabric = fabrics[which];
+        const V3d view =
+            view_direction(camera, V2d((2.0 * x + 1) / size.x - 1, (2.0 * row + 1) / size.y - 1));
+        const test::PlainFrame frame_of =
+            test::plain_frame(V3d(decode_direction(normal)), V3d(decode_direction(coding.frames.tangents[i])),
+                              1, decode_back(normal[3]) ? -1 : 1, view);
+        // The finer level of alpha, the next by the centre of its texel, and blue between them.
+        const Coded& texel = coding.frames.texels[i];
+        const int last = static_cast<int>(fabric.levels.size()) - 1;
+        const double part = std::clamp(static_cast<double>(decode_level(texel[2])) - texel[3], 0.0,
+                                       texel[3] < last ? 1.0 : 0.0);
+        const V2d uv((texel[0] + 0.5) / fabric.levels[texel[3]].width,
+                     (texel[1] + 0.5) / fabric.levels[texel[3]].height);
+        for (int k = 0; k < 2; ++k) {
+          const double weight = k == 0 ? 1 - part : part;
+          if (weight == 0) continue;
+          const FabricLevel& level = fabric.levels[texel[3] + k];
+          for (const Light& light : lights) {
+            const Shading one =
+                evaluate(fabric, texel[3] + k, wrap_texel(uv.x, level.width), wrap_texel(uv.y, level.height),
+                         frame_of.into(light.direction), frame_of.into(view));
+            sum += V3d(one.radiance * light.irradiance) * (weight * static_cast<double>(one.alpha));
+            if (&light == lights.data()) alpha += weight * static_cast<double>(one.alpha);
+          }
+        }
+        if (which == 1) {
+          sum /= alpha;
+          alpha = 1;
+        }
+      }
+      const V4f& pixel = pixels[i];
+      for (int c = 0; c < 3; ++c)
+        worst = std::max(worst, std::abs(test::srgb(sum[c]) - test::srgb(static_cast<double>(pixel[c]))));
+      worst = std::max(worst, std::abs(alpha - static_cast<double>(pixel.w)));
+    }
+  }
+  MESSAGE("largest difference seen: " << worst * 255 << " / 255 over " << covered << " pixels");
+  CHECK(covered > 5000);
+  CHECK(worst * 255 <= 1);
+}
+
+TEST_CASE("Lambertian pictures are as near to those of hybrid as half a step of the normals lets them be") {
+  // A sphere whose front and inside are both seen, one behind the other, and a square behind it.
+  Scene scene;
+  test::add(scene, test::sphere(96, 48, V2d(12, 6)), test::material(0));
+  test::add(scene, test::square(9, -2), test::material(0));
+  const float albedo = 0.8F;
+  const float opacity = 0.5F;
+  const std::vector<Fabric> fabrics{test::lambert_fabric(16, V3f(albedo), opacity)};
+  RenderOptions options;
+  options.width = options.height = 200;
+  options.lights = {{V3d(0.48, 0.6, 0.64), V3f(2)}, {V3d(-0.6, 0, 0.8), V3f(1)}};
+  const Camera camera = seen(20, 1);
+  const Frame a = drawn(scene, fabrics, camera, options, RenderPath::hybrid);
+  const Frame b = drawn(scene, fabrics, camera, options, RenderPath::paper);
+  // A vector of at least this length, moved by at most half a step in each of three components, turns by at
+  // most asin(|moved| / length); the light's cosine changes by no more than the normal does, and albedo / pi
+  // times the irradiance of each light with it. A pixel's layers weigh at most 1 together.
+  const double shortest = std::cos(2 * std::numbers::pi / 96);  // between two normals of the mesh, and more
+  const double turned = std::asin(std::sqrt(3.0) * half_step / shortest);
+  const double bound = static_cast<double>(albedo) / std::numbers::pi * 3 * turned;
+  double worst = 0;
+  int compared = 0;
+  int other_coverage = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    // Edges of triangles: each path rounds them by itself.
+    if (std::abs(a.pixels[i].w - b.pixels[i].w) > 1e-3F) {
+      ++other_coverage;
+      continue;
+    }
+    if (!(a.pixels[i].w > 0)) continue;
+    // The rim of the sphere, where normals are bent towards the viewer.
+    const V2d s((2.0 * static_cast<double>(i % 200) + 1) / 200 - 1,
+                1 - (2.0 * static_cast<double>(i / 200) + 1) / 200);
+    const V3d ray = view_direction(camera, s);
+    const V3d nearest = camera.position - ray * camera.position.dot(ray);
+    if (std::abs(nearest.length() - 1) < 0.02) continue;
+    ++compared;
+    for (int c = 0; c < 3; ++c)
+      worst = std::max(worst, static_cast<double>(std::abs(a.pixels[i][c] - b.pixels[i][c])));
+  }
+  MESSAGE("largest difference " << worst << " where " << bound << " is allowed, " << other_coverage
+                                << " pixels at edges left out");
+  CHECK(compared > 15000);
+  CHECK(other_coverage * 200 < compared);
+  CHECK(worst <= bound);
+  // 8 bits are seen.
+  CHECK(worst > bound / 10);
+}
+
+TEST_CASE("a fabric of which the finer levels are left out gives the paper's frame of the whole") {
+  Scene scene;
+  test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
+  const std::vector<Fabric> all{test::random_fabric(64, 64, 7)};
+  scene.fabrics.resize(1);
+  int left_out = 0;
+  for (const double distance : {2.0, 8.0, 40.0, 120.0}) {
+    CameraOptions options;
+    options.look_at = V3d(0, 0, 0);
+    options.distance = distance;
+    options.elevation = 20;
+    options.field_of_view = 60;
+    const auto camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options);
+    test::require(camera);
+    RenderOptions look;
+    look.width = 100;
+    look.height = 80;
+    look.lights = default_lights(*camera);
+    FabricHeader header;
+    header.width = header.height = 64;
+    header.levels = 7;
+    const std::vector<const FabricHeader*> headers{&header};
+    const int finest =
+        finest_for_paper(levels_asked(scene, *camera, look.height, look.levels, headers)[0].first);
+    left_out += finest;
+    std::vector<Fabric> some = all;
+    some[0].levels.erase(some[0].levels.begin(), some[0].levels.begin() + finest);
+    const Frame whole = drawn(scene, all, *camera, look, RenderPath::paper);
+    const Frame part = drawn(scene, some, *camera, look, RenderPath::paper);
+    float worst = 0;
+    for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
+      for (int c = 0; c < 4; ++c) worst = std::max(worst, std::abs(whole.pixels[i][c] - part.pixels[i][c]));
+    }
+    // The weights of two levels are rounded differently.
+    CHECK(worst < 1e-4F);
+  }
+  CHECK(left_out >= 4);
+  CHECK(finest_for_paper(0) == 0);
+  CHECK(finest_for_paper(4) == 2);
+  CHECK(coarsest_for_paper(2, 4) == 3);
+  CHECK(coarsest_for_paper(3, 4) == 3);
+}
+
+TEST_CASE("the paper's path refuses what 8 bits and its model do not have, and says which path draws it") {
+  Scene scene;
+  test::add(scene, test::square(1), test::material(0));
+  const Camera camera = seen(10, 1);
+  RenderOptions options;
+  options.path = RenderPath::paper;
+  options.width = options.height = 20;
+  const auto refused = [&](const Scene& s, const std::vector<Fabric>& f, const RenderOptions& o) {
+    const Result<Frame> frame = render(s, f, camera, o);
+    REQUIRE_FALSE(frame);
+    CHECK(frame.error().code == Code::option_out_of_range);
+    return to_line(frame.error());
+  };
+  const auto names = [](const std::string& line, const char* what) {
+    CAPTURE(line);
+    CHECK(line.find(what) != std::string::npos);
+    CHECK(line.find("--path hybrid") != std::string::npos);
+  };
+  const std::vector<Fabric> good{test::random_fabric(256, 4, 1)};
+  test::require(render(scene, good, camera, options));
+  names(refused(scene, {test::random_fabric(257, 4, 1)}, options), "257 x 4 texels");
+  names(refused(scene, {test::random_slab_fabric(16, 16, {4, 4}, 1, 3)}, options), "paper's model");
+  Fabric lit = test::random_fabric(4, 4, 1);
+  lit.lights = {1, 1};
+  lit.levels[0].light_table.emplace();
+  lit.levels[0].light_table->value.resize(16, V3f(1));
+  names(refused(scene, {lit}, options), "light table");
+
+  RenderOptions near = options;
+  near.lights.resize(1);
+  near.lights[0].kind = LightKind::point;
+  names(refused(scene, good, near), "point");
+  RenderOptions linear = options;
+  linear.levels = best_levels;
+  CHECK(refused(scene, good, linear).find("--filter") != std::string::npos);
+
+  Scene bare = scene;
+  test::add(bare, test::square(1), test::material(-1));
+  names(refused(bare, good, options), "no fabric");
+}
+
+}  // namespace
+}  // namespace selvedge

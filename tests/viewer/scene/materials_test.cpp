@@ -1,0 +1,103 @@
+#include "viewer/scene/materials.h"
+
+#include <doctest/doctest.h>
+
+#include "tests/viewer/shapes.h"
+
+namespace selvedge {
+namespace {
+
+SceneImage pixel(float grey) {
+  Image image{1, 1, 3, {grey, grey, grey}};
+  const auto png = encode_png(image, Transfer::keep);
+  test::require(png);
+  return {"pixel", "image/png", *png};
+}
+
+TEST_CASE("a core material's textures know their coordinates, colours are linear and data are as stored") {
+  Scene scene;
+  SceneMaterial material;
+  material.base_color_texture.image = 0;
+  material.metallic_roughness_texture.image = 0;
+  material.normal_texture.image = 0;
+  material.normal_texture.transform.scale = V2d(3, 3);
+  material.normal_scale = 0.5F;
+  material.occlusion_texture.image = 0;
+  material.occlusion_texture.tex_coord = 1;
+  material.occlusion_texture.wrap_u = Wrap::clamp;
+  material.emissive_texture.image = 0;
+  material.emissive = V3f(1, 2, 3);
+  material.unlit = true;
+  scene.images = {pixel(0.5F)};
+  ScenePrimitive square = test::square(2);
+  square.tex_coords[1] = {V2d(0.5, 0.25), V2d(0, 0), V2d(1, 0), V2d(1, 1)};
+  test::add(scene, square, material);
+  const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
+  test::require(surfaces);
+  std::vector<std::string> remarks;
+  const auto materials = materials_of(scene, *surfaces, 0, remarks);
+  test::require(materials);
+  CHECK(remarks.empty());
+  REQUIRE(materials->pbr.size() == 1);
+  const PbrMaterial& pbr = materials->pbr[0];
+  CHECK(pbr.base_color.mapping == 0);
+  CHECK(pbr.metallic_roughness.mapping == 0);
+  CHECK(pbr.normal.mapping == 1);
+  CHECK(pbr.occlusion.mapping == 2);
+  CHECK(pbr.occlusion.wrap_u == Wrap::clamp);
+  CHECK(pbr.emissive_texture.mapping == 0);
+  CHECK(pbr.normal_scale == 0.5F);
+  CHECK(pbr.emissive == V3f(1, 2, 3));
+  CHECK(pbr.unlit);
+  // One file, two pictures: sRGB decoded for colours, as stored for data.
+  CHECK(materials->images.size() == 2);
+  CHECK(pbr.base_color.image == pbr.emissive_texture.image);
+  CHECK(pbr.normal.image == pbr.occlusion.image);
+  const auto value = [&](const MaterialTexture& t) { return materials->images[t.image].pixels[0]; };
+  CHECK(value(pbr.normal) == doctest::Approx(128.0 / 255));
+  CHECK(value(pbr.base_color) == doctest::Approx(srgb_to_linear(128.0F / 255)));
+  const Surface& surface = surfaces->front();
+  REQUIRE(surface.more_uvs.size() == 2);
+  CHECK(surface.vertices[2].uv == V2f(2, 2));
+  CHECK(surface.more_uvs[0][2] == V2f(6, 6));
+  CHECK(surface.more_uvs[1][0] == V2f(0.5F, 0.25F));
+  CHECK(surface.vertices[0].tangent == V4f(1, 0, 0, 1));  // made for the normal texture
+}
+
+TEST_CASE("beside a fabric only occlusion and emission count") {
+  Scene scene;
+  SceneMaterial material = test::material(0);
+  material.base_color_texture.image = 0;
+  material.normal_texture.image = 0;
+  material.occlusion_texture.image = 0;
+  material.emissive = V3f(1, 1, 1);
+  scene.images = {pixel(1)};
+  test::add(scene, test::square(1), material);
+  const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
+  test::require(surfaces);
+  std::vector<std::string> remarks;
+  const auto materials = materials_of(scene, *surfaces, 1, remarks);
+  test::require(materials);
+  const PbrMaterial& pbr = materials->pbr[0];
+  CHECK(pbr.base_color.image == -1);
+  CHECK(pbr.normal.image == -1);
+  CHECK(pbr.occlusion.image == 0);
+  CHECK(pbr.emissive == V3f(1, 1, 1));
+}
+
+TEST_CASE("the default material is glTF's: white metal, rough") {
+  Scene scene;
+  test::add(scene, test::square(1), SceneMaterial{});
+  scene.primitives[0].material = -1;
+  const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
+  test::require(surfaces);
+  std::vector<std::string> remarks;
+  const auto materials = materials_of(scene, *surfaces, 0, remarks);
+  test::require(materials);
+  CHECK(materials->pbr[0].metallic == 1);
+  CHECK(materials->pbr[0].roughness == 1);
+  CHECK(materials->materials[0].culls_back);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,332 @@
+#include "viewer/show/picture.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
+#include "tests/format/files.h"
+#include "tests/viewer/indexed.h"
+#include "viewer/scene/change_fabrics.h"
+
+namespace selvedge {
+namespace {
+
+Scene two_squares() {
+  Scene scene;
+  test::add(scene, test::square(3), test::material(0));
+  test::add(scene, test::square(2, -0.5F), test::material(1), M44d().setTranslation(V3d(0.7, 0.3, 0)));
+  scene.fabrics.resize(2);
+  return scene;
+}
+
+std::vector<Fabric> two_fabrics() { return {test::random_fabric(16, 16, 1), test::random_fabric(8, 8, 2)}; }
+
+std::unique_ptr<ShowPicture> picture_of(const Scene& scene, const std::vector<Fabric>& fabrics) {
+  auto picture = ShowPicture::create(scene, fabrics, [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(picture);
+  return std::move(*picture);
+}
+
+ShowState state_of(const ShowPicture& picture) {
+  const Result<ShowState> state = picture.first_state({}, 1.25);
+  test::require(state);
+  ShowState result = *state;
+  result.lights = default_lights(Camera{});
+  return result;
+}
+
+bool same(const Frame& a, const Frame& b) {
+  return a.width == b.width && a.height == b.height &&
+         std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(V4f)) == 0;
+}
+
+TEST_CASE("a picture that was resized is the one of that size from the start") {
+  const auto picture = picture_of(two_squares(), two_fabrics());
+  const ShowState state = state_of(*picture);
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  CHECK(picture->frame().width == 100);
+  const Frame first = picture->frame();
+  test::require(picture->update(state, Change::frame, V2i(133, 61), 1));
+  test::require(picture->update(state, Change::frame, V2i(200, 160), 2));
+  CHECK(same(picture->frame(), first));
+  const auto fresh = picture_of(two_squares(), two_fabrics());
+  test::require(fresh->update(state, Change::scene, V2i(133, 61), 1));
+  test::require(picture->update(state, Change::frame, V2i(133, 61), 1));
+  CHECK(same(picture->frame(), fresh->frame()));
+}
+
+TEST_CASE("shadows and light from all sides come and go between frames") {
+  Scene scene = two_squares();
+  scene.materials[1] = test::material(-1, V4f(0.5F, 0.5F, 0.5F, 1));
+  scene.materials[1].metallic = 0;
+  const auto picture = picture_of(scene, two_fabrics());
+  ShowState state = state_of(*picture);
+  state.camera.azimuth = 20;
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  const Frame plain = picture->frame();
+  state.shadows = 256;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK_FALSE(same(picture->frame(), plain));
+  CHECK(picture->stats().shadows > 0);
+  state.shadows = 0;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK(same(picture->frame(), plain));
+  CHECK(picture->stats().shadows == 0);
+  state.ambient = 0.5F;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK_FALSE(same(picture->frame(), plain));
+}
+
+TEST_CASE("every path of the window draws what render draws by it; what a path cannot draw is an error") {
+  const std::vector<Fabric> fabrics = two_fabrics();
+  const auto picture = picture_of(two_squares(), fabrics);
+  ShowState state = state_of(*picture);
+  for (std::size_t path = 0; path < path_names.size(); ++path) {
+    CAPTURE(path_names[path]);
+    state.path = static_cast<int>(path);
+    test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+    RenderOptions options;
+    options.path = static_cast<RenderPath>(path);
+    options.width = 100;
+    options.height = 80;
+    options.levels = state.levels;
+    options.lights = picture->lights();
+    const Result<Frame> expected = render(two_squares(), fabrics, picture->camera(), options);
+    test::require(expected);
+    CHECK(same(picture->frame(), *expected));
+  }
+  state.shadows = 512;
+  const auto refused = picture->update(state, Change::frame, V2i(100, 80), 1);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Code::option_out_of_range);
+  // And can be drawn again when it is taken back.
+  state.shadows = 0;
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+}
+
+TEST_CASE("the number of layers changes between frames") {
+  const auto picture = picture_of(two_squares(), two_fabrics());
+  ShowState state = state_of(*picture);
+  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  const Frame deep = picture->frame();
+  state.layers = 1;
+  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK(picture->stats().layers == 1);
+  CHECK_FALSE(same(picture->frame(), deep));
+}
+
+TEST_CASE("the probe tells the texel of the index pass and the light of the reference") {
+  const Scene scene = two_squares();
+  const std::vector<Fabric> fabrics = two_fabrics();
+  const auto picture = picture_of(scene, fabrics);
+  ShowState state = state_of(*picture);
+  state.camera.azimuth = 25;
+  state.camera.elevation = 10;
+  const V2i size(100, 80);
+  test::require(picture->update(state, Change::scene, size, 1));
+  const test::Indexed indexed =
+      test::index_nearest(scene, fabrics, picture->camera(), size.x, size.y, state.levels);
+  int probed = 0;
+  int mismatched = 0;
+  double worst = 0;
+  test::each_pixel(indexed, [&](const PixelBlock& block, std::size_t lane) {
+    if ((block.x[lane] * 7 + block.y[lane]) % 41 != 0) return;
+    ++probed;
+    const V2i pixel(block.x[lane], size.y - 1 - block.y[lane]);
+    const auto probe = picture->probe((V2d(pixel) + V2d(0.5)) / V2d(size));
+    test::require(probe);
+    REQUIRE(*probe);
+    const PixelProbe& p = **probe;
+    REQUIRE(p.pixel == pixel);
+    const int fabric = indexed.materials[block.surface[lane]].fabric;
+    REQUIRE(p.fabric == fabric);
+    const PackedLevel& level = indexed.packed[fabric].levels[p.texels[0].level];
+    // The renderer takes coordinates relative to the scene's middle, the other to the origin.
+    if (p.texels[0].level != block.texels[0].level[lane] ||
+        p.texels[0].texel.y * level.width + p.texels[0].texel.x != block.texels[0].texel[lane])
+      ++mismatched;
+    // Texture coordinates in double lie in the texel, or on its edge.
+    const V2d texel = p.uv * V2d(level.width, level.height) - V2d(p.texels[0].texel) - V2d(0.5);
+    CHECK(std::abs(texel.x - level.width * std::round(texel.x / level.width)) <= 0.5 + 1e-3);
+    CHECK(std::abs(texel.y - level.height * std::round(texel.y / level.height)) <= 0.5 + 1e-3);
+
+    V3f sum(0, 0, 0);
+    float alpha = 0;
+    for (const ProbedTexel& t : p.texels) {
+      for (std::size_t i = 0; i < p.lights.size(); ++i) {
+        const Shading s = evaluate(fabrics[fabric], t.level, t.texel.x, t.texel.y, p.lights[i], p.view);
+        sum += s.radiance * (picture->lights()[i].irradiance.x * s.alpha * t.weight);
+        if (i == 0) alpha += s.alpha * t.weight;
+      }
+    }
+    CHECK(p.alpha == doctest::Approx(alpha).epsilon(1e-4));
+    worst = std::max(worst, static_cast<double>((p.radiance - sum / alpha).length()));
+  });
+  CHECK(probed > 50);
+  CHECK(mismatched <= probed / 50);
+  // Fast powers against std::pow.
+  CHECK(worst < 1e-3);
+}
+
+TEST_CASE("beside the scene there is nothing to probe") {
+  const auto picture = picture_of(two_squares(), two_fabrics());
+  test::require(picture->update(state_of(*picture), Change::scene, V2i(100, 80), 1));
+  for (const V2d& at : {V2d(0.001, 0.001), V2d(1, 0.5), V2d(0.5, -0.1)}) {
+    const auto probe = picture->probe(at);
+    test::require(probe);
+    CHECK_FALSE(probe->has_value());
+  }
+}
+
+TEST_CASE("texel edges are lines a pixel wide, one for each texel of the finer level") {
+  Scene scene;
+  test::add(scene, test::square(2), test::material(0));
+  scene.fabrics.resize(1);
+  // 160 pixels for 8 texels: of 20 pixels each.
+  const auto picture = picture_of(scene, {test::lambert_fabric(4, V3f(0.5F))});
+  ShowState state = state_of(*picture);
+  state.camera.projection = Projection::parallel;
+  state.camera.distance = 1 / std::tan(15 * std::numbers::pi / 180);
+  state.texel_edges = true;
+  test::require(picture->update(state, Change::scene, V2i(160, 160), 1));
+  REQUIRE(picture->overlay().size() == 160 * 160);
+  const auto row = [&](int y, int x) { return picture->overlay()[y * 160 + x]; };
+  for (int x = 0; x < 160; ++x) {
+    const int within = x % 20;
+    const bool edge = within == 0 || within == 19;
+    CHECK((row(50, x)[3] > 0) == edge);
+    // Whole repeats have a colour of their own.
+    const bool repeat = x % 80 == 0 || x % 80 == 79;
+    if (edge) CHECK((row(50, x)[0] == 255) == repeat);
+  }
+}
+
+TEST_CASE("another fabric keeps the size of its yarns") {
+  Scene scene = two_squares();
+  scene.materials[0].fabric->transform.scale = V2d(4, 6);
+  scene.materials[0].fabric->transform.offset = V2d(0.5, 0.25);
+  std::vector<Fabric> fabrics = two_fabrics();
+  fabrics[0].period_mm = V2f(2, 3);
+  fabrics[1].period_mm = V2f(4, 1);
+  const Scene changed = change_fabrics(scene, fabrics, std::vector<int>{1, -1});
+  CHECK(changed.materials[0].fabric->fabric == 1);
+  CHECK(changed.materials[0].fabric->transform.scale == V2d(2, 18));
+  CHECK(changed.materials[0].fabric->transform.offset == V2d(0.25, 0.75));
+  CHECK_FALSE(changed.materials[1].fabric.has_value());
+  CHECK(fabrics_of(scene) == std::vector<int>{0, 1});
+  CHECK(fabrics_of(changed) == std::vector<int>{1, -1});
+}
+
+TEST_CASE("a long zoom reads each level once, and none before it is asked for") {
+  const test::Folder folder;
+  // Levels that are large beside the headers.
+  Fabric fabric = test::random_fabric(64, 64, 7);
+  test::require(write_fabric(folder / "a.exr", fabric));
+  Scene scene;
+  test::add(scene, test::square(40), test::material(0));
+  OpenScene open;
+  Result<FabricReader> reader = FabricReader::open(folder / "a.exr");
+  test::require(reader);
+  open.file_bytes = std::filesystem::file_size(folder / "a.exr");
+  scene.fabrics.resize(1);
+  open.scene = scene;
+  open.readers.push_back(std::move(*reader));
+  auto made = ShowPicture::create(std::move(open), [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(made);
+  ShowPicture& picture = **made;
+  const Result<Fabric> read = read_fabric(folder / "a.exr");
+  test::require(read);
+  const auto whole = picture_of(scene, {*read});
+  CameraOptions far;
+  far.distance = 60;
+  auto state = picture.first_state(far, 1);
+  test::require(state);
+  state->levels = best_levels;
+  state->lights = default_lights(Camera{});
+  state->lights_in_camera_frame = true;
+  std::uint64_t bytes = 0;
+  int readings = 0;
+  // There and back, and there again.
+  for (const double step : {0.7, 1 / 0.7, 0.7}) {
+    for (int i = 0; i < 22; ++i) {
+      *state->camera.distance *= step;
+      test::require(picture.update(*state, Change::frame, V2i(60, 60), 1));
+      test::require(whole->update(*state, Change::frame, V2i(60, 60), 1));
+      CHECK(picture.bytes() == whole->bytes());
+      readings += picture.bytes_read() > bytes ? 1 : 0;
+      if (i == 2 && readings < 3) CHECK(picture.bytes_read() < picture.file_bytes() / 4);
+      bytes = picture.bytes_read();
+    }
+    CHECK(first_level(picture.fabrics()[0]) == 0);
+  }
+  CHECK(readings >= 3);
+  CHECK(readings <= 7);
+  CHECK(bytes <= picture.file_bytes());
+  // A level that is asked for by its number is counted as in the file.
+  auto forced = ShowPicture::create(
+      [&] {
+        OpenScene again;
+        again.scene = scene;
+        again.readers.push_back(std::move(*FabricReader::open(folder / "a.exr")));
+        return again;
+      }(),
+      [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(forced);
+  state->levels.forced = 2;
+  test::require((*forced)->update(*state, Change::scene, V2i(60, 60), 1));
+  test::require(whole->update(*state, Change::frame, V2i(60, 60), 1));
+  CHECK((*forced)->bytes() == whole->bytes());
+  CHECK(first_level((*forced)->fabrics()[0]) == 2);
+  const auto probe = (*forced)->probe(V2d(0.5, 0.5));
+  test::require(probe);
+  REQUIRE(probe->has_value());
+  CHECK((*probe)->texels[0].level == 2);
+}
+
+TEST_CASE("a picture tells when it may ask for a level that a file does not have, finer or coarser") {
+  const test::Folder folder;
+  Scene scene;
+  test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
+  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(64, 64, 3)));
+  auto whole = FabricReader::open(folder / "a.exr");
+  test::require(whole);
+  const auto part = whole->read_levels(2, 3);
+  test::require(part);
+  REQUIRE(write_fabric(folder / "b.exr", *part));
+  scene.fabrics.resize(1);
+  scene.fabrics[0].name = "b.exr";
+  OpenScene open;
+  open.scene = scene;
+  open.readers.push_back(std::move(*FabricReader::open(folder / "b.exr")));
+  auto level_by_level =
+      ShowPicture::create(std::move(open), [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(level_by_level);
+  auto at_once = ShowPicture::create(scene, {*part}, [] { return std::unique_ptr<GraphicsContext>(); });
+  test::require(at_once);
+  for (const auto* made : {&level_by_level, &at_once}) {
+    ShowPicture& picture = ***made;
+    auto state = picture.first_state({}, 1);
+    test::require(state);
+    state->levels = best_levels;
+    for (const auto& [distance, asked] : {std::pair{3.0, "levels 0-3 "}, std::pair{200.0, "levels 2-6 "}}) {
+      state->camera.distance = distance;
+      test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
+      REQUIRE(picture.warnings().size() == 1);
+      CHECK(picture.warnings()[0].code == Code::fabric_levels);
+      CHECK(picture.warnings()[0].file == "b.exr");
+      CHECK(picture.warnings()[0].message.starts_with("the file has levels 2-3 of the whole, and "));
+      CHECK(picture.warnings()[0].message.find(asked) != std::string::npos);
+    }
+    // A level that is chosen by its number is what was asked for.
+    state->levels.forced = 2;
+    test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
+    CHECK(picture.warnings().empty());
+  }
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,425 @@
+#include "viewer/hybrid/evaluate_lanes.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "format/fabric/lafortune.h"
+#include "format/fabric/slabs.h"
+#include "viewer/hybrid/fetch.h"
+#include "viewer/hybrid/wide_directions.h"
+
+namespace selvedge {
+namespace {
+
+/// Lights whose lookups are kept at a time.
+constexpr std::size_t lights_at_once = 8;
+constexpr std::size_t max_lobes = 16;
+
+/// What one stroke evaluates: texels of one layout.
+struct Stroke {
+  /// Leaves the numbers to be filled in.
+  Stroke(const PackedFabric& of_fabric, const PackedLayout& of_layout)
+      : fabric(of_fabric), layout(of_layout) {}
+
+  const PackedFabric& fabric;
+  const PackedLayout& layout;
+  std::array<const Group*, lane_count> texel;   ///< its groups
+  std::array<const Group*, lane_count> views;   ///< of its first view
+  std::array<const Group*, lane_count> lights;  ///< of its first light
+  std::array<const Group*, lane_count> entry;
+  alignas(64) LaneFloats weight;
+};
+
+/// What is the same for all texels.
+struct Surroundings {
+  const PackedFabric& fabric;
+  const LaneDirections& view;
+  std::span<const LaneLight> lights;
+  float* view_functions;   ///< [a - 1][lane]
+  float* light_functions;  ///< [light][b][channel][lane]
+};
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> load(const LaneDirections& d, std::size_t first) {
+  using Wide = WideFloat<N>;
+  return {Wide::load(&d.x[first]), Wide::load(&d.y[first]), Wide::load(&d.z[first])};
+}
+
+/// The weighted sum of the four groups of a lookup.
+template <std::size_t N>
+SELVEDGE_INLINE void look_up(const Group* const* from, const WideTaps<N>& taps, WideFloat<N>* sum) {
+  for (std::size_t tap = 0; tap < 4; ++tap) {
+    const Group* moved[N];  // NOLINT(modernize-avoid-c-arrays)
+    for (std::size_t lane = 0; lane < N; ++lane) moved[lane] = from[lane] + taps.cell[tap][lane];
+    WideFloat<N> group[4];  // NOLINT(modernize-avoid-c-arrays)
+    fetch<N>(moved, 0, group);
+    for (std::size_t k = 0; k < 4; ++k)
+      sum[k] = tap == 0 ? group[k] * taps.weight[tap] : sum[k] + group[k] * taps.weight[tap];
+  }
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> clamp_to_finite(const WideFloat<N>& x) {
+  return min(x, WideFloat<N>(std::numeric_limits<float>::max()));
+}
+
+/// phi_a(v) of all a, for lanes first ... first + N - 1.
+template <std::size_t N>
+SELVEDGE_INLINE void fill_view_functions(const Surroundings& s, std::size_t first, const WideTaps<N>& taps) {
+  const auto count = static_cast<std::size_t>(s.fabric.view_functions);
+  for (std::size_t a = 0; a < count; ++a) {
+    WideFloat<N> sum(0);
+    for (std::size_t tap = 0; tap < 4; ++tap) {
+      float values[N];  // NOLINT(modernize-avoid-c-arrays)
+      for (std::size_t lane = 0; lane < N; ++lane)
+        values[lane] = s.fabric.view_basis[static_cast<std::size_t>(taps.cell[tap][lane]) * count + a];
+      sum += WideFloat<N>::load(values) * taps.weight[tap];
+    }
+    sum.store(s.view_functions + a * lane_count + first);
+  }
+}
+
+/// psi_b(l) of all b and one light.
+template <std::size_t N>
+SELVEDGE_INLINE void fill_light_functions(const Surroundings& s, std::size_t light, std::size_t first,
+                                          const WideTaps<N>& taps) {
+  const auto count = static_cast<std::size_t>(s.fabric.light_functions);
+  WideTaps<N> of = taps;
+  const Group* base[N];  // NOLINT(modernize-avoid-c-arrays)
+  for (std::size_t tap = 0; tap < 4; ++tap) {
+    for (std::size_t lane = 0; lane < N; ++lane) of.cell[tap][lane] *= s.fabric.light_functions;
+  }
+  for (std::size_t b = 0; b < count; ++b) {
+    for (std::size_t lane = 0; lane < N; ++lane) base[lane] = s.fabric.light_basis.data() + b;
+    WideFloat<N> psi[4];  // NOLINT(modernize-avoid-c-arrays)
+    look_up<N>(base, of, psi);
+    for (std::size_t c = 0; c < 3; ++c)
+      psi[c].store(s.light_functions + ((light * count + b) * 3 + c) * lane_count + first);
+  }
+}
+
+/// Sum over m of c_m phi_a(m) psi_b(m).
+template <std::size_t N>
+SELVEDGE_INLINE void add_products(const Surroundings& s, const Stroke& stroke, std::size_t light,
+                                  std::size_t first, WideFloat<N>* sum) {
+  using Wide = WideFloat<N>;
+  const auto functions = static_cast<std::size_t>(s.fabric.light_functions);
+  const auto count = static_cast<std::size_t>(stroke.layout.products);
+  Wide group[4];  // NOLINT(modernize-avoid-c-arrays)
+  for (std::size_t m = 0; m < count; ++m) {
+    if (m % 4 == 0) fetch<N>(stroke.entry.data() + first, m / 4, group);
+    const V2i& pair = stroke.layout.pairs[m];
+    Wide factor = group[m % 4];
+    if (pair.x > 0)
+      factor *= Wide::load(s.view_functions + static_cast<std::size_t>(pair.x - 1) * lane_count + first);
+    const float* psi =
+        s.light_functions + (light * functions + static_cast<std::size_t>(pair.y)) * 3 * lane_count + first;
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += factor * Wide::load(psi + c * lane_count);
+  }
+}
+
+/// The lookups of one stroke of directions, the same for all texels of a fabric.
+template <std::size_t N>
+struct Lookups {
+  WideTaps<N> view;
+  WideTaps<N> light[lights_at_once];  // NOLINT(modernize-avoid-c-arrays)
+};
+
+template <std::size_t N>
+SELVEDGE_INLINE void fill(const Surroundings& s, std::size_t first, Lookups<N>& lookups) {
+  if (s.fabric.needs_views) {
+    wide_interpolate<N>(s.fabric.fabric->views, load<N>(s.view, first), lookups.view);
+    fill_view_functions<N>(s, first, lookups.view);
+  }
+  if (!s.fabric.needs_lights) return;
+  for (std::size_t i = 0; i < s.lights.size(); ++i) {
+    wide_interpolate<N>(s.fabric.fabric->lights, load<N>(s.lights[i].direction, first), lookups.light[i]);
+    fill_light_functions<N>(s, i, first, lookups.light[i]);
+  }
+}
+
+/// The texels of one stroke; `with_alpha`: opacity is added as well. `Known`: how many lobes the layout has,
+/// 0 where only the layout knows.
+template <std::size_t N, int Known, class Power>
+SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const Lookups<N>& lookups,
+                              std::size_t first, bool with_alpha, LaneShading& result) {
+  using Wide = WideFloat<N>;
+  const PackedLayout& layout = stroke.layout;
+  const Wide zero(0);
+  const Wide one(1);
+  const WideVec3<N> view = load<N>(s.view, first);
+
+  // T and alpha.
+  Wide table[4] = {one, one, one, one};  // NOLINT(modernize-avoid-c-arrays)
+  if (layout.has_views) {
+    look_up<N>(stroke.views.data() + first, lookups.view, table);
+    for (std::size_t c = 0; c < 3; ++c)
+      table[c] = if_greater(table[3], zero, clamp_to_finite(table[c] / table[3]), zero);
+    table[3] = min(table[3], one);
+  }
+  const Wide share = Wide::load(&stroke.weight[first]) * table[3];
+
+  // The texel's frame and lobes.
+  const int lobes = Known > 0 ? Known : layout.lobes;
+  const std::size_t per_channel = 1 + 4 * static_cast<std::size_t>(lobes);
+  Wide parameters[3 * (1 + 4 * (Known > 0 ? Known : max_lobes))];  // NOLINT(modernize-avoid-c-arrays)
+  Wide normal[4];                                                  // NOLINT(modernize-avoid-c-arrays)
+  Wide tangent[4];                                                 // NOLINT(modernize-avoid-c-arrays)
+  Wide rest[4];                                                    // NOLINT(modernize-avoid-c-arrays)
+  const Group* const* texel = stroke.texel.data() + first;
+  fetch<N>(texel, 0, normal);
+  fetch<N>(texel, 1, tangent);
+  fetch<N>(texel, 2, rest);
+  parameters[0] = normal[3];
+  parameters[per_channel] = tangent[3];
+  parameters[2 * per_channel] = rest[0];
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t j = 0; j < static_cast<std::size_t>(lobes); ++j)
+      fetch<N>(texel, 3 + c * static_cast<std::size_t>(lobes) + j, parameters + c * per_channel + 1 + 4 * j);
+  }
+  const WideVec3<N> n{normal[0], normal[1], normal[2]};
+  const WideVec3<N> t{tangent[0], tangent[1], tangent[2]};
+  const WideVec3<N> b = n.cross(t);
+  const Wide in_texel[3] = {view.dot(t), view.dot(b), view.dot(n)};  // NOLINT(modernize-avoid-c-arrays)
+
+  Wide sum[3] = {zero, zero, zero};  // NOLINT(modernize-avoid-c-arrays)
+  for (std::size_t i = 0; i < s.lights.size(); ++i) {
+    const LaneLight& light = s.lights[i];
+    const WideVec3<N> l = load<N>(light.direction, first);
+    if (!any_greater(min(l.z, view.z), zero)) continue;
+    const Wide irradiance = if_greater(min(l.z, view.z), zero, Wide::load(&light.share[first]), zero);
+    Wide factor[3] = {table[0], table[1], table[2]};  // NOLINT(modernize-avoid-c-arrays)
+    if (layout.has_lights) {
+      Wide of_light[4];  // NOLINT(modernize-avoid-c-arrays)
+      look_up<N>(stroke.lights.data() + first, lookups.light[i], of_light);
+      for (std::size_t c = 0; c < 3; ++c) factor[c] *= of_light[c];
+    }
+    if (layout.products > 0) {
+      if (!layout.has_table) factor[0] = factor[1] = factor[2] = zero;
+      add_products<N>(s, stroke, i, first, factor);
+    }
+    if (layout.has_lights || layout.products > 0) {
+      for (std::size_t c = 0; c < 3; ++c) factor[c] = clamp_to_finite(max(factor[c], zero));
+    }
+    if (layout.has_lobes) {
+      const Wide to_light[3] = {l.dot(t), l.dot(b), l.dot(n)};  // NOLINT(modernize-avoid-c-arrays)
+      const Wide cosine = max(to_light[2], zero);
+#pragma GCC unroll 3
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Wide bracket =
+            lafortune_lobes(parameters + c * per_channel, lobes, to_light, in_texel, Power());
+        factor[c] =
+            clamp_to_finite(factor[c] * clamp_to_finite(if_greater(cosine, zero, bracket * cosine, zero)));
+      }
+    }
+    const Wide scale(s.fabric.fabric->radiance_scale);
+    for (std::size_t c = 0; c < 3; ++c)
+      sum[c] +=
+          clamp_to_finite(scale * factor[c]) * (irradiance * Wide(light.irradiance[static_cast<int>(c)]));
+  }
+  const auto add = [&](float* to, const Wide& value) __attribute__((always_inline)) {
+    (Wide::load(to) + if_greater(share, zero, value, zero)).store(to);
+  };
+  add(&result.red[first], sum[0] * share);
+  add(&result.green[first], sum[1] * share);
+  add(&result.blue[first], sum[2] * share);
+  if (with_alpha) add(&result.alpha[first], share);
+}
+
+/// Texels as strokes. With heights a texel is the mean over the rays of its cells: `ray` says which.
+class Strokes {
+ public:
+  Strokes(const PackedFabric& fabric, const LaneDirections& view) : fabric_(fabric), view_(view) {}
+
+  /// Calls body(stroke) until all lanes of `texels` have had theirs.
+  template <class Body>
+  void of(const LaneTexels& texels, const Body& body) const {
+    std::uint32_t left = 0;
+    for (std::size_t lane = 0; lane < lane_count; ++lane) left |= (texels.weight[lane] > 0 ? 1U : 0U) << lane;
+    while (left != 0) {
+      const auto leader = static_cast<std::size_t>(std::countr_zero(left));
+      const int layout = level_of(texels, leader).layout;
+      std::uint32_t group = left;
+      if (fabric_.layouts.size() > 1) {
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+          const bool other = (left >> lane & 1U) != 0 && level_of(texels, lane).layout != layout;
+          group &= ~((other ? 1U : 0U) << lane);
+        }
+      }
+      left &= ~group;
+      const PackedLayout& of = fabric_.layouts[layout];
+      if (!of.has_heights) {
+        body(plain(texels, of, group, leader));
+      } else {
+        each_ray(texels, of, group, leader, body);
+      }
+    }
+  }
+
+ private:
+  const PackedLevel& level_of(const LaneTexels& texels, std::size_t lane) const {
+    return fabric_.levels[texels.level[lane]];
+  }
+
+  Stroke plain(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group,
+               std::size_t leader) const {
+    Stroke stroke(fabric_, layout);
+    std::array<const PackedLevel*, lane_count> level;
+    std::array<std::size_t, lane_count> texel;
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+      // Idle lanes go along with another's texel, and count for nothing.
+      const bool on = (group >> lane & 1U) != 0;
+      const std::size_t from = on ? lane : leader;
+      level[lane] = &level_of(texels, from);
+      texel[lane] = static_cast<std::size_t>(texels.texel[from]);
+      stroke.weight[lane] = on ? texels.weight[lane] : 0.0F;
+    }
+    const auto point = [&](std::array<const Group*, lane_count>& to, std::vector<Group> PackedLevel::*groups,
+                           std::size_t per_texel) {
+      for (std::size_t lane = 0; lane < lane_count; ++lane)
+        to[lane] = (level[lane]->*groups).data() + texel[lane] * per_texel;
+    };
+    point(stroke.texel, &PackedLevel::texels, static_cast<std::size_t>(layout.texel_groups()));
+    if (layout.has_views)
+      point(stroke.views, &PackedLevel::views, static_cast<std::size_t>(fabric_.fabric->views.count()));
+    if (layout.has_lights)
+      point(stroke.lights, &PackedLevel::lights, static_cast<std::size_t>(fabric_.fabric->lights.count()));
+    if (layout.products > 0) {
+      point(stroke.entry, &PackedLevel::entries,
+            static_cast<std::size_t>(layout.entries) * static_cast<std::size_t>(layout.entry_groups()));
+    }
+    return stroke;
+  }
+
+  template <class Body>
+  void each_ray(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group, std::size_t leader,
+                const Body& body) const {
+    // Levels of one layout may still divide their texels differently.
+    for (int ray = 0;; ++ray) {
+      Stroke stroke(fabric_, layout);
+      stroke.weight.fill(0);
+      bool any = false;
+      bool hits = false;
+      for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        point(stroke, lane, level_of(texels, leader), 0, 0);
+        if ((group >> lane & 1U) == 0) continue;
+        const FabricLevel& level = fabric_.fabric->levels[texels.level[lane]];
+        const SlabShape& shape = level.heights->shape();
+        const int rays = shape.columns * shape.rows;
+        if (ray >= rays) continue;
+        any = true;
+        const auto hit = march(level, texels.texel[lane], ray, lane);
+        if (!hit) continue;
+        hits = true;
+        point(stroke, lane, level_of(texels, lane), hit->texel, hit->entry);
+        stroke.weight[lane] = texels.weight[lane] / static_cast<float>(rays);
+      }
+      if (!any) break;
+      if (hits) body(stroke);
+    }
+  }
+
+  std::optional<SlabHit> march(const FabricLevel& level, int texel, int ray, std::size_t lane) const {
+    const SlabShape& shape = level.heights->shape();
+    const V2d cells(level.width * shape.columns, level.height * shape.rows);
+    const V2i cell(texel % level.width * shape.columns + ray % shape.columns,
+                   texel / level.width * shape.rows + ray / shape.columns);
+    const V2d centre(cell.x + 0.5, cell.y + 0.5);
+    return SlabMarch(level, *fabric_.fabric)(centre / cells,
+                                             V3f(view_.x[lane], view_.y[lane], view_.z[lane]));
+  }
+
+  void point(Stroke& stroke, std::size_t lane, const PackedLevel& level, std::size_t texel,
+             std::size_t entry) const {
+    const PackedLayout& layout = stroke.layout;
+    const auto groups = static_cast<std::size_t>(layout.texel_groups());
+    stroke.texel[lane] = level.texels.data() + texel * groups;
+    if (layout.has_views) {
+      stroke.views[lane] =
+          level.views.data() + texel * static_cast<std::size_t>(fabric_.fabric->views.count());
+    }
+    if (layout.has_lights) {
+      stroke.lights[lane] =
+          level.lights.data() + texel * static_cast<std::size_t>(fabric_.fabric->lights.count());
+    }
+    if (layout.products > 0) {
+      stroke.entry[lane] = level.entries.data() + (texel * static_cast<std::size_t>(layout.entries) + entry) *
+                                                      static_cast<std::size_t>(layout.entry_groups());
+    }
+  }
+
+  const PackedFabric& fabric_;
+  const LaneDirections& view_;
+};
+
+/// Memory for lookups of any width.
+struct AllLookups {
+  alignas(64) std::array<std::byte, lane_count / 4 * sizeof(Lookups<4>)> bytes;
+};
+static_assert(sizeof(Lookups<16>) <= sizeof(AllLookups) && sizeof(Lookups<8>) * 2 <= sizeof(AllLookups));
+
+template <std::size_t N>
+SELVEDGE_INLINE void fill_all(const Surroundings& s, AllLookups& lookups) {
+  for (std::size_t i = 0; i < lane_count / N; ++i)
+    fill<N>(s, i * N, reinterpret_cast<Lookups<N>*>(lookups.bytes.data())[i]);
+}
+SELVEDGE_THREE_BODIES(fill_all, (const Surroundings& s, AllLookups& lookups), (s, lookups))
+
+template <std::size_t N, class Power>
+SELVEDGE_INLINE void evaluate_by(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                                 bool with_alpha, LaneShading& result) {
+  for (std::size_t i = 0; i < lane_count / N; ++i) {
+    const Lookups<N>& of = reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i];
+    // The number of lobes that fabrics mostly have.
+    if (stroke.layout.lobes == 2)
+      evaluate<N, 2, Power>(s, stroke, of, i * N, with_alpha, result);
+    else
+      evaluate<N, 0, Power>(s, stroke, of, i * N, with_alpha, result);
+  }
+}
+template <std::size_t N>
+SELVEDGE_INLINE void evaluate_exact(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                                    bool with_alpha, LaneShading& result) {
+  evaluate_by<N, PositivePower>(s, stroke, lookups, with_alpha, result);
+}
+template <std::size_t N>
+SELVEDGE_INLINE void evaluate_fast(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                                   bool with_alpha, LaneShading& result) {
+  evaluate_by<N, FastPower>(s, stroke, lookups, with_alpha, result);
+}
+SELVEDGE_THREE_BODIES(evaluate_exact,
+                      (const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                       bool with_alpha, LaneShading& result),
+                      (s, stroke, lookups, with_alpha, result))
+SELVEDGE_THREE_BODIES(evaluate_fast,
+                      (const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                       bool with_alpha, LaneShading& result),
+                      (s, stroke, lookups, with_alpha, result))
+
+}  // namespace
+
+void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
+                    const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
+                    LaneShading& sum, PowerKind power) {
+  static const auto fill = fill_all_for_this_processor();
+  static const std::array by_power{evaluate_exact_for_this_processor(), evaluate_fast_for_this_processor()};
+  const auto evaluate = by_power[power];
+  const std::size_t at_once = std::min(lights.size(), lights_at_once);
+  scratch.view_functions.resize(static_cast<std::size_t>(fabric.view_functions) * lane_count);
+  scratch.light_functions.resize(at_once * static_cast<std::size_t>(fabric.light_functions) * 3 * lane_count);
+  const Strokes strokes(fabric, view);
+  AllLookups lookups;
+  std::size_t first = 0;
+  do {
+    const std::size_t count = std::min(lights.size() - first, lights_at_once);
+    const Surroundings surroundings{fabric, view, lights.subspan(first, count), scratch.view_functions.data(),
+                                    scratch.light_functions.data()};
+    fill(surroundings, lookups);
+    for (const LaneTexels& of : texels) {
+      strokes.of(of, [&](const Stroke& stroke) { evaluate(surroundings, stroke, lookups, first == 0, sum); });
+    }
+    first += count;
+  } while (first < lights.size());
+}
+
+}  // namespace selvedge

@@ -1,0 +1,65 @@
+// The evaluation of a fabric for sixteen pixels at once: the fast twin of format/fabric/evaluate.h, held to
+// it by tests. The formula is the same template (format/fabric/lafortune.h); powers are those of
+// format/simd/powers.h.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "viewer/scene/packed_fabric.h"
+
+namespace selvedge {
+
+inline constexpr std::size_t lane_count = 16;
+
+using LaneFloats = std::array<float, lane_count>;
+
+/// Unit vectors in the fabric's frame.
+struct LaneDirections {
+  alignas(64) LaneFloats x{};
+  alignas(64) LaneFloats y{};
+  alignas(64) LaneFloats z{};
+};
+
+struct LaneLight {
+  LaneDirections direction;  ///< towards the light
+  alignas(64) LaneFloats share{};
+  V3f irradiance{1, 1, 1};  ///< times `share`: on a surface that faces the light
+};
+
+/// One texel for each pixel, and the weight it has there. Where the weight is 0 the others may be anything.
+struct LaneTexels {
+  alignas(64) LaneFloats weight{};
+  alignas(64) std::array<std::int32_t, lane_count> texel{};
+  alignas(64) std::array<std::int32_t, lane_count> level{};
+};
+
+/// Sums over texels of weight * alpha * radiance, and of weight * alpha.
+struct LaneShading {
+  alignas(64) LaneFloats red{};
+  alignas(64) LaneFloats green{};
+  alignas(64) LaneFloats blue{};
+  alignas(64) LaneFloats alpha{};
+};
+
+/// Numbers on their way, kept between calls; one per thread.
+struct LaneScratch {
+  std::vector<float> view_functions;
+  std::vector<float> light_functions;
+};
+
+/// By which powers lobes are computed: Lanes::power, about a float's own accuracy, or Lanes::fast_power
+/// (format/simd/powers.h).
+enum class PowerKind { exact, fast };
+inline constexpr std::array<std::string_view, 2> power_names{"exact", "fast"};
+
+/// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights`, to `sum`. Levels
+/// and texels must exist. Rays through slabs are marched once for each texel and eight lights.
+void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
+                    const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
+                    LaneShading& sum, PowerKind power = PowerKind::exact);
+
+}  // namespace selvedge

@@ -1,0 +1,57 @@
+// The index pass (paper section 6): from the triangle that a pixel shows to the texels of the fabric that it
+// sees, with their weights, and the frame in which they lie. Nothing is lit here. Sixteen pixels at once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "format/fabric/level_options.h"
+#include "viewer/hybrid/evaluate_lanes.h"
+#include "viewer/scene/mesh.h"
+
+namespace selvedge {
+
+struct IndexScene {
+  const MergedSurfaces& mesh;
+  const ProjectedVertices& projected;
+  std::span<const SurfaceMaterial> materials;  ///< of the surfaces
+  std::span<const PackedFabric> fabrics;
+  LevelOptions levels;
+};
+
+/// Pixels of a frame in any order, each with a triangle that it sees.
+struct PixelTriangles {
+  std::size_t count = 0;                             ///< the first so many; at least 1
+  std::array<std::uint16_t, lane_count> x{};         ///< pixel of the frame
+  std::array<std::uint16_t, lane_count> y{};         ///< counted from the bottom
+  std::array<std::uint32_t, lane_count> triangle{};  ///< index into MergedSurfaces::triangles
+  std::array<bool, lane_count> back{};
+  bool has_pbr = false;  ///< some surface of the scene needs what follows
+  std::array<PbrPixel, lane_count> pbr{};
+};
+
+/// What these pixels have to evaluate.
+struct PixelBlock {
+  std::size_t count = 0;
+  std::array<std::uint16_t, lane_count> x{};
+  std::array<std::uint16_t, lane_count> y{};
+  alignas(64) LaneFloats from_middle_x{};  ///< of the pixel's centre, in pixels from the middle of the frame
+  alignas(64) LaneFloats from_middle_y{};  ///< upwards
+  std::array<std::uint32_t, lane_count> surface{};
+  std::array<std::uint32_t, lane_count> triangle{};  ///< index into MergedSurfaces::triangles
+  alignas(64) LaneFloats second_corner{};  ///< barycentric coordinates of the triangle's second corner ...
+  alignas(64) LaneFloats third_corner{};   ///< ... and third
+  LaneDirections normal;                   ///< interpolated, not normalised
+  LaneDirections tangent;                  ///< the same
+  alignas(64) LaneFloats handedness{};     ///< of the tangents (geometry.h)
+  alignas(64) LaneFloats side{};           ///< 1 where the front is seen, -1 where the back is
+  std::array<PbrPixel, lane_count> pbr{};
+  /// Texels of the fabrics of the pixels' surfaces; the weights of a pixel sum to 1.
+  std::size_t texel_count = 0;
+  std::array<LaneTexels, std::size_t{2} * max_taps> texels;
+};
+
+void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlock& block);
+
+}  // namespace selvedge

@@ -1,0 +1,155 @@
+#include "viewer/hybrid/probe.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+/// Texture coordinates at a point of the frame (pixels from its bottom left) on a triangle's plane, in
+/// double.
+V2d coordinates(const IndexScene& index, std::uint32_t triangle, const V2d& at) {
+  const MergedTriangle& corners = index.mesh.triangles[triangle];
+  const V2d middle(0.5 * index.projected.width, 0.5 * index.projected.height);
+  std::array<V3d, 3> edge;
+  std::array<V2d, 3> uv;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t vertex = corners.corners[k];
+    const Group& screen = index.projected.screen[vertex];
+    const auto w = static_cast<double>(screen[2]);
+    edge[k] = V3d(static_cast<double>(screen[0]) - (at.x - middle.x) * w,
+                  static_cast<double>(screen[1]) - (at.y - middle.y) * w, 0);
+    const auto& attributes = index.mesh.attributes[vertex];
+    uv[k] = V2d(static_cast<double>(attributes[0][3]), static_cast<double>(attributes[1][3]));
+  }
+  V2d sum(0, 0);
+  double weights = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double weight = edge[(k + 1) % 3].cross(edge[(k + 2) % 3]).z;
+    sum += uv[k] * weight;
+    weights += weight;
+  }
+  return weights != 0 ? sum / weights : uv[0];
+}
+
+double fraction(double x) { return x - std::floor(x); }
+
+/// Texture coordinates of a pixel's centre and how far they move per pixel, along u and v.
+struct PixelCoordinates {
+  V2d uv;
+  V2d slope;
+};
+PixelCoordinates coordinates_of(const IndexScene& index, std::uint32_t triangle, int x, int y) {
+  const V2d centre(x + 0.5, y + 0.5);
+  const V2d uv = coordinates(index, triangle, centre);
+  const V2d right = coordinates(index, triangle, centre + V2d(1, 0)) - uv;
+  const V2d up = coordinates(index, triangle, centre + V2d(0, 1)) - uv;
+  return {V2d(fraction(uv.x), fraction(uv.y)), V2d(std::hypot(right.x, up.x), std::hypot(right.y, up.y))};
+}
+
+/// Texels with fewer pixels than the first have no lines, from the second on the lines are full.
+constexpr double smallest_texel = 2.5;
+constexpr double large_texel = 6;
+
+/// How much of a pixel a line covers that runs where `coordinate` (in texels) is whole.
+double line(double coordinate, double texels_per_pixel) {
+  if (!(texels_per_pixel > 0)) return 0;
+  const double size = 1 / texels_per_pixel;
+  const double fade = std::clamp((size - smallest_texel) / (large_texel - smallest_texel), 0.0, 1.0);
+  const double pixels_away = std::abs(coordinate - std::round(coordinate)) * size;
+  return fade * std::clamp(1 - pixels_away, 0.0, 1.0);
+}
+
+OverlayPixel edge_pixel(const IndexScene& index, const PixelBlock& block, std::size_t lane,
+                        std::uint32_t triangle) {
+  const int fabric = index.materials[block.surface[lane]].fabric;
+  if (fabric < 0) return {};
+  const auto level_index = static_cast<std::size_t>(block.texels[0].level[lane]);
+  const PackedLevel& level = index.fabrics[fabric].levels[level_index];
+  const PixelCoordinates at = coordinates_of(index, triangle, block.x[lane], block.y[lane]);
+  const V2d size(level.width, level.height);
+  const double texel =
+      std::max(line(at.uv.x * size.x, at.slope.x * size.x), line(at.uv.y * size.y, at.slope.y * size.y));
+  const double repeat = std::max(line(at.uv.x, at.slope.x), line(at.uv.y, at.slope.y));
+  if (repeat > 0) return {255, 140, 20, static_cast<std::uint8_t>(std::lround(255 * repeat))};
+  return {90, 220, 255, static_cast<std::uint8_t>(std::lround(200 * texel))};
+}
+
+}  // namespace
+
+std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
+  const std::size_t side = sides[1].seen.depth[i] < sides[0].seen.depth[i] ? 1 : 0;
+  if (!(sides[side].seen.depth[i] < 1)) return std::nullopt;
+  return NearestSurface{sides[side].list[sides[side].seen.triangles[i]], side == 1};
+}
+
+PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, const PixelTriangles& pixels) {
+  PixelBlock block;
+  find_texels(index, pixels, block);
+  PixelProbe probe;
+  probe.pixel = V2i(block.x[0], index.projected.height - 1 - block.y[0]);
+  probe.surface = block.surface[0];
+  probe.triangle = pixels.triangle[0];
+  probe.back = pixels.back[0];
+  probe.position = seen_point(*shading.mesh, shading.origin, block, 0);
+  probe.fabric = index.materials[probe.surface].fabric;
+  if (probe.fabric >= 0) {
+    const std::vector<PackedLevel>& levels = index.fabrics[probe.fabric].levels;
+    const int before = first_level(*index.fabrics[probe.fabric].fabric);
+    const PixelCoordinates at = coordinates_of(index, probe.triangle, block.x[0], block.y[0]);
+    probe.uv = at.uv;
+    probe.texels_per_pixel = at.slope * V2d(whole_texels(*index.fabrics[probe.fabric].fabric));
+    for (std::size_t i = 0; i < block.texel_count; ++i) {
+      const LaneTexels& texels = block.texels[i];
+      if (!(texels.weight[0] > 0)) continue;
+      const int width = levels[texels.level[0]].width;
+      probe.texels.push_back({before + texels.level[0], V2i(texels.texel[0] % width, texels.texel[0] / width),
+                              texels.weight[0]});
+    }
+  }
+  const LaneFrames frames = garment_frames(shading.camera, shading.width, shading.height, block);
+  const auto first = [](const LaneDirections& d) { return V3f(d.x[0], d.y[0], d.z[0]); };
+  probe.view = first(frames.view);
+  ShadingScratch scratch;
+  const LaneShading& light = shade(shading, block, scratch);
+  for (const LaneLight& of : scratch.lights) probe.lights.push_back(first(of.direction));
+  probe.alpha = light.alpha[0];
+  if (probe.alpha > 0) probe.radiance = V3f(light.red[0], light.green[0], light.blue[0]) / probe.alpha;
+  return probe;
+}
+
+void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row, int rows,
+                      std::vector<OverlayPixel>& overlay) {
+  const int width = index.projected.width;
+  parallel_for(0, rows, [&](int y) {
+    OverlayPixel* row =
+        overlay.data() + static_cast<std::ptrdiff_t>(index.projected.height - 1 - first_row - y) * width;
+    std::fill_n(row, width, OverlayPixel{});
+    PixelTriangles waiting;
+    PixelBlock block;
+    const auto flush = [&] {
+      if (waiting.count == 0) return;
+      find_texels(index, waiting, block);
+      for (std::size_t lane = 0; lane < waiting.count; ++lane)
+        row[waiting.x[lane]] = edge_pixel(index, block, lane, waiting.triangle[lane]);
+      waiting.count = 0;
+    };
+    for (int x = 0; x < width; ++x) {
+      const std::size_t i =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+      const std::optional<NearestSurface> seen = nearest_surface(sides, i);
+      if (!seen) continue;
+      const std::size_t lane = waiting.count;
+      waiting.triangle[lane] = seen->triangle;
+      waiting.back[lane] = seen->back;
+      waiting.x[lane] = static_cast<std::uint16_t>(x);
+      waiting.y[lane] = static_cast<std::uint16_t>(first_row + y);
+      if (++waiting.count == lane_count) flush();
+    }
+    flush();
+  });
+}
+
+}  // namespace selvedge

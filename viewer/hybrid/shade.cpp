@@ -1,0 +1,263 @@
+#include "viewer/hybrid/shade.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/simd/wide_float.h"
+#include "viewer/hybrid/pbr_shading.h"
+#include "viewer/scene/view_rays.h"
+
+namespace selvedge {
+namespace {
+
+/// Smallest cosine between view and normal after bending.
+constexpr float horizon = 0.01F;
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> load(const LaneDirections& d, std::size_t first) {
+  using Wide = WideFloat<N>;
+  return {Wide::load(&d.x[first]), Wide::load(&d.y[first]), Wide::load(&d.z[first])};
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void store(const WideVec3<N>& v, LaneDirections& d, std::size_t first) {
+  v.x.store(&d.x[first]);
+  v.y.store(&d.y[first]);
+  v.z.store(&d.z[first]);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> wide(const V3f& v) {
+  return {WideFloat<N>(v.x), WideFloat<N>(v.y), WideFloat<N>(v.z)};
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> choose(const WideFloat<N>& a, const WideFloat<N>& b, const WideVec3<N>& yes,
+                                   const WideVec3<N>& no) {
+  return {if_greater(a, b, yes.x, no.x), if_greater(a, b, yes.y, no.y), if_greater(a, b, yes.z, no.z)};
+}
+
+/// `v` made unit; `otherwise` where it has no direction.
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> unit_or(const WideVec3<N>& v, const WideVec3<N>& otherwise) {
+  using Wide = WideFloat<N>;
+  const Wide length2 = v.dot(v);
+  // NaN is not greater than anything, nor is anything greater than it.
+  const Wide usable = if_greater(Wide(1e36F), length2, length2, Wide(0));
+  return choose(usable, Wide(1e-36F), v * (Wide(1) / sqrt(length2)), otherwise);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelBlock& block, LaneFrames& result) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const Vec ray = wide<N>(rays.base) + wide<N>(rays.right) * Wide::load(&block.from_middle_x[first]) +
+                    wide<N>(rays.up) * Wide::load(&block.from_middle_y[first]);
+    const Vec view = ray * (Wide(1) / sqrt(ray.dot(ray)));
+    const Wide side = Wide::load(&block.side[first]);
+    Vec normal = unit_or(load<N>(block.normal, first), view * side) * side;
+    const Wide cosine = normal.dot(view);
+    const Wide least(horizon);
+    normal = choose(least, cosine, unit_or(normal + view * (least - cosine), view), normal);
+    // The fixed axis: x, or y where the normal lies along x (tangent_of()).
+    const Wide zero(0);
+    const Vec axis = choose(Wide(1) - normal.x * normal.x, Wide(1e-6F), Vec{Wide(1), zero, zero},
+                            Vec{zero, Wide(1), zero});
+    const Vec fixed = unit_or(axis - normal * normal.dot(axis), axis);
+    const Vec t = load<N>(block.tangent, first);
+    const Vec tangent = unit_or(t - normal * normal.dot(t), fixed);
+    const Vec up = normal.cross(tangent) * (side * Wide::load(&block.handedness[first]));
+    store(tangent, result.tangent, first);
+    store(up, result.up, first);
+    store(normal, result.normal, first);
+    store(Vec{view.dot(tangent), view.dot(up), view.dot(normal)}, result.view, first);
+  }
+}
+SELVEDGE_THREE_BODIES(frames, (const ViewRays& rays, const PixelBlock& block, LaneFrames& result),
+                      (rays, block, result))
+
+template <std::size_t N>
+SELVEDGE_INLINE void light_lanes(const LaneFrames& frame, const V3f& direction, LaneDirections& result) {
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const WideVec3<N> d = wide<N>(direction);
+    store(WideVec3<N>{d.dot(load<N>(frame.tangent, first)), d.dot(load<N>(frame.up, first)),
+                      d.dot(load<N>(frame.normal, first))},
+          result, first);
+  }
+}
+SELVEDGE_THREE_BODIES(light_lanes, (const LaneFrames& frame, const V3f& direction, LaneDirections& result),
+                      (frame, direction, result))
+
+/// Keeps a lobe that overflowed from spreading as NaN through sums and filters.
+float tame(float radiance) { return radiance >= 0 ? std::min(radiance, 1e30F) : 0.0F; }
+
+/// What a fabric gave as the picture needs it: opaque where the material says so.
+template <std::size_t N>
+SELVEDGE_INLINE void finish(const LaneFloats& keeps_opacity, LaneShading& shading) {
+  using Wide = WideFloat<N>;
+  const Wide zero(0);
+  const Wide one(1);
+  const Wide most(1e30F);
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    const Wide keeps = Wide::load(&keeps_opacity[first]);
+    const Wide alpha = Wide::load(&shading.alpha[first]);
+    const Wide scale = if_greater(keeps, zero, one, if_greater(alpha, zero, one / alpha, zero));
+    for (LaneFloats* channel : {&shading.red, &shading.green, &shading.blue}) {
+      float* at = channel->data() + first;
+      const Wide radiance = Wide::load(at) * scale;
+      // NaN is not greater than 0.
+      if_greater(radiance, zero, min(radiance, most), zero).store(at);
+    }
+    if_greater(keeps, zero, alpha, one).store(&shading.alpha[first]);
+  }
+}
+SELVEDGE_THREE_BODIES(finish, (const LaneFloats& keeps_opacity, LaneShading& shading),
+                      (keeps_opacity, shading))
+
+void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha) {
+  shading.red[lane] = tame(colour.x);
+  shading.green[lane] = tame(colour.y);
+  shading.blue[lane] = tame(colour.z);
+  shading.alpha[lane] = alpha;
+}
+
+/// Whether the material beneath a fabric gives light itself.
+bool shines(const ShadingScene& scene, std::uint32_t surface) {
+  return surface < scene.pbr.size() && scene.pbr[surface].emissive != V3f(0, 0, 0);
+}
+
+/// The block's texels without those of other fabrics.
+std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBlock& block, int fabric,
+                                      std::vector<LaneTexels>& texels) {
+  texels.assign(block.texels.begin(), block.texels.begin() + static_cast<std::ptrdiff_t>(block.texel_count));
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    if (scene.materials[block.surface[lane]].fabric == fabric) continue;
+    for (LaneTexels& of : texels) of.weight[lane] = 0;
+  }
+  return texels;
+}
+
+void fill_frames(const Camera& camera, int width, int height, const PixelBlock& block, LaneFrames& result) {
+  static const auto fill = frames_for_this_processor();
+  fill(view_rays(camera, width, height), block, result);
+}
+
+}  // namespace
+
+LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block) {
+  LaneFrames result;
+  fill_frames(camera, width, height, block, result);
+  return result;
+}
+
+V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& block, std::size_t lane) {
+  const auto& corners = mesh.triangles[block.triangle[lane]].corners;
+  const V3d a(mesh.positions[corners[0]]);
+  const V3d b(mesh.positions[corners[1]]);
+  const V3d c(mesh.positions[corners[2]]);
+  return origin + a + (b - a) * static_cast<double>(block.second_corner[lane]) +
+         (c - a) * static_cast<double>(block.third_corner[lane]);
+}
+
+namespace {
+
+/// A light that stands somewhere: from each point of the block another.
+void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+                 const Light& light, LaneLight& result) {
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    const LightShare at = light_share_at(light, seen_point(*scene.mesh, scene.origin, block, lane));
+    const V3f d(at.direction);
+    const auto along = [&](const LaneDirections& axis) {
+      return d.x * axis.x[lane] + d.y * axis.y[lane] + d.z * axis.z[lane];
+    };
+    result.direction.x[lane] = along(frames.tangent);
+    result.direction.y[lane] = along(frames.up);
+    result.direction.z[lane] = along(frames.normal);
+    result.share[lane] = static_cast<float>(std::min(at.share, 1e24));
+  }
+}
+
+/// Takes from the lights what does not reach the pixels.
+void cast_shadow(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+                 const ShadowMap& map, LaneLight& light) {
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    // Its cosine: fabrics give no light from behind, and a share of 0 stays 0.
+    if (!(light.direction.z[lane] > 0) && scene.materials[block.surface[lane]].fabric >= 0) continue;
+    const V3f tangent(frames.tangent.x[lane], frames.tangent.y[lane], frames.tangent.z[lane]);
+    const V3f up(frames.up.x[lane], frames.up.y[lane], frames.up.z[lane]);
+    const V3f normal(frames.normal.x[lane], frames.normal.y[lane], frames.normal.z[lane]);
+    const V3f direction =
+        tangent * light.direction.x[lane] + up * light.direction.y[lane] + normal * light.direction.z[lane];
+    light.share[lane] *= shadow_share(
+        map, V3f(seen_point(*scene.mesh, scene.origin, block, lane) - scene.origin), normal, direction);
+  }
+}
+
+}  // namespace
+
+const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
+  static const auto light_lanes = light_lanes_for_this_processor();
+  static const auto finish = finish_for_this_processor();
+  LaneFrames& frames = scratch.frames;
+  fill_frames(scene.camera, scene.width, scene.height, block, frames);
+  scratch.lights.resize(scene.lights.size());
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    scratch.lights[i].irradiance = scene.lights[i].irradiance;
+    if (scene.lights[i].kind != LightKind::directional && scene.mesh != nullptr) {
+      place_light(scene, block, frames, scene.lights[i], scratch.lights[i]);
+      continue;
+    }
+    light_lanes(frames, V3f(scene.lights[i].direction), scratch.lights[i].direction);
+    scratch.lights[i].share.fill(1);
+  }
+  for (const ShadowMap& map : scene.shadows)
+    cast_shadow(scene, block, frames, map, scratch.lights[map.view.light]);
+  LaneShading& light = scratch.light;
+  light = {};
+  bool one_surface = true;
+  for (std::size_t lane = 1; lane < block.count; ++lane)
+    one_surface &= block.surface[lane] == block.surface[0];
+  const auto look_of = [&](std::size_t lane) -> const SurfaceMaterial& {
+    return scene.materials[block.surface[lane]];
+  };
+  if (one_surface && look_of(0).fabric >= 0) {
+    evaluate_lanes(scene.fabrics[look_of(0).fabric], std::span(block.texels).first(block.texel_count),
+                   frames.view, scratch.lights, scratch.lanes, light, scene.power);
+  } else if (!one_surface) {
+    for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
+      bool any = false;
+      for (std::size_t lane = 0; lane < block.count; ++lane)
+        any |= look_of(lane).fabric == static_cast<int>(i);
+      if (!any) continue;
+      evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
+                     frames.view, scratch.lights, scratch.lanes, light, scene.power);
+    }
+  }
+  alignas(64) LaneFloats keeps_opacity{};
+  if (one_surface) {
+    keeps_opacity.fill(look_of(0).keeps_opacity ? 1.0F : 0.0F);
+  } else {
+    for (std::size_t lane = 0; lane < block.count; ++lane)
+      keeps_opacity[lane] = look_of(lane).keeps_opacity ? 1.0F : 0.0F;
+  }
+  finish(keeps_opacity, light);
+  if (one_surface && look_of(0).fabric >= 0 && !shines(scene, block.surface[0])) return light;
+  LaneShading pbr;
+  bool any_pbr = false;
+  for (std::size_t lane = 0; lane < block.count; ++lane) any_pbr |= look_of(lane).fabric < 0;
+  if (any_pbr) shade_pbr(scene, block, frames, scratch.lights, pbr);
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    if (look_of(lane).fabric < 0) {
+      const float alpha = std::clamp(block.pbr[lane].colour.w, 0.0F, 1.0F);
+      set(light, lane, V3f(pbr.red[lane], pbr.green[lane], pbr.blue[lane]) * alpha, alpha);
+    } else if (shines(scene, block.surface[lane])) {
+      const V3f radiance(light.red[lane], light.green[lane], light.blue[lane]);
+      set(light, lane, radiance + pbr_values(block.pbr[lane]).emission * light.alpha[lane],
+          light.alpha[lane]);
+    }
+  }
+  return light;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,111 @@
+// The core material of glTF 2.0, metallic-roughness, as appendix B of the specification has it: a Lambertian
+// base under a layer of GGX microfacets, with the separable form of Smith's masking and shadowing and
+// Schlick's Fresnel term. Templates for one or many pixels; pbr_shading_glsl (pbr_glsl.h) is the twin for
+// shaders, held to this one by tests.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "format/scene/footprint.h"
+#include "format/simd/wide_float.h"
+
+namespace selvedge {
+
+/// Of one place. Factors and textures are multiplied already; all in [0, 1].
+template <class T>
+struct PbrPoint {
+  T red, green, blue;  ///< base colour, linear
+  T metallic;
+  T roughness;  ///< as the file has it: the square root of the distribution's alpha
+};
+
+template <class T>
+struct PbrColour {
+  T red, green, blue;
+};
+
+/// Three numbers in any orthonormal frame.
+template <class T>
+struct PbrVector {
+  T x, y, z;
+};
+
+/// alpha^2 of a surface that is as smooth as can be: a point of light on a perfect mirror would have no size.
+inline constexpr float min_alpha2 = 1e-6F;
+/// Reflectance of dielectrics at normal incidence.
+inline constexpr float dielectric_f0 = 0.04F;
+
+template <class T>
+SELVEDGE_INLINE T pbr_dot(const PbrVector<T>& a, const PbrVector<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+SELVEDGE_INLINE T larger(const T& a, const T& b) {
+  return if_greater(a, b, a, b);
+}
+
+/// mix(at 0, at 1, metallic).
+template <class T>
+SELVEDGE_INLINE T pbr_f0(const T& base, const T& metallic) {
+  return T(dielectric_f0) + (base - T(dielectric_f0)) * metallic;
+}
+/// (1 - x)^5 for x in [0, 1]; 0 beyond.
+template <class T>
+SELVEDGE_INLINE T fifth_power_below(const T& x) {
+  const T rest = larger(T(1) - x, T(0));
+  return rest * rest * (rest * rest) * rest;
+}
+
+/// BRDF times cosine, 1/sr; 0 where the light lies behind the surface. Unit vectors: the surface's normal,
+/// towards viewer and light. A normal that is turned away from the viewer counts by its absolute cosine, as
+/// in the specification.
+template <class T>
+SELVEDGE_INLINE PbrColour<T> pbr_brdf(const PbrPoint<T>& m, const PbrVector<T>& n, const PbrVector<T>& v,
+                                      const PbrVector<T>& l) {
+  using std::sqrt;
+  const T zero(0);
+  const T one(1);
+  const T nl = larger(pbr_dot(n, l), zero);
+  const T nv_signed = pbr_dot(n, v);
+  const T nv = larger(nv_signed, -nv_signed);
+  PbrVector<T> h{v.x + l.x, v.y + l.y, v.z + l.z};
+  const T scale = one / sqrt(larger(pbr_dot(h, h), T(1e-12F)));
+  h = {h.x * scale, h.y * scale, h.z * scale};
+  const T nh = pbr_dot(n, h);
+  const T alpha = m.roughness * m.roughness;
+  const T a2 = larger(alpha * alpha, T(min_alpha2));
+  // (N.H)^2 (a2 - 1) + 1 without its cancellation near N = H.
+  const PbrVector<T> c{n.y * h.z - n.z * h.y, n.z * h.x - n.x * h.z, n.x * h.y - n.y * h.x};
+  const T spread = nh * nh * a2 + pbr_dot(c, c);
+  const T d = if_greater(nh, zero, a2 / (T(std::numbers::pi_v<float>) * spread * spread), zero);
+  const T visibility =
+      one / ((nl + sqrt(a2 + (one - a2) * nl * nl)) * (nv + sqrt(a2 + (one - a2) * nv * nv)));
+  const T specular = visibility * d;
+  const T schlick = fifth_power_below(pbr_dot(v, h));
+  const T diffuse = (one - m.metallic) * T(std::numbers::inv_pi_v<float>);
+  const auto channel = [&](const T& base) __attribute__((always_inline)) {
+    const T f0 = pbr_f0(base, m.metallic);
+    const T f = f0 + (one - f0) * schlick;
+    return ((one - f) * diffuse * base + f * specular) * nl;
+  };
+  return {channel(m.red), channel(m.green), channel(m.blue)};
+}
+
+/// What is seen of light of radiance 1 from everywhere: a share of 1 at most. The Fresnel term is taken at
+/// the normal and flattened for rough surfaces (Lagarde 2011, "Adopting a physically based shading model"):
+/// as if what is lost between microfacets came back.
+template <class T>
+SELVEDGE_INLINE PbrColour<T> pbr_ambient(const PbrPoint<T>& m, const PbrVector<T>& n, const PbrVector<T>& v) {
+  const T nv_signed = pbr_dot(n, v);
+  const T schlick = fifth_power_below(larger(nv_signed, -nv_signed));
+  const T one(1);
+  const auto channel = [&](const T& base) __attribute__((always_inline)) {
+    const T f0 = pbr_f0(base, m.metallic);
+    const T f = f0 + (larger(one - m.roughness, f0) - f0) * schlick;
+    return (one - f) * (one - m.metallic) * base + f;
+  };
+  return {channel(m.red), channel(m.green), channel(m.blue)};
+}
+
+}  // namespace selvedge

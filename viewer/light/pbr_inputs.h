@@ -1,0 +1,50 @@
+// What OpenGL's geometry passes need beside triangles when a scene has materials without fabric: their
+// pictures, coordinates and colours, and the values that change from surface to surface. The same for both
+// paths.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "viewer/gl/functions.h"
+#include "viewer/scene/materials.h"
+#include "viewer/scene/mesh.h"
+
+namespace selvedge {
+
+class PbrInputs {
+ public:
+  /// Loads what `materials` need, which is nothing where all surfaces have a fabric that does not shine by
+  /// itself. The context of `gl` must be current whenever a function of this class is called, the destructor
+  /// included. `materials` must outlive the object.
+  PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
+  ~PbrInputs();
+  PbrInputs(const PbrInputs&) = delete;
+  PbrInputs& operator=(const PbrInputs&) = delete;
+
+  /// Whether some surface needs a PbrPixel.
+  bool needed() const { return needed_; }
+  /// For shader texts: CORE where needed, MAPPINGS and VERTEX_COLOURS (pbr_glsl.h).
+  std::string definitions() const;
+  /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex_glsl.
+  void attach(GLuint array) const;
+  /// Sets uniforms and textures of the program in use for a surface.
+  void use(std::size_t surface) const;
+
+ private:
+  static constexpr std::size_t samplers = 18;  ///< three ways along u, three along v, nearest or not
+  void bind(GLuint unit, const MaterialTexture& texture) const;
+
+  const GlFunctions& gl_;
+  const Materials& materials_;
+  bool needed_ = false;
+  std::size_t more_uvs_ = 0;  ///< mappings beside the first
+  bool colours_ = false;
+  GLuint uvs_ = 0;  ///< [vertex][more_uvs_]
+  GLuint vertex_colours_ = 0;
+  std::vector<GLuint> images_;
+  std::array<GLuint, samplers> samplers_{};
+};
+
+}  // namespace selvedge

@@ -1,0 +1,130 @@
+#include "viewer/light/shadow_pass.h"
+
+#include <algorithm>
+
+#include "viewer/gl/objects.h"
+#include "viewer/light/shadow_glsl.h"
+
+namespace selvedge {
+namespace {
+
+// As written in shadow_glsl.h.
+enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size };
+
+GLuint make_buffer(const GlFunctions& gl, std::size_t bytes, const void* data) {
+  GLuint buffer = 0;
+  gl.CreateBuffers(1, &buffer);
+  gl.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 16)),
+                        bytes >= 16 ? data : nullptr, 0);
+  return buffer;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, const MergedSurfaces& mesh,
+                                                       const Materials& materials) {
+  std::unique_ptr<ShadowPass> pass(new ShadowPass(gl));
+  const Result<GLuint> program = make_program(gl, shadow_vertex_shader, shadow_fragment_shader);
+  if (!program) return tl::unexpected(program.error());
+  pass->program_ = *program;
+  std::vector<std::uint32_t> indices;
+  for (const MergedTriangle& triangle : mesh.triangles) {
+    const SurfaceMaterial& look = materials.materials[triangle.surface];
+    if (look.fabric < 0 && look.keeps_opacity) continue;
+    indices.insert(indices.end(), triangle.corners.begin(), triangle.corners.end());
+  }
+  pass->corners_ = static_cast<GLsizei>(indices.size());
+  pass->positions_ = make_buffer(gl, mesh.positions.size() * sizeof(V3f), mesh.positions.data());
+  // Three indices of four bytes are less than a buffer's least size.
+  indices.resize(std::max<std::size_t>(indices.size(), 4));
+  pass->indices_ = make_buffer(gl, indices.size() * sizeof(std::uint32_t), indices.data());
+  gl.CreateVertexArrays(1, &pass->array_);
+  gl.VertexArrayVertexBuffer(pass->array_, 0, pass->positions_, 0, sizeof(V3f));
+  gl.EnableVertexArrayAttrib(pass->array_, 0);
+  gl.VertexArrayAttribFormat(pass->array_, 0, 3, GL_FLOAT, GL_FALSE, 0);
+  gl.VertexArrayAttribBinding(pass->array_, 0, 0);
+  gl.VertexArrayElementBuffer(pass->array_, pass->indices_);
+  gl.CreateFramebuffers(1, &pass->framebuffer_);
+  gl.NamedFramebufferDrawBuffers(pass->framebuffer_, 0, nullptr);
+  gl.NamedFramebufferReadBuffer(pass->framebuffer_, GL_NONE);
+  if (const auto good = check_errors(gl, "shadow maps"); !good) return tl::unexpected(good.error());
+  return pass;
+}
+
+void ShadowPass::release_maps() {
+  gl_.DeleteTextures(1, &texture_);
+  gl_.DeleteBuffers(1, &buffer_);
+  texture_ = buffer_ = 0;
+  views_.clear();
+  maps_.clear();
+}
+
+ShadowPass::~ShadowPass() {
+  release_maps();
+  gl_.DeleteFramebuffers(1, &framebuffer_);
+  gl_.DeleteVertexArrays(1, &array_);
+  const std::array buffers{positions_, indices_};
+  gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
+  gl_.DeleteProgram(program_);
+}
+
+Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
+  if (std::equal(views.begin(), views.end(), views_.begin(), views_.end())) return {};
+  release_maps();
+  if (views.empty()) return {};
+  const int size = views.front().size;
+  gl_.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_);
+  gl_.TextureStorage3D(texture_, 1, GL_DEPTH_COMPONENT32F, size, size, static_cast<GLsizei>(views.size()));
+  gl_.TextureParameteri(texture_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  gl_.TextureParameteri(texture_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  gl_.Disable(GL_CULL_FACE);
+  gl_.Disable(GL_BLEND);
+  gl_.Disable(GL_STENCIL_TEST);
+  gl_.Enable(GL_DEPTH_TEST);
+  // What stands before a spot's near plane casts its shadow, too.
+  gl_.Enable(GL_DEPTH_CLAMP);
+  gl_.DepthFunc(GL_LESS);
+  gl_.Viewport(0, 0, size, size);
+  gl_.UseProgram(program_);
+  gl_.BindVertexArray(array_);
+  std::vector<V4f> words;
+  constexpr GLfloat farthest = 1;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, static_cast<GLint>(i));
+    if (gl_.CheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+      return fail(Code::graphics_unavailable, "", "shadow map", "OpenGL refuses it");
+    gl_.ClearNamedFramebufferfv(framebuffer_, GL_DEPTH, 0, &farthest);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const V4f& row = views[i].rows[k];
+      gl_.Uniform4f(static_cast<GLint>(k), row.x, row.y, row.z, row.w);
+      words.push_back(row);
+    }
+    words.emplace_back(static_cast<float>(size), views[i].texel, 0.0F, 0.0F);
+    gl_.Uniform1f(map_size, static_cast<GLfloat>(size));
+    gl_.DrawElements(GL_TRIANGLES, corners_, GL_UNSIGNED_INT, nullptr);
+  }
+  gl_.Disable(GL_DEPTH_CLAMP);
+  buffer_ = make_buffer(gl_, words.size() * sizeof(V4f), words.data());
+  views_.assign(views.begin(), views.end());
+  return check_errors(gl_, "shadow maps");
+}
+
+std::span<const ShadowMap> ShadowPass::read() {
+  if (maps_.size() == views_.size()) return maps_;
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+  maps_.reserve(views_.size());
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, static_cast<GLint>(i));
+    ShadowMap map{views_[i], {}};
+    const auto size = static_cast<std::size_t>(map.view.size);
+    map.depths.resize(size * size);
+    gl_.ReadPixels(0, 0, map.view.size, map.view.size, GL_DEPTH_COMPONENT, GL_FLOAT, map.depths.data());
+    maps_.push_back(std::move(map));
+  }
+  return maps_;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,143 @@
+#include "viewer/light/shadows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace selvedge {
+namespace {
+
+/// Texels around what a map holds, for taps beyond it.
+constexpr double margin = 4;
+/// Widest half angle of a spot that a flat map can hold.
+constexpr double widest_cone = 80 * 3.14159265358979 / 180;
+/// A spot sees nothing nearer than this share of what is farthest.
+constexpr double nearest_share = 1e-3;
+
+/// Two directions across `d`.
+std::array<V3d, 2> across(const V3d& d) {
+  const V3d axis = std::abs(d.y) < 0.9 ? V3d(0, 1, 0) : V3d(1, 0, 0);
+  const V3d right = axis.cross(d).normalized();
+  return {right, d.cross(right)};
+}
+
+struct Range {
+  double low = HUGE_VAL;
+  double high = -HUGE_VAL;
+  void take(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  double length() const { return high - low; }
+  double middle() const { return 0.5 * (low + high); }
+};
+
+V4f row_of(const V3d& direction, double offset) {
+  return {static_cast<float>(direction.x), static_cast<float>(direction.y), static_cast<float>(direction.z),
+          static_cast<float>(offset)};
+}
+
+ShadowView parallel_view(const V3d& towards_light, std::span<const V3f> positions, int size) {
+  const auto [right, up] = across(towards_light);
+  Range x;
+  Range y;
+  Range depth;
+  for (const V3f& position : positions) {
+    const V3d p(position);
+    x.take(p.dot(right));
+    y.take(p.dot(up));
+    depth.take(-p.dot(towards_light));
+  }
+  const double extent = std::max({x.length(), y.length(), 1e-9});
+  const double texel = extent / (size - 2 * margin);
+  const double range = std::max(depth.length(), 1e-9);
+  // Nothing lies right on the near or the far plane.
+  const double near = depth.low - 0.01 * range;
+  ShadowView view;
+  view.size = size;
+  view.texel = static_cast<float>(texel);
+  view.rows = {row_of(right / texel, 0.5 * size - x.middle() / texel),
+               row_of(up / texel, 0.5 * size - y.middle() / texel),
+               row_of(-towards_light / (1.02 * range), -near / (1.02 * range)), V4f(0, 0, 0, 1)};
+  return view;
+}
+
+std::optional<ShadowView> spot_view(const Light& light, std::span<const V3f> positions, const V3d& origin,
+                                    int size) {
+  const V3d axis = -light.direction;
+  const V3d place = light.position - origin;
+  const double half_angle = std::acos(std::clamp(light.cos_outer, -1.0, 1.0));
+  if (!(half_angle > 0 && half_angle < widest_cone)) return std::nullopt;
+  Range depth;
+  for (const V3f& position : positions) depth.take((V3d(position) - place).dot(axis));
+  if (!(depth.high > 0)) return std::nullopt;
+  const double far = 1.01 * depth.high;
+  const double near = std::max(0.99 * depth.low, nearest_share * far);
+  const auto [right, up] = across(light.direction);
+  const double texel = 2 * std::tan(half_angle) / (size - 2 * margin);
+  ShadowView view;
+  view.size = size;
+  view.texel = static_cast<float>(texel);
+  // x = (right . (p - place)) / texel + size / 2 * w, and w the depth.
+  const auto window = [&](const V3d& direction) {
+    const V3d d = direction / texel + axis * (0.5 * size);
+    return row_of(d, -d.dot(place));
+  };
+  // z / w is 0 at the near, 1 at the far plane.
+  const double scale = far / (far - near);
+  view.rows = {window(right), window(up), row_of(axis * scale, -axis.dot(place) * scale - scale * near),
+               row_of(axis, -axis.dot(place))};
+  return view;
+}
+
+float along(const V4f& row, const V3f& p) { return row.x * p.x + row.y * p.y + row.z * p.z + row.w; }
+
+}  // namespace
+
+std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<const V3f> positions,
+                                     const V3d& origin, int size) {
+  std::vector<ShadowView> views;
+  for (std::size_t i = 0; i < lights.size() && views.size() < max_shadows; ++i) {
+    std::optional<ShadowView> view;
+    if (lights[i].kind == LightKind::directional)
+      view = parallel_view(lights[i].direction, positions, size);
+    else if (lights[i].kind == LightKind::spot)
+      view = spot_view(lights[i], positions, origin, size);
+    if (!view) continue;
+    view->light = i;
+    views.push_back(*view);
+  }
+  return views;
+}
+
+float shadow_share(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light) {
+  const float cosine = normal.dot(light);
+  if (!(cosine > 0)) return 0;
+  const ShadowView& view = map.view;
+  const float texel = view.texel * along(view.rows[3], point);
+  const float sine = std::sqrt(std::max(1 - cosine * cosine, 0.0F));
+  const V3f p =
+      point + normal * (texel * shadow_normal_offset * sine) + light * (texel * shadow_light_offset);
+  const float w = along(view.rows[3], p);
+  if (!(w > 0)) return 1;
+  const V3f at = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;
+  const V2f corner(at.x - 0.5F, at.y - 0.5F);
+  const V2f first(std::floor(corner.x), std::floor(corner.y));
+  const auto last = static_cast<float>(view.size - 3);
+  if (!(first.x >= 1 && first.y >= 1 && first.x <= last && first.y <= last)) return 1;
+  const V2f part = corner - first;
+  const std::array<float, 4> columns{1 - part.x, 1, 1, part.x};
+  const std::array<float, 4> rows{1 - part.y, 1, 1, part.y};
+  const auto size = static_cast<std::size_t>(view.size);
+  const float* depths =
+      &map.depths[(static_cast<std::size_t>(first.y) - 1) * size + static_cast<std::size_t>(first.x) - 1];
+  float sum = 0;
+  for (std::size_t j = 0; j < 4; ++j) {
+    float row = 0;
+    for (std::size_t i = 0; i < 4; ++i) row += depths[j * size + i] >= at.z ? columns[i] : 0.0F;
+    sum += row * rows[j];
+  }
+  return sum / 9;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,55 @@
+// Shadows by depth maps: where a light sees a surface, everything behind it is dark. One map for each light
+// that casts shadows, looked up by all paths with the same formula (shadow_glsl.h is the twin for shaders).
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "format/base/vec.h"
+#include "format/scene/lights.h"
+
+namespace selvedge {
+
+/// Side of a map in texels.
+inline constexpr int min_shadow_size = 16;
+inline constexpr int max_shadow_size = 8192;
+inline constexpr int default_shadow_size = 2048;
+/// Lights that cast shadows, at most; further ones shine through everything.
+inline constexpr std::size_t max_shadows = 16;
+
+/// Texels by which a point is moved off its surface before it is looked up, so that the surface does not
+/// shadow itself: along the normal, times the sine between normal and light; and towards the light. A plane
+/// clears all taps that count: the farthest lies less than 2 sqrt(2) texels away.
+inline constexpr float shadow_normal_offset = 3;
+inline constexpr float shadow_light_offset = 0.5F;
+
+/// How a light sees the scene. A point p (m, relative to the surfaces' origin) lies at (x, y, z, w) =
+/// rows * (p, 1): at the texels (x / w, y / w) of the map, (0, 0) being the outer corner of the first texel
+/// of the first row, at the depth z / w in [0, 1].
+struct ShadowView {
+  std::size_t light = 0;  ///< index into the lights
+  int size = 1;
+  std::array<V4f, 4> rows{};
+  float texel = 1;  ///< a texel's side where w = 1, m; it grows with w
+  bool operator==(const ShadowView&) const = default;
+};
+
+/// Views of the lights that can cast shadows: those far away and spots with cones below 160 degrees, the
+/// first `max_shadows`. Each holds all `positions` (relative to `origin`, at least one), a spot's what its
+/// cone holds of them.
+std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<const V3f> positions,
+                                     const V3d& origin, int size);
+
+struct ShadowMap {
+  ShadowView view;
+  std::vector<float> depths;  ///< of the nearest surface; 1: none. Row after row
+};
+
+/// The share of the light that reaches a point of a surface with the unit normal `normal`, which is turned to
+/// the viewer; `light` is the unit direction towards the light. Percentage-closer filtering (Reeves, Salesin
+/// and Cook 1987) over 3 x 3 texels, bilinear between them. 0 on the side that is turned away from the light,
+/// 1 beyond the map.
+float shadow_share(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light);
+
+}  // namespace selvedge

@@ -1,0 +1,99 @@
+// The paper's geometry passes (Daubert et al. 2001, section 6): the cloth is drawn with normals as colours,
+// then with index textures whose mip levels OpenGL chooses by itself. Where two levels are blended a second
+// pass writes blue alone. What lies behind is peeled off in further rounds.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "format/scene/camera.h"
+#include "viewer/gl/functions.h"
+#include "viewer/hybrid/index_pass.h"
+#include "viewer/paper/coding.h"
+#include "viewer/paper/limits.h"
+
+namespace selvedge {
+
+/// A band of rows, bottom row first; pixel (x, y) at y * width + x. Where nothing is seen the alpha of the
+/// normal is 0, and nothing else has a meaning.
+struct PaperFrames {
+  std::vector<Coded> normals;   ///< alpha: code_kind()
+  std::vector<Coded> tangents;  ///< alpha: 255 where the texture is upright, 0 where it is mirrored
+  /// Red and green: the texel's place in the level that alpha names. Blue: the level (decode_level()); with
+  /// `blend` a fraction between that of alpha and the next.
+  std::vector<Coded> texels;
+};
+
+struct PaperPassOptions {
+  int width = 1;
+  int height = 1;     ///< of the whole frame
+  int band_rows = 1;  ///< rows that are drawn and read back at a time; even, or all
+};
+
+class PaperPass {
+ public:
+  /// Everything is copied into OpenGL, but `mesh`, which must outlive the object. The context of `gl` must be
+  /// current whenever a function of this class is called, the destructor included. `materials` are those of
+  /// the surfaces. Precondition: the fabrics of `kinds` are within the paper's limits.
+  static Result<std::unique_ptr<PaperPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
+                                                   std::span<const SurfaceMaterial> materials,
+                                                   const PaperKinds& kinds, std::span<const Fabric> fabrics,
+                                                   const PaperPassOptions& options);
+  ~PaperPass();
+  PaperPass(const PaperPass&) = delete;
+  PaperPass& operator=(const PaperPass&) = delete;
+
+  /// Frames of another size; what was drawn is gone.
+  Result<void> resize(const PaperPassOptions& options);
+
+  /// Draws the band that begins at `first_row` of the frame, counted from its bottom. Round 0 shows the
+  /// nearest surface, round n what lies behind that of round n - 1, which must have been drawn just before.
+  /// `clip`: world -> clip (camera.h). Of `levels` blend and forced count. Waits until everything is drawn;
+  /// gives whether there is anything.
+  Result<bool> draw(const M44d& clip, int first_row, int round, const LevelOptions& levels);
+
+  /// Reads what was drawn last.
+  void read(PaperFrames& frames) const;
+
+ private:
+  enum Target : std::size_t { normals, tangents, texels };
+  /// Triangles of one surface.
+  struct Span {
+    int kind = 0;
+    bool culls_back = false;
+    std::size_t first = 0;
+    std::size_t end = 0;
+  };
+
+  PaperPass(const GlFunctions& gl, const MergedSurfaces& mesh, const PaperPassOptions& options)
+      : gl_(gl), mesh_(mesh), options_(options) {}
+  Result<void> make_programs();
+  static GLuint make_index_texture(const GlFunctions& gl, const Fabric& fabric);
+  void upload(std::span<const SurfaceMaterial> materials, const PaperKinds& kinds);
+  Result<void> make_targets();
+  void release_targets();
+  void draw_cloth(Target target, int round, float level_bias);
+
+  const GlFunctions& gl_;
+  const MergedSurfaces& mesh_;
+  PaperPassOptions options_;
+  PaperKinds kinds_;
+  std::vector<Span> spans_;
+  std::array<std::array<GLuint, 2>, 3> programs_{};  ///< [target][of round 0, of the others]
+  std::vector<GLuint> index_textures_;               ///< of the fabrics; 0 where no surface has it
+  std::vector<int> level_counts_;
+  std::vector<int> first_levels_;  ///< of the whole fabric
+  GLuint array_ = 0;
+  GLuint vertices_ = 0;
+  GLuint indices_ = 0;
+  GLuint any_ = 0;
+  std::array<GLuint, 3> colours_{};
+  std::array<GLuint, 2> depths_{};        ///< of even and odd rounds
+  std::array<GLuint, 2> framebuffers_{};  ///< the same
+  std::size_t drawn_into_ = 0;
+  std::array<GLfloat, 16> clip_{};
+};
+
+}  // namespace selvedge

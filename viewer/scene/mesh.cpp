@@ -1,0 +1,224 @@
+#include "viewer/scene/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+constexpr std::size_t chunk_size = 4096;
+
+/// body(chunk, first, end) for [0, count) in chunks, on all cores.
+template <class Body>
+void in_chunks(std::size_t count, const Body& body) {
+  const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
+  parallel_for(0, static_cast<int>(chunks), [&](int chunk) {
+    const std::size_t first = static_cast<std::size_t>(chunk) * chunk_size;
+    body(static_cast<std::size_t>(chunk), first, std::min(first + chunk_size, count));
+  });
+}
+
+/// Pixels by which a rasteriser may round a corner.
+constexpr float rounding = 1.0F / 64;
+
+/// The pixels whose centres lie within [low, high], a coordinate of the frame; first > last where none do.
+struct PixelRange {
+  int first = 0;
+  int last = -1;
+};
+PixelRange pixels_within(float low, float high, int size) {
+  const float first = std::ceil(low - 0.5F - rounding);
+  const float last = std::floor(high - 0.5F + rounding);
+  return {static_cast<int>(std::clamp(first, 0.0F, static_cast<float>(size))),
+          static_cast<int>(std::clamp(last, -1.0F, static_cast<float>(size - 1)))};
+}
+
+class TriangleSieve {
+ public:
+  TriangleSieve(const ProjectedVertices& projected, const FrameTiles& where)
+      : projected_(projected), where_(where), tile_columns_((projected.width + tile_side - 1) / tile_side) {}
+
+  /// Rows of the frame in which the triangle may cover the centre of a pixel.
+  PixelRange rows(const MergedTriangle& triangle) const {
+    const auto [x, y] = ranges(triangle);
+    return x.first <= x.last ? y : PixelRange{};
+  }
+
+  /// Whether the triangle may cover the centre of a pixel that is of interest.
+  bool keeps(const MergedTriangle& triangle) const {
+    auto [x, y] = ranges(triangle);
+    y.first = std::max(y.first, where_.first_row);
+    y.last = std::min(y.last, where_.first_row + where_.rows - 1);
+    if (x.first > x.last || y.first > y.last) return false;
+    if (where_.tiles.empty()) return true;
+    for (int row = (y.first - where_.first_row) / tile_side; row <= (y.last - where_.first_row) / tile_side;
+         ++row) {
+      const auto begin = where_.tiles.begin() + row * tile_columns_;
+      if (std::any_of(begin + x.first / tile_side, begin + x.last / tile_side + 1,
+                      [](std::uint8_t on) { return on != 0; }))
+        return true;
+    }
+    return false;
+  }
+
+  /// Twice the signed area, above 0 where the front is seen; corners behind the viewer are no special case.
+  double facing(const MergedTriangle& triangle) const {
+    const auto at = [&](std::size_t k) {
+      const Group& c = corner(triangle, k);
+      return V3d(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2]));
+    };
+    return at(0).dot(at(1).cross(at(2)));
+  }
+
+ private:
+  const Group& corner(const MergedTriangle& triangle, std::size_t k) const {
+    return projected_.screen[triangle.corners[k]];
+  }
+  std::array<PixelRange, 2> ranges(const MergedTriangle& triangle) const {
+    if (corner(triangle, 0)[2] > 0 && corner(triangle, 1)[2] > 0 && corner(triangle, 2)[2] > 0)
+      return {range(triangle, 0, projected_.width), range(triangle, 1, projected_.height)};
+    return {PixelRange{0, projected_.width - 1}, PixelRange{0, projected_.height - 1}};
+  }
+  PixelRange range(const MergedTriangle& triangle, std::size_t axis, int size) const {
+    const auto at = [&](std::size_t k) { return corner(triangle, k)[axis] / corner(triangle, k)[2]; };
+    const auto [low, high] = std::minmax({at(0), at(1), at(2)});
+    const float centre = 0.5F * static_cast<float>(size);
+    return pixels_within(low + centre, high + centre, size);
+  }
+
+  const ProjectedVertices& projected_;
+  const FrameTiles& where_;
+  int tile_columns_;
+};
+
+}  // namespace
+
+MergedSurfaces merge(std::span<const Surface> surfaces) {
+  MergedSurfaces mesh;
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const Surface& surface = surfaces[i];
+    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const SurfaceVertex& v : surface.vertices) {
+      mesh.positions.push_back(v.position);
+      mesh.attributes.push_back(
+          {{{v.normal.x, v.normal.y, v.normal.z, v.uv.x}, {v.tangent.x, v.tangent.y, v.tangent.z, v.uv.y}}});
+    }
+    for (std::size_t k = 0; k + 2 < surface.indices.size(); k += 3) {
+      const std::uint32_t* corner = &surface.indices[k];
+      mesh.triangles.push_back({{base + corner[0], base + corner[1], base + corner[2]},
+                                static_cast<std::uint32_t>(i),
+                                surface.vertices[corner[0]].tangent.w < 0 ? -1.0F : 1.0F});
+    }
+    mesh.more_uvs.resize(std::max(mesh.more_uvs.size(), surface.more_uvs.size()));
+    for (std::size_t m = 0; m < surface.more_uvs.size(); ++m) {
+      mesh.more_uvs[m].resize(base, V2f(0, 0));
+      mesh.more_uvs[m].insert(mesh.more_uvs[m].end(), surface.more_uvs[m].begin(), surface.more_uvs[m].end());
+    }
+    if (!surface.colors.empty()) {
+      mesh.colors.resize(base, V4f(1, 1, 1, 1));
+      mesh.colors.insert(mesh.colors.end(), surface.colors.begin(), surface.colors.end());
+    }
+  }
+  for (std::vector<V2f>& uvs : mesh.more_uvs) uvs.resize(mesh.positions.size(), V2f(0, 0));
+  if (!mesh.colors.empty()) mesh.colors.resize(mesh.positions.size(), V4f(1, 1, 1, 1));
+  return mesh;
+}
+
+ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int width, int height) {
+  ProjectedVertices projected{width, height, {}, {}};
+  const std::size_t count = mesh.positions.size();
+  projected.clip.resize(count);
+  projected.screen.resize(count);
+  in_chunks(count, [&](std::size_t, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      const V3d p(mesh.positions[i]);
+      const auto row = [&](unsigned k) {
+        return p.x * clip[0][k] + p.y * clip[1][k] + p.z * clip[2][k] + clip[3][k];
+      };
+      const double x = row(0);
+      const double y = row(1);
+      const double w = row(3);
+      projected.clip[i] = V4f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(row(2)),
+                              static_cast<float>(w));
+      projected.screen[i] = {static_cast<float>(x * 0.5 * width), static_cast<float>(y * 0.5 * height),
+                             static_cast<float>(w), 0};
+    }
+  });
+  return projected;
+}
+
+namespace {
+
+/// Puts a triangle on the list of the side that is seen, if any is.
+void add_by_side(const TriangleSieve& sieve, const MergedSurfaces& mesh,
+                 std::span<const SurfaceMaterial> materials, std::size_t triangle,
+                 std::span<TriangleLists> to) {
+  const double facing = sieve.facing(mesh.triangles[triangle]);
+  for (TriangleLists& lists : to) {
+    if (facing > 0) lists.front.push_back(static_cast<std::uint32_t>(triangle));
+    if (facing < 0 && !materials[mesh.triangles[triangle].surface].culls_back)
+      lists.back.push_back(static_cast<std::uint32_t>(triangle));
+  }
+}
+
+void append(const TriangleLists& part, TriangleLists& lists) {
+  lists.front.insert(lists.front.end(), part.front.begin(), part.front.end());
+  lists.back.insert(lists.back.end(), part.back.begin(), part.back.end());
+}
+
+}  // namespace
+
+TriangleLists list_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
+                             std::span<const SurfaceMaterial> materials, const FrameTiles& where) {
+  const TriangleSieve sieve(projected, where);
+  std::vector<TriangleLists> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
+  in_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      if (sieve.keeps(mesh.triangles[i])) add_by_side(sieve, mesh, materials, i, std::span(&parts[chunk], 1));
+    }
+  });
+  TriangleLists lists;
+  for (const TriangleLists& part : parts) append(part, lists);
+  return lists;
+}
+
+std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
+                                      std::span<const SurfaceMaterial> materials, int band_rows) {
+  const FrameTiles everywhere{0, projected.height, {}};
+  const TriangleSieve sieve(projected, everywhere);
+  const auto bands = static_cast<std::size_t>((projected.height + band_rows - 1) / band_rows);
+  std::vector<std::vector<TriangleLists>> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
+  in_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
+    parts[chunk].resize(bands);
+    for (std::size_t i = first; i < end; ++i) {
+      const PixelRange rows = sieve.rows(mesh.triangles[i]);
+      if (rows.first > rows.last) continue;
+      const auto lowest = static_cast<std::size_t>(rows.first / band_rows);
+      const auto highest = static_cast<std::size_t>(rows.last / band_rows);
+      add_by_side(sieve, mesh, materials, i, std::span(parts[chunk]).subspan(lowest, highest - lowest + 1));
+    }
+  });
+  std::vector<TriangleLists> lists(bands);
+  for (const std::vector<TriangleLists>& part : parts) {
+    for (std::size_t band = 0; band < bands; ++band) append(part[band], lists[band]);
+  }
+  return lists;
+}
+
+std::vector<std::uint32_t> sift_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
+                                          std::span<const std::uint32_t> list, const FrameTiles& where) {
+  const TriangleSieve sieve(projected, where);
+  std::vector<std::vector<std::uint32_t>> parts((list.size() + chunk_size - 1) / chunk_size);
+  in_chunks(list.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      if (sieve.keeps(mesh.triangles[list[i]])) parts[chunk].push_back(list[i]);
+    }
+  });
+  std::vector<std::uint32_t> kept;
+  for (const std::vector<std::uint32_t>& part : parts) kept.insert(kept.end(), part.begin(), part.end());
+  return kept;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,114 @@
+#include "viewer/scene/packed_fabric.h"
+
+#include <algorithm>
+
+namespace selvedge {
+namespace {
+
+PackedLayout layout_of(const FabricLevel& level) {
+  PackedLayout layout;
+  layout.has_lobes = level.lobes.has_value();
+  layout.lobes = level.lobes ? level.lobes->lobes : 0;
+  layout.has_views = level.view_table || level.opacity;
+  layout.has_lights = level.light_table.has_value();
+  layout.has_table = level.view_table || level.light_table || !level.products;
+  layout.has_heights = level.heights.has_value();
+  if (level.products) {
+    layout.entries = level.products->entries;
+    layout.pairs = level.products->pairs;
+    layout.products = static_cast<int>(layout.pairs.size());
+  }
+  return layout;
+}
+
+void pack_texels(const FabricLevel& level, const PackedLayout& layout, std::vector<Group>& groups) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(level.texels()); ++i) {
+    const V3f n = level.frame ? level.frame->normal[i] : V3f(0, 0, 1);
+    const V3f t = level.frame ? level.frame->tangent[i] : V3f(1, 0, 0);
+    const auto per_channel = static_cast<std::size_t>(parameter_count(layout.lobes));
+    const float* p = layout.has_lobes ? &level.lobes->parameters[i * 3 * per_channel] : nullptr;
+    const auto rho = [&](std::size_t channel) { return p != nullptr ? p[channel * per_channel] : 0.0F; };
+    groups.push_back({n.x, n.y, n.z, rho(0)});
+    groups.push_back({t.x, t.y, t.z, rho(1)});
+    groups.push_back({rho(2), 0, 0, 0});
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      for (std::size_t j = 0; j < static_cast<std::size_t>(layout.lobes); ++j) {
+        const float* lobe = p + channel * per_channel + 1 + 4 * j;
+        groups.push_back({lobe[0], lobe[1], lobe[2], lobe[3]});
+      }
+    }
+  }
+}
+
+void pack_views(const FabricLevel& level, std::size_t count, std::vector<Group>& groups) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float alpha = level.opacity ? level.opacity->opacity[i] : 1.0F;
+    const V3f colour = level.view_table ? level.view_table->colour[i] : V3f(1, 1, 1);
+    groups.push_back({alpha * colour.x, alpha * colour.y, alpha * colour.z, alpha});
+  }
+}
+
+void pack_entries(const ProductLayer& products, std::vector<Group>& groups) {
+  const std::size_t count = products.pairs.size();
+  if (count == 0) return;
+  for (std::size_t first = 0; first < products.coefficient.size(); first += count) {
+    for (std::size_t m = 0; m < count; m += 4) {
+      Group group{};
+      for (std::size_t i = 0; i < std::min<std::size_t>(4, count - m); ++i)
+        group[i] = products.coefficient[first + m + i];
+      groups.push_back(group);
+    }
+  }
+}
+
+void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& packed) {
+  const auto views = static_cast<std::size_t>(fabric.views.count());
+  const auto lights = static_cast<std::size_t>(fabric.lights.count());
+  const std::size_t view_functions = bases.view.size() / views;
+  const std::size_t light_functions = bases.light.size() / lights;
+  for (std::size_t view = 0; view < views; ++view) {
+    for (std::size_t a = 0; a < view_functions; ++a)
+      packed.view_basis.push_back(bases.view[a * views + view]);
+  }
+  for (std::size_t light = 0; light < lights; ++light) {
+    for (std::size_t b = 0; b < light_functions; ++b) {
+      const V3f& psi = bases.light[b * lights + light];
+      packed.light_basis.push_back({psi.x, psi.y, psi.z, 0});
+    }
+  }
+  packed.view_functions = static_cast<int>(view_functions);
+  packed.light_functions = static_cast<int>(light_functions);
+}
+
+}  // namespace
+
+PackedFabric pack(const Fabric& fabric) {
+  PackedFabric packed;
+  packed.fabric = &fabric;
+  for (const FabricLevel& level : fabric.levels) {
+    const PackedLayout layout = layout_of(level);
+    const auto known = std::find(packed.layouts.begin(), packed.layouts.end(), layout);
+    PackedLevel to;
+    to.width = level.width;
+    to.height = level.height;
+    to.layout = static_cast<int>(known - packed.layouts.begin());
+    if (known == packed.layouts.end()) packed.layouts.push_back(layout);
+    const auto texels = static_cast<std::size_t>(level.texels());
+    pack_texels(level, layout, to.texels);
+    if (layout.has_views)
+      pack_views(level, texels * static_cast<std::size_t>(fabric.views.count()), to.views);
+    if (level.light_table) {
+      for (const V3f& s : level.light_table->value) to.lights.push_back({s.x, s.y, s.z, 0});
+    }
+    if (level.products) {
+      pack_entries(*level.products, to.entries);
+      if (packed.light_functions == 0) pack_bases(fabric, *level.bases, packed);
+    }
+    packed.needs_views |= layout.has_views || packed.view_functions > 0;
+    packed.needs_lights |= layout.has_lights || layout.products > 0;
+    packed.levels.push_back(std::move(to));
+  }
+  return packed;
+}
+
+}  // namespace selvedge

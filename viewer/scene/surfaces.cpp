@@ -1,0 +1,263 @@
+#include "viewer/scene/surfaces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "format/scene/tangents.h"
+
+namespace selvedge {
+namespace {
+
+V3d transform_point(const V3f& p, const M44d& m) {
+  V3d result;
+  m.multVecMatrix(V3d(p), result);
+  return result;
+}
+
+bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+const SceneMaterial* material_of(const Scene& scene, int material) {
+  const bool exists = material >= 0 && static_cast<std::size_t>(material) < scene.materials.size();
+  return exists ? &scene.materials[material] : nullptr;
+}
+
+SceneMaterial material_or_default(const Scene& scene, int material) {
+  const SceneMaterial* found = material_of(scene, material);
+  return found != nullptr ? *found : SceneMaterial{};
+}
+
+const std::vector<V2d>* coordinates_of(const ScenePrimitive& primitive, int set) {
+  if (set < 0 || set > 1) return nullptr;
+  const std::vector<V2d>& coordinates = primitive.tex_coords[set];
+  return coordinates.empty() ? nullptr : &coordinates;
+}
+
+Result<void> check(const Scene& scene, const ScenePrimitive& primitive, const SceneMaterial& material) {
+  const std::size_t count = primitive.positions.size();
+  const auto refuse = [&](Code code, const char* reason) -> Result<void> {
+    return fail(code, scene.file, primitive.name, reason);
+  };
+  if (material.fabric && coordinates_of(primitive, material.fabric->tex_coord) == nullptr) {
+    return fail(Code::garment_no_uvs, scene.file, primitive.name,
+                fmt::format("material \"{}\" has a fabric but there is no TEXCOORD_{}", material.name,
+                            material.fabric->tex_coord));
+  }
+  if (primitive.normals.size() != count)
+    return refuse(Code::mesh_invalid, "there is not one normal per vertex");
+  if (!primitive.colors.empty() && primitive.colors.size() != count)
+    return refuse(Code::mesh_invalid, "there is not one colour per vertex");
+  if (!primitive.tangents.empty() && primitive.tangents.size() != count)
+    return refuse(Code::mesh_invalid, "there is not one tangent per vertex");
+  if (primitive.indices.size() % 3 != 0) return refuse(Code::mesh_invalid, "indices do not come in threes");
+  for (const std::uint32_t index : primitive.indices) {
+    if (index >= count) return refuse(Code::mesh_invalid, "an index is beyond the vertices");
+  }
+  for (const std::vector<V2d>& coordinates : primitive.tex_coords) {
+    if (!coordinates.empty() && coordinates.size() != count)
+      return refuse(Code::mesh_invalid, "there is not one texture coordinate per vertex");
+  }
+  return {};
+}
+
+/// The charts of a primitive: for every vertex a vertex that stands for its chart.
+std::vector<std::uint32_t> charts_of(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
+  std::vector<std::uint32_t> parent(vertices);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+    for (std::size_t k = 1; k < 3; ++k) {
+      const std::uint32_t a = root(indices[i]);
+      const std::uint32_t b = root(indices[i + k]);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
+  return parent;
+}
+
+/// By how much a chart may be moved without its picture changing; 0: not at all.
+double period_of(Wrap wrap) { return wrap == Wrap::repeat ? 1 : wrap == Wrap::mirror ? 2 : 0; }
+
+/// The coordinates under a mapping, each chart brought near zero; empty where the primitive has none.
+Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive, const Mapping& mapping,
+                             const std::vector<std::uint32_t>& charts) {
+  std::vector<V2d> uvs;
+  const std::vector<V2d>* coordinates = coordinates_of(primitive, mapping.tex_coord);
+  if (coordinates == nullptr) return uvs;
+  uvs.reserve(coordinates->size());
+  for (const V2d& uv : *coordinates) {
+    uvs.push_back(mapping.transform.apply(uv));
+    if (!std::isfinite(uvs.back().x) || !std::isfinite(uvs.back().y))
+      return fail(Code::mesh_not_finite, scene.file, primitive.name, "a texture coordinate is not finite");
+  }
+  const V2d period(period_of(mapping.wrap_u), period_of(mapping.wrap_v));
+  std::vector<V2d> low(uvs.size(), V2d(HUGE_VAL, HUGE_VAL));
+  for (std::size_t v = 0; v < uvs.size(); ++v) {
+    V2d& least = low[charts[v]];
+    least = V2d(std::min(least.x, uvs[v].x), std::min(least.y, uvs[v].y));
+  }
+  for (std::size_t v = 0; v < uvs.size(); ++v) {
+    for (int c = 0; c < 2; ++c) {
+      if (period[c] > 0) uvs[v][c] -= std::floor(low[charts[v]][c] / period[c]) * period[c];
+    }
+  }
+  return uvs;
+}
+
+/// An instance in the world in double, before anything is rounded.
+struct Placed {
+  std::vector<V3d> position;
+  std::vector<V3d> normal;
+  std::vector<V4f> tangent;  ///< the file's own, where it has some
+  std::vector<std::uint32_t> indices;
+};
+
+Result<Placed> place(const Scene& scene, const SceneInstance& instance, const V3d& origin) {
+  const ScenePrimitive& primitive = scene.primitives[instance.primitive];
+  Placed placed;
+  placed.position.reserve(primitive.positions.size());
+  for (const V3f& p : primitive.positions) {
+    placed.position.push_back(transform_point(p, instance.world) - origin);
+    if (!finite(placed.position.back()))
+      return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite");
+  }
+  // Rows of the cofactor matrix: the inverse transpose up to a factor, and defined for flat scales, too.
+  const M44d& m = instance.world;
+  const V3d x(m[0][0], m[0][1], m[0][2]);
+  const V3d y(m[1][0], m[1][1], m[1][2]);
+  const V3d z(m[2][0], m[2][1], m[2][2]);
+  const bool mirrored = x.dot(y.cross(z)) < 0;
+  const double sign = mirrored ? -1 : 1;
+  const V3d normal_x = y.cross(z) * sign;
+  const V3d normal_y = z.cross(x) * sign;
+  const V3d normal_z = x.cross(y) * sign;
+  for (const V3f& n : primitive.normals) {
+    const V3d moved = normal_x * n.x + normal_y * n.y + normal_z * n.z;
+    const double length = moved.length();
+    placed.normal.push_back(std::isfinite(length) && length > 0 ? moved / length : V3d(0, 0, 0));
+  }
+  for (const V4f& t : primitive.tangents) {
+    const V3d moved = x * t.x + y * t.y + z * t.z;
+    const double length = moved.length();
+    const V3f unit(std::isfinite(length) && length > 0 ? moved / length : V3d(0, 0, 0));
+    placed.tangent.emplace_back(unit.x, unit.y, unit.z, static_cast<float>(t.w * sign));
+  }
+  placed.indices = primitive.indices;
+  // A mirroring turns the triangles' winding around (glTF 2.0, section 3.7.4).
+  if (mirrored) {
+    for (std::size_t i = 0; i + 2 < placed.indices.size(); i += 3)
+      std::swap(placed.indices[i + 1], placed.indices[i + 2]);
+  }
+  return placed;
+}
+
+/// The coordinates that tangents follow: the fabric's, or those of the normal texture if the file itself
+/// gives no tangents; nullptr where there is nothing that they are needed for.
+const std::vector<V2d>* tangent_coordinates(const SceneMaterial& material, const Mappings& mappings,
+                                            const std::vector<std::vector<V2d>>& uvs, const Placed& placed) {
+  int mapping = material.fabric ? 0 : -1;
+  if (!material.fabric && material.normal_texture.image >= 0 && placed.tangent.empty())
+    mapping = mappings.number_of(mapping_of(material.normal_texture));
+  if (mapping < 0 || uvs[mapping].empty()) return nullptr;
+  return &uvs[mapping];
+}
+
+Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, const Mappings& mappings,
+               const Placed& placed, const std::vector<std::vector<V2d>>& uvs) {
+  Tangents tangents;
+  tangents.indices = placed.indices;
+  if (const std::vector<V2d>* along = tangent_coordinates(material, mappings, uvs, placed)) {
+    // A fabric's picture is upright or mirrored as the normals see it; a normal texture as MikkTSpace does.
+    const Facing facing = material.fabric ? Facing::normals : Facing::winding;
+    tangents = compute_tangents(placed.position, placed.normal, *along, placed.indices, facing);
+  } else if (!material.fabric) {
+    tangents.tangents = placed.tangent;
+  }
+  tangents.tangents.resize(placed.position.size() + tangents.copy_of.size(), V4f(0, 0, 0, 1));
+
+  Surface surface;
+  surface.material = primitive.material;
+  surface.indices = std::move(tangents.indices);
+  surface.vertices.reserve(tangents.tangents.size());
+  surface.more_uvs.resize(uvs.empty() ? 0 : uvs.size() - 1);
+  for (std::size_t v = 0; v < tangents.tangents.size(); ++v) {
+    const std::size_t source = v < placed.position.size() ? v : tangents.copy_of[v - placed.position.size()];
+    const V2f uv = uvs.empty() || uvs[0].empty() ? V2f(0, 0) : V2f(uvs[0][source]);
+    surface.vertices.push_back(
+        {V3f(placed.position[source]), V3f(placed.normal[source]), tangents.tangents[v], uv});
+    for (std::size_t m = 1; m < uvs.size(); ++m) {
+      if (!uvs[m].empty()) surface.more_uvs[m - 1].emplace_back(uvs[m][source]);
+    }
+    if (!primitive.colors.empty()) surface.colors.push_back(primitive.colors[source]);
+  }
+  return surface;
+}
+
+bool operator==(const Mapping& a, const Mapping& b) {
+  return a.tex_coord == b.tex_coord && a.transform.offset == b.transform.offset &&
+         a.transform.rotation == b.transform.rotation && a.transform.scale == b.transform.scale &&
+         a.wrap_u == b.wrap_u && a.wrap_v == b.wrap_v;
+}
+
+}  // namespace
+
+Mapping mapping_of(const TextureReference& texture) {
+  return {texture.tex_coord, texture.transform, texture.wrap_u, texture.wrap_v};
+}
+
+int Mappings::number_of(const Mapping& mapping) const {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i] == mapping) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+Mappings mappings_of(const SceneMaterial& material) {
+  Mappings mappings;
+  const auto add = [&](const Mapping& mapping) {
+    if (mappings.number_of(mapping) < 0) mappings.list.push_back(mapping);
+  };
+  const auto add_texture = [&](const TextureReference& texture) {
+    if (texture.image >= 0) add(mapping_of(texture));
+  };
+  if (material.fabric) {
+    add({material.fabric->tex_coord, material.fabric->transform, Wrap::repeat, Wrap::repeat});
+  } else {
+    add_texture(material.base_color_texture);
+    add_texture(material.metallic_roughness_texture);
+    add_texture(material.normal_texture);
+  }
+  add_texture(material.occlusion_texture);  // these two count beside a fabric, too
+  add_texture(material.emissive_texture);
+  return mappings;
+}
+
+Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origin) {
+  std::vector<Surface> surfaces;
+  for (const SceneInstance& instance : scene.instances) {
+    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
+    if (primitive.indices.empty()) continue;
+    const SceneMaterial material = material_or_default(scene, primitive.material);
+    if (const auto good = check(scene, primitive, material); !good) return tl::unexpected(good.error());
+    const Result<Placed> placed = place(scene, instance, origin);
+    if (!placed) return tl::unexpected(placed.error());
+    const std::vector<std::uint32_t> charts = charts_of(primitive.indices, primitive.positions.size());
+    const Mappings mappings = mappings_of(material);
+    std::vector<std::vector<V2d>> uvs;
+    for (const Mapping& mapping : mappings.list) {
+      Result<std::vector<V2d>> mapped = map(scene, primitive, mapping, charts);
+      if (!mapped) return tl::unexpected(mapped.error());
+      uvs.push_back(std::move(*mapped));
+    }
+    surfaces.push_back(finish(primitive, material, mappings, *placed, uvs));
+  }
+  return surfaces;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,23 @@
+// Where the viewer is, seen from the pixels of a frame.
+#pragma once
+
+#include "format/scene/camera.h"
+
+namespace selvedge {
+
+/// Directions towards the viewer before they are made unit: base + x * right + y * up, x and y in pixels from
+/// the middle of the frame.
+struct ViewRays {
+  V3f base;
+  V3f right;
+  V3f up;
+};
+
+inline ViewRays view_rays(const Camera& camera, int width, int height) {
+  if (camera.projection == Projection::parallel) return {V3f(camera.to_viewer), V3f(0), V3f(0)};
+  const V3d base = camera.back() - camera.right * camera.window_centre.x - camera.up * camera.window_centre.y;
+  return {V3f(base), V3f(camera.right * (-2 * camera.window_half.x / width)),
+          V3f(camera.up * (-2 * camera.window_half.y / height))};
+}
+
+}  // namespace selvedge

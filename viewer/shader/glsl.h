@@ -1,0 +1,313 @@
+// The shaders of the path that evaluates fabrics with OpenGL (shader_path.h).
+#pragma once
+
+#include <string>
+
+#include "format/scene/footprint.h"
+#include "viewer/light/pbr_glsl.h"
+#include "viewer/light/shadow_glsl.h"
+#include "viewer/shader/evaluate_glsl.h"
+
+namespace selvedge {
+
+/// Writes down which triangle is seen, and from which side.
+/// `definitions`: PbrInputs::definitions().
+inline std::string triangle_vertex_shader(const std::string& definitions) {
+  return "#version 450 core\n" + definitions + (definitions.empty() ? "" : pbr_vertex_glsl) + R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in float u;
+layout(location = 2) in float v;
+layout(location = 0) uniform mat4 to_clip;
+
+out vec2 surface_uv;
+// Rounds compare depths of several passes.
+invariant gl_Position;
+
+void main() {
+  gl_Position = to_clip * vec4(position, 1.0);
+  surface_uv = vec2(u, v);
+#ifdef CORE
+  pass_pbr();
+#endif
+}
+)";
+}
+
+/// `later`: what lies behind the round before.
+inline std::string triangle_fragment_shader(const std::string& definitions, bool later) {
+  return "#version 450 core\n" + definitions + (later ? "#define LATER\n" : "") + R"(
+in vec2 surface_uv;
+)" + (definitions.empty() ? "" : pbr_fragment_glsl) +
+         R"(
+layout(location = 1) uniform int first_triangle;  // number that marks the first triangle; 0 is an empty pixel
+layout(location = 2) uniform int culls_back;
+#ifdef LATER
+layout(binding = 1) uniform sampler2D depth_before;
+layout(binding = 2) uniform sampler2D frame_before;
+#endif
+layout(location = 0) out uint out_triangle;
+
+void main() {
+#ifdef CORE
+  if (!write_pbr()) discard;
+#endif
+  if (culls_back != 0 && !gl_FrontFacing) discard;
+#ifdef LATER
+  // Only here: implicit derivatives need all four pixels of a quad.
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  if (gl_FragCoord.z <= texelFetch(depth_before, pixel, 0).r) discard;
+  // Less than half a step of an 8-bit picture would show through.
+  if (1.0 - texelFetch(frame_before, pixel, 0).a < 0.5 / 255.0) discard;
+#endif
+  out_triangle = uint(first_triangle + gl_PrimitiveID) | (gl_FrontFacing ? 0u : 0x80000000u);
+}
+)";
+}
+
+/// One triangle that covers the frame.
+inline constexpr const char* frame_vertex_shader = R"(#version 450 core
+void main() {
+  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+)";
+
+/// From triangle numbers to light: the twin of index_pass.h and shade.h. `definitions`:
+/// PbrInputs::definitions(), and SHADOWS where there are shadow maps.
+inline std::string shading_fragment_shader(const std::string& definitions) {
+  return "#version 450 core\n" + definitions + R"(
+layout(binding = 0) uniform usampler2D triangle_numbers;
+#ifdef CORE
+// PbrPixel (surface_material.h).
+layout(binding = 1) uniform sampler2D pbr_colours;
+layout(binding = 2) uniform usampler2D pbr_words;
+#endif
+// Three a vertex: position and u, normal and v, tangent and nothing.
+layout(std430, binding = 1) readonly buffer Vertices { vec4 vertices[]; };
+// Corners; surface, with the highest bit set where the tangents are left-handed.
+layout(std430, binding = 2) readonly buffer Triangles { uvec4 triangles[]; };
+// Number of the fabric, -1 where there is none; flags: its opacity counts 1, unlit 2, it gives light itself 4.
+layout(std430, binding = 3) readonly buffer Surfaces { ivec2 surfaces[]; };
+// Four a light: direction towards it (spot: against its axis) and kind (0 far away, 1 point, 2 spot); irradiance
+// and range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
+layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
+
+layout(location = 0) uniform mat4 to_clip;
+layout(location = 1) uniform vec2 frame_size;
+layout(location = 2) uniform vec3 ray_base;
+layout(location = 3) uniform vec3 ray_right;
+layout(location = 4) uniform vec3 ray_up;
+layout(location = 5) uniform int lights_in_use;
+layout(location = 6) uniform int forced_level;  // -1: none
+layout(location = 7) uniform int blend_levels;
+layout(location = 8) uniform float max_taps;
+layout(location = 9) uniform float level_bias;
+layout(location = 10) uniform int linear;
+#ifdef CORE
+layout(location = 11) uniform float ambient;  // light from all sides: white shows ambient / pi
+#endif
+
+layout(location = 0) out vec4 out_colour;
+
+vec3 surface_point;  // relative to the origin of the vertices
+uint light_count() { return uint(lights_in_use); }
+void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  vec4 towards_kind = lights[4u * i];
+  vec4 irradiance_range = lights[4u * i + 1u];
+  direction = towards_kind.xyz;
+  irradiance = irradiance_range.xyz;
+  if (towards_kind.w == 0.0) return;
+  // As light_share_at() (lights.h).
+  vec3 towards = lights[4u * i + 2u].xyz - surface_point;
+  float distance2 = dot(towards, towards);
+  if (!(distance2 > 0.0)) {
+    irradiance = vec3(0.0);
+    return;
+  }
+  direction = towards * inversesqrt(distance2);
+  float share = 1.0 / distance2;
+  float range = irradiance_range.w;
+  if (range > 0.0) {
+    float r2 = distance2 / (range * range);
+    share *= clamp(1.0 - r2 * r2, 0.0, 1.0);
+  }
+  if (towards_kind.w == 2.0) {
+    float cos_inner = lights[4u * i + 2u].w;
+    float cos_outer = lights[4u * i + 3u].x;
+    float t = clamp((dot(direction, towards_kind.xyz) - cos_outer) / max(cos_inner - cos_outer, 1e-3), 0.0, 1.0);
+    share *= t * t;
+  }
+  irradiance *= min(share, 1e24);
+}
+#ifdef SHADOWS
+// Of the pixel, by the numbers of the maps.
+float shadow_shares[16];
+#endif
+void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  open_light_at(i, direction, irradiance);
+#ifdef SHADOWS
+  int map = int(lights[4u * i + 3u].y);
+  if (map > 0) irradiance *= shadow_shares[map - 1];
+#endif
+}
+)" + (definitions.find("SHADOWS") == std::string::npos ? "" : shadow_lookup_glsl()) +
+         shader_evaluation_glsl + (definitions.empty() ? "" : pbr_shading_glsl) + footprint_glsl + R"(
+vec3 unit_or(vec3 v, vec3 otherwise) {
+  float length2 = dot(v, v);
+  return length2 > 1e-36 && length2 < 1e36 ? v * inversesqrt(length2) : otherwise;
+}
+
+// Barycentric coordinates of corners 1 and 2, and their change per pixel to the right and up.
+struct Interpolation {
+  vec2 at;
+  vec2 right;
+  vec2 up;
+};
+Interpolation interpolation(uvec3 corner, vec2 pixel) {
+  vec3 a;
+  vec3 b;
+  vec3 w;
+  for (int k = 0; k < 3; ++k) {
+    vec4 clip = to_clip * vec4(vertices[3u * corner[k]].xyz, 1.0);
+    a[k] = clip.x * 0.5 * frame_size.x - pixel.x * clip.w;
+    b[k] = clip.y * 0.5 * frame_size.y - pixel.y * clip.w;
+    w[k] = clip.w;
+  }
+  vec3 e = a.yzx * b.zxy - a.zxy * b.yzx;
+  float sum = e.x + e.y + e.z;
+  float scale = sum != 0.0 ? 1.0 / sum : 0.0;
+  vec3 e_right = w.zxy * b.yzx - w.yzx * b.zxy;
+  vec3 e_up = a.zxy * w.yzx - a.yzx * w.zxy;
+  Interpolation result;
+  result.at = e.yz * scale;
+  result.right = (e_right.yz - result.at * (e_right.x + e_right.y + e_right.z)) * scale;
+  result.up = (e_up.yz - result.at * (e_up.x + e_up.y + e_up.z)) * scale;
+  return result;
+}
+
+float along(vec2 weights, float a, float b, float c) { return weights.x * (b - a) + weights.y * (c - a); }
+
+ivec2 size_of(uint fabric, uint level) {
+  uint place = words[fabric + 14u + level];
+  return ivec2(int(words[place]), int(words[place + 1u]));
+}
+
+uint texel_at(uint fabric, uint level, vec2 uv) {
+  ivec2 size = size_of(fabric, level);
+  ivec2 at = min(ivec2((uv - floor(uv)) * vec2(size)), size - 1);
+  return uint(at.y * size.x + at.x);
+}
+
+void main() {
+  uint number_seen = texelFetch(triangle_numbers, ivec2(gl_FragCoord.xy), 0).r;
+  if (number_seen == 0u) discard;
+  uvec4 triangle = triangles[(number_seen & 0x7fffffffu) - 1u];
+  float side = (number_seen & 0x80000000u) != 0u ? -1.0 : 1.0;
+  float handedness = (triangle.w & 0x80000000u) != 0u ? -1.0 : 1.0;
+  ivec2 surface = surfaces[triangle.w & 0x7fffffffu];
+  vec2 pixel = gl_FragCoord.xy - 0.5 * frame_size;
+  Interpolation within = interpolation(triangle.xyz, pixel);
+  vec4 normal_v[3];
+  vec4 tangent_of[3];
+  vec3 u;
+  for (int k = 0; k < 3; ++k) {
+    uint at = 3u * triangle[k];
+    u[k] = vertices[at].w;
+    normal_v[k] = vertices[at + 1u];
+    tangent_of[k] = vertices[at + 2u];
+  }
+  surface_point = vertices[3u * triangle.x].xyz +
+                  within.at.x * (vertices[3u * triangle.y].xyz - vertices[3u * triangle.x].xyz) +
+                  within.at.y * (vertices[3u * triangle.z].xyz - vertices[3u * triangle.x].xyz);
+  vec3 ray = ray_base + ray_right * pixel.x + ray_up * pixel.y;
+  vec3 view = ray * inversesqrt(dot(ray, ray));
+  vec3 normal = normal_v[0].xyz + within.at.x * (normal_v[1] - normal_v[0]).xyz +
+                within.at.y * (normal_v[2] - normal_v[0]).xyz;
+  normal = unit_or(normal, view * side) * side;
+  float cosine = dot(normal, view);
+  const float horizon = 0.01;
+  if (cosine < horizon) normal = unit_or(normal + view * (horizon - cosine), view);
+
+#ifdef SHADOWS
+  for (uint i = 0u; i < light_count(); ++i) {
+    int map = int(lights[4u * i + 3u].y);
+    if (map == 0) continue;
+    vec3 direction;
+    vec3 irradiance;
+    open_light_at(i, direction, irradiance);
+    shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, normal, direction);
+  }
+#endif
+  vec3 axis = 1.0 - normal.x * normal.x > 1e-6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+  vec3 fixed_axis = unit_or(axis - normal * dot(normal, axis), axis);
+  vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +
+           within.at.y * (tangent_of[2] - tangent_of[0]).xyz;
+  vec3 tangent = unit_or(t - normal * dot(normal, t), fixed_axis);
+  vec3 upwards = cross(normal, tangent) * (side * handedness);
+  mat3 frame = mat3(tangent, upwards, normal);
+  vec3 local_view = view * frame;
+#ifdef CORE
+  uvec4 pbr = texelFetch(pbr_words, ivec2(gl_FragCoord.xy), 0);
+  if (surface.x < 0) {
+    vec4 colour = texelFetch(pbr_colours, ivec2(gl_FragCoord.xy), 0);
+    vec3 light = pbr_light(colour.rgb, pbr, (surface.y & 2) != 0, ambient / 3.14159265358979324, frame, side, view);
+    float alpha = clamp(colour.a, 0.0, 1.0);
+    // Not max(): NaN becomes 0 as well.
+    for (int c = 0; c < 3; ++c) light[c] = light[c] >= 0.0 ? min(light[c], 1e30) : 0.0;
+    out_colour = vec4(light * alpha, alpha);
+    return;
+  }
+#endif
+
+  uint fabric = words[surface.x];
+  vec2 size = vec2(float(words[fabric + 11u]), float(words[fabric + 12u]));
+  uint first_level = words[fabric + 13u];
+  vec3 v = vec3(normal_v[0].w, normal_v[1].w, normal_v[2].w);
+  vec2 uv = vec2(u.x - floor(u.x) + along(within.at, u.x, u.y, u.z),
+                 v.x - floor(v.x) + along(within.at, v.x, v.y, v.z));
+  vec2 right = vec2(along(within.right, u.x, u.y, u.z), along(within.right, v.x, v.y, v.z)) * size;
+  vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z)) * size;
+  vec4 seen = footprint(right, up, max_taps);
+
+  float level = forced_level >= 0 ? float(forced_level) : seen.x + level_bias;
+  level = clamp(level - float(first_level), 0.0, float(words[fabric] - 1u));
+  if (blend_levels == 0) level = floor(level + 0.5);
+  float lower = floor(level);
+  float weight = level - lower;
+  float parts = min(seen.y, length(seen.zw) + 1.0);
+  int taps = forced_level >= 0 || !(parts > 1.001) ? 1 : int(min(parts + 0.999, max_taps));
+  float share = 1.0 / float(taps);
+  vec4 sum = vec4(0.0);
+  for (int tap = 0; tap < taps; ++tap) {
+    float place = taps == 1 ? 0.0 : (float(tap) + 0.5) * share - 0.5;
+    vec2 at = uv + place * seen.zw / size;
+    for (int upper = 0; upper < 2; ++upper) {
+      uint k = uint(lower) + uint(upper);
+      float part = share * (upper == 0 ? 1.0 - weight : weight);
+      if (part == 0.0) continue;
+      if (linear == 0 || k + first_level == 0u) {
+        shade_texel(uint(surface.x), k, texel_at(fabric, k, at), local_view, frame, part, sum);
+        continue;
+      }
+      // The four texels around.
+      vec2 of_level = vec2(size_of(fabric, k));
+      vec2 corner = at * of_level - 0.5;
+      vec2 within_cell = corner - floor(corner);
+      for (int around = 0; around < 4; ++around) {
+        vec2 step_to = vec2(float(around & 1), float(around >> 1));
+        vec2 shares = mix(1.0 - within_cell, within_cell, step_to);
+        shade_texel(uint(surface.x), k, texel_at(fabric, k, (floor(corner) + step_to + 0.5) / of_level), local_view,
+                    frame, part * shares.x * shares.y, sum);
+      }
+    }
+  }
+  if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
+  sum.a = min(sum.a, 1.0);
+#ifdef CORE
+  if ((surface.y & 4) != 0) sum.rgb += pbr_emission(pbr) * sum.a;
+#endif
+  out_colour = sum;
+}
+)";
+}
+
+}  // namespace selvedge

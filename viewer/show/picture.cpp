@@ -1,0 +1,189 @@
+#include "viewer/show/picture.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "format/fabric/file.h"
+#include "viewer/orbit.h"
+#include "viewer/paper/limits.h"
+#include "viewer/scene/change_fabrics.h"
+#include "viewer/scene/surfaces.h"
+
+namespace selvedge {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vector<Fabric> fabrics,
+                                                         MakeContext make_context) {
+  const Result<std::vector<V3d>> points = world_points(scene);
+  if (!points) return tl::unexpected(points.error());
+  std::unique_ptr<ShowPicture> picture(new ShowPicture);
+  picture->corners_ = box_corners(*points);
+  picture->size_ = std::max((picture->corners_.back() - picture->corners_.front()).length(), 1e-9);
+  picture->scene_ = std::move(scene);
+  picture->fabrics_ = std::move(fabrics);
+  for (const SceneFabric& fabric : picture->scene_.fabrics) picture->fabric_names_.push_back(fabric.name);
+  picture->fabric_names_.resize(picture->fabrics_.size());
+  picture->make_context_ = std::move(make_context);
+  return picture;
+}
+
+Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeContext make_context) {
+  // The least of each file that makes a fabric.
+  std::vector<LevelRange> coarsest;
+  for (const FabricReader& reader : open.readers) {
+    const int last = reader.header().levels - 1;
+    coarsest.push_back({last, last});
+  }
+  auto fabrics = read_fabrics(open, coarsest);
+  if (!fabrics) return tl::unexpected(fabrics.error());
+  auto picture = create(std::move(open.scene), std::move(*fabrics), std::move(make_context));
+  if (!picture) return picture;
+  // Their bytes are the scene's, which have stayed where they were.
+  (*picture)->readers_ = std::move(open.readers);
+  (*picture)->file_bytes_ = open.file_bytes;
+  return picture;
+}
+
+std::uint64_t ShowPicture::bytes_read() const {
+  std::uint64_t sum = 0;
+  for (const FabricReader& reader : readers_) sum += reader.bytes_read();
+  return sum;
+}
+
+Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double aspect) const {
+  ShowState state;
+  Result<CameraOptions> orbit = start_orbit(corners_, aspect, options);
+  if (!orbit) return tl::unexpected(orbit.error());
+  state.camera = *orbit;
+  state.fabrics = fabrics_of(scene_);
+  return state;
+}
+
+Result<void> ShowPicture::add_fabric(const std::string& path) {
+  Result<Fabric> fabric = read_fabric(path);
+  if (!fabric) return tl::unexpected(fabric.error());
+  // The renderer points to the fabrics.
+  renderer_.reset();
+  fabrics_.push_back(std::move(*fabric));
+  fabric_names_.push_back(path.substr(path.find_last_of('/') + 1));
+  return {};
+}
+
+Result<void> ShowPicture::load(const ShowState& state) {
+  renderer_.reset();
+  options_.path = static_cast<RenderPath>(state.path);
+  dressed_ = change_fabrics(scene_, fabrics_, state.fabrics);
+  // Nothing of a state before, which may have been refused.
+  options_.levels = state.levels;
+  options_.shadows = state.shadows;
+  options_.lights.clear();
+  Result<std::unique_ptr<Renderer>> renderer =
+      Renderer::create(dressed_, fabrics_, options_, make_context_());
+  if (!renderer) return tl::unexpected(renderer.error());
+  renderer_ = std::move(*renderer);
+  return {};
+}
+
+/// Reads what the picture asks for and is not there yet.
+Result<void> ShowPicture::read_levels(const ShowState& state) {
+  // Of files that were added all is read.
+  std::vector<FabricHeader> added;
+  for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i) added.push_back(header_of(fabrics_[i]));
+  std::vector<const FabricHeader*> headers;
+  for (const FabricReader& reader : readers_) headers.push_back(&reader.header());
+  for (const FabricHeader& header : added) headers.push_back(&header);
+  std::vector<LackingLevels> lacking;
+  const std::vector<LevelRange> asked =
+      levels_asked(dressed_, camera_, options_.height, options_.levels, headers, &lacking);
+  warnings_.clear();
+  for (std::size_t i = 0; i < lacking.size(); ++i) {
+    if (state.levels.forced >= 0) {
+      if (auto issue = lacking_issue(fabric_names_[i], *headers[i], state.levels.forced))
+        warnings_.push_back(std::move(*issue));
+    } else if (lacking[i].any()) {
+      warnings_.push_back(lacking_issue(fabric_names_[i], *headers[i], lacking[i]));
+    }
+  }
+  bool more = false;
+  for (std::size_t i = 0; i < readers_.size(); ++i) {
+    const int before = first_level(readers_[i].header());
+    const int last = readers_[i].header().levels - 1;
+    const int there = first_level(fabrics_[i]) - before;
+    const bool worn =
+        std::find(state.fabrics.begin(), state.fabrics.end(), static_cast<int>(i)) != state.fabrics.end();
+    int first = asked[i].first;
+    if (state.levels.forced >= 0)
+      first = std::clamp(state.levels.forced - before, 0, last);
+    else if (options_.path == RenderPath::paper)
+      first = finest_for_paper(std::min(first, there));
+    if (!worn || first >= there) continue;
+    Result<Fabric> finer = readers_[i].read_levels(first, there - 1);
+    if (!finer) return tl::unexpected(finer.error());
+    // The renderer points to the fabrics.
+    renderer_.reset();
+    std::vector<FabricLevel>& levels = fabrics_[i].levels;
+    levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
+    fabrics_[i].whole = fabric_from_header(readers_[i].header(), first, last).whole;
+    more = true;
+  }
+  return more ? load(state) : Result<void>();
+}
+
+Result<void> ShowPicture::draw(const ShowState& state) {
+  const Clock::time_point start = Clock::now();
+  const double aspect = static_cast<double>(options_.width) / options_.height;
+  const Result<Camera> camera = make_camera(corners_, aspect, state.camera);
+  if (!camera) return tl::unexpected(camera.error());
+  camera_ = *camera;
+  options_.levels = state.levels;
+  // Where it loads, the lights are gone.
+  if (auto good = read_levels(state); !good) return good;
+  options_.ambient = state.ambient;
+  options_.shadows = state.shadows;
+  options_.lights = lights_in_world(state, camera_);
+  if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
+  draw_seconds_ = seconds_since(start);
+  overlay_.clear();
+  overlay_seconds_ = 0;
+  if (!state.texel_edges) return {};
+  const Clock::time_point overlay_start = Clock::now();
+  auto good = renderer_->texel_edges(camera_, options_, overlay_);
+  overlay_seconds_ = seconds_since(overlay_start);
+  return good;
+}
+
+Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, int divisor) {
+  if (change == Change::none) return {};
+  options_.width = std::max(1, size.x / divisor);
+  options_.height = std::max(1, size.y / divisor);
+  options_.layers = state.layers;
+  if (change == Change::scene || !renderer_) {
+    if (auto good = load(state); !good) return good;
+    change = Change::scene;
+  } else if (auto good = renderer_->resize(options_); !good) {
+    return good;
+  }
+  if (change >= Change::frame || frame_.width != options_.width || frame_.height != options_.height) {
+    if (auto good = draw(state); !good) return good;
+  }
+  const Clock::time_point start = Clock::now();
+  to_display_bytes(frame_, state.display, bytes_);
+  display_seconds_ = seconds_since(start);
+  return {};
+}
+
+Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& at) {
+  if (!renderer_ || !(at.x >= 0 && at.x < 1 && at.y >= 0 && at.y < 1)) return std::nullopt;
+  const V2i pixel(static_cast<int>(at.x * frame_.width), static_cast<int>(at.y * frame_.height));
+  return renderer_->probe(camera_, options_, pixel);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,82 @@
+#include "viewer/show/state.h"
+
+#include "viewer/orbit.h"
+
+namespace selvedge {
+namespace {
+
+V3d to_camera_frame(const Camera& camera, const V3d& d) {
+  return {d.dot(camera.right), d.dot(camera.up), d.dot(camera.back())};
+}
+
+/// The axes alone, which need no scene.
+Camera axes_of(const CameraOptions& options) {
+  const std::array<V3d, 1> anywhere{V3d(0, 0, 0)};
+  CameraOptions plain;
+  plain.azimuth = options.azimuth;
+  plain.elevation = options.elevation;
+  return make_camera(anywhere, 1, plain).value_or(Camera{});
+}
+
+constexpr int largest_divisor = 4;
+
+}  // namespace
+
+Change apply(const ShowInput& input, double aspect, double size, ShowState& state) {
+  if (!input.moves()) return Change::none;
+  switch (input.grip) {
+    case ShowInput::Grip::turn:
+      turn(state.camera, input.drag);
+      break;
+    case ShowInput::Grip::pan:
+      pan(state.camera, input.drag);
+      break;
+    case ShowInput::Grip::light:
+      turn_held_light(input.drag, axes_of(state.camera), state);
+      break;
+  }
+  if (input.wheel > 0 && input.seen) orbit_about(state.camera, *input.seen);
+  if (input.wheel != 0) dolly(state.camera, input.wheel, input.cursor, aspect, size);
+  return Change::frame;
+}
+
+void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
+  if (state.held_light >= state.lights.size() ||
+      state.lights[state.held_light].kind != LightKind::directional)
+    return;
+  V3d& direction = state.lights[state.held_light].direction;
+  if (state.lights_in_camera_frame) {
+    direction = turn_light(direction, drag);
+  } else {
+    direction = from_camera_frame(camera, turn_light(to_camera_frame(camera, direction), drag));
+  }
+}
+
+bool next_fabrics(int count, ShowState& state) {
+  const std::vector<int> before = state.fabrics;
+  for (int& fabric : state.fabrics) {
+    if (fabric >= 0) fabric = (fabric + 1) % count;
+  }
+  return state.fabrics != before;
+}
+
+void switch_light_frame(const Camera& camera, ShowState& state) {
+  for (Light& light : state.lights) {
+    if (light.kind != LightKind::directional) continue;
+    light.direction = state.lights_in_camera_frame ? from_camera_frame(camera, light.direction)
+                                                   : to_camera_frame(camera, light.direction);
+  }
+  state.lights_in_camera_frame = !state.lights_in_camera_frame;
+}
+
+std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera) {
+  return state.lights_in_camera_frame ? from_camera_frame(camera, state.lights) : state.lights;
+}
+
+int size_divisor(double seconds, double budget) {
+  int divisor = 1;
+  while (divisor < largest_divisor && seconds > budget * divisor * divisor) ++divisor;
+  return divisor;
+}
+
+}  // namespace selvedge
