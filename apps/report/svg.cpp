@@ -39,8 +39,8 @@ Result<std::string> element(const DrawnText& text) {
   constexpr std::array anchors{"start", "middle", "end"};
   return fmt::format(R"(<text x="{}" y="{}" font-size="{}" text-anchor="{}"{} fill="{}">{}</text>)",
                      number(text.baseline.x), number(text.baseline.y), number(text.size),
-                     anchors[text.anchor], text.bold ? R"( font-weight="bold")" : "", hex(text.colour),
-                     escaped(text.text));
+                     anchors[static_cast<std::size_t>(text.anchor)],
+                     text.bold ? R"( font-weight="bold")" : "", hex(text.colour), escaped(text.text));
 }
 
 Result<std::string> element(const DrawnPicture& picture) {

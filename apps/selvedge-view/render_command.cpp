@@ -388,7 +388,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Series& serie
               {"height", shot.options.height},
               {"frames", shot.cameras.size()},
               {"supersample", shot.options.supersample},
-              {"path", path_names[shot.options.path]},
+              {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
               {"threads", thread_count()}};
   all.update(to_json(shot.subjects.front(), series.stats().front()));
   if (shot.subjects.size() > 1) {

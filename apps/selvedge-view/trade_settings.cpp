@@ -18,7 +18,7 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
   setting.render.path = path;
   setting.render.power = power;
   setting.render.layers = 1;
-  const std::string_view by = path_names[path];
+  const std::string_view by = path_names[static_cast<std::size_t>(path)];
   const char* filter = levels.linear ? "linear" : "nearest";
   const char* blend = levels.blend ? "on" : "off";
   const bool fast = power == PowerKind::fast;

@@ -10,7 +10,7 @@ namespace selvedge {
 
 const char* name_of(FileKind kind) {
   constexpr std::array<const char*, 3> names{"fabric", "samples", "gltf"};
-  return names[kind];
+  return names[static_cast<std::size_t>(kind)];
 }
 
 Result<FileKind> kind_of(const std::string& path) {

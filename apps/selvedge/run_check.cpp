@@ -30,7 +30,7 @@ Result<Json> samples_info(const std::string& path) {
   const SamplesHeader& h = reader->header();
   Json pairs = Json::object();
   for (const PairKind kind : all_pair_kinds) {
-    pairs[name_of(kind)] = h.pairs[kind].size();
+    pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();
   }
   return Json{{"texels", {h.width, h.height}},
               {"mmPerRepeat", {h.period_mm.x, h.period_mm.y}},

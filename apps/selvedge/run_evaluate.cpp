@@ -109,7 +109,7 @@ int run(const CompareCommand& command) {
   for (const PairKind kind : all_pair_kinds) {
     auto pairs = reader->read_pairs(kind);
     if (!pairs) return report_error(pairs.error());
-    truth[kind] = std::move(*pairs);
+    truth[static_cast<std::size_t>(kind)] = std::move(*pairs);
   }
   Json fabrics = Json::array();
   std::string text;
@@ -121,7 +121,7 @@ int run(const CompareCommand& command) {
     text += fmt::format("{} ({} bytes)\n", path, size_of_file(path));
     double peak = 0;
     for (const PairKind kind : {PairKind::held_out, PairKind::rim, PairKind::validation}) {
-      const PairSamples& pairs = truth[kind];
+      const PairSamples& pairs = truth[static_cast<std::size_t>(kind)];
       if (pairs.pairs.empty()) continue;
       const auto comparison = compare(*fabric, pairs, kind, peak);
       if (!comparison) {
@@ -134,7 +134,9 @@ int run(const CompareCommand& command) {
       text += comparison_text(*comparison);
     }
     if (!command.plot.empty()) {
-      if (auto ok = draw(command.plot, *fabric, truth[PairKind::held_out], *reader, path); !ok)
+      if (auto ok =
+              draw(command.plot, *fabric, truth[static_cast<std::size_t>(PairKind::held_out)], *reader, path);
+          !ok)
         return report_error(ok.error());
     }
     fabrics.push_back(entry);

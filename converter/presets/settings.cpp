@@ -19,8 +19,8 @@ using Json = nlohmann::json;
 constexpr std::array<const char*, 5> layer_names{"paper", "no-table", "light-table", "products", "slabs"};
 constexpr std::array<const char*, 3> storage_names{"mixed", "half", "float"};
 
-const char* name_of(LayerChoice layers) { return layer_names[layers]; }
-const char* name_of(Storage storage) { return storage_names[storage]; }
+const char* name_of(LayerChoice layers) { return layer_names[static_cast<std::size_t>(layers)]; }
+const char* name_of(Storage storage) { return storage_names[static_cast<std::size_t>(storage)]; }
 
 std::string bounces_text(int bounces) {
   return bounces == unlimited_bounces ? "unlimited" : fmt::format("{}", bounces);

@@ -210,7 +210,7 @@ int main(int argc, char** argv) {
   Random random(1);
   constexpr int count = 400;
   const auto some_direction = [&](const std::vector<V3f>& of) {
-    return of[random.uniform() * static_cast<double>(of.size())];
+    return of[static_cast<std::size_t>(random.uniform() * static_cast<double>(of.size()))];
   };
   for (int i = 0; i < count; ++i) {
     Seen seen = look(scene, o, V3d(some_direction(views)), 2, 1, random);

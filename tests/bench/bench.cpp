@@ -58,7 +58,7 @@ void trace_shadow_packets(benchmark::State& state) {
   std::vector<std::uint32_t> hits;
   Random random(1);
   for (PointPacket& packet : packets) {
-    const V3d view(directions[random.uniform() * 64]);
+    const V3d view(directions[static_cast<std::size_t>(random.uniform() * 64)]);
     const V2d corner(random.uniform() * knit().period.x, random.uniform() * knit().period.y);
     std::array<V3d, packet_size> origins;
     for (V3d& o : origins) {

@@ -238,7 +238,7 @@ void draw_by_all_paths(const Subject& subject, const std::vector<RenderPath>& pa
     double processor = 0;
   } hybrid;
   for (const RenderPath path : paths) {
-    const std::string name(path_names[path]);
+    const std::string name(path_names[static_cast<std::size_t>(path)]);
     const Result<Samples> samples = draw(subject, path, full_size, frames_of(path));
     if (!samples) {
       fmt::print("| {} | {} | {} |\n", subject.name, name, to_line(samples.error()));

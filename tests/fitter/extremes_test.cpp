@@ -368,7 +368,7 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Random random(seed, 17);
     const auto pick = [&](std::initializer_list<double> values) {
-      return values.begin()[random.uniform() * static_cast<double>(values.size())];
+      return values.begin()[static_cast<std::size_t>(random.uniform() * static_cast<double>(values.size()))];
     };
     const auto size = [&](int most) { return 1 + static_cast<int>(random.uniform() * most); };
     const DirectionGrid views{size(4), size(4)};

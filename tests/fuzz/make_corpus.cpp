@@ -6,12 +6,12 @@
 #include <map>
 #include <string>
 
-#include "converter/mesh_file.h"
-#include "converter/stitch_mesh.h"
-#include "format/atomic_file.h"
-#include "format/fabric_exr.h"
-#include "format/image.h"
-#include "format/samples.h"
+#include "converter/mesh/file.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "format/base/atomic_file.h"
+#include "format/fabric/file.h"
+#include "format/picture/image.h"
+#include "format/samples/samples.h"
 #include "tests/format/fabrics.h"
 #include "tests/fuzz/corpus_gltf.h"
 
@@ -87,7 +87,7 @@ void make_samples(const fs::path& path, const std::string& name, const SamplesHe
   }
   for (const PairKind kind : all_pair_kinds) {
     PairSamples pairs;
-    pairs.pairs = header.pairs[kind];
+    pairs.pairs = header.pairs[static_cast<std::size_t>(kind)];
     const std::size_t count = pairs.pairs.size() * texels;
     pairs.alpha.assign(count, 0.5F);
     pairs.alpha_noise.assign(count, -0.25F);

@@ -403,7 +403,7 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
                     LaneShading& sum, PowerKind power) {
   static const auto fill = fill_all_for_this_processor();
   static const std::array by_power{evaluate_exact_for_this_processor(), evaluate_fast_for_this_processor()};
-  const auto evaluate = by_power[power];
+  const auto evaluate = by_power[static_cast<std::size_t>(power)];
   const std::size_t at_once = std::min(lights.size(), lights_at_once);
   scratch.view_functions.resize(static_cast<std::size_t>(fabric.view_functions) * lane_count);
   scratch.light_functions.resize(at_once * static_cast<std::size_t>(fabric.light_functions) * 3 * lane_count);

@@ -177,7 +177,7 @@ TEST_CASE("packed bytes of any kind are decoded or refused") {
       std::vector<std::uint8_t> packed(whole.begin(), whole.end());
       if (i % 2 == 0) packed.resize(1 + static_cast<std::size_t>(random.uniform() * double(whole.size())));
       for (int k = 0; k < 1 + i % 3; ++k) {
-        packed[random.uniform() * double(packed.size())] = byte();
+        packed[static_cast<std::size_t>(random.uniform() * double(packed.size()))] = byte();
       }
       decoded += exr_unpack(part, placed.chunk, packed, pixels) ? 1 : 0;
     }
