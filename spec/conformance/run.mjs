@@ -1,11 +1,13 @@
 // Holds a program against the conformance kit (README.md):
 //
-//   node run.mjs [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...
+//   node run.mjs [--kit FOLDER] [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...
 //
+// FOLDER has the fixtures that generate.mjs made. Without it they are those beside this file, as in the
+// archive that is installed, or, in a checkout, made for this run.
 // Starts the command once, asks it all vectors and all checks over the query protocol, and prints a table.
 // Exit 0 if every answer is right, 1 if not, 2 if the command line is wrong or the program cannot be spoken
 // to.
-import {spawn} from 'node:child_process';
+import {spawn, spawnSync} from 'node:child_process';
 import {existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {basename, dirname, join} from 'node:path';
@@ -13,19 +15,21 @@ import {createInterface} from 'node:readline';
 import {fileURLToPath} from 'node:url';
 import {gunzipSync} from 'node:zlib';
 
-const here = dirname(fileURLToPath(import.meta.url));
+const beside = dirname(fileURLToPath(import.meta.url));
 const SECONDS = 60;  // for one answer
 
 function usage(message) {
-  console.error(`${message}\nnode run.mjs [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...`);
+  console.error(`${message}\nnode run.mjs [--kit FOLDER] [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...`);
   process.exit(2);
 }
 
 function parse_arguments([...words]) {
-  const options = {only: '', json: false, codes_only: false};
+  const options = {kit: '', only: '', json: false, codes_only: false};
   for (let word; (word = words.shift()) !== '--';) {
     if (word === '--only' && words.length > 0)
       options.only = words.shift();
+    else if (word === '--kit' && words.length > 0)
+      options.kit = words.shift();
     else if (word === '--json')
       options.json = true;
     else if (word === '--codes-only')
@@ -35,6 +39,17 @@ function parse_arguments([...words]) {
   }
   if (words.length === 0) usage('no command');
   return {...options, command: words};
+}
+
+/** Where the fixtures are; they are made where there are none. */
+function kit_folder(given) {
+  if (given) return given;
+  if (existsSync(join(beside, 'vectors'))) return beside;
+  const made = mkdtempSync(join(tmpdir(), 'conformance-kit-'));
+  process.on('exit', () => rmSync(made, {recursive: true, force: true}));
+  const {status} = spawnSync(process.execPath, [join(beside, 'generate.mjs'), made], {stdio: ['ignore', 'ignore', 'inherit']});
+  if (status !== 0) usage('generate.mjs failed');
+  return made;
 }
 
 /** A program that answers: ask(query) gives its answer. */
@@ -218,7 +233,8 @@ function print_table(rows) {
 }
 
 const options = parse_arguments(process.argv.slice(2));
-if (!existsSync(join(here, 'vectors'))) usage('no vectors: node generate.mjs makes them');
+const here = kit_folder(options.kit);
+if (!existsSync(join(here, 'vectors'))) usage(`no fixtures in ${here}: node generate.mjs makes them`);
 const rows = await run_all(options);
 if (rows.length === 0) usage(`nothing has "${options.only}" in its name`);
 const sum = (list) => list.reduce((a, b) => a + b, 0);
