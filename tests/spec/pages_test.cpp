@@ -13,8 +13,20 @@ using namespace selvedge::test;
 
 namespace {
 
-const std::vector<std::string> pages{"README.md", "bake.md",    "brdf.md",   "fabric.md", "issues.md",
-                                     "plan.md",   "samples.md", "stitch.md", "usd.md",    "wif.md"};
+namespace fs = std::filesystem;
+const fs::path root = SELVEDGE_SOURCE_DIR;
+
+/// All pages of the project, from its root: those of spec/, of docs/, and those beside them.
+std::vector<std::string> all_pages() {
+  std::vector<std::string> found{"README.md", "CONTRIBUTING.md", "CHANGELOG.md"};
+  for (const char* folder : {"spec", "docs"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+      if (entry.path().extension() == ".md" && entry.path().string().find("node_modules") == std::string::npos)
+        found.push_back(fs::relative(entry.path(), root).string());
+    }
+  }
+  return found;
+}
 
 std::vector<std::string> matches(const std::string& text, const std::regex& pattern) {
   std::vector<std::string> found;
@@ -28,21 +40,22 @@ std::vector<std::string> matches(const std::string& text, const std::regex& patt
 
 TEST_CASE("the page of issues is the table of codes") { CHECK(page("issues.md") == issues_markdown()); }
 
-TEST_CASE("the index leads to every page") {
-  const std::string index = page("README.md");
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(SELVEDGE_SOURCE_DIR) + "/spec")) {
-    const std::string name = entry.path().filename().string();
-    if (name == "README.md") continue;
-    CHECK_MESSAGE(index.find("](" + name) != std::string::npos, name);
+TEST_CASE("each index leads to every page of its folder") {
+  for (const std::string folder : {"spec", "docs"}) {
+    const std::string index = source_text(folder + "/README.md");
+    for (const auto& entry : fs::directory_iterator(root / folder)) {
+      const std::string name = entry.path().filename().string();
+      if (name == "README.md" || name == "Doxyfile") continue;
+      CHECK_MESSAGE(index.find("](" + name) != std::string::npos, name);
+    }
   }
 }
 
-TEST_CASE("links within the specification lead somewhere") {
-  for (const std::string& name : pages) {
-    for (const std::string& link : matches(page(name), std::regex("\\]\\(([^)#]+)\\)"))) {
+TEST_CASE("links within the pages lead somewhere") {
+  for (const std::string& name : all_pages()) {
+    for (const std::string& link : matches(source_text(name), std::regex("\\]\\(([^)#]+)(?:#[^)]*)?\\)"))) {
       if (link.starts_with("https://")) continue;
-      CHECK_MESSAGE(std::filesystem::exists(std::string(SELVEDGE_SOURCE_DIR) + "/spec/" + link), name, ": ",
-                    link);
+      CHECK_MESSAGE(fs::exists((root / name).parent_path() / link), name, ": ", link);
     }
   }
 }
@@ -59,8 +72,8 @@ TEST_CASE("every name that a file holds is in the specification") {
 
 TEST_CASE("codes that the pages speak of exist") {
   const std::string table = page("issues.md");
-  for (const std::string& name : pages) {
-    for (const std::string& code : matches(page(name), std::regex("`([A-Z]+_[A-Z_]+)`"))) {
+  for (const std::string& name : all_pages()) {
+    for (const std::string& code : matches(source_text(name), std::regex("`([A-Z]+_[A-Z_]+)`"))) {
       const bool of_openexr = code == "INCREASING_Y" || code == "ROUND_DOWN" || code == "MIPMAP_LEVELS";
       CHECK_MESSAGE((of_openexr || test::names(table, code)), name, ": ", code);
     }

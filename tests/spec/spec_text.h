@@ -16,7 +16,7 @@ inline std::string source_text(const std::string& path) {
   return text;
 }
 
-/// A page by its name, such as "fabric.md".
+/// A page of spec/ by its name, such as "fabric.md".
 inline std::string page(const std::string& name) { return source_text("spec/" + name); }
 
 inline std::vector<std::string> lines_of(const std::string& text) {
