@@ -3,22 +3,18 @@
 
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <numbers>
 #include <tuple>
 
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
+#include "tests/format/files.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 
 namespace selvedge {
 namespace {
-
-namespace fs = std::filesystem;
-
-const fs::path garments = fs::path(SELVEDGE_DATA_DIR) / "garments";
 
 /// What a way of encoding may do to the plain cloth.
 struct Encoding {
@@ -78,123 +74,119 @@ Result<SceneImage> smooth_picture(int waves) {
 }  // namespace
 
 TEST_CASE("the encodings of one cloth have the same coordinates, within a step of each") {
-  if (!fs::exists(garments)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const auto file = [](const char* name) {
-    return (garments / "encodings" / (std::string("enc__SheenCloth__") + name + ".glb")).string();
-  };
-  const Result<Scene> plain = read_scene(file("plain"));
-  test::require(plain);
-  const std::vector<V3d> positions = world_positions(*plain);
-  const auto& uvs = plain->primitives[0].tex_coords[0];
-  double extent = 0;
-  double range = 0;
-  for (int c = 0; c < 3; ++c) {
-    double low = HUGE_VAL;
-    double high = -HUGE_VAL;
-    for (const V3d& p : positions)
-      std::tie(low, high) = std::tuple(std::min(low, p[c]), std::max(high, p[c]));
-    extent = std::max(extent, high - low);
-  }
-  for (int c = 0; c < 2; ++c) {
-    for (const V2d& uv : uvs) range = std::max(range, std::abs(uv[c]));
-  }
-  // The encoder's own bits: gltf-transform's defaults.
-  for (const Encoding& encoding : {Encoding{"draco_edgebreaker", 12, 14},
-                                   Encoding{"draco_sequential", 12, 14}, Encoding{"quantized", 12, 14},
-                                   Encoding{"meshopt_medium", 12, 14}, Encoding{"meshopt_high", 12, 14}}) {
-    CAPTURE(encoding.name);
-    const Result<Scene> scene = read_scene(file(encoding.name));
-    test::require(scene);
-    const ScenePrimitive& cloth = scene->primitives[0];
-    REQUIRE(cloth.positions.size() == positions.size());
-    const double position_step = extent / ((1 << encoding.position_bits) - 1);
-    const std::vector<std::size_t> partner = partners(positions, world_positions(*scene), 4 * position_step);
-    const double uv_step = range / ((1 << encoding.uv_bits) - 1);
-    double worst = 0;
-    std::size_t alone = 0;
-    for (std::size_t v = 0; v < partner.size(); ++v) {
-      if (partner[v] == positions.size()) {
-        ++alone;
-        continue;
-      }
-      const V2d off = cloth.tex_coords[0][v] - uvs[partner[v]];
-      worst = std::max({worst, std::abs(off.x), std::abs(off.y)});
+  for (const std::string& prefix : test::encoded_cloths()) {
+    CAPTURE(prefix);
+    const auto file = [&](const char* name) { return prefix + name + ".glb"; };
+    const Result<Scene> plain = read_scene(file("plain"));
+    test::require(plain);
+    const std::vector<V3d> positions = world_positions(*plain);
+    const auto& uvs = plain->primitives[0].tex_coords[0];
+    double extent = 0;
+    double range = 0;
+    for (int c = 0; c < 3; ++c) {
+      double low = HUGE_VAL;
+      double high = -HUGE_VAL;
+      for (const V3d& p : positions)
+        std::tie(low, high) = std::tuple(std::min(low, p[c]), std::max(high, p[c]));
+      extent = std::max(extent, high - low);
     }
-    CHECK(alone == 0);
-    MESSAGE(std::string(encoding.name) << ": UVs off by " << worst / uv_step << " steps at most");
-    CHECK(worst <= uv_step);
+    for (int c = 0; c < 2; ++c) {
+      for (const V2d& uv : uvs) range = std::max(range, std::abs(uv[c]));
+    }
+    // The encoder's own bits: gltf-transform's defaults.
+    for (const Encoding& encoding : {Encoding{"draco_edgebreaker", 12, 14},
+                                     Encoding{"draco_sequential", 12, 14}, Encoding{"quantized", 12, 14},
+                                     Encoding{"meshopt_medium", 12, 14}, Encoding{"meshopt_high", 12, 14}}) {
+      CAPTURE(encoding.name);
+      const Result<Scene> scene = read_scene(file(encoding.name));
+      test::require(scene);
+      const ScenePrimitive& cloth = scene->primitives[0];
+      REQUIRE(cloth.positions.size() == positions.size());
+      const double position_step = extent / ((1 << encoding.position_bits) - 1);
+      const std::vector<std::size_t> partner =
+          partners(positions, world_positions(*scene), 4 * position_step);
+      const double uv_step = range / ((1 << encoding.uv_bits) - 1);
+      double worst = 0;
+      std::size_t alone = 0;
+      for (std::size_t v = 0; v < partner.size(); ++v) {
+        if (partner[v] == positions.size()) {
+          ++alone;
+          continue;
+        }
+        const V2d off = cloth.tex_coords[0][v] - uvs[partner[v]];
+        worst = std::max({worst, std::abs(off.x), std::abs(off.y)});
+      }
+      CHECK(alone == 0);
+      MESSAGE(std::string(encoding.name) << ": UVs off by " << worst / uv_step << " steps at most");
+      CHECK(worst <= uv_step);
+    }
   }
 }
 
 TEST_CASE("the encodings of one cloth give the same picture, within what their steps allow") {
-  if (!fs::exists(garments)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
   constexpr int waves = 4;
   const Result<SceneImage> picture = smooth_picture(waves);
   test::require(picture);
-  std::vector<float> first;
-  for (const char* name :
-       {"plain", "draco_edgebreaker", "draco_sequential", "quantized", "meshopt_medium", "meshopt_high"}) {
-    CAPTURE(name);
-    Result<Scene> scene =
-        read_scene((garments / "encodings" / (std::string("enc__SheenCloth__") + name + ".glb")).string());
-    test::require(scene);
-    // One smooth picture under the same light everywhere: what differs is where it lies.
-    SceneMaterial material;
-    material.base_color_texture.image = 0;
-    material.double_sided = true;
-    scene->images = {*picture};
-    scene->materials = {material};
-    for (ScenePrimitive& primitive : scene->primitives) {
-      primitive.material = 0;
-      primitive.normals.assign(primitive.positions.size(), V3f(0, 1, 0));
-      primitive.tangents.clear();
-    }
-    const auto points = world_points(*scene);
-    test::require(points);
-    CameraOptions above;
-    above.elevation = 90;
-    const auto camera = make_camera(*points, 1, above);
-    test::require(camera);
-    RenderOptions options;
-    options.width = options.height = 200;
-    options.layers = 1;
-    Light light;
-    light.direction = V3d(0, 1, 0);
-    light.irradiance = V3f(std::numbers::pi_v<float>);
-    options.lights = {light};
-    const Result<Frame> frame = render(*scene, {}, *camera, options);
-    test::require(frame);
-    if (first.empty()) {
-      for (const V4f& p : frame->pixels) first.insert(first.end(), {p.x, p.y, p.z, p.w});
-      continue;
-    }
-    // A wave's steepest slope, in sRGB-free light, is pi * waves per repeat; a step moves the picture by
-    // 1/4095 of the cloth. Steps of the position (1/16383 of the cloth) move it by a quarter of that. Another
-    // 1/255 for the picture's own 8 bits.
-    const double bound = std::numbers::pi * waves * (1 + 0.25) / 4095 + 1.0 / 255;
-    std::size_t seen = 0;
-    std::size_t far = 0;
-    for (std::size_t i = 0; i < frame->pixels.size(); ++i) {
-      const V4f& p = frame->pixels[i];
-      if (p.w == 0 && first[4 * i + 3] == 0) continue;
-      ++seen;
-      for (int c = 0; c < 4; ++c) {
-        if (std::abs(p[c] - first[4 * i + static_cast<std::size_t>(c)]) > bound) {
-          ++far;
-          break;
+  for (const std::string& prefix : test::encoded_cloths()) {
+    CAPTURE(prefix);
+    std::vector<float> first;
+    for (const char* name :
+         {"plain", "draco_edgebreaker", "draco_sequential", "quantized", "meshopt_medium", "meshopt_high"}) {
+      CAPTURE(name);
+      Result<Scene> scene = read_scene(prefix + name + ".glb");
+      test::require(scene);
+      // One smooth picture under the same light everywhere: what differs is where it lies.
+      SceneMaterial material;
+      material.base_color_texture.image = 0;
+      material.double_sided = true;
+      scene->images = {*picture};
+      scene->materials = {material};
+      for (ScenePrimitive& primitive : scene->primitives) {
+        primitive.material = 0;
+        primitive.normals.assign(primitive.positions.size(), V3f(0, 1, 0));
+        primitive.tangents.clear();
+      }
+      const auto points = world_points(*scene);
+      test::require(points);
+      CameraOptions above;
+      above.elevation = 90;
+      const auto camera = make_camera(*points, 1, above);
+      test::require(camera);
+      RenderOptions options;
+      options.width = options.height = 200;
+      options.layers = 1;
+      Light light;
+      light.direction = V3d(0, 1, 0);
+      light.irradiance = V3f(std::numbers::pi_v<float>);
+      options.lights = {light};
+      const Result<Frame> frame = render(*scene, {}, *camera, options);
+      test::require(frame);
+      if (first.empty()) {
+        for (const V4f& p : frame->pixels) first.insert(first.end(), {p.x, p.y, p.z, p.w});
+        continue;
+      }
+      // A wave's steepest slope, in sRGB-free light, is pi * waves per repeat; a step moves the picture by
+      // 1/4095 of the cloth. Steps of the position (1/16383 of the cloth) move it by a quarter of that.
+      // Another 1/255 for the picture's own 8 bits.
+      const double bound = std::numbers::pi * waves * (1 + 0.25) / 4095 + 1.0 / 255;
+      std::size_t seen = 0;
+      std::size_t far = 0;
+      for (std::size_t i = 0; i < frame->pixels.size(); ++i) {
+        const V4f& p = frame->pixels[i];
+        if (p.w == 0 && first[4 * i + 3] == 0) continue;
+        ++seen;
+        for (int c = 0; c < 4; ++c) {
+          if (std::abs(p[c] - first[4 * i + static_cast<std::size_t>(c)]) > bound) {
+            ++far;
+            break;
+          }
         }
       }
+      MESSAGE(std::string(name) << ": " << far << " of " << seen << " pixels differ by more than " << bound);
+      CHECK(seen > 5000);
+      // On silhouettes and folds another part of the cloth is seen.
+      CHECK(static_cast<double>(far) < 0.005 * static_cast<double>(seen));
     }
-    MESSAGE(std::string(name) << ": " << far << " of " << seen << " pixels differ by more than " << bound);
-    CHECK(seen > 5000);
-    // On silhouettes and folds another part of the cloth is seen.
-    CHECK(static_cast<double>(far) < 0.005 * static_cast<double>(seen));
   }
 }
 

@@ -16,6 +16,7 @@
 #include "format/picture/image.h"
 #include "tests/converter/fabrics.h"
 #include "tests/converter/workshop.h"
+#include "tests/format/files.h"
 
 using namespace selvedge;
 using test::square;
@@ -355,14 +356,9 @@ TEST_CASE("dress: the garments of the field can be dressed, each at its own size
 }
 
 TEST_CASE("dress: one cloth in several encodings has one size once its UVs are decoded") {
-  const fs::path data = fs::path(SELVEDGE_DATA_DIR) / "garments/encodings";
-  if (!fs::exists(data)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const auto size_of_cloth = [&](const char* file) {
+  const auto size_of_cloth = [&](const std::string& file) {
     Workshop workshop;
-    workshop.garment = (data / file).string();
+    workshop.garment = file;
     // Repeats per raw UV unit; the old transform's scale says how many raw units one decoded unit is.
     const Result<Scene> before = read_scene(workshop.garment);
     REQUIRE(before);
@@ -370,9 +366,12 @@ TEST_CASE("dress: one cloth in several encodings has one size once its UVs are d
     REQUIRE(report);
     return report->materials[0].repeats.x;
   };
-  const double plain = size_of_cloth("enc__SheenCloth__plain.glb");
-  // Draco and 12-bit positions move vertices by a few micrometres, triangles are about 0.3 mm.
-  CHECK(size_of_cloth("enc__SheenCloth__draco_edgebreaker.glb") == doctest::Approx(plain).epsilon(0.02));
-  CHECK(size_of_cloth("enc__SheenCloth__draco_sequential.glb") == doctest::Approx(plain).epsilon(0.02));
-  CHECK(size_of_cloth("enc__SheenCloth__quantized.glb") == doctest::Approx(plain).epsilon(0.02));
+  for (const std::string& prefix : encoded_cloths()) {
+    const double plain = size_of_cloth(prefix + "plain.glb");
+    // Draco and 12-bit positions move vertices by a few micrometres, triangles are 0.3 mm and more.
+    for (const char* encoding : {"draco_edgebreaker", "draco_sequential", "quantized"}) {
+      CAPTURE(prefix + encoding);
+      CHECK(size_of_cloth(prefix + encoding + ".glb") == doctest::Approx(plain).epsilon(0.02));
+    }
+  }
 }
