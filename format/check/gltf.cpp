@@ -15,9 +15,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::array severities{Severity::error, Severity::warning};
-
-void check_asset(const Json& root, IssueList& issues) {
+void check_asset(const Json& root, IssueSink& issues) {
   const Json& version = member(member(root, "asset"), "version");
   const Json& least = member(member(root, "asset"), "minVersion");
   const auto is_version = [](const std::string& text) {
@@ -42,7 +40,7 @@ void check_asset(const Json& root, IssueList& issues) {
 }
 
 /// What a data URI of a buffer says of itself: "data:TYPE;NAME=VALUE;base64,".
-void check_data_uri(const std::string& uri, const std::string& place, IssueList& issues) {
+void check_data_uri(const std::string& uri, const std::string& place, IssueSink& issues) {
   const std::string head = uri.substr(5, std::min(uri.find(','), uri.size()) - 5);
   const std::string type = head.substr(0, head.find(';'));
   if (type != "application/octet-stream" && type != "application/gltf-buffer") {
@@ -58,7 +56,7 @@ void check_data_uri(const std::string& uri, const std::string& place, IssueList&
   }
 }
 
-void check_buffers(GltfDocument& document, GltfContainer& container, std::uint64_t room, IssueList& issues) {
+void check_buffers(GltfDocument& document, GltfContainer& container, std::uint64_t room, IssueSink& issues) {
   const Json& buffers = member(document.json, "buffers");
   for (std::size_t i = 0; buffers.is_array() && i < buffers.size(); ++i) {
     const std::string place = fmt::format("/buffers/{}", i);
@@ -79,7 +77,7 @@ void check_buffers(GltfDocument& document, GltfContainer& container, std::uint64
 /// The lists of extensions, and every extension that is used.
 class ExtensionCheck {
  public:
-  ExtensionCheck(const Json& root, IssueList& issues) : issues_(issues) {
+  ExtensionCheck(const Json& root, IssueSink& issues) : issues_(issues) {
     collect(root, "extensionsUsed", used_);
     std::set<std::string> required;
     collect(root, "extensionsRequired", required);
@@ -126,25 +124,12 @@ class ExtensionCheck {
     }
   }
 
-  IssueList& issues_;
+  IssueSink& issues_;
   std::set<std::string> used_;
   std::set<std::string> reported_;
 };
 
 }  // namespace
-
-void IssueList::add(Code code, std::string place, std::string message) {
-  add(Error{code, file_, std::move(place), std::move(message)});
-}
-
-void IssueList::add(const Error& error) {
-  const std::size_t kind = severity_of(error.code) == Severity::error ? 0 : 1;
-  if (++counts_[kind] <= limit_) issues_.push_back(error);
-}
-
-void IssueList::add(const Issues& issues) {
-  for (const Error& issue : issues) add(issue);
-}
 
 std::string excerpt(const Json& value) {
   constexpr std::size_t most = 40;
@@ -153,16 +138,6 @@ std::string excerpt(const Json& value) {
   std::size_t end = most - 3;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;  // whole characters
   return text.substr(0, end) + "...";
-}
-
-Issues IssueList::take() {
-  for (std::size_t kind = 0; kind < counts_.size(); ++kind) {
-    if (counts_[kind] <= limit_) continue;
-    issues_.push_back(
-        {kind == 0 ? Code::gltf_malformed : Code::gltf_advice, file_, "",
-         fmt::format("{} more {}s are not listed", counts_[kind] - limit_, name_of(severities[kind]))});
-  }
-  return std::move(issues_);
 }
 
 Issues check_gltf(const std::string& path, const GltfCheckLimits& limits, Scene* scene) {
@@ -175,7 +150,7 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
                   Scene* scene) {
   Issues outer;
   std::optional<GltfContainer> container = read_container(bytes, path, limits.read, outer);
-  IssueList issues(path, limits.issues);
+  IssueSink issues(path, limits.issues);
   issues.add(outer);
   if (!container) return issues.take();
 

@@ -67,7 +67,7 @@ bool is_matrix(const Json& accessor) {
 
 class DataCheck {
  public:
-  DataCheck(const GltfDocument& document, IssueList& issues)
+  DataCheck(const GltfDocument& document, IssueSink& issues)
       : document_(document),
         root_(document.json),
         issues_(issues),
@@ -440,7 +440,7 @@ class DataCheck {
 
   const GltfDocument& document_;
   const Json& root_;
-  IssueList& issues_;
+  IssueSink& issues_;
   std::vector<AccessorUse> uses_;
   std::vector<ViewUse> views_;
   std::set<std::pair<int, int>> vertex_accessors_;  ///< view, accessor
@@ -450,6 +450,6 @@ class DataCheck {
 
 }  // namespace
 
-void check_data(const GltfDocument& document, IssueList& issues) { DataCheck(document, issues).check(); }
+void check_data(const GltfDocument& document, IssueSink& issues) { DataCheck(document, issues).check(); }
 
 }  // namespace selvedge

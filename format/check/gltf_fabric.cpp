@@ -51,7 +51,7 @@ using Entry = std::optional<FabricFacts>;
 
 class FabricCheck {
  public:
-  FabricCheck(const GltfDocument& document, IssueList& issues)
+  FabricCheck(const GltfDocument& document, IssueSink& issues)
       : document_(document), root_(document.json), issues_(issues) {}
 
   void check() {
@@ -351,7 +351,7 @@ class FabricCheck {
 
   const GltfDocument& document_;
   const Json& root_;
-  IssueList& issues_;
+  IssueSink& issues_;
   std::vector<Entry> entries_;
   std::map<std::string, std::size_t> files_;  ///< path -> the first entry that names it
   std::map<int, std::size_t> views_;
@@ -360,6 +360,6 @@ class FabricCheck {
 
 }  // namespace
 
-void check_fabrics(const GltfDocument& document, IssueList& issues) { FabricCheck(document, issues).check(); }
+void check_fabrics(const GltfDocument& document, IssueSink& issues) { FabricCheck(document, issues).check(); }
 
 }  // namespace selvedge

@@ -55,7 +55,7 @@ std::string fault_of_jpeg(std::string_view bytes) {
 
 class ImageCheck {
  public:
-  ImageCheck(const GltfDocument& document, IssueList& issues) : document_(document), issues_(issues) {}
+  ImageCheck(const GltfDocument& document, IssueSink& issues) : document_(document), issues_(issues) {}
 
   void check(const Json& image, int index) {
     const std::string place = fmt::format("/images/{}", index);
@@ -107,12 +107,12 @@ class ImageCheck {
   }
 
   const GltfDocument& document_;
-  IssueList& issues_;
+  IssueSink& issues_;
 };
 
 }  // namespace
 
-void check_images(const GltfDocument& document, IssueList& issues) {
+void check_images(const GltfDocument& document, IssueSink& issues) {
   ImageCheck images(document, issues);
   for_each_object(document.json, "images", [&](const Json& image, int index) { images.check(image, index); });
 }

@@ -80,7 +80,7 @@ const Semantic* find_semantic(const std::array<Semantic, size>& table, std::stri
 
 class MeshCheck {
  public:
-  MeshCheck(const GltfDocument& document, IssueList& issues)
+  MeshCheck(const GltfDocument& document, IssueSink& issues)
       : document_(document), root_(document.json), issues_(issues) {
     for (const Json& name : member(root_, "extensionsUsed")) quantized_ = quantized_ || name == quantization;
     for_each_object(root_, "materials", [&](const Json& material, int index) {
@@ -261,13 +261,13 @@ class MeshCheck {
 
   const GltfDocument& document_;
   const Json& root_;
-  IssueList& issues_;
+  IssueSink& issues_;
   bool quantized_ = false;
   std::map<int, std::set<int>> sets_;  ///< UV sets that the textures of each material take
 };
 
 }  // namespace
 
-void check_meshes(const GltfDocument& document, IssueList& issues) { MeshCheck(document, issues).check(); }
+void check_meshes(const GltfDocument& document, IssueSink& issues) { MeshCheck(document, issues).check(); }
 
 }  // namespace selvedge

@@ -37,7 +37,7 @@ std::optional<std::vector<double>> numbers_of(const Json& json, std::size_t coun
 
 class NodeCheck {
  public:
-  NodeCheck(const GltfDocument& document, IssueList& issues)
+  NodeCheck(const GltfDocument& document, IssueSink& issues)
       : document_(document), root_(document.json), issues_(issues), nodes_(member(root_, "nodes")) {}
 
   void check() {
@@ -265,13 +265,13 @@ class NodeCheck {
 
   const GltfDocument& document_;
   const Json& root_;
-  IssueList& issues_;
+  IssueSink& issues_;
   const Json& nodes_;
   std::vector<int> parents_;
 };
 
 }  // namespace
 
-void check_nodes(const GltfDocument& document, IssueList& issues) { NodeCheck(document, issues).check(); }
+void check_nodes(const GltfDocument& document, IssueSink& issues) { NodeCheck(document, issues).check(); }
 
 }  // namespace selvedge

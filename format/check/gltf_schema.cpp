@@ -261,7 +261,7 @@ constexpr std::array dependencies{Dependency{"accessor", "byteOffset", "bufferVi
 
 class SchemaCheck {
  public:
-  SchemaCheck(const Json& root, IssueList& issues) : root_(root), issues_(issues) {}
+  SchemaCheck(const Json& root, IssueSink& issues) : root_(root), issues_(issues) {}
 
   void check() {
     check_object(root_, "", root_members, "");
@@ -450,11 +450,11 @@ class SchemaCheck {
   }
 
   const Json& root_;
-  IssueList& issues_;
+  IssueSink& issues_;
 };
 
 }  // namespace
 
-void check_schema(const Json& root, IssueList& issues) { SchemaCheck(root, issues).check(); }
+void check_schema(const Json& root, IssueSink& issues) { SchemaCheck(root, issues).check(); }
 
 }  // namespace selvedge

@@ -358,8 +358,8 @@ TEST_CASE("gltf check: every issue of a file is listed, up to a number, and the 
   for (int i = 0; i < 30; ++i) square.json["samplers"].push_back({{"wrapS", 1}});
   const Issues issues = check(folder, square);
   REQUIRE(issues.size() == 100 + 30 + 1);
-  CHECK(issues.back().code == Code::gltf_malformed);
-  CHECK(issues.back().message == "150 more errors are not listed");
+  CHECK(issues.back().code == Code::gltf_accessor);
+  CHECK(issues.back().message.find("; 149 more errors are not listed") != std::string::npos);
 }
 
 TEST_CASE("gltf check: what a small file asks for is not allocated, and takes no time") {
