@@ -7,14 +7,13 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cctype>
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,37 +21,31 @@
 
 namespace selvedge {
 
-// What a signal handler may touch: a list that only grows, of plain pointers to strings that live until they
-// are taken out. As many entries as files were ever unfinished at once.
-struct UnfinishedFile {
-  std::atomic<char*> path{nullptr};
-  UnfinishedFile* next = nullptr;
-};
-
 namespace {
 
-std::atomic<UnfinishedFile*> unfinished{nullptr};
+// A signal handler may only touch a list that only grows, of plain pointers to strings that live until they
+// are taken out. It has as many entries as files were ever unfinished at once.
+struct Entry {
+  std::atomic<char*> path{nullptr};
+  Entry* next = nullptr;
+};
 
-UnfinishedFile* enlist(const std::string& path) {
+std::atomic<Entry*> unfinished_files{nullptr};
+
+Entry* enlist(const std::string& path) {
   char* copy = strdup(path.c_str());
-  for (UnfinishedFile* entry = unfinished.load(); entry != nullptr; entry = entry->next) {
+  for (Entry* entry = unfinished_files.load(); entry != nullptr; entry = entry->next) {
     char* expected = nullptr;
     if (entry->path.compare_exchange_strong(expected, copy)) return entry;
   }
-  auto* entry = new UnfinishedFile;
-  entry->path = copy;
-  entry->next = unfinished.load();
-  while (!unfinished.compare_exchange_weak(entry->next, entry)) {
+  auto* entry = new Entry{copy, unfinished_files.load()};
+  while (!unfinished_files.compare_exchange_weak(entry->next, entry)) {
   }
   return entry;
 }
 
-void delist(UnfinishedFile* entry) {
-  if (entry != nullptr) std::free(entry->path.exchange(nullptr));
-}
-
 extern "C" void on_signal(int number) {
-  for (const UnfinishedFile* entry = unfinished.load(); entry != nullptr; entry = entry->next) {
+  for (const Entry* entry = unfinished_files.load(); entry != nullptr; entry = entry->next) {
     if (const char* path = entry->path.load()) unlink(path);
   }
   std::signal(number, SIG_DFL);
@@ -61,27 +54,18 @@ extern "C" void on_signal(int number) {
 
 std::string reason() { return std::strerror(errno); }
 
-/// The process that made a temporary file, from what its name has after the target's: ".part-PID-N", and what
-/// lies beside that file as that of an output (".part-PID-N.journal"). 0: no such name.
-long maker_of(std::string_view suffix) {
-  constexpr std::string_view begin = ".part-";
-  if (!suffix.starts_with(begin)) return 0;
-  suffix.remove_prefix(begin.size());
-  const auto number = [&] {
-    long value = 0;
-    const auto [end, error] = std::from_chars(suffix.data(), suffix.data() + suffix.size(), value);
-    if (error != std::errc()) return -1L;
-    suffix.remove_prefix(static_cast<std::size_t>(end - suffix.data()));
-    return value;
-  };
-  const long process = number();
-  if (process <= 0 || !suffix.starts_with('-')) return 0;
-  suffix.remove_prefix(1);
-  return number() >= 0 && (suffix.empty() || suffix.front() == '.') ? process : 0;
+/// The process that made a temporary file, from the end of its name behind the target's: ".part-PID-N", and
+/// of a file beside it (".part-PID-N.journal"). 0: another name.
+int maker_of(const std::string& suffix) {
+  int process = 0;
+  int end = 0;
+  if (std::sscanf(suffix.c_str(), ".part-%d-%*[0-9]%n", &process, &end) != 1 || end == 0) return 0;
+  const bool ends = suffix[end] == '\0' || suffix[end] == '.';
+  return ends && std::isdigit(static_cast<unsigned char>(suffix[6])) != 0 ? process : 0;
 }
 
-/// What programs that were killed have left of this target: the files of processes that are gone, here and,
-/// by their locks, on other machines that share the folder.
+/// Removes what killed programs have left of this target: files of processes that do not run here any more
+/// and, by their locks, on no other machine that shares the folder.
 void remove_leftovers(const std::filesystem::path& target) {
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -90,10 +74,8 @@ void remove_leftovers(const std::filesystem::path& target) {
   std::vector<fs::path> left;
   for (fs::directory_iterator entry(folder, ignored), end; entry != end; entry.increment(ignored)) {
     const std::string found = entry->path().filename().string();
-    if (!found.starts_with(name)) continue;
-    const long maker = maker_of(std::string_view(found).substr(name.size()));
-    if (maker == 0 || kill(static_cast<pid_t>(maker), 0) == 0 || errno != ESRCH) continue;
-    left.push_back(entry->path());
+    const int maker = found.starts_with(name) ? maker_of(found.substr(name.size())) : 0;
+    if (maker > 0 && kill(maker, 0) != 0 && errno == ESRCH) left.push_back(entry->path());
   }
   for (const fs::path& path : left) {
     const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -117,11 +99,29 @@ bool lock_new(int file, const std::string& path) {
 
 }  // namespace
 
+/// A temporary file that goes with this object, unless its name is taken away.
+struct AtomicFile::Unfinished {
+  explicit Unfinished(std::string path) : temporary(std::move(path)), entry(enlist(temporary)) {}
+  Unfinished(const Unfinished&) = delete;
+  Unfinished& operator=(const Unfinished&) = delete;
+  ~Unfinished() {
+    if (file >= 0) {
+      if (!temporary.empty()) unlink(temporary.c_str());
+      close(file);
+    }
+    std::free(entry->path.exchange(nullptr));
+  }
+
+  std::string temporary;
+  Entry* entry;
+  int file = -1;
+};
+
 void remove_unfinished_files_on_signal() {
   // A limit on the size of files then is a failed write with its reason, not a sudden end.
   std::signal(SIGXFSZ, SIG_IGN);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    // What the caller ignores (nohup) stays ignored.
+    // Signals that the caller ignores (nohup) stay ignored.
     if (std::signal(number, on_signal) == SIG_IGN) std::signal(number, SIG_IGN);
   }
 }
@@ -134,24 +134,26 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
     return fail(Code::file_unwritable, path, {}, "is a device or a pipe, not a plain file");
   }
-  // A link stays a link: what it points to is replaced.
+  // A link stays a link: the file that it points to is replaced.
   const fs::path resolved =
       fs::is_symlink(path, ignored) ? fs::weakly_canonical(fs::absolute(path), ignored) : fs::path();
   const std::string target = resolved.empty() ? path : resolved.string();
   remove_leftovers(target);
   static std::atomic<int> counter{0};
-  // What is there already, a link above all, was made by someone else: the next name is tried.
+  // A file or link that is there already was made by someone else: the next name is tried.
   for (int attempt = 0;; ++attempt) {
     const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
-    UnfinishedFile* entry = enlist(temporary);
+    auto unfinished = std::make_unique<Unfinished>(temporary);
     const int file = open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     int error = errno;
+    if (file >= 0 && lock_new(file, temporary)) {
+      unfinished->file = file;
+      return AtomicFile(target, std::move(unfinished));
+    }
     if (file >= 0) {
-      if (lock_new(file, temporary)) return AtomicFile(target, temporary, file, entry);
       close(file);
       error = EEXIST;
     }
-    delist(entry);
     constexpr int max_attempts = 100;
     if (error != EEXIST || attempt == max_attempts) {
       return fail(Code::file_unwritable, path, {}, std::strerror(error));
@@ -159,46 +161,19 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   }
 }
 
-AtomicFile::AtomicFile(std::string path, std::string temporary, int file, UnfinishedFile* entry)
-    : path_(std::move(path)), temporary_(std::move(temporary)), file_(file), entry_(entry) {}
-
-AtomicFile::AtomicFile(AtomicFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      temporary_(std::exchange(other.temporary_, {})),
-      file_(std::exchange(other.file_, -1)),
-      entry_(std::exchange(other.entry_, nullptr)) {}
-
-AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
-  if (this != &other) {
-    discard();
-    path_ = std::move(other.path_);
-    temporary_ = std::exchange(other.temporary_, {});
-    file_ = std::exchange(other.file_, -1);
-    entry_ = std::exchange(other.entry_, nullptr);
-  }
-  return *this;
-}
-
-AtomicFile::~AtomicFile() { discard(); }
-
-void AtomicFile::discard() {
-  if (!temporary_.empty()) unlink(temporary_.c_str());
-  release();
-}
-
-void AtomicFile::release() {
-  temporary_.clear();
-  if (file_ >= 0) close(std::exchange(file_, -1));
-  delist(std::exchange(entry_, nullptr));
-}
+AtomicFile::AtomicFile(std::string path, std::unique_ptr<Unfinished> unfinished)
+    : path_(std::move(path)), unfinished_(std::move(unfinished)) {}
+AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
+AtomicFile& AtomicFile::operator=(AtomicFile&&) noexcept = default;
+AtomicFile::~AtomicFile() = default;
+const std::string& AtomicFile::temporary() const { return unfinished_->temporary; }
+int AtomicFile::descriptor() const { return unfinished_->file; }
 
 Result<void> AtomicFile::commit() {
-  if (std::rename(temporary_.c_str(), path_.c_str()) != 0) {
-    const std::string why = reason();
-    discard();
-    return fail(Code::file_unwritable, path_, {}, why);
-  }
-  release();
+  const auto unfinished = std::move(unfinished_);
+  if (std::rename(unfinished->temporary.c_str(), path_.c_str()) != 0)
+    return fail(Code::file_unwritable, path_, {}, reason());
+  unfinished->temporary.clear();
   return {};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -9,39 +10,32 @@
 
 namespace selvedge {
 
-struct UnfinishedFile;
-
 /// A file being written. The temporary file is made at once (so that an unwritable folder is found before
-/// the work begins) and is removed by the destructor, by SIGINT and by SIGTERM, unless committed. What a
-/// killed process left of it, the next one that makes the same file removes.
+/// the work begins) and is removed by the destructor, by SIGINT and by SIGTERM, unless committed. Leftovers
+/// of a killed process are removed by the next one that makes the same file.
 class AtomicFile {
  public:
   /// Refuses folders, devices and pipes. Where `path` is a link, the file that it points to is replaced.
   static Result<AtomicFile> create(const std::string& path);
-  AtomicFile(AtomicFile&& other) noexcept;
-  AtomicFile& operator=(AtomicFile&& other) noexcept;
-  AtomicFile(const AtomicFile&) = delete;
-  AtomicFile& operator=(const AtomicFile&) = delete;
+  AtomicFile(AtomicFile&&) noexcept;
+  AtomicFile& operator=(AtomicFile&&) noexcept;
   ~AtomicFile();
 
   const std::string& path() const { return path_; }
-  /// Where to write; in the same folder as path().
-  const std::string& temporary() const { return temporary_; }
+  /// Where to write; in the same folder as path(). Not after commit().
+  const std::string& temporary() const;
   /// The same file, open to read and write, with an exclusive lock (flock) that says that it is being
   /// written.
-  int descriptor() const { return file_; }
+  int descriptor() const;
   /// Moves the temporary file to its final place, replacing what was there.
   Result<void> commit();
 
  private:
-  AtomicFile(std::string path, std::string temporary, int file, UnfinishedFile* entry);
-  void discard();
-  void release();
+  struct Unfinished;
+  AtomicFile(std::string path, std::unique_ptr<Unfinished> unfinished);
 
   std::string path_;
-  std::string temporary_;
-  int file_ = -1;
-  UnfinishedFile* entry_ = nullptr;  ///< what a signal would remove
+  std::unique_ptr<Unfinished> unfinished_;
 };
 
 /// Writes all bytes as one file, atomically.

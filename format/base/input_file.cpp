@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -29,11 +30,15 @@ Result<InputFile> InputFile::open(const std::string& path) {
 
 bool InputFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
   if (offset > size_ || out.size() > size_ - offset) return false;
+  if (!descriptor_) {
+    std::copy_n(bytes_.begin() + offset, out.size(), out.begin());
+    return true;
+  }
   while (!out.empty()) {
     const ssize_t count = ::pread(descriptor_->number, out.data(), out.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return false;  // an error, or the file has become shorter since it was opened
-    offset += static_cast<std::uint64_t>(count);
+    offset += count;
     out = out.subspan(count);
   }
   return true;

@@ -1,4 +1,4 @@
-// Plain files opened for reading: what every reader of ours begins with.
+// Files opened for reading at any place: plain files on disk, or bytes in memory.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,8 @@ class InputFile {
  public:
   /// FILE_MISSING, or FILE_UNREADABLE for a folder, a device or a pipe, which is not waited for.
   static Result<InputFile> open(const std::string& path);
+  /// From memory. The bytes must outlive the file.
+  explicit InputFile(std::span<const std::uint8_t> bytes) : bytes_(bytes), size_(bytes.size()) {}
 
   std::uint64_t size() const { return size_; }
   /// Fills `out` from `offset` on; false where the bytes are not there.
@@ -30,7 +32,8 @@ class InputFile {
   InputFile(std::unique_ptr<Descriptor> descriptor, std::uint64_t size)
       : descriptor_(std::move(descriptor)), size_(size) {}
 
-  std::unique_ptr<Descriptor> descriptor_;
+  std::unique_ptr<Descriptor> descriptor_;  ///< null: from memory
+  std::span<const std::uint8_t> bytes_;
   std::uint64_t size_ = 0;
 };
 

@@ -69,7 +69,7 @@ class RepetitionFinder : public nlohmann::json_sax<json> {
   std::vector<Level> open_;
 };
 
-/// What both of the functions below take.
+/// parse_json() and parse_json_object(), but for the kind of the root.
 Result<json> parse_checked(std::string_view text, const std::string& file) {
   constexpr int max_depth = 64;
   const auto refuse = [&](std::string place, std::string why) {

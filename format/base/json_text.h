@@ -11,7 +11,7 @@
 
 namespace selvedge {
 
-/// What a JSON text asks of whoever parses it, found without parsing it.
+/// How deep and wide a JSON text is, found without parsing it.
 struct JsonDemands {
   int nesting = 0;
   int members = 0;  ///< of its largest object
@@ -21,10 +21,10 @@ struct JsonDemands {
 JsonDemands demands_of(std::string_view text, int deepest_wanted);
 
 /// The JSON pointer of the first member that its object has a second time: programs differ in which of the
-/// two they take. Nothing where there is none before the text's end, or before the place where it is no JSON.
+/// two they take. Nothing if there is none before the end, or before the place where it ceases to be JSON.
 std::optional<std::string> repeated_member(std::string_view text);
 
-/// Parses a text of which nothing is known. is_discarded() where it is no JSON, begins with a byte order
+/// Parses a text of unknown origin. is_discarded() where it is not JSON, begins with a byte order
 /// mark, has a member twice, or nests deeper than 64: what walks through the value may then do so
 /// recursively.
 nlohmann::json parse_json(std::string_view text);
