@@ -1,11 +1,10 @@
-// Little-endian numbers from bytes, and names that may be printed.
+// Little-endian numbers from bytes.
 #pragma once
 
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 namespace selvedge {
 
@@ -29,8 +28,5 @@ class ExrBytes {
   }
   std::span<const std::uint8_t> bytes_;
 };
-
-/// UTF-8 without control characters.
-bool is_printable(std::string_view name);
 
 }  // namespace selvedge

@@ -11,6 +11,7 @@
 #include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 #include <OpenEXR/ImfTiledInputPart.h>
@@ -22,8 +23,8 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "format/base/atomic_file.h"
@@ -83,10 +84,9 @@ Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
 
 /// A slice over one plane whose first row is scanline `first_row`.
 Imf::Slice slice_of(Imf::PixelType type, const void* plane, int width, int first_row, std::size_t size) {
-  const std::size_t row_bytes = size * static_cast<std::size_t>(width);
+  const std::size_t row_bytes = size * width;
   // OpenEXR addresses by absolute scanline: the base lies `first_row` rows before the buffer.
-  auto* base = reinterpret_cast<char*>(reinterpret_cast<std::uintptr_t>(plane) -
-                                       static_cast<std::uintptr_t>(first_row) * row_bytes);
+  auto* base = reinterpret_cast<char*>(reinterpret_cast<std::uintptr_t>(plane) - first_row * row_bytes);
   return {type, base, size, row_bytes};
 }
 
@@ -106,11 +106,10 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
       stored.halves[c].resize(plane.size());
       for (std::size_t i = 0; i < plane.size(); ++i) {
         if (std::abs(plane[i]) > largest_half || std::isnan(plane[i])) {
-          const auto width = static_cast<std::size_t>(pixels.width);
-          return fail(
-              Code::fabric_not_finite, file,
-              fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % width, i / width),
-              fmt::format("{} does not fit into half precision", plane[i]));
+          return fail(Code::fabric_not_finite, file,
+                      fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % pixels.width,
+                                  i / pixels.width),
+                      fmt::format("{} does not fit into half precision", plane[i]));
         }
         stored.halves[c][i] = Imath::half(plane[i]);
       }
@@ -124,45 +123,6 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
   return stored;
 }
 
-/// A plain file that remembers a failed write: OpenEXR finishes a file in a destructor, which keeps errors to
-/// itself.
-class FileStream : public Imf::OStream {
- public:
-  FileStream(const std::string& path, const std::string& name)
-      : OStream(name.c_str()), file_(std::fopen(path.c_str(), "wb")) {
-    if (file_ == nullptr) remember();
-  }
-  FileStream(const FileStream&) = delete;
-  FileStream& operator=(const FileStream&) = delete;
-  ~FileStream() override { close(); }
-
-  void write(const char c[], int n) override {
-    const auto count = static_cast<std::size_t>(n);
-    if (file_ == nullptr || std::fwrite(c, 1, count, file_) != count) fail_now();
-  }
-  std::uint64_t tellp() override { return file_ == nullptr ? 0 : static_cast<std::uint64_t>(ftello(file_)); }
-  void seekp(std::uint64_t position) override {
-    if (file_ == nullptr || fseeko(file_, static_cast<off_t>(position), SEEK_SET) != 0) fail_now();
-  }
-  /// Empty if everything that was ever written has arrived.
-  const std::string& close() {
-    if (file_ != nullptr && std::fclose(std::exchange(file_, nullptr)) != 0) remember();
-    return reason_;
-  }
-
- private:
-  void remember() {
-    if (reason_.empty()) reason_ = std::strerror(errno);
-  }
-  [[noreturn]] void fail_now() {
-    remember();
-    throw Iex::IoExc(reason_);
-  }
-
-  std::FILE* file_;
-  std::string reason_;
-};
-
 }  // namespace
 
 /// In this order: the output is finished before its stream is closed, and that before the temporary file
@@ -171,7 +131,8 @@ struct ExrWriter::State {
   AtomicFile file;
   std::vector<ExrPart> parts;
   std::vector<int> next_row;
-  std::unique_ptr<FileStream> stream;
+  std::unique_ptr<std::ofstream> stream;
+  std::unique_ptr<Imf::StdOFStream> named_stream;
   std::unique_ptr<Imf::MultiPartOutputFile> out;
 };
 
@@ -198,12 +159,13 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
     if (Imf::globalThreadCount() != thread_count()) Imf::setGlobalThreadCount(thread_count());
     std::vector<Imf::Header> headers;
     for (const ExrPart& part : parts) headers.push_back(header_of(part, parts.front()));
-    auto stream = std::make_unique<FileStream>(file->temporary(), path);
+    auto stream = std::make_unique<std::ofstream>(file->temporary(), std::ios::binary);
+    auto named = std::make_unique<Imf::StdOFStream>(*stream, path.c_str());
     auto out =
-        std::make_unique<Imf::MultiPartOutputFile>(*stream, headers.data(), static_cast<int>(headers.size()));
+        std::make_unique<Imf::MultiPartOutputFile>(*named, headers.data(), static_cast<int>(headers.size()));
     std::vector<int> next_row(parts.size(), 0);
-    return ExrWriter(std::make_unique<State>(
-        State{std::move(*file), std::move(parts), std::move(next_row), std::move(stream), std::move(out)}));
+    return ExrWriter(std::make_unique<State>(State{std::move(*file), std::move(parts), std::move(next_row),
+                                                   std::move(stream), std::move(named), std::move(out)}));
   } catch (const std::exception& e) {
     return fail(Code::file_unwritable, path, {}, e.what());
   }
@@ -243,41 +205,17 @@ Result<void> ExrWriter::write_rows(int part_index, const ExrPixels& pixels) {
 }
 
 Result<void> ExrWriter::commit() {
+  // OpenEXR finishes a file in a destructor, which keeps errors to itself; the stream remembers them.
   state_->out.reset();
-  const std::string& reason = state_->stream->close();
-  if (!reason.empty()) return fail(Code::file_unwritable, state_->file.path(), {}, reason);
+  state_->stream->close();
+  if (!*state_->stream) return fail(Code::file_unwritable, state_->file.path(), {}, std::strerror(errno));
   return state_->file.commit();
 }
 
 namespace {
 
-/// A file in memory, first written, then read.
-class MemoryFile : public Imf::OStream, public Imf::IStream {
- public:
-  MemoryFile() : OStream("chunk"), IStream("chunk") {}
-  void write(const char c[], int n) override { bytes_.append(c, static_cast<std::size_t>(n)); }
-  std::uint64_t tellp() override { return bytes_.size(); }
-  void seekp(std::uint64_t /*position*/) override { throw Iex::IoExc("is written in one go"); }
-
-  bool isMemoryMapped() const override { return false; }
-  bool read(char c[], int n) override {
-    if (n < 0 || static_cast<std::size_t>(n) > bytes_.size() - position_) throw Iex::InputExc("end of chunk");
-    std::memcpy(c, bytes_.data() + position_, static_cast<std::size_t>(n));
-    position_ += static_cast<std::size_t>(n);
-    return position_ < bytes_.size();
-  }
-  std::uint64_t tellg() override { return position_; }
-  void seekg(std::uint64_t position) override {
-    position_ = std::min<std::uint64_t>(position, bytes_.size());
-  }
-
- private:
-  std::string bytes_;
-  std::size_t position_ = 0;
-};
-
 template <class T>
-void write_number(MemoryFile& file, T value) {
+void write_number(Imf::OStream& file, T value) {
   std::array<char, sizeof(T)> bytes{};
   for (std::size_t i = 0; i < sizeof(T); ++i) bytes.at(i) = static_cast<char>(value >> (8 * i) & 0xFF);
   file.write(bytes.data(), sizeof(T));
@@ -295,7 +233,7 @@ bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const 
   one.compression = "piz";
   one.channels = part.channels;
   try {
-    MemoryFile file;
+    Imf::StdOSStream file;
     write_number<std::uint32_t>(file, 20000630);
     write_number<std::uint32_t>(file, 2 | 0x200 | 0x400);  // version 2, tiled, long names
     header_of(one, one).writeTo(file, true);
@@ -304,16 +242,18 @@ bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const 
     write_number<std::uint32_t>(file, static_cast<std::uint32_t>(packed.size()));
     file.write(reinterpret_cast<const char*>(packed.data()), static_cast<int>(packed.size()));
 
-    Imf::MultiPartInputFile in(file, 0, false);
+    Imf::StdISStream input;
+    input.str(file.str());
+    Imf::MultiPartInputFile in(input, 0, false);
     Imf::FrameBuffer buffer;
-    const std::size_t row_bytes = exr_pixel_bytes(part) * static_cast<std::size_t>(chunk.width);
+    const std::size_t row_bytes = exr_pixel_bytes(part) * chunk.width;
     std::size_t offset = 0;
     for (const ExrChannel& channel : part.channels) {
       const std::size_t size = channel.half ? 2 : 4;
       buffer.insert(
           channel.name,
           Imf::Slice(pixel_type(channel), reinterpret_cast<char*>(pixels.data()) + offset, size, row_bytes));
-      offset += size * static_cast<std::size_t>(chunk.width);
+      offset += size * chunk.width;
     }
     Imf::TiledInputPart tile(in, 0);
     tile.setFrameBuffer(buffer);

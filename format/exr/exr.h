@@ -1,6 +1,6 @@
 // OpenEXR files, as little of them as the project needs: named float or half channels in one part or several,
 // either scanline parts or tiled parts with mip levels. They are written through OpenEXR (exr.cpp) and read
-// by code of our own (exr_reader.cpp), which trusts nothing that a file says.
+// by code of our own (reader.cpp), which trusts nothing that a file says.
 #pragma once
 
 #include <cstdint>
@@ -53,7 +53,7 @@ struct ExrPixels {
   std::vector<std::vector<float>> planes;
 };
 
-/// Bounds on what is read, checked against the header before anything is allocated.
+/// Limits of a file, checked against the header before anything is allocated.
 struct ExrLimits {
   std::uint64_t header_bytes = std::uint64_t{1} << 24;  ///< of all headers, without the offset tables
   std::uint64_t pixels_per_part = std::uint64_t{1} << 30;
@@ -86,7 +86,7 @@ class ExrWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Checks the whole structure of the file when it is opened (exr_scan.h) and reads pixels on demand. Rejects
+/// Checks the whole structure of the file when it is opened (scan.h) and reads pixels on demand. Rejects
 /// deep parts, sub-sampled channels, unsigned channels, windows that do not begin at (0, 0) and other level
 /// modes than one level or mip maps rounded down. Two readers of one file share nothing; one reader is for
 /// one thread.
@@ -104,7 +104,7 @@ class ExrReader {
   const std::vector<ExrPart>& parts() const;
   /// Index of the part of that name, or -1.
   int find_part(const std::string& part_name) const;
-  /// Bytes asked of the file so far, header included, each counted once.
+  /// Bytes read of the file so far, headers included, each counted once.
   std::uint64_t bytes_read() const;
   /// Bytes that a level's pixels take in the file, compressed; without the heads of the chunks.
   std::uint64_t packed_bytes(int part, int level = 0) const;

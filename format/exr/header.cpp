@@ -1,18 +1,22 @@
-#include "format/exr/header.h"
-
+#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <utility>
 
 #include "format/base/mip.h"
+#include "format/base/printable.h"
 #include "format/exr/bytes.h"
-#include "format/exr/layout.h"
+#include "format/exr/scan.h"
 
 namespace selvedge {
 namespace {
+
+using Imath::Box2i;
 
 /// Thrown and caught within this file only.
 struct Refusal {
@@ -29,21 +33,22 @@ struct Refusal {
   throw Refusal{Code::exr_unsupported, std::move(place), std::move(message)};
 }
 
-[[noreturn]] void too_large(std::string place, std::string message) {
-  throw Refusal{Code::file_too_large, std::move(place), std::move(message)};
+/// Whether a name is UTF-8 without control characters.
+bool is_printable(const std::string& name) {
+  return printable(name) == name && name.find_first_of("\n\t") == std::string::npos;
 }
 
 /// The beginning of the file, fetched as the parsing goes on and never beyond the limit.
 class Head {
  public:
-  Head(ExrSource& source, const ExrLimits& limits) : source_(source), limit_(limits.header_bytes) {}
+  Head(const InputFile& source, const ExrLimits& limits) : source_(source), limit_(limits.header_bytes) {}
 
   std::uint64_t position() const { return position_; }
   std::span<const std::uint8_t> take(std::uint64_t count) {
     fetch(count);
     const auto from = bytes_.begin() + static_cast<std::ptrdiff_t>(position_);
     position_ += count;
-    return {from, static_cast<std::size_t>(count)};
+    return {from, count};
   }
   std::uint8_t peek() {
     fetch(1);
@@ -65,17 +70,17 @@ class Head {
   void fetch(std::uint64_t count) {
     const std::uint64_t left = source_.size() - position_;
     if (count > left) throw Refusal{Code::file_damaged, {}, "ends within its header"};
-    if (position_ + count > limit_) too_large({}, fmt::format("a header of more than {} bytes", limit_));
+    if (position_ + count > limit_)
+      throw Refusal{Code::file_too_large, {}, fmt::format("a header of more than {} bytes", limit_)};
     if (position_ + count <= bytes_.size()) return;
     const std::uint64_t block = std::max<std::uint64_t>(4096, bytes_.size() / 4);
     const std::size_t have = bytes_.size();
     bytes_.resize(std::min(source_.size(), std::max(position_ + count, std::uint64_t{have} + block)));
-    if (!source_.read(have, std::span(bytes_).subspan(have))) {
+    if (!source_.read(have, std::span(bytes_).subspan(have)))
       throw Refusal{Code::file_unreadable, {}, "cannot be read"};
-    }
   }
 
-  ExrSource& source_;
+  const InputFile& source_;
   std::uint64_t limit_;
   std::vector<std::uint8_t> bytes_;
   std::uint64_t position_ = 0;
@@ -88,38 +93,28 @@ struct Attribute {
 
 using Attributes = std::map<std::string, Attribute>;
 
-struct TypeSize {
-  std::string_view type;
-  std::uint32_t bytes;
-};
-
-/// The types whose values have one size.
-constexpr std::array type_sizes{
-    TypeSize{"box2f", 16},
-    TypeSize{"box2i", 16},
-    TypeSize{"chromaticities", 32},
-    TypeSize{"compression", 1},
-    TypeSize{"deepImageState", 1},
-    TypeSize{"double", 8},
-    TypeSize{"envmap", 1},
-    TypeSize{"float", 4},
-    TypeSize{"int", 4},
-    TypeSize{"keycode", 28},
-    TypeSize{"lineOrder", 1},
-    TypeSize{"m33d", 72},
-    TypeSize{"m33f", 36},
-    TypeSize{"m44d", 128},
-    TypeSize{"m44f", 64},
-    TypeSize{"rational", 8},
-    TypeSize{"tiledesc", 9},
-    TypeSize{"timecode", 8},
-    TypeSize{"v2d", 16},
-    TypeSize{"v2f", 8},
-    TypeSize{"v2i", 8},
-    TypeSize{"v3d", 24},
-    TypeSize{"v3f", 12},
-    TypeSize{"v3i", 12},
-};
+/// Bytes of a value of this type; -1 where values differ in size.
+int size_of_type(std::string_view type) {
+  static const std::map<int, std::set<std::string_view>> types{
+      {1, {"compression", "deepImageState", "envmap", "lineOrder"}},
+      {4, {"float", "int"}},
+      {8, {"double", "rational", "timecode", "v2f", "v2i"}},
+      {9, {"tiledesc"}},
+      {12, {"v3f", "v3i"}},
+      {16, {"box2f", "box2i", "v2d"}},
+      {24, {"v3d"}},
+      {28, {"keycode"}},
+      {32, {"chromaticities"}},
+      {36, {"m33f"}},
+      {64, {"m44f"}},
+      {72, {"m33d"}},
+      {128, {"m44d"}},
+  };
+  for (const auto& [bytes, names] : types) {
+    if (names.contains(type)) return bytes;
+  }
+  return -1;
+}
 
 struct StandardAttribute {
   const char* name;
@@ -127,20 +122,20 @@ struct StandardAttribute {
   bool required;  ///< in every file
 };
 
-constexpr std::array standard_attributes{
-    StandardAttribute{"channels", "chlist", true},
-    StandardAttribute{"compression", "compression", true},
-    StandardAttribute{"dataWindow", "box2i", true},
-    StandardAttribute{"displayWindow", "box2i", true},
-    StandardAttribute{"lineOrder", "lineOrder", true},
-    StandardAttribute{"pixelAspectRatio", "float", true},
-    StandardAttribute{"screenWindowCenter", "v2f", true},
-    StandardAttribute{"screenWindowWidth", "float", true},
-    StandardAttribute{"chunkCount", "int", false},
-    StandardAttribute{"name", "string", false},
-    StandardAttribute{"tiles", "tiledesc", false},
-    StandardAttribute{"type", "string", false},
-};
+constexpr std::array<StandardAttribute, 12> standard_attributes{{
+    {"channels", "chlist", true},
+    {"compression", "compression", true},
+    {"dataWindow", "box2i", true},
+    {"displayWindow", "box2i", true},
+    {"lineOrder", "lineOrder", true},
+    {"pixelAspectRatio", "float", true},
+    {"screenWindowCenter", "v2f", true},
+    {"screenWindowWidth", "float", true},
+    {"chunkCount", "int", false},
+    {"name", "string", false},
+    {"tiles", "tiledesc", false},
+    {"type", "string", false},
+}};
 
 Attributes read_attributes(Head& head, std::size_t longest_name, const std::string& place,
                            const ExrLimits& limits) {
@@ -151,20 +146,16 @@ Attributes read_attributes(Head& head, std::size_t longest_name, const std::stri
     attribute.type = head.text(longest_name, place);
     const std::int32_t size = ExrBytes(head.take(4)).i32();
     if (size < 0) malformed(place, fmt::format("attribute '{}' has a negative size", name));
-    const auto bytes = head.take(static_cast<std::uint64_t>(size));
+    const auto bytes = head.take(size);
     attribute.value.assign(bytes.begin(), bytes.end());
-    const auto known = std::find_if(type_sizes.begin(), type_sizes.end(),
-                                    [&](const TypeSize& row) { return row.type == attribute.type; });
-    if (known != type_sizes.end() && known->bytes != attribute.value.size()) {
-      malformed(place, fmt::format("attribute '{}' of type {} has {} bytes instead of {}", name, known->type,
-                                   size, known->bytes));
+    if (const int known = size_of_type(attribute.type); known >= 0 && known != size) {
+      malformed(place, fmt::format("attribute '{}' of type {} has {} bytes instead of {}", name,
+                                   attribute.type, size, known));
     }
-    if (!attributes.emplace(name, std::move(attribute)).second) {
+    if (!attributes.emplace(name, std::move(attribute)).second)
       malformed(place, fmt::format("attribute '{}' is there twice", name));
-    }
-    if (attributes.size() > static_cast<std::size_t>(limits.attributes)) {
-      too_large(place, fmt::format("more than {} attributes", limits.attributes));
-    }
+    if (std::ssize(attributes) > limits.attributes)
+      throw Refusal{Code::file_too_large, place, fmt::format("more than {} attributes", limits.attributes)};
   }
   for (const StandardAttribute& standard : standard_attributes) {
     const auto found = attributes.find(standard.name);
@@ -184,22 +175,17 @@ ExrBytes value_of(const Attributes& attributes, const char* name) {
 
 std::string text_of(const Attribute& attribute) { return {attribute.value.begin(), attribute.value.end()}; }
 
-struct Window {
-  V2i min{0, 0};
-  V2i max{0, 0};
-};
-
-Window window_of(const Attributes& attributes, const char* name, const std::string& place) {
+Box2i window_of(const Attributes& attributes, const char* name, const std::string& place) {
   ExrBytes value = value_of(attributes, name);
-  std::array<std::int32_t, 4> side{};
-  for (std::int32_t& number : side) number = value.i32();
+  const Box2i window{V2i{value.i32(), value.i32()}, V2i{value.i32(), value.i32()}};
   // Within half the range of 32 bits, as OpenEXR demands: sizes cannot overflow.
   constexpr std::int32_t limit = std::numeric_limits<std::int32_t>::max() / 2;
-  for (const std::int32_t number : side) {
-    if (number < -limit || number > limit) malformed(place, fmt::format("{}: out of range", name));
+  for (const std::int32_t side : {window.min.x, window.min.y, window.max.x, window.max.y}) {
+    if (side < -limit || side > limit) malformed(place, fmt::format("{}: out of range", name));
   }
-  if (side[2] < side[0] || side[3] < side[1]) malformed(place, fmt::format("{}: is empty", name));
-  return {{side[0], side[1]}, {side[2], side[3]}};
+  if (window.max.x < window.min.x || window.max.y < window.min.y)
+    malformed(place, fmt::format("{}: is empty", name));
+  return window;
 }
 
 std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t longest_name,
@@ -215,9 +201,8 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t lo
       if (at != list.end()) malformed(part, "the list of channels ends before its attribute does");
       break;
     }
-    if (!is_printable(name) || name.size() > longest_name) {
+    if (!is_printable(name) || name.size() > longest_name)
       malformed(part, "a channel's name is too long or not printable UTF-8");
-    }
     const std::string place = exr_place(part, name);
     if (list.end() - at < 16) malformed(place, "the channel is cut short");
     ExrBytes entry{std::span(list).subspan(at - list.begin(), 16)};
@@ -232,7 +217,8 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t lo
     if (type == 0) unsupported(place, "only half and float channels are read");
     // The order of the names is that of the pixels: another one has no meaning.
     if (!channels.empty() && channels.back().name >= name) malformed(place, "channels are not in order");
-    if (channels.size() == static_cast<std::size_t>(limits.channels)) too_large(part, "too many channels");
+    if (std::ssize(channels) == limits.channels)
+      throw Refusal{Code::file_too_large, part, "too many channels"};
     channels.push_back({name, type == 1});
   }
   if (channels.empty()) malformed(part, "no channels");
@@ -250,39 +236,26 @@ void read_tiles(const Attributes& attributes, ExrPart& part) {
   part.tile_width = width;
   part.tile_height = height;
   part.mipmapped = (mode & 15U) == 1;
-  if ((mode & 15U) == 2 || (part.mipmapped && mode >> 4U != 0)) {
+  if ((mode & 15U) == 2 || (part.mipmapped && mode >> 4U != 0))
     unsupported(part.name, "levels other than mip maps rounded down are not read");
-  }
   part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
 }
 
-bool is_standard(const std::string& name) {
-  return std::any_of(standard_attributes.begin(), standard_attributes.end(),
-                     [&](const StandardAttribute& standard) { return standard.name == name; });
-}
-
-std::map<std::string, ExrValue> user_values(const Attributes& attributes) {
+std::map<std::string, ExrValue> user_values(Attributes attributes) {
+  for (const StandardAttribute& standard : standard_attributes) attributes.erase(standard.name);
   std::map<std::string, ExrValue> values;
   for (const auto& [name, attribute] : attributes) {
-    if (is_standard(name)) continue;
     ExrBytes value(attribute.value);
     if (attribute.type == "string") values[name] = text_of(attribute);
     if (attribute.type == "int") values[name] = value.i32();
     if (attribute.type == "float") values[name] = value.f32();
-    if (attribute.type == "v2f") {
-      const float x = value.f32();
-      values[name] = V2f(x, value.f32());
-    }
-    if (attribute.type == "v3f") {
-      const float x = value.f32();
-      const float y = value.f32();
-      values[name] = V3f(x, y, value.f32());
-    }
+    if (attribute.type == "v2f") values[name] = V2f{value.f32(), value.f32()};
+    if (attribute.type == "v3f") values[name] = V3f{value.f32(), value.f32(), value.f32()};
   }
   return values;
 }
 
-/// What the whole file has once.
+/// The flags of the whole file.
 struct FileFlags {
   bool tiled = false;  ///< of a file of one part
   bool multipart = false;
@@ -304,10 +277,9 @@ FileFlags read_version(Head& head) {
   return flags;
 }
 
-/// Whether the part is tiled, by what the file says in up to three places.
+/// Whether the part is tiled, which the file says in up to three places.
 bool is_tiled(const Attributes& attributes, const FileFlags& flags, const std::string& place) {
   const auto type = attributes.find("type");
-  const bool has_tiles = attributes.contains("tiles");
   bool tiled = flags.tiled;
   if (type != attributes.end()) {
     const std::string text = text_of(type->second);
@@ -320,13 +292,13 @@ bool is_tiled(const Attributes& attributes, const FileFlags& flags, const std::s
   } else if (flags.multipart) {
     malformed(place, "attribute 'type' is missing");
   }
-  if (tiled && !has_tiles) malformed(place, "attribute 'tiles' is missing");
+  if (tiled && !attributes.contains("tiles")) malformed(place, "attribute 'tiles' is missing");
   return tiled;
 }
 
 struct ScannedPart {
   ExrPart part;
-  Window display;
+  Box2i display;
   float pixel_aspect = 1;
 };
 
@@ -336,36 +308,31 @@ ScannedPart read_part(Head& head, const FileFlags& flags, std::size_t index, con
   const std::string unnamed = flags.multipart ? fmt::format("part {}", index) : std::string();
   const Attributes attributes = read_attributes(head, flags.longest_name, unnamed, limits);
   if (const auto name = attributes.find("name"); name != attributes.end()) part.name = text_of(name->second);
-  if (!is_printable(part.name) || (flags.multipart && part.name.empty())) {
+  if (!is_printable(part.name) || (flags.multipart && part.name.empty()))
     malformed(unnamed, "the part has no printable name");
-  }
   const std::string& place = part.name;
   const bool tiled = is_tiled(attributes, flags, place);
 
   const unsigned compression = value_of(attributes, "compression").byte();
-  if (compression >= exr_compressions.size()) {
+  if (compression >= exr_compressions.size())
     unsupported(place, fmt::format("unknown compression {}", compression));
-  }
   part.compression = exr_compressions.at(compression).name;
   const unsigned order = value_of(attributes, "lineOrder").byte();
   if (order > (tiled ? 2U : 1U)) malformed(place, fmt::format("line order {}", order));
   part.increasing_y = order == 0;
   scanned.pixel_aspect = value_of(attributes, "pixelAspectRatio").f32();
-  if (!(scanned.pixel_aspect >= 1e-6F && scanned.pixel_aspect <= 1e6F)) {
+  if (!(scanned.pixel_aspect >= 1e-6F && scanned.pixel_aspect <= 1e6F))
     malformed(place, "pixelAspectRatio: out of range");
-  }
   const float screen = value_of(attributes, "screenWindowWidth").f32();
   if (!(screen >= 0 && std::isfinite(screen))) malformed(place, "screenWindowWidth: out of range");
 
-  const Window data = window_of(attributes, "dataWindow", place);
+  const Box2i data = window_of(attributes, "dataWindow", place);
   scanned.display = window_of(attributes, "displayWindow", place);
-  part.display_is_data = scanned.display.min == data.min && scanned.display.max == data.max;
-  const std::int64_t width = std::int64_t{data.max.x} - data.min.x + 1;
-  const std::int64_t height = std::int64_t{data.max.y} - data.min.y + 1;
-  if (static_cast<std::uint64_t>(width) > limits.pixels_per_part ||
-      static_cast<std::uint64_t>(height) > limits.pixels_per_part / static_cast<std::uint64_t>(width)) {
-    too_large(place, fmt::format("{}x{} pixels", width, height));
-  }
+  part.display_is_data = scanned.display == data;
+  const std::uint64_t width = std::int64_t{data.max.x} - data.min.x + 1;
+  const std::uint64_t height = std::int64_t{data.max.y} - data.min.y + 1;
+  if (width > limits.pixels_per_part || height > limits.pixels_per_part / width)
+    throw Refusal{Code::file_too_large, place, fmt::format("{}x{} pixels", width, height)};
   if (data.min != V2i(0, 0)) unsupported(place, "the data window does not begin at 0,0");
   part.width = static_cast<int>(width);
   part.height = static_cast<int>(height);
@@ -375,34 +342,31 @@ ScannedPart read_part(Head& head, const FileFlags& flags, std::size_t index, con
 
   if (const auto count = attributes.find("chunkCount"); count != attributes.end()) {
     const std::int32_t stored = ExrBytes(count->second.value).i32();
-    if (stored < 0 || static_cast<std::uint64_t>(stored) != exr_chunk_count(part)) {
+    if (std::cmp_not_equal(stored, exr_chunk_count(part)))
       malformed(place, fmt::format("chunkCount is {} instead of {}", stored, exr_chunk_count(part)));
-    }
   } else if (flags.multipart) {
     malformed(place, "attribute 'chunkCount' is missing");
   }
   return scanned;
 }
 
-ExrHeader read_all(ExrSource& source, const ExrLimits& limits) {
+ExrHeader read_all(const InputFile& source, const ExrLimits& limits) {
   if (source.size() < 8) malformed({}, "is not an OpenEXR file");
   Head head(source, limits);
   const FileFlags flags = read_version(head);
   ExrHeader header;
   header.multipart = flags.multipart;
-  Window display;
+  Box2i display;
   float pixel_aspect = 1;
   do {
-    if (header.parts.size() == static_cast<std::size_t>(limits.parts)) {
-      too_large({}, fmt::format("more than {} parts", limits.parts));
-    }
+    if (std::ssize(header.parts) == limits.parts)
+      throw Refusal{Code::file_too_large, {}, fmt::format("more than {} parts", limits.parts)};
     ScannedPart scanned = read_part(head, flags, header.parts.size(), limits);
     const std::string& name = scanned.part.name;
     if (header.parts.empty()) {
       display = scanned.display;
       pixel_aspect = scanned.pixel_aspect;
-    } else if (display.min != scanned.display.min || display.max != scanned.display.max ||
-               pixel_aspect != scanned.pixel_aspect) {
+    } else if (display != scanned.display || pixel_aspect != scanned.pixel_aspect) {
       malformed(name, "displayWindow or pixelAspectRatio differ from the first part's");
     }
     for (const ExrPart& other : header.parts) {
@@ -417,7 +381,7 @@ ExrHeader read_all(ExrSource& source, const ExrLimits& limits) {
 
 }  // namespace
 
-Result<ExrHeader> read_exr_header(ExrSource& source, const std::string& file, const ExrLimits& limits) {
+Result<ExrHeader> read_exr_header(const InputFile& source, const std::string& file, const ExrLimits& limits) {
   try {
     return read_all(source, limits);
   } catch (Refusal& refusal) {

@@ -1,5 +1,7 @@
 #include "format/exr/layout.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "format/base/mip.h"
@@ -7,12 +9,11 @@
 namespace selvedge {
 namespace {
 
-std::uint64_t pieces(int size, int piece) {
-  return (static_cast<std::uint64_t>(size) + static_cast<std::uint64_t>(piece) - 1) /
-         static_cast<std::uint64_t>(piece);
+/// Width and height of a chunk that no edge cuts.
+V2i chunk_size(const ExrPart& part) {
+  if (part.tiled) return {part.tile_width, part.tile_height};
+  return {part.width, exr_compressions[exr_compression_index(part.compression)].rows};
 }
-
-int rows_of(const ExrPart& part) { return exr_compressions[exr_compression_index(part.compression)].rows; }
 
 }  // namespace
 
@@ -28,35 +29,28 @@ bool is_lossy(std::string_view compression) {
 }
 
 std::uint64_t exr_chunk_count(const ExrPart& part) {
-  if (!part.tiled) return pieces(part.height, rows_of(part));
+  const V2i size = chunk_size(part);
+  const auto pieces = [](std::uint64_t whole, std::uint64_t piece) { return (whole + piece - 1) / piece; };
   std::uint64_t count = 0;
   for (int level = 0; level < part.levels; ++level) {
-    count += pieces(level_size(part.width, level), part.tile_width) *
-             pieces(level_size(part.height, level), part.tile_height);
+    count += pieces(level_size(part.width, level), size.x) * pieces(level_size(part.height, level), size.y);
   }
   return count;
 }
 
 std::vector<ExrChunk> exr_chunks(const ExrPart& part) {
+  const V2i size = chunk_size(part);
   std::vector<ExrChunk> chunks;
   chunks.reserve(exr_chunk_count(part));
-  if (!part.tiled) {
-    const int rows = rows_of(part);
-    for (std::int64_t y = 0; y < part.height; y += rows) {
-      const auto first = static_cast<int>(y);
-      chunks.push_back({0, 0, first, part.width, std::min(rows, part.height - first)});
-    }
-    return chunks;
-  }
   for (int level = 0; level < part.levels; ++level) {
-    const std::int64_t width = level_size(part.width, level);
-    const std::int64_t height = level_size(part.height, level);
-    for (std::int64_t y = 0; y * part.tile_height < height; ++y) {
-      for (std::int64_t x = 0; x * part.tile_width < width; ++x) {
-        chunks.push_back(
-            {level, static_cast<int>(x), static_cast<int>(y),
-             static_cast<int>(std::min<std::int64_t>(part.tile_width, width - x * part.tile_width)),
-             static_cast<int>(std::min<std::int64_t>(part.tile_height, height - y * part.tile_height))});
+    const int width = level_size(part.width, level);
+    const int height = level_size(part.height, level);
+    for (std::int64_t y = 0; y < height; y += size.y) {
+      for (std::int64_t x = 0; x < width; x += size.x) {
+        const auto left = static_cast<int>(x);
+        const auto top = static_cast<int>(y);
+        chunks.push_back({level, left / size.x, part.tiled ? top / size.y : top, left, top,
+                          std::min(size.x, width - left), std::min(size.y, height - top)});
       }
     }
   }
@@ -69,8 +63,13 @@ std::uint64_t exr_pixel_bytes(const ExrPart& part) {
   return bytes;
 }
 
-std::string exr_place(const std::string& part, const std::string& what) {
-  return part.empty() || what.empty() ? part + what : part + "/" + what;
+std::string exr_place(const std::string& part, const std::string& member) {
+  return part.empty() || member.empty() ? part + member : part + "/" + member;
+}
+
+std::string exr_place(const ExrPart& part, const ExrChunk& chunk) {
+  return exr_place(part.name, part.tiled ? fmt::format("level {}/tile {},{}", chunk.level, chunk.x, chunk.y)
+                                         : fmt::format("row {}", chunk.y));
 }
 
 }  // namespace selvedge

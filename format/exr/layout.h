@@ -28,26 +28,34 @@ inline constexpr std::array exr_compressions{
 /// Index into exr_compressions, or -1.
 int exr_compression_index(std::string_view name);
 
-/// The pixels of one chunk, within its level.
+/// A chunk, its pixels within its level, and where they lie in the file.
 struct ExrChunk {
   int level = 0;
   int x = 0;  ///< column and row of a tile; 0 and the first pixel row of a scanline chunk
   int y = 0;
+  int left = 0;  ///< its first pixel
+  int top = 0;
   int width = 0;
   int height = 0;
+  std::uint32_t packed_bytes = 0;
+  std::uint64_t offset = 0;  ///< of the packed pixels, behind the chunk's head
+  bool is_read = false;      ///< the reader has fetched its pixels once
 };
 
 /// Number of chunks of the part, its size, tiles, levels and compression being sane.
 std::uint64_t exr_chunk_count(const ExrPart& part);
 
 /// All chunks in the order of the part's offset table: by level, then by rows from the top, then from the
-/// left.
+/// left; where they lie in the file is left open.
 std::vector<ExrChunk> exr_chunks(const ExrPart& part);
 
 /// Decoded bytes of one pixel of all channels.
 std::uint64_t exr_pixel_bytes(const ExrPart& part);
 
-/// "part/what" for messages; a file of one part need not name it.
-std::string exr_place(const std::string& part, const std::string& what);
+/// "part/member" for messages; a file of one part need not name it.
+std::string exr_place(const std::string& part, const std::string& member);
+
+/// The place of a chunk in messages: "part/level 0/tile 1,2" or "part/row 16".
+std::string exr_place(const ExrPart& part, const ExrChunk& chunk);
 
 }  // namespace selvedge

@@ -16,8 +16,9 @@ namespace selvedge {
 struct ExrReader::State {
   std::string name;
   ExrLimits limits;
-  ExrSource source;
+  InputFile source;
   ExrScan scan;
+  std::uint64_t bytes_read = 0;
 };
 
 ExrReader::ExrReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -26,12 +27,12 @@ ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
 ExrReader::~ExrReader() = default;
 const std::string& ExrReader::name() const { return state_->name; }
 const std::vector<ExrPart>& ExrReader::parts() const { return state_->scan.parts; }
-std::uint64_t ExrReader::bytes_read() const { return state_->source.bytes_read(); }
+std::uint64_t ExrReader::bytes_read() const { return state_->bytes_read; }
 
 std::uint64_t ExrReader::packed_bytes(int part, int level) const {
   std::uint64_t sum = 0;
-  for (const ExrPlacedChunk& placed : state_->scan.chunks[part]) {
-    if (placed.chunk.level == level) sum += placed.packed_bytes;
+  for (const ExrChunk& chunk : state_->scan.chunks[part]) {
+    if (chunk.level == level) sum += chunk.packed_bytes;
   }
   return sum;
 }
@@ -44,14 +45,14 @@ int ExrReader::find_part(const std::string& part_name) const {
 }
 
 Result<ExrReader> ExrReader::open(const std::string& path, const ExrLimits& limits) {
-  auto source = ExrSource::open(path);
+  auto source = InputFile::open(path);
   if (!source) return tl::unexpected(source.error());
-  return open(std::make_unique<State>(State{path, limits, std::move(*source), {}}));
+  return open(std::make_unique<State>(State{path, limits, std::move(*source), {}, 0}));
 }
 
 Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
                                   const ExrLimits& limits) {
-  return open(std::make_unique<State>(State{name, limits, ExrSource(bytes), {}}));
+  return open(std::make_unique<State>(State{name, limits, InputFile(bytes), {}, 0}));
 }
 
 Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
@@ -59,6 +60,7 @@ Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
     auto scan = scan_exr(state->source, state->name, state->limits);
     if (!scan) return tl::unexpected(scan.error());
     state->scan = std::move(*scan);
+    state->bytes_read = state->scan.bytes;
   } catch (const std::bad_alloc&) {
     return fail(Code::file_too_large, state->name, {}, "out of memory");
   }
@@ -67,29 +69,18 @@ Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
 
 namespace {
 
-/// The chunk's first row of pixels within its level.
-int top_of(const ExrPart& part, const ExrChunk& chunk) {
-  return part.tiled ? chunk.y * part.tile_height : chunk.y;
-}
-
 /// Copies the rows [first, first + pixels.height) of the level that the chunk has, from its bytes.
 void place_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> bytes, int first,
                  ExrPixels& pixels) {
-  const int left = part.tiled ? chunk.x * part.tile_width : 0;
-  const int top = top_of(part, chunk);
-  const auto width = static_cast<std::size_t>(chunk.width);
   for (int y = 0; y < chunk.height; ++y) {
-    const int row = top + y - first;
+    const int row = chunk.top + y - first;
     const bool wanted = row >= 0 && row < pixels.height;
-    const std::size_t to = wanted ? static_cast<std::size_t>(row) * static_cast<std::size_t>(pixels.width) +
-                                        static_cast<std::size_t>(left)
-                                  : 0;
     for (std::size_t c = 0; c < part.channels.size(); ++c) {
       const std::size_t size = part.channels[c].half ? 2 : 4;
       if (wanted) {
-        float* out = pixels.planes[c].data() + to;
+        float* out = pixels.planes[c].data() + std::size_t{1} * row * pixels.width + chunk.left;
         const std::uint8_t* in = bytes.data();
-        for (std::size_t x = 0; x < width; ++x, in += size) {
+        for (int x = 0; x < chunk.width; ++x, in += size) {
           if (size == 2) {
             const auto bits = static_cast<std::uint16_t>(in[0] | in[1] << 8);
             out[x] = Imath::half(Imath::half::FromBits, bits);
@@ -98,7 +89,7 @@ void place_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std
           }
         }
       }
-      bytes = bytes.subspan(width * size);
+      bytes = bytes.subspan(chunk.width * size);
     }
   }
 }
@@ -118,48 +109,42 @@ Result<ExrPixels> ExrReader::read_rows(int part_index, int first, int count) {
 }
 
 Result<ExrPixels> ExrReader::read(int part_index, int level, int first, int width, int height) {
-  const auto index = static_cast<std::size_t>(part_index);
-  const ExrPart& part = parts()[index];
-  const auto refused = [&](Code code, const std::string& where, std::string message) {
-    return fail(code, name(), exr_place(part.name, where), std::move(message));
+  const ExrPart& part = parts()[part_index];
+  const auto refused = [&](Code code, std::string message) {
+    return fail(code, name(), part.name, std::move(message));
   };
   if (level < 0 || level >= part.levels || first < 0 || height < 0 ||
       first > level_size(part.height, level) - height) {
-    return refused(Code::file_damaged, {}, "the part has no such level or rows");
+    return refused(Code::file_damaged, "the part has no such level or rows");
   }
   if (is_lossy(part.compression)) {
-    return refused(Code::exr_unsupported, {},
+    return refused(Code::exr_unsupported,
                    fmt::format("pixels in the lossy compression '{}' are not read", part.compression));
   }
-  const std::uint64_t count = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  const std::uint64_t count = std::uint64_t{1} * width * height;
   const std::uint64_t bytes = count * part.channels.size() * sizeof(float);
   if (bytes > state_->limits.bytes_per_read) {
-    return refused(Code::file_too_large, {}, fmt::format("{} bytes of pixels at once", bytes));
+    return refused(Code::file_too_large, fmt::format("{} bytes of pixels at once", bytes));
   }
   try {
     ExrPixels pixels;
     pixels.width = width;
     pixels.height = height;
-    pixels.planes.assign(part.channels.size(), std::vector<float>(static_cast<std::size_t>(count)));
+    pixels.planes.assign(part.channels.size(), std::vector<float>(count));
     std::vector<std::uint8_t> packed;
     std::vector<std::uint8_t> unpacked;
-    for (const auto& [chunk, packed_bytes, offset] : state_->scan.chunks[index]) {
-      const int top = top_of(part, chunk);
-      if (chunk.level != level || top >= first + height || top + chunk.height <= first) continue;
-      packed.resize(packed_bytes);
-      unpacked.resize(static_cast<std::size_t>(chunk.width) * static_cast<std::size_t>(chunk.height) *
-                      static_cast<std::size_t>(exr_pixel_bytes(part)));
-      if (!state_->source.read(offset, packed) || !exr_unpack(part, chunk, packed, unpacked)) {
-        return refused(Code::file_damaged,
-                       part.tiled ? fmt::format("level {}/tile {},{}", level, chunk.x, chunk.y)
-                                  : fmt::format("row {}", top),
-                       "cannot be decoded");
-      }
+    for (ExrChunk& chunk : state_->scan.chunks[part_index]) {
+      if (chunk.level != level || chunk.top >= first + height || chunk.top + chunk.height <= first) continue;
+      if (!std::exchange(chunk.is_read, true)) state_->bytes_read += chunk.packed_bytes;
+      packed.resize(chunk.packed_bytes);
+      unpacked.resize(exr_pixel_bytes(part) * chunk.width * chunk.height);
+      if (!state_->source.read(chunk.offset, packed) || !exr_unpack(part, chunk, packed, unpacked))
+        return fail(Code::file_damaged, name(), exr_place(part, chunk), "cannot be decoded");
       place_chunk(part, chunk, unpacked, first, pixels);
     }
     return pixels;
   } catch (const std::bad_alloc&) {
-    return refused(Code::file_too_large, {}, "out of memory");
+    return refused(Code::file_too_large, "out of memory");
   }
 }
 

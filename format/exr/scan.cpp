@@ -4,31 +4,28 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "format/exr/bytes.h"
-#include "format/exr/header.h"
 
 namespace selvedge {
 namespace {
 
-/// The tables of all parts follow the headers, 8 bytes per chunk. Gives the first byte after them.
-Result<std::uint64_t> read_tables(ExrSource& source, const ExrHeader& header, const std::string& file,
-                                  std::vector<std::vector<std::uint64_t>>& tables) {
-  std::uint64_t at = header.end;
-  for (const ExrPart& part : header.parts) {
-    const std::uint64_t count = exr_chunk_count(part);
-    if (count > (source.size() - at) / 8) {
-      return fail(Code::file_damaged, file, part.name,
-                  fmt::format("ends within the offsets of the {} chunks", count));
-    }
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(count * 8));
-    if (!source.read(at, bytes)) return fail(Code::file_unreadable, file, part.name, "cannot be read");
-    ExrBytes numbers(bytes);
-    std::vector<std::uint64_t>& table = tables.emplace_back(static_cast<std::size_t>(count));
-    for (std::uint64_t& offset : table) offset = numbers.u64();
-    at += count * 8;
+/// The offset table of a part, 8 bytes per chunk, that begins at `at`, which is moved behind it.
+Result<std::vector<std::uint64_t>> read_table(const InputFile& source, const ExrPart& part,
+                                              const std::string& file, std::uint64_t& at) {
+  const std::uint64_t count = exr_chunk_count(part);
+  if (count > (source.size() - at) / 8) {
+    return fail(Code::file_damaged, file, part.name,
+                fmt::format("ends within the offsets of the {} chunks", count));
   }
-  return at;
+  std::vector<std::uint8_t> bytes(count * 8);
+  if (!source.read(at, bytes)) return fail(Code::file_unreadable, file, part.name, "cannot be read");
+  at += bytes.size();
+  ExrBytes numbers(bytes);
+  std::vector<std::uint64_t> table(count);
+  for (std::uint64_t& offset : table) offset = numbers.u64();
+  return table;
 }
 
 /// The bytes of a file from `begin` up to and without `end`.
@@ -37,99 +34,88 @@ struct Range {
   std::uint64_t end = 0;
 };
 
-/// Checks what stands before the packed pixels of each chunk.
-class ChunkHeads {
- public:
-  /// The first chunk may begin at `first`.
-  ChunkHeads(ExrSource& source, const ExrHeader& header, const std::string& file, const ExrLimits& limits,
-             std::uint64_t first)
-      : source_(source), header_(header), file_(file), limits_(limits), first_(first) {}
+/// Whether chunks share bytes: a small file could name the same pixels a million times.
+bool overlap(std::vector<Range>& ranges) {
+  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
+  return std::adjacent_find(ranges.begin(), ranges.end(),
+                            [](const Range& a, const Range& b) { return a.end > b.begin; }) != ranges.end();
+}
 
-  Result<ExrPlacedChunk> check(std::size_t part_index, const ExrChunk& chunk, std::uint64_t offset) {
-    const ExrPart& part = header_.parts[part_index];
+struct Scanner {
+  const InputFile& source;
+  const ExrHeader& header;
+  const std::string& file;
+  const ExrLimits& limits;
+  std::uint64_t first;  ///< where the first chunk may begin
+
+  /// Checks the head of the chunk at this offset, and gives `chunk` its place in the file and the whole
+  /// chunk's.
+  Result<Range> place(int part_index, std::uint64_t offset, ExrChunk& chunk) {
+    const ExrPart& part = header.parts[part_index];
     const auto damaged = [&](std::string message) {
-      const std::string which = part.tiled ? fmt::format("level {}/tile {},{}", chunk.level, chunk.x, chunk.y)
-                                           : fmt::format("row {}", chunk.y);
-      return fail(Code::file_damaged, file_, exr_place(part.name, which), std::move(message));
+      return fail(Code::file_damaged, file, exr_place(part, chunk), std::move(message));
     };
-    std::array<std::int32_t, 5> expected{};
-    std::size_t count = 0;
-    if (header_.multipart) expected.at(count++) = static_cast<std::int32_t>(part_index);
-    if (part.tiled) expected.at(count++) = chunk.x;
-    expected.at(count++) = chunk.y;
-    if (part.tiled) {
-      expected.at(count++) = chunk.level;
-      expected.at(count++) = chunk.level;
-    }
-    const std::uint64_t head_bytes = (count + 1) * 4;
+    std::vector<std::int32_t> expected{chunk.y};
+    if (part.tiled) expected = {chunk.x, chunk.y, chunk.level, chunk.level};
+    if (header.multipart) expected.insert(expected.begin(), part_index);
+    const std::uint64_t head_bytes = (expected.size() + 1) * 4;
     if (offset == 0) return damaged("was never written");
-    if (offset < first_ || offset > source_.size() || source_.size() - offset < head_bytes) {
+    if (offset < first || offset > source.size() || source.size() - offset < head_bytes) {
       return damaged(fmt::format("its offset {} is outside of the chunks", offset));
     }
     std::array<std::uint8_t, 24> bytes{};
-    if (!source_.read(offset, std::span(bytes).first(head_bytes))) {
-      return damaged("cannot be read");
-    }
+    if (!source.read(offset, std::span(bytes).first(head_bytes))) return damaged("cannot be read");
     ExrBytes head(bytes);
-    for (const std::int32_t number : std::span(expected).first(count)) {
+    for (const std::int32_t number : expected) {
       if (head.i32() != number) return damaged("another chunk stands at its offset");
     }
     const std::uint64_t packed = head.u32();
-    const auto pixels = static_cast<std::uint64_t>(chunk.width) * static_cast<std::uint64_t>(chunk.height);
+    const std::uint64_t pixels = std::uint64_t{1} * chunk.width * chunk.height;
     const std::uint64_t unpacked = pixels * exr_pixel_bytes(part);
-    if (packed > source_.size() - offset - head_bytes) return damaged("reaches beyond the end of the file");
-    // A codec that makes nothing smaller is left out, so packed is never more. Nothing is known of lossy
-    // ones: they are not decoded.
+    if (packed > source.size() - offset - head_bytes) return damaged("reaches beyond the end of the file");
+    // A codec that makes nothing smaller is left out, so packed is never more. Lossy ones are not decoded:
+    // nothing is known of their sizes.
     const bool lossy = is_lossy(part.compression);
     if (packed == 0 || (!lossy && packed > unpacked) || (part.compression == "none" && packed != unpacked)) {
       return damaged(fmt::format("has {} packed bytes for {} of pixels", packed, unpacked));
     }
     const std::uint64_t floats = pixels * part.channels.size() * sizeof(float);
-    if (!lossy && floats > limits_.expansion * packed) {
-      return fail(Code::file_too_large, file_, part.name,
+    if (!lossy && floats > limits.expansion * packed) {
+      return fail(Code::file_too_large, file, part.name,
                   fmt::format("{} bytes of pixels from {} bytes", floats, packed));
     }
-    used_.push_back({offset, offset + head_bytes + packed});
-    return ExrPlacedChunk{chunk, static_cast<std::uint32_t>(packed), offset + head_bytes};
+    chunk.packed_bytes = static_cast<std::uint32_t>(packed);
+    chunk.offset = offset + head_bytes;
+    return Range{offset, chunk.offset + packed};
   }
-
-  /// Whether chunks share bytes: a small file could name the same pixels a million times.
-  bool overlap() {
-    std::sort(used_.begin(), used_.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
-    return std::adjacent_find(used_.begin(), used_.end(),
-                              [](const Range& a, const Range& b) { return a.end > b.begin; }) != used_.end();
-  }
-
- private:
-  ExrSource& source_;
-  const ExrHeader& header_;
-  const std::string& file_;
-  const ExrLimits& limits_;
-  std::uint64_t first_;
-  std::vector<Range> used_;
 };
 
 }  // namespace
 
-Result<ExrScan> scan_exr(ExrSource& source, const std::string& file, const ExrLimits& limits) {
+Result<ExrScan> scan_exr(const InputFile& source, const std::string& file, const ExrLimits& limits) {
   auto header = read_exr_header(source, file, limits);
   if (!header) return tl::unexpected(header.error());
   std::vector<std::vector<std::uint64_t>> tables;
-  const auto first = read_tables(source, *header, file, tables);
-  if (!first) return tl::unexpected(first.error());
+  std::uint64_t at = header->end;
+  for (const ExrPart& part : header->parts) {
+    auto table = read_table(source, part, file, at);
+    if (!table) return tl::unexpected(table.error());
+    tables.push_back(std::move(*table));
+  }
+  Scanner scanner{source, *header, file, limits, at};
   ExrScan scan;
-  ChunkHeads heads(source, *header, file, limits, *first);
+  scan.bytes = at;
+  std::vector<Range> ranges;
   for (std::size_t p = 0; p < tables.size(); ++p) {
-    const std::vector<ExrChunk> chunks = exr_chunks(header->parts[p]);
-    std::vector<ExrPlacedChunk>& placed = scan.chunks.emplace_back();
-    placed.reserve(chunks.size());
+    std::vector<ExrChunk>& chunks = scan.chunks.emplace_back(exr_chunks(header->parts[p]));
     for (std::size_t c = 0; c < chunks.size(); ++c) {
-      const auto chunk = heads.check(p, chunks[c], tables[p][c]);
-      if (!chunk) return tl::unexpected(chunk.error());
-      placed.push_back(*chunk);
+      const auto range = scanner.place(static_cast<int>(p), tables[p][c], chunks[c]);
+      if (!range) return tl::unexpected(range.error());
+      ranges.push_back(*range);
+      scan.bytes += chunks[c].offset - range->begin;
     }
   }
-  if (heads.overlap()) return fail(Code::file_damaged, file, {}, "chunks share bytes of the file");
+  if (overlap(ranges)) return fail(Code::file_damaged, file, {}, "chunks share bytes of the file");
   scan.parts = std::move(header->parts);
   return scan;
 }

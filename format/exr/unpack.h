@@ -1,7 +1,7 @@
 // The codecs of EXR chunks that the reader decodes: NONE, RLE, ZIPS and ZIP here, PIZ through OpenEXR
 // (exr.cpp).
 //
-// OpenEXR 3.1 takes a ZIP or RLE chunk that holds too few bytes without a word and gives the rest of the
+// OpenEXR 3.1 accepts a ZIP or RLE chunk that holds too few bytes and gives the rest of the
 // pixels out of memory that it never filled; and its decoder wants the whole file. Hence our own for the
 // codecs that fabrics and samples are written with.
 #pragma once
@@ -22,7 +22,7 @@ bool exr_unpack(const ExrPart& part, const ExrChunk& chunk, std::span<const std:
 /// How many bytes ZIP makes of a chunk's pixels; more than they are where it cannot make them fewer.
 std::size_t exr_zip_size(std::span<const std::uint8_t> pixels);
 
-/// exr_unpack() for PIZ. OpenEXR sees a file of this one chunk, whose header is ours.
+/// exr_unpack() for PIZ. OpenEXR sees a file of this one chunk, with a header of ours.
 bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> packed,
                     std::span<std::uint8_t> pixels);
 

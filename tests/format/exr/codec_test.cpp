@@ -135,15 +135,15 @@ TEST_CASE("a chunk that decodes to too few or too many bytes is refused, not fil
     for (const auto& [packed_as, read_as] : {std::pair{small, large}, {large, small}}) {
       write_all(folder / "a.exr", packed_as, 1);
       const std::string bytes = test::bytes_of(folder / "a.exr");
-      ExrSource source(test::as_bytes(bytes));
+      const InputFile source(test::as_bytes(bytes));
       const auto scan = scan_exr(source, "a", {});
       REQUIRE(scan);
-      const ExrPlacedChunk& placed = scan->chunks[0][0];
-      const auto packed = test::as_bytes(bytes).subspan(placed.offset, placed.packed_bytes);
+      const ExrChunk& chunk = scan->chunks[0][0];
+      const auto packed = test::as_bytes(bytes).subspan(chunk.offset, chunk.packed_bytes);
       std::vector<std::uint8_t> good(unpacked_size(packed_as));
-      CHECK(exr_unpack(packed_as, placed.chunk, packed, good));
+      CHECK(exr_unpack(packed_as, chunk, packed, good));
       std::vector<std::uint8_t> bad(unpacked_size(read_as));
-      CHECK_FALSE(exr_unpack(read_as, {0, 0, 0, read_as.width, read_as.height}, packed, bad));
+      CHECK_FALSE(exr_unpack(read_as, {.width = read_as.width, .height = read_as.height}, packed, bad));
     }
   }
 }
@@ -165,11 +165,11 @@ TEST_CASE("packed bytes of any kind are decoded or refused") {
     REQUIRE(writer->write_level(0, 0, smooth));
     REQUIRE(writer->commit());
     const std::string bytes = test::bytes_of(folder / "a.exr");
-    ExrSource source(test::as_bytes(bytes));
+    const InputFile source(test::as_bytes(bytes));
     const auto scan = scan_exr(source, "a", {});
     REQUIRE(scan);
-    const ExrPlacedChunk& placed = scan->chunks[0][0];
-    const auto whole = test::as_bytes(bytes).subspan(placed.offset, placed.packed_bytes);
+    const ExrChunk& chunk = scan->chunks[0][0];
+    const auto whole = test::as_bytes(bytes).subspan(chunk.offset, chunk.packed_bytes);
     REQUIRE(whole.size() < size);
     std::vector<std::uint8_t> pixels(size);
     int decoded = 0;
@@ -179,9 +179,9 @@ TEST_CASE("packed bytes of any kind are decoded or refused") {
       for (int k = 0; k < 1 + i % 3; ++k) {
         packed[static_cast<std::size_t>(random.uniform() * double(packed.size()))] = byte();
       }
-      decoded += exr_unpack(part, placed.chunk, packed, pixels) ? 1 : 0;
+      decoded += exr_unpack(part, chunk, packed, pixels) ? 1 : 0;
     }
     CHECK(decoded < 2000);
-    CHECK(exr_unpack(part, placed.chunk, whole, pixels));
+    CHECK(exr_unpack(part, chunk, whole, pixels));
   }
 }

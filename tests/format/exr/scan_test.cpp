@@ -297,7 +297,7 @@ TEST_CASE("only what is asked for is read, and every byte counts once") {
   const std::string bytes = test::bytes_of(folder / "a.exr");
   auto reader = ExrReader::open(test::as_bytes(bytes), "f");
   REQUIRE(reader);
-  // Header and heads of the chunks; some rows stand in the block that the header is read with.
+  // Headers, tables and the heads of the chunks.
   const std::uint64_t opened = reader->bytes_read();
   CHECK(opened < bytes.size() / 2);
   REQUIRE(reader->read_rows(0, 390, 10));

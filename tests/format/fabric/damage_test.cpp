@@ -88,12 +88,12 @@ std::string file_of_the_papers_layers() { return file_of(test::random_fabric(3, 
 
 /// Where the packed pixels of the first chunk begin: all before it is structure.
 std::size_t begin_of_pixels(const std::string& bytes) {
-  ExrSource source(test::as_bytes(bytes));
+  const InputFile source(test::as_bytes(bytes));
   const auto scan = scan_exr(source, "whole", {});
   REQUIRE(scan);
   std::uint64_t first = bytes.size();
   for (const auto& part : scan->chunks) {
-    for (const ExrPlacedChunk& chunk : part) first = std::min(first, chunk.offset);
+    for (const ExrChunk& chunk : part) first = std::min(first, chunk.offset);
   }
   return static_cast<std::size_t>(first);
 }
