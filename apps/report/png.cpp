@@ -1,7 +1,5 @@
 // The PNG of a drawing. Lines, boxes and discs are covered exactly enough by their distance to a pixel's
 // centre; OpenImageIO sets the texts.
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <type_traits>
 
 #include "apps/report/drawing.h"
+#include "format/picture/openimageio.h"
 
 namespace selvedge {
 namespace {
@@ -37,10 +36,8 @@ Result<std::string> font_file(bool bold) {
 /// The pixels, encoded as in the file: texts and edges are blended as screens do it.
 class Canvas {
  public:
-  Canvas(int width, int height)
-      : width_(width), pixels_(OIIO::ImageSpec(width, height, 3, OIIO::TypeDesc::FLOAT)) {
-    OIIO::ImageBufAlgo::zero(pixels_);
-  }
+  Canvas(int width, int height, const OpenImageIo& library)
+      : library_(library), image_{width, height, 3, std::vector<float>(std::size_t{3} * width * height)} {}
 
   void draw(const DrawnBox& box) {
     const V2d end = box.corner + box.size;
@@ -82,9 +79,8 @@ class Canvas {
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {
         const float* from = &image.pixels[3 * static_cast<std::size_t>(y * image.width + x)];
-        std::array<float, 3> colour{};
-        for (std::size_t c = 0; c < 3; ++c) colour[c] = linear_to_srgb(std::clamp(from[c], 0.0F, 1.0F));
-        pixels_.setpixel(picture.corner.x + x, picture.corner.y + y, colour.data());
+        float* to = pixel(picture.corner.x + x, picture.corner.y + y);
+        for (int c = 0; c < 3; ++c) to[c] = linear_to_srgb(std::clamp(from[c], 0.0F, 1.0F));
       }
     }
   }
@@ -127,13 +123,7 @@ class Canvas {
     return {};
   }
 
-  Image image() const {
-    Image result{width_, pixels_.spec().height, 3, {}};
-    result.pixels.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(pixels_.spec().height) *
-                         3);
-    pixels_.get_pixels(OIIO::ROI(), OIIO::TypeDesc::FLOAT, result.pixels.data());
-    return result;
-  }
+  const Image& image() const { return image_; }
 
  private:
   static std::array<float, 3> encoded(const Rgb& colour) {
@@ -141,25 +131,18 @@ class Canvas {
             static_cast<float>(colour.b) / 255};
   }
 
+  float* pixel(int x, int y) { return &image_.pixels[std::size_t{3} * (y * image_.width + x)]; }
+
   /// Width of a text, spaces at its ends included: OpenImageIO measures what is inked.
-  static double advance(const std::string& text, int size, const std::string& font) {
-    const auto ink = [&](const std::string& t) {
-      const OIIO::ROI roi = OIIO::ImageBufAlgo::text_size(t, size, font);
-      return roi.defined() ? roi.width() : 0;
-    };
-    return ink("|" + text + "|") - ink("||");
+  double advance(const std::string& text, int size, const std::string& font) const {
+    return library_.text_width("|" + text + "|", size, font) - library_.text_width("||", size, font);
   }
 
   Result<void> set(const std::string& text, const V2d& at, int size, const std::string& font,
                    const Rgb& colour) {
     if (text.empty()) return {};
-    if (OIIO::ImageBufAlgo::render_text(pixels_, static_cast<int>(std::lround(at.x)),
-                                        static_cast<int>(std::lround(at.y)), text, size, font,
-                                        encoded(colour), OIIO::ImageBufAlgo::TextAlignX::Left,
-                                        OIIO::ImageBufAlgo::TextAlignY::Baseline, 0, {}, 1)) {
-      return {};
-    }
-    return fail(Code::image_unwritable, {}, {}, pixels_.geterror());
+    return library_.draw_text(image_, static_cast<int>(std::lround(at.x)),
+                              static_cast<int>(std::lround(at.y)), text, size, font, encoded(colour));
   }
 
   void ring(const V2d& centre, double radius, const Rgb& colour) {
@@ -185,44 +168,40 @@ class Canvas {
     const std::array<float, 3> over = encoded(colour);
     const int left = std::max(0, static_cast<int>(std::floor(low.x)));
     const int top = std::max(0, static_cast<int>(std::floor(low.y)));
-    const int right = std::min(width_, static_cast<int>(std::ceil(high.x)));
-    const int bottom = std::min(pixels_.spec().height, static_cast<int>(std::ceil(high.y)));
+    const int right = std::min(image_.width, static_cast<int>(std::ceil(high.x)));
+    const int bottom = std::min(image_.height, static_cast<int>(std::ceil(high.y)));
     for (int y = top; y < bottom; ++y) {
       for (int x = left; x < right; ++x) {
         const auto share = static_cast<float>(std::clamp(coverage(x + 0.5, y + 0.5), 0.0, 1.0));
         if (share == 0) continue;
-        std::array<float, 3> pixel{};
-        pixels_.getpixel(x, y, pixel.data(), 3);
-        for (std::size_t c = 0; c < 3; ++c) pixel[c] += share * (over[c] - pixel[c]);
-        pixels_.setpixel(x, y, pixel.data());
+        float* under = pixel(x, y);
+        for (std::size_t c = 0; c < 3; ++c) under[c] += share * (over[c] - under[c]);
       }
     }
   }
 
-  int width_;
-  OIIO::ImageBuf pixels_;
+  const OpenImageIo& library_;
+  Image image_;
 };
 
 }  // namespace
 
 Result<std::vector<std::uint8_t>> png_of(const Drawing& drawing) {
-  try {
-    Canvas canvas(drawing.width, drawing.height);
-    canvas.draw(DrawnBox{{0, 0}, V2d(V2i(drawing.width, drawing.height)), drawing.paper});
-    for (const Drawn& shape : drawing.shapes) {
-      const auto drawn = std::visit(
-          [&](const auto& s) -> Result<void> {
-            if constexpr (std::is_same_v<decltype(s), const DrawnText&>) return canvas.draw(s);
-            canvas.draw(s);
-            return {};
-          },
-          shape);
-      if (!drawn) return tl::unexpected(drawn.error());
-    }
-    return encode_png(canvas.image(), Transfer::keep);
-  } catch (const std::exception& error) {
-    return fail(Code::image_unwritable, {}, {}, error.what());
+  const auto library = load_openimageio(Code::image_unwritable);
+  if (!library) return tl::unexpected(library.error());
+  Canvas canvas(drawing.width, drawing.height, **library);
+  canvas.draw(DrawnBox{{0, 0}, V2d(V2i(drawing.width, drawing.height)), drawing.paper});
+  for (const Drawn& shape : drawing.shapes) {
+    const auto drawn = std::visit(
+        [&](const auto& s) -> Result<void> {
+          if constexpr (std::is_same_v<decltype(s), const DrawnText&>) return canvas.draw(s);
+          canvas.draw(s);
+          return {};
+        },
+        shape);
+    if (!drawn) return tl::unexpected(drawn.error());
   }
+  return encode_png(canvas.image(), Transfer::keep);
 }
 
 }  // namespace selvedge

@@ -62,7 +62,7 @@ DisplayOptions default_display() { return {std::numbers::pi_v<float>, ToneCurve:
 
 Image to_display_image(const Frame& frame, const DisplayOptions& options) {
   Image image{frame.width, frame.height, options.background ? 3 : 4, {}};
-  image.pixels.reserve(frame.pixels.size() * static_cast<std::size_t>(image.channels));
+  image.pixels.reserve(frame.pixels.size() * image.channels);
   for (const V4f& p : frame.pixels) {
     V3f colour = shown(p, options);
     if (options.background) {
@@ -79,14 +79,13 @@ Image to_display_image(const Frame& frame, const DisplayOptions& options) {
 void to_display_bytes(const Frame& frame, const DisplayOptions& options, std::vector<std::uint8_t>& bytes) {
   const std::vector<std::uint8_t>& table = codes();
   const V3f background = options.background.value_or(V3f(0, 0, 0));
-  const auto width = static_cast<std::size_t>(frame.width);
+  const std::size_t width = frame.width;
   bytes.resize(frame.pixels.size() * 4);
   parallel_for(0, frame.height, [&](int y) {
-    for (std::size_t i = static_cast<std::size_t>(y) * width; i < static_cast<std::size_t>(y + 1) * width;
-         ++i) {
+    for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
       const V4f& p = frame.pixels[i];
       const V3f colour = shown(p, options) + background * (1 - p.w);
-      for (unsigned c = 0; c < 3; ++c) bytes[4 * i + c] = code(table, colour[static_cast<int>(c)]);
+      for (int c = 0; c < 3; ++c) bytes[4 * i + c] = code(table, colour[c]);
       bytes[4 * i + 3] = 255;
     }
   });

@@ -1,4 +1,4 @@
-// From linear light to what a display shows: exposure, tone curve, background, sRGB.
+// From linear light to display values: exposure, tone curve, background, sRGB.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ enum class ToneCurve {
 /// As on the command line, in the order of the enumeration.
 inline constexpr std::array<std::string_view, 3> tone_curve_names{"none", "reinhard", "aces"};
 
-/// Of a colour that is not premultiplied, linear with the primaries of sRGB; not clipped by `none` and
+/// The curve of a colour that is not premultiplied, linear sRGB; not clipped by `none` and
 /// `reinhard`.
 V3f tone_mapped(ToneCurve curve, const V3f& colour);
 
@@ -32,7 +32,7 @@ struct DisplayOptions {
   std::optional<V3f> background;  ///< linear, as it shall be shown: neither exposed nor tone mapped
 };
 
-/// What pictures are made with unless something else is asked for, and swatches are judged in: white that
+/// The defaults of pictures, and the display in which swatches are compared: white that
 /// faces a light of irradiance 1 becomes 1, over a dark grey.
 DisplayOptions default_display();
 

@@ -3,7 +3,7 @@
 namespace selvedge {
 
 void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame) {
-  const std::size_t large_width = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(n);
+  const std::size_t large_width = std::size_t{1} * frame.width * n;
   const auto rows = static_cast<int>(large.size() / large_width) / n;
   const float scale = 1.0F / static_cast<float>(n * n);
   for (int row = 0; row < rows; ++row) {
@@ -12,12 +12,10 @@ void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame) 
     for (int x = 0; x < frame.width; ++x) {
       V4f sum(0, 0, 0, 0);
       for (int j = 0; j < n; ++j) {
-        const std::size_t start =
-            static_cast<std::size_t>(row * n + j) * large_width + static_cast<std::size_t>(x * n);
-        for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) sum += large[start + i];
+        const std::size_t start = (row * n + j) * large_width + x * n;
+        for (int i = 0; i < n; ++i) sum += large[start + i];
       }
-      frame.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width) +
-                   static_cast<std::size_t>(x)] = sum * scale;
+      frame.pixels[std::size_t{1} * y * frame.width + x] = sum * scale;
     }
   }
 }

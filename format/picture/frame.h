@@ -1,4 +1,4 @@
-// The finished picture in linear light. What a display shows of it is made in display.h.
+// The finished picture in linear light; display.h makes display values of it.
 #pragma once
 
 #include <span>

@@ -1,11 +1,11 @@
-// Pictures as arrays of floats, read and written by OpenImageIO (image.cpp is the only file that includes
-// it).
+// Pictures as arrays of floats, read and written by OpenImageIO (openimageio.h).
 //
 // Row 0 is the top row; pixel (x, y), channel c is pixels[(y * width + x) * channels + c]. Values are linear
 // unless a function says otherwise; 1 is the white of an 8-bit picture. Alpha is never multiplied in or
 // divided out: PNG holds it unassociated, EXR as its writer meant it.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -21,6 +21,9 @@ struct Image {
   int channels = 4;
   std::vector<float> pixels;
 };
+
+/// Whether the last channel is opacity: of two or four.
+inline bool has_alpha(const Image& image) { return image.channels == 2 || image.channels == 4; }
 
 /// What happens to the colour channels of integer files (PNG, JPEG) on reading, and on writing to PNG.
 /// Alpha and floating-point files are left alone in either case.
@@ -55,6 +58,9 @@ Result<void> write_png(const std::string& path, const Image& image, Transfer tra
 /// called Y), whole or not at all. No time stamp: the same pixels give the same bytes.
 Result<void> write_exr(const std::string& path, const Image& image);
 
+/// IMAGE_MISMATCH unless the pictures have the same size and channels.
+Result<void> check_same_size(const Image& a, const Image& b);
+
 /// How far two pictures are apart, over all channels but for `psnr`.
 struct ImageDifference {
   double max_absolute = 0;
@@ -71,7 +77,11 @@ struct ImageDifference {
 Result<ImageDifference> compare_images(const Image& a, const Image& b);
 
 /// The sRGB transfer function of IEC 61966-2-1, for values in [0, 1].
-float srgb_to_linear(float encoded);
-float linear_to_srgb(float linear);
+inline float srgb_to_linear(float encoded) {
+  return encoded <= 0.04045F ? encoded / 12.92F : std::pow((encoded + 0.055F) / 1.055F, 2.4F);
+}
+inline float linear_to_srgb(float linear) {
+  return linear <= 0.0031308F ? linear * 12.92F : 1.055F * std::pow(linear, 1.0F / 2.4F) - 0.055F;
+}
 
 }  // namespace selvedge

@@ -23,14 +23,14 @@ V2d uv_of(const Fabric& fabric, const V2d& point) {
 }
 
 void add_nearest(const Fabric& fabric, int level, const V2d& uv, float weight, std::vector<Tap>& taps) {
-  const FabricLevel& of = fabric.levels[level];
-  taps.push_back({level, {wrap_texel(uv.x, of.width), wrap_texel(uv.y, of.height)}, weight});
+  const FabricLevel& texels = fabric.levels[level];
+  taps.push_back({level, {wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height)}, weight});
 }
 
 /// The four texels around (u, v), weighted by distance.
 void add_linear(const Fabric& fabric, int level, const V2d& uv, float weight, std::vector<Tap>& taps) {
-  const FabricLevel& of = fabric.levels[level];
-  const V2d size(of.width, of.height);
+  const FabricLevel& texels = fabric.levels[level];
+  const V2d size(texels.width, texels.height);
   const V2d at = uv * size - V2d(0.5, 0.5);
   const V2d corner(std::floor(at.x), std::floor(at.y));
   const V2f part(at - corner);
@@ -49,18 +49,19 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
   taps.clear();
   const FabricLevel& finest = fabric.levels.front();
   const auto last = static_cast<float>(fabric.levels.size() - 1);
-  const Footprint<float> of = footprint(slopes, static_cast<float>(options.taps));
-  const float wanted = options.forced >= 0 ? static_cast<float>(options.forced) : of.level + options.bias;
+  const Footprint<float> ellipse = footprint(slopes, static_cast<float>(options.taps));
+  const float wanted =
+      options.forced >= 0 ? static_cast<float>(options.forced) : ellipse.level + options.bias;
   const float clamped = wanted > 0 ? std::min(wanted, last) : 0;
   const float level = options.blend ? clamped : std::floor(clamped + 0.5F);
   const LevelBlend blend = level_blend(static_cast<double>(level), static_cast<int>(fabric.levels.size()));
-  const float long_axis = std::sqrt(of.axis_x * of.axis_x + of.axis_y * of.axis_y) + 1;
-  const float parts = std::min(of.ratio, long_axis);
+  const float long_axis = std::sqrt(ellipse.axis_x * ellipse.axis_x + ellipse.axis_y * ellipse.axis_y) + 1;
+  const float parts = std::min(ellipse.ratio, long_axis);
   const bool one = options.taps == 1 || options.forced >= 0 || !(parts > 1.001F);
   const int count = one ? 1 : std::min(static_cast<int>(parts + 0.999F), options.taps);
   const bool linear = options.linear && (blend.lower > 0 || blend.weight > 0);
-  const V2d axis(static_cast<double>(of.axis_x) / finest.width,
-                 static_cast<double>(of.axis_y) / finest.height);
+  const V2d axis(static_cast<double>(ellipse.axis_x) / finest.width,
+                 static_cast<double>(ellipse.axis_y) / finest.height);
   for (int i = 0; i < count; ++i) {
     const V2d at = uv + axis * ((i + 0.5) / count - 0.5);
     for (const int upper : {0, 1}) {
@@ -78,7 +79,7 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
 
 /// How far texture coordinates move from one side of a pixel to the other; nothing beyond the horizon.
 std::optional<V2d> across(const Fabric& fabric, const Camera& camera, const V2d& at, const V2d& pixel) {
-  // Much less than a pixel: what is wanted is the slope at its centre.
+  // Much less than a pixel: the slope at its centre.
   constexpr double part = 0.01;
   const auto one = swatch_ray(camera, at - pixel * (part / 2));
   const auto other = swatch_ray(camera, at + pixel * (part / 2));
@@ -117,13 +118,11 @@ V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& l
 }  // namespace
 
 Frame draw_swatch(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels) {
-  const auto width = static_cast<std::size_t>(shot.width);
-  Frame frame{shot.width, shot.height, std::vector<V4f>(width * static_cast<std::size_t>(shot.height))};
+  Frame frame{shot.width, shot.height, std::vector<V4f>(std::size_t{1} * shot.width * shot.height)};
   parallel_for(0, shot.height, [&](int y) {
     std::vector<Tap> taps;
     for (int x = 0; x < shot.width; ++x) {
-      frame.pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =
-          pixel_of(fabric, shot, levels, x, y, taps);
+      frame.pixels[std::size_t{1} * y * shot.width + x] = pixel_of(fabric, shot, levels, x, y, taps);
     }
   });
   return frame;

@@ -1,5 +1,5 @@
 // A swatch of a fabric by the reference evaluation: texel by texel as spec/brdf.md says, without OpenGL.
-// Slow, and what the viewer's frame of the same swatch is held to.
+// Slow; tests hold the viewer's frame of the same swatch to it.
 #pragma once
 
 #include "format/fabric/fabric.h"

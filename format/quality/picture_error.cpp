@@ -18,10 +18,7 @@ Image as_seen(const Frame& frame) {
 /// Each pixel the mean of four.
 Frame half_of(const Frame& frame) {
   Frame half{frame.width / 2, frame.height / 2, {}};
-  const auto at = [&](int x, int y) {
-    return frame.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width) +
-                        static_cast<std::size_t>(x)];
-  };
+  const auto at = [&](int x, int y) { return frame.pixels[std::size_t{1} * y * frame.width + x]; };
   for (int y = 0; y < half.height; ++y) {
     for (int x = 0; x < half.width; ++x) {
       half.pixels.push_back(

@@ -18,7 +18,7 @@ Result<PictureError> picture_error(const Frame& frame, const Frame& truth);
 /// dB relative to 1; 200 at most, so that equal pictures have a figure.
 double psnr_of(double mean_square);
 
-/// Of several pictures as if they were one.
+/// The error of several pictures as if they were one.
 PictureError mean_of(const std::vector<PictureError>& errors);
 
 /// Small pictures of frames side by side, each box filtered to half its size (an odd row or column is left

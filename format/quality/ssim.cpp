@@ -1,7 +1,5 @@
 #include "format/quality/ssim.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -31,9 +29,7 @@ std::vector<double> means(const std::vector<double>& values, int width, int heig
   static const std::array<double, window> weight = gaussian();
   const int columns = width - window + 1;
   const int rows = height - window + 1;
-  const auto at = [](int x, int y, int row) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
-  };
+  const auto at = [](int x, int y, int row) { return std::size_t{1} * y * row + x; };
   std::vector<double> across(at(0, height, columns));
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < columns; ++x) {
@@ -51,11 +47,11 @@ std::vector<double> means(const std::vector<double>& values, int width, int heig
 
 /// Equations 13 to 16 of the paper, for one channel.
 double similarity(const Image& a, const Image& b, int channel) {
-  const std::size_t pixels = a.pixels.size() / static_cast<std::size_t>(a.channels);
+  const std::size_t pixels = a.pixels.size() / a.channels;
   std::vector<double> x(pixels);
   std::vector<double> y(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
-    const std::size_t at = i * static_cast<std::size_t>(a.channels) + static_cast<std::size_t>(channel);
+    const std::size_t at = i * a.channels + channel;
     x[i] = static_cast<double>(a.pixels[at]);
     y[i] = static_cast<double>(b.pixels[at]);
   }
@@ -82,14 +78,9 @@ double similarity(const Image& a, const Image& b, int channel) {
 }  // namespace
 
 Result<std::optional<double>> structural_similarity(const Image& a, const Image& b) {
-  if (a.width != b.width || a.height != b.height || a.channels != b.channels ||
-      a.pixels.size() != b.pixels.size()) {
-    return fail(Code::image_mismatch, "", "",
-                fmt::format("{} x {} x {} against {} x {} x {}", a.width, a.height, a.channels, b.width,
-                            b.height, b.channels));
-  }
+  if (const auto same = check_same_size(a, b); !same) return tl::unexpected(same.error());
   if (a.width < window || a.height < window) return std::optional<double>();
-  const int colours = a.channels == 2 || a.channels == 4 ? a.channels - 1 : a.channels;
+  const int colours = has_alpha(a) ? a.channels - 1 : a.channels;
   double sum = 0;
   for (int channel = 0; channel < colours; ++channel) sum += similarity(a, b, channel);
   return std::optional(sum / colours);

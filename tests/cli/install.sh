@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The installed library: a program outside of the tree finds it, reads a fabric and evaluates it.
+# The installed library: a program outside of the tree finds it, reads a fabric and evaluates it. The installed programs
+# find their module for pictures.
 # shellcheck source=tests/cli/lib.sh
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh" "$@"
 build=$(cd "$bin/.." && pwd)
@@ -39,6 +40,15 @@ test_the_installed_library_shows_nothing_but_its_header() {
   foreign=$(nm -DC --defined-only "$scratch"/prefix/lib*/*/libselvedge.so "$scratch"/prefix/lib*/libselvedge.so \
     2>/dev/null | awk '$2 == "T"' | grep -vE ' selvedge::(FabricFile::|check_fabric_file)' || true)
   [ -z "$foreign" ] || fail "also visible: $foreign"
+}
+
+test_an_installed_program_loads_openimageio_for_pictures_alone() {
+  cmake --install "$build" --prefix "$scratch/prefix" --component programs >"$scratch/out"
+  local program=$scratch/prefix/bin/selvedge
+  if ldd "$program" | grep OpenImageIO; then fail "is loaded at the start"; fi
+  "$program" make plain-weave "${small[@]}" -o f.exr --quiet
+  "$program" swatch f.exr -o swatch.png
+  [ -s swatch.png ] || fail "no picture"
 }
 
 "$2"

@@ -1,0 +1,32 @@
+// The functions of OpenImageIO that the project uses: picture files and text. They are a module of their own,
+// which is loaded at the first picture: OpenImageIO brings 250 shared libraries, and loading them takes
+// longer than many a command.
+#pragma once
+
+#include <array>
+
+#include "format/picture/image.h"
+
+namespace selvedge {
+
+/// The table that the module exports (module/openimageio.cpp).
+struct OpenImageIo {
+  /// A picture file: that of this name, or `bytes` if there are any.
+  Result<Image> (*read)(const std::string& name, std::span<const std::uint8_t> bytes, Transfer transfer,
+                        const ImageLimits& limits);
+  /// A PNG file of the size and channels of `image`, with these bytes for its values.
+  Result<std::vector<std::uint8_t>> (*encode_png)(const Image& image, std::span<const std::uint8_t> bytes,
+                                                  Transfer transfer);
+  Result<std::vector<std::uint8_t>> (*encode_exr)(const Image& image);
+  /// Width of the inked part of a text, pixels. `size`: pixels; `font`: path of a TrueType file.
+  int (*text_width)(const std::string& text, int size, const std::string& font);
+  /// Draws over a picture of three channels; (x, y) is the left end of the baseline.
+  Result<void> (*draw_text)(Image& image, int x, int y, const std::string& text, int size,
+                            const std::string& font, const std::array<float, 3>& colour);
+};
+
+/// Loads the module, which lies where the program's or the library's RUNPATH leads to. A precondition of all
+/// that reads or writes pictures: `code` names the fault where it cannot be loaded.
+Result<const OpenImageIo*> load_openimageio(Code code);
+
+}  // namespace selvedge
