@@ -23,7 +23,7 @@ Result<std::vector<Viewpoints>> sights_of(const Scene& scene, const PlanOptions&
   }
   if (options.distances) {
     const auto around =
-        look_all_around(*points, aspect, options.distances->x, options.distances->y, options.camera);
+        make_orbit(*points, aspect, options.distances->x, options.distances->y, options.camera);
     if (!around) return tl::unexpected(around.error());
     sights.emplace_back(*around);
   }

@@ -176,7 +176,7 @@ Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::spa
     own_aspect = found->aspect.value_or(aspect);
     half.y = std::tan(found->yfov / 2);
   }
-  half.y *= std::max(1.0, own_aspect / aspect);  // what the file's own frame shows is seen whole
+  half.y *= std::max(1.0, own_aspect / aspect);  // the file's own frame is seen whole
   camera.window_half = V2d(half.y * aspect, half.y);
   double farthest = found->znear;
   for (const V3d& point : points) farthest = std::max(farthest, (camera.position - point).dot(back));

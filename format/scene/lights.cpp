@@ -12,18 +12,17 @@ LightShare light_share_at(const Light& light, const V3d& point) {
   if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, 0};
   LightShare result;
   result.direction = towards / std::sqrt(distance2);
-  double share = 1 / distance2;
+  result.share = 1 / distance2;
   if (light.range > 0) {
     const double r2 = distance2 / (light.range * light.range);
-    share *= std::clamp(1 - r2 * r2, 0.0, 1.0);
+    result.share *= std::clamp(1 - r2 * r2, 0.0, 1.0);
   }
   if (light.kind == LightKind::spot) {
     const double cosine = result.direction.dot(light.direction);
     const double t =
         std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
-    share *= t * t;
+    result.share *= t * t;
   }
-  result.share = share;
   return result;
 }
 
@@ -59,14 +58,17 @@ std::vector<Light> from_camera_frame(const Camera& camera, std::vector<Light> li
   return lights;
 }
 
+std::vector<Light> key_and_fill_lights() {
+  Light key;
+  key.direction = V3d(-0.55, 0.65, 0.8).normalized();
+  Light fill;
+  fill.direction = V3d(0.9, 0.15, 0.6).normalized();
+  fill.irradiance = V3f(0.3F);
+  return {key, fill};
+}
+
 std::vector<Light> default_lights(const Camera& camera) {
-  const auto light = [&](const V3d& direction, float irradiance) {
-    Light result;
-    result.direction = from_camera_frame(camera, direction.normalized());
-    result.irradiance = V3f(irradiance);
-    return result;
-  };
-  return {light(V3d(-0.55, 0.65, 0.8), 1.0F), light(V3d(0.9, 0.15, 0.6), 0.3F)};
+  return from_camera_frame(camera, key_and_fill_lights());
 }
 
 }  // namespace selvedge

@@ -8,8 +8,8 @@
 
 namespace selvedge {
 
-/// The most that a light on a command line can be; times a share of a point light's, which is held at 1e24,
-/// it is still a number.
+/// The largest intensity of a light on a command line; times a share of a point light's, which is held at
+/// 1e24, it is still finite.
 inline constexpr double max_intensity = 1e12;
 
 /// A light far away, or one at a point (KHR_lights_punctual).
@@ -24,7 +24,7 @@ struct Light {
   double cos_outer = 0.7;  ///< ... and none where it is below; below cos_inner
 };
 
-/// What a light does to a point.
+/// The light that falls on a point.
 struct Illumination {
   V3d direction{0, 0, 1};   ///< unit, world, towards the light
   V3f irradiance{0, 0, 0};  ///< on a surface that faces it
@@ -48,11 +48,14 @@ std::vector<Light> lights_of(const Scene& scene);
 /// `d` in the camera's axes (right, up, towards the viewer) as a world direction.
 V3d from_camera_frame(const Camera& camera, const V3d& d);
 
-/// Lights far away whose directions were told in the camera's axes; those that stand somewhere stay there.
+/// Lights far away whose directions are given in the camera's axes; those at a place stay there.
 std::vector<Light> from_camera_frame(const Camera& camera, std::vector<Light> lights);
 
-/// A key light of irradiance 1 from the upper left of the camera and a fill light of 0.3 from its right: a
-/// white Lambertian surface that faces the camera gets a radiance of about 1 / pi.
+/// A key light of irradiance 1 from the upper left and a fill light of 0.3 from the right of a viewer on +z.
+std::vector<Light> key_and_fill_lights();
+
+/// Both in the camera's axes: a white Lambertian surface that faces the camera gets a radiance of about 1 /
+/// pi.
 std::vector<Light> default_lights(const Camera& camera);
 
 }  // namespace selvedge

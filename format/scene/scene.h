@@ -1,4 +1,4 @@
-// A glTF scene as plain data: what `dress` measures and what the viewer draws.
+// A glTF scene as plain data, which `dress` measures and the viewer draws.
 //
 // Read from glTF by gltf_scene.h. Lengths are metres, +y is up, matrices follow Imath's row-vector
 // convention (p' = p * M). Texture coordinates are kept in double because garments repeat a fabric
@@ -25,7 +25,7 @@ struct UvTransform {
   V2d apply_linear(const V2d& uv) const;
 };
 
-/// What lies beyond [0, 1] of a picture.
+/// How a picture continues beyond [0, 1].
 enum class Wrap { repeat, mirror, clamp };
 
 struct TextureReference {
@@ -59,7 +59,7 @@ struct SceneMaterial {
   float occlusion_strength = 1;
   V3f emissive{0, 0, 0};  ///< linear, KHR_materials_emissive_strength included
   TextureReference emissive_texture;
-  bool unlit = false;  ///< KHR_materials_unlit: the base colour is what is seen
+  bool unlit = false;  ///< KHR_materials_unlit: the base colour is seen as it is
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = 0.5F;
   bool double_sided = false;
@@ -136,7 +136,7 @@ struct Scene {
   std::vector<SceneFabric> fabrics;
   std::vector<SceneLight> lights;
   std::vector<SceneCamera> cameras;
-  std::vector<std::string> remarks;  ///< what the file has and we do not read, one line each
+  std::vector<std::string> remarks;  ///< features of the file that are not read, one line each
 };
 
 }  // namespace selvedge

@@ -16,33 +16,16 @@ constexpr double radians_per_degree = std::numbers::pi / 180;
 constexpr double field_of_view = 10 * radians_per_degree;
 
 struct Place {
-  double elevation;  // degrees above the cloth
-  double
-      azimuth;  // degrees from the courses' direction: along a row a picture would be of one column of texels
-  double repeats;  // of the longer period
-  bool across;     // the repeats fill the width at the middle of the frame, not the height
+  double elevation;  ///< degrees above the cloth
+  double azimuth;    ///< degrees from the courses' direction; along a row, a picture would show one column of
+                     ///< texels
+  double repeats;    ///< of the longer period
+  bool across;       ///< the repeats fill the width at the middle of the frame, not the height
 };
 
-Place place_of(SwatchView view) {
-  switch (view) {
-    case SwatchView::near:
-      return {60, 20, 2, false};
-    case SwatchView::middle:
-      return {45, -50, 6, false};
-    case SwatchView::far:
-      return {72, 130, 64, false};
-    case SwatchView::grazing:
-      break;
-  }
-  return {12, 70, 6, true};
-}
-
-Light light_from(const V3d& direction, float irradiance) {
-  Light light;
-  light.direction = direction.normalized();
-  light.irradiance = V3f(irradiance);
-  return light;
-}
+/// In the order of SwatchView.
+constexpr std::array places{Place{60, 20, 2, false}, Place{45, -50, 6, false}, Place{72, 130, 64, false},
+                            Place{12, 70, 6, true}};
 
 }  // namespace
 
@@ -55,7 +38,7 @@ std::optional<SwatchView> swatch_view_named(std::string_view name) {
 }
 
 SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int height) {
-  const Place place = place_of(view);
+  const Place& place = places[static_cast<std::size_t>(view)];
   const double azimuth = place.azimuth * radians_per_degree;
   const double elevation = place.elevation * radians_per_degree;
   const double aspect = static_cast<double>(width) / height;
@@ -75,14 +58,14 @@ SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int hei
   camera.position = back * distance;
   camera.near = distance * 0.01;
   camera.far = distance * 100;
-  shot.lights = {light_from({-0.55, 0.65, 0.8}, 1.0F), light_from({0.9, 0.15, 0.6}, 0.3F)};
+  shot.lights = key_and_fill_lights();
   return shot;
 }
 
 std::string digest_of_shots(const V2d& period_mm, int width, int height) {
   std::string text;
   const auto add = [&](const auto& v) {
-    for (unsigned i = 0; i < v.dimensions(); ++i) text += fmt::format("{:.9g} ", v[static_cast<int>(i)]);
+    for (int i = 0; i < static_cast<int>(v.dimensions()); ++i) text += fmt::format("{:.9g} ", v[i]);
   };
   for (const SwatchView view : all_swatch_views) {
     const SwatchShot shot = swatch_shot(view, period_mm, width, height);

@@ -1,4 +1,4 @@
-// A flat swatch without end, seen from one of a few places: what a fabric is shown on, and the geometry of
+// A flat swatch without end, seen from one of a few places: it shows fabrics, and the geometry of
 // its stitch (converter/bake/truth_swatch.h), so that one is the truth of the other.
 //
 // World: metres, the cloth is the plane z = 0, u grows along +x and v along -y from the origin, one repeat a
@@ -26,7 +26,7 @@ inline constexpr std::array<SwatchView, 4> all_swatch_views{SwatchView::near, Sw
 std::string_view name_of(SwatchView view);
 std::optional<SwatchView> swatch_view_named(std::string_view name);
 
-/// One picture of a swatch: everything but what the cloth is made of.
+/// One picture of a swatch: everything but the cloth.
 struct SwatchShot {
   Camera camera;
   int width = 1;
@@ -41,15 +41,15 @@ struct SwatchShot {
 /// width and height at least 1, the picture at most 4 times as wide as high: then the cloth fills the frame.
 SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int height);
 
-/// What tells the pictures of all views from those of another build's places or lights: a digest of the four
-/// shots, their numbers to nine digits.
+/// A digest of the four shots, their numbers to nine digits: it differs where another build has other places
+/// or lights.
 std::string digest_of_shots(const V2d& period_mm, int width, int height);
 
 /// A rectangle of whole repeats in the plane z = 0 around the origin's cell, from repeat `first` to before
 /// `end` (along u and v), wearing fabric 0. Periods in mm.
 Scene swatch_scene(const V2d& period_mm, const V2i& first, const V2i& end);
 
-/// One that covers what the camera sees of the plane.
+/// A rectangle that covers all that the camera sees of the plane.
 /// Precondition: all four corners of the frame see it.
 Scene swatch_scene(const V2d& period_mm, const SwatchShot& shot);
 

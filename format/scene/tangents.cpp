@@ -76,7 +76,7 @@ class Builder {
       result.indices[c] = entry->second;
     }
     std::copy(first.begin(), first.end(), group_of.begin());
-    // Vertices of nothing but faces without size take what lies at the same place.
+    // Vertices of faces without size alone take the group of another vertex at the same place.
     std::vector<std::uint32_t> of_joined(positions_.size(), none);
     for (const Face& face : faces_) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -195,9 +195,9 @@ class Builder {
       open.pop_back();
       const auto at = std::find(face.vertex.begin(), face.vertex.end(), vertex);
       if (at == face.vertex.end()) continue;
-      const auto k = static_cast<std::size_t>(at - face.vertex.begin());
+      const auto k = at - face.vertex.begin();
       if (face.group[k] != none) continue;
-      // The first group to reach a face that goes with any decides for all of its corners.
+      // A face without UV area takes the orientation of the first group that reaches it (as MikkTSpace).
       if (face.goes_with_any && face.group == std::array{none, none, none}) face.sign = sign;
       if (face.sign != sign) continue;
       face.group[k] = id;

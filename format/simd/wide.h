@@ -8,7 +8,7 @@
 #define SELVEDGE_WIDE
 #endif
 
-/// For what is written once and compiled into several such bodies.
+/// For functions that are written once and compiled into several such bodies.
 #define SELVEDGE_INLINE inline __attribute__((always_inline))
 
 /// Makes of a template `name<N>` with these parameters three functions, whose vectors have the width of a

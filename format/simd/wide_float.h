@@ -121,7 +121,7 @@ SELVEDGE_INLINE WideFloat<N> power_of_two(const WideFloat<N>& a) {
   return WideFloat<N>((typename Lane::Floats)((whole + 127) << 23));
 }
 
-/// What the formula of lafortune.h needs of a number; the error is that of Lanes::power.
+/// The power that the formula of lafortune.h needs; its error is that of Lanes::power.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> positive_power(const WideFloat<N>& base, const WideFloat<N>& exponent) {
   WideFloat<N> result;

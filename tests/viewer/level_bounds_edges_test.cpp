@@ -243,7 +243,7 @@ TEST_CASE("what a one-sided material shows from behind counts for nothing") {
     // From all around some eye sees the front.
     const auto points = world_points(scene);
     test::require(points);
-    const auto around = look_all_around(*points, aspect, 3, 4, {});
+    const auto around = make_orbit(*points, aspect, 3, 4, {});
     test::require(around);
     CHECK(pixel_covers(scene, *around, seen_height, 4, units)[0].fronts);
     CHECK_FALSE(pixel_covers(scene, *around, seen_height, 4, units)[0].backs);
@@ -269,7 +269,7 @@ TEST_CASE(
   test::require(points);
   const std::vector<V2d> units{V2d(64, 64)};
   const auto range_of = [&](double nearest, double farthest) {
-    const auto around = look_all_around(*points, aspect, nearest, farthest, {});
+    const auto around = make_orbit(*points, aspect, nearest, farthest, {});
     test::require(around);
     const PixelCover cover = pixel_covers(scene, *around, seen_height, 4, units)[0];
     CHECK_FALSE(std::isnan(cover.least));

@@ -169,7 +169,7 @@ TEST_CASE(
       options.projection = projection;
       options.field_of_view = 40;
       const double farthest = 2 * nearest;
-      const auto around = look_all_around(*points, aspect, nearest, farthest, options);
+      const auto around = make_orbit(*points, aspect, nearest, farthest, options);
       test::require(around);
       const std::vector<V2d> units{V2d(512, 512)};
       const PixelCover cover = pixel_covers(scene, *around, height, best_levels.taps, units)[0];
@@ -215,7 +215,7 @@ TEST_CASE("what no frame shows needs the coarsest level alone, what has no bound
   const auto points = world_points(scene);
   test::require(points);
   // The eye may stand within the ball.
-  const auto around = look_all_around(*points, 1.25, 0.5, 3, {});
+  const auto around = make_orbit(*points, 1.25, 0.5, 3, {});
   test::require(around);
   const std::vector<V2d> units{V2d(32, 32)};
   const PixelCover cover = pixel_covers(scene, *around, height, 4, units)[0];
@@ -223,7 +223,7 @@ TEST_CASE("what no frame shows needs the coarsest level alone, what has no bound
   CHECK(levels_asked(cover, best_levels, 6).first == 0);
   CHECK(levels_asked(cover, best_levels, 6).last == 5);
   for (const V2d& distances : {V2d(0, 1), V2d(2, 1), V2d(1, HUGE_VAL), V2d(std::nan(""), 1)}) {
-    const auto refused = look_all_around(*points, 1.25, distances.x, distances.y, {});
+    const auto refused = make_orbit(*points, 1.25, distances.x, distances.y, {});
     REQUIRE_FALSE(refused);
     CHECK(refused.error().code == Code::option_out_of_range);
   }
@@ -238,7 +238,7 @@ TEST_CASE("a demand in millimetres is met by texels of any shape") {
     const V2d period(1 + 9 * random.uniform(), 1 + 9 * random.uniform());
     const V2i texels(8 + static_cast<int>(40 * random.uniform()),
                      8 + static_cast<int>(40 * random.uniform()));
-    const auto around = look_all_around(*points, 1.25, 4 + 8 * random.uniform(), 20, {});
+    const auto around = make_orbit(*points, 1.25, 4 + 8 * random.uniform(), 20, {});
     test::require(around);
     const std::vector<V2d> in_mm{period};
     const std::vector<V2d> in_texels{V2d(texels)};
