@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
 #include "format/scene/tangents.h"
 

@@ -14,7 +14,6 @@
 #include "converter/dress/fabric_source.h"
 #include "converter/dress/fallback.h"
 #include "converter/dress/fallback_material.h"
-#include "converter/dress/material_uses.h"
 #include "converter/dress/usd.h"
 #include "converter/dress/uv_scale.h"
 #include "format/base/option_text.h"
@@ -23,16 +22,15 @@
 #include "format/gltf/document.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/geometry.h"
+#include "format/gltf/material_uses.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
 
-std::string name_of(const Json& material) {
-  const Json& name = member(material, "name");
-  return name.is_string() ? name.get<std::string>() : std::string();
-}
+std::string name_of(const Json& material) { return string_of(member(material, "name")); }
 
 /// Triangles without a material get a new one.
 void add_missing_material(GltfDocument& document) {

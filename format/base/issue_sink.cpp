@@ -6,18 +6,21 @@
 
 namespace selvedge {
 
-IssueSink::IssueSink(std::string file, std::size_t most) : file_(std::move(file)), most_(most) {}
-
 void IssueSink::add(Code code, std::string place, std::string message) {
-  const bool is_error = severity_of(code) == Severity::error;
-  std::size_t& count = is_error ? errors_ : warnings_;
-  std::optional<Error>& unkept = is_error ? unkept_error_ : unkept_warning_;
-  ++count;
-  if (count <= most_) {
-    issues_.push_back({code, file_, std::move(place), std::move(message)});
-  } else if (!unkept) {
-    unkept = Error{code, file_, std::move(place), std::move(message)};
+  add(Error{code, file_, std::move(place), std::move(message)});
+}
+
+void IssueSink::add(Error issue) {
+  Kind& kind = kinds_.at(static_cast<std::size_t>(severity_of(issue.code)));
+  if (++kind.count <= max_issues_) {
+    issues_.push_back(std::move(issue));
+  } else if (!kind.unkept) {
+    kind.unkept = std::move(issue);
   }
+}
+
+void IssueSink::add(const Issues& issues) {
+  for (const Error& issue : issues) add(issue);
 }
 
 Error IssueSink::first_error() const {
@@ -26,12 +29,11 @@ Error IssueSink::first_error() const {
 }
 
 Issues IssueSink::take() {
-  for (const auto& [unkept, count, what] :
-       {std::tuple{&unkept_error_, errors_, "errors"}, std::tuple{&unkept_warning_, warnings_, "warnings"}}) {
-    if (!*unkept) continue;
-    Error last = **unkept;
-    last.message += fmt::format("; {} more {} are not listed", count - most_ - 1, what);
-    issues_.push_back(std::move(last));
+  for (Kind& kind : kinds_) {
+    if (!kind.unkept) continue;
+    kind.unkept->message += fmt::format("; {} more {}s are not listed", kind.count - max_issues_ - 1,
+                                        name_of(severity_of(kind.unkept->code)));
+    issues_.push_back(std::move(*kind.unkept));
   }
   return std::move(issues_);
 }

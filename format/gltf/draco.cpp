@@ -12,8 +12,8 @@
 #include <optional>
 #include <set>
 
-#include "format/gltf/access.h"
 #include "format/gltf/draco_header.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {
@@ -85,10 +85,8 @@ Result<void> expand_attribute(GltfDocument& document, const draco::Mesh& mesh, c
   if (attribute->data_type() == draco::DT_BOOL) {
     return fail(Code::gltf_malformed, document.file, place, fmt::format("Draco attribute {} is boolean", id));
   }
-  const std::size_t size =
-      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
   shape->count = mesh.num_points();
-  std::vector<std::uint8_t> elements(shape->count * size);
+  std::vector<std::uint8_t> elements(shape->count * shape->element_size());
   if (!copy_values(mesh, *attribute, shape->component_type, elements.data())) {
     return fail(Code::file_damaged, document.file, place, "a Draco value does not fit into its accessor");
   }
@@ -224,10 +222,9 @@ void reuse_views(GltfDocument& document, const Expanded& expanded) {
 
 Result<void> expand_draco(GltfDocument& document) {
   Expanded expanded;
-  const Json& meshes = member(document.json, "meshes");
-  for (std::size_t m = 0; meshes.is_array() && m < meshes.size(); ++m) {
-    const Json& primitives = member(document.json["meshes"][m], "primitives");
-    for (std::size_t p = 0; primitives.is_array() && p < primitives.size(); ++p) {
+  for (std::size_t m = 0; m < array_of(document.json, "meshes").size(); ++m) {
+    const std::size_t primitives = array_of(document.json["meshes"][m], "primitives").size();
+    for (std::size_t p = 0; p < primitives; ++p) {
       const Json primitive = document.json["meshes"][m]["primitives"][p];
       if (member(member(primitive, "extensions"), names::gltf::draco).is_null()) continue;
       const std::string place = fmt::format("/meshes/{}/primitives/{}", m, p);

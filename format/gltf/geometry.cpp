@@ -99,7 +99,7 @@ Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocum
     list = std::move(*read);
     const auto bad = std::find_if(list.begin(), list.end(), [&](std::uint32_t i) { return i >= vertices; });
     if (bad != list.end()) {
-      return fail(Code::gltf_malformed, document.file, where,
+      return fail(Code::gltf_accessor, document.file, where,
                   fmt::format("index {} of {} vertices", *bad, vertices));
     }
   }
@@ -126,9 +126,9 @@ Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& documen
   result.material = index_of(member(primitive, "material"));
   const Json& position = member(member(primitive, "attributes"), "POSITION");
   if (position.is_null()) return std::optional<ScenePrimitive>{};
-  const Result<ElementRun> run = elements_of(document, index_of(position), place + "/attributes/POSITION");
-  if (!run) return tl::unexpected<Error>(run.error());
-  const std::size_t vertices = run->count;
+  const auto shape = check_accessor(document, index_of(position), place + "/attributes/POSITION");
+  if (!shape) return tl::unexpected<Error>(shape.error());
+  const std::size_t vertices = shape->count;
   if (vertices > vertex_limit) return fail(Code::file_too_large, document.file, place, "too many vertices");
 
   auto indices = read_triangles(document, primitive, place, vertices);

@@ -16,8 +16,7 @@ namespace {
 
 std::string name_of(const Json& json, const Json& node) {
   for (const Json* named : {&json, &node}) {
-    const Json& name = member(*named, "name");
-    if (name.is_string() && !name.get_ref<const std::string&>().empty()) return name.get<std::string>();
+    if (std::string name = string_of(member(*named, "name")); !name.empty()) return name;
   }
   return "";
 }

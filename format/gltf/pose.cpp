@@ -77,7 +77,7 @@ Result<std::vector<M44d>> skin_matrices(const GltfDocument& document, const Json
         const double weight = (*weights)[v][k];
         const double number = (*numbers)[v][k];
         if (!(number >= 0 && number < static_cast<double>(joints.size()))) {
-          return fail(Code::gltf_malformed, document.file, where,
+          return fail(Code::gltf_accessor, document.file, where,
                       fmt::format("vertex {} follows joint {} of {}", v, number, joints.size()));
         }
         const auto joint = static_cast<std::size_t>(number);
@@ -124,15 +124,12 @@ void skin(const std::vector<M44d>& matrices, ScenePrimitive& vertices) {
 }  // namespace
 
 NodeTransforms::NodeTransforms(const GltfDocument& document) : document_(document) {
-  const Json& nodes = member(document.json, "nodes");
-  if (!nodes.is_array()) return;
+  const Json& nodes = array_of(document.json, "nodes");
   parents_.assign(nodes.size(), -1);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const Json& children = member(nodes[i], "children");
-    for (std::size_t c = 0; children.is_array() && c < children.size(); ++c) {
-      const int child = index_of(children[c]);
-      if (child >= 0 && static_cast<std::size_t>(child) < parents_.size())
-        parents_[child] = static_cast<int>(i);
+    for (const Json& child : array_of(nodes[i], "children")) {
+      const auto number = static_cast<std::size_t>(index_of(child));
+      if (number < parents_.size()) parents_[number] = static_cast<int>(i);
     }
   }
 }
@@ -156,19 +153,17 @@ Result<M44d> NodeTransforms::world(int node) const {
 }
 
 Result<Pose> pose_of(const GltfDocument& document, const Json& node, const Json& mesh,
-                     const NodeTransforms& transforms) {
+                     const NodeTransforms& transforms, const std::string& place_of_node) {
   Pose pose;
-  const Json& own = member(node, "weights");
-  const Json& weights = own.is_array() ? own : member(mesh, "weights");
-  for (std::size_t i = 0; weights.is_array() && i < weights.size(); ++i)
-    pose.weights.push_back(number_of(weights[i], 0));
+  const Json& owner = member(node, "weights").is_array() ? node : mesh;
+  for (const Json& weight : array_of(owner, "weights")) pose.weights.push_back(number_of(weight, 0));
   const Json& number = member(node, "skin");
   if (number.is_null()) return pose;
   const std::string place = fmt::format("/skins/{}", index_of(number));
-  const auto skin_json = entry_of(document, "skins", index_of(number), "/nodes");
+  const auto skin_json = entry_of(document, "skins", index_of(number), place_of_node + "/skin");
   if (!skin_json) return tl::unexpected<Error>(skin_json.error());
-  const Json& joints = member(**skin_json, "joints");
-  const std::size_t count = joints.is_array() ? joints.size() : 0;
+  const Json& joints = array_of(**skin_json, "joints");
+  const std::size_t count = joints.size();
   std::vector<double> inverse;
   if (const Json& accessor = member(**skin_json, "inverseBindMatrices"); !accessor.is_null()) {
     const std::string where = place + "/inverseBindMatrices";
@@ -195,9 +190,9 @@ Result<Pose> pose_of(const GltfDocument& document, const Json& node, const Json&
 
 Result<void> apply_pose(const GltfDocument& document, const Json& primitive, const std::string& place,
                         const Pose& pose, ScenePrimitive& vertices) {
-  const Json& targets = member(primitive, "targets");
+  const Json& targets = array_of(primitive, "targets");
   bool morphed = false;
-  for (std::size_t t = 0; targets.is_array() && t < std::min(targets.size(), pose.weights.size()); ++t) {
+  for (std::size_t t = 0; t < std::min(targets.size(), pose.weights.size()); ++t) {
     if (pose.weights[t] == 0) continue;
     morphed = true;
     if (Result<void> good = add_target(document, targets[t], pose.weights[t],
