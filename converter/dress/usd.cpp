@@ -1,5 +1,6 @@
 #include "converter/dress/usd.h"
 
+#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <cctype>
@@ -118,12 +119,9 @@ class Assets : public UsdAssets {
 
 template <class T, class F>
 std::string list(const std::vector<T>& values, const F& text_of) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i > 0) text += ", ";
-    text += text_of(values[i]);
-  }
-  return text + "]";
+  std::string text;
+  for (const T& value : values) text += (text.empty() ? "" : ", ") + text_of(value);
+  return "[" + text + "]";
 }
 
 std::string text_of(const V3f& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
@@ -138,15 +136,9 @@ std::string matrix_of(const M44d& m) {
 }
 
 std::string extent_of(const std::vector<V3f>& positions) {
-  V3f low = positions[0];
-  V3f high = positions[0];
-  for (const V3f& p : positions) {
-    for (int c = 0; c < 3; ++c) {
-      low[c] = std::min(low[c], p[c]);
-      high[c] = std::max(high[c], p[c]);
-    }
-  }
-  return fmt::format("[{}, {}]", text_of(low), text_of(high));
+  Imath::Box3f box;
+  for (const V3f& p : positions) box.extendBy(p);
+  return fmt::format("[{}, {}]", text_of(box.min), text_of(box.max));
 }
 
 /// A primitive at one place in the scene. `binding`: path of its material, or empty.

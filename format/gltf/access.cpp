@@ -29,99 +29,29 @@ bool is_index_type(int component_type) {
   return component_type == 5121 || component_type == 5123 || component_type == 5125;
 }
 
-/// Elements in a buffer view, every one of them within its bounds.
-struct Run {
-  int view = -1;  ///< -1: none, all zeros
-  std::size_t offset = 0;
-  std::size_t count = 0;
-  std::size_t size = 0;  ///< bytes of one element
-  std::size_t stride = 0;
-};
-
-/// Where an accessor's elements lie.
-struct Layout {
-  AccessorShape shape;
-  Run elements;
-  Run targets;       ///< which elements are replaced, and ...
-  Run replacements;  ///< ... by what; none without "sparse"
-  int target_type = 0;
-};
-
-Result<Run> run_of(const GltfDocument& document, const Json& object, std::size_t count, std::size_t size,
-                   const std::string& place) {
+/// `count` elements of `size` bytes each in the buffer view that `object` names, without gaps.
+Result<std::vector<std::uint8_t>> gather(const GltfDocument& document, const Json& object, std::size_t count,
+                                         std::size_t size, const std::string& place) {
   const int view = index_of(member(object, "bufferView"));
-  const auto json = view_of(document, view, place);
-  if (!json) return tl::unexpected<Error>(json.error());
-  Run run{view, offset_of(object, "byteOffset"), count, size, offset_of(**json, "byteStride")};
-  if (run.stride == 0) run.stride = size;
-  if (run.stride < size || run.stride > 252) {
+  const auto bytes = bytes_of_view(document, view, place);
+  if (!bytes) return tl::unexpected<Error>(bytes.error());
+  const std::size_t offset = offset_of(object, "byteOffset");
+  const std::size_t declared = offset_of(document.json["bufferViews"][view], "byteStride");
+  const std::size_t stride = declared == 0 ? size : declared;
+  if (stride < size || stride > 252) {
     return fail(Code::gltf_accessor, document.file, place,
-                fmt::format("byteStride {} for elements of {} bytes", run.stride, size));
+                fmt::format("byteStride {} for elements of {} bytes", stride, size));
   }
-  const std::size_t length = offset_of(**json, "byteLength");
-  if (count > 0 && (run.offset > length || size > length - run.offset ||
-                    count - 1 > (length - run.offset - size) / run.stride)) {
+  const std::size_t length = bytes->size();
+  if (count > 0 &&
+      (offset > length || size > length - offset || count - 1 > (length - offset - size) / stride)) {
     return fail(Code::gltf_accessor, document.file, place,
                 fmt::format("{} elements of {} bytes from byte {} on reach beyond buffer view {} of {} bytes",
-                            count, size, run.offset, view, length));
+                            count, size, offset, view, length));
   }
-  return run;
-}
-
-Result<void> add_sparse(const GltfDocument& document, const Json& sparse, const std::string& place,
-                        Layout& layout) {
-  const std::optional<std::size_t> count = size_of(member(sparse, "count"));
-  const Json& targets = member(sparse, "indices");
-  layout.target_type = index_of(member(targets, "componentType"));
-  if (!count || *count > layout.shape.count) {
-    return fail(Code::gltf_accessor, document.file, place + "/count",
-                fmt::format("more replacements than the {} elements there are", layout.shape.count));
-  }
-  if (!is_index_type(layout.target_type)) {
-    return fail(Code::gltf_malformed, document.file, place + "/indices", "wrong componentType");
-  }
-  const auto add = [&](Run& run, const Json& part, std::size_t size, const char* name) -> Result<void> {
-    Result<Run> found = run_of(document, part, *count, size, place + name);
-    if (!found) return tl::unexpected<Error>(std::move(found.error()));
-    run = *found;
-    return {};
-  };
-  Result<void> good = add(layout.targets, targets, component_size(layout.target_type), "/indices");
-  if (!good) return good;
-  return add(layout.replacements, member(sparse, "values"), layout.shape.element_size(), "/values");
-}
-
-Result<Layout> layout_of(const GltfDocument& document, int accessor, const std::string& place) {
-  const Result<AccessorShape> shape = shape_of(document, accessor, place);
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  const Json& json = document.json["accessors"][accessor];
-  const std::string where = at("accessors", accessor);
-  const std::size_t size = shape->element_size();
-  Layout layout{*shape, {-1, 0, shape->count, size, size}, {}, {}, 0};
-  if (!member(json, "bufferView").is_null()) {
-    Result<Run> run = run_of(document, json, shape->count, size, where);
-    if (!run) return tl::unexpected<Error>(std::move(run.error()));
-    layout.elements = *run;
-  } else if (shape->count > unbacked_elements(document)) {
-    return fail(Code::file_too_large, document.file, where,
-                fmt::format("{} elements without a buffer view", shape->count));
-  }
-  if (const Json& sparse = member(json, "sparse"); !sparse.is_null()) {
-    Result<void> good = add_sparse(document, sparse, where + "/sparse", layout);
-    if (!good) return tl::unexpected<Error>(std::move(good.error()));
-  }
-  return layout;
-}
-
-/// The elements of a run, without gaps.
-Result<std::vector<std::uint8_t>> gather(const GltfDocument& document, const Run& run,
-                                         const std::string& place) {
-  std::vector<std::uint8_t> elements(run.count * run.size);
-  if (run.view < 0) return elements;
-  const auto bytes = bytes_of_view(document, run.view, place);
-  if (!bytes) return tl::unexpected<Error>(bytes.error());
-  for (std::size_t i = 0; i < run.count; ++i) {
-    std::memcpy(elements.data() + i * run.size, bytes->data() + run.offset + i * run.stride, run.size);
+  std::vector<std::uint8_t> elements(count * size);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::memcpy(elements.data() + i * size, bytes->data() + offset + i * stride, size);
   }
   return elements;
 }
@@ -160,24 +90,35 @@ double number_at(const std::uint8_t* bytes, int component_type, bool normalized)
   }
 }
 
-Result<void> apply_sparse(const GltfDocument& document, const Layout& layout, const std::string& place,
-                          std::vector<std::uint8_t>& elements) {
-  const auto targets = gather(document, layout.targets, place);
+/// Replaces the elements that a "sparse" member says.
+Result<void> apply_sparse(const GltfDocument& document, const Json& sparse, const AccessorShape& shape,
+                          const std::string& place, std::vector<std::uint8_t>& elements) {
+  const Json& indices = member(sparse, "indices");
+  const std::optional<std::size_t> count = size_of(member(sparse, "count"));
+  const int type = index_of(member(indices, "componentType"));
+  if (!count || *count > shape.count) {
+    return fail(Code::gltf_accessor, document.file, place + "/count",
+                fmt::format("more replacements than the {} elements there are", shape.count));
+  }
+  if (!is_index_type(type)) {
+    return fail(Code::gltf_malformed, document.file, place + "/indices", "wrong componentType");
+  }
+  const std::size_t size = shape.element_size();
+  const auto targets = gather(document, indices, *count, component_size(type), place + "/indices");
   if (!targets) return tl::unexpected<Error>(targets.error());
-  const auto replacements = gather(document, layout.replacements, place);
+  const auto replacements = gather(document, member(sparse, "values"), *count, size, place + "/values");
   if (!replacements) return tl::unexpected<Error>(replacements.error());
-  const std::size_t size = layout.replacements.size;
   std::size_t least = 0;
-  for (std::size_t i = 0; i < layout.targets.count; ++i) {
-    const std::size_t target = unsigned_at(targets->data() + i * layout.targets.size, layout.target_type);
+  for (std::size_t i = 0; i < *count; ++i) {
+    const std::size_t target = unsigned_at(targets->data() + i * component_size(type), type);
     if (target < least) {
-      return fail(Code::gltf_malformed, document.file, place + "/sparse",
+      return fail(Code::gltf_malformed, document.file, place,
                   fmt::format("index {} does not come after {}", target, least - 1));
     }
     least = target + 1;
-    if (target >= layout.shape.count) {
-      return fail(Code::gltf_accessor, document.file, place + "/sparse",
-                  fmt::format("index {} of {} elements", target, layout.shape.count));
+    if (target >= shape.count) {
+      return fail(Code::gltf_accessor, document.file, place,
+                  fmt::format("index {} of {} elements", target, shape.count));
     }
     std::memcpy(elements.data() + target * size, replacements->data() + i * size, size);
   }
@@ -252,7 +193,7 @@ Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document
   const std::size_t offset = offset_of(**json, "byteOffset");
   const std::size_t length = offset_of(**json, "byteLength");
   const std::size_t present = buffer < document.buffers.size() ? document.buffers[buffer].size() : 0;
-  if (offset + length > present) {
+  if (length > present || offset > present - length) {
     return fail(Code::gltf_accessor, document.file, at("bufferViews", view),
                 fmt::format("buffer {} is not there", buffer));
   }
@@ -285,20 +226,27 @@ Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const
   return shape;
 }
 
-Result<AccessorShape> check_accessor(const GltfDocument& document, int accessor, const std::string& place) {
-  return layout_of(document, accessor, place).map([](const Layout& layout) { return layout.shape; });
-}
-
 Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
                                                 const std::string& place) {
-  const Result<Layout> layout = layout_of(document, accessor, place);
-  if (!layout) return tl::unexpected<Error>(layout.error());
+  const Result<AccessorShape> shape = shape_of(document, accessor, place);
+  if (!shape) return tl::unexpected<Error>(shape.error());
+  const Json& json = document.json["accessors"][accessor];
   const std::string where = at("accessors", accessor);
-  auto elements = gather(document, layout->elements, where);
-  if (!elements || layout->targets.view < 0) return elements;
-  if (Result<void> good = apply_sparse(document, *layout, where, *elements); !good) {
-    return tl::unexpected<Error>(std::move(good.error()));
+  std::vector<std::uint8_t> elements;
+  if (!member(json, "bufferView").is_null()) {
+    auto stored = gather(document, json, shape->count, shape->element_size(), where);
+    if (!stored) return stored;
+    elements = std::move(*stored);
+  } else if (shape->count > unbacked_elements(document)) {
+    return fail(Code::file_too_large, document.file, where,
+                fmt::format("{} elements without a buffer view", shape->count));
+  } else {
+    elements.resize(shape->count * shape->element_size());
   }
+  const Json& sparse = member(json, "sparse");
+  if (sparse.is_null()) return elements;
+  Result<void> good = apply_sparse(document, sparse, *shape, where + "/sparse", elements);
+  if (!good) return tl::unexpected<Error>(std::move(good.error()));
   return elements;
 }
 

@@ -58,17 +58,13 @@ struct AccessorShape {
 
 Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const std::string& place);
 
-/// The shape of an accessor whose elements and sparse replacements, if any, lie within their views and
-/// buffers; nothing is read. An accessor without a view costs a file nothing: it has at most
-/// `unbacked_elements`.
-Result<AccessorShape> check_accessor(const GltfDocument& document, int accessor, const std::string& place);
-
 /// How many vertices or elements a document may make up that no bytes of its own stand behind (shared views,
 /// accessors without one): a million, and 32 for every byte of its buffers.
 std::size_t unbacked_elements(const GltfDocument& document);
 
 /// Elements without gaps, in the component type of the accessor, sparse values applied: what has to be copied
-/// when vertices are duplicated.
+/// when vertices are duplicated. Nothing is allocated before elements and replacements are known to lie
+/// within their views; an accessor without a view has at most `unbacked_elements`.
 Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
                                                 const std::string& place);
 

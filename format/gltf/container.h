@@ -15,8 +15,8 @@ namespace selvedge {
 struct GltfContainer {
   Json json;  ///< an object
   bool is_glb = false;
-  bool has_binary = false;  ///< a binary chunk that no buffer has taken yet
-  std::vector<std::uint8_t> binary;
+  bool has_binary = false;           ///< a binary chunk, which may be empty
+  std::vector<std::uint8_t> binary;  ///< its bytes, until a buffer takes them
 };
 
 /// Takes a .gltf or .glb file apart, told apart by content; `name` is used in the issues. Everything that is

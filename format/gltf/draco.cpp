@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -39,20 +40,11 @@ bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute
 
 bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute, int component_type,
                  std::uint8_t* out) {
-  switch (component_type) {
-    case 5120:
-      return copy_values<std::int8_t>(mesh, attribute, out);
-    case 5121:
-      return copy_values<std::uint8_t>(mesh, attribute, out);
-    case 5122:
-      return copy_values<std::int16_t>(mesh, attribute, out);
-    case 5123:
-      return copy_values<std::uint16_t>(mesh, attribute, out);
-    case 5125:
-      return copy_values<std::uint32_t>(mesh, attribute, out);
-    default:
-      return copy_values<float>(mesh, attribute, out);
-  }
+  constexpr std::array<bool (*)(const draco::Mesh&, const draco::PointAttribute&, std::uint8_t*), 7> copies{
+      copy_values<std::int8_t>,   copy_values<std::uint8_t>, copy_values<std::int16_t>,
+      copy_values<std::uint16_t>, copy_values<float>,        copy_values<std::uint32_t>,
+      copy_values<float>};
+  return copies.at(component_type - 5120)(mesh, attribute, out);
 }
 
 /// Quantisation leaves normals, tangents and weights that plain glTF does not allow.
@@ -122,11 +114,10 @@ Result<void> expand_indices(GltfDocument& document, const draco::Mesh& mesh, int
   append_index_accessor(document, indices);
   // The new accessor's data goes behind the old number, which the primitive already has.
   Json& accessors = document.json["accessors"];
-  Json fresh = std::move(accessors.back());
-  accessors.erase(accessors.size() - 1);
   Json& old = accessors[accessor];
-  for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = fresh[key];
+  for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = accessors.back()[key];
   for (const char* key : {"byteOffset", "min", "max"}) old.erase(key);
+  accessors.erase(accessors.size() - 1);
   return {};
 }
 

@@ -77,6 +77,7 @@ class Reader {
       add(json.error());
       return {};
     }
+    shown_.insert(mesh);
     const auto [entry, fresh] = meshes_.try_emplace(
         fmt::format("{} {} {}", mesh, index_of(member(node, "skin")), member(node, "weights").dump()));
     if (!fresh) return entry->second;
@@ -230,6 +231,18 @@ class Reader {
       const Json& children = array_of(**node, "children");
       for (std::size_t c = children.size(); c-- > 0;) open.emplace_back(index_of(children[c]), world);
     }
+    if (everything_) read_the_rest(visited);
+  }
+
+  /// What no scene shows.
+  void read_the_rest(const std::set<int>& visited) {
+    for (int i = 0; i < static_cast<int>(array_of(document_.json, "nodes").size()); ++i) {
+      if (!visited.contains(i))
+        add(Code::gltf_malformed, fmt::format("/nodes/{}", i), "the node is its own ancestor");
+    }
+    for (int m = 0; m < static_cast<int>(array_of(document_.json, "meshes").size()); ++m) {
+      if (!shown_.contains(m)) read_mesh(m, Json::object(), "");
+    }
   }
 
   void read_mesh_of_node(const Json& node, const std::string& place, const M44d& world) {
@@ -284,6 +297,7 @@ class Reader {
   static constexpr std::size_t indices_per_vertex = 6;  ///< of a closed mesh
   std::size_t vertices_ = 0;
   std::size_t indices_ = 0;
+  std::set<int> shown_;  ///< meshes
   int failures_ = 0;
   std::set<std::pair<Code, std::string>> reported_;
   bool exhausted_ = false;                          ///< a limit has been reached

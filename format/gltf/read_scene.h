@@ -44,8 +44,8 @@ Result<Scene> read_scene(const std::string& path, const SceneLimits& limits = {}
 Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits = {},
                          const SceneChoice& choice = {});
 
-/// For a checker: reads every node, in a scene or not, and adds all errors to `issues`. What is broken is
-/// missing in the scene.
+/// For a checker: reads every node and every mesh, in a scene or not, and adds all errors to `issues`. What
+/// is broken is missing in the scene.
 Scene read_everything(const GltfDocument& document, IssueSink& issues);
 
 }  // namespace selvedge
