@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 
 namespace selvedge {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
 #include "format/scene/tangents.h"
 
@@ -93,7 +93,7 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
     if (!shape) return tl::unexpected<Error>(shape.error());
     auto triangles = read_triangles(document, json, place, shape->count);
     if (!triangles) return tl::unexpected<Error>(std::move(triangles.error()));
-    sources = std::move(**triangles);
+    sources = std::move(*triangles);
   }
   const std::vector<V3d> positions(vertices.positions.begin(), vertices.positions.end());
   std::vector<V3d> normals(vertices.normals.begin(), vertices.normals.end());

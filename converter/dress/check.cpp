@@ -23,18 +23,6 @@ constexpr float color_tolerance = 0.05F;
 /// Stretched cloth; beyond that the scale is another one.
 constexpr double size_tolerance = 1.25;
 
-V3f mean_color(const Image& image) {
-  V3d sum(0, 0, 0);
-  double weight = 0;
-  const auto channels = static_cast<std::size_t>(image.channels);
-  for (std::size_t i = 0; i + channels <= image.pixels.size(); i += channels) {
-    const double alpha = channels == 4 ? image.pixels[i + 3] : 1.0;
-    sum += V3d(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]) * alpha;
-    weight += alpha;
-  }
-  return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
-}
-
 /// What the checks need to know of a fabric.
 struct Known {
   V2f period_mm;

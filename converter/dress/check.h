@@ -1,4 +1,4 @@
-// What of a dressed garment can only be judged by baking and measuring it again.
+// Checks of dressed garments that need the fallback baked and the texture coordinates measured again.
 #pragma once
 
 #include "format/base/error.h"

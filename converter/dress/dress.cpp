@@ -14,7 +14,6 @@
 #include "converter/dress/fabric_source.h"
 #include "converter/dress/fallback.h"
 #include "converter/dress/fallback_material.h"
-#include "converter/dress/material_uses.h"
 #include "converter/dress/usd.h"
 #include "converter/dress/uv_scale.h"
 #include "format/base/option_text.h"
@@ -23,16 +22,15 @@
 #include "format/gltf/document.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/geometry.h"
+#include "format/gltf/material_uses.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
 
-std::string name_of(const Json& material) {
-  const Json& name = member(material, "name");
-  return name.is_string() ? name.get<std::string>() : std::string();
-}
+std::string name_of(const Json& material) { return string_of(member(material, "name")); }
 
 /// Triangles without a material get a new one.
 void add_missing_material(GltfDocument& document) {
@@ -225,9 +223,10 @@ Result<std::vector<AtomicFile>> stage_usd(const GltfDocument& document, const st
 
 }  // namespace
 
-Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
-                          const std::string& fabric_path, const std::string& output_path,
-                          const DressOptions& options) {
+Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
+                          const std::string& output_path, const DressOptions& options) {
+  const Result<Fabric> fabric = read_fabric(fabric_path);
+  if (!fabric) return tl::unexpected<Error>(fabric.error());
   if (Result<void> good = check_options(options); !good)
     return tl::unexpected<Error>(std::move(good.error()));
   Result<GltfDocument> document = load_gltf(garment_path);
@@ -240,7 +239,7 @@ Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
   try {
     // First, so that the fabric's URI and those that were there are relative to the same folder.
     move_document(*document, std::filesystem::path(output_path).parent_path().string());
-    Result<DressReport> report = Dresser(*document, fabric, options).dress(*source, *digest);
+    Result<DressReport> report = Dresser(*document, *fabric, options).dress(*source, *digest);
     if (!report) return report;
     Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, *report);
     if (!usd) return tl::unexpected<Error>(std::move(usd.error()));
@@ -256,13 +255,6 @@ Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
     // An array where glTF wants an object, or the like, in a part that nobody has checked.
     return fail(Code::gltf_malformed, garment_path, "", error.what());
   }
-}
-
-Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
-                          const std::string& output_path, const DressOptions& options) {
-  const Result<Fabric> fabric = read_fabric(fabric_path);
-  if (!fabric) return tl::unexpected<Error>(fabric.error());
-  return dress(garment_path, *fabric, fabric_path, output_path, options);
 }
 
 }  // namespace selvedge

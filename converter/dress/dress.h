@@ -50,12 +50,7 @@ struct DressReport {
 };
 
 /// Reads `garment_path` (.gltf, .glb), dresses it in the fabric and writes `output_path` (.gltf, .glb), whole
-/// or not at all. `fabric_path` is the file that `fabric` was read from; it is embedded or referred to.
-Result<DressReport> dress(const std::string& garment_path, const Fabric& fabric,
-                          const std::string& fabric_path, const std::string& output_path,
-                          const DressOptions& options);
-
-/// The same, reading the fabric too.
+/// or not at all. The fabric is embedded or referred to.
 Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
                           const std::string& output_path, const DressOptions& options);
 

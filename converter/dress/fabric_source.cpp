@@ -6,6 +6,7 @@
 #include "format/base/printable.h"
 #include "format/exr/exr.h"
 #include "format/fabric/names.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {

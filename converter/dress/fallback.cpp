@@ -79,18 +79,10 @@ void estimate_sheen(const Fabric& fabric, const std::vector<V3f>& lights, Fallba
 }
 
 void fill_holes(Image& image) {
-  V3d sum(0, 0, 0);
-  double weight = 0;
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
-    const double alpha = image.pixels[i + 3];
-    sum += V3d(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]) * alpha;
-    weight += alpha;
-  }
-  if (!(weight > 0)) return;
-  const V3f mean(sum / weight);
+  const V3f mean = mean_color(image);
   for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
     if (image.pixels[i + 3] > 0) continue;
-    for (std::size_t c = 0; c < 3; ++c) image.pixels[i + c] = mean[static_cast<int>(c)];
+    for (int c = 0; c < 3; ++c) image.pixels[i + c] = mean[c];
   }
 }
 
@@ -107,6 +99,18 @@ Image normals_of(const FabricLevel& level) {
 }
 
 }  // namespace
+
+V3f mean_color(const Image& image) {
+  V3d sum(0, 0, 0);
+  double weight = 0;
+  const auto channels = static_cast<std::size_t>(image.channels);
+  for (std::size_t i = 0; i + channels <= image.pixels.size(); i += channels) {
+    const double alpha = channels == 4 ? image.pixels[i + 3] : 1.0;
+    sum += V3d(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]) * alpha;
+    weight += alpha;
+  }
+  return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
+}
 
 Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
   int level = 0;

@@ -32,6 +32,9 @@ struct FallbackOptions {
   int lights = 256;         ///< directions of the integral
 };
 
+/// The mean of the first three channels, weighted by alpha where there are four; black where all is open.
+V3f mean_color(const Image& image);
+
 /// Precondition: a valid fabric (see validate) with at least one level.
 Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options = {});
 

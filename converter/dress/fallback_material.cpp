@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 
 namespace selvedge {

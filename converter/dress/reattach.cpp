@@ -8,12 +8,13 @@
 
 #include "converter/dress/extras_mirror.h"
 #include "converter/dress/fabric_source.h"
-#include "converter/dress/material_uses.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
 #include "format/gltf/fabric_extension.h"
+#include "format/gltf/material_uses.h"
 #include "format/gltf/names.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
@@ -38,10 +39,6 @@ struct Offer {
 
 std::string place_of(int material) {
   return fmt::format("/materials/{}/extras/{}", material, names::gltf::fabric_extension);
-}
-
-std::string text_of(const Json& value) {
-  return value.is_string() ? value.get<std::string>() : std::string();
 }
 
 /// "NAME=FILE" or "FILE". A file whose own name has a "=" in it is taken as it is.
@@ -163,7 +160,7 @@ class Restorer {
   }
 
   Result<void> restore(const Lost& lost, const Uses& uses) {
-    const std::string name = text_of(member(document_.json["materials"][lost.material], names::gltf::name));
+    const std::string name = string_of(member(document_.json["materials"][lost.material], names::gltf::name));
     const std::string label = fmt::format("material #{} \"{}\"", lost.material, name);
     const Result<int> fabric = lost.entry >= 0 ? Result<int>(lost.entry) : add(lost, label);
     if (!fabric) return tl::unexpected<Error>(fabric.error());

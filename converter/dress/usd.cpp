@@ -1,5 +1,6 @@
 #include "converter/dress/usd.h"
 
+#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <cctype>
@@ -13,6 +14,7 @@
 #include "format/base/option_text.h"
 #include "format/gltf/access.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
@@ -63,38 +65,25 @@ class Assets : public UsdAssets {
   }
 
   std::string find_image(int index) {
-    const Json& images = member(document_.json, "images");
-    if (!images.is_array() || index < 0 || static_cast<std::size_t>(index) >= images.size()) return {};
-    const Json& json = images[index];
+    const auto leave_out = [&](std::string remark) {
+      result_.remarks.push_back(std::move(remark));
+      return std::string();
+    };
+    const Json& images = array_of(document_.json, "images");
+    if (index < 0 || static_cast<std::size_t>(index) >= images.size()) return {};
     const std::string place = fmt::format("/images/{}", index);
-    const Json& uri = member(json, "uri");
-    if (uri.is_string() && !uri.get_ref<const std::string&>().starts_with("data:")) {
-      const Result<std::string> path = resolve_uri(document_, uri.get<std::string>(), place);
-      if (path) return reference(*path);
-      result_.remarks.push_back(to_line(path.error()));
-      return {};
+    const std::string uri = string_of(member(images[index], "uri"));
+    if (!uri.empty() && !uri.starts_with("data:")) {
+      const Result<std::string> path = resolve_uri(document_, uri, place);
+      return path ? reference(*path) : leave_out(to_line(path.error()));
     }
-    Result<std::vector<std::uint8_t>> bytes;
-    if (uri.is_string()) {
-      bytes = read_uri(document_, uri.get<std::string>(), place);
-    } else {
-      const auto view = bytes_of_view(document_, index_of(member(json, "bufferView")), place);
-      if (view) {
-        bytes = std::vector<std::uint8_t>(view->begin(), view->end());
-      } else {
-        bytes = tl::unexpected<Error>(view.error());
-      }
-    }
-    if (!bytes) {
-      result_.remarks.push_back(to_line(bytes.error()));
-      return {};
-    }
+    Result<std::vector<std::uint8_t>> bytes = read_image(document_, index);
+    if (!bytes) return leave_out(to_line(bytes.error()));
     const bool png = bytes->size() > 4 && (*bytes)[0] == 0x89 && (*bytes)[1] == 'P';
     const bool jpeg = bytes->size() > 4 && (*bytes)[0] == 0xFF && (*bytes)[1] == 0xD8;
     if (!png && !jpeg) {
-      result_.remarks.push_back(
+      return leave_out(
           fmt::format("{}: {}: neither PNG nor JPEG; left out of the USD", document_.file, place));
-      return {};
     }
     return add(fmt::format("image{}.{}", index, png ? "png" : "jpg"), std::move(*bytes));
   }
@@ -130,12 +119,9 @@ class Assets : public UsdAssets {
 
 template <class T, class F>
 std::string list(const std::vector<T>& values, const F& text_of) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i > 0) text += ", ";
-    text += text_of(values[i]);
-  }
-  return text + "]";
+  std::string text;
+  for (const T& value : values) text += (text.empty() ? "" : ", ") + text_of(value);
+  return "[" + text + "]";
 }
 
 std::string text_of(const V3f& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
@@ -150,15 +136,9 @@ std::string matrix_of(const M44d& m) {
 }
 
 std::string extent_of(const std::vector<V3f>& positions) {
-  V3f low = positions[0];
-  V3f high = positions[0];
-  for (const V3f& p : positions) {
-    for (int c = 0; c < 3; ++c) {
-      low[c] = std::min(low[c], p[c]);
-      high[c] = std::max(high[c], p[c]);
-    }
-  }
-  return fmt::format("[{}, {}]", text_of(low), text_of(high));
+  Imath::Box3f box;
+  for (const V3f& p : positions) box.extendBy(p);
+  return fmt::format("[{}, {}]", text_of(box.min), text_of(box.max));
 }
 
 /// A primitive at one place in the scene. `binding`: path of its material, or empty.
@@ -199,11 +179,10 @@ std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::
 
 /// No picture of the garment may be overwritten by one that is written.
 Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
-  const Json& images = member(document.json, "images");
-  for (std::size_t i = 0; images.is_array() && i < images.size(); ++i) {
-    const Json& uri = member(images[i], "uri");
-    if (!uri.is_string()) continue;
-    const Result<std::string> path = resolve_uri(document, uri.get<std::string>(), "");
+  for (const Json& image : array_of(document.json, "images")) {
+    const std::string uri = string_of(member(image, "uri"));
+    if (uri.empty()) continue;
+    const Result<std::string> path = resolve_uri(document, uri, "");
     std::error_code ignored;
     for (const UsdFile& file : files.files) {
       if (path && fs::equivalent(*path, file.path, ignored)) {

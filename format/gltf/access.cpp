@@ -25,38 +25,35 @@ int components_of(const std::string& type) {
   return 0;
 }
 
-/// A run of `count` elements of `size` bytes each, with every bound checked.
-Result<ElementRun> run_of(const GltfDocument& document, int view, std::size_t offset, std::size_t count,
-                          std::size_t size, const std::string& place) {
-  const auto json = view_of(document, view, place);
-  if (!json) return tl::unexpected<Error>(json.error());
-  ElementRun run{view, offset, count, size, offset_of(**json, "byteStride")};
-  if (run.stride == 0) run.stride = size;
-  if (run.stride < size || run.stride > 252) {
+bool is_index_type(int component_type) {
+  return component_type == 5121 || component_type == 5123 || component_type == 5125;
+}
+
+/// `count` elements of `size` bytes each in the buffer view that `object` names, without gaps.
+Result<std::vector<std::uint8_t>> gather(const GltfDocument& document, const Json& object, std::size_t count,
+                                         std::size_t size, const std::string& place) {
+  const int view = index_of(member(object, "bufferView"));
+  const auto bytes = bytes_of_view(document, view, place);
+  if (!bytes) return tl::unexpected<Error>(bytes.error());
+  const std::size_t offset = offset_of(object, "byteOffset");
+  const std::size_t declared = offset_of(document.json["bufferViews"][view], "byteStride");
+  const std::size_t stride = declared == 0 ? size : declared;
+  if (stride < size || stride > 252) {
     return fail(Code::gltf_accessor, document.file, place,
-                fmt::format("byteStride {} for elements of {} bytes", run.stride, size));
+                fmt::format("byteStride {} for elements of {} bytes", stride, size));
   }
-  const std::size_t length = offset_of(**json, "byteLength");
+  const std::size_t length = bytes->size();
   if (count > 0 &&
-      (offset > length || size > length - offset || count - 1 > (length - offset - size) / run.stride)) {
+      (offset > length || size > length - offset || count - 1 > (length - offset - size) / stride)) {
     return fail(Code::gltf_accessor, document.file, place,
                 fmt::format("{} elements of {} bytes from byte {} on reach beyond buffer view {} of {} bytes",
                             count, size, offset, view, length));
   }
-  return run;
-}
-
-/// Copies the elements of a run, without gaps.
-Result<void> gather(const GltfDocument& document, const ElementRun& run, const std::string& place,
-                    std::vector<std::uint8_t>& out) {
-  out.assign(run.count * run.size, 0);
-  if (run.view < 0) return {};
-  const auto bytes = bytes_of_view(document, run.view, place);
-  if (!bytes) return tl::unexpected<Error>(bytes.error());
-  for (std::size_t i = 0; i < run.count; ++i) {
-    std::memcpy(out.data() + i * run.size, bytes->data() + run.offset + i * run.stride, run.size);
+  std::vector<std::uint8_t> elements(count * size);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::memcpy(elements.data() + i * size, bytes->data() + offset + i * stride, size);
   }
-  return {};
+  return elements;
 }
 
 template <class T>
@@ -93,31 +90,40 @@ double number_at(const std::uint8_t* bytes, int component_type, bool normalized)
   }
 }
 
-Result<void> apply_sparse(const GltfDocument& document, const SparseRuns& sparse, std::size_t count,
+/// Replaces the elements that a "sparse" member says.
+Result<void> apply_sparse(const GltfDocument& document, const Json& sparse, const AccessorShape& shape,
                           const std::string& place, std::vector<std::uint8_t>& elements) {
-  std::vector<std::uint8_t> targets;
-  std::vector<std::uint8_t> replacements;
-  if (Result<void> good = gather(document, sparse.indices, place, targets); !good) return good;
-  if (Result<void> good = gather(document, sparse.values, place, replacements); !good) return good;
-  const std::size_t size = sparse.values.size;
+  const Json& indices = member(sparse, "indices");
+  const std::optional<std::size_t> count = size_of(member(sparse, "count"));
+  const int type = index_of(member(indices, "componentType"));
+  if (!count || *count > shape.count) {
+    return fail(Code::gltf_accessor, document.file, place + "/count",
+                fmt::format("more replacements than the {} elements there are", shape.count));
+  }
+  if (!is_index_type(type)) {
+    return fail(Code::gltf_malformed, document.file, place + "/indices", "wrong componentType");
+  }
+  const std::size_t size = shape.element_size();
+  const auto targets = gather(document, indices, *count, component_size(type), place + "/indices");
+  if (!targets) return tl::unexpected<Error>(targets.error());
+  const auto replacements = gather(document, member(sparse, "values"), *count, size, place + "/values");
+  if (!replacements) return tl::unexpected<Error>(replacements.error());
   std::size_t least = 0;
-  for (std::size_t i = 0; i < sparse.indices.count; ++i) {
-    const std::size_t target = unsigned_at(targets.data() + i * sparse.indices.size, sparse.index_type);
+  for (std::size_t i = 0; i < *count; ++i) {
+    const std::size_t target = unsigned_at(targets->data() + i * component_size(type), type);
     if (target < least) {
-      return fail(Code::gltf_malformed, document.file, place + "/sparse",
+      return fail(Code::gltf_malformed, document.file, place,
                   fmt::format("index {} does not come after {}", target, least - 1));
     }
     least = target + 1;
-    if (target >= count) {
-      return fail(Code::gltf_accessor, document.file, place + "/sparse",
-                  fmt::format("index {} of {} elements", target, count));
+    if (target >= shape.count) {
+      return fail(Code::gltf_accessor, document.file, place,
+                  fmt::format("index {} of {} elements", target, shape.count));
     }
-    std::memcpy(elements.data() + target * size, replacements.data() + i * size, size);
+    std::memcpy(elements.data() + target * size, replacements->data() + i * size, size);
   }
   return {};
 }
-
-void append_padding(std::vector<std::uint8_t>& buffer) { buffer.resize((buffer.size() + 3) / 4 * 4); }
 
 }  // namespace
 
@@ -127,6 +133,14 @@ const Json& member(const Json& object, const char* key) {
   const auto found = object.find(key);
   return found == object.end() ? null : *found;
 }
+
+const Json& array_of(const Json& object, const char* key) {
+  static const Json empty = Json::array();
+  const Json& found = member(object, key);
+  return found.is_array() ? found : empty;
+}
+
+std::string string_of(const Json& value) { return value.is_string() ? value.get<std::string>() : ""; }
 
 std::optional<std::size_t> size_of(const Json& value) {
   constexpr double largest = 0x1p40;
@@ -148,9 +162,8 @@ double number_of(const Json& value, double otherwise) {
 
 Result<const Json*> entry_of(const GltfDocument& document, const char* array, int index,
                              const std::string& place) {
-  const Json& entries = member(document.json, array);
-  if (!entries.is_array() || index < 0 || static_cast<std::size_t>(index) >= entries.size() ||
-      !entries[index].is_object()) {
+  const Json& entries = array_of(document.json, array);
+  if (index < 0 || static_cast<std::size_t>(index) >= entries.size() || !entries[index].is_object()) {
     return fail(Code::gltf_accessor, document.file, place, fmt::format("there is no {}", at(array, index)));
   }
   return &entries[index];
@@ -180,7 +193,7 @@ Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document
   const std::size_t offset = offset_of(**json, "byteOffset");
   const std::size_t length = offset_of(**json, "byteLength");
   const std::size_t present = buffer < document.buffers.size() ? document.buffers[buffer].size() : 0;
-  if (offset + length > present) {
+  if (length > present || offset > present - length) {
     return fail(Code::gltf_accessor, document.file, at("bufferViews", view),
                 fmt::format("buffer {} is not there", buffer));
   }
@@ -193,107 +206,47 @@ std::size_t unbacked_elements(const GltfDocument& document) {
   return (std::size_t{1} << 20) + 32 * bytes;
 }
 
-Result<ElementRun> elements_of(const GltfDocument& document, int accessor, const std::string& place) {
-  const Result<AccessorShape> shape = shape_of(document, accessor, place);
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  const Json& json = document.json["accessors"][accessor];
-  const std::string where = at("accessors", accessor);
-  const std::size_t size =
-      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
-  const Json& view = member(json, "bufferView");
-  if (!view.is_null()) {
-    return run_of(document, index_of(view), offset_of(json, "byteOffset"), shape->count, size, where);
-  }
-  if (shape->count > unbacked_elements(document)) {
-    return fail(Code::file_too_large, document.file, where,
-                fmt::format("{} elements without a buffer view", shape->count));
-  }
-  return ElementRun{-1, 0, shape->count, size, size};
-}
-
-Result<std::optional<SparseRuns>> sparse_of(const GltfDocument& document, int accessor,
-                                            const std::string& place) {
-  const Result<AccessorShape> shape = shape_of(document, accessor, place);
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  const Json& sparse = member(document.json["accessors"][accessor], "sparse");
-  if (sparse.is_null()) return std::optional<SparseRuns>{};
-  const std::string where = at("accessors", accessor) + "/sparse";
-  const std::optional<std::size_t> count = size_of(member(sparse, "count"));
-  const Json& indices = member(sparse, "indices");
-  const Json& values = member(sparse, "values");
-  SparseRuns runs;
-  runs.index_type = index_of(member(indices, "componentType"));
-  if (!count || *count > shape->count) {
-    return fail(Code::gltf_accessor, document.file, where + "/count",
-                fmt::format("more replacements than the {} elements there are", shape->count));
-  }
-  if (runs.index_type != 5121 && runs.index_type != 5123 && runs.index_type != 5125) {
-    return fail(Code::gltf_malformed, document.file, where + "/indices", "wrong componentType");
-  }
-  const auto run_at = [&](const Json& part, std::size_t size, const char* name) {
-    return run_of(document, index_of(member(part, "bufferView")), offset_of(part, "byteOffset"), *count, size,
-                  where + name);
-  };
-  const std::size_t size =
-      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
-  const Result<ElementRun> where_to = run_at(indices, component_size(runs.index_type), "/indices");
-  if (!where_to) return tl::unexpected<Error>(where_to.error());
-  const Result<ElementRun> what = run_at(values, size, "/values");
-  if (!what) return tl::unexpected<Error>(what.error());
-  runs.indices = *where_to;
-  runs.values = *what;
-  return std::optional(runs);
-}
-
 std::size_t component_size(int component_type) {
-  switch (component_type) {
-    case 5120:
-    case 5121:
-      return 1;
-    case 5122:
-    case 5123:
-      return 2;
-    case 5125:
-    case 5126:
-      return 4;
-    default:
-      return 0;
-  }
+  constexpr std::array<std::size_t, 7> sizes{1, 1, 2, 2, 0, 4, 4};
+  return component_type >= 5120 && component_type <= 5126 ? sizes[component_type - 5120] : 0;
 }
 
 Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const std::string& place) {
   const auto json = entry_of(document, "accessors", accessor, place);
   if (!json) return tl::unexpected<Error>(json.error());
   AccessorShape shape;
-  const std::optional<std::size_t> count = size_of(member(**json, "count"));
-  const Json& type = member(**json, "type");
+  shape.count = size_of(member(**json, "count")).value_or(0);
+  shape.components = components_of(string_of(member(**json, "type")));
   shape.component_type = index_of(member(**json, "componentType"));
-  shape.components = type.is_string() ? components_of(type.get<std::string>()) : 0;
   shape.normalized = member(**json, "normalized") == true;
-  if (!count || *count == 0 || shape.components == 0 || component_size(shape.component_type) == 0) {
+  if (shape.count == 0 || shape.element_size() == 0) {
     return fail(Code::gltf_malformed, document.file, at("accessors", accessor),
                 "wrong count, type or componentType");
   }
-  shape.count = *count;
   return shape;
 }
 
 Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
                                                 const std::string& place) {
-  const Result<ElementRun> run = elements_of(document, accessor, place);
-  if (!run) return tl::unexpected<Error>(run.error());
-  const Result<std::optional<SparseRuns>> sparse = sparse_of(document, accessor, place);
-  if (!sparse) return tl::unexpected<Error>(sparse.error());
+  const Result<AccessorShape> shape = shape_of(document, accessor, place);
+  if (!shape) return tl::unexpected<Error>(shape.error());
+  const Json& json = document.json["accessors"][accessor];
   const std::string where = at("accessors", accessor);
   std::vector<std::uint8_t> elements;
-  if (Result<void> good = gather(document, *run, where, elements); !good) {
-    return tl::unexpected<Error>(std::move(good.error()));
+  if (!member(json, "bufferView").is_null()) {
+    auto stored = gather(document, json, shape->count, shape->element_size(), where);
+    if (!stored) return stored;
+    elements = std::move(*stored);
+  } else if (shape->count > unbacked_elements(document)) {
+    return fail(Code::file_too_large, document.file, where,
+                fmt::format("{} elements without a buffer view", shape->count));
+  } else {
+    elements.resize(shape->count * shape->element_size());
   }
-  if (*sparse) {
-    if (Result<void> good = apply_sparse(document, **sparse, run->count, where, elements); !good) {
-      return tl::unexpected<Error>(std::move(good.error()));
-    }
-  }
+  const Json& sparse = member(json, "sparse");
+  if (sparse.is_null()) return elements;
+  Result<void> good = apply_sparse(document, sparse, *shape, where + "/sparse", elements);
+  if (!good) return tl::unexpected<Error>(std::move(good.error()));
   return elements;
 }
 
@@ -316,21 +269,12 @@ Result<std::vector<double>> read_numbers(const GltfDocument& document, int acces
   return values;
 }
 
-std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized) {
-  const std::size_t size = component_size(component_type);
-  std::vector<float> values(elements.size() / size);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = static_cast<float>(number_at(elements.data() + i * size, component_type, normalized));
-  }
-  return values;
-}
-
 Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, int accessor,
                                                 const std::string& place) {
   const Result<AccessorShape> shape = shape_of(document, accessor, place);
   if (!shape) return tl::unexpected<Error>(shape.error());
   const int type = shape->component_type;
-  if (shape->components != 1 || (type != 5121 && type != 5123 && type != 5125)) {
+  if (shape->components != 1 || !is_index_type(type)) {
     return fail(Code::gltf_malformed, document.file, place, "indices are not unsigned integers");
   }
   const auto elements = read_elements(document, accessor, place);
@@ -342,100 +286,13 @@ Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, in
   return values;
 }
 
-int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int target, int stride) {
-  Json& root = document.json;
-  if (document.buffers.empty()) {
-    document.buffers.emplace_back();
-    root["buffers"] = Json::array({Json::object()});
-  }
-  std::vector<std::uint8_t>& buffer = document.buffers.back();
-  append_padding(buffer);
-  Json view{
-      {"buffer", document.buffers.size() - 1}, {"byteOffset", buffer.size()}, {"byteLength", bytes.size()}};
-  if (stride > 0) view["byteStride"] = stride;
-  if (target > 0) view["target"] = target;
-  buffer.insert(buffer.end(), bytes.begin(), bytes.end());
-  root["buffers"].back()["byteLength"] = buffer.size();
-  root["bufferViews"].push_back(std::move(view));
-  return static_cast<int>(root["bufferViews"].size()) - 1;
-}
-
-int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
-                          std::span<const std::uint8_t> elements) {
-  const std::size_t size = component_size(shape.component_type) * static_cast<std::size_t>(shape.components);
-  const std::size_t stride = (size + 3) / 4 * 4;
-  if (stride == size) return append_view(document, elements, 34962);
-  std::vector<std::uint8_t> rows(shape.count * stride);
-  for (std::size_t i = 0; i < shape.count; ++i) {
-    std::memcpy(rows.data() + i * stride, elements.data() + i * size, size);
-  }
-  return append_view(document, rows, 34962, static_cast<int>(stride));
-}
-
-void set_bounds(Json& accessor, std::span<const float> values, int components) {
-  const auto n = static_cast<std::size_t>(components);
-  std::vector<float> low(n, std::numeric_limits<float>::max());
-  std::vector<float> high(n, std::numeric_limits<float>::lowest());
+std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized) {
+  const std::size_t size = component_size(component_type);
+  std::vector<float> values(elements.size() / size);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    low[i % n] = std::min(low[i % n], values[i]);
-    high[i % n] = std::max(high[i % n], values[i]);
+    values[i] = static_cast<float>(number_at(elements.data() + i * size, component_type, normalized));
   }
-  // In double, a float's exact value is written; as a float the JSON would hold a rounded one.
-  accessor["min"] = std::vector<double>(low.begin(), low.end());
-  accessor["max"] = std::vector<double>(high.begin(), high.end());
-}
-
-int append_float_accessor(GltfDocument& document, std::span<const float> values, int components,
-                          bool bounds) {
-  constexpr std::array<const char*, 5> types{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
-  Json accessor{{"bufferView", append_view(document, {bytes, values.size_bytes()}, 34962)},
-                {"componentType", 5126},
-                {"count", values.size() / static_cast<std::size_t>(components)},
-                {"type", types[components]}};
-  if (bounds) set_bounds(accessor, values, components);
-  document.json["accessors"].push_back(std::move(accessor));
-  return static_cast<int>(document.json["accessors"].size()) - 1;
-}
-
-int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t> indices) {
-  const std::uint32_t highest = indices.empty() ? 0 : *std::max_element(indices.begin(), indices.end());
-  int type = 5125;
-  int view = 0;
-  if (highest < 65535) {  // 65535 itself is glTF's primitive restart value
-    type = 5123;
-    std::vector<std::uint16_t> shorter(indices.size());
-    std::transform(indices.begin(), indices.end(), shorter.begin(),
-                   [](std::uint32_t i) { return static_cast<std::uint16_t>(i); });
-    view = append_view(document, {reinterpret_cast<const std::uint8_t*>(shorter.data()), shorter.size() * 2},
-                       34963);
-  } else {
-    view = append_view(document,
-                       {reinterpret_cast<const std::uint8_t*>(indices.data()), indices.size_bytes()}, 34963);
-  }
-  document.json["accessors"].push_back(
-      Json{{"bufferView", view}, {"componentType", type}, {"count", indices.size()}, {"type", "SCALAR"}});
-  return static_cast<int>(document.json["accessors"].size()) - 1;
-}
-
-void use_extension(Json& root, const char* name) {
-  Json& used = root["extensionsUsed"];
-  if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
-}
-
-void drop_extension(Json& root, const char* name) {
-  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
-    if (!member(root, list).is_array()) continue;
-    Json kept = Json::array();
-    for (const Json& entry : root[list]) {
-      if (entry != name) kept.push_back(entry);
-    }
-    if (kept.empty()) {
-      root.erase(list);
-    } else {
-      root[list] = std::move(kept);
-    }
-  }
+  return values;
 }
 
 }  // namespace selvedge

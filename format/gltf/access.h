@@ -1,4 +1,4 @@
-// Looking into a glTF document with every bound checked, and adding data to it.
+// Reading a glTF document's JSON and binary data, with every index, offset and length checked.
 #pragma once
 
 #include <array>
@@ -15,6 +15,12 @@ namespace selvedge {
 
 /// A member of an object, or JSON null where there is none (also where `object` is not an object).
 const Json& member(const Json& object, const char* key);
+
+/// An array member; an empty array where there is none, or something else.
+const Json& array_of(const Json& object, const char* key);
+
+/// A string, or "".
+std::string string_of(const Json& value);
 
 /// A non-negative integer that fits into an int, or -1.
 int index_of(const Json& value);
@@ -36,42 +42,31 @@ Result<const Json*> view_of(const GltfDocument& document, int view, const std::s
 Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document, int view,
                                                     const std::string& place);
 
+/// Size in bytes of one component; 0 for an unknown type.
+std::size_t component_size(int component_type);
+
 struct AccessorShape {
   std::size_t count = 0;
   int components = 1;         ///< SCALAR 1, VEC2 2 ... MAT4 16
   int component_type = 5126;  ///< as in glTF: 5120 byte ... 5126 float
   bool normalized = false;
+
+  std::size_t element_size() const {
+    return component_size(component_type) * static_cast<std::size_t>(components);
+  }
 };
 
 Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const std::string& place);
 
-/// Elements in a buffer view, every one of them within its bounds.
-struct ElementRun {
-  int view = -1;  ///< -1: none, all zeros
-  std::size_t offset = 0;
-  std::size_t count = 0;
-  std::size_t size = 0;  ///< bytes of one element
-  std::size_t stride = 0;
-};
-
-/// Elements that replace others.
-struct SparseRuns {
-  ElementRun indices;
-  int index_type = 5125;
-  ElementRun values;
-};
-
-/// Where an accessor's elements lie. Not read, but checked against the declared sizes of view and buffer.
-/// An accessor without a view costs a file nothing: it has at most `unbacked_elements`.
-Result<ElementRun> elements_of(const GltfDocument& document, int accessor, const std::string& place);
-
-/// Where the accessor's sparse replacements lie, checked likewise; nothing where it has none.
-Result<std::optional<SparseRuns>> sparse_of(const GltfDocument& document, int accessor,
-                                            const std::string& place);
-
 /// How many vertices or elements a document may make up that no bytes of its own stand behind (shared views,
 /// accessors without one): a million, and 32 for every byte of its buffers.
 std::size_t unbacked_elements(const GltfDocument& document);
+
+/// Elements without gaps, in the component type of the accessor, sparse values applied: what has to be copied
+/// when vertices are duplicated. Nothing is allocated before elements and replacements are known to lie
+/// within their views; an accessor without a view has at most `unbacked_elements`.
+Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
+                                                const std::string& place);
 
 /// All elements as numbers, `shape_of().components` each: sparse values applied, normalised integers mapped
 /// as glTF 2.0 section 3.11 says, plain integers as they are. Vectors, and 4 x 4 matrices of floats.
@@ -107,39 +102,11 @@ Result<std::vector<V>> read_vectors(const GltfDocument& document, int accessor, 
   return vectors;
 }
 
-/// Gapless elements as floats, one per component.
-std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized);
-
 /// All elements of an unsigned integer SCALAR accessor.
 Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, int accessor,
                                                 const std::string& place);
 
-/// Elements without gaps, in the component type of the accessor, sparse values applied: what has to be copied
-/// when vertices are duplicated.
-Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
-                                                const std::string& place);
-
-/// Size in bytes of one component; 0 for an unknown type.
-std::size_t component_size(int component_type);
-
-/// Appends bytes to the document's last buffer (made if there is none), 4-aligned; index of the new view.
-/// `target`: 34962 vertices, 34963 indices, 0 none; `stride`: 0 none.
-int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int target = 0, int stride = 0);
-
-/// Appends a vertex attribute from gapless elements; rows are padded to 4 bytes where glTF asks for it. Gives
-/// back the index of the view; the accessor is the caller's.
-int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
-                          std::span<const std::uint8_t> elements);
-
-/// Appends a new accessor over new data. `bounds` writes min and max, which POSITION needs; floats only.
-int append_float_accessor(GltfDocument& document, std::span<const float> values, int components, bool bounds);
-int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t> indices);
-
-/// Sets "min" and "max" of an accessor to those of its values.
-void set_bounds(Json& accessor, std::span<const float> values, int components);
-
-/// Adds to (or removes from) extensionsUsed. Removing also takes it out of extensionsRequired.
-void use_extension(Json& root, const char* name);
-void drop_extension(Json& root, const char* name);
+/// Gapless elements as floats, one per component.
+std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized);
 
 }  // namespace selvedge

@@ -9,6 +9,7 @@
 
 #include "format/base/json_text.h"
 #include "format/gltf/access.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
@@ -26,77 +27,62 @@ std::uint32_t word(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-/// Takes a file apart, noting what is wrong on the way.
-class Splitter {
- public:
-  Splitter(std::string_view bytes, const std::string& file, Issues& issues)
-      : bytes_(bytes), file_(file), issues_(issues) {}
-
-  void split() {
-    if (bytes_.size() < header_bytes + chunk_header_bytes) {
-      return note(Code::file_damaged, "header", "cut short");
-    }
-    if (word(bytes_, 4) != 2) {
-      return note(Code::gltf_unsupported, "header", fmt::format("GLB version {}", word(bytes_, 4)));
-    }
-    const std::size_t length = word(bytes_, 8);
-    if (length > bytes_.size() || length < header_bytes + chunk_header_bytes) {
-      return note(Code::file_damaged, "header",
-                  fmt::format("says {} bytes, the file has {}", length, bytes_.size()));
-    }
-    if (length < bytes_.size()) {
-      note(Code::gltf_advice, "header",
-           fmt::format("{} bytes behind the end of the GLB", bytes_.size() - length));
-    }
-    for (std::size_t at = header_bytes; at < length;) at = take_chunk(at, length);
-  }
-
+struct Chunks {
   std::string_view json;
   bool has_binary = false;
   std::string_view binary;
-
- private:
-  void note(Code code, std::string place, std::string message) {
-    issues_.push_back({code, file_, std::move(place), std::move(message)});
-  }
-
-  /// Where the next chunk begins; `length` where nothing can follow.
-  std::size_t take_chunk(std::size_t at, std::size_t length) {
-    const std::string place = fmt::format("byte {}", at);
-    if (length - at < chunk_header_bytes) {
-      note(Code::file_damaged, place, "chunk cut short");
-      return length;
-    }
-    const std::size_t size = word(bytes_, at);
-    const std::uint32_t type = word(bytes_, at + 4);
-    const std::size_t begin = at + chunk_header_bytes;
-    if (size > length - begin) {
-      note(Code::file_damaged, place, "chunk reaches beyond the end of the file");
-      return length;
-    }
-    if (size % 4 != 0) note(Code::gltf_malformed, place, fmt::format("chunk of {} bytes", size));
-    const std::string_view data = bytes_.substr(begin, size);
-    ++chunks_;
-    if ((chunks_ == 1) != (type == json_chunk)) {
-      note(Code::gltf_malformed, place, chunks_ == 1 ? "the first chunk is not JSON" : "a second JSON chunk");
-    } else if (type == json_chunk) {
-      json = data;
-      if (size == 0) note(Code::gltf_malformed, place, "empty JSON chunk");
-    } else if (type == binary_chunk) {
-      if (chunks_ != 2) note(Code::gltf_malformed, place, "the binary chunk is not the second one");
-      has_binary = true;
-      binary = data;
-    } else {
-      note(Code::gltf_advice, place, fmt::format("unknown chunk type 0x{:08x}", type));
-    }
-    return begin + size;
-  }
-
-  std::string_view bytes_;
-  const std::string& file_;
-  Issues& issues_;
-  int chunks_ = 0;
 };
+
+/// The chunks of a GLB; what is wrong is added to `issues`.
+Chunks split(std::string_view bytes, IssueSink& issues) {
+  constexpr std::size_t least = header_bytes + chunk_header_bytes;
+  Chunks chunks;
+  if (bytes.size() < least) {
+    issues.add(Code::file_damaged, "header", "cut short");
+    return chunks;
+  }
+  const std::size_t length = word(bytes, 8);
+  if (word(bytes, 4) != 2) {
+    issues.add(Code::gltf_unsupported, "header", fmt::format("GLB version {}", word(bytes, 4)));
+    return chunks;
+  }
+  if (length > bytes.size() || length < least) {
+    issues.add(Code::file_damaged, "header",
+               fmt::format("says {} bytes, the file has {}", length, bytes.size()));
+    return chunks;
+  }
+  if (length < bytes.size()) {
+    issues.add(Code::gltf_advice, "header",
+               fmt::format("{} bytes behind the end of the GLB", bytes.size() - length));
+  }
+  int number = 0;
+  for (std::size_t at = header_bytes; at < length; ++number) {
+    const std::string place = fmt::format("byte {}", at);
+    if (length - at < chunk_header_bytes || word(bytes, at) > length - at - chunk_header_bytes) {
+      issues.add(Code::file_damaged, place, "chunk reaches beyond the end of the file");
+      return chunks;
+    }
+    const std::string_view data = bytes.substr(at + chunk_header_bytes, word(bytes, at));
+    const std::uint32_t type = word(bytes, at + 4);
+    if (data.size() % 4 != 0)
+      issues.add(Code::gltf_malformed, place, fmt::format("chunk of {} bytes", data.size()));
+    if ((number == 0) != (type == json_chunk)) {
+      issues.add(Code::gltf_malformed, place,
+                 number == 0 ? "the first chunk is not JSON" : "a second JSON chunk");
+    } else if (type == json_chunk) {
+      chunks.json = data;
+      if (data.empty()) issues.add(Code::gltf_malformed, place, "empty JSON chunk");
+    } else if (type == binary_chunk) {
+      chunks.has_binary = true;
+      chunks.binary = data;
+      if (number != 1) issues.add(Code::gltf_malformed, place, "the binary chunk is not the second one");
+    } else {
+      issues.add(Code::gltf_advice, place, fmt::format("unknown chunk type 0x{:08x}", type));
+    }
+    at += chunk_header_bytes + data.size();
+  }
+  return chunks;
+}
 
 /// `begin`: where the text lies in the file; 0: it is the file.
 Result<Json> parse(std::string_view text, std::size_t begin, const std::string& file,
@@ -134,24 +120,23 @@ Result<Json> parse(std::string_view text, std::size_t begin, const std::string& 
 }  // namespace
 
 std::optional<GltfContainer> read_container(std::span<const std::uint8_t> bytes, const std::string& name,
-                                            const GltfLimits& limits, Issues& issues) {
+                                            const GltfLimits& limits, IssueSink& issues) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  Splitter parts(text, name, issues);
+  Chunks parts;
   GltfContainer container;
   container.is_glb = text.starts_with("glTF");
   if (bytes.size() > limits.file_bytes) {
-    issues.push_back(
-        {Code::file_too_large, name, "", fmt::format("larger than {} bytes", limits.file_bytes)});
+    issues.add(Code::file_too_large, "", fmt::format("larger than {} bytes", limits.file_bytes));
   } else if (container.is_glb) {
-    parts.split();
+    parts = split(text, issues);
   } else {
     parts.json = text;
   }
-  if (has_error(issues)) return std::nullopt;
+  if (issues.has_error()) return std::nullopt;
   const auto begin = static_cast<std::size_t>(parts.json.data() - text.data());
   Result<Json> json = parse(parts.json, begin, name, limits);
   if (!json) {
-    issues.push_back(std::move(json.error()));
+    issues.add(std::move(json.error()));
     return std::nullopt;
   }
   container.json = std::move(*json);
@@ -175,7 +160,6 @@ Result<std::vector<std::uint8_t>> read_buffer(const GltfDocument& document, Gltf
     bytes = std::move(*read);
   } else if (index == 0 && container.has_binary) {
     bytes = std::move(container.binary);
-    container.has_binary = false;
   } else if (index == 0 && container.is_glb) {
     return fail(Code::gltf_malformed, document.file, place, "neither a uri nor a binary chunk");
   } else {

@@ -1,18 +1,19 @@
 // A glTF file in memory: its JSON as it was written, and the bytes of its buffers.
 //
-// Reading goes through tinygltf (gltf.cpp is the only file that includes it): it loads the buffers and
-// refuses what is not shaped like glTF. Writing edits the JSON itself, because tinygltf forgets what it does
-// not know and encodes pictures again: whatever the user had is still there, in the same order.
-// tinygltf believes what a file says; every index, offset and length is checked by gltf_access.h again.
+// We read and edit the JSON itself instead of a library's model of it, so that whatever the user had is still
+// there, in the same order, when it is written. What a file says is believed nowhere: access.h checks every
+// index, offset and length where it is used.
 #pragma once
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "format/base/error.h"
+#include "format/base/issue_sink.h"
 
 namespace selvedge {
 
@@ -38,27 +39,15 @@ struct GltfLimits {
 /// Loads .gltf (with external or data URIs) or .glb, told apart by content. Missing pictures are no error.
 /// KHR_draco_mesh_compression and EXT_meshopt_compression are expanded and their names removed. Refused:
 /// anything cut short, versions other than 2.x, required extensions that change the geometry and are not
-/// read.
+/// read, and root members that are not arrays of objects where glTF has them.
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
 /// From memory; `path` is used in messages and for what relative URIs are relative to.
 Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
                                const GltfLimits& limits = {});
-
-/// The bytes of a "uri" member: a base64 data URI, or a file relative to the document's folder (a plain one:
-/// no device, no pipe). `place` is the JSON pointer of the object that holds the URI; more than `limit` bytes
-/// are FILE_TOO_LARGE.
-Result<std::vector<std::uint8_t>> read_uri(const GltfDocument& document, const std::string& uri,
-                                           const std::string& place,
-                                           std::uint64_t limit = std::uint64_t{1} << 32);
-
-/// The file that a relative URI means: percent-decoded and resolved against the document's folder. An error
-/// for data URIs and for schemes such as http.
-Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
-                                const std::string& place);
-
-/// Makes `folder` what relative URIs are relative to: those of buffers, pictures and fabrics are rewritten so
-/// that they mean the same files. Nothing changes if it is the same folder.
-void move_document(GltfDocument& document, const std::string& folder);
+/// The same for a checker: all issues, warnings too, are added to `issues`; nothing comes back if one of them
+/// is an error.
+std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
+                                      const GltfLimits& limits, IssueSink& issues);
 
 /// Writes whole files or nothing, and gives back how many bytes. ".glb": one file; all buffers become the
 /// binary chunk and pictures beside the input are embedded. ".gltf": the buffers become one file
@@ -67,8 +56,5 @@ void move_document(GltfDocument& document, const std::string& folder);
 /// (move_document). Pictures that cannot be found keep their (rewritten) URI. Bytes that nothing refers to
 /// any more are left out.
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
-
-/// A relative URI (percent-encoded) that means `target` to a glTF file in `folder`.
-std::string relative_uri(const std::string& target, const std::string& folder);
 
 }  // namespace selvedge

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -12,8 +13,8 @@
 #include <optional>
 #include <set>
 
-#include "format/gltf/access.h"
 #include "format/gltf/draco_header.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {
@@ -39,20 +40,11 @@ bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute
 
 bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute, int component_type,
                  std::uint8_t* out) {
-  switch (component_type) {
-    case 5120:
-      return copy_values<std::int8_t>(mesh, attribute, out);
-    case 5121:
-      return copy_values<std::uint8_t>(mesh, attribute, out);
-    case 5122:
-      return copy_values<std::int16_t>(mesh, attribute, out);
-    case 5123:
-      return copy_values<std::uint16_t>(mesh, attribute, out);
-    case 5125:
-      return copy_values<std::uint32_t>(mesh, attribute, out);
-    default:
-      return copy_values<float>(mesh, attribute, out);
-  }
+  constexpr std::array<bool (*)(const draco::Mesh&, const draco::PointAttribute&, std::uint8_t*), 7> copies{
+      copy_values<std::int8_t>,   copy_values<std::uint8_t>, copy_values<std::int16_t>,
+      copy_values<std::uint16_t>, copy_values<float>,        copy_values<std::uint32_t>,
+      copy_values<float>};
+  return copies.at(component_type - 5120)(mesh, attribute, out);
 }
 
 /// Quantisation leaves normals, tangents and weights that plain glTF does not allow.
@@ -85,10 +77,8 @@ Result<void> expand_attribute(GltfDocument& document, const draco::Mesh& mesh, c
   if (attribute->data_type() == draco::DT_BOOL) {
     return fail(Code::gltf_malformed, document.file, place, fmt::format("Draco attribute {} is boolean", id));
   }
-  const std::size_t size =
-      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
   shape->count = mesh.num_points();
-  std::vector<std::uint8_t> elements(shape->count * size);
+  std::vector<std::uint8_t> elements(shape->count * shape->element_size());
   if (!copy_values(mesh, *attribute, shape->component_type, elements.data())) {
     return fail(Code::file_damaged, document.file, place, "a Draco value does not fit into its accessor");
   }
@@ -124,11 +114,10 @@ Result<void> expand_indices(GltfDocument& document, const draco::Mesh& mesh, int
   append_index_accessor(document, indices);
   // The new accessor's data goes behind the old number, which the primitive already has.
   Json& accessors = document.json["accessors"];
-  Json fresh = std::move(accessors.back());
-  accessors.erase(accessors.size() - 1);
   Json& old = accessors[accessor];
-  for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = fresh[key];
+  for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = accessors.back()[key];
   for (const char* key : {"byteOffset", "min", "max"}) old.erase(key);
+  accessors.erase(accessors.size() - 1);
   return {};
 }
 
@@ -224,10 +213,9 @@ void reuse_views(GltfDocument& document, const Expanded& expanded) {
 
 Result<void> expand_draco(GltfDocument& document) {
   Expanded expanded;
-  const Json& meshes = member(document.json, "meshes");
-  for (std::size_t m = 0; meshes.is_array() && m < meshes.size(); ++m) {
-    const Json& primitives = member(document.json["meshes"][m], "primitives");
-    for (std::size_t p = 0; primitives.is_array() && p < primitives.size(); ++p) {
+  for (std::size_t m = 0; m < array_of(document.json, "meshes").size(); ++m) {
+    const std::size_t primitives = array_of(document.json["meshes"][m], "primitives").size();
+    for (std::size_t p = 0; p < primitives; ++p) {
       const Json primitive = document.json["meshes"][m]["primitives"][p];
       if (member(member(primitive, "extensions"), names::gltf::draco).is_null()) continue;
       const std::string place = fmt::format("/meshes/{}/primitives/{}", m, p);

@@ -7,8 +7,9 @@
 #include <limits>
 #include <utility>
 
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/names.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 
@@ -16,16 +17,8 @@ using namespace names::gltf;
 
 namespace {
 
-std::string text_of(const Json& value) {
-  return value.is_string() ? value.get<std::string>() : std::string();
-}
-
 const Json& entries_of(const GltfDocument& document) {
-  return member(member(member(document.json, "extensions"), fabric_extension), fabrics);
-}
-
-std::string place_of(std::size_t entry) {
-  return fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, entry);
+  return array_of(member(member(document.json, "extensions"), fabric_extension), fabrics);
 }
 
 V2d pair_of(const Json& value, const V2d& otherwise) {
@@ -76,44 +69,50 @@ Json texture_info(int number, int set, const UvTransform& transform) {
   return json;
 }
 
+int fabric_count(const GltfDocument& document) { return static_cast<int>(entries_of(document).size()); }
+
+Result<SceneFabric> read_fabric(const GltfDocument& document, int number) {
+  const Json& entry = entries_of(document)[number];
+  const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
+  if (!entry.is_object()) return fail(Code::gltf_extension, document.file, place, "is not an object");
+  if (entry.contains(uri) == entry.contains(buffer_view)) {
+    return fail(Code::gltf_extension, document.file, place, "needs either a uri or a bufferView");
+  }
+  SceneFabric read;
+  read.name = string_of(member(entry, name));
+  if (entry.contains(buffer_view)) {
+    const auto bytes = bytes_of_view(document, index_of(entry[buffer_view]), place + "/" + buffer_view);
+    if (!bytes) return tl::unexpected<Error>(bytes.error());
+    read.bytes.assign(bytes->begin(), bytes->end());
+    return read;
+  }
+  const std::string where = place + "/" + uri;
+  const std::string address = string_of(entry[uri]);
+  if (address.empty()) return fail(Code::gltf_extension, document.file, where, "is not a string, or empty");
+  if (address.starts_with("data:")) {
+    auto bytes = read_uri(document, address, where);
+    if (!bytes) return tl::unexpected<Error>(std::move(bytes.error()));
+    read.bytes = std::move(*bytes);
+  } else {
+    auto path = resolve_uri(document, address, where);
+    if (!path) return tl::unexpected<Error>(std::move(path.error()));
+    read.path = std::move(*path);
+  }
+  return read;
+}
+
 Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document) {
   std::vector<SceneFabric> read;
-  const Json& entries = entries_of(document);
-  if (entries.is_null()) return read;
-  if (!entries.is_array()) {
-    return fail(Code::gltf_malformed, document.file, "/extensions/" + std::string(fabric_extension),
-                "fabrics is not an array");
-  }
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const Json& entry = entries[i];
-    const std::string place = place_of(i);
-    SceneFabric one;
-    one.name = text_of(member(entry, name));
-    const Json& view = member(entry, buffer_view);
-    const std::string address = text_of(member(entry, uri));
-    if (address.empty() == view.is_null()) {
-      return fail(Code::gltf_malformed, document.file, place, "needs either a uri or a bufferView");
-    }
-    if (!view.is_null()) {
-      const auto bytes = bytes_of_view(document, index_of(view), place);
-      if (!bytes) return tl::unexpected<Error>(bytes.error());
-      one.bytes.assign(bytes->begin(), bytes->end());
-    } else if (address.starts_with("data:")) {
-      Result<std::vector<std::uint8_t>> bytes = read_uri(document, address, place);
-      if (!bytes) return tl::unexpected<Error>(std::move(bytes.error()));
-      one.bytes = std::move(*bytes);
-    } else {
-      Result<std::string> path = resolve_uri(document, address, place);
-      if (!path) return tl::unexpected<Error>(std::move(path.error()));
-      one.path = std::move(*path);
-    }
-    read.push_back(std::move(one));
+  for (int i = 0; i < fabric_count(document); ++i) {
+    Result<SceneFabric> one = read_fabric(document, i);
+    if (!one) return tl::unexpected<Error>(std::move(one.error()));
+    read.push_back(std::move(*one));
   }
   return read;
 }
 
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
-                                                             int fabric_count) {
+                                                             int fabrics_present) {
   const std::string place = fmt::format("/materials/{}/extensions/{}", material, fabric_extension);
   const auto json = entry_of(document, "materials", material, place);
   if (!json) return tl::unexpected<Error>(json.error());
@@ -124,9 +123,10 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
   reference.fabric = index_of(member(info, index));
   reference.tex_coord = std::max(0, index_of(member(info, tex_coord)));
   reference.transform = read_uv_transform(info, reference.tex_coord);
-  if (reference.fabric < 0 || reference.fabric >= fabric_count) {
-    return fail(Code::gltf_reference, document.file, place + "/fabric/index",
-                fmt::format("there is no fabric {}", member(info, index).dump()));
+  if (reference.fabric < 0 || reference.fabric >= fabrics_present) {
+    return fail(
+        Code::gltf_extension, document.file, place + "/fabric/index",
+        reference.fabric < 0 ? "is not an index" : fmt::format("there is no fabric {}", reference.fabric));
   }
   if (const std::optional<TransformFault> fault = fault_of(reference.transform)) {
     return fail(Code::gltf_extension, document.file,
@@ -140,7 +140,7 @@ Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
   const Result<std::vector<SceneFabric>> present = read_fabrics(document);
   if (!present) return tl::unexpected<Error>(present.error());
   for (std::size_t i = 0; i < present->size(); ++i) {
-    const std::string address = text_of(member(entries_of(document)[i], uri));
+    const std::string address = string_of(member(entries_of(document)[i], uri));
     if (source.uri.empty() ? (*present)[i].bytes == source.bytes : address == source.uri) {
       return static_cast<int>(i);
     }

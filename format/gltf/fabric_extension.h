@@ -15,14 +15,20 @@
 
 namespace selvedge {
 
-/// All fabrics of the document in their order. External ones: the path, whether or not it is there; embedded
-/// ones: the bytes. A document without the extension has none.
+/// Entries of the root array of fabrics; 0 without the extension.
+int fabric_count(const GltfDocument& document);
+
+/// An entry of the root array. An external fabric: the path, whether or not it is there; an embedded one: the
+/// bytes. GLTF_EXTENSION for what is no entry.
+Result<SceneFabric> read_fabric(const GltfDocument& document, int index);
+
+/// All of them in their order.
 Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document);
 
-/// The material's reference, or nothing. An index beyond `fabric_count` is GLTF_REFERENCE, a transform with a
-/// fault GLTF_EXTENSION.
+/// The material's reference, or nothing. GLTF_EXTENSION for an index beyond `fabrics` and a transform with a
+/// fault.
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
-                                                             int fabric_count);
+                                                             int fabrics);
 
 /// KHR_texture_transform of a textureInfo-shaped object; the identity where there is none. `tex_coord` is
 /// overridden if the transform names one.

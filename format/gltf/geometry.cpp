@@ -15,6 +15,11 @@ namespace {
 
 enum Mode { triangles = 4, strip = 5, fan = 6 };
 
+int mode_of(const Json& primitive) {
+  const Json& mode = member(primitive, "mode");
+  return mode.is_null() ? triangles : index_of(mode);
+}
+
 /// Numbers of an array of exactly `count`, or of `otherwise` where the member is absent.
 template <std::size_t count>
 bool numbers(const Json& value, std::array<double, count>& out) {
@@ -80,32 +85,27 @@ void make_flat(ScenePrimitive& primitive) {
 
 }  // namespace
 
-Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocument& document,
-                                                                 const Json& primitive,
-                                                                 const std::string& place,
-                                                                 std::size_t vertices) {
-  using Triangles = std::optional<std::vector<std::uint32_t>>;
-  const Json& mode_value = member(primitive, "mode");
-  const int mode = mode_value.is_null() ? triangles : index_of(mode_value);
-  if (mode >= 0 && mode < triangles) return Triangles{};
-  if (mode < 0 || mode > fan)
+Result<std::vector<std::uint32_t>> read_triangles(const GltfDocument& document, const Json& primitive,
+                                                  const std::string& place, std::size_t vertices) {
+  const int mode = mode_of(primitive);
+  if (mode < triangles || mode > fan)
     return fail(Code::gltf_malformed, document.file, place + "/mode", "unknown mode");
   std::vector<std::uint32_t> list(vertices);
   std::iota(list.begin(), list.end(), 0U);
   if (const Json& accessor = member(primitive, "indices"); !accessor.is_null()) {
     const std::string where = place + "/indices";
     Result<std::vector<std::uint32_t>> read = read_indices(document, index_of(accessor), where);
-    if (!read) return tl::unexpected<Error>(std::move(read.error()));
+    if (!read) return read;
     list = std::move(*read);
     const auto bad = std::find_if(list.begin(), list.end(), [&](std::uint32_t i) { return i >= vertices; });
     if (bad != list.end()) {
-      return fail(Code::gltf_malformed, document.file, where,
+      return fail(Code::gltf_accessor, document.file, where,
                   fmt::format("index {} of {} vertices", *bad, vertices));
     }
   }
   if (mode == triangles) {
     list.resize(list.size() / 3 * 3);
-    return Triangles(std::move(list));
+    return list;
   }
   std::vector<std::uint32_t> expanded;
   for (std::size_t i = 2; i < list.size(); ++i) {
@@ -116,25 +116,26 @@ Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocum
       expanded.insert(expanded.end(), {list[i - 2], list[i - 1 + odd], list[i - odd]});
     }
   }
-  return Triangles(std::move(expanded));
+  return expanded;
 }
 
 Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& document, const Json& primitive,
                                                      const std::string& place, std::size_t vertex_limit,
                                                      const Pose& pose) {
+  const int mode = mode_of(primitive);
+  if (member(member(primitive, "attributes"), "POSITION").is_null() || (mode >= 0 && mode < triangles))
+    return std::optional<ScenePrimitive>{};
   ScenePrimitive result;
   result.material = index_of(member(primitive, "material"));
-  const Json& position = member(member(primitive, "attributes"), "POSITION");
-  if (position.is_null()) return std::optional<ScenePrimitive>{};
-  const Result<ElementRun> run = elements_of(document, index_of(position), place + "/attributes/POSITION");
-  if (!run) return tl::unexpected<Error>(run.error());
-  const std::size_t vertices = run->count;
+  auto positions = read_attribute<V3f>(document, primitive, "POSITION", 0, place);
+  if (!positions) return tl::unexpected<Error>(std::move(positions.error()));
+  const std::size_t vertices = positions->size();
   if (vertices > vertex_limit) return fail(Code::file_too_large, document.file, place, "too many vertices");
+  result.positions = std::move(*positions);
 
   auto indices = read_triangles(document, primitive, place, vertices);
   if (!indices) return tl::unexpected<Error>(std::move(indices.error()));
-  if (!*indices) return std::optional<ScenePrimitive>{};
-  result.indices = std::move(**indices);
+  result.indices = std::move(*indices);
 
   const auto fill = [&](auto& values, auto read) -> std::optional<Error> {
     if (!read) return std::move(read.error());
@@ -145,9 +146,8 @@ Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& documen
     return fill(values, read_attribute<V>(document, primitive, semantic, vertices, place));
   };
   for (std::optional<Error> error :
-       {attribute(result.positions, "POSITION"), attribute(result.normals, "NORMAL"),
-        attribute(result.tangents, "TANGENT"), attribute(result.tex_coords[0], "TEXCOORD_0"),
-        attribute(result.tex_coords[1], "TEXCOORD_1"),
+       {attribute(result.normals, "NORMAL"), attribute(result.tangents, "TANGENT"),
+        attribute(result.tex_coords[0], "TEXCOORD_0"), attribute(result.tex_coords[1], "TEXCOORD_1"),
         fill(result.colors, read_colors(document, primitive, vertices, place))}) {
     if (error) return tl::unexpected<Error>(std::move(*error));
   }
@@ -167,8 +167,9 @@ std::optional<M44d> local_transform(const Json& node) {
   if (const Json& value = member(node, "matrix"); !value.is_null()) {
     std::array<double, 16> m{};
     if (!numbers(value, m)) return std::nullopt;
-    return M44d(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10], m[11], m[12], m[13], m[14],
-                m[15]);
+    M44d matrix;
+    std::copy(m.begin(), m.end(), &matrix[0][0]);
+    return matrix;
   }
   std::array<double, 3> t{0, 0, 0};
   std::array<double, 4> r{0, 0, 0, 1};
@@ -177,12 +178,8 @@ std::optional<M44d> local_transform(const Json& node) {
       !numbers(member(node, "scale"), s)) {
     return std::nullopt;
   }
-  const Imath::Quatd rotation = Imath::Quatd(r[3], r[0], r[1], r[2]).normalized();
-  M44d scale;
-  scale.setScale(V3d(s[0], s[1], s[2]));
-  M44d translation;
-  translation.setTranslation(V3d(t[0], t[1], t[2]));
-  return scale * rotation.toMatrix44() * translation;
+  const M44d rotation = Imath::Quatd(r[3], r[0], r[1], r[2]).normalized().toMatrix44();
+  return M44d().setScale(V3d(s[0], s[1], s[2])) * rotation * M44d().setTranslation(V3d(t[0], t[1], t[2]));
 }
 
 }  // namespace selvedge

@@ -19,11 +19,9 @@ Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& documen
 
 /// Vertex numbers of the triangles of a primitive with `vertices` vertices, three each: strips and fans are
 /// expanded, a missing index list counted up, every index checked, and an incomplete triangle left out.
-/// Nothing for points and lines.
-Result<std::optional<std::vector<std::uint32_t>>> read_triangles(const GltfDocument& document,
-                                                                 const Json& primitive,
-                                                                 const std::string& place,
-                                                                 std::size_t vertices);
+/// GLTF_MALFORMED for points and lines.
+Result<std::vector<std::uint32_t>> read_triangles(const GltfDocument& document, const Json& primitive,
+                                                  const std::string& place, std::size_t vertices);
 
 /// A node's matrix, or its translation, rotation and scale; nothing if an array is of the wrong size. Row
 /// vectors: glTF's column-major numbers are Imath's rows.

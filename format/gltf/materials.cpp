@@ -7,13 +7,10 @@
 
 #include "format/gltf/access.h"
 #include "format/gltf/fabric_extension.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
-
-std::string text_of(const Json& value) {
-  return value.is_string() ? value.get<std::string>() : std::string();
-}
 
 float float_of(const Json& value, double otherwise) {
   return static_cast<float>(number_of(value, otherwise));
@@ -40,7 +37,7 @@ class Reader {
 
   SceneMaterial read(const Json& json) {
     SceneMaterial material;
-    material.name = text_of(member(json, "name"));
+    material.name = string_of(member(json, "name"));
     const Json& pbr = member(json, "pbrMetallicRoughness");
     read_factor(member(pbr, "baseColorFactor"), material.base_color);
     material.base_color_texture = read_texture(member(pbr, "baseColorTexture"));
@@ -59,7 +56,7 @@ class Reader {
     const Json& strength = member(extensions, "KHR_materials_emissive_strength");
     material.emissive *= float_of(member(strength, "emissiveStrength"), 1);
     material.unlit = !member(extensions, "KHR_materials_unlit").is_null();
-    const std::string mode = text_of(member(json, "alphaMode"));
+    const std::string mode = string_of(member(json, "alphaMode"));
     material.alpha_mode = mode == "MASK"    ? AlphaMode::mask
                           : mode == "BLEND" ? AlphaMode::blend
                                             : AlphaMode::opaque;
@@ -92,40 +89,26 @@ class Reader {
       remark(scene_, "a texture without a PNG or JPEG picture is left out");
       return texture;
     }
-    texture.image = read_image(index_of(source));
+    texture.image = add_image(index_of(source));
     return texture;
   }
 
   /// Pictures are not worth refusing a garment for: what cannot be had is remarked.
-  int read_image(int index) {
+  int add_image(int index) {
     const auto known = images_.find(index);
     if (known != images_.end()) return known->second;
-    const std::string place = fmt::format("/images/{}", index);
     int result = -1;
-    if (const auto json = entry_of(document_, "images", index, place); !json) {
-      remark(scene_, json.error().message);
+    if (auto bytes = read_image(document_, index, image_bytes_)) {
+      const Json& json = document_.json["images"][index];
+      SceneImage image{string_of(member(json, "name")), string_of(member(json, "mimeType")), {}};
+      const std::string uri = string_of(member(json, "uri"));
+      if (image.name.empty() && !uri.starts_with("data:")) image.name = uri;
+      image_bytes_ -= bytes->size();
+      image.bytes = std::move(*bytes);
+      result = static_cast<int>(scene_.images.size());
+      scene_.images.push_back(std::move(image));
     } else {
-      SceneImage image{text_of(member(**json, "name")), text_of(member(**json, "mimeType")), {}};
-      const std::string uri = text_of(member(**json, "uri"));
-      std::string failure;
-      if (!uri.empty()) {
-        auto bytes = read_uri(document_, uri, place, image_bytes_);
-        if (bytes) image.bytes = std::move(*bytes);
-        if (!bytes) failure = bytes.error().message;
-        if (image.name.empty() && !uri.starts_with("data:")) image.name = uri;
-      } else {
-        const auto bytes = bytes_of_view(document_, index_of(member(**json, "bufferView")), place);
-        if (bytes && bytes->size() <= image_bytes_) image.bytes.assign(bytes->begin(), bytes->end());
-        if (bytes && bytes->size() > image_bytes_) failure = "the pictures are too large";
-        if (!bytes) failure = bytes.error().message;
-      }
-      if (failure.empty()) {
-        image_bytes_ -= image.bytes.size();
-        result = static_cast<int>(scene_.images.size());
-        scene_.images.push_back(std::move(image));
-      } else {
-        remark(scene_, fmt::format("{}: {}", place, failure));
-      }
+      remark(scene_, fmt::format("/images/{}: {}", index, bytes.error().message));
     }
     images_[index] = result;
     return result;
@@ -139,21 +122,23 @@ class Reader {
 
 }  // namespace
 
-Result<void> read_materials(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene) {
-  Result<std::vector<SceneFabric>> fabrics = read_fabrics(document);
-  if (!fabrics) return tl::unexpected<Error>(std::move(fabrics.error()));
-  scene.fabrics = std::move(*fabrics);
+void read_materials(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene,
+                    IssueSink& issues) {
+  const int fabrics = fabric_count(document);
+  for (int i = 0; i < fabrics; ++i) {
+    Result<SceneFabric> fabric = read_fabric(document, i);
+    if (!fabric) issues.add(fabric.error());
+    scene.fabrics.push_back(fabric ? std::move(*fabric) : SceneFabric());
+  }
   Reader reader(document, image_bytes, scene);
-  const Json& materials = member(document.json, "materials");
-  for (std::size_t i = 0; materials.is_array() && i < materials.size(); ++i) {
+  const Json& materials = array_of(document.json, "materials");
+  for (std::size_t i = 0; i < materials.size(); ++i) {
     SceneMaterial material = reader.read(materials[i]);
-    auto reference =
-        read_fabric_reference(document, static_cast<int>(i), static_cast<int>(scene.fabrics.size()));
-    if (!reference) return tl::unexpected<Error>(std::move(reference.error()));
-    material.fabric = std::move(*reference);
+    const auto reference = read_fabric_reference(document, static_cast<int>(i), fabrics);
+    if (!reference) issues.add(reference.error());
+    if (reference) material.fabric = *reference;
     scene.materials.push_back(std::move(material));
   }
-  return {};
 }
 
 void remark(Scene& scene, std::string text) {

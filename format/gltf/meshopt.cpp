@@ -5,9 +5,8 @@
 
 #include <cstring>
 #include <span>
-#include <string_view>
 
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {
@@ -38,10 +37,6 @@ const char* extension_of(const Json& object) {
   return nullptr;
 }
 
-std::string_view text_of(const Json& value) {
-  return value.is_string() ? std::string_view(value.get_ref<const std::string&>()) : std::string_view();
-}
-
 /// Why the numbers of a stream break a rule of the extension; nullptr where they do not.
 const char* fault_of(const Stream& s) {
   if (s.count == 0) return "count is not a positive integer";
@@ -62,8 +57,8 @@ Result<Stream> stream_of(const GltfDocument& document, const Json& view, const J
     return fail(code, document.file, place, std::move(message));
   };
   Stream stream;
-  const std::string_view mode = text_of(member(extension, "mode"));
-  const std::string_view filter = text_of(member(extension, "filter"));
+  const std::string mode = string_of(member(extension, "mode"));
+  const std::string filter = string_of(member(extension, "filter"));
   if (mode == "TRIANGLES") {
     stream.mode = Mode::triangles;
   } else if (mode == "INDICES") {
@@ -142,17 +137,8 @@ bool has_plain_bytes(const GltfDocument& document, const Json& view) {
 
 }  // namespace
 
-bool is_meshopt_fallback(const Json& root, int buffer) {
-  const Json& views = member(root, "bufferViews");
-  for (std::size_t i = 0; views.is_array() && i < views.size(); ++i) {
-    if (extension_of(views[i]) != nullptr && index_of(member(views[i], "buffer")) == buffer) return true;
-  }
-  return false;
-}
-
 Result<void> expand_meshopt(GltfDocument& document) {
-  const std::size_t views =
-      member(document.json, "bufferViews").is_array() ? document.json["bufferViews"].size() : std::size_t{0};
+  const std::size_t views = array_of(document.json, "bufferViews").size();
   std::size_t budget = 0;  // views that share their bytes do not multiply them
   for (const std::vector<std::uint8_t>& buffer : document.buffers) budget += bytes_per_byte * buffer.size();
   std::vector<std::uint8_t> decoded;
@@ -183,9 +169,9 @@ Result<void> expand_meshopt(GltfDocument& document) {
     }
     drop(view, name);
   }
-  const Json& buffers = member(document.json, "buffers");
-  for (std::size_t b = 0; buffers.is_array() && b < buffers.size(); ++b) {
-    while (const char* name = extension_of(buffers[b])) drop(document.json["buffers"][b], name);
+  for (std::size_t b = 0; b < target; ++b) {
+    Json& buffer = document.json["buffers"][b];
+    while (const char* name = extension_of(buffer)) drop(buffer, name);
   }
   if (!decoded.empty()) {
     document.json["buffers"].push_back(Json{{"byteLength", decoded.size()}});

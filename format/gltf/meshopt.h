@@ -1,14 +1,10 @@
-// Meshopt: compressed buffer views become plain ones (gltf_meshopt.cpp is the only file that includes
+// Meshopt: compressed buffer views become plain ones (meshopt.cpp is the only file that includes
 // meshoptimizer).
 #pragma once
 
 #include "format/gltf/document.h"
 
 namespace selvedge {
-
-/// Whether a buffer view refers to the buffer only as the place of its decoded bytes: such a buffer need not
-/// say where its bytes are.
-bool is_meshopt_fallback(const Json& root, int buffer);
 
 /// Decodes every buffer view that carries EXT_meshopt_compression (KHR_meshopt_compression likewise, as far
 /// as it uses the same bitstreams) into a new buffer behind the others, filters applied, and removes the

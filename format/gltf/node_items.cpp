@@ -4,6 +4,7 @@
 #include <Imath/ImathQuat.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,8 +17,7 @@ namespace {
 
 std::string name_of(const Json& json, const Json& node) {
   for (const Json* named : {&json, &node}) {
-    const Json& name = member(*named, "name");
-    if (name.is_string() && !name.get_ref<const std::string&>().empty()) return name.get<std::string>();
+    if (std::string name = string_of(member(*named, "name")); !name.empty()) return name;
   }
   return "";
 }
@@ -25,31 +25,10 @@ std::string name_of(const Json& json, const Json& node) {
 V3d row(const M44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
 
 bool finite(const M44d& m) {
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) {
-      if (!std::isfinite(m[i][j])) return false;
-    }
-  }
-  return true;
+  return std::all_of(&m[0][0], &m[0][0] + 16, [](double x) { return std::isfinite(x); });
 }
 
 bool is_positive(double value) { return std::isfinite(value) && value > 0; }
-
-/// The elements of one attribute of EXT_mesh_gpu_instancing; `count` is set by the first one.
-template <class V>
-Result<std::vector<V>> instance_attribute(const GltfDocument& document, const Json& attributes,
-                                          const char* name, const std::string& place, std::size_t& count,
-                                          std::size_t limit) {
-  const Json& accessor = member(attributes, name);
-  if (accessor.is_null()) return std::vector<V>();
-  const std::string where = fmt::format("{}/attributes/{}", place, name);
-  const Result<AccessorShape> shape = shape_of(document, index_of(accessor), where);
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  if (shape->count > limit) return fail(Code::file_too_large, document.file, where, "too many instances");
-  auto values = read_vectors<V>(document, index_of(accessor), count, where);
-  if (values) count = values->size();
-  return values;
-}
 
 }  // namespace
 
@@ -88,14 +67,13 @@ std::optional<SceneLight> light_of_node(const GltfDocument& document, const Json
   const Json& number = member(member(member(node, "extensions"), lights_punctual), "light");
   if (number.is_null()) return std::nullopt;
   const int index = index_of(number);
-  const Json& lights = member(member(member(document.json, "extensions"), lights_punctual), "lights");
+  const Json& lights = array_of(member(member(document.json, "extensions"), lights_punctual), "lights");
   const std::string place = fmt::format("/extensions/{}/lights/{}", lights_punctual, index);
   const auto leave_out = [&](const char* why) -> std::optional<SceneLight> {
     remark(scene, fmt::format("{}: {}; left out", place, why));
     return std::nullopt;
   };
-  if (!lights.is_array() || index < 0 || static_cast<std::size_t>(index) >= lights.size())
-    return leave_out("there is no such light");
+  if (static_cast<std::size_t>(index) >= lights.size()) return leave_out("there is no such light");
   const Json& json = lights[index];
   SceneLight light;
   light.name = name_of(json, node);
@@ -136,24 +114,37 @@ Result<std::vector<M44d>> places_of_node(const GltfDocument& document, const Jso
   if (extension.is_null()) return std::vector<M44d>{world};
   const std::string where = fmt::format("{}/extensions/{}", place, gpu_instancing);
   const Json& attributes = member(extension, "attributes");
-  std::size_t count = 0;
-  const auto translations = instance_attribute<V3d>(document, attributes, "TRANSLATION", where, count, limit);
-  if (!translations) return tl::unexpected<Error>(translations.error());
-  const auto rotations =
-      instance_attribute<Imath::V4d>(document, attributes, "ROTATION", where, count, limit);
-  if (!rotations) return tl::unexpected<Error>(rotations.error());
-  const auto scales = instance_attribute<V3d>(document, attributes, "SCALE", where, count, limit);
-  if (!scales) return tl::unexpected<Error>(scales.error());
+  std::size_t count = 0;  // of the first attribute, and so of all
+  std::vector<V3d> translations;
+  std::vector<Imath::V4d> rotations;
+  std::vector<V3d> scales;
+  const auto read = [&]<class V>(const char* name, std::vector<V>& values) -> Result<void> {
+    const Json& accessor = member(attributes, name);
+    if (accessor.is_null()) return {};
+    const std::string at = fmt::format("{}/attributes/{}", where, name);
+    const Result<AccessorShape> shape = shape_of(document, index_of(accessor), at);
+    if (shape && shape->count > limit)
+      return fail(Code::file_too_large, document.file, at, "too many instances");
+    auto found = read_vectors<V>(document, index_of(accessor), count, at);
+    if (!found) return tl::unexpected<Error>(std::move(found.error()));
+    values = std::move(*found);
+    count = values.size();
+    return {};
+  };
+  for (Result<void> good :
+       {read("TRANSLATION", translations), read("ROTATION", rotations), read("SCALE", scales)}) {
+    if (!good) return tl::unexpected<Error>(std::move(good.error()));
+  }
   std::vector<M44d> places;
   places.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     M44d local;
-    if (!scales->empty()) local.setScale((*scales)[i]);
-    if (!rotations->empty()) {
-      const Imath::V4d& r = (*rotations)[i];
+    if (!scales.empty()) local.setScale(scales[i]);
+    if (!rotations.empty()) {
+      const Imath::V4d& r = rotations[i];
       local *= Imath::Quatd(r.w, r.x, r.y, r.z).normalized().toMatrix44();
     }
-    if (!translations->empty()) local *= M44d().setTranslation((*translations)[i]);
+    if (!translations.empty()) local *= M44d().setTranslation(translations[i]);
     places.push_back(local * world);
   }
   return places;

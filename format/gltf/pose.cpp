@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "format/gltf/access.h"
@@ -39,16 +40,17 @@ Result<void> add_target(const GltfDocument& document, const Json& target, double
   const auto add = [&]<class Difference>(Difference, const char* semantic, auto& values) {
     return add_differences<Difference>(document, target, semantic, weight, place, values);
   };
-  if (Result<void> good = add(V3d(), "POSITION", vertices.positions); !good) return good;
-  if (Result<void> good = add(V3d(), "NORMAL", vertices.normals); !good) return good;
-  if (Result<void> good = add(V3d(), "TANGENT", vertices.tangents); !good) return good;
-  if (Result<void> good = add(V2d(), "TEXCOORD_0", vertices.tex_coords[0]); !good) return good;
-  if (Result<void> good = add(V2d(), "TEXCOORD_1", vertices.tex_coords[1]); !good) return good;
-  const bool opaque =
-      member(target, "COLOR_0").is_null() ||
-      shape_of(document, index_of(member(target, "COLOR_0")), place).value_or(AccessorShape{}).components ==
-          3;
-  return opaque ? add(V3f(), "COLOR_0", vertices.colors) : add(V4f(), "COLOR_0", vertices.colors);
+  const Json& color = member(target, "COLOR_0");
+  const bool has_alpha = !color.is_null() &&
+                         shape_of(document, index_of(color), place).value_or(AccessorShape{}).components == 4;
+  for (Result<void> good :
+       {add(V3d(), "POSITION", vertices.positions), add(V3d(), "NORMAL", vertices.normals),
+        add(V3d(), "TANGENT", vertices.tangents), add(V2d(), "TEXCOORD_0", vertices.tex_coords[0]),
+        add(V2d(), "TEXCOORD_1", vertices.tex_coords[1]),
+        has_alpha ? add(V4f(), "COLOR_0", vertices.colors) : add(V3f(), "COLOR_0", vertices.colors)}) {
+    if (!good) return good;
+  }
+  return {};
 }
 
 /// The matrix of every vertex: the mean of its joints by their weights.
@@ -61,23 +63,24 @@ Result<std::vector<M44d>> skin_matrices(const GltfDocument& document, const Json
   std::vector<std::size_t> first(vertices, 0);
   const Json& attributes = member(primitive, "attributes");
   for (int set = 0;; ++set) {
-    const std::string joints_name = fmt::format("JOINTS_{}", set);
-    const std::string weights_name = fmt::format("WEIGHTS_{}", set);
-    const Json& joints_accessor = member(attributes, joints_name.c_str());
-    const Json& weights_accessor = member(attributes, weights_name.c_str());
-    if (joints_accessor.is_null() || weights_accessor.is_null()) break;
-    const std::string where = fmt::format("{}/attributes/{}", place, joints_name);
-    const auto numbers = read_vectors<Imath::V4d>(document, index_of(joints_accessor), vertices, where);
-    if (!numbers) return tl::unexpected<Error>(numbers.error());
-    const auto weights = read_vectors<Imath::V4d>(document, index_of(weights_accessor), vertices,
-                                                  fmt::format("{}/attributes/{}", place, weights_name));
-    if (!weights) return tl::unexpected<Error>(weights.error());
+    const std::array names{fmt::format("JOINTS_{}", set), fmt::format("WEIGHTS_{}", set)};
+    std::array<std::vector<Imath::V4d>, 2> read;
+    const std::string where = fmt::format("{}/attributes/", place);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Json& accessor = member(attributes, names[i].c_str());
+      if (accessor.is_null()) break;
+      auto vectors = read_vectors<Imath::V4d>(document, index_of(accessor), vertices, where + names[i]);
+      if (!vectors) return tl::unexpected<Error>(vectors.error());
+      read[i] = std::move(*vectors);
+    }
+    const auto& [numbers, weights] = read;
+    if (weights.empty()) break;
     for (std::size_t v = 0; v < vertices; ++v) {
       for (int k = 0; k < 4; ++k) {
-        const double weight = (*weights)[v][k];
-        const double number = (*numbers)[v][k];
+        const double weight = weights[v][k];
+        const double number = numbers[v][k];
         if (!(number >= 0 && number < static_cast<double>(joints.size()))) {
-          return fail(Code::gltf_malformed, document.file, where,
+          return fail(Code::gltf_accessor, document.file, where + names[0],
                       fmt::format("vertex {} follows joint {} of {}", v, number, joints.size()));
         }
         const auto joint = static_cast<std::size_t>(number);
@@ -124,15 +127,12 @@ void skin(const std::vector<M44d>& matrices, ScenePrimitive& vertices) {
 }  // namespace
 
 NodeTransforms::NodeTransforms(const GltfDocument& document) : document_(document) {
-  const Json& nodes = member(document.json, "nodes");
-  if (!nodes.is_array()) return;
+  const Json& nodes = array_of(document.json, "nodes");
   parents_.assign(nodes.size(), -1);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const Json& children = member(nodes[i], "children");
-    for (std::size_t c = 0; children.is_array() && c < children.size(); ++c) {
-      const int child = index_of(children[c]);
-      if (child >= 0 && static_cast<std::size_t>(child) < parents_.size())
-        parents_[child] = static_cast<int>(i);
+    for (const Json& child : array_of(nodes[i], "children")) {
+      const auto number = static_cast<std::size_t>(index_of(child));
+      if (number < parents_.size()) parents_[number] = static_cast<int>(i);
     }
   }
 }
@@ -156,19 +156,17 @@ Result<M44d> NodeTransforms::world(int node) const {
 }
 
 Result<Pose> pose_of(const GltfDocument& document, const Json& node, const Json& mesh,
-                     const NodeTransforms& transforms) {
+                     const NodeTransforms& transforms, const std::string& place_of_node) {
   Pose pose;
-  const Json& own = member(node, "weights");
-  const Json& weights = own.is_array() ? own : member(mesh, "weights");
-  for (std::size_t i = 0; weights.is_array() && i < weights.size(); ++i)
-    pose.weights.push_back(number_of(weights[i], 0));
+  const Json& owner = member(node, "weights").is_array() ? node : mesh;
+  for (const Json& weight : array_of(owner, "weights")) pose.weights.push_back(number_of(weight, 0));
   const Json& number = member(node, "skin");
   if (number.is_null()) return pose;
   const std::string place = fmt::format("/skins/{}", index_of(number));
-  const auto skin_json = entry_of(document, "skins", index_of(number), "/nodes");
+  const auto skin_json = entry_of(document, "skins", index_of(number), place_of_node + "/skin");
   if (!skin_json) return tl::unexpected<Error>(skin_json.error());
-  const Json& joints = member(**skin_json, "joints");
-  const std::size_t count = joints.is_array() ? joints.size() : 0;
+  const Json& joints = array_of(**skin_json, "joints");
+  const std::size_t count = joints.size();
   std::vector<double> inverse;
   if (const Json& accessor = member(**skin_json, "inverseBindMatrices"); !accessor.is_null()) {
     const std::string where = place + "/inverseBindMatrices";
@@ -195,9 +193,9 @@ Result<Pose> pose_of(const GltfDocument& document, const Json& node, const Json&
 
 Result<void> apply_pose(const GltfDocument& document, const Json& primitive, const std::string& place,
                         const Pose& pose, ScenePrimitive& vertices) {
-  const Json& targets = member(primitive, "targets");
+  const Json& targets = array_of(primitive, "targets");
   bool morphed = false;
-  for (std::size_t t = 0; targets.is_array() && t < std::min(targets.size(), pose.weights.size()); ++t) {
+  for (std::size_t t = 0; t < std::min(targets.size(), pose.weights.size()); ++t) {
     if (pose.weights[t] == 0) continue;
     morphed = true;
     if (Result<void> good = add_target(document, targets[t], pose.weights[t],

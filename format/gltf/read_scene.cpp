@@ -20,94 +20,138 @@
 namespace selvedge {
 namespace {
 
-std::string text_of(const Json& value) {
-  return value.is_string() ? value.get<std::string>() : std::string();
-}
+/// A file may name that many broken primitives; the rest is not read.
+constexpr int max_failures = 100;
 
 class Reader {
  public:
-  Reader(const GltfDocument& document, const SceneLimits& limits, const SceneChoice& choice)
-      : document_(document), limits_(limits), choice_(choice), transforms_(document) {
+  /// `everything`: reads all nodes, and on after an error.
+  Reader(const GltfDocument& document, const SceneLimits& limits, const SceneChoice& choice, bool everything,
+         IssueSink& issues)
+      : document_(document),
+        limits_(limits),
+        choice_(choice),
+        everything_(everything),
+        issues_(issues),
+        transforms_(document) {
     limits_.vertices = std::min(limits_.vertices, unbacked_elements(document));
   }
 
-  Result<Scene> read() {
+  Scene read() {
     scene_.file = document_.file;
-    for (Result<void> (Reader::*step)() : {&Reader::read_choice, &Reader::read_looks, &Reader::read_nodes}) {
-      if (Result<void> good = (this->*step)(); !good) return tl::unexpected<Error>(std::move(good.error()));
+    const Result<int> scene = choose("--scene", choice_.scene, array_of(document_.json, "scenes"));
+    const Json& extension = member(member(document_.json, "extensions"), names::gltf::variants);
+    const Result<int> variant = choose("--variant", choice_.variant, array_of(extension, "variants"));
+    for (const Result<int>* chosen : {&scene, &variant}) {
+      if (!*chosen) issues_.add(chosen->error());
     }
+    if (!scene || !variant) return {};
+    variant_ = *variant;
+    read_materials(document_, limits_.image_bytes, scene_, issues_);
+    read_nodes(roots(*scene));
     remark_on_what_is_not_read();
     return std::move(scene_);
   }
 
  private:
-  Result<void> read_looks() { return read_materials(document_, limits_.image_bytes, scene_); }
+  /// Whether nothing more is to be read.
+  bool is_done() const { return exhausted_ || (!everything_ && issues_.has_error()); }
 
-  tl::unexpected<Error> malformed(std::string place, std::string message) const {
-    return fail(Code::gltf_malformed, document_.file, std::move(place), std::move(message));
+  void add(Error error) {
+    exhausted_ = exhausted_ || error.code == Code::file_too_large;
+    // Several primitives may find the same fault in what they share.
+    if (reported_.emplace(error.code, error.place).second) issues_.add(std::move(error));
   }
 
-  tl::unexpected<Error> no_such(const char* option, const std::string& wanted, const Json& entries) const {
-    std::string present;
-    for (std::size_t i = 0; entries.is_array() && i < entries.size(); ++i) {
-      present += fmt::format("{}{} \"{}\"", i == 0 ? "" : ", ", i, text_of(member(entries[i], "name")));
-    }
-    return fail(
-        Code::option_out_of_range, document_.file, option,
-        fmt::format("there is no \"{}\"; the file has {}", wanted, present.empty() ? "none" : present));
+  void add(Code code, std::string place, std::string message) {
+    add(Error{code, document_.file, std::move(place), std::move(message)});
   }
 
   void remark(std::string text) { selvedge::remark(scene_, std::move(text)); }
 
   /// Scene primitives of a mesh in the pose of a node: indices into scene_.primitives. Nodes that show the
   /// same share them.
-  Result<std::vector<int>> read_mesh(int mesh, const Json& node) {
-    const auto json = entry_of(document_, "meshes", mesh, "/nodes");
-    if (!json) return tl::unexpected<Error>(json.error());
+  std::vector<int> read_mesh(int mesh, const Json& node, const std::string& place) {
+    const auto json = entry_of(document_, "meshes", mesh, place + "/mesh");
+    if (!json) {
+      add(json.error());
+      return {};
+    }
+    shown_.insert(mesh);
     const auto [entry, fresh] = meshes_.try_emplace(
         fmt::format("{} {} {}", mesh, index_of(member(node, "skin")), member(node, "weights").dump()));
     if (!fresh) return entry->second;
-    const Result<Pose> pose = pose_of(document_, node, **json, transforms_);
-    if (!pose) return tl::unexpected<Error>(pose.error());
-    const Json& primitives = member(**json, "primitives");
-    for (std::size_t p = 0; primitives.is_array() && p < primitives.size(); ++p) {
-      const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, p);
-      Result<std::optional<ScenePrimitive>> primitive =
-          read_primitive(document_, primitives[p], place, limits_.vertices - vertices_, *pose);
-      if (!primitive) return tl::unexpected<Error>(std::move(primitive.error()));
-      if (!*primitive) {
-        remark(fmt::format("{}: left out, for it has no triangles or no POSITION", place));
+    const Result<Pose> pose = pose_of(document_, node, **json, transforms_, place);
+    if (!pose) {
+      add(pose.error());
+      return {};
+    }
+    const std::string name = string_of(member(**json, "name"));
+    const Json& primitives = array_of(**json, "primitives");
+    for (std::size_t p = 0; p < primitives.size() && !is_done(); ++p) {
+      auto primitive = read_primitive(mesh, static_cast<int>(p), primitives[p], *pose);
+      if (!primitive) {
+        add(primitive.error());
+        exhausted_ = exhausted_ || ++failures_ == max_failures;
         continue;
       }
-      ScenePrimitive& good = **primitive;
-      if (variant_ >= 0) good.material = material_of_variant(primitives[p], good.material);
-      if (good.material >= static_cast<int>(scene_.materials.size())) {
-        return malformed(place, fmt::format("there is no material {}", good.material));
-      }
-      good.mesh = mesh;
-      good.index = static_cast<int>(p);
-      const std::string name = text_of(member(**json, "name"));
-      good.name = fmt::format("{}/{}", name.empty() ? fmt::format("mesh {}", mesh) : name, p);
-      remark_on_coarse_coordinates(primitives[p], good);
-      vertices_ += good.positions.size();
-      indices_ += good.indices.size();
-      if (indices_ / indices_per_vertex > limits_.vertices) {
-        return fail(Code::file_too_large, document_.file, place, "too many triangles");
-      }
+      if (!*primitive) continue;
+      (*primitive)->name = fmt::format("{}/{}", name.empty() ? fmt::format("mesh {}", mesh) : name, p);
+      remark_on_coarse_coordinates(primitives[p], **primitive);
       entry->second.push_back(static_cast<int>(scene_.primitives.size()));
-      scene_.primitives.push_back(std::move(good));
+      scene_.primitives.push_back(std::move(**primitive));
     }
     return entry->second;
   }
 
+  /// Nothing for a primitive that is left out.
+  Result<std::optional<ScenePrimitive>> read_primitive(int mesh, int index, const Json& json,
+                                                       const Pose& pose) {
+    const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, index);
+    auto read = selvedge::read_primitive(document_, json, place, limits_.vertices - vertices_, pose);
+    if (!read) return read;
+    if (!*read) {
+      remark(fmt::format("{}: left out, for it has no triangles or no POSITION", place));
+      return read;
+    }
+    ScenePrimitive& primitive = **read;
+    vertices_ += primitive.positions.size();
+    indices_ += primitive.indices.size();
+    if (indices_ / indices_per_vertex > limits_.vertices) {
+      return fail(Code::file_too_large, document_.file, place, "too many triangles");
+    }
+    if (everything_) check_variants(json, place);
+    if (variant_ >= 0) primitive.material = material_of_variant(json, primitive.material);
+    if (primitive.material >= static_cast<int>(scene_.materials.size())) {
+      return fail(Code::gltf_accessor, document_.file, place + "/material",
+                  fmt::format("there is no material {}", primitive.material));
+    }
+    primitive.mesh = mesh;
+    primitive.index = index;
+    return read;
+  }
+
+  static const Json& mappings_of(const Json& primitive) {
+    return array_of(member(member(primitive, "extensions"), names::gltf::variants), "mappings");
+  }
+
+  void check_variants(const Json& primitive, const std::string& place) {
+    const Json& mappings = mappings_of(primitive);
+    for (std::size_t i = 0; i < mappings.size(); ++i) {
+      const int material = index_of(member(mappings[i], "material"));
+      if (material >= 0 && static_cast<std::size_t>(material) < scene_.materials.size()) continue;
+      add(Code::gltf_accessor,
+          fmt::format("{}/extensions/{}/mappings/{}/material", place, names::gltf::variants, i),
+          fmt::format("there is no material {}", material));
+    }
+  }
+
   int material_of_variant(const Json& primitive, int otherwise) const {
-    const Json& mappings = member(member(member(primitive, "extensions"), names::gltf::variants), "mappings");
-    for (std::size_t i = 0; mappings.is_array() && i < mappings.size(); ++i) {
-      const Json& variants = member(mappings[i], "variants");
-      const bool meant =
-          variants.is_array() && std::any_of(variants.begin(), variants.end(),
-                                             [&](const Json& v) { return index_of(v) == variant_; });
-      if (meant) return index_of(member(mappings[i], "material"));
+    for (const Json& mapping : mappings_of(primitive)) {
+      const Json& variants = array_of(mapping, "variants");
+      const bool meant = std::any_of(variants.begin(), variants.end(),
+                                     [&](const Json& v) { return index_of(v) == variant_; });
+      if (meant) return index_of(member(mapping, "material"));
     }
     return otherwise;
   }
@@ -139,100 +183,104 @@ class Reader {
                        primitive.name, semantic, std::max(largest.x, largest.y), step));
   }
 
-  std::vector<int> roots() const {
+  /// The nodes of the scene that was chosen, else of the default one; without scenes, and where everything is
+  /// read, all that have no parent.
+  std::vector<int> roots(int scene) const {
     std::vector<int> result;
-    const Json& scenes = member(document_.json, "scenes");
-    const Json& nodes = member(document_.json, "nodes");
-    if (scenes.is_array() && !scenes.empty()) {
-      const int chosen =
-          scene_index_ >= 0 ? scene_index_ : std::max(0, index_of(member(document_.json, "scene")));
-      if (static_cast<std::size_t>(chosen) >= scenes.size()) return {-1};
-      const Json& list = member(scenes[chosen], "nodes");
-      for (std::size_t i = 0; list.is_array() && i < list.size(); ++i) result.push_back(index_of(list[i]));
-      return result;
+    const Json& scenes = array_of(document_.json, "scenes");
+    if (!scenes.empty()) {
+      if (scene < 0) scene = std::max(0, index_of(member(document_.json, "scene")));
+      if (static_cast<std::size_t>(scene) >= scenes.size()) return {-1};
+      for (const Json& node : array_of(scenes[scene], "nodes")) result.push_back(index_of(node));
+      if (!everything_) return result;
     }
-    std::set<int> children;
-    for (std::size_t i = 0; nodes.is_array() && i < nodes.size(); ++i) {
-      const Json& list = member(nodes[i], "children");
-      for (std::size_t c = 0; list.is_array() && c < list.size(); ++c) children.insert(index_of(list[c]));
-    }
-    for (int i = 0; nodes.is_array() && i < static_cast<int>(nodes.size()); ++i) {
-      if (!children.contains(i)) result.push_back(i);
+    const std::set<int> listed(result.begin(), result.end());
+    for (int i = 0; i < static_cast<int>(array_of(document_.json, "nodes").size()); ++i) {
+      if (!transforms_.has_parent(i) && !listed.contains(i)) result.push_back(i);
     }
     return result;
   }
 
-  Result<void> read_nodes() {
+  void read_nodes(const std::vector<int>& roots) {
     std::vector<std::pair<int, M44d>> open;
-    for (const int root : roots()) open.emplace_back(root, M44d());
+    for (const int root : roots) open.emplace_back(root, M44d());
     std::reverse(open.begin(), open.end());
     std::set<int> visited;
-    while (!open.empty()) {
+    while (!open.empty() && !is_done()) {
       const auto [index, parent] = open.back();
       open.pop_back();
       const std::string place = fmt::format("/nodes/{}", index);
       const auto node = entry_of(document_, "nodes", index, "/scenes");
-      if (!node) return tl::unexpected<Error>(node.error());
-      if (!visited.insert(index).second) return malformed(place, "the node is reached twice");
+      if (!node) {
+        add(node.error());
+        continue;
+      }
       const std::optional<M44d> local = local_transform(**node);
-      if (!local) return malformed(place, "the transform is not made of the right number of numbers");
+      if (!visited.insert(index).second) {
+        add(Code::gltf_malformed, place, "the node is reached twice");
+        continue;
+      }
+      if (!local) {
+        add(Code::gltf_malformed, place, "the transform is not made of the right number of numbers");
+        continue;
+      }
       const M44d world = *local * parent;
-      if (Result<void> good = read_mesh_of_node(**node, place, world); !good) return good;
+      read_mesh_of_node(**node, place, world);
       if (auto camera = camera_of_node(document_, **node, world, scene_)) scene_.cameras.push_back(*camera);
       if (auto light = light_of_node(document_, **node, world, scene_)) scene_.lights.push_back(*light);
-      const Json& children = member(**node, "children");
-      for (std::size_t c = children.is_array() ? children.size() : 0; c-- > 0;) {
-        open.emplace_back(index_of(children[c]), world);
-      }
+      const Json& children = array_of(**node, "children");
+      for (std::size_t c = children.size(); c-- > 0;) open.emplace_back(index_of(children[c]), world);
     }
-    return {};
+    if (everything_) read_the_rest(visited);
   }
 
-  Result<void> read_mesh_of_node(const Json& node, const std::string& place, const M44d& world) {
+  /// What no scene shows.
+  void read_the_rest(const std::set<int>& visited) {
+    for (int i = 0; i < static_cast<int>(array_of(document_.json, "nodes").size()); ++i) {
+      if (!visited.contains(i))
+        add(Code::gltf_malformed, fmt::format("/nodes/{}", i), "the node is its own ancestor");
+    }
+    for (int m = 0; m < static_cast<int>(array_of(document_.json, "meshes").size()); ++m) {
+      if (!shown_.contains(m)) read_mesh(m, Json::object(), "");
+    }
+  }
+
+  void read_mesh_of_node(const Json& node, const std::string& place, const M44d& world) {
     const int mesh = index_of(member(node, "mesh"));
-    if (mesh < 0) return {};
-    const Result<std::vector<int>> primitives = read_mesh(mesh, node);
-    if (!primitives) return tl::unexpected<Error>(primitives.error());
+    if (mesh < 0) return;
+    const std::vector<int> primitives = read_mesh(mesh, node, place);
     // A skin's joints say where its vertices are, the node does not (glTF 2.0, section 3.7.3.3).
     const bool skinned = !member(node, "skin").is_null();
     const auto places = places_of_node(document_, node, place, skinned ? M44d() : world, limits_.instances);
-    if (!places) return tl::unexpected<Error>(places.error());
+    if (!places) return add(places.error());
+    if (places->size() * primitives.size() > limits_.instances - scene_.instances.size()) {
+      return add(Code::file_too_large, place, "too many instances");
+    }
     for (const M44d& at : *places) {
-      for (const int primitive : *primitives) scene_.instances.push_back({primitive, at});
+      for (const int primitive : primitives) scene_.instances.push_back({primitive, at});
     }
-    if (scene_.instances.size() > limits_.instances) {
-      return fail(Code::file_too_large, document_.file, place, "too many instances");
-    }
-    return {};
   }
 
   /// An entry of `entries` by its name, else by its number; -1 where `wanted` is empty.
   Result<int> choose(const char* option, const std::string& wanted, const Json& entries) const {
     if (wanted.empty()) return -1;
-    const std::size_t count = entries.is_array() ? entries.size() : 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (member(entries[i], "name") == wanted) return static_cast<int>(i);
+    int found = -1;
+    std::string present;
+    for (int i = static_cast<int>(entries.size()) - 1; i >= 0; --i) {
+      // The first of a name, which comes before a number.
+      const std::string name = string_of(member(entries[i], "name"));
+      if (name == wanted || (found < 0 && std::to_string(i) == wanted)) found = i;
+      present = fmt::format("{} \"{}\"{}{}", i, name, present.empty() ? "" : ", ", present);
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      if (std::to_string(i) == wanted) return static_cast<int>(i);
-    }
-    return no_such(option, wanted, entries);
-  }
-
-  Result<void> read_choice() {
-    const Result<int> scene = choose("--scene", choice_.scene, member(document_.json, "scenes"));
-    if (!scene) return tl::unexpected<Error>(scene.error());
-    scene_index_ = *scene;
-    const Json& extension = member(member(document_.json, "extensions"), names::gltf::variants);
-    const Result<int> variant = choose("--variant", choice_.variant, member(extension, "variants"));
-    if (!variant) return tl::unexpected<Error>(variant.error());
-    variant_ = *variant;
-    return {};
+    if (found >= 0) return found;
+    return fail(
+        Code::option_out_of_range, document_.file, option,
+        fmt::format("there is no \"{}\"; the file has {}", wanted, present.empty() ? "none" : present));
   }
 
   void remark_on_what_is_not_read() {
     if (!member(document_.json, "animations").is_null()) remark("animations are not played");
-    for (const Json& name : member(document_.json, "extensionsUsed")) {
+    for (const Json& name : array_of(document_.json, "extensionsUsed")) {
       if (name == names::gltf::variants && variant_ < 0)
         remark("KHR_materials_variants: the default materials are used");
     }
@@ -241,20 +289,32 @@ class Reader {
   const GltfDocument& document_;
   SceneLimits limits_;
   const SceneChoice& choice_;
+  bool everything_;
+  IssueSink& issues_;
   NodeTransforms transforms_;
-  int scene_index_ = -1;
   int variant_ = -1;
   Scene scene_;
   static constexpr std::size_t indices_per_vertex = 6;  ///< of a closed mesh
   std::size_t vertices_ = 0;
   std::size_t indices_ = 0;
+  std::set<int> shown_;  ///< meshes
+  int failures_ = 0;
+  std::set<std::pair<Code, std::string>> reported_;
+  bool exhausted_ = false;                          ///< a limit has been reached
   std::map<std::string, std::vector<int>> meshes_;  ///< by mesh, skin and weights
 };
 
 }  // namespace
 
 Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits, const SceneChoice& choice) {
-  return Reader(document, limits, choice).read();
+  IssueSink issues(document.file);
+  Scene scene = Reader(document, limits, choice, false, issues).read();
+  if (issues.has_error()) return tl::unexpected<Error>(issues.first_error());
+  return scene;
+}
+
+Scene read_everything(const GltfDocument& document, IssueSink& issues) {
+  return Reader(document, {}, {}, true, issues).read();
 }
 
 Result<Scene> read_scene(const std::string& path, const SceneLimits& limits, const SceneChoice& choice) {

@@ -5,9 +5,12 @@
 #include <string>
 
 #include "format/base/error.h"
+#include "format/base/issue_sink.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {
+
+struct GltfDocument;
 
 struct SceneLimits {
   /// Of all primitives together, after expansion; no more than unbacked_elements in any case.
@@ -15,8 +18,6 @@ struct SceneLimits {
   std::size_t instances = std::size_t{1} << 20;
   std::uint64_t image_bytes = std::uint64_t{1} << 30;  ///< of all encoded pictures; beyond, they are left out
 };
-
-struct GltfDocument;
 
 /// What of a file is read, by name or number; empty: the file's own choice.
 struct SceneChoice {
@@ -42,5 +43,9 @@ Result<Scene> read_scene(const std::string& path, const SceneLimits& limits = {}
 /// The same from a loaded document.
 Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits = {},
                          const SceneChoice& choice = {});
+
+/// For a checker: reads every node and every mesh, in a scene or not, and adds all errors to `issues`. What
+/// is broken is missing in the scene.
+Scene read_everything(const GltfDocument& document, IssueSink& issues);
 
 }  // namespace selvedge

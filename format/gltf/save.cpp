@@ -6,13 +6,12 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <set>
 
 #include "format/base/atomic_file.h"
-#include "format/gltf/access.h"
 #include "format/gltf/document.h"
-#include "format/gltf/names.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
@@ -22,88 +21,63 @@ namespace fs = std::filesystem;
 /// Views keep their place modulo this when they move: more than any component type asks for.
 constexpr std::size_t alignment = 16;
 
-/// Calls `visit` for every object that names a buffer by number: buffer views, and whatever an extension has
-/// that is shaped like one.
-void visit_ranges(Json& json, const std::function<void(Json&)>& visit) {
-  if (json.is_object() && index_of(member(json, "buffer")) >= 0) visit(json);
-  if (!json.is_structured()) return;
-  for (Json& child : json) visit_ranges(child, visit);
-}
-
+/// A range of a buffer, and the object that refers to it by "buffer", "byteOffset" and "byteLength": a buffer
+/// view, or what an extension has that is shaped like one.
 struct Range {
+  Json* view = nullptr;
+  std::size_t buffer = 0;
   std::size_t begin = 0;
   std::size_t end = 0;
-  std::size_t moved_to = 0;
 };
 
-/// Where the ranges of one buffer that are referred to lie in the new one. Overlapping ones stay together.
-std::vector<Range> pack(std::vector<Range> ranges, std::size_t& size) {
-  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
-  std::vector<Range> merged;
-  for (const Range& range : ranges) {
-    if (!merged.empty() && range.begin < merged.back().end) {
-      merged.back().end = std::max(merged.back().end, range.end);
-    } else {
-      merged.push_back(range);
+/// Finds the ranges in `json`; each gets a "byteOffset", so that the pointers to it stay valid.
+void find_ranges(const GltfDocument& document, Json& json, std::vector<Range>& ranges) {
+  const auto buffer = static_cast<std::size_t>(index_of(member(json, "buffer")));
+  if (buffer < document.buffers.size()) {
+    const std::size_t size = document.buffers[buffer].size();
+    const auto begin = static_cast<std::size_t>(std::max(0, index_of(member(json, "byteOffset"))));
+    if (begin <= size) {
+      json["byteOffset"] = begin;
+      // Without a length of its own, an unknown extension's range may reach to the end.
+      const std::size_t length = size_of(member(json, "byteLength")).value_or(size);
+      ranges.push_back({&json, buffer, begin, begin + std::min(length, size - begin)});
     }
   }
-  for (Range& range : merged) {
-    size += (range.begin % alignment + alignment - size % alignment) % alignment;
-    range.moved_to = size;
-    size += range.end - range.begin;
-  }
-  return merged;
+  if (!json.is_structured()) return;
+  for (Json& child : json) find_ranges(document, child, ranges);
 }
 
-/// All buffers become one, without the bytes that nothing refers to.
+/// All buffers become one, without the bytes that nothing refers to. Overlapping ranges stay together.
 void merge_buffers(GltfDocument& document) {
-  std::vector<std::vector<Range>> ranges(document.buffers.size());
-  const auto length_of = [&](const Json& view, std::size_t offset, std::size_t size) {
-    // Without a length of its own, an unknown extension's range may reach to the end.
-    return std::min(size_of(member(view, "byteLength")).value_or(size), size - offset);
-  };
-  const auto known = [&](Json& view, const std::function<void(std::size_t, std::size_t, std::size_t)>& use) {
-    const auto buffer = static_cast<std::size_t>(index_of(member(view, "buffer")));
-    if (buffer >= document.buffers.size()) return;
-    const auto offset = static_cast<std::size_t>(std::max(0, index_of(member(view, "byteOffset"))));
-    if (offset <= document.buffers[buffer].size()) {
-      use(buffer, offset, length_of(view, offset, document.buffers[buffer].size()));
-    }
-  };
-  visit_ranges(document.json, [&](Json& view) {
-    known(view, [&](std::size_t buffer, std::size_t offset, std::size_t length) {
-      ranges[buffer].push_back({offset, offset + length, 0});
-    });
+  std::vector<Range> ranges;
+  find_ranges(document, document.json, ranges);
+  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) {
+    return std::pair(a.buffer, a.begin) < std::pair(b.buffer, b.begin);
   });
-  std::size_t size = 0;
-  for (std::vector<Range>& list : ranges) list = pack(std::move(list), size);
-
-  if (size == 0) {
+  std::vector<std::uint8_t> whole;
+  for (std::size_t i = 0; i < ranges.size();) {
+    const Range first = ranges[i];
+    whole.resize(whole.size() + (first.begin % alignment + alignment - whole.size() % alignment) % alignment);
+    const std::size_t moved_to = whole.size();
+    std::size_t end = first.end;
+    do {
+      Json& view = *ranges[i].view;
+      view["buffer"] = 0;
+      view["byteOffset"] = moved_to + (ranges[i].begin - first.begin);
+      end = std::max(end, ranges[i].end);
+      ++i;
+    } while (i < ranges.size() && ranges[i].buffer == first.buffer && ranges[i].begin < end);
+    const auto bytes = std::span(document.buffers[first.buffer]).subspan(first.begin, end - first.begin);
+    whole.insert(whole.end(), bytes.begin(), bytes.end());
+  }
+  if (whole.empty()) {
     document.json.erase("buffers");
     document.buffers.clear();
     return;
   }
-  std::vector<std::uint8_t> whole(size);
-  for (std::size_t b = 0; b < ranges.size(); ++b) {
-    for (const Range& range : ranges[b]) {
-      std::copy(document.buffers[b].begin() + static_cast<std::ptrdiff_t>(range.begin),
-                document.buffers[b].begin() + static_cast<std::ptrdiff_t>(range.end),
-                whole.begin() + static_cast<std::ptrdiff_t>(range.moved_to));
-    }
-  }
-  visit_ranges(document.json, [&](Json& view) {
-    known(view, [&](std::size_t buffer, std::size_t offset, std::size_t) {
-      const auto found = std::find_if(ranges[buffer].begin(), ranges[buffer].end(), [&](const Range& range) {
-        return offset >= range.begin && (offset < range.end || range.begin == range.end);
-      });
-      if (found == ranges[buffer].end()) return;
-      view["buffer"] = 0;
-      view["byteOffset"] = found->moved_to + (offset - found->begin);
-    });
-  });
   Json json = document.json["buffers"][0];
   json.erase("uri");
-  json["byteLength"] = size;
+  json["byteLength"] = whole.size();
   document.json["buffers"] = Json::array({std::move(json)});
   document.buffers = {std::move(whole)};
 }
@@ -123,11 +97,9 @@ std::string lower_ending(const std::string& uri) {
 
 /// Pictures with a URI go into the file; those that cannot be found keep it.
 void embed_images(GltfDocument& document) {
-  if (!member(document.json, "images").is_array()) return;
-  for (std::size_t i = 0; i < document.json["images"].size(); ++i) {
-    const Json& uri = member(document.json["images"][i], "uri");
-    if (!uri.is_string()) continue;
-    const std::string address = uri.get<std::string>();
+  for (std::size_t i = 0; i < array_of(document.json, "images").size(); ++i) {
+    const std::string address = string_of(member(document.json["images"][i], "uri"));
+    if (address.empty()) continue;
     const bool inlined = address.starts_with("data:");
     const auto bytes = read_uri(document, address, "");
     if (!bytes || bytes->empty()) continue;
@@ -145,31 +117,24 @@ void embed_images(GltfDocument& document) {
   }
 }
 
-void append_word(std::vector<std::uint8_t>& bytes, std::size_t value) {
-  const auto word = static_cast<std::uint32_t>(value);
-  const auto at = bytes.size();
-  bytes.resize(at + sizeof word);
-  std::memcpy(bytes.data() + at, &word, sizeof word);
-}
-
-std::vector<std::uint8_t> glb_of(const std::string& json, const std::vector<std::uint8_t>* binary) {
+std::vector<std::uint8_t> glb_of(std::string json, std::vector<std::uint8_t> binary) {
   const auto padded = [](std::size_t size) { return (size + 3) / 4 * 4; };
-  const std::size_t binary_chunk = binary != nullptr ? 8 + padded(binary->size()) : 0;
+  json.resize(padded(json.size()), ' ');
+  binary.resize(padded(binary.size()));
+  const std::size_t size = 20 + json.size() + (binary.empty() ? 0 : 8 + binary.size());
   std::vector<std::uint8_t> file;
-  file.reserve(20 + padded(json.size()) + binary_chunk);
-  append_word(file, 0x46546C67);
-  append_word(file, 2);
-  append_word(file, 20 + padded(json.size()) + binary_chunk);
-  append_word(file, padded(json.size()));
-  append_word(file, 0x4E4F534A);
+  file.reserve(size);
+  const auto append_words = [&](std::initializer_list<std::size_t> values) {
+    for (const std::size_t value : values) {
+      for (unsigned shift = 0; shift < 32; shift += 8)
+        file.push_back(static_cast<std::uint8_t>(value >> shift));
+    }
+  };
+  append_words({0x46546C67, 2, size, json.size(), 0x4E4F534A});
   file.insert(file.end(), json.begin(), json.end());
-  file.resize(20 + padded(json.size()), ' ');
-  if (binary != nullptr) {
-    append_word(file, padded(binary->size()));
-    append_word(file, 0x004E4942);
-    file.insert(file.end(), binary->begin(), binary->end());
-    file.resize(padded(file.size()));
-  }
+  if (binary.empty()) return file;
+  append_words({binary.size(), 0x004E4942});
+  file.insert(file.end(), binary.begin(), binary.end());
   return file;
 }
 
@@ -194,10 +159,10 @@ Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
     return fail(Code::option_out_of_range, path, "", "the output has to end in .glb or .gltf");
   }
   std::set<fs::path> inputs;
-  for (const Json& buffer : member(document.json, "buffers")) {
-    const Json& uri = member(buffer, "uri");
-    if (!uri.is_string()) continue;
-    if (const auto input = resolve_uri(document, uri.get<std::string>(), "")) inputs.insert(*input);
+  for (const Json& buffer : array_of(document.json, "buffers")) {
+    const std::string uri = string_of(member(buffer, "uri"));
+    const auto input = resolve_uri(document, uri, "");
+    if (!uri.empty() && input) inputs.insert(*input);
   }
   const bool binary = ending == ".glb";
   move_document(document, output.parent_path().string());
@@ -205,7 +170,8 @@ Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
   if (!document.buffers.empty()) merge_buffers(document);
   const bool has_buffer = !document.buffers.empty();
   if (binary) {
-    const auto file = glb_of(document.json.dump(), has_buffer ? &document.buffers[0] : nullptr);
+    const auto file = glb_of(document.json.dump(),
+                             has_buffer ? std::move(document.buffers[0]) : std::vector<std::uint8_t>());
     if (file.size() > 0xFFFFFFFF) return fail(Code::file_too_large, path, "", "more than 4 GB");
     if (Result<void> good = write_file(path, file); !good) return tl::unexpected<Error>(good.error());
     return file.size();
@@ -232,59 +198,6 @@ Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
 }
 
 }  // namespace
-
-std::string relative_uri(const std::string& target, const std::string& folder) {
-  std::error_code error;
-  // Absolute first: a relative path of which nothing exists yet would stay relative.
-  const fs::path from =
-      fs::weakly_canonical(fs::absolute(folder.empty() ? fs::path(".") : fs::path(folder)), error);
-  const fs::path to = fs::weakly_canonical(fs::absolute(target), error);
-  const std::string path = to.lexically_relative(from).generic_string();
-  std::string uri;
-  for (const char c : path) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (std::isalnum(byte) != 0 || std::strchr("-._~/", c) != nullptr) {
-      uri += c;
-    } else {
-      uri += fmt::format("%{:02X}", byte);
-    }
-  }
-  return uri;
-}
-
-void move_document(GltfDocument& document, const std::string& folder) {
-  std::error_code ignored;
-  const auto whole = [&](const std::string& name) {
-    return fs::weakly_canonical(fs::absolute(name.empty() ? fs::path(".") : fs::path(name)), ignored);
-  };
-  if (whole(document.folder) != whole(folder)) {
-    const auto move_one = [&](Json& entry) {
-      const Json& uri = member(entry, names::gltf::uri);
-      if (!uri.is_string() || uri.get_ref<const std::string&>().starts_with("data:")) return;
-      // An address on the network stays what it is.
-      const Result<std::string> path = resolve_uri(document, uri.get<std::string>(), "");
-      if (path) entry[names::gltf::uri] = relative_uri(*path, folder);
-    };
-    const auto move = [&](Json& entries) {
-      if (!entries.is_array()) return;
-      for (Json& entry : entries) move_one(entry);
-    };
-    for (const char* list : {"buffers", "images"}) {
-      if (document.json.contains(list)) move(document.json[list]);
-    }
-    const Json& extension = member(member(document.json, "extensions"), names::gltf::fabric_extension);
-    if (!member(extension, names::gltf::fabrics).is_null()) {
-      move(document.json["extensions"][names::gltf::fabric_extension][names::gltf::fabrics]);
-    }
-    // The mirrors of the materials' references hold the same URIs.
-    const Json& materials = member(document.json, "materials");
-    for (std::size_t i = 0; materials.is_array() && i < materials.size(); ++i) {
-      if (member(member(materials[i], "extras"), names::gltf::fabric_extension).is_null()) continue;
-      move_one(document.json["materials"][i]["extras"][names::gltf::fabric_extension]);
-    }
-  }
-  document.folder = folder;
-}
 
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path) {
   try {

@@ -15,8 +15,8 @@ import {broken_chunks} from './generate/broken/chunks.mjs';
 import {broken_garments, unwise_garments} from './generate/broken/garments.mjs';
 import {broken_gltf_data} from './generate/broken/gltf_data.mjs';
 import {broken_gltf_files, unwise_gltf_files} from './generate/broken/gltf_files.mjs';
-import {broken_gltf_members, unwise_gltf_members} from './generate/broken/gltf_members.mjs';
-import {broken_gltf_nodes, unwise_gltf_nodes} from './generate/broken/gltf_nodes.mjs';
+import {broken_gltf_members} from './generate/broken/gltf_members.mjs';
+import {broken_gltf_nodes} from './generate/broken/gltf_nodes.mjs';
 import {broken_headers} from './generate/broken/headers.mjs';
 import {beyond_limits} from './generate/broken/limits.mjs';
 import {broken_members} from './generate/broken/members.mjs';
@@ -89,7 +89,7 @@ const broken_fabrics = [
 const broken_gltf = [
   ...broken_gltf_files, ...broken_gltf_members, ...broken_gltf_data, ...broken_gltf_nodes, ...broken_garments
 ];
-const unwise_gltf = [...unwise_gltf_files, ...unwise_gltf_members, ...unwise_gltf_nodes, ...unwise_garments];
+const unwise_gltf = [...unwise_gltf_files, ...unwise_garments];
 for (const fixture of [...broken_fabrics, ...broken_gltf]) add_fixture('invalid', fixture);
 for (const fixture of [...unwise_fabrics, ...unwise_slabs, ...unwise_gltf]) add_fixture('warnings', fixture);
 

@@ -33,7 +33,7 @@ void check_scene(const Scene& scene) {
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const GltfLimits limits{.file_bytes = 1 << 20, .nesting = 64, .external_files = false};
   const std::span<const std::uint8_t> bytes(data, size);
-  const bool good = !has_error(check_gltf(bytes, "folder/input.gltf", {.read = limits}));
+  const bool good = !has_error(check_gltf(bytes, "folder/input.gltf", limits));
   Result<GltfDocument> document = load_gltf(bytes, "folder/input.gltf", limits);
   fuzz::require(document.has_value() || !good, "what the checker lets pass is loaded");
   if (!document) return 0;

@@ -84,17 +84,11 @@ export function resolve_uri(file, uri, place) {
   } catch (error) { return fail('GLTF_REFERENCE', error.message); }
 }
 
-/** The media type that a data URI says, else null. */
-export const media_type = (uri) => /^data:([^;,]*)/.exec(uri)?.[1] ?? null;
-
 /** The bytes of buffer `i`, as long as the buffer says; null where there are none. */
 function read_buffer(file, {gltf, binary, is_glb}, i, report) {
   const place = `/buffers/${i}`, {uri, byteLength} = gltf.buffers[i];
   let bytes = null;
   if (typeof uri === 'string') {
-    const type = media_type(uri);
-    if (type !== null && !['application/octet-stream', 'application/gltf-buffer'].includes(type))
-      report('GLTF_MALFORMED', `${place}/uri`, `${type} is no media type of a buffer`);
     try {
       bytes = resolve_uri(file, uri, place);
     } catch (error) {
@@ -105,8 +99,6 @@ function read_buffer(file, {gltf, binary, is_glb}, i, report) {
   } else if (i === 0 && is_glb) {
     bytes = binary;
     if (!bytes) report('GLTF_MALFORMED', place, 'neither a uri nor a binary chunk');
-  } else {
-    report('GLTF_ADVICE', place, 'says nowhere where its bytes are');
   }
   if (bytes && bytes.length < byteLength) {
     report('FILE_DAMAGED', place, `${bytes.length} of ${byteLength} bytes`);

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "format/base/atomic_file.h"
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/read_scene.h"
 #include "format/scene/tangents.h"
 #include "samples/gltf_writer.h"

@@ -54,7 +54,7 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
       folder,
       {
           {"not in extensionsUsed", [](Square& s) { s.json["extensionsUsed"] = {"KHR_texture_transform"}; },
-           Code::gltf_extension, "/materials/0/extensions/SELVEDGE_materials_fabric"},
+           Code::gltf_extension, "/extensionsUsed"},
           {"in extensionsRequired",
            [](Square& s) { s.json["extensionsRequired"] = {"SELVEDGE_materials_fabric"}; },
            Code::gltf_extension, "/extensionsRequired"},
@@ -82,13 +82,13 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
              s.at("/materials/0/extras/SELVEDGE_materials_fabric")["uri"] = 3;
            },
            Code::gltf_extension, uri.c_str()},
-          {"bufferView", [&](Square& s) { embed(s, 99); }, Code::gltf_extension, view.c_str()},
+          {"bufferView", [&](Square& s) { embed(s, 99); }, Code::gltf_accessor, view.c_str()},
           {"fabric that is no object",
            [](Square& s) { s.at("/materials/0/extensions/SELVEDGE_materials_fabric")["fabric"] = 0; },
-           Code::gltf_extension, fabric},
+           Code::gltf_extension, index.c_str()},
           {"fabric missing",
            [](Square& s) { s.at("/materials/0/extensions/SELVEDGE_materials_fabric").erase("fabric"); },
-           Code::gltf_extension, fabric},
+           Code::gltf_extension, index.c_str()},
           {"index", [&](Square& s) { s.json[Json::json_pointer(fabric)]["index"] = 1; }, Code::gltf_extension,
            index.c_str()},
           {"index missing", [&](Square& s) { s.json[Json::json_pointer(fabric)].erase("index"); },
@@ -136,9 +136,9 @@ TEST_CASE("gltf check: each broken rule of SELVEDGE_materials_fabric is named wh
   square.at("/extensions/SELVEDGE_materials_fabric").erase("fabrics");
   const Issues issues = check(folder, square);
   REQUIRE(issues.size() == 2);  // and the reference into it
-  CHECK(issues[0].place == fabrics);
+  CHECK(issues[1].place == fabrics);
   square.at("/extensions/SELVEDGE_materials_fabric")["fabrics"] = Json::array();
-  CHECK(check(folder, square)[0].place == fabrics);
+  CHECK(check(folder, square)[1].place == fabrics);
 }
 
 TEST_CASE(

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "format/base/atomic_file.h"
-#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
 #include "tests/format/garments.h"

@@ -1,8 +1,9 @@
-#include "converter/dress/material_uses.h"
+#include "format/gltf/material_uses.h"
 
 #include <fmt/format.h>
 
 #include "format/gltf/access.h"
+#include "format/gltf/names.h"
 
 namespace selvedge {
 namespace {
@@ -16,18 +17,17 @@ bool is_made_of_triangles(const Json& primitive) {
 
 Uses uses_of(const Json& json) {
   Uses uses;
-  const Json& meshes = member(json, "meshes");
-  for (std::size_t m = 0; meshes.is_array() && m < meshes.size(); ++m) {
-    const Json& primitives = member(meshes[m], "primitives");
-    for (std::size_t p = 0; primitives.is_array() && p < primitives.size(); ++p) {
+  const Json& meshes = array_of(json, "meshes");
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const Json& primitives = array_of(meshes[m], "primitives");
+    for (std::size_t p = 0; p < primitives.size(); ++p) {
       const Json& primitive = primitives[p];
       if (!is_made_of_triangles(primitive)) continue;
       const Place place(static_cast<int>(m), static_cast<int>(p));
       uses[index_of(member(primitive, "material"))].insert(place);
-      const Json& variants = member(member(primitive, "extensions"), "KHR_materials_variants");
-      const Json& mappings = member(variants, "mappings");
-      for (std::size_t i = 0; mappings.is_array() && i < mappings.size(); ++i) {
-        uses[index_of(member(mappings[i], "material"))].insert(place);
+      const Json& variants = member(member(primitive, "extensions"), names::gltf::variants);
+      for (const Json& mapping : array_of(variants, "mappings")) {
+        uses[index_of(member(mapping, "material"))].insert(place);
       }
     }
   }

@@ -1,4 +1,4 @@
-// Where the materials of a glTF document lie: the primitives that wear them.
+// Which primitives of a glTF document have which material.
 #pragma once
 
 #include <map>

@@ -1,0 +1,30 @@
+// Adding data to a glTF document: buffer views, accessors, names of extensions.
+#pragma once
+
+#include <span>
+
+#include "format/gltf/access.h"
+
+namespace selvedge {
+
+/// Appends bytes to the document's last buffer (made if there is none), 4-aligned; index of the new view.
+/// `target`: 34962 vertices, 34963 indices, 0 none; `stride`: 0 none.
+int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int target = 0, int stride = 0);
+
+/// Appends a vertex attribute from gapless elements; rows are padded to 4 bytes where glTF asks for it. Gives
+/// back the index of the view; the accessor is the caller's.
+int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
+                          std::span<const std::uint8_t> elements);
+
+/// Appends a new accessor over new data. `bounds` writes min and max, which POSITION needs; floats only.
+int append_float_accessor(GltfDocument& document, std::span<const float> values, int components, bool bounds);
+int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t> indices);
+
+/// Sets "min" and "max" of an accessor to those of its values.
+void set_bounds(Json& accessor, std::span<const float> values, int components);
+
+/// Adds to (or removes from) extensionsUsed. Removing also takes it out of extensionsRequired.
+void use_extension(Json& root, const char* name);
+void drop_extension(Json& root, const char* name);
+
+}  // namespace selvedge
