@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "fitter/alternation/alternation.h"
 #include "fitter/fit_rows.h"
 #include "fitter/solve/radiance_scale.h"
 #include "fitter/training_pairs.h"
@@ -31,7 +30,6 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
                  {"damping", options.table.damping},
                  {"smoothness", options.table.smoothness},
                  {"lights", {header.lights.columns, header.lights.rows}}};
-  if (options.products > 0) text["fit"]["products"] = options.products;
   return text.dump();
 }
 
@@ -43,10 +41,6 @@ Result<void> check_options(const FitOptions& options) {
                 fmt::format("{} is outside of 0 to {}", lobes, max_lobes));
   }
   if (options.levels < 0) return fail(Code::option_out_of_range, {}, "levels", "must not be negative");
-  if (options.products < 0 || options.products > max_products) {
-    return fail(Code::option_out_of_range, {}, "products",
-                fmt::format("{} is outside of 0 to {}", options.products, max_products));
-  }
   if (options.max_iterations < 1 || options.starts < 1) {
     return fail(Code::option_out_of_range, {}, "iterations or starts", "must be at least 1");
   }
@@ -131,15 +125,6 @@ FitResult finished(FitResult result, TrainingPairs& training, const SamplesHeade
   return result;
 }
 
-/// The share of the progress that lobes have, where products follow.
-constexpr double lobes_share = 0.2;
-
-Progress part_of(const Progress& progress, double first, double last) {
-  return [progress, first, last](double share) {
-    if (progress) progress(first + (last - first) * share);
-  };
-}
-
 }  // namespace
 
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
@@ -147,23 +132,19 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   if (auto ok = check_samples(samples, header); !ok) return tl::unexpected(ok.error());
-  const bool products = options.products > 0;
-  RowFit rows(header, options, part_of(progress, 0, products ? lobes_share : 1));
+  RowFit rows(header, options, progress);
   TrainingPairs training(header);
   training.add(samples);
   rows.add(samples);
-  FitResult result = rows.finish();
-  if (products) add_products(samples, header, options, result, part_of(progress, lobes_share, 1));
-  return finished(std::move(result), training, header, options, start);
+  return finished(rows.finish(), training, header, options, start);
 }
 
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   const SamplesHeader& header = samples.header();
-  const bool products = options.products > 0;
   const int count = rows_within(header, options.rows_bytes);
-  RowFit rows(header, options, part_of(progress, 0, products ? lobes_share : 1));
+  RowFit rows(header, options, progress);
   TrainingPairs training(header);
   for (int first = 0; first < header.height; first += count) {
     auto read = samples.read_rows(first, std::min(count, header.height - first));
@@ -171,14 +152,7 @@ Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const P
     training.add(*read);
     rows.add(std::move(*read));
   }
-  FitResult result = rows.finish();
-  if (products) {
-    // Functions that texels share are fitted to all of them at once.
-    auto level = samples.read_level();
-    if (!level) return tl::unexpected(level.error());
-    add_products(std::move(*level), header, options, result, part_of(progress, lobes_share, 1));
-  }
-  return finished(std::move(result), training, header, options, start);
+  return finished(rows.finish(), training, header, options, start);
 }
 
 }  // namespace selvedge

@@ -22,7 +22,6 @@ struct FitOptions {
   bool light_table = false;     ///< S(l) as well, fitted by turns with all else
   int slab_lobes = 2;           ///< 0 to 16; of slabs, where layers are chosen (layer_fit.h)
   bool glossy_slabs = false;    ///< these at every level with cells enough, whatever they gain
-  int products = 0;             ///< 0 to 16 products of shared functions beside T (product_alternation.h)
   DirectionTableOptions table;  ///< see direction_table.h
   int starts = 3;               ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;      ///< of a search
@@ -31,9 +30,6 @@ struct FitOptions {
   double tolerance = 1e-4;      ///< share of the cost below which an iteration counts as none
   std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time
 };
-
-/// So many functions of as many levels as a fabric may have are within FabricLimits::functions.
-inline constexpr int max_products = 16;
 
 struct FitLevelReport {
   int width = 0;

@@ -264,10 +264,8 @@ void LayerFitter::judge_candidates(std::size_t k, const LevelTruth& truth,
 
 Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader& header,
                                         const std::optional<HeightLayer>& heights,
-                                        const PairSamples& validation, const FitOptions& fit_options,
+                                        const PairSamples& validation, const FitOptions& options,
                                         const Progress& progress) {
-  FitOptions options = fit_options;
-  options.products = 0;
   if (header.lights.count() > max_lights) {
     return fail(
         Code::option_out_of_range, {}, "budget",

@@ -48,7 +48,7 @@ struct LayerFit {
 
 class LayerFitter {
  public:
-  /// Fits all candidates; of the options all but `products` count. `heights`: of level 0, mm. Refuses what
+  /// Fits all candidates. `heights`: of level 0, mm. Refuses what
   /// fit() refuses, heights of another size, more than 512 lights, and a header without validation pairs
   /// (samples_malformed).
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,

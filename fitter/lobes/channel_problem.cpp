@@ -207,17 +207,7 @@ void ChannelProblem::sum_model(const ChannelState& state) {
   }
 }
 
-void ChannelProblem::set_factor(const std::vector<float>& factor) {
-  factor_of_views_ = factor;
-  const std::size_t n = samples_.stride();
-  for (std::size_t i = 0; i < factor_of_views_.size(); ++i) factor_of_views_[i] *= samples_.lights[i / n].z;
-}
-
 void ChannelProblem::set_cosines(const ChannelState& state) {
-  if (!factor_of_views_.empty()) {
-    cosine_ = factor_of_views_;
-    return;
-  }
   cosine_.clear();
   for (std::size_t l = 0; l < samples_.lights.size(); ++l) {
     const double s = state.light_table.empty() ? 1 : state.light_table[samples_.light_of[l]];

@@ -48,10 +48,6 @@ class ChannelProblem {
   ChannelProblem(const TexelSamples& samples, int channel, std::vector<std::uint32_t> lights,
                  const ChannelOptions& options);
 
-  /// From now on T S is this, [light * samples.stride() + view] for every light of the samples; it may be
-  /// negative. Precondition: the options have neither table.
-  void set_factor(const std::vector<float>& factor);
-
   const ChannelOptions& options() const { return options_; }
   /// sum over views and lights of w r^2
   double energy() const { return energy_; }
@@ -88,8 +84,7 @@ class ChannelProblem {
   double ridge_;
   DirectionTableSystem system_;
   DirectionTableSystem light_system_;
-  std::vector<float> cosine_;           ///< of each light, times S; or, with a factor, of each view too
-  std::vector<float> factor_of_views_;  ///< set_factor()'s
+  std::vector<float> cosine_;                  ///< of each light, times S
   std::array<std::vector<double>, 4> factor_;  ///< of a column, by view: none, x, y, z
   LobeMoments moments_;
   // Of the shapes evaluated last. Bases: the cosine, then each lobe.

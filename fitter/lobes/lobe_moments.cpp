@@ -13,7 +13,7 @@ constexpr std::size_t block = 16;
 struct Job {
   const TexelSamples& samples;
   const float* radiance;
-  std::span<const float> cosine;  ///< [light], or with `by_view` [light * stride + view]
+  std::span<const float> cosine;  ///< [light]
   std::span<const std::uint32_t> lights;
   std::span<const LobeShape> shapes;
   std::size_t stride;
@@ -39,22 +39,9 @@ SELVEDGE_ADD(8)
 SELVEDGE_ADD(16)
 #undef SELVEDGE_ADD
 
-/// `by_view`: the factor of a light differs from view to view.
-template <class L, bool by_view>
+template <class L>
 struct Body {
   using Floats = typename L::Floats;
-
-  /// columns *= the factor of a light and the views from `view` on.
-  static SELVEDGE_INLINE void times_factor(const Job& job, std::size_t light, std::size_t view,
-                                           Floats& column) {
-    if constexpr (by_view) {
-      Floats factor;
-      L::load(job.cosine.data() + light * job.stride + view, factor);
-      column *= factor;
-    } else {
-      column *= job.cosine[light];
-    }
-  }
 
   /// The four columns of one lobe for the lights [first, first + count), views from `view` on.
   static SELVEDGE_INLINE void fill(const Job& job, const LobeShape& shape, std::size_t view,
@@ -72,7 +59,7 @@ struct Body {
       Floats log;
       Floats power;
       L::log_and_power(base, less, log, power);
-      times_factor(job, index, view, power);
+      power *= job.cosine[index];
       L::store(power * light.x, to);
       L::store(power * light.y, to + L::count);
       L::store(power * light.z, to + 2 * L::count);
@@ -93,8 +80,7 @@ struct Body {
         Floats column;
         L::load(a + k * L::count, column);
         radiance[k] += column * r;
-        times_factor(job, light, view, column);
-        cosine[k] += column;
+        cosine[k] += column * job.cosine[light];
       }
     }
     for (std::size_t k = 0; k < 4; ++k) {
@@ -165,29 +151,12 @@ struct Body {
   }
 };
 
-#if defined(__x86_64__) && defined(__GNUC__)
-template <bool by_view>
-__attribute__((target("avx512f"))) void run_wide(const Job& job) {
-  Body<Lanes<16>, by_view>::run(job);
-}
-template <bool by_view>
-__attribute__((target("avx2"))) void run_middle(const Job& job) {
-  Body<Lanes<8>, by_view>::run(job);
-}
-#endif
-template <bool by_view>
-void run_narrow(const Job& job) {
-  Body<Lanes<4>, by_view>::run(job);
+template <std::size_t Count>
+SELVEDGE_INLINE void sum_columns(const Job& job) {
+  Body<Lanes<Count>>::run(job);
 }
 
-template <bool by_view>
-void run(const Job& job) {
-#if defined(__x86_64__) && defined(__GNUC__)
-  if (__builtin_cpu_supports("avx512f")) return run_wide<by_view>(job);
-  if (__builtin_cpu_supports("avx2")) return run_middle<by_view>(job);
-#endif
-  run_narrow<by_view>(job);
-}
+SELVEDGE_THREE_BODIES(sum_columns, (const Job& job), (job))
 
 }  // namespace
 
@@ -200,18 +169,8 @@ void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<co
   const float* radiance = samples.radiance[channel].data();
   const Job job{samples, radiance, cosine, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()};
   double* cross = sums_.data() + index(0, columns_) * stride_;
-  if (cosine.size() != samples.lights.size()) {
-    run<true>(job);
-    for (const std::uint32_t light : lights) {
-      for (std::size_t v = 0; v < stride_; ++v) {
-        const auto c = static_cast<double>(cosine[light * stride_ + v]);
-        sums_[v] += c * c;
-        cross[v] += c * static_cast<double>(radiance[light * stride_ + v]);
-      }
-    }
-    return;
-  }
-  run<false>(job);
+  static const auto sum = sum_columns_for_this_processor();
+  sum(job);
   // The cosine is the same for all views.
   double cosines = 0;
   for (const std::uint32_t light : lights) {

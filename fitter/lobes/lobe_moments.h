@@ -26,8 +26,7 @@ struct LobeShape {
 /// Every sum is [stride] long.
 class LobeMoments {
  public:
-  /// `cosine`: c of every light of the samples; or, where it differs from view to view as well,
-  /// [light * samples.stride() + view]. `lights` are indices into samples.lights. Sums are of single
+  /// `cosine`: c of every light of the samples. `lights` are indices into samples.lights. Sums are of single
   /// precision over 16 lights at a time and of double precision over those; any number of threads, any width
   /// of vectors: the same bits.
   void compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
