@@ -53,16 +53,16 @@ Result<void> check_options(const FitOptions& options) {
 }
 
 Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& header) {
-  const auto texels = static_cast<std::size_t>(header.texels());
-  const auto views = static_cast<std::size_t>(header.views.count());
-  const auto lights = static_cast<std::size_t>(header.lights.count());
+  const std::size_t texels = header.texels();
+  const std::size_t views = header.views.count();
+  const std::size_t lights = header.lights.count();
   if (samples.width != header.width || samples.height != header.height || samples.normal.size() != texels ||
       samples.alpha.size() != texels * views || samples.radiance.size() != texels * views * lights) {
     return fail(Code::samples_malformed, {}, "level 0", "the samples are not those of the header");
   }
   const auto refused = [&](std::size_t entry, const std::string& what, float value) {
     const std::size_t texel = entry / views;
-    const auto width = static_cast<std::size_t>(header.width);
+    const std::size_t width = header.width;
     return fail(Code::samples_not_finite, {},
                 fmt::format("texel {},{}, view {}{}", texel % width, texel / width, entry % views, what),
                 fmt::format("sample is {}", value));
@@ -85,7 +85,7 @@ Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& head
   return {};
 }
 
-/// What the samples cannot say, for people.
+/// Warnings of information that the samples lack.
 void warn(const SamplesHeader& header, FitResult& result) {
   const auto warning = [&](std::string place, std::string message) {
     result.warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
@@ -94,7 +94,7 @@ void warn(const SamplesHeader& header, FitResult& result) {
     if (grid.count() == 1) warning(name, "there is one only: nothing is known of other directions");
   }
   for (std::size_t k = 0; k < result.levels.size(); ++k) {
-    const FitLevelReport& level = result.levels[k];
+    const LevelReport& level = result.levels[k];
     const auto say = [&](int texels, const char* what) {
       if (texels == 0) return;
       warning(fmt::format("level {}", k),
@@ -106,14 +106,14 @@ void warn(const SamplesHeader& header, FitResult& result) {
   }
 }
 
-/// What a fabric of `levels` levels is a part of.
+/// The whole that a fabric of `levels` levels is a part of, if it is not whole itself.
 std::optional<WholeFabric> whole_of(const SamplesHeader& header, int levels, bool partial) {
   WholeFabric whole = header.whole.value_or(WholeFabric{V2i(header.width, header.height), 0});
   whole.levels = partial ? level_count(whole.texels.x, whole.texels.y) : whole.level + levels;
   return whole.levels > levels ? std::optional(whole) : std::nullopt;
 }
 
-/// What follows when all levels are fitted.
+/// The last steps, when all levels are fitted.
 FitResult finished(FitResult result, TrainingPairs& training, const SamplesHeader& header,
                    const FitOptions& options, std::chrono::steady_clock::time_point start) {
   set_radiance_scale(result.fabric);

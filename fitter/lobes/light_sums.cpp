@@ -46,15 +46,14 @@ SELVEDGE_THREE_BODIES(add_lobes,
 
 }  // namespace
 
-LightSums light_sums(const TexelSamples& samples, int channel, std::span<const std::uint32_t> lights,
-                     std::span<const LobeShape> shapes, std::span<const double> sizes,
-                     std::span<const double> table) {
+LightSums light_sums(const TexelSamples& samples, int channel, std::span<const LobeShape> shapes,
+                     std::span<const double> sizes, std::span<const double> table) {
   const std::size_t stride = samples.stride();
   const std::vector<float>& radiance = samples.radiance[channel];
   LightSums sums{std::vector<double>(samples.all_lights, 0), std::vector<double>(samples.all_lights, 0)};
   static const auto lobe_values = add_lobes_for_this_processor();
   std::vector<float> model(stride);
-  for (const std::uint32_t index : lights) {
+  for (std::size_t index = 0; index < samples.lights.size(); ++index) {
     const V3f& light = samples.lights[index];
     lobe_values(samples, light, shapes, sizes, model.data());
     double square = 0;

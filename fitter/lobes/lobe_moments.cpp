@@ -14,7 +14,6 @@ struct Job {
   const TexelSamples& samples;
   const float* radiance;
   std::span<const float> cosine;  ///< [light]
-  std::span<const std::uint32_t> lights;
   std::span<const LobeShape> shapes;
   std::size_t stride;
   std::size_t columns;
@@ -53,13 +52,12 @@ struct Body {
     }
     const auto less = static_cast<float>(shape.exponent - 1);
     for (std::size_t i = 0; i < count; ++i, to += 4 * L::count) {
-      const std::uint32_t index = job.lights[first + i];
-      const V3f& light = job.samples.lights[index];
+      const V3f& light = job.samples.lights[first + i];
       const Floats base = (d[0] * light.x + d[1] * light.y) + d[2] * light.z;
       Floats log;
       Floats power;
       L::log_and_power(base, less, log, power);
-      power *= job.cosine[index];
+      power *= job.cosine[first + i];
       L::store(power * light.x, to);
       L::store(power * light.y, to + L::count);
       L::store(power * light.z, to + 2 * L::count);
@@ -67,13 +65,13 @@ struct Body {
     }
   }
 
-  /// Products of a lobe's columns with the cosine and the radiance.
+  /// BasisFit of a lobe's columns with the cosine and the radiance.
   static SELVEDGE_INLINE void with_data(const Job& job, std::size_t j, std::size_t view, std::size_t first,
                                         std::size_t count, const float* a) {
     std::array<Floats, 4> cosine{};
     std::array<Floats, 4> radiance{};
     for (std::size_t i = 0; i < count; ++i, a += 4 * L::count) {
-      const std::uint32_t light = job.lights[first + i];
+      const std::size_t light = first + i;
       Floats r;
       L::load(job.radiance + light * job.stride + view, r);
       for (std::size_t k = 0; k < 4; ++k) {
@@ -89,7 +87,7 @@ struct Body {
     }
   }
 
-  /// Products of a lobe's columns among themselves.
+  /// BasisFit of a lobe's columns among themselves.
   static SELVEDGE_INLINE void with_itself(const Job& job, std::size_t j, std::size_t view, std::size_t count,
                                           const float* a) {
     std::array<Floats, 10> sum{};
@@ -109,7 +107,7 @@ struct Body {
     }
   }
 
-  /// Products of two of a lobe's columns, from `p` on, with another lobe's.
+  /// BasisFit of two of a lobe's columns, from `p` on, with another lobe's.
   static SELVEDGE_INLINE void with_other(const Job& job, std::size_t i, std::size_t p, std::size_t j,
                                          std::size_t view, std::size_t count, const float* a,
                                          const float* b) {
@@ -134,8 +132,8 @@ struct Body {
   static SELVEDGE_INLINE void run(const Job& job) {
     constexpr std::size_t lobe_size = block * 4 * L::count;
     for (std::size_t view = 0; view < job.stride; view += L::count) {
-      for (std::size_t first = 0; first < job.lights.size(); first += block) {
-        const std::size_t count = std::min(block, job.lights.size() - first);
+      for (std::size_t first = 0; first < job.samples.lights.size(); first += block) {
+        const std::size_t count = std::min(block, job.samples.lights.size() - first);
         for (std::size_t j = 0; j < job.shapes.size(); ++j) {
           float* columns = job.scratch + j * lobe_size;
           fill(job, job.shapes[j], view, first, count, columns);
@@ -161,19 +159,19 @@ SELVEDGE_THREE_BODIES(sum_columns, (const Job& job), (job))
 }  // namespace
 
 void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
-                          std::span<const std::uint32_t> lights, std::span<const LobeShape> shapes) {
+                          std::span<const LobeShape> shapes) {
   columns_ = 1 + 4 * shapes.size();
   stride_ = samples.stride();
   sums_.assign((columns_ + 1) * (columns_ + 2) / 2 * stride_, 0);
   scratch_.resize(shapes.size() * block * 4 * TexelSamples::lanes);
   const float* radiance = samples.radiance[channel].data();
-  const Job job{samples, radiance, cosine, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()};
+  const Job job{samples, radiance, cosine, shapes, stride_, columns_, scratch_.data(), sums_.data()};
   double* cross = sums_.data() + index(0, columns_) * stride_;
   static const auto sum = sum_columns_for_this_processor();
   sum(job);
   // The cosine is the same for all views.
   double cosines = 0;
-  for (const std::uint32_t light : lights) {
+  for (std::size_t light = 0; light < cosine.size(); ++light) {
     const auto c = static_cast<double>(cosine[light]);
     cosines += c * c;
     for (std::size_t v = 0; v < stride_; ++v) {

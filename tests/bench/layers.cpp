@@ -219,7 +219,7 @@ class Bench {
 
   /// A fabric; `bytes` and `seconds` of its levels, where they are known.
   Result<void> add(const std::string& name, const Fabric& fabric, const std::vector<std::string>& bytes,
-                   const std::vector<FitLevelReport>& reports) {
+                   const std::vector<LevelReport>& reports) {
     const auto comparison = compare(fabric, held_out_, PairKind::held_out, peak_);
     if (!comparison) return tl::unexpected(comparison.error());
     for (std::size_t k = 0; k < levels_.size(); ++k) {
