@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "fitter/alternation/alternation.h"
 #include "fitter/fit_rows.h"
 #include "fitter/solve/radiance_scale.h"
 #include "fitter/training_pairs.h"
@@ -31,7 +30,6 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
                  {"damping", options.table.damping},
                  {"smoothness", options.table.smoothness},
                  {"lights", {header.lights.columns, header.lights.rows}}};
-  if (options.products > 0) text["fit"]["products"] = options.products;
   return text.dump();
 }
 
@@ -43,10 +41,6 @@ Result<void> check_options(const FitOptions& options) {
                 fmt::format("{} is outside of 0 to {}", lobes, max_lobes));
   }
   if (options.levels < 0) return fail(Code::option_out_of_range, {}, "levels", "must not be negative");
-  if (options.products < 0 || options.products > max_products) {
-    return fail(Code::option_out_of_range, {}, "products",
-                fmt::format("{} is outside of 0 to {}", options.products, max_products));
-  }
   if (options.max_iterations < 1 || options.starts < 1) {
     return fail(Code::option_out_of_range, {}, "iterations or starts", "must be at least 1");
   }
@@ -59,16 +53,16 @@ Result<void> check_options(const FitOptions& options) {
 }
 
 Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& header) {
-  const auto texels = static_cast<std::size_t>(header.texels());
-  const auto views = static_cast<std::size_t>(header.views.count());
-  const auto lights = static_cast<std::size_t>(header.lights.count());
+  const std::size_t texels = header.texels();
+  const std::size_t views = header.views.count();
+  const std::size_t lights = header.lights.count();
   if (samples.width != header.width || samples.height != header.height || samples.normal.size() != texels ||
       samples.alpha.size() != texels * views || samples.radiance.size() != texels * views * lights) {
     return fail(Code::samples_malformed, {}, "level 0", "the samples are not those of the header");
   }
   const auto refused = [&](std::size_t entry, const std::string& what, float value) {
     const std::size_t texel = entry / views;
-    const auto width = static_cast<std::size_t>(header.width);
+    const std::size_t width = header.width;
     return fail(Code::samples_not_finite, {},
                 fmt::format("texel {},{}, view {}{}", texel % width, texel / width, entry % views, what),
                 fmt::format("sample is {}", value));
@@ -91,7 +85,7 @@ Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& head
   return {};
 }
 
-/// What the samples cannot say, for people.
+/// Warnings of information that the samples lack.
 void warn(const SamplesHeader& header, FitResult& result) {
   const auto warning = [&](std::string place, std::string message) {
     result.warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
@@ -100,7 +94,7 @@ void warn(const SamplesHeader& header, FitResult& result) {
     if (grid.count() == 1) warning(name, "there is one only: nothing is known of other directions");
   }
   for (std::size_t k = 0; k < result.levels.size(); ++k) {
-    const FitLevelReport& level = result.levels[k];
+    const LevelReport& level = result.levels[k];
     const auto say = [&](int texels, const char* what) {
       if (texels == 0) return;
       warning(fmt::format("level {}", k),
@@ -112,14 +106,14 @@ void warn(const SamplesHeader& header, FitResult& result) {
   }
 }
 
-/// What a fabric of `levels` levels is a part of.
+/// The whole that a fabric of `levels` levels is a part of, if it is not whole itself.
 std::optional<WholeFabric> whole_of(const SamplesHeader& header, int levels, bool partial) {
   WholeFabric whole = header.whole.value_or(WholeFabric{V2i(header.width, header.height), 0});
   whole.levels = partial ? level_count(whole.texels.x, whole.texels.y) : whole.level + levels;
   return whole.levels > levels ? std::optional(whole) : std::nullopt;
 }
 
-/// What follows when all levels are fitted.
+/// The last steps, when all levels are fitted.
 FitResult finished(FitResult result, TrainingPairs& training, const SamplesHeader& header,
                    const FitOptions& options, std::chrono::steady_clock::time_point start) {
   set_radiance_scale(result.fabric);
@@ -131,15 +125,6 @@ FitResult finished(FitResult result, TrainingPairs& training, const SamplesHeade
   return result;
 }
 
-/// The share of the progress that lobes have, where products follow.
-constexpr double lobes_share = 0.2;
-
-Progress part_of(const Progress& progress, double first, double last) {
-  return [progress, first, last](double share) {
-    if (progress) progress(first + (last - first) * share);
-  };
-}
-
 }  // namespace
 
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
@@ -147,23 +132,19 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   if (auto ok = check_samples(samples, header); !ok) return tl::unexpected(ok.error());
-  const bool products = options.products > 0;
-  RowFit rows(header, options, part_of(progress, 0, products ? lobes_share : 1));
+  RowFit rows(header, options, progress);
   TrainingPairs training(header);
   training.add(samples);
   rows.add(samples);
-  FitResult result = rows.finish();
-  if (products) add_products(samples, header, options, result, part_of(progress, lobes_share, 1));
-  return finished(std::move(result), training, header, options, start);
+  return finished(rows.finish(), training, header, options, start);
 }
 
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   const SamplesHeader& header = samples.header();
-  const bool products = options.products > 0;
   const int count = rows_within(header, options.rows_bytes);
-  RowFit rows(header, options, part_of(progress, 0, products ? lobes_share : 1));
+  RowFit rows(header, options, progress);
   TrainingPairs training(header);
   for (int first = 0; first < header.height; first += count) {
     auto read = samples.read_rows(first, std::min(count, header.height - first));
@@ -171,14 +152,7 @@ Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const P
     training.add(*read);
     rows.add(std::move(*read));
   }
-  FitResult result = rows.finish();
-  if (products) {
-    // Functions that texels share are fitted to all of them at once.
-    auto level = samples.read_level();
-    if (!level) return tl::unexpected(level.error());
-    add_products(std::move(*level), header, options, result, part_of(progress, lobes_share, 1));
-  }
-  return finished(std::move(result), training, header, options, start);
+  return finished(rows.finish(), training, header, options, start);
 }
 
 }  // namespace selvedge

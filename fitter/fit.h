@@ -9,6 +9,7 @@
 #include "fitter/lobes/lobe_fit.h"
 #include "format/base/progress.h"
 #include "format/fabric/fabric.h"
+#include "format/quality/fit_record.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
@@ -20,40 +21,22 @@ struct FitOptions {
   bool view_table = true;       ///< else T = 1 and the layer is left out
   bool frames = false;          ///< normals and tangents fitted too, else averaged (frame_fit.h)
   bool light_table = false;     ///< S(l) as well, fitted by turns with all else
-  int slab_lobes = 2;           ///< 0 to 16; of slabs, where layers are chosen (layer_fit.h)
+  int slab_lobes = 2;           ///< 0 to 16; of slabs, where layers are chosen (budget/candidates.h)
   bool glossy_slabs = false;    ///< these at every level with cells enough, whatever they gain
-  int products = 0;             ///< 0 to 16 products of shared functions beside T (product_alternation.h)
   DirectionTableOptions table;  ///< see direction_table.h
   int starts = 3;               ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;      ///< of a search
-  int levels = 0;               ///< at most so many, level 0 first; 0: down to 1 x 1
-  bool partial = false;         ///< those beyond `levels` are told as missing, not as none that there are
-  double tolerance = 1e-4;      ///< share of the cost below which an iteration counts as none
+  int levels = 0;               ///< the first so many; 0: down to 1 x 1
+  bool partial = false;         ///< the fabric says that levels beyond `levels` are missing
+  double tolerance = 1e-4;      ///< share of the cost; an iteration that gains less ends a search
   std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 that are held at a time
-};
-
-/// So many functions of as many levels as a fabric may have are within FabricLimits::functions.
-inline constexpr int max_products = 16;
-
-struct FitLevelReport {
-  int width = 0;
-  int height = 0;
-  double training_error = 0;   ///< relative L2 over all samples, weighted by opacity
-  double averaged_error = 0;   ///< likewise before frames were fitted; 0 where they were not
-  double cost = 0;             ///< what was minimised: squared error and penalties, as a share of the energy
-  double mean_iterations = 0;  ///< evaluations of all samples, per texel and channel
-  int unconverged = 0;         ///< texels with a channel that came to max_iterations
-  int unseen = 0;              ///< texels that are holes from every view
-  int one_view = 0;            ///< texels that one view of several sees
-  int sparse = 0;              ///< texels with fewer samples than parameters and table entries
-  double seconds = 0;
 };
 
 struct FitResult {
   Fabric fabric;
-  std::vector<FitLevelReport> levels;
-  Issues warnings;       ///< SAMPLES_SPARSE: where information is missing
-  PairSamples training;  ///< some of the pairs that were fitted to, to judge by (training_pairs.h)
+  std::vector<LevelReport> levels;  ///< without `layers`, `bytes` and errors on pairs
+  Issues warnings;                  ///< SAMPLES_SPARSE: where information is missing
+  PairSamples training;             ///< some of the pairs that were fitted to (training_pairs.h)
   double seconds = 0;
 };
 

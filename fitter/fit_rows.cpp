@@ -56,7 +56,45 @@ float clamp_to_finite(double value) {
   return static_cast<float>(std::clamp(value, -largest, largest));
 }
 
-struct TexelTotals {
+LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
+  LobeFitOptions options;
+  options.channel.view_table = from.view_table;
+  options.channel.light_table = from.light_table;
+  options.channel.table = from.table;
+  options.lobes = from.lobes;
+  options.starts = from.starts;
+  // Where a level is small its minima cost nothing to search, and its errors are seen from afar.
+  constexpr int small = 16;
+  constexpr int tiny = 4;
+  if (texels_of_level <= small) {
+    const bool is_tiny = texels_of_level <= tiny;
+    options.starts = std::max(is_tiny ? 48 : 16, from.starts);
+    options.finalists = is_tiny ? 24 : 4;
+  }
+  options.max_iterations = from.max_iterations;
+  options.tolerance = from.tolerance;
+  return options;
+}
+
+/// Stores the parameters and tables of a texel.
+void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel& level) {
+  for (int c = 0; c < 3; ++c) {
+    const ChannelFit& fit = fits[c];
+    float* parameters = &level.lobes->parameters[(texel * 3 + c) * fit.parameters.size()];
+    std::transform(fit.parameters.begin(), fit.parameters.end(), parameters, clamp_to_finite);
+    for (std::size_t v = 0; level.view_table && v < fit.table.size(); ++v) {
+      level.view_table->colour[texel * fit.table.size() + v][c] = clamp_to_finite(fit.table[v]);
+    }
+    for (std::size_t l = 0; l < fit.light_table.size(); ++l) {
+      level.light_table->value[texel * fit.light_table.size() + l][c] = clamp_to_finite(fit.light_table[l]);
+    }
+  }
+}
+
+}  // namespace
+
+/// Sums for the report of one texel.
+struct RowFit::TexelTotals {
   double error = 0;
   double cost = 0;
   double energy = 0;
@@ -66,8 +104,6 @@ struct TexelTotals {
   std::size_t views = 0;    ///< that see it
   std::size_t samples = 0;  ///< above its horizon
 };
-
-}  // namespace
 
 RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Progress& progress,
                TexelFit texel_fit)
@@ -88,9 +124,9 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     FabricLevel level;
     level.width = level_size(header.width, k);
     level.height = level_size(header.height, k);
-    const auto texels = static_cast<std::size_t>(level.texels());
+    const std::size_t texels = level.texels();
     const std::size_t views = directions_.views.size();
-    const auto stride = static_cast<std::size_t>(parameter_count(options.lobes));
+    const std::size_t stride = parameter_count(options.lobes);
     level.lobes = LobeLayer{options.lobes, std::vector<float>(texels * 3 * stride)};
     level.frame = FrameLayer{std::vector<V3f>(texels), std::vector<V3f>(texels)};
     level.opacity = OpacityLayer{std::vector<float>(texels * views)};
@@ -99,9 +135,11 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
       level.light_table = LightTableLayer{std::vector<V3f>(texels * directions_.lights.size(), V3f(1))};
     }
     texels_ += static_cast<double>(texels);
-    FitLevelReport report;
+    LevelReport report;
     report.width = level.width;
     report.height = level.height;
+    report.iterations = 0;
+    report.converged = report.at_limit = 0;
     result_.levels.push_back(report);
     fabric.levels.push_back(std::move(level));
   }
@@ -128,104 +166,84 @@ void RowFit::add(std::size_t k, SampleLevel rows) {
   add(k + 1, std::move(pooled));
 }
 
+RowFit::TexelTotals RowFit::fit_one(const SampleLevel& rows, std::size_t from, const LobeFitOptions& options,
+                                    std::size_t texel, FabricLevel& level) const {
+  const std::size_t views = directions_.views.size();
+  const float* alpha = &rows.alpha[from * views];
+  const V3f* radiance = &rows.radiance[from * views * directions_.lights.size()];
+  std::copy_n(alpha, views, &level.opacity->opacity[texel * views]);
+  // Normals that cancel, and texels never seen, take the cloth's own normal.
+  const V3f sum = rows.normal[from];
+  V3f& normal = level.frame->normal[texel];
+  V3f& tangent = level.frame->tangent[texel];
+  normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
+  tangent = in_half_precision(tangent_of(normal));
+
+  TexelTotals total;
+  std::array<ChannelFit, 3> fits;
+  if (options_.frames) {
+    FrameFit framed = fit_frame(alpha, radiance, directions_, normal, tangent, options);
+    normal = framed.normal;
+    tangent = framed.tangent;
+    total.averaged_error = framed.averaged_error;
+    fits = std::move(framed.fits);
+  }
+  const TexelSamples samples = gather_texel(alpha, radiance, directions_, normal, tangent);
+  if (!options_.frames) fits = texel_fit_(samples, options);
+  store(fits, texel, level);
+  total.error = total.cost = total.energy = samples.energy_below_horizon;
+  for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
+  total.samples = total.views * samples.lights.size();
+  for (const ChannelFit& fit : fits) {
+    total.error += fit.error;
+    total.cost += fit.cost;
+    total.energy += fit.energy;
+    total.iterations += fit.iterations;
+    total.converged = total.converged && fit.converged;
+  }
+  return total;
+}
+
 void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
   const auto start = std::chrono::steady_clock::now();
   FabricLevel& level = result_.fabric.levels[k];
-  FitLevelReport& report = result_.levels[k];
-  const std::size_t views = directions_.views.size();
-  const std::size_t lights = directions_.lights.size();
-  const auto stride = static_cast<std::size_t>(parameter_count(options_.lobes));
-  // Where a level is small its minima cost nothing to search, and its errors are seen from afar.
-  constexpr int small = 16;
-  constexpr int tiny = 4;
-  LobeFitOptions lobe_options;
-  lobe_options.channel.view_table = options_.view_table;
-  lobe_options.channel.light_table = options_.light_table;
-  lobe_options.channel.table = options_.table;
-  lobe_options.lobes = options_.lobes;
-  lobe_options.starts = options_.starts;
-  if (level.texels() <= small) {
-    const bool is_tiny = level.texels() <= tiny;
-    lobe_options.starts = std::max(is_tiny ? 48 : 16, options_.starts);
-    lobe_options.finalists = is_tiny ? 24 : 4;
-  }
-  lobe_options.max_iterations = options_.max_iterations;
-  lobe_options.tolerance = options_.tolerance;
-
+  const LobeFitOptions options = lobe_fit_options(options_, level.texels());
   std::mutex guard;
-  std::vector<TexelTotals> totals(static_cast<std::size_t>(rows.texels()));
-  parallel_for(0, rows.texels(), [&](int index) {
-    const auto from = static_cast<std::size_t>(index);
-    const std::size_t texel = static_cast<std::size_t>(first) * static_cast<std::size_t>(level.width) + from;
-    // Normals that cancel, and texels never seen, take the cloth's own normal.
-    const V3f sum = rows.normal[from];
-    const V3f normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
-    const V3f tangent = in_half_precision(tangent_of(normal));
-    level.frame->normal[texel] = normal;
-    level.frame->tangent[texel] = tangent;
-    const float* alpha = &rows.alpha[from * views];
-    std::copy_n(alpha, views, &level.opacity->opacity[texel * views]);
-
-    const V3f* radiance = &rows.radiance[from * views * lights];
-    TexelTotals& total = totals[from];
-    std::array<ChannelFit, 3> fits;
-    if (options_.frames) {
-      FrameFit framed = fit_frame(alpha, radiance, directions_, normal, tangent, lobe_options);
-      level.frame->normal[texel] = framed.normal;
-      level.frame->tangent[texel] = framed.tangent;
-      total.averaged_error = framed.averaged_error;
-      fits = std::move(framed.fits);
-    }
-    const TexelSamples samples =
-        gather_texel(alpha, radiance, directions_, level.frame->normal[texel], level.frame->tangent[texel]);
-    total.error = total.cost = total.energy = samples.energy_below_horizon;
-    for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
-    total.samples = total.views * samples.lights.size();
-    if (!options_.frames) fits = texel_fit_(samples, lobe_options);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const ChannelFit& fit = fits[c];
-      total.error += fit.error;
-      total.cost += fit.cost;
-      total.energy += fit.energy;
-      total.iterations += fit.iterations;
-      total.converged = total.converged && fit.converged;
-      for (std::size_t p = 0; p < stride; ++p) {
-        level.lobes->parameters[(texel * 3 + c) * stride + p] = clamp_to_finite(fit.parameters[p]);
-      }
-      for (std::size_t v = 0; options_.view_table && v < views; ++v) {
-        level.view_table->colour[texel * views + v][static_cast<int>(c)] = clamp_to_finite(fit.table[v]);
-      }
-      for (std::size_t l = 0; l < fit.light_table.size(); ++l) {
-        level.light_table->value[texel * lights + l][static_cast<int>(c)] =
-            clamp_to_finite(fit.light_table[l]);
-      }
-    }
+  std::vector<TexelTotals> totals(rows.texels());
+  parallel_for(0, rows.texels(), [&](std::size_t from) {
+    const std::size_t texel = static_cast<std::size_t>(first) * level.width + from;
+    totals[from] = fit_one(rows, from, options, texel, level);
     const std::lock_guard lock(guard);
     done_ += 1;
     if (progress_) progress_(done_ / texels_);
   });
+  report_texels(k, totals);
+  result_.levels[k].seconds +=
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
+void RowFit::report_texels(std::size_t k, const std::vector<TexelTotals>& totals) {
   Level& sums = levels_[k];
-  const double share = 1 / (3.0 * level.texels());
+  LevelReport& report = result_.levels[k];
+  const std::size_t views = directions_.views.size();
+  const double share = 1 / (3.0 * result_.fabric.levels[k].texels());
   for (const TexelTotals& total : totals) {
     sums.error += total.error;
     sums.cost += total.cost;
     sums.energy += total.energy;
     sums.averaged_error += total.averaged_error;
-    report.mean_iterations += total.iterations * share;
-    report.unconverged += total.converged ? 0 : 1;
+    *report.iterations += total.iterations * share;
+    *(total.converged ? report.converged : report.at_limit) += 1;
     report.unseen += total.views > 0 ? 0 : 1;
-    const std::size_t unknowns = stride + (options_.view_table ? total.views : 0) +
+    const std::size_t unknowns = parameter_count(options_.lobes) + (options_.view_table ? total.views : 0) +
                                  (options_.light_table ? directions_.lights.size() : 0) +
                                  (options_.frames ? 3 : 0);
-    report.one_view += total.views == 1 && directions_.views.size() > 1 ? 1 : 0;
+    report.one_view += total.views == 1 && views > 1 ? 1 : 0;
     report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
   report.cost = sums.energy > 0 ? sums.cost / sums.energy : 0;
   report.averaged_error = sums.energy > 0 ? std::sqrt(sums.averaged_error / sums.energy) : 0;
   report.training_error = sums.energy > 0 ? std::sqrt(sums.error / sums.energy) : 0;
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  report.seconds += seconds;
 }
 
 }  // namespace selvedge

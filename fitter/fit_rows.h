@@ -25,6 +25,7 @@ class RowFit {
   FitResult finish() { return std::move(result_); }
 
  private:
+  struct TexelTotals;
   struct Level {
     SampleLevel waiting;  ///< rows that a coarser row still needs
     int first = 0;        ///< index of the first of them
@@ -37,6 +38,10 @@ class RowFit {
 
   void add(std::size_t k, SampleLevel rows);
   void fit_texels(std::size_t k, const SampleLevel& rows, int first);
+  /// Fits texel `from` of the rows into `texel` of the level.
+  TexelTotals fit_one(const SampleLevel& rows, std::size_t from, const LobeFitOptions& options,
+                      std::size_t texel, FabricLevel& level) const;
+  void report_texels(std::size_t k, const std::vector<TexelTotals>& totals);
 
   FitOptions options_;
   Progress progress_;

@@ -27,7 +27,7 @@ std::vector<std::size_t> cells_drawn(std::size_t count) {
 }  // namespace
 
 TrainingPairs::TrainingPairs(const SamplesHeader& header) {
-  const auto lights = static_cast<std::size_t>(header.lights.count());
+  const std::size_t lights = header.lights.count();
   cells_ = cells_drawn(static_cast<std::size_t>(header.views.count()) * lights);
   const std::vector<V3f> view_directions = directions_of(header.views);
   const std::vector<V3f> light_directions = directions_of(header.lights);
@@ -49,9 +49,9 @@ TrainingPairs::TrainingPairs(const SamplesHeader& header) {
 
 void TrainingPairs::add(const SampleLevel& rows) {
   const auto texels = static_cast<std::size_t>(pairs_.width) * static_cast<std::size_t>(pairs_.height);
-  const auto views = static_cast<std::size_t>(rows.views);
-  const auto lights = static_cast<std::size_t>(rows.lights);
-  const auto count = static_cast<std::size_t>(rows.texels());
+  const std::size_t views = rows.views;
+  const std::size_t lights = rows.lights;
+  const std::size_t count = rows.texels();
   for (std::size_t p = 0; p < cells_.size(); ++p) {
     for (std::size_t t = 0; t < count; ++t) {
       const std::size_t to = p * texels + next_texel_ + t;

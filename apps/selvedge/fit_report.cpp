@@ -11,9 +11,7 @@
 namespace selvedge {
 namespace {
 
-std::string size_text(const FitLevelOutcome& level) {
-  return fmt::format("{}x{}", level.width, level.height);
-}
+std::string size_text(const LevelReport& level) { return fmt::format("{}x{}", level.width, level.height); }
 
 std::string decibels(const std::optional<FitError>& error) {
   return error ? fmt::format("{:.2f}", error->psnr) : "-";
@@ -23,19 +21,19 @@ std::string relative(const std::optional<FitError>& error) {
   return error ? fmt::format("{:.4f}", error->relative_l2) : "-";
 }
 
-std::string rounds(const FitRecordLevel& level) {
+std::string rounds(const LevelReport& level) {
   return level.iterations ? fmt::format("{:.1f}", *level.iterations) : "-";
 }
 
 std::string count(const std::optional<int>& texels) { return texels ? fmt::format("{}", *texels) : "-"; }
 
-std::string seconds(const FitLevelOutcome& level) {
-  return level.lobes ? fmt::format("{:.2f}", level.lobes->seconds) : "-";
+std::string seconds(const LevelReport& level) {
+  return level.iterations ? fmt::format("{:.2f}", level.seconds) : "-";
 }
 
 /// Pairs of the first level that has such an error: all have the same.
-int pairs_of(const FitRecord& record, std::optional<FitError> FitRecordLevel::*error) {
-  for (const FitRecordLevel& level : record.levels) {
+int pairs_of(const FitRecord& record, std::optional<FitError> LevelReport::*error) {
+  for (const LevelReport& level : record.levels) {
     if (level.*error) return (level.*error)->pairs;
   }
   return 0;
@@ -46,34 +44,34 @@ Json error_json(const std::optional<FitError>& error) {
   return {{"pairs", error->pairs}, {"psnr", error->psnr}, {"relativeL2", error->relative_l2}};
 }
 
-Json level_json(const FitRecordLevel& record, const FitLevelOutcome& level, std::size_t index) {
+Json level_json(const LevelReport& level, std::size_t index) {
   Json layer_bytes = Json::object();
   for (const auto& [name, bytes] : level.layer_bytes) layer_bytes[name] = bytes;
   Json json = {{"level", index},
                {"texels", {level.width, level.height}},
-               {"layers", record.layers},
-               {"bytes", record.bytes},
+               {"layers", level.layers},
+               {"bytes", level.bytes},
                {"layerBytes", layer_bytes},
-               {"heldOut", error_json(record.held_out)},
-               {"training", error_json(record.training)}};
-  if (record.validation) json["validationError"] = *record.validation;
-  if (level.lobes) {
-    json["trainingError"] = level.lobes->training_error;
-    if (level.lobes->averaged_error > 0) json["averagedFrameError"] = level.lobes->averaged_error;
-    json["iterations"] = level.lobes->mean_iterations;
-    json["converged"] = level.width * level.height - level.lobes->unconverged;
-    json["atLimit"] = level.lobes->unconverged;
-    json["seconds"] = level.lobes->seconds;
+               {"heldOut", error_json(level.held_out)},
+               {"training", error_json(level.training)}};
+  if (level.validation) json["validationError"] = *level.validation;
+  if (level.iterations) {
+    json["trainingError"] = level.training_error;
+    if (level.averaged_error > 0) json["averagedFrameError"] = level.averaged_error;
+    json["iterations"] = *level.iterations;
+    json["converged"] = *level.converged;
+    json["atLimit"] = *level.at_limit;
+    json["seconds"] = level.seconds;
   }
   return json;
 }
 
-/// What fitted frames have gained over averaged normals, level by level; empty where they were not fitted.
+/// The gain of fitted frames over averaged normals, level by level; empty where frames were not fitted.
 std::string gain_text(const FitOutcome& outcome) {
   std::string text;
-  for (const FitLevelOutcome& level : outcome.levels) {
-    if (!level.lobes || !(level.lobes->averaged_error > 0)) continue;
-    const double gain = level.lobes->averaged_error / std::max(level.lobes->training_error, 1e-30);
+  for (const LevelReport& level : outcome.record.levels) {
+    if (!(level.averaged_error > 0)) continue;
+    const double gain = level.averaged_error / std::max(level.training_error, 1e-30);
     text += fmt::format("{}{:+.2f}", text.empty() ? "" : ", ", 20 * std::log10(gain));
   }
   if (text.empty()) return text;
@@ -84,7 +82,7 @@ std::string gain_text(const FitOutcome& outcome) {
 /// Of every layer and level.
 std::string bytes_table(const FitOutcome& outcome) {
   std::vector<std::string> names;
-  for (const FitLevelOutcome& level : outcome.levels) {
+  for (const LevelReport& level : outcome.record.levels) {
     for (const auto& [name, bytes] : level.layer_bytes) {
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
@@ -94,11 +92,12 @@ std::string bytes_table(const FitOutcome& outcome) {
   text += "\n|---|";
   for (std::size_t i = 0; i < names.size(); ++i) text += "---|";
   text += '\n';
-  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
+  const std::vector<LevelReport>& levels = outcome.record.levels;
+  for (std::size_t k = 0; k < levels.size(); ++k) {
     text += fmt::format("| {} |", k);
     for (const std::string& name : names) {
       std::string cell = "-";
-      for (const auto& [of, bytes] : outcome.levels[k].layer_bytes) {
+      for (const auto& [of, bytes] : levels[k].layer_bytes) {
         if (of == name) cell = fmt::format("{}", bytes);
       }
       text += fmt::format(" {} |", cell);
@@ -110,33 +109,37 @@ std::string bytes_table(const FitOutcome& outcome) {
 
 }  // namespace
 
-Result<void> look_up(FitOutcome& outcome) {
-  const auto reader = FabricReader::open(outcome.output);
+Result<FitOutcome> read_outcome(const std::string& path, const std::vector<LevelReport>& fitted) {
+  const auto reader = FabricReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
   const FabricHeader& header = reader->header();
-  IssueSink sink(outcome.output);
+  IssueSink sink(path);
+  FitOutcome outcome;
+  outcome.output = path;
   if (auto record = fit_record_of(header.provenance, header.levels, sink))
     outcome.record = std::move(*record);
-  outcome.bytes = size_of_file(outcome.output);
+  outcome.bytes = size_of_file(path);
   outcome.shared_bytes = reader->packed_bytes(Layer::bases, 0);
-  outcome.levels.resize(header.levels);
+  outcome.record.levels.resize(header.levels);
   for (int k = 0; k < header.levels; ++k) {
-    FitLevelOutcome& level = outcome.levels[k];
+    LevelReport& level = outcome.record.levels[k];
     level.width = level_size(header.width, k);
     level.height = level_size(header.height, k);
+    level.iterations = fitted[k].iterations;  // with all digits
+    level.training_error = fitted[k].training_error;
+    level.averaged_error = fitted[k].averaged_error;
+    level.seconds = fitted[k].seconds;
     for (const Layer layer : all_layers) {
       if (layer == Layer::bases || entry_of(header.layer(layer), k) < 0) continue;
       level.layer_bytes.emplace_back(name_of(layer), reader->packed_bytes(layer, k));
     }
   }
-  return {};
+  return outcome;
 }
 
 Json fit_json(const FitOutcome& outcome) {
   Json levels = Json::array();
-  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
-    levels.push_back(level_json(outcome.record.levels[k], outcome.levels[k], k));
-  }
+  for (const LevelReport& level : outcome.record.levels) levels.push_back(level_json(level, levels.size()));
   Json warnings = Json::array();
   for (const Error& warning : outcome.record.warnings) warnings.push_back(to_json(warning));
   return {{"output", outcome.output},    {"bytes", outcome.bytes},     {"sharedBytes", outcome.shared_bytes},
@@ -147,12 +150,11 @@ Json fit_json(const FitOutcome& outcome) {
 std::string fit_text(const FitOutcome& outcome) {
   std::string text =
       "level   texels  held-out dB  rel. L2  training dB  rel. L2  iterations  at limit    bytes  layers\n";
-  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
-    const FitRecordLevel& l = outcome.record.levels[k];
+  for (std::size_t k = 0; k < outcome.record.levels.size(); ++k) {
+    const LevelReport& l = outcome.record.levels[k];
     text += fmt::format("{:5}  {:>7}  {:>11}  {:>7}  {:>11}  {:>7}  {:>10}  {:>8}  {:>7}  {}\n", k,
-                        size_text(outcome.levels[k]), decibels(l.held_out), relative(l.held_out),
-                        decibels(l.training), relative(l.training), rounds(l), count(l.at_limit), l.bytes,
-                        l.layers);
+                        size_text(l), decibels(l.held_out), relative(l.held_out), decibels(l.training),
+                        relative(l.training), rounds(l), count(l.at_limit), l.bytes, l.layers);
   }
   return text + gain_text(outcome) +
          fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", outcome.seconds, outcome.output, outcome.bytes);
@@ -168,17 +170,16 @@ std::string fit_markdown(const FitOutcome& outcome) {
       "Held out: {} pairs of directions that took no part in the fit. Training: {} pairs that the fit was "
       "made "
       "of. Where training is much better than held-out, the fit has learnt its samples by heart.\n\n",
-      record.peak, pairs_of(record, &FitRecordLevel::held_out), pairs_of(record, &FitRecordLevel::training));
+      record.peak, pairs_of(record, &LevelReport::held_out), pairs_of(record, &LevelReport::training));
   text +=
       "| level | texels | layers | bytes | held-out dB | relative L2 | training dB | relative L2 | "
       "iterations "
       "| converged | at the limit | s |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
-  for (std::size_t k = 0; k < outcome.levels.size(); ++k) {
-    const FitRecordLevel& l = record.levels[k];
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", k,
-                        size_text(outcome.levels[k]), l.layers, l.bytes, decibels(l.held_out),
-                        relative(l.held_out), decibels(l.training), relative(l.training), rounds(l),
-                        count(l.converged), count(l.at_limit), seconds(outcome.levels[k]));
+  for (std::size_t k = 0; k < outcome.record.levels.size(); ++k) {
+    const LevelReport& l = record.levels[k];
+    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", k, size_text(l),
+                        l.layers, l.bytes, decibels(l.held_out), relative(l.held_out), decibels(l.training),
+                        relative(l.training), rounds(l), count(l.converged), count(l.at_limit), seconds(l));
   }
   text +=
       "\nConverged: texels all of whose channels met the stop rule; at the limit: the others. Iterations are "
@@ -186,7 +187,7 @@ std::string fit_markdown(const FitOutcome& outcome) {
   if (const std::string gain = gain_text(outcome); !gain.empty()) text += gain + "\n";
   text += bytes_table(outcome);
   std::uint64_t sum = outcome.shared_bytes;
-  for (const FitRecordLevel& level : record.levels) sum += level.bytes;
+  for (const LevelReport& level : record.levels) sum += level.bytes;
   text += fmt::format("\nShared functions: {} bytes. Headers, tables and preview: {} bytes.\n\n",
                       outcome.shared_bytes, outcome.bytes - std::min(sum, outcome.bytes));
   text += record.warnings.empty() ? "No warnings.\n" : "Warnings:\n\n";

@@ -1,7 +1,6 @@
-// What a fit reports: for people a table, for programs JSON, and both as files.
+// The report of a fit: a table for people, JSON for programs, and both as files.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,13 +10,6 @@
 
 namespace selvedge {
 
-struct FitLevelOutcome {
-  int width = 0;
-  int height = 0;
-  std::optional<FitLevelReport> lobes;                             ///< where the level has them
-  std::vector<std::pair<std::string, std::uint64_t>> layer_bytes;  ///< layers of the file by name, compressed
-};
-
 /// A fit that has been written.
 struct FitOutcome {
   std::string samples;
@@ -25,12 +17,12 @@ struct FitOutcome {
   std::uint64_t bytes = 0;         ///< of the file
   std::uint64_t shared_bytes = 0;  ///< of the bases, which are of no level
   FitRecord record;
-  std::vector<FitLevelOutcome> levels;
   double seconds = 0;
 };
 
-/// Reads from the written file what it tells of itself: record, layers, bytes.
-Result<void> look_up(FitOutcome& outcome);
+/// The report of a fabric that has been written: its record and sizes as they stand in the file, and of the
+/// fit of each level the figures that the file does not keep.
+Result<FitOutcome> read_outcome(const std::string& path, const std::vector<LevelReport>& fitted);
 
 Json fit_json(const FitOutcome& outcome);
 

@@ -65,8 +65,8 @@ void check_choice(const CLI::App& make, const MakeLimits& limits) {
       throw CLI::ValidationError(option, "is chosen by --max-bytes, --min-db and --max-seconds");
   }
   // What a plan leaves out is not in the measured sizes and times.
-  for (const char* option : {"--quality", "--keep-samples", "--for", "--products", "--frames",
-                             "--glossy-slabs", "--slab-lobes", "--cells"}) {
+  for (const char* option :
+       {"--quality", "--keep-samples", "--for", "--frames", "--glossy-slabs", "--slab-lobes", "--cells"}) {
     if (make.count(option) > 0)
       throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
   }
@@ -102,7 +102,7 @@ void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& 
   const TradeFit fit = fit_options_of(point);
   if (!given("--lobes")) command.fit.fit.lobes = fit.fit.lobes;
   // Layers go together: who asks for some by name has chosen them.
-  if (!given("--no-table") && !given("--light-table") && !given("--products")) {
+  if (!given("--no-table") && !given("--light-table")) {
     if (!given("--slabs")) bake.slabs = wanted.slabs;
     command.fit.fit.view_table = fit.fit.view_table;
     command.fit.fit.light_table = fit.fit.light_table;

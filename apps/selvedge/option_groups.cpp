@@ -242,13 +242,6 @@ void add_fit(CLI::App& app, FitCommand& command) {
       ->group(group);
   app.add_flag("--light-table", command.fit.light_table, "A table over lights as well, fitted by turns")
       ->group(group);
-  auto* products =
-      app.add_option("--products", command.fit.products,
-                     "Products of shared functions of view and light beside the table, fitted by turns")
-          ->type_name("N")
-          ->capture_default_str()
-          ->check(CLI::Range(0, max_products))
-          ->group(group);
   app.add_option("--starts", command.fit.starts, "Local minima looked at per texel and channel")
       ->type_name("N")
       ->capture_default_str()
@@ -278,7 +271,6 @@ void add_fit(CLI::App& app, FitCommand& command) {
          "Choose the layers of every level so that the file has at most so many bytes (K, M: KiB, MiB)")
       ->transform(byte_count())
       ->type_name("BYTES")
-      ->excludes(products)
       ->group(group);
   app.add_option("--slab-lobes", command.fit.slab_lobes,
                  "With --budget: lobes of the slabs, tried beside slabs without; 0: none are tried")

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
 
 #include "apps/common/distinct_paths.h"
@@ -19,34 +18,14 @@
 namespace selvedge {
 namespace {
 
-/// Record of the fit of the paper's model.
-FitRecordLevel record_of(const FitLevelReport& level) {
-  FitRecordLevel record;
-  record.iterations = level.mean_iterations;
-  record.converged = level.width * level.height - level.unconverged;
-  record.at_limit = level.unconverged;
-  return record;
-}
-
-/// Judges the fabric as the file will hold it, and writes it.
-Result<void> write_judged(const FitCommand& command, const Fabric& fitted, const PairSamples& held_out,
-                          const PairSamples& training, FitRecord record) {
+/// Measures the errors of the fabric as the file will hold it, and writes it with its record.
+Result<void> write_recorded(const FitCommand& command, const Fabric& fitted, const PairSamples& held_out,
+                            const PairSamples& training, FitRecord record) {
   const Fabric fabric = as_stored(fitted, command.write.half);
-  if (auto ok = judge(fabric, held_out, training, record); !ok) return ok;
+  if (auto ok = measure_errors(fabric, held_out, training, record); !ok) return ok;
   for (const Error& warning : precision_warnings({}, fitted, command.write))
     record.warnings.push_back(warning);
   return write_fabric(command.output, fabric, std::move(record), command.write);
-}
-
-/// The record of a choice of layers, as yet without its errors.
-FitRecord record_of(const LayerFit& chosen, const Issues& warnings) {
-  FitRecord record;
-  for (const LevelChoice& level : chosen.levels) {
-    record.levels.push_back(level.lobes ? record_of(*level.lobes) : FitRecordLevel());
-    record.levels.back().validation = std::sqrt(level.validation_error);
-  }
-  record.warnings = warnings;
-  return record;
 }
 
 /// Bytes for a fabric of so many texels at its level 0.
@@ -71,9 +50,8 @@ Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& comm
   double smallest_overhead = overhead;
   for (int i = 1;; ++i) {
     LayerFit chosen = fitter.choose(budget, overhead);
-    FitRecord record = record_of(chosen, fitter.warnings());
-    record.peak = -1.23456e-300;
-    for (FitRecordLevel& level : record.levels) level.held_out = level.training = unknown;
+    FitRecord record{-1.23456e-300, chosen.levels, fitter.warnings()};
+    for (LevelReport& level : record.levels) level.held_out = level.training = unknown;
     if (auto ok = write_fabric(beside->temporary(), chosen.fabric, std::move(record), command.write); !ok) {
       Error error = ok.error();
       error.file = command.output;
@@ -105,10 +83,8 @@ Result<LayerFit> choose_within(const LayerFitter& fitter, const FitCommand& comm
   }
 }
 
-/// How the levels were fitted that have lobes.
-using LobeReports = std::vector<std::optional<FitLevelReport>>;
-
-Result<LobeReports> fit_layers(SamplesReader& reader, const FitCommand& command, const Progress& progress) {
+Result<std::vector<LevelReport>> fit_layers(SamplesReader& reader, const FitCommand& command,
+                                            const Progress& progress) {
   auto level = reader.read_level();
   if (!level) return tl::unexpected(level.error());
   const auto validation = reader.read_pairs(PairKind::validation);
@@ -130,30 +106,28 @@ Result<LobeReports> fit_layers(SamplesReader& reader, const FitCommand& command,
   if (!held_out) return tl::unexpected(held_out.error());
   const auto chosen = choose_within(*fitter, command, budget_for(command, reader.header().texels()));
   if (!chosen) return tl::unexpected(chosen.error());
-  if (auto ok = write_judged(command, chosen->fabric, *held_out, fitter->training(),
-                             record_of(*chosen, fitter->warnings()));
+  if (auto ok = write_recorded(command, chosen->fabric, *held_out, fitter->training(),
+                               {0, chosen->levels, fitter->warnings()});
       !ok) {
     return tl::unexpected(ok.error());
   }
-  LobeReports lobes;
-  for (const LevelChoice& choice : chosen->levels) lobes.push_back(choice.lobes);
-  return lobes;
+  return chosen->levels;
 }
 
 /// Everything as lobes.
-Result<LobeReports> fit_lobes(SamplesReader& reader, const FitCommand& command, const Progress& progress) {
+Result<std::vector<LevelReport>> fit_lobes(SamplesReader& reader, const FitCommand& command,
+                                           const Progress& progress) {
   const auto result = fit(reader, command.fit, progress);
   if (!result) return tl::unexpected(result.error());
   // Read when the samples are gone again: what is held at a time stays small.
   const auto held_out = reader.read_pairs(PairKind::held_out);
   if (!held_out) return tl::unexpected(held_out.error());
-  FitRecord record;
-  for (const FitLevelReport& level : result->levels) record.levels.push_back(record_of(level));
-  record.warnings = result->warnings;
-  if (auto ok = write_judged(command, result->fabric, *held_out, result->training, record); !ok) {
+  if (auto ok = write_recorded(command, result->fabric, *held_out, result->training,
+                               {0, result->levels, result->warnings});
+      !ok) {
     return tl::unexpected(ok.error());
   }
-  return LobeReports(result->levels.begin(), result->levels.end());
+  return result->levels;
 }
 
 }  // namespace
@@ -175,19 +149,17 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
   auto reader = SamplesReader::open(samples);
   if (!reader) return tl::unexpected(named(reader.error()));
   TerminalProgress progress("fit", command.common.quiet);
-  const auto lobes = command.budget ? fit_layers(*reader, command, progress.callback())
-                                    : fit_lobes(*reader, command, progress.callback());
-  if (!lobes) return tl::unexpected(named(lobes.error()));
-  FitOutcome outcome;
-  outcome.samples = command.input;
-  outcome.output = command.output;
-  if (auto ok = look_up(outcome); !ok) return tl::unexpected(ok.error());
-  for (std::size_t k = 0; k < lobes->size(); ++k) outcome.levels[k].lobes = (*lobes)[k];
-  for (Error& warning : outcome.record.warnings) {
+  const auto levels = command.budget ? fit_layers(*reader, command, progress.callback())
+                                     : fit_lobes(*reader, command, progress.callback());
+  if (!levels) return tl::unexpected(named(levels.error()));
+  auto outcome = read_outcome(command.output, *levels);
+  if (!outcome) return outcome;
+  outcome->samples = command.input;
+  for (Error& warning : outcome->record.warnings) {
     warning.file = command.input;
     if (!(command.common.quiet || command.common.json)) report_issue(warning);
   }
-  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  outcome->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return outcome;
 }
 

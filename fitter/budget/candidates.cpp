@@ -27,7 +27,7 @@ constexpr double max_left_by_gloss = 0.95;
 constexpr std::size_t level_view_functions = 12;
 constexpr std::size_t level_light_functions = 16;
 /// Steps of the coefficients that are tried, as shares of the power of two below the strongest product's
-/// scale, numbers whose multiples have few bits; and what a bit may cost.
+/// scale, numbers whose multiples have few bits; and the price of a bit.
 struct Coarseness {
   float step;
   float price;
@@ -36,9 +36,9 @@ constexpr std::array coarseness{
     Coarseness{0.25F, 0.5F},     Coarseness{0.125F, 0.2F},     Coarseness{0.125F, 0.5F},
     Coarseness{0.0625F, 0.3F},   Coarseness{0.0625F, 0.8F},    Coarseness{0.03125F, 0.5F},
     Coarseness{0.015625F, 0.3F}, Coarseness{0.0078125F, 0.3F}, Coarseness{0.00390625F, 0.3F}};
-/// Products are left out whose coefficients' root mean square is below so much of that power of two.
+/// Pairs of functions are left out if their coefficients' root mean square is below so much of that power.
 constexpr std::array min_shares{0.00390625F, 0.0078125F, 0.015625F, 0.03125F, 0.0625F, 0.125F};
-/// Slabs gain nothing from steps below this: their cells are what limits them.
+/// Slabs gain nothing from steps below this: their cells limit them.
 constexpr float min_step_of_slabs = 0.015625F;
 /// Cells along a texel's side that are tried, as far as the samples have them.
 constexpr std::array cells_tried{2, 3};
@@ -47,7 +47,7 @@ constexpr std::size_t max_coefficients = 640;
 /// A level with fewer cells than this along a side is no place for slabs.
 constexpr int min_cells = 16;
 
-/// What a pair of functions costs in the file beside its coefficients.
+/// Bytes of a pair of functions in the file beside its coefficients.
 constexpr double bytes_per_pair = 8;
 
 /// Heights as multiples of a step that half precision has exactly: 1/256 of the thickness or a little less.
@@ -61,7 +61,7 @@ HeightLayer stored_heights(const HeightLayer& heights, float thickness) {
 }
 
 double bytes_of(const HeightLayer& heights, std::size_t width) {
-  const auto entries = static_cast<std::size_t>(heights.shape().entries());
+  const std::size_t entries = heights.shape().entries();
   return coded_bytes(heights.top(), entries, width) + coded_bytes(heights.bottom(), entries, width);
 }
 
@@ -73,26 +73,17 @@ double bytes_of(const std::vector<V3f>& colours, std::size_t per_texel, std::siz
 
 /// Lobes are stored in 32 bits; their mantissas do not compress.
 double bytes_of_lobes(const FabricLevel& level) {
-  const auto width = static_cast<std::size_t>(level.width);
+  const std::size_t width = level.width;
   return 3.6 * static_cast<double>(level.lobes->parameters.size()) + bytes_of(level.frame->normal, 1, width) +
          bytes_of(level.frame->tangent, 1, width);
 }
 
 /// Lobes of few kinds do compress.
 double bytes_of_gloss(const FabricLevel& level) {
-  const auto width = static_cast<std::size_t>(level.width);
-  const auto parameters = static_cast<std::size_t>(3 * parameter_count(level.lobes->lobes));
+  const std::size_t width = level.width;
+  const std::size_t parameters = 3 * parameter_count(level.lobes->lobes);
   return coded_bytes(level.lobes->parameters, parameters, width, false) +
          bytes_of(level.frame->normal, 1, width) + bytes_of(level.frame->tangent, 1, width);
-}
-
-/// A level of these texels with nothing but heights.
-FabricLevel marched(const FabricLevel& texels, const HeightLayer& heights) {
-  FabricLevel result;
-  result.width = texels.width;
-  result.height = texels.height;
-  result.heights = heights;
-  return result;
 }
 
 /// The shapes to try for heights of a shape: the uppermost slab alone and all, over fewer cells and more.
@@ -109,14 +100,23 @@ std::vector<SlabShape> shapes_of(const SlabShape& finest) {
 
 }  // namespace
 
-void LayerFitter::add_candidates(std::size_t level, const Products& products, const LevelCandidate& like,
+/// The texels of a level with the heights of a shape and nothing else.
+FabricLevel LayerFitter::heights_alone(const Level& level, std::size_t shape) {
+  FabricLevel result;
+  result.width = level.paper.width;
+  result.height = level.paper.height;
+  result.heights = level.heights[shape];
+  return result;
+}
+
+void LayerFitter::add_candidates(std::size_t level, const BasisFit& basis, const LevelCandidate& like,
                                  const SlabOverlaps* overlaps) {
-  const float scale = scale_of(products);
+  const float scale = scale_of(basis);
   if (!(scale > 0)) return;
-  const auto texels = static_cast<std::size_t>(levels_[level].paper.texels());
+  const std::size_t texels = levels_[level].paper.texels();
   const float unit = std::exp2(std::floor(std::log2(scale)));
-  const auto width = static_cast<std::size_t>(levels_[level].paper.width);
-  const std::size_t entries = products.owners() / texels;
+  const std::size_t width = levels_[level].paper.width;
+  const std::size_t entries = basis.owners() / texels;
   for (const Coarseness& coarse : coarseness) {
     if (overlaps != nullptr && coarse.step < min_step_of_slabs) continue;
     std::size_t last = 0;
@@ -128,15 +128,15 @@ void LayerFitter::add_candidates(std::size_t level, const Products& products, co
       how.price = coarse.price;
       how.width = width;
       how.entries = entries;
-      const std::size_t pairs = products_kept(products, how);
+      const std::size_t pairs = pairs_kept(basis, how);
       if (pairs == last || pairs > static_cast<std::size_t>(FabricLimits{}.products) ||
           pairs * entries > max_coefficients) {
         continue;
       }
       last = pairs;
       LevelCandidate candidate = like;
-      candidate.products = quantised(products, how, overlaps);
-      candidate.bytes += coded_bytes(candidate.products.coefficient, entries * pairs, width) +
+      candidate.basis = quantised(basis, how, overlaps);
+      candidate.bytes += coded_bytes(candidate.basis.coefficient, entries * pairs, width) +
                          bytes_per_pair * static_cast<double>(pairs);
       levels_[level].candidates.push_back(std::move(candidate));
     }
@@ -162,59 +162,48 @@ void LayerFitter::look_for_gloss(std::size_t k, const SampleLevel& samples, cons
   level.gloss = std::move(fit.gloss);
 }
 
-void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled,
-                            const HeightLayer& heights, const SamplesHeader& header,
+void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, HeightLayer heights,
                             const FitOptions& options) {
-  const auto views = smooth_view_functions(header.views, slab_view_functions);
-  const GlossDirections directions = gloss_directions(header.views, header.lights);
+  const auto views = smooth_view_functions(shell_.views, slab_view_functions);
   std::vector<SlabTables> tables;
   std::array<std::vector<SlabTables>, glossy_view_functions.size()> glossy;
   std::vector<SlabOverlaps> overlaps;
-  const HeightLayer* of_level = &heights;
-  HeightLayer coarse = heights;
   for (std::size_t k = 0; k < pooled.size(); ++k) {
-    const SampleLevel& level = pooled[k];
-    if (k > 0) {
-      coarse = pool_heights(*of_level, pooled[k - 1].width, pooled[k - 1].height);
-      of_level = &coarse;
-    }
-    if (std::min(level.width * coarse.shape().columns, level.height * coarse.shape().rows) < min_cells) break;
-    const auto entries = static_cast<std::size_t>(level.texels() * coarse.shape().entries());
-    levels_[k].heights[shape] = stored_heights(coarse, header.thickness_mm);
-    const SlabRays rays =
-        slab_rays(marched(levels_[k].paper, *levels_[k].heights[shape]), shell_, directions_of(header.views));
-    tables.push_back(fit_slabs(level, rays, entries, views));
+    const SampleLevel& samples = pooled[k];
+    if (k > 0) heights = pool_heights(heights, pooled[k - 1].width, pooled[k - 1].height);
+    const SlabShape& cells = heights.shape();
+    if (std::min(samples.width * cells.columns, samples.height * cells.rows) < min_cells) break;
+    const std::size_t entries = samples.texels() * cells.entries();
+    Level& level = levels_[k];
+    level.heights[shape] = stored_heights(heights, shell_.thickness_mm);
+    const SlabRays rays = slab_rays(heights_alone(level, shape), shell_, directions_of(shell_.views));
+    tables.push_back(fit_slabs(samples, rays, entries, views));
     overlaps.push_back(overlaps_of(rays, entries));
-    if (shape == 0) look_for_gloss(k, level, rays, entries, options);
-    if (!levels_[k].gloss) continue;
-    const SlabFactors factors = factors_of(*levels_[k].gloss, directions);
+    if (shape == 0) look_for_gloss(k, samples, rays, entries, options);
+    if (!level.gloss) continue;
+    const SlabFactors factors = factors_of(*level.gloss, gloss_directions(shell_.views, shell_.lights));
     for (std::size_t i = 0; i < glossy.size(); ++i) {
-      const auto functions = smooth_view_functions(header.views, glossy_view_functions[i]);
-      glossy[i].push_back(fit_slabs(level, rays, entries, functions, &factors));
+      const auto functions = smooth_view_functions(shell_.views, glossy_view_functions[i]);
+      glossy[i].push_back(fit_slabs(samples, rays, entries, functions, &factors));
     }
   }
   if (tables.empty()) return;
-  const std::vector<Products> slabs = slab_products(tables, views, slab_light_functions);
-  for (std::size_t k = 0; k < slabs.size(); ++k) {
-    LevelCandidate like;
-    like.kind = LevelCandidate::Kind::slabs;
-    like.shape = shape;
-    like.bytes = bytes_of(*levels_[k].heights[shape], static_cast<std::size_t>(pooled[k].width));
-    add_candidates(k, slabs[k], like, &overlaps[k]);
-  }
+  const auto add = [&](LevelCandidate::Kind kind, const std::vector<BasisFit>& basis) {
+    for (std::size_t k = 0; k < basis.size(); ++k) {
+      LevelCandidate like;
+      like.kind = kind;
+      like.shape = shape;
+      like.bytes = bytes_of(*levels_[k].heights[shape], pooled[k].width);
+      if (kind == LevelCandidate::Kind::glossy_slabs) like.bytes += bytes_of_gloss(levels_[k].glossy);
+      add_candidates(k, basis[k], like, &overlaps[k]);
+    }
+  };
+  add(LevelCandidate::Kind::slabs, slab_basis(tables, views, slab_light_functions));
   for (std::size_t i = 0; i < glossy.size(); ++i) {
     if (glossy[i].empty()) continue;
-    const auto functions = smooth_view_functions(header.views, glossy_view_functions[i]);
-    std::vector<Products> with_lobes =
-        slab_products(glossy[i], functions, slab_light_functions, &levels_[0].gloss->unit);
-    for (std::size_t k = 0; k < with_lobes.size(); ++k) {
-      LevelCandidate like;
-      like.kind = LevelCandidate::Kind::glossy_slabs;
-      like.shape = shape;
-      like.bytes = bytes_of(*levels_[k].heights[shape], static_cast<std::size_t>(pooled[k].width)) +
-                   bytes_of_gloss(levels_[k].glossy);
-      add_candidates(k, with_lobes[k], like, &overlaps[k]);
-    }
+    const auto functions = smooth_view_functions(shell_.views, glossy_view_functions[i]);
+    add(LevelCandidate::Kind::glossy_slabs,
+        slab_basis(glossy[i], functions, slab_light_functions, &levels_[0].gloss->unit));
   }
 }
 
@@ -224,50 +213,85 @@ void LayerFitter::keep_glossy_slabs() {
     for (const LevelCandidate& candidate : level.candidates) {
       if (candidate.kind == LevelCandidate::Kind::glossy_slabs) glossy.push_back(candidate);
     }
-    // With the first shape at least such a fabric is whole.
+    // All levels share a shape, and with the first one at least such a fabric exists.
     const bool in_first = std::any_of(glossy.begin(), glossy.end(),
                                       [](const LevelCandidate& candidate) { return candidate.shape == 0; });
     if (in_first) level.candidates = std::move(glossy);
   }
 }
 
-void LayerFitter::judge_candidates(std::size_t k, const LevelTruth& truth,
-                                   const std::vector<DirectionPair>& pairs) {
-  Level& level = levels_[k];
-  const LevelError judge(truth, pairs, shell_);
-  std::vector<V3f> seen_from;
-  for (const DirectionPair& pair : pairs) seen_from.push_back(pair.view);
-  std::vector<SlabRays> rays;
-  for (const auto& heights : level.heights) {
-    rays.push_back(heights ? slab_rays(marched(level.paper, *heights), shell_, seen_from) : SlabRays{});
+/// A factor that makes the largest radiance about 1, for sums of its squares in single precision. Samples
+/// that are not finite stay so: fit() names their place.
+void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs) {
+  float largest = 0;
+  for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
+  scale_ = scale_for(static_cast<double>(largest));
+  const auto inverse = static_cast<float>(1 / scale_);
+  for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance}) {
+    for (V3f& r : *radiance) r *= inverse;
   }
-  for (LevelCandidate& candidate : level.candidates) {
-    switch (candidate.kind) {
-      case LevelCandidate::Kind::slabs:
-        candidate.error = judge.error(candidate.products, rays[candidate.shape]);
-        break;
-      case LevelCandidate::Kind::glossy_slabs:
-        candidate.error = judge.error(candidate.products, rays[candidate.shape], level.glossy);
-        break;
-      case LevelCandidate::Kind::products:
-        candidate.error = judge.error(candidate.products, *level.paper.opacity);
-        break;
-      case LevelCandidate::Kind::lobes:
-        candidate.error = judge.error(level.plain);
-        break;
-      case LevelCandidate::Kind::lobes_and_table:
-        candidate.error = judge.error(level.paper);
-        break;
+}
+
+/// The paper's model with and without view table.
+Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHeader& header,
+                                    const FitOptions& options, const Progress& progress) {
+  const auto part = [&](double from, double size) -> Progress {
+    return [&progress, from, size](double share) {
+      if (progress) progress(from + size * share);
+    };
+  };
+  auto paper = fit(samples, header, options, part(0, 0.5));
+  if (!paper) return tl::unexpected(paper.error());
+  Result<FitResult> plain = paper;
+  if (options.view_table) {
+    FitOptions without_table = options;
+    without_table.view_table = false;
+    plain = fit(samples, header, without_table, part(0.5, 0.2));
+    if (!plain) return tl::unexpected(plain.error());
+  }
+  for (Fabric* fabric : {&paper->fabric, &plain->fabric}) remove_radiance_scale(*fabric);
+  for (std::size_t k = 0; k < paper->levels.size(); ++k) {
+    Level& level = levels_.emplace_back();
+    level.paper = std::move(paper->fabric.levels[k]);
+    level.report = std::move(paper->levels[k]);
+    level.plain = std::move(plain->fabric.levels[k]);
+    level.plain_report = std::move(plain->levels[k]);
+  }
+  shell_ = std::move(paper->fabric);
+  shell_.levels.clear();
+  shell_.lights = header.lights;
+  training_ = std::move(paper->training);
+  for (V3f& r : training_.radiance) r *= static_cast<float>(scale_);
+  warnings_ = std::move(paper->warnings);
+  return {};
+}
+
+/// A shared basis for the texels of all levels, and the paper's model.
+void LayerFitter::add_texel_candidates(const std::vector<SampleLevel>& pooled) {
+  const std::size_t views = shell_.views.count();
+  const std::vector<BasisFit> basis = texel_basis(pooled, level_view_functions, level_light_functions);
+  for (std::size_t k = 0; k < levels_.size(); ++k) {
+    const FabricLevel& paper = levels_[k].paper;
+    LevelCandidate candidate;
+    candidate.bytes = coded_bytes(paper.opacity->opacity, views, paper.width);
+    add_candidates(k, basis[k], candidate, nullptr);
+    candidate.kind = LevelCandidate::Kind::lobes;
+    candidate.bytes += bytes_of_lobes(paper);
+    if (paper.light_table) {
+      candidate.bytes += bytes_of(paper.light_table->value, shell_.lights.count(), paper.width);
     }
+    levels_[k].candidates.push_back(candidate);
+    if (!paper.view_table) continue;
+    candidate.kind = LevelCandidate::Kind::lobes_and_table;
+    candidate.bytes += bytes_of(paper.view_table->colour, views, paper.width);
+    levels_[k].candidates.push_back(candidate);
   }
 }
 
 Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader& header,
                                         const std::optional<HeightLayer>& heights,
-                                        const PairSamples& validation, const FitOptions& fit_options,
+                                        const PairSamples& validation, const FitOptions& options,
                                         const Progress& progress) {
-  FitOptions options = fit_options;
-  options.products = 0;
   if (header.lights.count() > max_lights) {
     return fail(
         Code::option_out_of_range, {}, "budget",
@@ -277,91 +301,33 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     return fail(Code::samples_malformed, {}, "validation", "there are no pairs to choose layers by");
   }
   LayerFitter fitter;
-  // What follows squares radiance and sums it up in single precision. Samples that are no numbers are left as
-  // they are: fit() names their place.
-  float largest = 0;
-  for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
-  fitter.scale_ = scale_for(static_cast<double>(largest));
-  const auto inverse = static_cast<float>(1 / fitter.scale_);
-  PairSamples judged_by = validation;
-  for (std::vector<V3f>* radiance : {&samples.radiance, &judged_by.radiance}) {
-    for (V3f& r : *radiance) r *= inverse;
+  PairSamples pairs = validation;
+  fitter.scale_radiance(samples, pairs);
+  if (auto ok = fitter.fit_lobes(samples, header, options, progress); !ok) {
+    return tl::unexpected(ok.error());
   }
-  auto paper = fit(samples, header, options, [&](double share) {
-    if (progress) progress(0.5 * share);
-  });
-  if (!paper) return tl::unexpected(paper.error());
-  Result<FitResult> plain = paper;
-  if (options.view_table) {
-    FitOptions without_table = options;
-    without_table.view_table = false;
-    plain = fit(samples, header, without_table, [&](double share) {
-      if (progress) progress(0.5 + 0.2 * share);
-    });
-    if (!plain) return tl::unexpected(plain.error());
-  }
-  for (Fabric* fabric : {&paper->fabric, &plain->fabric}) remove_radiance_scale(*fabric);
-  fitter.shell_ = paper->fabric;
-  fitter.shell_.levels.clear();
-  fitter.shell_.lights = header.lights;
-  for (std::size_t k = 0; k < paper->levels.size(); ++k) {
-    Level& level = fitter.levels_.emplace_back();
-    level.paper = std::move(paper->fabric.levels[k]);
-    level.report = paper->levels[k];
-    level.plain = std::move(plain->fabric.levels[k]);
-    level.plain_report = plain->levels[k];
-  }
-  fitter.training_ = std::move(paper->training);
-  for (V3f& r : fitter.training_.radiance) r *= static_cast<float>(fitter.scale_);
-  fitter.warnings_ = std::move(paper->warnings);
-
   std::vector<SampleLevel> pooled{std::move(samples)};
   while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
-
   if (heights) {
     if (heights->top().size() != static_cast<std::size_t>(header.texels() * heights->shape().entries())) {
       return fail(Code::samples_malformed, {}, "slabs", "the heights are not those of the texels");
     }
     const std::vector<SlabShape> shapes = shapes_of(heights->shape());
+    const V2i texels(header.width, header.height);
     fitter.shapes_ = shapes.size();
     for (Level& level : fitter.levels_) level.heights.resize(shapes.size());
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-      const V2i texels(header.width, header.height);
-      fitter.add_slabs(i, pooled, regrid_heights(*heights, texels.x, texels.y, texels, shapes[i]), header,
-                       options);
+      fitter.add_slabs(i, pooled, regrid_heights(*heights, texels.x, texels.y, texels, shapes[i]), options);
     }
   }
   if (progress) progress(0.85);
-  const std::vector<Products> products = level_products(pooled, level_view_functions, level_light_functions);
-  const auto view_count = static_cast<std::size_t>(header.views.count());
-  for (std::size_t k = 0; k < products.size(); ++k) {
-    const FabricLevel& of = fitter.levels_[k].paper;
-    const double opacity = coded_bytes(of.opacity->opacity, view_count, static_cast<std::size_t>(of.width));
-    LevelCandidate like;
-    like.bytes = opacity;
-    fitter.add_candidates(k, products[k], like, nullptr);
-    LevelCandidate lobes;
-    lobes.kind = LevelCandidate::Kind::lobes;
-    lobes.bytes = opacity + bytes_of_lobes(of);
-    if (of.light_table) {
-      lobes.bytes += bytes_of(of.light_table->value, static_cast<std::size_t>(header.lights.count()),
-                              static_cast<std::size_t>(of.width));
-    }
-    fitter.levels_[k].candidates.push_back(lobes);
-    if (!of.view_table) continue;
-    LevelCandidate table;
-    table.kind = LevelCandidate::Kind::lobes_and_table;
-    table.bytes =
-        lobes.bytes + bytes_of(of.view_table->colour, view_count, static_cast<std::size_t>(of.width));
-    fitter.levels_[k].candidates.push_back(table);
-  }
-
+  fitter.add_texel_candidates(pooled);
   if (options.glossy_slabs) fitter.keep_glossy_slabs();
-  const std::vector<LevelTruth> truths = level_truths(judged_by);
-  for (std::size_t k = 0; k < fitter.levels_.size(); ++k) {
-    fitter.judge_candidates(k, truths[k], judged_by.pairs);
-    if (progress)
-      progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(fitter.levels_.size()));
+  const std::vector<LevelTruth> truths = level_truths(pairs);
+  const std::size_t levels = fitter.levels_.size();
+  for (std::size_t k = 0; k < levels; ++k) {
+    fitter.measure_errors(k, truths[k], pairs.pairs);
+    if (progress) progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(levels));
   }
   return fitter;
 }

@@ -1,31 +1,21 @@
-// Which of the candidates a fabric takes (layer_fit.h).
+// The choice among the candidates of the levels (candidates.h).
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "fitter/budget/candidates.h"
-#include "fitter/slabs/basis_list.h"
 #include "fitter/solve/radiance_scale.h"
 #include "format/quality/fit_record.h"
 
 namespace selvedge {
 namespace {
 
-/// What a decibel at level 0 counts, one at any other level being 1: most of what is seen near is level 0.
+/// Weight of a decibel at level 0; 1 at any other level. Cloth that is near shows level 0.
 constexpr double weight_of_level_0 = 5;
-/// What a channel costs in the file beside its values.
+/// Bytes of a channel in the file beside its values.
 constexpr double bytes_per_channel = 30;
 
 double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
-
-bool has_slabs(const LevelCandidate& candidate) {
-  return candidate.kind == LevelCandidate::Kind::slabs ||
-         candidate.kind == LevelCandidate::Kind::glossy_slabs;
-}
-
-bool has_products(const LevelCandidate& candidate) {
-  return has_slabs(candidate) || candidate.kind == LevelCandidate::Kind::products;
-}
 
 /// All levels of a file have the same number of lobes: those that have fewer get some of no size.
 void even_lobes(std::vector<FabricLevel>& levels) {
@@ -35,7 +25,7 @@ void even_lobes(std::vector<FabricLevel>& levels) {
   }
   for (FabricLevel& level : levels) {
     if (!level.lobes || level.lobes->lobes == most) continue;
-    const auto count = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+    const std::size_t count = parameter_count(level.lobes->lobes);
     LobeLayer even;
     even.lobes = most;
     for (std::size_t i = 0; i < level.lobes->parameters.size(); i += count) {
@@ -51,8 +41,8 @@ void even_lobes(std::vector<FabricLevel>& levels) {
 
 }  // namespace
 
-double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
-  FunctionList functions;
+double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
+  BasisList functions;
   double channels = 0;
   double coefficients = 0;
   bool opacity = false;
@@ -66,14 +56,14 @@ double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
     if (candidate.kind == LevelCandidate::Kind::glossy_slabs) {
       lobes = std::max(lobes, levels_[k].glossy.lobes->lobes);
     }
-    if (!has_products(candidate)) lobes = std::max(lobes, levels_[k].paper.lobes->lobes);
+    if (!has_basis(candidate)) lobes = std::max(lobes, levels_[k].paper.lobes->lobes);
     if (has_slabs(candidate)) {
       entries = levels_[k].heights[candidate.shape]->shape().entries();
     }
-    if (!has_products(candidate)) continue;
-    for (const V2i& pair : candidate.products.pairs) functions.add(candidate.products, pair);
+    if (!has_basis(candidate)) continue;
+    for (const V2i& pair : candidate.basis.pairs) functions.add(candidate.basis, pair);
     coefficients = std::max(
-        coefficients, static_cast<double>(candidate.products.coefficient.size()) / levels_[k].paper.texels());
+        coefficients, static_cast<double>(candidate.basis.coefficient.size()) / levels_[k].paper.texels());
   }
   const FabricLevel& base = levels_.front().paper;
   channels += coefficients;
@@ -85,7 +75,8 @@ double LayerFitter::bytes_of_functions(const Chosen& chosen) const {
   return functions.bytes() + bytes_per_channel * channels;
 }
 
-FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate) const {
+FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate,
+                                  BasisList& functions) const {
   const Level& level = levels_[k];
   if (candidate.kind == LevelCandidate::Kind::lobes_and_table) return level.paper;
   if (candidate.kind == LevelCandidate::Kind::lobes) return level.plain;
@@ -94,14 +85,15 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   result.height = level.paper.height;
   if (candidate.kind == LevelCandidate::Kind::glossy_slabs) result = level.glossy;
   if (has_slabs(candidate)) result.heights = level.heights[candidate.shape];
-  if (candidate.kind == LevelCandidate::Kind::products) result.opacity = level.paper.opacity;
+  if (candidate.kind == LevelCandidate::Kind::basis) result.opacity = level.paper.opacity;
   result.products = ProductLayer{result.heights ? result.heights->shape().entries() : 1,
-                                 candidate.products.pairs, candidate.products.coefficient};
+                                 candidate.basis.pairs, candidate.basis.coefficient};
+  for (V2i& pair : result.products->pairs) pair = functions.add(candidate.basis, pair);
   return result;
 }
 
 double LayerFitter::size_of(const Chosen& chosen, double overhead) const {
-  double sum = overhead + bytes_of_functions(chosen);
+  double sum = overhead + bytes_of_bases(chosen);
   for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
   return sum;
 }
@@ -115,7 +107,7 @@ double LayerFitter::cost_of(const Chosen& chosen) const {
 
 LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, double overhead) const {
   const auto allowed = [&](const LevelCandidate& candidate) {
-    if (shape == shapes_) return !has_products(candidate);
+    if (shape == shapes_) return !has_basis(candidate);
     return !has_slabs(candidate) || candidate.shape == shape;
   };
   for (const Level& level : levels_) {
@@ -155,7 +147,7 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, 
     }
   }
 
-  // What is left over goes, step by step, to the level that gains most for its bytes.
+  // Bytes that are left over go, step by step, to the level that gains most for its bytes.
   for (bool better = true; better;) {
     better = false;
     const double left = bytes - size_of(chosen, overhead);
@@ -200,20 +192,14 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   LayerFit result;
   result.fabric = shell_;
   result.bytes = size_of(chosen, overhead);
-  FunctionList functions;
+  BasisList functions;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
-    FabricLevel level = level_of(k, *chosen[k]);
-    if (level.products) {
-      for (V2i& pair : level.products->pairs) pair = functions.add(chosen[k]->products, pair);
-    }
-    result.levels.push_back({level.width,
-                             level.height,
-                             layers_text(level),
-                             chosen[k]->error * scale_ * scale_,
-                             chosen[k]->bytes,
-                             {}});
-    if (!has_products(*chosen[k]))
-      result.levels.back().lobes = level.view_table ? levels_[k].report : levels_[k].plain_report;
+    FabricLevel level = level_of(k, *chosen[k], functions);
+    LevelReport report;
+    if (!has_basis(*chosen[k])) report = level.view_table ? levels_[k].report : levels_[k].plain_report;
+    report.layers = layers_text(level);
+    report.validation = std::sqrt(chosen[k]->error * scale_ * scale_);
+    result.levels.push_back(std::move(report));
     result.fabric.levels.push_back(std::move(level));
   }
   const auto bases = std::make_shared<const ProductBases>(functions.bases());

@@ -10,9 +10,9 @@ namespace selvedge {
 GlossForm::GlossForm(const SampleLevel& samples, const SlabRays& rays, const SlabTables& tables,
                      const SlabGloss& gloss) {
   const std::size_t kinds = gloss.kinds.size();
-  const auto views = static_cast<std::size_t>(samples.views);
-  const auto lights = static_cast<std::size_t>(samples.lights);
-  const auto per_row = static_cast<std::size_t>(rays.rays);
+  const std::size_t views = samples.views;
+  const std::size_t lights = samples.lights;
+  const std::size_t per_row = rays.rays;
   const std::size_t entries = tables.seen.size() / gloss.kind_of.size();
   const std::size_t count = views * tables.values;
   cross_.assign(kinds, std::vector<double>(count, 0));
@@ -30,8 +30,7 @@ GlossForm::GlossForm(const SampleLevel& samples, const SlabRays& rays, const Sla
   }
   const float share = 1.0F / static_cast<float>(per_row);
   std::vector<double> energy(lights, 0);
-  parallel_for(0, samples.lights, [&](int light) {
-    const auto l = static_cast<std::size_t>(light);
+  parallel_for(0, samples.lights, [&](std::size_t l) {
     std::vector<std::uint16_t> seen;
     std::vector<V3f> sum(kinds, V3f(0, 0, 0));
     for (std::size_t row = 0; row < samples.alpha.size(); ++row) {
@@ -94,7 +93,7 @@ TexelForms::TexelForms(const SampleLevel& samples, const SlabRays& rays, const S
       factors_(factors),
       entries_(tables.seen.size() / factors.kind.size()),
       rows_(factors.kind.size()) {
-  const auto per_row = static_cast<std::size_t>(rays.rays);
+  const std::size_t per_row = rays.rays;
   for (std::size_t i = 0; i < rays.met.size(); ++i) {
     if (rays.met[i] == SlabRays::nothing) continue;
     std::vector<std::size_t>& rows = rows_[rays.met[i] / entries_];
@@ -103,9 +102,9 @@ TexelForms::TexelForms(const SampleLevel& samples, const SlabRays& rays, const S
 }
 
 TexelForm TexelForms::operator()(std::size_t texel) const {
-  const auto views = static_cast<std::size_t>(samples_.views);
-  const auto lights = static_cast<std::size_t>(samples_.lights);
-  const auto per_row = static_cast<std::size_t>(rays_.rays);
+  const std::size_t views = samples_.views;
+  const std::size_t lights = samples_.lights;
+  const std::size_t per_row = rays_.rays;
   const std::size_t values = tables_.values;
   const float share = 1.0F / static_cast<float>(per_row);
   TexelForm form;

@@ -17,9 +17,9 @@ class GlossForm {
 
   double energy() const { return energy_; }  ///< sum of the squared samples
   double error(const std::vector<std::vector<double>>& g) const;
-  /// What kind `a` is seen of: sum over samples of the square of what multiplies its g.
+  /// Sum over samples of the squared factor on the g of kind `a`.
   const std::vector<double>& square(std::size_t a) const { return square_[pair(a, a)]; }
-  /// What is left for kind `a` beside the others: the form in its g alone is square g^2 - 2 rest g.
+  /// The linear part for kind `a`, given the others: the form in its g alone is square g^2 - 2 rest g.
   std::vector<double> rest(std::size_t a, const std::vector<std::vector<double>>& g) const;
 
  private:

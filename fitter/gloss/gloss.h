@@ -1,4 +1,4 @@
-// Gloss of slabs: what multiplies the tables of a level's entries,
+// Gloss of slabs: a factor on the tables of a level's entries,
 //
 //   f(l, v) = g(l', v') F(entry, l, v),   g = max(0, l'_z) (rho + sum_j size_j max(0, d_j . (l' * v'))^n_j ),
 //

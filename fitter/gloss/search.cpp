@@ -4,17 +4,15 @@
 #include <cmath>
 #include <numeric>
 
+#include "fitter/lobes/channel_problem.h"
 #include "fitter/solve/small_solve.h"
 #include "format/base/parallel.h"
 
 namespace selvedge {
 namespace {
 
-constexpr double min_exponent = 1;
-/// Sharper than a lobe that 64 x 64 directions can show.
-constexpr double max_exponent = 200;
 /// A lobe may be so many times the root mean square of g.
-constexpr double max_size = 64;
+constexpr LobeBounds bounds{64};
 /// A frame may turn away from the cloth so far that its normal's z is this.
 constexpr double min_normal_z = 0.5;
 
@@ -25,26 +23,18 @@ constexpr std::array<double, 5> exponents{1.5, 3, 6, 12, 24};
 
 using Values = std::vector<double>;
 
-/// What a lobe that is added makes of the error.
+/// The effect on the error of a lobe that is added.
 struct Added {
   double gain = 0;  ///< but for a constant
-  double old = 1;   ///< factor of what there was
+  double old = 1;   ///< factor on the old rho and lobes
   LobeShape shape{shapes[0], exponents[1]};
   double size = 0;
 };
 
-std::size_t longest(const LobeShape& shape) {
-  std::size_t kept = 0;
-  for (std::size_t i = 1; i < 3; ++i) {
-    if (std::abs(shape.direction[i]) > std::abs(shape.direction[kept])) kept = i;
-  }
-  return kept;
-}
-
-/// Unknowns of a kind: rho of the channels; of every lobe its size, two of its direction (the third, the
-/// longest, is kept) and the logarithm of n; turns about tangent, binormal and normal.
+/// Unknowns of a kind: rho of the channels; a LobeStep for every lobe; turns about tangent, binormal and
+/// normal.
 constexpr std::size_t first_lobe = 3;
-constexpr std::size_t of_lobe = 4;
+constexpr std::size_t of_lobe = LobeStep::unknowns;
 std::size_t unknowns_of(const GlossKind& kind) { return first_lobe + of_lobe * kind.shapes.size() + 3; }
 
 /// Derivatives of g by all unknowns, [unknown][value].
@@ -56,7 +46,7 @@ std::vector<Values> derivatives(const GlossKind& kind, const GlossDirections& di
   const auto local = [&](const V3d& d) {
     return V3d(d.dot(kind.tangent), d.dot(binormal), d.dot(kind.normal));
   };
-  // What a direction's coordinates become when the frame turns about each of its axes.
+  // Derivatives of a direction's coordinates by turns of the frame about each of its axes.
   const auto turned = [](const V3d& d) {
     return std::array<V3d, 3>{V3d(0, d.z, -d.y), V3d(-d.z, 0, d.x), V3d(d.y, -d.x, 0)};
   };
@@ -114,18 +104,7 @@ GlossKind moved(const GlossKind& from, const std::vector<double>& step) {
   GlossKind kind = from;
   for (std::size_t c = 0; c < 3; ++c) kind.rho[c] = std::max(0.0, kind.rho[c] + step[c]);
   for (std::size_t j = 0; j < kind.shapes.size(); ++j) {
-    LobeShape& shape = kind.shapes[j];
-    const double* s = &step[first_lobe + of_lobe * j];
-    const std::size_t kept = longest(shape);
-    shape.direction[(kept + 1) % 3] += s[1];
-    shape.direction[(kept + 2) % 3] += s[2];
-    constexpr double furthest = 1.5;
-    shape.exponent = std::clamp(shape.exponent * std::exp(std::clamp(s[3], -furthest, furthest)),
-                                min_exponent, max_exponent);
-    // The direction's length goes into the size.
-    const double length = std::abs(shape.direction[longest(shape)]);
-    for (double& d : shape.direction) d /= length;
-    kind.sizes[j] = std::clamp((kind.sizes[j] + s[0]) * std::pow(length, shape.exponent), 0.0, max_size);
+    move_lobe(LobeStep::from(&step[first_lobe + of_lobe * j]), bounds, kind.shapes[j], kind.sizes[j]);
   }
   constexpr double furthest_turn = 0.3;
   const double* t = &step[step.size() - 3];
@@ -140,36 +119,22 @@ GlossKind moved(const GlossKind& from, const std::vector<double>& step) {
 }
 
 /// Whether a step along an unknown is impossible: at a bound and pushed outwards, or without effect.
-bool is_held(const GlossKind& kind, std::size_t u, double gradient, double curvature) {
+bool is_fixed(const GlossKind& kind, std::size_t u, double gradient, double curvature) {
   if (!(curvature > 0)) return true;
   if (u < first_lobe) return kind.rho[u] <= 0 && gradient >= 0;
   const std::size_t j = (u - first_lobe) / of_lobe;
   if (j >= kind.shapes.size()) return false;
-  const double size = kind.sizes[j];
-  const double n = kind.shapes[j].exponent;
-  switch ((u - first_lobe) % of_lobe) {
-    case 0:
-      return (size <= 0 && gradient >= 0) || (size >= max_size && gradient <= 0);
-    case 3:
-      return (n <= min_exponent && gradient >= 0) || (n >= max_exponent && gradient <= 0);
-    default:
-      return false;
-  }
+  return is_at_bound((u - first_lobe) % of_lobe, gradient, bounds, kind.shapes[j], kind.sizes[j]);
 }
 
-/// Normal equations of one kind, the others fixed.
-struct Block {
-  std::vector<double> matrix;
-  std::vector<double> gradient;
-};
-
-Block block_of(const GlossForm& form, std::size_t k, const std::vector<Values>& g,
-               const std::vector<Values>& by) {
+/// For one kind, the others fixed.
+NormalEquations block_of(const GlossForm& form, std::size_t k, const std::vector<Values>& g,
+                         const std::vector<Values>& by) {
   const std::size_t n = by.size();
   const Values& square = form.square(k);
   Values rest = form.rest(k, g);
   for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= square[i] * g[k][i];
-  Block block{std::vector<double>(n * n), std::vector<double>(n)};
+  NormalEquations block{std::vector<double>(n * n), std::vector<double>(n)};
   Values weighted(square.size());
   for (std::size_t u = 0; u < n; ++u) {
     block.gradient[u] = -std::inner_product(rest.begin(), rest.end(), by[u].begin(), 0.0);
@@ -184,7 +149,7 @@ Block block_of(const GlossForm& form, std::size_t k, const std::vector<Values>& 
 
 /// Steps of all kinds at a damping, with the same step for the lobes of all; no steps where the equations
 /// have no solution.
-std::vector<std::vector<double>> steps_of(const std::vector<Block>& blocks,
+std::vector<std::vector<double>> steps_of(const std::vector<NormalEquations>& blocks,
                                           const std::vector<GlossKind>& kinds, double lambda, double energy) {
   const std::size_t n = blocks.front().gradient.size();
   const std::size_t lobes = n - 6;
@@ -209,7 +174,7 @@ std::vector<std::vector<double>> steps_of(const std::vector<Block>& blocks,
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     for (std::size_t u = 0; u < n; ++u) {
       const std::size_t i = index(k, u);
-      held[i] = is_held(kinds[k], u, gradient[i], matrix[i * all + i]) ? 1 : 0;
+      held[i] = is_fixed(kinds[k], u, gradient[i], matrix[i * all + i]) ? 1 : 0;
     }
   }
   for (std::size_t i = 0; i < all; ++i) {
@@ -232,7 +197,7 @@ std::vector<std::vector<double>> steps_of(const std::vector<Block>& blocks,
 void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGloss& gloss) {
   std::vector<Values> g;
   for (const GlossKind& kind : gloss.kinds) g.push_back(gloss_values(kind, directions, gloss.unit));
-  // Of every kind what the others leave for it.
+  // The samples less the other kinds, for every kind.
   const auto inner = [](const Values& square, const Values& x, const Values& y) {
     double sum = 0;
     for (std::size_t i = 0; i < square.size(); ++i) sum += square[i] * x[i] * y[i];
@@ -247,8 +212,7 @@ void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGlos
     old_right += std::inner_product(g[k].begin(), g[k].end(), left[k].begin(), 0.0);
   }
   std::vector<Added> added(shapes.size() * exponents.size());
-  parallel_for(0, static_cast<int>(added.size()), [&](int index) {
-    const auto i = static_cast<std::size_t>(index);
+  parallel_for(0, static_cast<int>(added.size()), [&](std::size_t i) {
     const LobeShape shape{shapes[i / exponents.size()], exponents[i % exponents.size()]};
     double own = 0;
     double both = 0;
@@ -267,7 +231,7 @@ void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGlos
     if (!(determinant > 1e-9 * old_own * own)) return;
     const double old = (own * old_right - both * right) / determinant;
     const double size = (old_own * right - both * old_right) / determinant;
-    if (!(old > 0) || !(size > 0) || size > max_size) return;
+    if (!(old > 0) || !(size > 0) || size > bounds.max_size) return;
     added[i] = {old * old_right + size * right, old, shape, size};
   });
   const Added best = *std::max_element(added.begin(), added.end(),
@@ -284,23 +248,20 @@ void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGlos
 
 double search_gloss(const GlossForm& form, const GlossDirections& directions, int steps, SlabGloss& gloss) {
   const std::size_t kinds = gloss.kinds.size();
-  const auto all_values = [&](const std::vector<GlossKind>& of) {
+  const auto all_values = [&](const std::vector<GlossKind>& of_kinds) {
     std::vector<Values> g(kinds);
-    parallel_for(0, static_cast<int>(kinds), [&](int k) {
-      const auto i = static_cast<std::size_t>(k);
-      g[i] = gloss_values(of[i], directions, gloss.unit);
-    });
+    parallel_for(0, static_cast<int>(kinds),
+                 [&](std::size_t i) { g[i] = gloss_values(of_kinds[i], directions, gloss.unit); });
     return g;
   };
   std::vector<Values> g = all_values(gloss.kinds);
   double error = form.error(g);
   double lambda = 1e-2;
-  std::vector<Block> blocks(kinds);
+  std::vector<NormalEquations> blocks(kinds);
   bool fresh = true;
   for (int step = 0; step < steps; ++step) {
     if (fresh) {
-      parallel_for(0, static_cast<int>(kinds), [&](int k) {
-        const auto i = static_cast<std::size_t>(k);
+      parallel_for(0, static_cast<int>(kinds), [&](std::size_t i) {
         blocks[i] = block_of(form, i, g, derivatives(gloss.kinds[i], directions, gloss.unit));
       });
     }

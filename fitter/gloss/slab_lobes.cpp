@@ -123,8 +123,7 @@ void divide_by_fibres(const TexelForms& forms, const GlossDirections& directions
   }
   const std::size_t texels = gloss.kind_of.size();
   std::vector<std::array<double, ways>> gains(texels);
-  parallel_for(0, static_cast<int>(texels), [&](int texel) {
-    const auto t = static_cast<std::size_t>(texel);
+  parallel_for(0, static_cast<int>(texels), [&](std::size_t t) {
     const TexelForm form = forms(t);
     for (std::size_t way = 0; way < ways; ++way) {
       gains[t][way] = gain_of(form, diffuse[gloss.kind_of[t]], lobes[gloss.kind_of[t] * ways + way]);
@@ -182,8 +181,7 @@ void reassign(const TexelForms& forms, const GlossDirections& directions, std::s
   std::vector<Values> g;
   for (const GlossKind& kind : gloss.kinds) g.push_back(gloss_values(kind, directions, gloss.unit));
   std::vector<double> explained(gloss.kind_of.size() * kinds, 0);
-  parallel_for(0, static_cast<int>(gloss.kind_of.size()), [&](int texel) {
-    const auto t = static_cast<std::size_t>(texel);
+  parallel_for(0, static_cast<int>(gloss.kind_of.size()), [&](std::size_t t) {
     const TexelForm form = forms(t);
     for (std::size_t k = 0; k < kinds; ++k) {
       double square = 0;
@@ -231,7 +229,7 @@ SlabLobeFit fit_slab_lobes(const SampleLevel& samples, const SlabRays& rays, std
     if (turn == 0) {
       divide_by_fibres(forms, directions, options.kinds, tried);
     } else {
-      reassign(forms, directions, static_cast<std::size_t>(samples.width), tried);
+      reassign(forms, directions, samples.width, tried);
     }
     form = GlossForm(samples, rays, tables, tried);
     if (turn < options.lobes) add_lobe(form, directions, tried);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "fitter/lobes/light_sums.h"
 #include "fitter/solve/small_solve.h"
@@ -11,10 +12,10 @@
 namespace selvedge {
 namespace {
 
-double energy_of(const TexelSamples& samples, int channel, const std::vector<std::uint32_t>& lights) {
+double energy_of(const TexelSamples& samples, int channel) {
   const std::vector<float>& radiance = samples.radiance[channel];
   std::vector<double> square(samples.stride(), 0);
-  for (const std::uint32_t light : lights) {
+  for (std::size_t light = 0; light < samples.lights.size(); ++light) {
     const float* r = &radiance[light * samples.stride()];
     for (std::size_t v = 0; v < square.size(); ++v) {
       square[v] += static_cast<double>(r[v]) * static_cast<double>(r[v]);
@@ -36,57 +37,56 @@ double peak_of(const TexelSamples& samples, int channel) {
   return static_cast<double>(largest);
 }
 
-/// Mean over views of the squared radiance, the unit of the table's penalties.
-double mean_energy(const TexelSamples& samples, double energy) {
-  double weight = 0;
-  for (const double w : samples.weight) weight += w;
-  return weight > 0 ? energy / weight : 0;
-}
-
-/// Mean over lights of the squared radiance, likewise.
-double mean_of_lights(const TexelSamples& samples, double energy) {
-  return samples.lights.empty() ? 0 : energy / static_cast<double>(samples.lights.size());
-}
-
-/// Which factor of the view a column of LobeMoments has.
-std::size_t factor_of(std::size_t column) { return column == 0 || column % 4 == 0 ? 0 : column % 4; }
-
-}  // namespace
-
-std::size_t longest(const LobeShape& shape) {
-  std::size_t at = 0;
-  for (std::size_t k = 1; k < 3; ++k) {
-    if (std::abs(shape.direction[k]) > std::abs(shape.direction[at])) at = k;
-  }
-  return at;
-}
-
+/// Damping and smoothness are in units of the mean over views, or over lights, of the squared radiance.
 DirectionTableSystem view_table_system(const TexelSamples& samples, double energy,
                                        const DirectionTableOptions& options) {
-  const double unit = mean_energy(samples, energy);
+  const double weight = std::accumulate(samples.weight.begin(), samples.weight.end(), 0.0);
+  const double unit = weight > 0 ? energy / weight : 0;
   return {samples.views, samples.grid, options.damping * unit, options.smoothness * unit};
 }
 
 DirectionTableSystem light_table_system(const TexelSamples& samples, double energy,
                                         const DirectionTableOptions& options) {
-  const double unit = mean_of_lights(samples, energy);
+  const double unit = samples.lights.empty() ? 0 : energy / static_cast<double>(samples.lights.size());
   return {samples.all_lights, samples.light_grid, options.damping * unit, options.smoothness * unit};
 }
 
-ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, std::vector<std::uint32_t> lights,
-                               const ChannelOptions& options)
+/// The derivative of the model by an unknown, as a sum of the columns from `first` on of LobeMoments.
+struct Derivative {
+  std::size_t first = 0;
+  std::size_t count = 1;
+  std::array<double, 3> factor{1, 0, 0};
+};
+
+std::vector<Derivative> derivatives_of(const ChannelState& state) {
+  std::vector<Derivative> by(1);  // by rho: the cosine
+  for (std::size_t j = 0; j < state.shapes.size(); ++j) {
+    const LobeShape& shape = state.shapes[j];
+    const double scale = state.sizes[j + 1] * shape.exponent;
+    const std::size_t first = 1 + 4 * j;
+    const std::size_t kept = longest(shape);
+    by.push_back({first, 3, shape.direction});
+    for (const std::size_t column : {(kept + 1) % 3, (kept + 2) % 3, std::size_t{3}}) {
+      by.push_back({first + column, 1, {scale}});
+    }
+  }
+  return by;
+}
+
+}  // namespace
+
+ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, const ChannelOptions& options)
     : samples_(samples),
       channel_(channel),
-      lights_(std::move(lights)),
       options_(options),
-      energy_(energy_of(samples, channel, lights_)),
+      energy_(energy_of(samples, channel)),
       peak_(peak_of(samples, channel) * options.peak),
       ridge_(peak_ > 0 ? options.ridge * energy_ / (peak_ * peak_) : 0),
       system_(view_table_system(samples, energy_, options.table)),
       light_system_(light_table_system(samples, energy_, options.table)),
       square_(samples.stride()),
       cross_(samples.stride()),
-      weights_(10 * samples.stride()) {
+      weights_(16 * samples.stride()) {
   factor_[0].assign(samples.stride(), 1);
   for (std::size_t k = 0; k < 3; ++k) factor_[k + 1].assign(samples.view[k].begin(), samples.view[k].end());
 }
@@ -107,29 +107,17 @@ void ChannelProblem::gather_bases(const ChannelState& state) {
   };
   for (std::size_t a = 0; a < columns; ++a) {
     std::copy_n(moments_.product(0, a), n, &products_[a * bases * n]);
-    for (std::size_t j = 1; j < bases; ++j) {
-      combine(
-          j - 1, [&](std::size_t b) { return moments_.product(a, b); }, &products_[(a * bases + j) * n]);
-    }
+    const auto product = [&](std::size_t b) { return moments_.product(a, b); };
+    for (std::size_t j = 1; j < bases; ++j) combine(j - 1, product, &products_[(a * bases + j) * n]);
   }
-  std::copy_n(moments_.with_radiance(0), n, basis_cross_.data());
+  const auto with_radiance = [&](std::size_t a) { return moments_.with_radiance(a); };
+  std::copy_n(with_radiance(0), n, basis_cross_.data());
+  for (std::size_t i = 1; i < bases; ++i) combine(i - 1, with_radiance, &basis_cross_[i * n]);
+  std::copy_n(products_.data(), n, basis_gram_.data());
   for (std::size_t i = 1; i < bases; ++i) {
-    combine(
-        i - 1, [&](std::size_t a) { return moments_.with_radiance(a); }, &basis_cross_[i * n]);
-  }
-  for (std::size_t j = 0; j < bases; ++j) {
-    std::copy_n(&products_[j * n], n, &basis_gram_[j * n]);
-    for (std::size_t i = 1; i < bases; ++i) {
-      double* to = &basis_gram_[(i * bases + j) * n];
-      if (j <= i) {
-        combine(
-            i - 1, [&](std::size_t a) { return &products_[(a * bases + j) * n]; }, to);
-      }
-    }
-  }
-  for (std::size_t i = 0; i < bases; ++i) {
-    for (std::size_t j = i + 1; j < bases; ++j) {
-      std::copy_n(&basis_gram_[(j * bases + i) * n], n, &basis_gram_[(i * bases + j) * n]);
+    for (std::size_t j = 0; j <= i; ++j) {
+      const auto product = [&](std::size_t a) { return &products_[(a * bases + j) * n]; };
+      combine(i - 1, product, &basis_gram_[(i * bases + j) * n]);
     }
   }
 }
@@ -207,17 +195,7 @@ void ChannelProblem::sum_model(const ChannelState& state) {
   }
 }
 
-void ChannelProblem::set_factor(const std::vector<float>& factor) {
-  factor_of_views_ = factor;
-  const std::size_t n = samples_.stride();
-  for (std::size_t i = 0; i < factor_of_views_.size(); ++i) factor_of_views_[i] *= samples_.lights[i / n].z;
-}
-
 void ChannelProblem::set_cosines(const ChannelState& state) {
-  if (!factor_of_views_.empty()) {
-    cosine_ = factor_of_views_;
-    return;
-  }
   cosine_.clear();
   for (std::size_t l = 0; l < samples_.lights.size(); ++l) {
     const double s = state.light_table.empty() ? 1 : state.light_table[samples_.light_of[l]];
@@ -226,7 +204,7 @@ void ChannelProblem::set_cosines(const ChannelState& state) {
 }
 
 void ChannelProblem::fit_light_table(ChannelState& state) const {
-  const LightSums sums = light_sums(samples_, channel_, lights_, state.shapes, state.sizes, state.table);
+  const LightSums sums = light_sums(samples_, channel_, state.shapes, state.sizes, state.table);
   DirectionTableSystem system = light_system_;
   system.factor(sums.square.data());
   state.light_table.resize(samples_.all_lights);
@@ -234,15 +212,9 @@ void ChannelProblem::fit_light_table(ChannelState& state) const {
   for (double& s : state.light_table) s = std::max(s, 0.0);
 }
 
-double ChannelProblem::size_penalty(const ChannelState& state) const {
-  double sum = 0;
-  for (std::size_t i = 1; i < state.sizes.size(); ++i) sum += ridge_ * state.sizes[i] * state.sizes[i];
-  return sum;
-}
-
 void ChannelProblem::evaluate(ChannelState& state, int turns) {
   set_cosines(state);
-  moments_.compute(samples_, channel_, cosine_, lights_, state.shapes);
+  moments_.compute(samples_, channel_, cosine_, state.shapes);
   gather_bases(state);
   if (!options_.view_table) turns = std::min(turns, 1);
   for (int i = 0; i < turns; ++i) {
@@ -259,41 +231,43 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
     state.error += t * (t * square_[v] - 2 * cross_[v]);
   }
   state.error = std::max(state.error, 0.0);
+  double penalty_of_sizes = 0;
+  for (std::size_t j = 1; j < state.sizes.size(); ++j) {
+    penalty_of_sizes += ridge_ * state.sizes[j] * state.sizes[j];
+  }
   state.cost = state.error;
-  state.cost += size_penalty(state);
+  state.cost += penalty_of_sizes;
   if (options_.view_table) state.cost += system_.penalty(state.table.data());
   if (!state.light_table.empty()) state.cost += light_system_.penalty(state.light_table.data());
 }
 
-void ChannelProblem::normal_equations(const ChannelState& state, std::vector<double>& matrix,
-                                      std::vector<double>& gradient) {
+/// For unknown factors of the columns of LobeMoments, each times its factor of the view.
+NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
   const std::size_t n = samples_.stride();
   const std::size_t columns = moments_.columns();
   const std::size_t bases = state.sizes.size();
   std::vector<double> table(n, 0);
   std::copy_n(state.table.begin(), samples_.views, table.begin());
+  const auto factor_of = [&](std::size_t column) { return factor_[column % 4].data(); };
 
   // w T^2 and the factors of two columns, for every pair of factors.
-  const auto weight_of = [&](std::size_t p, std::size_t q) {
-    const std::size_t low = std::min(p, q);
-    const std::size_t high = std::max(p, q);
-    return &weights_[(low * (7 - low) / 2 + high) * n];
+  const auto weights_of = [&](std::size_t a, std::size_t b) {
+    return &weights_[(4 * std::min(a % 4, b % 4) + std::max(a % 4, b % 4)) * n];
   };
   for (std::size_t p = 0; p < 4; ++p) {
     for (std::size_t q = p; q < 4; ++q) {
-      double* to = weight_of(p, q);
+      double* to = weights_of(p, q);
       for (std::size_t v = 0; v < n; ++v) {
         to[v] = samples_.weight[v] * table[v] * table[v] * factor_[p][v] * factor_[q][v];
       }
     }
   }
-  std::vector<double> raw(columns * columns);
+  NormalEquations raw{std::vector<double>(columns * columns), std::vector<double>(columns)};
   for (std::size_t a = 0; a < columns; ++a) {
     for (std::size_t b = a; b < columns; ++b) {
-      raw[a * columns + b] = dot(weight_of(factor_of(a), factor_of(b)), moments_.product(a, b), n);
+      raw.matrix[a * columns + b] = dot(weights_of(a, b), moments_.product(a, b), n);
     }
   }
-  std::vector<double> raw_gradient(columns);
   std::vector<double> model(n);
   coupling_.assign(n * columns, 0);
   for (std::size_t a = 0; a < columns; ++a) {
@@ -301,54 +275,51 @@ void ChannelProblem::normal_equations(const ChannelState& state, std::vector<dou
     for (std::size_t i = 0; i < bases; ++i) {
       add_scaled(model.data(), state.sizes[i], &products_[(a * bases + i) * n], n);
     }
-    const double* f = factor_[factor_of(a)].data();
+    const double* f = factor_of(a);
     const double* radiance = moments_.with_radiance(a);
-    double sum = 0;
     for (std::size_t v = 0; v < samples_.views; ++v) {
       const double c = samples_.weight[v] * table[v] * f[v];
-      sum += c * (table[v] * model[v] - radiance[v]);
+      raw.gradient[a] += c * (table[v] * model[v] - radiance[v]);
       coupling_[v * columns + a] = c * model[v];
     }
-    raw_gradient[a] = sum;
   }
-  if (options_.view_table) system_.subtract_eliminated(coupling_, columns, raw);
+  if (options_.view_table) system_.subtract_eliminated(coupling_, columns, raw.matrix);
   for (std::size_t a = 0; a < columns; ++a) {
-    for (std::size_t b = 0; b < a; ++b) raw[a * columns + b] = raw[b * columns + a];
+    for (std::size_t b = 0; b < a; ++b) raw.matrix[a * columns + b] = raw.matrix[b * columns + a];
   }
+  return raw;
+}
 
-  // Each unknown's derivative is a combination of few columns: matrix = C^T raw C.
-  const auto combine = [&](std::size_t unknown, const auto& each) {
-    if (unknown == 0) return each(std::size_t{0}, 1.0);
-    const std::size_t lobe = (unknown - 1) / 4;
-    const LobeShape& shape = state.shapes[lobe];
-    const double scale = state.sizes[lobe + 1] * shape.exponent;
-    const std::size_t first = 1 + 4 * lobe;
-    const std::size_t which = (unknown - 1) % 4;
-    if (which == 0) {
-      for (std::size_t k = 0; k < 3; ++k) each(first + k, shape.direction[k]);
-    } else {
-      each(which == 3 ? first + 3 : first + (longest(shape) + which) % 3, scale);
-    }
-  };
-  std::vector<double> half(columns * columns, 0);
-  gradient.assign(columns, 0);
-  matrix.assign(columns * columns, 0);
-  for (std::size_t u = 0; u < columns; ++u) {
-    combine(u, [&](std::size_t a, double c) {
-      gradient[u] += c * raw_gradient[a];
-      for (std::size_t b = 0; b < columns; ++b) half[u * columns + b] += c * raw[a * columns + b];
-    });
-  }
-  for (std::size_t u = 0; u < columns; ++u) {
-    for (std::size_t w = 0; w < columns; ++w) {
-      combine(w, [&](std::size_t b, double c) { matrix[u * columns + w] += c * half[u * columns + b]; });
+/// With D the derivatives of the unknowns by columns: D^T matrix D and D^T gradient.
+NormalEquations ChannelProblem::normal_equations(const ChannelState& state) {
+  const NormalEquations raw = column_equations(state);
+  const std::vector<Derivative> derivatives = derivatives_of(state);
+  const std::size_t n = derivatives.size();
+  std::vector<double> half(n * n, 0);  // D^T matrix
+  NormalEquations result{std::vector<double>(n * n, 0), std::vector<double>(n, 0)};
+  for (std::size_t u = 0; u < n; ++u) {
+    const Derivative& by = derivatives[u];
+    for (std::size_t i = 0; i < by.count; ++i) {
+      result.gradient[u] += by.factor[i] * raw.gradient[by.first + i];
+      for (std::size_t b = 0; b < n; ++b) {
+        half[u * n + b] += by.factor[i] * raw.matrix[(by.first + i) * n + b];
+      }
     }
   }
-  for (std::size_t j = 1; j < bases; ++j) {
-    const std::size_t u = 4 * j - 3;
-    matrix[u * columns + u] += ridge_;
-    gradient[u] += ridge_ * state.sizes[j];
+  for (std::size_t u = 0; u < n; ++u) {
+    for (std::size_t w = 0; w < n; ++w) {
+      const Derivative& by = derivatives[w];
+      for (std::size_t i = 0; i < by.count; ++i) {
+        result.matrix[u * n + w] += by.factor[i] * half[u * n + by.first + i];
+      }
+    }
   }
+  for (std::size_t j = 0; j < state.shapes.size(); ++j) {
+    const std::size_t size = 1 + LobeStep::unknowns * j;
+    result.matrix[size * n + size] += ridge_;
+    result.gradient[size] += ridge_ * state.sizes[j + 1];
+  }
+  return result;
 }
 
 }  // namespace selvedge

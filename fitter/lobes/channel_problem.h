@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "fitter/lobes/direction_table.h"
-#include "fitter/lobes/lobe_moments.h"
+#include "fitter/lobes/lobe_step.h"
 #include "fitter/solve/texel_samples.h"
 
 namespace selvedge {
@@ -22,7 +22,7 @@ struct ChannelOptions {
   bool light_table = false;  ///< else S = 1
   DirectionTableOptions table;
   double min_exponent = 1;
-  double max_exponent = 200;  ///< sharper than a lobe that 64 x 64 directions can show
+  double max_exponent = LobeBounds().max_exponent;
   /// The most that a lobe may reach anywhere, in units of the largest radiance over cosine (cosine taken as
   /// at least 0.25: near the texel's horizon the ratio says nothing). As l and v are unit vectors the base of
   /// a lobe is at most max |d| = 1: the bound holds in every direction, seen or not.
@@ -39,62 +39,57 @@ struct ChannelState {
   std::vector<double> table;        ///< [view]
   std::vector<double> light_table;  ///< S of all lights; empty: 1
   double error = 0;                 ///< sum over views and lights of w (f - r)^2
-  double cost = 0;                  ///< the error and all penalties: what is minimised
+  double cost = 0;                  ///< the error and all penalties, which is minimised
+};
+
+/// Gauss-Newton's matrix (row by row) and half the gradient of the cost. Unknowns: rho, then a LobeStep each.
+struct NormalEquations {
+  std::vector<double> matrix;
+  std::vector<double> gradient;
 };
 
 class ChannelProblem {
  public:
-  /// Over some of the lights, by their index in samples.lights. `samples` must outlive the problem.
-  ChannelProblem(const TexelSamples& samples, int channel, std::vector<std::uint32_t> lights,
-                 const ChannelOptions& options);
+  /// `samples` must outlive the problem.
+  ChannelProblem(const TexelSamples& samples, int channel, const ChannelOptions& options);
 
-  /// From now on T S is this, [light * samples.stride() + view] for every light of the samples; it may be
-  /// negative. Precondition: the options have neither table.
-  void set_factor(const std::vector<float>& factor);
-
-  const ChannelOptions& options() const { return options_; }
+  LobeBounds bounds() const { return {peak_, options_.min_exponent, options_.max_exponent}; }
   /// sum over views and lights of w r^2
   double energy() const { return energy_; }
   /// The most that a lobe may reach.
   double peak() const { return peak_; }
-  /// The penalty of a state's lobes.
-  double size_penalty(const ChannelState& state) const;
 
-  /// Takes the state's shapes, improves its sizes and table by turns, judges it. With `turns` = 0 sizes and
-  /// table stay.
+  /// Improves the sizes and the table of a state by turns, for its shapes, and computes its error and cost.
+  /// With `turns` = 0 sizes and table stay.
   void evaluate(ChannelState& state, int turns);
 
-  /// Gives the state the light table that is best with its lobes and view table. Its cost is not judged.
+  /// Gives the state the light table that is best with its lobes and view table; its cost is not computed.
   void fit_light_table(ChannelState& state) const;
 
-  /// Gauss-Newton's matrix (row-major) and the cost's half gradient at the state that was evaluated last, the
-  /// table eliminated. Unknowns: rho; per lobe its size, two components of its direction (those after
-  /// `longest`, cyclic), ln n.
-  void normal_equations(const ChannelState& state, std::vector<double>& matrix,
-                        std::vector<double>& gradient);
+  /// At the state that was evaluated last, with the table eliminated.
+  NormalEquations normal_equations(const ChannelState& state);
 
  private:
   void set_cosines(const ChannelState& state);
   void gather_bases(const ChannelState& state);
   void solve_sizes(ChannelState& state);
   void sum_model(const ChannelState& state);
+  NormalEquations column_equations(const ChannelState& state);
 
   const TexelSamples& samples_;
   int channel_;
-  std::vector<std::uint32_t> lights_;
   ChannelOptions options_;
   double energy_;
   double peak_;
   double ridge_;
   DirectionTableSystem system_;
   DirectionTableSystem light_system_;
-  std::vector<float> cosine_;           ///< of each light, times S; or, with a factor, of each view too
-  std::vector<float> factor_of_views_;  ///< set_factor()'s
-  std::array<std::vector<double>, 4> factor_;  ///< of a column, by view: none, x, y, z
+  std::vector<float> cosine_;                  ///< of each light, times S
+  std::array<std::vector<double>, 4> factor_;  ///< of a column, by view: 1, x, y, z
   LobeMoments moments_;
   // Of the shapes evaluated last. Bases: the cosine, then each lobe.
   std::vector<double> products_;     ///< [column * bases + basis][view]
-  std::vector<double> basis_gram_;   ///< [i * bases + j][view]
+  std::vector<double> basis_gram_;   ///< [i * bases + j][view], j <= i
   std::vector<double> basis_cross_;  ///< [basis][view]: with radiance
   std::vector<double> square_;       ///< [view]: w <g, g>
   std::vector<double> cross_;        ///< [view]: w <g, r>
@@ -102,14 +97,5 @@ class ChannelProblem {
   std::vector<double> weights_;
   std::vector<double> coupling_;
 };
-
-/// The tables' systems of such a problem; `energy` is the problem's.
-DirectionTableSystem view_table_system(const TexelSamples& samples, double energy,
-                                       const DirectionTableOptions& options);
-DirectionTableSystem light_table_system(const TexelSamples& samples, double energy,
-                                        const DirectionTableOptions& options);
-
-/// The direction's component that is kept while the others are searched.
-std::size_t longest(const LobeShape& shape);
 
 }  // namespace selvedge

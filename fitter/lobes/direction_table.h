@@ -11,8 +11,9 @@ namespace selvedge {
 
 struct DirectionTableOptions {
   /// Pull of every entry towards 1, and of neighbouring directions towards each other, in units of the mean
-  /// over directions of the squared radiance. An entry whose lobes are almost dark, or whose view sees a
-  /// hole, says little or nothing about T: it follows its neighbours, and 1.
+  /// over directions of the squared radiance. Where the lobes are almost dark, or
+  /// the view sees a hole, the samples say little or nothing about T: the entry follows its neighbours,
+  /// and 1.
   double damping = 0.05;
   double smoothness = 0.05;
 };

@@ -20,10 +20,10 @@ struct Axes {
 };
 
 /// The axes turned about (tangent, binormal, normal) by the components of `turn`, rad.
-Axes turned(const Axes& axes, const std::array<double, 3>& turn) {
+Axes turned(const Axes& axes, const V3d& turn) {
   const V3d binormal = axes.normal.cross(axes.tangent);
   // The frame moves against the directions that are seen in it.
-  const V3d axis = -(axes.tangent * turn[0] + binormal * turn[1] + axes.normal * turn[2]);
+  const V3d axis = -(axes.tangent * turn.x + binormal * turn.y + axes.normal * turn.z);
   const double angle = axis.length();
   if (!(angle > 0)) return axes;
   const V3d u = axis / angle;
@@ -38,8 +38,8 @@ Axes turned(const Axes& axes, const std::array<double, 3>& turn) {
 /// As the file will hold them.
 Axes stored(const Axes& axes) {
   const auto half = [](const V3d& d) {
-    const auto of = [](double x) { return static_cast<double>(Imath::half(static_cast<float>(x))); };
-    return V3d(of(d.x), of(d.y), of(d.z));
+    const auto rounded = [](double x) { return static_cast<double>(Imath::half(static_cast<float>(x))); };
+    return V3d(rounded(d.x), rounded(d.y), rounded(d.z));
   };
   return {half(axes.tangent), half(axes.normal)};
 }
@@ -57,7 +57,7 @@ class FrameSearch {
               const LobeFitOptions& options)
       : alpha_(alpha), radiance_(radiance), directions_(directions), options_(options) {}
 
-  /// Fitted from the beginning, or from what is known of a frame near.
+  /// Fitted from the beginning, or from the fit in a frame near.
   Point at(const Axes& axes, const std::array<ChannelFit, 3>* near) {
     Point point{axes, gather(axes), {}, 0};
     point.fits =
@@ -82,54 +82,45 @@ class FrameSearch {
   const LobeFitOptions& options_;
 };
 
-using Matrix = std::array<std::array<double, 3>, 3>;
+using Rows = std::array<V3d, 3>;
 
-double inner(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+V3d product(const Rows& m, const V3d& x) { return {m[0].dot(x), m[1].dot(x), m[2].dot(x)}; }
 
-std::array<double, 3> times(const Matrix& m, const std::array<double, 3>& x) {
-  return {inner(m[0], x), inner(m[1], x), inner(m[2], x)};
-}
-
-/// Of an inverse Hessian, after a step s that changed the gradient by y.
-void update(Matrix& inverse, const std::array<double, 3>& s, const std::array<double, 3>& y) {
-  const double sy = inner(s, y);
+/// Of an inverse Hessian, after a step s that changed the gradient by y (BFGS).
+void update(Rows& inverse, const V3d& s, const V3d& y) {
+  const double sy = s.dot(y);
   // Without curvature along the step there is nothing to learn from it.
-  if (!(sy > 1e-12 * std::sqrt(inner(s, s) * inner(y, y)))) return;
-  const std::array<double, 3> hy = times(inverse, y);
-  const double yhy = inner(y, hy);
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      inverse[i][j] += (1 + yhy / sy) * s[i] * s[j] / sy - (hy[i] * s[j] + s[i] * hy[j]) / sy;
-    }
+  if (!(sy > 1e-12 * std::sqrt(s.dot(s) * y.dot(y)))) return;
+  const V3d hy = product(inverse, y);
+  const double yhy = y.dot(hy);
+  for (int i = 0; i < 3; ++i) {
+    inverse[i] += (1 + yhy / sy) * s[i] * s / sy - (hy[i] * s + s[i] * hy) / sy;
   }
 }
 
-/// Down to the minimum nearest. Turns about axes that turn themselves are taken for those of one space: exact
+/// Down to the nearest minimum. Turns about axes that turn themselves are taken for those of one space: exact
 /// to the first order, and steps get short.
 void descend(FrameSearch& search, Point& point, double tolerance) {
   constexpr int max_steps = 20;
   constexpr int max_halvings = 6;
   constexpr double first_step = 0.1;
   constexpr double longest_step = 0.4;
-  std::array<double, 3> gradient = turning_gradient(point.samples, point.fits);
-  Matrix inverse{};
+  V3d gradient = turning_gradient(point.samples, point.fits);
+  Rows inverse;
   bool fresh = true;  // nothing is known of the curvature
   for (int step = 0; step < max_steps; ++step) {
-    const double length = std::sqrt(inner(gradient, gradient));
+    const double length = std::sqrt(gradient.dot(gradient));
     if (!(length > 0) || !std::isfinite(length)) return;
     if (fresh) {
       const double h = first_step / length;
-      inverse = Matrix{{{h, 0, 0}, {0, h, 0}, {0, 0, h}}};
+      inverse = {V3d(h, 0, 0), V3d(0, h, 0), V3d(0, 0, h)};
     }
-    std::array<double, 3> turn = times(inverse, gradient);
-    for (double& x : turn) x = -x;
-    double slope = inner(turn, gradient);
-    const double size = std::sqrt(inner(turn, turn));
+    V3d turn = -product(inverse, gradient);
+    double slope = turn.dot(gradient);
+    const double size = std::sqrt(turn.dot(turn));
     if (!(slope < 0) || !std::isfinite(size)) return;
     if (size > longest_step) {
-      for (double& x : turn) x *= longest_step / size;
+      turn *= longest_step / size;
       slope *= longest_step / size;
     }
     std::optional<Point> next;
@@ -139,19 +130,17 @@ void descend(FrameSearch& search, Point& point, double tolerance) {
         next = std::move(trial);
         break;
       }
-      for (double& x : turn) x /= 2;
+      turn /= 2;
       slope /= 2;
     }
     if (!next) {
-      // What was known may be from the other side of a jump, where a light came over the horizon.
+      // The curvature may be from the other side of a jump, where a light came over the horizon.
       if (fresh) return;
       fresh = true;
       continue;
     }
-    const std::array<double, 3> there = turning_gradient(next->samples, next->fits);
-    std::array<double, 3> y{};
-    for (std::size_t k = 0; k < 3; ++k) y[k] = there[k] - gradient[k];
-    update(inverse, turn, y);
+    const V3d there = turning_gradient(next->samples, next->fits);
+    update(inverse, turn, there - gradient);
     fresh = false;
     gradient = there;
     const bool done = point.cost - next->cost <= tolerance * point.cost;
@@ -174,10 +163,10 @@ double cost_in_frame(const TexelSamples& samples, const std::array<ChannelFit, 3
   return sum;
 }
 
-std::array<double, 3> turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3>& fits) {
+V3d turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3>& fits) {
   using L = Lanes<4>;
   const std::size_t stride = samples.stride();
-  std::array<double, 3> gradient{};
+  V3d gradient(0, 0, 0);
   for (std::size_t c = 0; c < 3; ++c) {
     const ChannelFit& fit = fits[c];
     const double scale = samples.scale[c];
@@ -193,7 +182,7 @@ std::array<double, 3> turning_gradient(const TexelSamples& samples, const std::a
       const V3f& l = samples.lights[index];
       // l turned about each axis.
       const std::array<V3f, 3> dl{V3f(0, -l.z, l.y), V3f(l.z, 0, -l.x), V3f(-l.y, l.x, 0)};
-      std::array<double, 3> sum{};
+      V3d sum(0, 0, 0);
       for (std::size_t v = 0; v < stride; v += L::count) {
         L::Floats x;
         L::Floats y;
@@ -229,12 +218,12 @@ std::array<double, 3> turning_gradient(const TexelSamples& samples, const std::a
           }
         }
         const L::Floats residual = wt * (t * l.z * model - r);
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (int k = 0; k < 3; ++k) {
           const L::Floats one = residual * (dl[k].z * model + l.z * turns[k]);
           for (std::size_t lane = 0; lane < L::count; ++lane) sum[k] += static_cast<double>(one[lane]);
         }
       }
-      for (std::size_t k = 0; k < 3; ++k) gradient[k] += 2 * scale * scale * sum[k];
+      gradient += 2 * scale * scale * sum;
     }
   }
   return gradient;
@@ -252,8 +241,8 @@ FrameFit fit_frame(const float* alpha, const V3f* radiance, const TexelDirection
       points[0].samples,
       options.channel.light_table ? refit_texel(points[0].samples, points[0].fits, options) : points[0].fits);
 
-  // Lobes are products along the axes: what lies between two axes needs a frame turned by half their angle.
-  const std::array<double, 3> eighth{0, 0, std::numbers::pi / 4};
+  // Lobes are products along the axes: a lobe between two axes needs a frame turned by half their angle.
+  const V3d eighth(0, 0, std::numbers::pi / 4);
   const V3d up(0, 0, 1);
   const Axes upright{V3d(tangent_of(V3f(up))), up};
   for (const Axes& axes : {turned(given, eighth), upright, turned(upright, eighth)}) {
@@ -261,7 +250,7 @@ FrameFit fit_frame(const float* alpha, const V3f* radiance, const TexelDirection
   }
   const auto cheaper = [](const Point& a, const Point& b) { return a.cost < b.cost; };
   std::stable_sort(points.begin(), points.end(), cheaper);
-  points.resize(std::min(points.size(), static_cast<std::size_t>(options.finalists)));
+  points.resize(std::min<std::size_t>(points.size(), options.finalists));
   for (Point& point : points) descend(search, point, options.tolerance);
   const Point& best = *std::min_element(points.begin(), points.end(), cheaper);
 

@@ -1,4 +1,4 @@
-// Sums over the views, light by light: what the least squares of a table over lights asks of the samples.
+// Sums over the views, light by light, for the least squares of a table over lights.
 #pragma once
 
 #include <span>
@@ -9,15 +9,14 @@
 
 namespace selvedge {
 
-/// Of all lights, those below the horizon as well (0). With g = T(v) l_z (rho + sum_j size_j base_j^n_j):
+/// For all lights; 0 for those below the horizon. With g = T(v) l_z (rho + sum_j size_j base_j^n_j):
 struct LightSums {
   std::vector<double> square;  ///< sum over views of w g^2
   std::vector<double> cross;   ///< sum over views of w g r
 };
 
-/// `lights`: indices into samples.lights; the others stay 0. `sizes`: rho first. `table`: [view].
-LightSums light_sums(const TexelSamples& samples, int channel, std::span<const std::uint32_t> lights,
-                     std::span<const LobeShape> shapes, std::span<const double> sizes,
-                     std::span<const double> table);
+/// `sizes`: rho first. `table`: [view].
+LightSums light_sums(const TexelSamples& samples, int channel, std::span<const LobeShape> shapes,
+                     std::span<const double> sizes, std::span<const double> table);
 
 }  // namespace selvedge

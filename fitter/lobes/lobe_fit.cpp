@@ -11,57 +11,25 @@
 namespace selvedge {
 namespace {
 
-/// Of sizes and table in a state that is to be judged: more turns cost little beside the samples.
+/// Alternations between sizes and table per evaluation: cheap beside the sums over the samples.
 constexpr int turns = 3;
 
-/// The unknowns of ChannelProblem::normal_equations.
-enum class Unknown { rho, size, direction, exponent };
-
-Unknown kind_of(std::size_t u) {
-  if (u == 0) return Unknown::rho;
-  return u % 4 == 1 ? Unknown::size : u % 4 == 0 ? Unknown::exponent : Unknown::direction;
-}
-
-/// Whether a step along an unknown is impossible: at a bound and pushed outwards, or without effect.
-bool is_held(const ChannelProblem& problem, const ChannelState& state, std::size_t u, double gradient,
-             double curvature) {
+/// Whether a step along an unknown of the normal equations is impossible: at a bound and pushed outwards, or
+/// without effect.
+bool is_fixed(const LobeBounds& bounds, const ChannelState& state, std::size_t unknown, double gradient,
+              double curvature) {
   if (!(curvature > 0)) return true;
-  const std::size_t lobe = u == 0 ? 0 : (u - 1) / 4;
-  switch (kind_of(u)) {
-    case Unknown::rho:
-      return state.sizes[0] <= 0 && gradient >= 0;
-    case Unknown::size: {
-      const double size = state.sizes[lobe + 1];
-      return (size <= 0 && gradient >= 0) || (size >= problem.peak() && gradient <= 0);
-    }
-    case Unknown::exponent: {
-      const double n = state.shapes[lobe].exponent;
-      return (n <= problem.options().min_exponent && gradient >= 0) ||
-             (n >= problem.options().max_exponent && gradient <= 0);
-    }
-    default:
-      return false;
-  }
+  if (unknown == 0) return state.sizes[0] <= 0 && gradient >= 0;
+  const std::size_t lobe = (unknown - 1) / LobeStep::unknowns;
+  return is_at_bound((unknown - 1) % LobeStep::unknowns, gradient, bounds, state.shapes[lobe],
+                     state.sizes[lobe + 1]);
 }
 
-/// The state a step away, within the bounds.
-void take_step(const ChannelProblem& problem, const std::vector<double>& step, ChannelState& state) {
-  const ChannelOptions& options = problem.options();
+void move_state(const LobeBounds& bounds, const std::vector<double>& step, ChannelState& state) {
   state.sizes[0] = std::max(0.0, state.sizes[0] + step[0]);
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {
-    LobeShape& shape = state.shapes[j];
-    const double* s = &step[1 + 4 * j];
-    const std::size_t kept = longest(shape);
-    shape.direction[(kept + 1) % 3] += s[1];
-    shape.direction[(kept + 2) % 3] += s[2];
-    constexpr double furthest = 1.5;
-    shape.exponent = std::clamp(shape.exponent * std::exp(std::clamp(s[3], -furthest, furthest)),
-                                options.min_exponent, options.max_exponent);
-    // The direction's length goes into the size.
-    const double length = std::abs(shape.direction[longest(shape)]);
-    for (double& d : shape.direction) d /= length;
-    const double size = (state.sizes[j + 1] + s[0]) * std::pow(length, shape.exponent);
-    state.sizes[j + 1] = std::clamp(size, 0.0, problem.peak());
+    const LobeStep of_lobe = LobeStep::from(&step[1 + LobeStep::unknowns * j]);
+    move_lobe(of_lobe, bounds, state.shapes[j], state.sizes[j + 1]);
   }
 }
 
@@ -69,9 +37,74 @@ void take_step(const ChannelProblem& problem, const std::vector<double>& step, C
 ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
   ChannelState state;
   state.shapes.resize(lobes);
-  state.sizes.assign(static_cast<std::size_t>(lobes) + 1, 0);
+  state.sizes.assign(lobes + 1, 0);
   state.table.assign(samples.views, 1);
   return state;
+}
+
+/// Several starts go a little way, and the best of them to the end. More than two lobes begin with the best
+/// of one less: with each lobe more the dictionary finds fewer of the good minima.
+SearchEnd search_lobes(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
+                       const LobeFitOptions& options, ChannelState& best) {
+  constexpr int first_leg = 6;
+  constexpr int found_by_dictionary = 2;
+  SearchEnd end;
+  std::vector<ChannelState> states;
+  if (lobes > found_by_dictionary) {
+    end = search_lobes(problem, search, channel, lobes - 1, options, best);
+    states = StartSearch::grown(problem, best, options.starts);
+  } else {
+    states = search.starts(channel, lobes, options.starts);
+  }
+  for (ChannelState& state : states) {
+    end.evaluations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1).evaluations;
+  }
+  const auto cheaper = [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; };
+  std::stable_sort(states.begin(), states.end(), cheaper);
+  states.resize(std::min<std::size_t>(states.size(), options.finalists));
+  best = states.front();
+  for (ChannelState& state : states) {
+    const SearchEnd finished = minimise(problem, state, options.tolerance, options.max_iterations);
+    end.evaluations += finished.evaluations;
+    if (cheaper(best, state)) continue;
+    best = state;
+    end.converged = finished.converged;
+  }
+  return end;
+}
+
+/// The light table and all else by turns, from a state that is good with S = 1. A turn goes further than the
+/// minimum over the light table alone, as the minimum over all lies beyond it, as long as that pays.
+void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptions& options, SearchEnd& end) {
+  constexpr int max_rounds = 60;
+  constexpr double longest_step = 4;
+  double step = 1;
+  end.converged = false;
+  for (int round = 0; round < max_rounds && !end.converged; ++round) {
+    ChannelState next = state;
+    problem.fit_light_table(next);
+    for (std::size_t l = 0; l < state.light_table.size(); ++l) {
+      const double from = state.light_table[l];
+      next.light_table[l] = std::max(0.0, from + step * (next.light_table[l] - from));
+    }
+    const SearchEnd searched = minimise(problem, next, options.tolerance, options.max_iterations);
+    end.evaluations += searched.evaluations;
+    const double gain = state.cost - next.cost;
+    // The first round has a penalty more than the state before it.
+    if (round == 0 || gain > 0) state = std::move(next);
+    end.converged = searched.converged && round > 0 && step == 1 && gain <= options.tolerance * state.cost;
+    step = round == 0 || gain > options.tolerance * state.cost ? std::min(1.5 * step, longest_step) : 1;
+  }
+}
+
+/// The light table if there is to be one, and the result.
+ChannelFit finish(ChannelProblem& problem, const TexelSamples& samples, int channel, ChannelState& state,
+                  const LobeFitOptions& options, SearchEnd end) {
+  if (options.channel.light_table) fit_lights(problem, state, options, end);
+  ChannelFit fit = channel_fit(samples, channel, state, problem);
+  fit.iterations = end.evaluations;
+  fit.converged = end.converged;
+  return fit;
 }
 
 }  // namespace
@@ -111,132 +144,58 @@ ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelSt
   return fit;
 }
 
-int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_iterations,
-             bool& converged) {
-  const std::size_t unknowns = 1 + 4 * state.shapes.size();
+SearchEnd minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations) {
   problem.evaluate(state, turns);
-  converged = state.shapes.empty();
-  std::vector<double> matrix;
-  std::vector<double> gradient;
-  ChannelState trial;
-  int iterations = 1;
+  SearchEnd end{1, state.shapes.empty()};
+  NormalEquations equations;
   double lambda = 1e-3;
   bool moved = true;
-  while (!converged && iterations < max_iterations) {
-    if (moved) problem.normal_equations(state, matrix, gradient);
-    std::vector<double> damped = matrix;
+  while (!end.converged && end.evaluations < max_evaluations) {
+    if (moved) equations = problem.normal_equations(state);
+    const std::vector<double>& gradient = equations.gradient;
+    const std::size_t unknowns = gradient.size();
+    std::vector<double> damped = equations.matrix;
     std::vector<double> step(unknowns);
-    std::vector<char> held(unknowns);
+    std::vector<char> fixed(unknowns);
     for (std::size_t u = 0; u < unknowns; ++u) {
-      const double curvature = matrix[u * unknowns + u];
-      held[u] = is_held(problem, state, u, gradient[u], curvature) ? 1 : 0;
+      const double curvature = equations.matrix[u * unknowns + u];
+      fixed[u] = is_fixed(problem.bounds(), state, u, gradient[u], curvature) ? 1 : 0;
       damped[u * unknowns + u] += lambda * curvature + 1e-14 * problem.energy();
       step[u] = -gradient[u];
     }
     moved = false;
-    const bool solved = solve_symmetric(damped, step, held);
+    const bool solved = solve_symmetric(damped, step, fixed);
     double expected = 0;
     for (std::size_t u = 0; solved && u < unknowns; ++u) {
-      expected += step[u] * (lambda * matrix[u * unknowns + u] * step[u] - gradient[u]);
+      expected += step[u] * (lambda * equations.matrix[u * unknowns + u] * step[u] - gradient[u]);
     }
     if (solved && expected <= 0.5 * tolerance * state.cost) {
-      converged = true;
+      end.converged = true;
       break;
     }
     double gain = 0;
+    ChannelState trial;
     if (solved && std::isfinite(expected)) {
       trial = state;
-      take_step(problem, step, trial);
+      move_state(problem.bounds(), step, trial);
       problem.evaluate(trial, turns);
-      ++iterations;
+      ++end.evaluations;
       gain = state.cost - trial.cost;
     }
     if (gain > 0) {
       moved = true;
-      converged = gain <= tolerance * state.cost;
+      end.converged = gain <= tolerance * state.cost;
       std::swap(state, trial);
       const double ratio = gain / expected;
       lambda = std::max(1e-9, lambda * (ratio > 0.75 ? 0.2 : ratio > 0.25 ? 0.5 : 2));
     } else {
       lambda = std::max(lambda * 8, 1e-3);
       // Steps this short change nothing that single precision shows.
-      converged = lambda > 1e8;
+      end.converged = lambda > 1e8;
     }
   }
-  return iterations;
+  return end;
 }
-
-namespace {
-
-/// Of a channel: from several starts, all of which go a little way and the best of them to the end. More than
-/// two lobes begin with the best of one less: with each lobe more the dictionary finds fewer of the good
-/// minima.
-ChannelState best_state(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
-                        const LobeFitOptions& options, int& iterations, bool& converged) {
-  constexpr int first_leg = 6;
-  constexpr int found_by_dictionary = 2;
-  const auto count = static_cast<std::size_t>(options.starts);
-  std::vector<ChannelState> states;
-  if (lobes > found_by_dictionary) {
-    const ChannelState fewer =
-        best_state(problem, search, channel, lobes - 1, options, iterations, converged);
-    states = StartSearch::grown(problem, fewer, count);
-  } else {
-    states = search.starts(channel, lobes, count);
-  }
-  for (ChannelState& state : states) {
-    iterations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1, converged);
-  }
-  const auto cheaper = [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; };
-  std::stable_sort(states.begin(), states.end(), cheaper);
-  states.resize(std::min(states.size(), static_cast<std::size_t>(options.finalists)));
-  ChannelState best = states.front();
-  for (ChannelState& state : states) {
-    bool done = false;
-    iterations += minimise(problem, state, options.tolerance, options.max_iterations, done);
-    if (cheaper(best, state)) continue;
-    best = state;
-    converged = done;
-  }
-  return best;
-}
-
-}  // namespace
-
-namespace {
-
-std::vector<std::uint32_t> all_lights(const TexelSamples& samples) {
-  std::vector<std::uint32_t> lights(samples.lights.size());
-  std::iota(lights.begin(), lights.end(), 0U);
-  return lights;
-}
-
-/// The light table and all else by turns, from a state that is good with S = 1. A turn goes further than the
-/// minimum over the light table alone, as the minimum over all lies beyond it, as long as that pays.
-void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptions& options, int& iterations,
-                bool& converged) {
-  constexpr int max_rounds = 60;
-  converged = false;
-  constexpr double longest_step = 4;
-  double step = 1;
-  for (int round = 0; round < max_rounds && !converged; ++round) {
-    ChannelState next = state;
-    problem.fit_light_table(next);
-    for (std::size_t l = 0; l < state.light_table.size(); ++l) {
-      const double from = state.light_table[l];
-      next.light_table[l] = std::max(0.0, from + step * (next.light_table[l] - from));
-    }
-    bool done = false;
-    iterations += minimise(problem, next, options.tolerance, options.max_iterations, done);
-    const double gain = state.cost - next.cost;
-    // The first round has a penalty more than the state before it.
-    if (round == 0 || gain > 0) state = std::move(next);
-    converged = done && round > 0 && step == 1 && gain <= options.tolerance * state.cost;
-    step = round == 0 || gain > options.tolerance * state.cost ? std::min(1.5 * step, longest_step) : 1;
-  }
-}
-
-}  // namespace
 
 ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit) {
   const double scale = samples.scale[channel];
@@ -258,40 +217,29 @@ ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit
 
 std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& near,
                                       const LobeFitOptions& options) {
-  const std::vector<std::uint32_t> lights = all_lights(samples);
   std::array<ChannelFit, 3> fits;
   for (int c = 0; c < 3; ++c) {
-    ChannelFit& fit = fits[c];
-    ChannelProblem problem(samples, c, lights, options.channel);
+    ChannelProblem problem(samples, c, options.channel);
     ChannelState state = state_of(samples, c, near[c]);
-    bool converged = true;
-    int iterations = minimise(problem, state, options.tolerance, options.max_iterations, converged);
-    if (options.channel.light_table) fit_lights(problem, state, options, iterations, converged);
-    fit = channel_fit(samples, c, state, problem);
-    fit.iterations = iterations;
-    fit.converged = converged;
+    const SearchEnd end = minimise(problem, state, options.tolerance, options.max_iterations);
+    fits[c] = finish(problem, samples, c, state, options, end);
   }
   return fits;
 }
 
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
-  const std::vector<std::uint32_t> lights = all_lights(samples);
   std::array<ChannelFit, 3> fits;
   StartSearch search(samples);
   for (int c = 0; c < 3; ++c) {
-    ChannelProblem problem(samples, c, lights, options.channel);
+    ChannelProblem problem(samples, c, options.channel);
     ChannelState best = diffuse_state(samples, options.lobes);
     problem.evaluate(best, turns);
-    int iterations = 1;
-    bool converged = true;
+    SearchEnd end{1, true};
     if (options.lobes > 0 && best.error > 1e-6 * problem.energy()) {
-      best = best_state(problem, search, c, options.lobes, options, iterations, converged);
+      end = search_lobes(problem, search, c, options.lobes, options, best);
+      ++end.evaluations;
     }
-    if (options.channel.light_table) fit_lights(problem, best, options, iterations, converged);
-    ChannelFit& fit = fits[c];
-    fit = channel_fit(samples, c, best, problem);
-    fit.iterations = iterations;
-    fit.converged = converged;
+    fits[c] = finish(problem, samples, c, best, options, end);
   }
   return fits;
 }

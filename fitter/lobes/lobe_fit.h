@@ -31,10 +31,13 @@ struct ChannelFit {
   bool converged = false;
 };
 
-/// Levenberg-Marquardt from a state to the minimum nearest; returns the number of iterations (evaluations of
-/// the samples). `converged` is set where it ended by the tolerance.
-int minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_iterations,
-             bool& converged);
+struct SearchEnd {
+  int evaluations = 0;     ///< of all samples
+  bool converged = false;  ///< ended by the tolerance
+};
+
+/// Levenberg-Marquardt from a state to the nearest minimum.
+SearchEnd minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations);
 
 /// A state in the parameters of the fabric, unscaled and with the table normalised.
 ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
@@ -46,7 +49,7 @@ ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit
 /// All three channels. Parameters and table are finite whatever the data.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);
 
-/// The same from what fits the texel in a frame near, or without a light table: one search a channel.
+/// The same from the fit of the texel in a frame near, or without a light table: one search a channel.
 std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& near,
                                       const LobeFitOptions& options);
 

@@ -13,8 +13,7 @@ constexpr std::size_t block = 16;
 struct Job {
   const TexelSamples& samples;
   const float* radiance;
-  std::span<const float> cosine;  ///< [light], or with `by_view` [light * stride + view]
-  std::span<const std::uint32_t> lights;
+  std::span<const float> cosine;  ///< [light]
   std::span<const LobeShape> shapes;
   std::size_t stride;
   std::size_t columns;
@@ -39,22 +38,9 @@ SELVEDGE_ADD(8)
 SELVEDGE_ADD(16)
 #undef SELVEDGE_ADD
 
-/// `by_view`: the factor of a light differs from view to view.
-template <class L, bool by_view>
+template <class L>
 struct Body {
   using Floats = typename L::Floats;
-
-  /// columns *= the factor of a light and the views from `view` on.
-  static SELVEDGE_INLINE void times_factor(const Job& job, std::size_t light, std::size_t view,
-                                           Floats& column) {
-    if constexpr (by_view) {
-      Floats factor;
-      L::load(job.cosine.data() + light * job.stride + view, factor);
-      column *= factor;
-    } else {
-      column *= job.cosine[light];
-    }
-  }
 
   /// The four columns of one lobe for the lights [first, first + count), views from `view` on.
   static SELVEDGE_INLINE void fill(const Job& job, const LobeShape& shape, std::size_t view,
@@ -66,13 +52,12 @@ struct Body {
     }
     const auto less = static_cast<float>(shape.exponent - 1);
     for (std::size_t i = 0; i < count; ++i, to += 4 * L::count) {
-      const std::uint32_t index = job.lights[first + i];
-      const V3f& light = job.samples.lights[index];
+      const V3f& light = job.samples.lights[first + i];
       const Floats base = (d[0] * light.x + d[1] * light.y) + d[2] * light.z;
       Floats log;
       Floats power;
       L::log_and_power(base, less, log, power);
-      times_factor(job, index, view, power);
+      power *= job.cosine[first + i];
       L::store(power * light.x, to);
       L::store(power * light.y, to + L::count);
       L::store(power * light.z, to + 2 * L::count);
@@ -80,21 +65,20 @@ struct Body {
     }
   }
 
-  /// Products of a lobe's columns with the cosine and the radiance.
+  /// BasisFit of a lobe's columns with the cosine and the radiance.
   static SELVEDGE_INLINE void with_data(const Job& job, std::size_t j, std::size_t view, std::size_t first,
                                         std::size_t count, const float* a) {
     std::array<Floats, 4> cosine{};
     std::array<Floats, 4> radiance{};
     for (std::size_t i = 0; i < count; ++i, a += 4 * L::count) {
-      const std::uint32_t light = job.lights[first + i];
+      const std::size_t light = first + i;
       Floats r;
       L::load(job.radiance + light * job.stride + view, r);
       for (std::size_t k = 0; k < 4; ++k) {
         Floats column;
         L::load(a + k * L::count, column);
         radiance[k] += column * r;
-        times_factor(job, light, view, column);
-        cosine[k] += column;
+        cosine[k] += column * job.cosine[light];
       }
     }
     for (std::size_t k = 0; k < 4; ++k) {
@@ -103,7 +87,7 @@ struct Body {
     }
   }
 
-  /// Products of a lobe's columns among themselves.
+  /// BasisFit of a lobe's columns among themselves.
   static SELVEDGE_INLINE void with_itself(const Job& job, std::size_t j, std::size_t view, std::size_t count,
                                           const float* a) {
     std::array<Floats, 10> sum{};
@@ -123,7 +107,7 @@ struct Body {
     }
   }
 
-  /// Products of two of a lobe's columns, from `p` on, with another lobe's.
+  /// BasisFit of two of a lobe's columns, from `p` on, with another lobe's.
   static SELVEDGE_INLINE void with_other(const Job& job, std::size_t i, std::size_t p, std::size_t j,
                                          std::size_t view, std::size_t count, const float* a,
                                          const float* b) {
@@ -148,8 +132,8 @@ struct Body {
   static SELVEDGE_INLINE void run(const Job& job) {
     constexpr std::size_t lobe_size = block * 4 * L::count;
     for (std::size_t view = 0; view < job.stride; view += L::count) {
-      for (std::size_t first = 0; first < job.lights.size(); first += block) {
-        const std::size_t count = std::min(block, job.lights.size() - first);
+      for (std::size_t first = 0; first < job.samples.lights.size(); first += block) {
+        const std::size_t count = std::min(block, job.samples.lights.size() - first);
         for (std::size_t j = 0; j < job.shapes.size(); ++j) {
           float* columns = job.scratch + j * lobe_size;
           fill(job, job.shapes[j], view, first, count, columns);
@@ -165,56 +149,29 @@ struct Body {
   }
 };
 
-#if defined(__x86_64__) && defined(__GNUC__)
-template <bool by_view>
-__attribute__((target("avx512f"))) void run_wide(const Job& job) {
-  Body<Lanes<16>, by_view>::run(job);
-}
-template <bool by_view>
-__attribute__((target("avx2"))) void run_middle(const Job& job) {
-  Body<Lanes<8>, by_view>::run(job);
-}
-#endif
-template <bool by_view>
-void run_narrow(const Job& job) {
-  Body<Lanes<4>, by_view>::run(job);
+template <std::size_t Count>
+SELVEDGE_INLINE void sum_columns(const Job& job) {
+  Body<Lanes<Count>>::run(job);
 }
 
-template <bool by_view>
-void run(const Job& job) {
-#if defined(__x86_64__) && defined(__GNUC__)
-  if (__builtin_cpu_supports("avx512f")) return run_wide<by_view>(job);
-  if (__builtin_cpu_supports("avx2")) return run_middle<by_view>(job);
-#endif
-  run_narrow<by_view>(job);
-}
+SELVEDGE_THREE_BODIES(sum_columns, (const Job& job), (job))
 
 }  // namespace
 
 void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
-                          std::span<const std::uint32_t> lights, std::span<const LobeShape> shapes) {
+                          std::span<const LobeShape> shapes) {
   columns_ = 1 + 4 * shapes.size();
   stride_ = samples.stride();
   sums_.assign((columns_ + 1) * (columns_ + 2) / 2 * stride_, 0);
   scratch_.resize(shapes.size() * block * 4 * TexelSamples::lanes);
   const float* radiance = samples.radiance[channel].data();
-  const Job job{samples, radiance, cosine, lights, shapes, stride_, columns_, scratch_.data(), sums_.data()};
+  const Job job{samples, radiance, cosine, shapes, stride_, columns_, scratch_.data(), sums_.data()};
   double* cross = sums_.data() + index(0, columns_) * stride_;
-  if (cosine.size() != samples.lights.size()) {
-    run<true>(job);
-    for (const std::uint32_t light : lights) {
-      for (std::size_t v = 0; v < stride_; ++v) {
-        const auto c = static_cast<double>(cosine[light * stride_ + v]);
-        sums_[v] += c * c;
-        cross[v] += c * static_cast<double>(radiance[light * stride_ + v]);
-      }
-    }
-    return;
-  }
-  run<false>(job);
+  static const auto sum = sum_columns_for_this_processor();
+  sum(job);
   // The cosine is the same for all views.
   double cosines = 0;
-  for (const std::uint32_t light : lights) {
+  for (std::size_t light = 0; light < cosine.size(); ++light) {
     const auto c = static_cast<double>(cosine[light]);
     cosines += c * c;
     for (std::size_t v = 0; v < stride_; ++v) {

@@ -1,4 +1,4 @@
-// Sums over the lights, view by view, of products of a model's columns: all that least squares asks of the
+// Sums over the lights, view by view, of products of a model's columns: least squares needs no more of the
 // samples. The only loops of a fit that touch the samples.
 #pragma once
 
@@ -26,12 +26,10 @@ struct LobeShape {
 /// Every sum is [stride] long.
 class LobeMoments {
  public:
-  /// `cosine`: c of every light of the samples; or, where it differs from view to view as well,
-  /// [light * samples.stride() + view]. `lights` are indices into samples.lights. Sums are of single
-  /// precision over 16 lights at a time and of double precision over those; any number of threads, any width
-  /// of vectors: the same bits.
+  /// `cosine`: c of every light of the samples. Sums are of single precision over 16 lights at a time and of
+  /// double precision over those; any number of threads, any width of vectors: the same bits.
   void compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
-               std::span<const std::uint32_t> lights, std::span<const LobeShape> shapes);
+               std::span<const LobeShape> shapes);
 
   std::size_t columns() const { return columns_; }
   /// sum over lights of column a times column b

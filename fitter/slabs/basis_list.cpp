@@ -16,14 +16,14 @@ int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& fu
 
 }  // namespace
 
-V2i FunctionList::add(const Products& products, const V2i& pair) {
-  const std::vector<float>& phi = products.view[pair.x];
+V2i BasisList::add(const BasisFit& basis, const V2i& pair) {
+  const std::vector<float>& phi = basis.view[pair.x];
   const bool constant = std::all_of(phi.begin(), phi.end(), [](float value) { return value == 1; });
   const int a = constant ? 0 : index_in(view_, phi) + 1;
-  return {a, index_in(light_, products.light[pair.y])};
+  return {a, index_in(light_, basis.light[pair.y])};
 }
 
-double FunctionList::bytes() const {
+double BasisList::bytes() const {
   std::vector<float> values;
   for (const auto* list : {&view_, &light_}) {
     for (const auto& function : *list) values.insert(values.end(), function.begin(), function.end());
@@ -31,7 +31,7 @@ double FunctionList::bytes() const {
   return coded_bytes(values, 1, 32);
 }
 
-ProductBases FunctionList::bases() const {
+ProductBases BasisList::bases() const {
   ProductBases result;
   for (const auto& function : view_) result.view.insert(result.view.end(), function.begin(), function.end());
   for (const auto& function : light_) {

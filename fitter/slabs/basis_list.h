@@ -1,4 +1,4 @@
-// The functions that a fabric stores, each once, whichever levels use it.
+// The functions that a fabric stores: each once, whichever levels use it.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace selvedge {
 
-class FunctionList {
+class BasisList {
  public:
-  /// Numbers of a product's functions in the list, added where they are new; the constant function of the
-  /// view is 0. `pair`: of `products`.
-  V2i add(const Products& products, const V2i& pair);
-  /// In the file, estimated.
+  /// Numbers of the functions of a pair of `basis` in the list, added where they are new; the constant
+  /// function of the view is 0.
+  V2i add(const BasisFit& basis, const V2i& pair);
+  /// An estimate of the bytes in the file.
   double bytes() const;
   ProductBases bases() const;
 

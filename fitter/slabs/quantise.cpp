@@ -18,7 +18,7 @@ constexpr float max_steps = 2048;
 constexpr int max_tried = 7;
 constexpr int passes = 2;
 
-/// What differences cost: price times information, in the numbers of the pass before.
+/// The cost of differences: price times information, counted in the numbers of the pass before.
 class Costs {
  public:
   /// `numbers`: [texel * channels + channel], in the order in which a row is coded.
@@ -50,7 +50,7 @@ class Costs {
   std::vector<float> cost_;
 };
 
-/// One coefficient of a row: where it should be, in steps, and what a squared step of error costs.
+/// One coefficient of a row: its best value, in steps, and the cost of a squared step of error.
 struct Target {
   float value = 0;
   float weight = 0;
@@ -98,13 +98,13 @@ void cheapest(const std::vector<Target>& targets, const Costs& costs, std::vecto
   }
 }
 
-std::vector<std::size_t> strong_products(const Products& products, const Quantisation& how) {
+std::vector<std::size_t> strong_pairs(const BasisFit& basis, const Quantisation& how) {
   const double least = static_cast<double>(how.least) * static_cast<double>(how.step);
-  const std::size_t count = products.pairs.size();
+  const std::size_t count = basis.pairs.size();
   std::vector<double> power(count, 0);
   double used = 0;
-  for (std::size_t o = 0; o < products.owners(); ++o) {
-    const float* c = &products.coefficient[o * count];
+  for (std::size_t o = 0; o < basis.owners(); ++o) {
+    const float* c = &basis.coefficient[o * count];
     used += std::any_of(c, c + count, [](float value) { return value != 0; }) ? 1 : 0;
     for (std::size_t m = 0; m < count; ++m) power[m] += static_cast<double>(c[m] * c[m]);
   }
@@ -151,7 +151,7 @@ class Shaping {
 }  // namespace
 
 SlabOverlaps overlaps_of(const SlabRays& rays, std::size_t entries) {
-  const auto per_row = static_cast<std::size_t>(rays.rays);
+  const std::size_t per_row = rays.rays;
   // Of each entry the rows of the matrix in which it is, row by row, to go through its neighbours alone.
   std::vector<std::size_t> first(entries + 1, 0);
   for (const std::uint32_t entry : rays.met) {
@@ -193,17 +193,17 @@ SlabOverlaps overlaps_of(const SlabRays& rays, std::size_t entries) {
   return result;
 }
 
-std::size_t products_kept(const Products& products, const Quantisation& how) {
-  return strong_products(products, how).size();
+std::size_t pairs_kept(const BasisFit& basis, const Quantisation& how) {
+  return strong_pairs(basis, how).size();
 }
 
-Products quantised(const Products& products, const Quantisation& how, const SlabOverlaps* overlaps) {
-  const std::vector<std::size_t> kept = strong_products(products, how);
-  const std::size_t all = products.pairs.size();
+BasisFit quantised(const BasisFit& basis, const Quantisation& how, const SlabOverlaps* overlaps) {
+  const std::vector<std::size_t> kept = strong_pairs(basis, how);
+  const std::size_t all = basis.pairs.size();
   const std::size_t count = kept.size();
-  const std::size_t owners = products.owners();
+  const std::size_t owners = basis.owners();
   const auto steps_of = [&](std::size_t owner, std::size_t m) {
-    return products.coefficient[owner * all + kept[m]] / how.step;
+    return basis.coefficient[owner * all + kept[m]] / how.step;
   };
   std::vector<int> numbers(owners * count);
   for (std::size_t o = 0; o < owners; ++o) {
@@ -215,8 +215,7 @@ Products quantised(const Products& products, const Quantisation& how, const Slab
   std::vector<Shaping> shaping(count, Shaping(overlaps, owners));
   for (int pass = 0; pass < passes; ++pass) {
     const Costs costs(numbers, how.entries * count, how.width, how.price);
-    parallel_for(0, static_cast<int>(count), [&](int product) {
-      const auto m = static_cast<std::size_t>(product);
+    parallel_for(0, static_cast<int>(count), [&](std::size_t m) {
       std::vector<Target> targets(how.width);
       std::vector<int> row(how.width);
       for (std::size_t entry = 0; entry < how.entries; ++entry) {
@@ -235,10 +234,10 @@ Products quantised(const Products& products, const Quantisation& how, const Slab
       }
     });
   }
-  Products result;
-  result.view = products.view;
-  result.light = products.light;
-  for (const std::size_t m : kept) result.pairs.push_back(products.pairs[m]);
+  BasisFit result;
+  result.view = basis.view;
+  result.light = basis.light;
+  for (const std::size_t m : kept) result.pairs.push_back(basis.pairs[m]);
   for (const int number : numbers) result.coefficient.push_back(how.step * static_cast<float>(number));
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include <Imath/half.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -31,7 +32,7 @@ float dot(const float* a, const std::vector<float>& b) {
 }
 
 /// Functions as the file will hold them: multiples of a step, a power of two, that half precision has exactly
-/// for values up to 2048 steps. So what is judged is what is read, and the file is smaller.
+/// for values up to 2048 steps. So the error that is measured is that of the file, and the file is smaller.
 std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& vectors, double scale,
                                        double step) {
   std::vector<std::vector<float>> result;
@@ -55,11 +56,11 @@ template <class AddItem>
 std::vector<double> summed(std::size_t items, std::size_t size, const AddItem& add) {
   const std::size_t blocks = std::clamp<std::size_t>(items / 64, 1, 16);
   std::vector<std::vector<double>> parts(blocks);
-  parallel_for(0, static_cast<int>(blocks), [&](int block) {
+  parallel_for(0, static_cast<int>(blocks), [&](std::size_t block) {
     std::vector<double>& part = parts[block];
     part.assign(size * size, 0);
-    const std::size_t begin = items * static_cast<std::size_t>(block) / blocks;
-    const std::size_t end = items * (static_cast<std::size_t>(block) + 1) / blocks;
+    const std::size_t begin = items * block / blocks;
+    const std::size_t end = items * (block + 1) / blocks;
     for (std::size_t item = begin; item < end; ++item) add(item, part);
   });
   std::vector<double> sum(size * size, 0);
@@ -71,8 +72,8 @@ std::vector<double> summed(std::size_t items, std::size_t size, const AddItem& a
 
 /// alpha f of a texel: [view][3 * light + channel].
 std::vector<float> premultiplied(const SampleLevel& level, std::size_t texel) {
-  const auto views = static_cast<std::size_t>(level.views);
-  const auto lights = static_cast<std::size_t>(level.lights);
+  const std::size_t views = level.views;
+  const std::size_t lights = level.lights;
   std::vector<float> result;
   result.reserve(views * lights * 3);
   for (std::size_t view = 0; view < views; ++view) {
@@ -85,43 +86,44 @@ std::vector<float> premultiplied(const SampleLevel& level, std::size_t texel) {
   return result;
 }
 
-/// The coefficients of one texel, [a * light functions + b].
-std::vector<double> fit_texel(const SampleLevel& level, std::size_t texel,
-                              const std::vector<std::vector<float>>& phi,
-                              const std::vector<std::vector<float>>& psi) {
-  const auto views = static_cast<std::size_t>(level.views);
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// The coefficients of one texel, one row for each phi_a and one column for each psi_b.
+RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vector<std::vector<float>>& phi,
+                   const std::vector<std::vector<float>>& psi) {
   const std::vector<float> seen = premultiplied(level, texel);
-  std::vector<double> normal(phi.size() * phi.size(), 0);
-  std::vector<double> right(phi.size() * psi.size(), 0);
-  for (std::size_t view = 0; view < views; ++view) {
-    const auto alpha = static_cast<double>(level.alpha[texel * views + view]);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(phi.size(), phi.size());
+  RowMajor right = RowMajor::Zero(phi.size(), psi.size());
+  Eigen::RowVectorXd in_psi(psi.size());
+  for (int view = 0; view < level.views; ++view) {
+    const auto alpha = static_cast<double>(level.alpha[texel * level.views + view]);
     if (alpha == 0) continue;
-    const float* row = &seen[view * psi.front().size()];
-    std::vector<double> in_psi;
-    for (const auto& function : psi) in_psi.push_back(static_cast<double>(dot(row, function)));
+    for (std::size_t b = 0; b < psi.size(); ++b) {
+      in_psi[b] = static_cast<double>(dot(&seen[view * psi[b].size()], psi[b]));
+    }
     for (std::size_t a = 0; a < phi.size(); ++a) {
       const double factor = alpha * static_cast<double>(phi[a][view]);
-      for (std::size_t b = 0; b < psi.size(); ++b) right[a * psi.size() + b] += factor * in_psi[b];
+      right.row(a) += factor * in_psi;
       for (std::size_t other = 0; other < phi.size(); ++other) {
-        normal[a * phi.size() + other] += factor * alpha * static_cast<double>(phi[other][view]);
+        normal(a, other) += factor * alpha * static_cast<double>(phi[other][view]);
       }
     }
   }
   double trace = 0;
-  for (std::size_t a = 0; a < phi.size(); ++a) trace += normal[a * phi.size() + a];
-  if (!(trace > 0)) return std::vector<double>(right.size(), 0);  // a hole from everywhere
-  solve_symmetric(normal, phi.size(), 1e-3 * trace / static_cast<double>(phi.size()), right, psi.size());
-  return right;
+  for (std::size_t a = 0; a < phi.size(); ++a) trace += normal(a, a);
+  if (!(trace > 0)) return RowMajor::Zero(phi.size(), psi.size());  // a hole from everywhere
+  normal.diagonal().array() += 1e-3 * trace / static_cast<double>(phi.size());
+  return normal.ldlt().solve(right);
 }
 
 }  // namespace
 
-std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
-                                    const std::vector<std::vector<float>>& view_functions, std::size_t most,
-                                    const std::vector<float>* unit) {
+std::vector<BasisFit> slab_basis(const std::vector<SlabTables>& levels,
+                                 const std::vector<std::vector<float>>& view_functions, std::size_t most,
+                                 const std::vector<float>* unit) {
   const std::size_t functions = view_functions.size();
   const std::size_t values = levels.front().values;
-  Products shared;
+  BasisFit shared;
   shared.view = view_functions;
   for (std::size_t a = 0; a < functions; ++a) {
     std::vector<double> covariance(values * values, 0);
@@ -138,40 +140,39 @@ std::vector<Products> slab_products(const std::vector<SlabTables>& levels,
       shared.light.push_back(std::move(function));
     }
   }
-  std::vector<Products> result;
+  std::vector<BasisFit> result;
   for (const SlabTables& level : levels) {
-    Products products = shared;
+    BasisFit basis = shared;
     const std::size_t count = shared.pairs.size();
-    products.coefficient.assign(level.seen.size() * count, 0);
-    parallel_for(0, static_cast<int>(level.seen.size()), [&](int entry) {
-      const auto e = static_cast<std::size_t>(entry);
+    basis.coefficient.assign(level.seen.size() * count, 0);
+    parallel_for(0, static_cast<int>(level.seen.size()), [&](std::size_t e) {
       if (!(level.seen[e] > 0)) return;
       for (std::size_t m = 0; m < count; ++m) {
         const V2i& pair = shared.pairs[m];
-        products.coefficient[e * count + m] = dot(
-            &level.value[(e * functions + static_cast<std::size_t>(pair.x)) * values], shared.light[pair.y]);
+        basis.coefficient[e * count + m] =
+            dot(&level.value[(e * functions + pair.x) * values], shared.light[pair.y]);
       }
     });
-    result.push_back(std::move(products));
+    result.push_back(std::move(basis));
   }
   if (unit == nullptr) return result;
-  for (Products& products : result) {
-    for (std::vector<float>& function : products.light) {
+  for (BasisFit& basis : result) {
+    for (std::vector<float>& function : basis.light) {
       for (std::size_t i = 0; i < function.size(); ++i) function[i] = in_half(function[i] / (*unit)[i]);
     }
   }
   return result;
 }
 
-std::vector<Products> level_products(const std::vector<SampleLevel>& levels, std::size_t max_view,
-                                     std::size_t max_light) {
-  const auto views = static_cast<std::size_t>(levels.front().views);
-  const std::size_t values = 3 * static_cast<std::size_t>(levels.front().lights);
+std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::size_t max_view,
+                                  std::size_t max_light) {
+  const std::size_t views = levels.front().views;
+  const std::size_t values = 3 * levels.front().lights;
   std::vector<double> of_views(views * views, 0);
   std::vector<double> of_lights(values * values, 0);
   for (const SampleLevel& level : levels) {
     const double weight = 1 / std::sqrt(static_cast<double>(level.texels()));
-    const auto texels = static_cast<std::size_t>(level.texels());
+    const std::size_t texels = level.texels();
     const std::vector<double> lights = summed(texels, values, [&](std::size_t texel, auto& sum) {
       const std::vector<float> seen = premultiplied(level, texel);
       for (std::size_t view = 0; view < views; ++view) add_outer(&seen[view * values], values, weight, sum);
@@ -187,7 +188,7 @@ std::vector<Products> level_products(const std::vector<SampleLevel>& levels, std
     for (std::size_t i = 0; i < of_lights.size(); ++i) of_lights[i] += lights[i];
     for (std::size_t i = 0; i < of_views.size(); ++i) of_views[i] += across[i];
   }
-  Products shared;
+  BasisFit shared;
   shared.view = stored(principal_components(of_views, views, max_view).vectors,
                        std::sqrt(static_cast<double>(views)), view_step);
   shared.light = stored(principal_components(of_lights, values, max_light).vectors, 1, light_step);
@@ -196,31 +197,30 @@ std::vector<Products> level_products(const std::vector<SampleLevel>& levels, std
       shared.pairs.emplace_back(static_cast<int>(a), static_cast<int>(b));
     }
   }
-  std::vector<Products> result;
+  std::vector<BasisFit> result;
   for (const SampleLevel& level : levels) {
-    Products products = shared;
+    BasisFit basis = shared;
     const std::size_t count = shared.pairs.size();
-    products.coefficient.resize(static_cast<std::size_t>(level.texels()) * count);
-    parallel_for(0, level.texels(), [&](int texel) {
-      const auto t = static_cast<std::size_t>(texel);
-      const std::vector<double> fitted = fit_texel(level, t, shared.view, shared.light);
+    basis.coefficient.resize(level.texels() * count);
+    parallel_for(0, level.texels(), [&](std::size_t t) {
+      const RowMajor fitted = fit_texel(level, t, shared.view, shared.light);
       for (std::size_t m = 0; m < count; ++m) {
-        products.coefficient[t * count + m] = static_cast<float>(fitted[m]);
+        basis.coefficient[t * count + m] = static_cast<float>(fitted.data()[m]);
       }
     });
-    result.push_back(std::move(products));
+    result.push_back(std::move(basis));
   }
   return result;
 }
 
-float scale_of(const Products& products) {
-  const std::size_t count = products.pairs.size();
+float scale_of(const BasisFit& basis) {
+  const std::size_t count = basis.pairs.size();
   double largest = 0;
   for (std::size_t m = 0; m < count; ++m) {
     double power = 0;
     double used = 0;
-    for (std::size_t o = 0; o < products.owners(); ++o) {
-      const auto c = static_cast<double>(products.coefficient[o * count + m]);
+    for (std::size_t o = 0; o < basis.owners(); ++o) {
+      const auto c = static_cast<double>(basis.coefficient[o * count + m]);
       power += c * c;
       used += c != 0 ? 1 : 0;
     }

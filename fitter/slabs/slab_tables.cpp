@@ -1,5 +1,6 @@
 #include "fitter/slabs/slab_tables.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -35,8 +36,8 @@ struct Matrix {
 
 Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
                  const std::vector<std::vector<float>>& phi, const SlabFactors* factors) {
-  const std::size_t of_texel = entries / static_cast<std::size_t>(samples.texels());
-  const auto per_row = static_cast<std::size_t>(rays.rays);
+  const std::size_t of_texel = entries / samples.texels();
+  const std::size_t per_row = rays.rays;
   const float share = 1.0F / static_cast<float>(per_row);
   const std::size_t rows = rays.met.size() / per_row;
   Matrix matrix;
@@ -44,7 +45,7 @@ Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t e
   for (std::size_t row = 0; row < rows; ++row) {
     const std::size_t begin = matrix.terms.size();
     matrix.first.push_back(begin);
-    const std::size_t view = row % static_cast<std::size_t>(samples.views);
+    const std::size_t view = row % samples.views;
     for (std::size_t i = row * per_row; i < (row + 1) * per_row; ++i) {
       if (rays.met[i] == SlabRays::nothing) continue;
       for (std::size_t a = 0; a < phi.size(); ++a) {
@@ -77,164 +78,146 @@ Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t e
   return matrix;
 }
 
-/// Some right sides of the problem and their solution. Arrays are [unknown * columns + column].
+using Columns = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Row = Eigen::Array<float, 1, Eigen::Dynamic>;
+
+/// Solves for some right sides at once, by conjugate gradients. Arrays have a row for each unknown and a
+/// column for each right side.
 class Solver {
  public:
   Solver(const Matrix& matrix, const SampleLevel& samples, const SlabFactors* factors, std::size_t functions,
          std::size_t first_value, std::size_t columns)
-      : matrix_(matrix), samples_(samples), functions_(functions), first_(first_value), n_(columns) {
-    take_factors(factors);
+      : matrix_(matrix),
+        samples_(samples),
+        functions_(functions),
+        first_(first_value),
+        n_(columns),
+        views_(samples.views),
+        pull_(matrix.pull.data(), matrix.pull.size()),
+        with_factors_(factors != nullptr),
+        inverse_(matrix.diagonal.size(), columns) {
+    if (with_factors_) {
+      set_factors(*factors);
+    } else {
+      factor_.assign(views_ * n_, 1);
+      inverse_.colwise() = Eigen::Map<const Eigen::ArrayXf>(matrix.diagonal.data(), matrix.diagonal.size());
+    }
+    inverse_ = 1.0F / (inverse_.colwise() + pull_);
   }
 
-  std::vector<float> solve() {
-    const std::size_t unknowns = matrix_.diagonal.size();
-    std::vector<float> x(unknowns * n_, 0);
-    const std::vector<float> mean = mean_of_samples();
-    for (std::size_t u = 0; u < unknowns; u += functions_) std::copy(mean.begin(), mean.end(), &x[u * n_]);
+  Columns solve() const {
+    Columns x = Columns::Zero(inverse_.rows(), inverse_.cols());
+    const Row mean = mean_of_samples();
+    for (Eigen::Index u = 0; u < x.rows(); u += functions_) x.row(u) = mean;
     // r = A^T b + pull x0 - (A^T A + pull) x0 = A^T (b - A x0)
-    std::vector<float> r(unknowns * n_, 0);
-    std::vector<float> sum(n_);
-    std::vector<float> sample(n_);
+    Columns r = Columns::Zero(x.rows(), x.cols());
+    Row sum(n_);
     for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
       if (!apply_row(row, x, sum)) continue;
-      take_sample(row, sample);
-      for (std::size_t k = 0; k < n_; ++k) sum[k] = sample[k] - sum[k];
+      sum = sample(row) - sum;
       scatter_row(row, sum, r);
     }
-    std::vector<float> z(r.size());
-    precondition(r, z);
-    std::vector<float> p = z;
-    std::vector<float> ap(r.size());
-    std::vector<double> rz = inner(r, z);
-    std::vector<float> step(n_);
+    Columns z = inverse_ * r;
+    Columns p = z;
+    Eigen::ArrayXd rz = inner(r, z);
     for (int i = 0; i < iterations; ++i) {
-      multiply(p, ap);
-      const std::vector<double> pap = inner(p, ap);
-      for (std::size_t k = 0; k < n_; ++k) step[k] = static_cast<float>(pap[k] > 0 ? rz[k] / pap[k] : 0);
-      add_scaled(p, step, 1, x);
-      add_scaled(ap, step, -1, r);
-      precondition(r, z);
-      const std::vector<double> next = inner(r, z);
-      for (std::size_t k = 0; k < n_; ++k) step[k] = static_cast<float>(rz[k] > 0 ? next[k] / rz[k] : 0);
+      const Columns ap = multiply(p);
+      const Row step = quotient(rz, inner(p, ap));
+      x += p.rowwise() * step;
+      r -= ap.rowwise() * step;
+      z = inverse_ * r;
+      const Eigen::ArrayXd next = inner(r, z);
+      p = z + p.rowwise() * quotient(next, rz);
       rz = next;
-      for (std::size_t u = 0; u < unknowns; ++u) {
-        for (std::size_t k = 0; k < n_; ++k) p[u * n_ + k] = z[u * n_ + k] + step[k] * p[u * n_ + k];
-      }
     }
     return x;
   }
 
  private:
   /// alpha r of a texel and view.
-  void take_sample(std::size_t row, std::vector<float>& out) const {
-    const float alpha = samples_.alpha[row];
-    const V3f* radiance = &samples_.radiance[row * static_cast<std::size_t>(samples_.lights)];
+  Row sample(std::size_t row) const {
+    Row result(n_);
+    const V3f* radiance = &samples_.radiance[row * samples_.lights];
     for (std::size_t k = 0; k < n_; ++k) {
-      const std::size_t value = first_ + k;
-      out[k] = alpha * radiance[value / 3][static_cast<int>(value % 3)];
+      result[k] = samples_.alpha[row] * radiance[(first_ + k) / 3][static_cast<int>((first_ + k) % 3)];
     }
+    return result;
   }
   /// The columns of the factors, side by side, and the diagonal of the normal equations that they make.
-  void take_factors(const SlabFactors* factors) {
-    views_ = static_cast<std::size_t>(samples_.views);
-    with_factors_ = factors != nullptr;
-    const std::size_t values = 3 * static_cast<std::size_t>(samples_.lights);
-    const std::size_t rows = factors == nullptr ? views_ : factors->value.size() / values;
-    factor_.assign(rows * n_, 1);
-    inverse_.resize(matrix_.diagonal.size() * n_);
-    for (std::size_t u = 0; u < matrix_.diagonal.size(); ++u) {
-      const float own = factors == nullptr ? matrix_.diagonal[u] : 0;
-      std::fill_n(&inverse_[u * n_], n_, own);
+  void set_factors(const SlabFactors& factors) {
+    const std::size_t values = 3 * samples_.lights;
+    factor_.resize(factors.value.size() / values * n_);
+    for (std::size_t i = 0; i < factors.value.size() / values; ++i) {
+      std::copy_n(&factors.value[i * values + first_], n_, &factor_[i * n_]);
     }
-    if (factors != nullptr) {
-      for (std::size_t i = 0; i < rows; ++i)
-        std::copy_n(&factors->value[i * values + first_], n_, &factor_[i * n_]);
-      for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
-        for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
-          const Term& term = matrix_.terms[t];
-          const float* factor = factor_of(term, row);
-          float* own = &inverse_[term.unknown * n_];
-          for (std::size_t k = 0; k < n_; ++k)
-            own[k] += (term.weight * factor[k]) * (term.weight * factor[k]);
-        }
+    inverse_.setZero();
+    for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
+      for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
+        const Term& term = matrix_.terms[t];
+        inverse_.row(term.unknown) += (term.weight * factor_of(term, row)).square();
       }
     }
-    for (std::size_t u = 0; u < matrix_.pull.size(); ++u) {
-      for (std::size_t k = 0; k < n_; ++k)
-        inverse_[u * n_ + k] = 1 / (inverse_[u * n_ + k] + matrix_.pull[u]);
-    }
   }
-  const float* factor_of(const Term& term, std::size_t row) const {
-    return &factor_[(term.kind * views_ + row % views_) * n_];
+  Eigen::Map<const Row> factor_of(const Term& term, std::size_t row) const {
+    return {&factor_[(term.kind * views_ + row % views_) * n_], static_cast<Eigen::Index>(n_)};
   }
-  std::vector<float> mean_of_samples() const {
-    std::vector<double> sum(n_, 0);
-    std::vector<double> weight(n_, 0);
-    std::vector<float> sample(n_);
+  Row mean_of_samples() const {
+    Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(n_);
+    Eigen::ArrayXd weight = Eigen::ArrayXd::Zero(n_);
     for (std::size_t row = 0; row < samples_.alpha.size(); ++row) {
-      take_sample(row, sample);
-      for (std::size_t k = 0; k < n_; ++k) sum[k] += static_cast<double>(sample[k]);
+      sum += sample(row).transpose().cast<double>();
       if (!with_factors_) {
-        for (double& w : weight) w += static_cast<double>(samples_.alpha[row]);
+        weight += static_cast<double>(samples_.alpha[row]);
         continue;
       }
       for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; t += functions_) {
         const Term& term = matrix_.terms[t];
-        const float* factor = factor_of(term, row);
-        for (std::size_t k = 0; k < n_; ++k) weight[k] += static_cast<double>(term.weight * factor[k]);
+        weight += (term.weight * factor_of(term, row)).transpose().cast<double>();
       }
     }
-    std::vector<float> mean;
-    for (std::size_t k = 0; k < n_; ++k) {
-      mean.push_back(static_cast<float>(weight[k] > 0 ? sum[k] / weight[k] : 0));
-    }
-    return mean;
+    return quotient(sum, weight);
   }
-  bool apply_row(std::size_t row, const std::vector<float>& x, std::vector<float>& sum) const {
+  /// a / b, and 0 where b is not above 0.
+  static Row quotient(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
+    return (b > 0).select(a / b, 0).cast<float>().transpose();
+  }
+  bool apply_row(std::size_t row, const Columns& x, Row& sum) const {
     const std::size_t begin = matrix_.first[row];
     const std::size_t end = matrix_.first[row + 1];
     if (begin == end) return false;
-    std::fill(sum.begin(), sum.end(), 0.0F);
+    sum.setZero();
     for (std::size_t t = begin; t < end; ++t) {
       const Term& term = matrix_.terms[t];
-      const float* from = &x[term.unknown * n_];
-      const float* factor = factor_of(term, row);
+      const float* from = &x(term.unknown, 0);
+      const float* factor = factor_of(term, row).data();
       for (std::size_t k = 0; k < n_; ++k) sum[k] += term.weight * factor[k] * from[k];
     }
     return true;
   }
-  void scatter_row(std::size_t row, const std::vector<float>& sum, std::vector<float>& into) const {
+  void scatter_row(std::size_t row, const Row& sum, Columns& into) const {
     for (std::size_t t = matrix_.first[row]; t < matrix_.first[row + 1]; ++t) {
       const Term& term = matrix_.terms[t];
-      float* to = &into[term.unknown * n_];
-      const float* factor = factor_of(term, row);
+      float* to = &into(term.unknown, 0);
+      const float* factor = factor_of(term, row).data();
       for (std::size_t k = 0; k < n_; ++k) to[k] += term.weight * factor[k] * sum[k];
     }
   }
-  void multiply(const std::vector<float>& x, std::vector<float>& out) const {
-    for (std::size_t u = 0; u < matrix_.pull.size(); ++u) {
-      for (std::size_t k = 0; k < n_; ++k) out[u * n_ + k] = matrix_.pull[u] * x[u * n_ + k];
-    }
-    std::vector<float> sum(n_);
+  /// (A^T A + pull) x
+  Columns multiply(const Columns& x) const {
+    Columns out = x.colwise() * pull_;
+    Row sum(n_);
     for (std::size_t row = 0; row + 1 < matrix_.first.size(); ++row) {
       if (apply_row(row, x, sum)) scatter_row(row, sum, out);
     }
+    return out;
   }
-  void precondition(const std::vector<float>& r, std::vector<float>& z) const {
-    for (std::size_t i = 0; i < r.size(); ++i) z[i] = inverse_[i] * r[i];
-  }
-  std::vector<double> inner(const std::vector<float>& a, const std::vector<float>& b) const {
-    std::vector<double> sum(n_, 0);
-    for (std::size_t i = 0; i < a.size(); i += n_) {
-      for (std::size_t k = 0; k < n_; ++k) sum[k] += static_cast<double>(a[i + k] * b[i + k]);
+  /// Column by column.
+  Eigen::ArrayXd inner(const Columns& a, const Columns& b) const {
+    Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(n_);
+    for (Eigen::Index u = 0; u < a.rows(); ++u) {
+      sum += (a.row(u) * b.row(u)).transpose().cast<double>();
     }
     return sum;
-  }
-  void add_scaled(const std::vector<float>& from, const std::vector<float>& step, float sign,
-                  std::vector<float>& to) const {
-    for (std::size_t i = 0; i < to.size(); i += n_) {
-      for (std::size_t k = 0; k < n_; ++k) to[i + k] += sign * step[k] * from[i + k];
-    }
   }
 
   const Matrix& matrix_;
@@ -242,24 +225,25 @@ class Solver {
   std::size_t functions_;
   std::size_t first_;
   std::size_t n_;
-  std::size_t views_ = 0;
-  bool with_factors_ = false;
-  std::vector<float> factor_;   // [(kind * views + view) * columns + column]
-  std::vector<float> inverse_;  // of the diagonal, [unknown * columns + column]
+  std::size_t views_;
+  Eigen::Map<const Eigen::ArrayXf> pull_;
+  bool with_factors_;
+  std::vector<float> factor_;  // [(kind * views + view) * columns + column]
+  Columns inverse_;            // of the diagonal
 };
 
 }  // namespace
 
-SlabRays slab_rays(const FabricLevel& level, const Fabric& of, const std::vector<V3f>& directions) {
+SlabRays slab_rays(const FabricLevel& level, const Fabric& fabric, const std::vector<V3f>& directions) {
   const SlabShape& shape = level.heights->shape();
   const V2d cells(level.width * shape.columns, level.height * shape.rows);
   SlabRays result;
   result.rays = shape.columns * shape.rows;
-  const std::size_t per_texel = directions.size() * static_cast<std::size_t>(result.rays);
-  result.met.resize(static_cast<std::size_t>(level.texels()) * per_texel);
-  const SlabMarch march(level, of);
+  const std::size_t per_texel = directions.size() * result.rays;
+  result.met.resize(level.texels() * per_texel);
+  const SlabMarch march(level, fabric);
   parallel_for(0, level.texels(), [&](int texel) {
-    std::size_t at = static_cast<std::size_t>(texel) * per_texel;
+    std::size_t at = texel * per_texel;
     for (const V3f& direction : directions) {
       for (int row = 0; row < shape.rows; ++row) {
         for (int column = 0; column < shape.columns; ++column) {
@@ -267,9 +251,8 @@ SlabRays slab_rays(const FabricLevel& level, const Fabric& of, const std::vector
                          texel / level.width * shape.rows + row);
           const V2d centre(cell.x + 0.5, cell.y + 0.5);
           const auto hit = march(centre / cells, direction);
-          result.met[at++] = hit ? static_cast<std::uint32_t>(
-                                       hit->texel * static_cast<std::size_t>(shape.entries()) + hit->entry)
-                                 : SlabRays::nothing;
+          result.met[at++] =
+              hit ? static_cast<std::uint32_t>(hit->texel * shape.entries() + hit->entry) : SlabRays::nothing;
         }
       }
     }
@@ -318,15 +301,15 @@ SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size
   const Matrix matrix = matrix_of(samples, rays, entries, view_functions, factors);
   SlabTables tables;
   tables.functions = view_functions.size();
-  tables.values = 3 * static_cast<std::size_t>(samples.lights);
+  tables.values = 3 * samples.lights;
   tables.value.resize(entries * tables.functions * tables.values);
   const std::size_t blocks = (tables.values + columns_at_once - 1) / columns_at_once;
-  parallel_for(0, static_cast<int>(blocks), [&](int block) {
-    const std::size_t first = static_cast<std::size_t>(block) * columns_at_once;
+  parallel_for(0, static_cast<int>(blocks), [&](std::size_t block) {
+    const std::size_t first = block * columns_at_once;
     const std::size_t columns = std::min(columns_at_once, tables.values - first);
-    const std::vector<float> x = Solver(matrix, samples, factors, tables.functions, first, columns).solve();
+    const Columns x = Solver(matrix, samples, factors, tables.functions, first, columns).solve();
     for (std::size_t u = 0; u < entries * tables.functions; ++u) {
-      std::copy_n(&x[u * columns], columns, &tables.value[u * tables.values + first]);
+      std::copy_n(&x(u, 0), columns, &tables.value[u * tables.values + first]);
     }
   });
   for (std::size_t entry = 0; entry < entries; ++entry) {
@@ -346,12 +329,12 @@ HeightLayer regrid_heights(const HeightLayer& fine, int width, int height, const
   const int coarse_height = texels.y;
   const auto columns = overlaps(width * from_shape.columns, coarse_width * shape.columns);
   const auto rows = overlaps(height * from_shape.rows, coarse_height * shape.rows);
-  const auto index = [](const SlabShape& of, int w, int x, int y, int slab) {
-    const int texel = y / of.rows * w + x / of.columns;
-    const int entry = (slab * of.rows + y % of.rows) * of.columns + x % of.columns;
-    return static_cast<std::size_t>(texel * of.entries() + entry);
+  const auto index = [](const SlabShape& cells, int w, int x, int y, int slab) -> std::size_t {
+    const int texel = y / cells.rows * w + x / cells.columns;
+    const int entry = (slab * cells.rows + y % cells.rows) * cells.columns + x % cells.columns;
+    return texel * cells.entries() + entry;
   };
-  const auto values = static_cast<std::size_t>(coarse_width * coarse_height * shape.entries());
+  const std::size_t values = coarse_width * coarse_height * shape.entries();
   std::vector<float> top(values, 0);
   std::vector<float> bottom(values, 0);
   for (int y = 0; y < coarse_height * shape.rows; ++y) {

@@ -1,4 +1,4 @@
-// Slabs: what every column of yarn sends out, from what the texels of the plane show.
+// Slabs: the radiance of every column of yarn, from the samples of the texels of the plane.
 //
 // The heights say which entry (fabric.h) each ray of a texel meets from each view, so a texel's samples are
 // sums over a few entries: alpha r(v, l) = sum over rays of (1/n) sum_a phi_a(v) X[entry][a](l). For given
@@ -23,8 +23,8 @@ struct SlabRays {
   static constexpr std::uint32_t nothing = 0xFFFFFFFF;
 };
 
-/// `of`: the fabric whose period and reference height count. Precondition: the level has heights.
-SlabRays slab_rays(const FabricLevel& level, const Fabric& of, const std::vector<V3f>& directions);
+/// The period and the reference height are those of the fabric. Precondition: the level has heights.
+SlabRays slab_rays(const FabricLevel& level, const Fabric& fabric, const std::vector<V3f>& directions);
 
 /// Smooth functions of the view, orthonormal over the grid (mean of phi_a phi_b = 1 or 0): phi_0 = 1, then of
 /// the first and second degree in v. [a][view]; `count` from 1 to 6, as many as the grid can tell apart.
@@ -38,7 +38,7 @@ struct SlabTables {
       seen;  ///< [entry]: sum over texels and views of the squared share of the rays; 0: never
 };
 
-/// What multiplies the tables of a texel's entries: texels are of few kinds.
+/// Factors on the tables of a texel's entries: texels are of few kinds.
 struct SlabFactors {
   std::vector<std::uint16_t> kind;  ///< [texel]
   std::vector<float> value;         ///< [(kind * views + view) * values + i], >= 0, of the order of 1
@@ -46,13 +46,13 @@ struct SlabFactors {
 
 /// Least squares over all texels, views, lights and channels, with a slight pull of phi_0's table towards the
 /// level's mean and of the others' towards 0: an entry that is hardly seen shows the mean. Deterministic for
-/// any number of threads. `views`: [a][view]. `factors`: none: 1.
+/// any number of threads. `views`: [a][view]. `factors`: null: 1.
 SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
                      const std::vector<std::vector<float>>& view_functions,
                      const SlabFactors* factors = nullptr);
 
-/// The next coarser level's heights: mean of what the finer cells have, where at least half of a cell's area
-/// has it. The shape stays. Precondition: the finer level is larger than 1 x 1.
+/// The next coarser level's heights: means over finer cells with yarn, where these are at least half of a
+/// cell's area. The shape stays. Precondition: the finer level is larger than 1 x 1.
 HeightLayer pool_heights(const HeightLayer& fine, int width, int height);
 
 /// The same for any number of texels and any shape, of which the slabs are at most as many as the finer ones.

@@ -25,14 +25,4 @@ Principal principal_components(const std::vector<double>& matrix, std::size_t si
   return result;
 }
 
-void solve_symmetric(const std::vector<double>& matrix, std::size_t size, double ridge,
-                     std::vector<double>& right, std::size_t columns) {
-  const auto n = static_cast<Eigen::Index>(size);
-  Eigen::MatrixXd symmetric = Eigen::Map<const RowMajor>(matrix.data(), n, n);
-  symmetric.diagonal().array() += ridge;
-  Eigen::Map<RowMajor> sides(right.data(), n, static_cast<Eigen::Index>(columns));
-  const RowMajor solved = symmetric.ldlt().solve(sides);
-  sides = solved;
-}
-
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// Principal components of symmetric matrices; the only place that knows Eigen.
+// Principal components of symmetric matrices.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,5 @@ struct Principal {
 
 /// `matrix`: size * size, of which the lower triangle counts; positive semidefinite. Precondition: finite.
 Principal principal_components(const std::vector<double>& matrix, std::size_t size, std::size_t most);
-
-/// Solves matrix * x = right for many right sides (size x columns, row by row), in place. `matrix` is
-/// symmetric and positive definite once `ridge` is added to its diagonal.
-void solve_symmetric(const std::vector<double>& matrix, std::size_t size, double ridge,
-                     std::vector<double>& right, std::size_t columns);
 
 }  // namespace selvedge

@@ -11,7 +11,7 @@ namespace {
 /// Calls `on_rho` and `on_lobe` with every diffuse term and every lobe's four parameters.
 template <class Lobes, class OnRho, class OnLobe>
 void for_all(Lobes& lobes, OnRho on_rho, OnLobe on_lobe) {
-  const auto stride = static_cast<std::size_t>(parameter_count(lobes.lobes));
+  const std::size_t stride = parameter_count(lobes.lobes);
   for (std::size_t i = 0; i < lobes.parameters.size(); i += stride) {
     on_rho(lobes.parameters[i]);
     for (std::size_t j = i + 1; j < i + stride; j += 4) on_lobe(&lobes.parameters[j]);

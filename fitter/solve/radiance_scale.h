@@ -1,5 +1,5 @@
-// The scale of a fabric's radiance: what keeps the numbers of layers within half precision, however bright
-// or dark the samples were.
+// The scale of a fabric's radiance. It keeps the numbers of layers within half precision, however bright or
+// dark the samples were.
 #pragma once
 
 #include "format/fabric/fabric.h"

@@ -24,10 +24,10 @@ struct TexelSamples {
       weight;  ///< per view, padded: opacity, so that a mip texel has its children's minimiser
   /// Per colour channel, radiance[c][light * stride() + view], in units of scale[c].
   std::array<std::vector<float>, 3> radiance;
-  /// A power of two per channel, such that radiance is at most 1: nothing overflows in single precision.
+  /// A power of two per channel that makes radiance at most 1: nothing overflows in single precision.
   std::array<double, 3> scale{1, 1, 1};
   std::size_t views = 0;
-  /// Layout of the views, which says which are neighbours; 0 x 0: none are. Likewise of all lights.
+  /// Layout of the views, which says which are neighbours; 0 x 0: no two are. Likewise of all lights.
   DirectionGrid grid{0, 0};
   DirectionGrid light_grid{0, 0};
   double energy_below_horizon = 0;  ///< weighted squared radiance below the horizon, all channels, unscaled

@@ -25,7 +25,7 @@ json error_json(const FitError& error) {
           {member::relative_l2, short_number("{:.4f}", error.relative_l2)}};
 }
 
-json level_json(const FitRecordLevel& level) {
+json level_json(const LevelReport& level) {
   json text = {{member::layers, level.layers}, {member::bytes, level.bytes}};
   if (level.held_out) text[member::held_out] = error_json(*level.held_out);
   if (level.training) text[member::training] = error_json(*level.training);
@@ -44,7 +44,7 @@ std::string with_record(const std::string& provenance, const FitRecord& record) 
   if (!fit.is_object()) fit = json::object();
   fit[member::peak] = short_number("{:.6g}", record.peak);
   fit[member::levels] = json::array();
-  for (const FitRecordLevel& level : record.levels) fit[member::levels].push_back(level_json(level));
+  for (const LevelReport& level : record.levels) fit[member::levels].push_back(level_json(level));
   fit[member::warnings] = json::array();
   for (const Error& warning : record.warnings) {
     fit[member::warnings].push_back({{member::code, name_of(warning.code)},
@@ -118,8 +118,8 @@ std::optional<int> as_int(std::optional<std::int64_t> count) {
   return count ? std::optional(static_cast<int>(*count)) : std::nullopt;
 }
 
-FitRecordLevel level_of(const MemberTaker& object) {
-  FitRecordLevel level;
+LevelReport level_of(const MemberTaker& object) {
+  LevelReport level;
   level.layers = object.text(member::layers);
   level.bytes = static_cast<std::uint64_t>(object.count(member::bytes, true).value_or(0));
   level.held_out = object.error(member::held_out);
@@ -139,7 +139,7 @@ std::optional<Code> code_named(const std::string& name) {
 }
 
 /// Layers and sizes of every level of a file.
-Result<void> measure(const std::string& path, const Fabric& fabric, FitRecord& record) {
+Result<void> read_sizes(const std::string& path, const Fabric& fabric, FitRecord& record) {
   const auto reader = FabricReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
   record.levels.resize(fabric.levels.size());
@@ -176,11 +176,11 @@ std::string layers_text(const FabricLevel& level) {
   return text.empty() ? "constant" : text;
 }
 
-Result<void> judge(const Fabric& fabric, const PairSamples& held_out, const PairSamples& training,
-                   FitRecord& record) {
+Result<void> measure_errors(const Fabric& fabric, const PairSamples& held_out, const PairSamples& training,
+                            FitRecord& record) {
   record.levels.resize(fabric.levels.size());
   record.peak = 0;
-  const auto take = [&](const PairSamples& pairs, std::optional<FitError> FitRecordLevel::*error) {
+  const auto measure_on = [&](const PairSamples& pairs, std::optional<FitError> LevelReport::*error) {
     if (pairs.pairs.empty()) return Result<void>();
     const auto comparison = compare(fabric, pairs, PairKind::held_out, record.peak);
     if (!comparison) return Result<void>(tl::unexpected(comparison.error()));
@@ -191,8 +191,8 @@ Result<void> judge(const Fabric& fabric, const PairSamples& held_out, const Pair
     }
     return Result<void>();
   };
-  if (auto ok = take(held_out, &FitRecordLevel::held_out); !ok) return ok;
-  return take(training, &FitRecordLevel::training);
+  if (auto ok = measure_on(held_out, &LevelReport::held_out); !ok) return ok;
+  return measure_on(training, &LevelReport::training);
 }
 
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, FitRecord record,
@@ -206,7 +206,7 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, FitReco
     const auto beside = AtomicFile::create(path);
     if (!beside) return tl::unexpected(beside.error());
     if (auto ok = write_fabric(beside->temporary(), fabric, options); !ok) return of_path(ok.error());
-    if (auto ok = measure(beside->temporary(), fabric, record); !ok) return of_path(ok.error());
+    if (auto ok = read_sizes(beside->temporary(), fabric, record); !ok) return of_path(ok.error());
   }
   recorded.provenance = with_record(fabric.provenance, record);
   return write_fabric(path, recorded, options);
@@ -260,7 +260,7 @@ FitRecord record_of_levels(const FitRecord& record, int first, int last, bool ch
   FitRecord result = record;
   result.levels.assign(record.levels.begin() + first, record.levels.begin() + last + 1);
   if (!changed) return result;
-  for (FitRecordLevel& level : result.levels) {
+  for (LevelReport& level : result.levels) {
     level.held_out.reset();
     level.training.reset();
     level.validation.reset();

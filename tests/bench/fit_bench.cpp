@@ -104,11 +104,9 @@ Run run(const SampleLevel& level, const SamplesHeader& header, const FitOptions&
 }
 
 std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOptions& options, int count) {
-  std::vector<std::uint32_t> lights(samples.lights.size());
-  std::iota(lights.begin(), lights.end(), 0U);
   std::array<ChannelFit, 3> fits;
   for (int c = 0; c < 3; ++c) {
-    ChannelProblem problem(samples, c, lights, options.channel);
+    ChannelProblem problem(samples, c, options.channel);
     Random random(42, static_cast<std::uint64_t>(problem.energy() * 1e6), static_cast<std::uint64_t>(c));
     ChannelState best;
     for (int restart = 0; restart < count; ++restart) {
@@ -123,8 +121,7 @@ std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOp
         shape.exponent = std::exp(4 * random.uniform());
         state.shapes.push_back(shape);
       }
-      bool converged = false;
-      minimise(problem, state, options.tolerance, options.max_iterations, converged);
+      minimise(problem, state, options.tolerance, options.max_iterations);
       if (restart == 0 || state.cost < best.cost) best = state;
     }
     fits[c] = channel_fit(samples, c, best, problem);
@@ -138,13 +135,13 @@ int speed(const std::string& samples, int step) {
   const Run ours = run(input.level, input.header, options, fit_texel);
   fmt::print("{} texels on all levels: {:.2f} s of processor ({} threads), {:.2f} s on the wall\n",
              std::accumulate(ours.result.levels.begin(), ours.result.levels.end(), 0,
-                             [](int sum, const FitLevelReport& l) { return sum + l.width * l.height; }),
+                             [](int sum, const LevelReport& l) { return sum + l.width * l.height; }),
              ours.seconds, thread_count(),
              std::accumulate(ours.result.levels.begin(), ours.result.levels.end(), 0.0,
-                             [](double sum, const FitLevelReport& l) { return sum + l.seconds; }));
-  for (const FitLevelReport& level : ours.result.levels) {
+                             [](double sum, const LevelReport& l) { return sum + l.seconds; }));
+  for (const LevelReport& level : ours.result.levels) {
     fmt::print("  {:>7}: {:6.1f} evaluations per channel\n", fmt::format("{}x{}", level.width, level.height),
-               level.mean_iterations);
+               *level.iterations);
   }
   // A cell of a few of the rows, with its own coarser levels: the same problem for both.
   Input part = input;
@@ -251,9 +248,9 @@ int scale() {
     const Run ours = run(input.level, input.header, options, fit_texel);
     double evaluations = 0;
     double all = 0;
-    for (const FitLevelReport& level : ours.result.levels) {
+    for (const LevelReport& level : ours.result.levels) {
       const double channels = 3.0 * level.width * level.height;
-      evaluations += level.mean_iterations * channels;
+      evaluations += *level.iterations * channels;
       all += channels;
     }
     const double each = static_cast<double>(grid.count()) * grid.count();

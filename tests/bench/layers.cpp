@@ -219,7 +219,7 @@ class Bench {
 
   /// A fabric; `bytes` and `seconds` of its levels, where they are known.
   Result<void> add(const std::string& name, const Fabric& fabric, const std::vector<std::string>& bytes,
-                   const std::vector<FitLevelReport>& reports) {
+                   const std::vector<LevelReport>& reports) {
     const auto comparison = compare(fabric, held_out_, PairKind::held_out, peak_);
     if (!comparison) return tl::unexpected(comparison.error());
     for (std::size_t k = 0; k < levels_.size(); ++k) {
@@ -298,32 +298,24 @@ Result<void> add_lobes(Bench& bench) {
     bool table;
     bool light_table;
     bool frames;
-    int products;
   };
-  constexpr std::array ways{Way{"1 lobe", 1, false, false, false, 0},
-                            Way{"2 lobes", 2, false, false, false, 0},
-                            Way{"4 lobes", 4, false, false, false, 0},
-                            Way{"2 lobes x T(v): the paper's model", 2, true, false, false, 0},
-                            Way{"2 lobes x T(v) x S(l)", 2, true, true, false, 0},
-                            Way{"2 lobes x T(v), frames fitted", 2, true, false, true, 0},
-                            Way{"2 lobes, T(v) and 4 products", 2, true, false, false, 4},
-                            Way{"2 lobes, T(v) and 8 products", 2, true, false, false, 8}};
+  constexpr std::array ways{Way{"1 lobe", 1, false, false, false},
+                            Way{"2 lobes", 2, false, false, false},
+                            Way{"4 lobes", 4, false, false, false},
+                            Way{"2 lobes x T(v): the paper's model", 2, true, false, false},
+                            Way{"2 lobes x T(v) x S(l)", 2, true, true, false},
+                            Way{"2 lobes x T(v), frames fitted", 2, true, false, true}};
   for (const Way& way : ways) {
     FitOptions options;
     options.lobes = way.lobes;
     options.view_table = way.table;
     options.light_table = way.light_table;
     options.frames = way.frames;
-    options.products = way.products;
     const auto result = fit(bench.base(), bench.header(), options);
     if (!result) return tl::unexpected(result.error());
     const int values = 3 * parameter_count(way.lobes) + 6 + views + (way.table ? 3 * views : 0) +
-                       (way.light_table ? 3 * lights : 0) + way.products;
-    std::vector<std::string> bytes;
-    for (const FitLevelReport& level : result->levels) {
-      const int functions = way.products * (views + 3 * lights);
-      bytes.push_back(std::to_string(2 * (values + functions / (level.width * level.height))));
-    }
+                       (way.light_table ? 3 * lights : 0);
+    const std::vector<std::string> bytes(result->levels.size(), std::to_string(2 * values));
     if (auto ok = bench.add(way.name, result->fabric, bytes, result->levels); !ok) return ok;
   }
   return {};

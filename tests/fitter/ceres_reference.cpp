@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "fitter/lobes/lobe_starts.h"
 #include "format/fabric/lafortune.h"
@@ -84,7 +83,7 @@ class PlainFit {
       : samples_(samples),
         channel_(static_cast<std::size_t>(channel)),
         options_(options),
-        problem_(samples, channel, all_lights(samples), options.channel) {}
+        problem_(samples, channel, options.channel) {}
 
   ChannelProblem& problem() { return problem_; }
 
@@ -97,12 +96,6 @@ class PlainFit {
   }
 
  private:
-  static std::vector<std::uint32_t> all_lights(const TexelSamples& samples) {
-    std::vector<std::uint32_t> lights(samples.lights.size());
-    std::iota(lights.begin(), lights.end(), 0U);
-    return lights;
-  }
-
   V3d view(std::size_t v) const {
     return V3d(V3f(samples_.view[0][v], samples_.view[1][v], samples_.view[2][v]));
   }

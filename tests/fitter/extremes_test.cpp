@@ -395,7 +395,7 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
     options.table.smoothness = pick({0, 0.05});
     CAPTURE(seed);
     const FitResult result = fitted(c, options);
-    for (const FitLevelReport& level : result.levels) CHECK(std::isfinite(level.training_error));
+    for (const LevelReport& level : result.levels) CHECK(std::isfinite(level.training_error));
     for (const DirectionPair& pair : probes()) {
       CHECK(std::isfinite(evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).radiance.x));
     }

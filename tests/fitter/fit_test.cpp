@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <numeric>
 
 #include "format/base/parallel.h"
 #include "format/base/random.h"
@@ -211,21 +210,19 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
       }
       const TexelSamples samples =
           gather_texel(alpha.data(), radiance.data(), directions, {0, 0, 1}, {1, 0, 0});
-      std::vector<std::uint32_t> all(samples.lights.size());
-      std::iota(all.begin(), all.end(), 0U);
       LobeFitOptions options;
       options.channel.view_table = false;
       const auto fits = fit_texel(samples, options);
       for (int c = 0; c < 3; ++c) {
         // Without a table the bound is that of the fit itself.
-        ChannelProblem problem(samples, c, all, options.channel);
+        ChannelProblem problem(samples, c, options.channel);
         const ChannelState state = state_of(samples, c, fits[c]);
         for (std::size_t j = 1; j < state.sizes.size(); ++j) {
           CHECK(state.sizes[j] <= problem.peak() * (1 + 1e-6));
         }
         // A start from beyond the bounds is brought within, with a table as well.
         ChannelOptions with_table;
-        ChannelProblem bounded(samples, c, all, with_table);
+        ChannelProblem bounded(samples, c, with_table);
         ChannelState far = state;
         for (double& size : far.sizes) size = 50 * bounded.peak();
         bounded.evaluate(far, 3);

@@ -205,14 +205,14 @@ TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as 
   REQUIRE_MESSAGE(fitter, to_line(fitter.error()));
   const LayerFit chosen = fitter->choose(30000);
   CHECK(chosen.levels[0].layers.find("2 lobes, 1 slab") == 0);
-  CHECK_FALSE(chosen.levels[0].lobes);  // whose report is that of the paper's model
+  CHECK_FALSE(chosen.levels[0].iterations);  // whose report is that of the paper's model
   const Folder folder;
   REQUIRE(write_fabric(folder / "f.exr", chosen.fabric));
   const auto read = read_fabric(folder / "f.exr");
   REQUIRE_MESSAGE(read, to_line(read.error()));
   const std::vector<LevelTruth> truths = level_truths(truth);
-  const double error = LevelError(truths[0], truth.pairs, *read).error(read->levels[0]);
-  CHECK(error == doctest::Approx(chosen.levels[0].validation_error).epsilon(0.02));
+  const double error = level_error(read->levels[0], *read, truth.pairs, truths[0]);
+  CHECK(std::sqrt(error) == doctest::Approx(*chosen.levels[0].validation).epsilon(0.01));
   // Levels of the paper's model get lobes of no size: all levels have as many.
   for (const FabricLevel& level : read->levels) {
     if (level.lobes) CHECK(level.lobes->lobes == 2);
@@ -232,5 +232,5 @@ TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as 
   REQUIRE(without);
   const LayerFit plain = without->choose(30000);
   CHECK(plain.levels[0].layers.find("lobes, 1 slab") == std::string::npos);
-  CHECK(plain.levels[0].validation_error > 2 * chosen.levels[0].validation_error);
+  CHECK(*plain.levels[0].validation > std::sqrt(2.0) * *chosen.levels[0].validation);
 }

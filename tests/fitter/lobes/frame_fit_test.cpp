@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "fitter/fit.h"
 #include "format/base/random.h"
@@ -87,7 +86,7 @@ TEST_CASE("the gradient by turns of the frame is that of the error") {
   LobeFitOptions options;
   options.max_iterations = 3;  // not at a minimum: the partial derivative is meant
   const std::array<ChannelFit, 3> fits = fit_texel(samples, options);
-  const std::array<double, 3> gradient = turning_gradient(samples, fits);
+  const V3d gradient = turning_gradient(samples, fits);
 
   // The directions as seen in the turned frame, the parameters as they are.
   const auto error_after = [&](const V3d& turn) {
@@ -98,11 +97,9 @@ TEST_CASE("the gradient by turns of the frame is that of the error") {
       const V3d turned = d + turn.cross(d);
       for (int k = 0; k < 3; ++k) moved.view[k][v] = static_cast<float>(turned[k]);
     }
-    std::vector<std::uint32_t> lights(moved.lights.size());
-    std::iota(lights.begin(), lights.end(), 0U);
     double sum = 0;
     for (int c = 0; c < 3; ++c) {
-      ChannelProblem problem(moved, c, lights, options.channel);
+      ChannelProblem problem(moved, c, options.channel);
       ChannelState state = state_of(moved, c, fits[c]);
       problem.evaluate(state, 0);
       const double scale = moved.scale[c];

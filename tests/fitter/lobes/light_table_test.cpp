@@ -73,7 +73,7 @@ TEST_CASE("a factor on the light goes into its table, whose mean is 1, and is ev
   const FitResult with = fitted(made, true);
   CHECK_FALSE(without.fabric.levels[0].light_table.has_value());
   CHECK(without.levels[0].training_error > 0.1);
-  for (const FitLevelReport& level : with.levels) CHECK(level.training_error < 0.005);
+  for (const LevelReport& level : with.levels) CHECK(level.training_error < 0.005);
   for (const FabricLevel& level : with.fabric.levels) {
     const std::vector<V3f>& s = level.light_table->value;
     const V3f sum = std::accumulate(s.begin(), s.end(), V3f(0));
@@ -113,8 +113,6 @@ TEST_CASE("the light table of a state is the least squares of its samples, light
   const TexelSamples samples = gather_texel(made.level.alpha.data(), made.level.radiance.data(), directions,
                                             V3f(0, 0.6F, 0.8F), V3f(1, 0, 0));
   CHECK(samples.lights.size() < samples.all_lights);
-  std::vector<std::uint32_t> lights(samples.lights.size());
-  std::iota(lights.begin(), lights.end(), 0U);
   ChannelOptions options;
   options.table = {0, 0};
   options.light_table = true;
@@ -122,7 +120,7 @@ TEST_CASE("the light table of a state is the least squares of its samples, light
   state.shapes = {{{-0.5, -1, 0.8}, 3.5}};
   state.sizes = {0.2, 0.4};
   for (const V3f& d : directions.views) state.table.push_back(1.0 + 0.5 * static_cast<double>(d.x));
-  ChannelProblem problem(samples, 1, lights, options);
+  ChannelProblem problem(samples, 1, options);
   problem.fit_light_table(state);
   for (std::size_t l = 0; l < samples.lights.size(); ++l) {
     double square = 0;

@@ -62,7 +62,7 @@ TEST_CASE("a fabric file says of every level what compare finds in it, and how m
   FitRecord record;
   record.warnings.push_back({Code::samples_sparse, {}, "level 0", "3 of 64 texels are holes"});
   const Fabric stored = as_stored(fabric, options.half);
-  REQUIRE(judge(stored, held_out, training, record));
+  REQUIRE(measure_errors(stored, held_out, training, record));
   record.levels[1].iterations = 12.34;
   record.levels[1].converged = 15;
   record.levels[1].at_limit = 1;
@@ -82,7 +82,7 @@ TEST_CASE("a fabric file says of every level what compare finds in it, and how m
   REQUIRE(of_training);
   CHECK(found->peak == doctest::Approx(of_held_out->peak).epsilon(1e-5));
   for (std::size_t k = 0; k < 4; ++k) {
-    const FitRecordLevel& level = found->levels[k];
+    const LevelReport& level = found->levels[k];
     REQUIRE(level.held_out);
     REQUIRE(level.training);
     CHECK(level.held_out->pairs == 6);

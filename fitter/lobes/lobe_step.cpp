@@ -1,0 +1,38 @@
+#include "fitter/lobes/lobe_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+
+std::size_t longest(const LobeShape& shape) {
+  std::size_t at = 0;
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (std::abs(shape.direction[k]) > std::abs(shape.direction[at])) at = k;
+  }
+  return at;
+}
+
+void move_lobe(const LobeStep& step, const LobeBounds& bounds, LobeShape& shape, double& size) {
+  constexpr double max_log_step = 1.5;
+  const std::size_t kept = longest(shape);
+  shape.direction[(kept + 1) % 3] += step.direction[0];
+  shape.direction[(kept + 2) % 3] += step.direction[1];
+  shape.exponent =
+      std::clamp(shape.exponent * std::exp(std::clamp(step.log_exponent, -max_log_step, max_log_step)),
+                 bounds.min_exponent, bounds.max_exponent);
+  const double length = std::abs(shape.direction[longest(shape)]);
+  for (double& d : shape.direction) d /= length;
+  size = std::clamp((size + step.size) * std::pow(length, shape.exponent), 0.0, bounds.max_size);
+}
+
+bool is_at_bound(std::size_t unknown, double gradient, const LobeBounds& bounds, const LobeShape& shape,
+                 double size) {
+  const auto is_beyond = [gradient](double value, double min, double max) {
+    return (value <= min && gradient >= 0) || (value >= max && gradient <= 0);
+  };
+  if (unknown == 0) return is_beyond(size, 0, bounds.max_size);
+  return unknown == 3 && is_beyond(shape.exponent, bounds.min_exponent, bounds.max_exponent);
+}
+
+}  // namespace selvedge
