@@ -2,18 +2,11 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 
 namespace selvedge {
 
-struct Machine {
-  std::string processor;  ///< model, or "unknown"
-  int cores = 0;          ///< that programs can use at once
-};
-
-Machine this_machine();
-
-/// `processor`, `cores` and `threads` (thread_count()), as reports have them.
+/// `processor` (its model, or "unknown"), `cores` that programs can use at once, and `threads`
+/// (thread_count()).
 nlohmann::ordered_json machine_json();
 
 }  // namespace selvedge

@@ -16,47 +16,42 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Where something is on the front of a plot.
-struct Fronts {
-  std::vector<bool> bytes, make, work, frame;
+/// Costs that pictures are weighed against: the name in a record's `front`, where the cost stands, and its
+/// words.
+struct Cost {
+  const char* name;
+  const char* pointer;
+  const char* words;
 };
+constexpr Cost costs[] = {{"bytes", "/bytes", "bytes"},
+                          {"make", "/seconds/make", "time to make"},
+                          {"work", "/processorSeconds", "work of all cores"},
+                          {"frame", "/frameMs", "frame"}};
+constexpr const char* picture_psnr = "/pictures/all/psnr";
 
-std::vector<TradeFigure> figures(const std::vector<TradeRow>& rows, double TradeRow::*cost,
-                                 double TradeRow::*quality) {
+std::vector<TradeFigure> figures(const Json& rows, const char* cost, const char* quality) {
   std::vector<TradeFigure> result;
-  for (const TradeRow& row : rows) result.push_back({row.*cost, row.*quality});
+  for (const Json& row : rows) result.push_back({number_at(row, cost), number_at(row, quality)});
   return result;
 }
 
-Fronts fronts_of(const std::vector<TradeRow>& rows) {
-  return {pareto_front(figures(rows, &TradeRow::bytes, &TradeRow::picture)),
-          pareto_front(figures(rows, &TradeRow::make, &TradeRow::picture)),
-          pareto_front(figures(rows, &TradeRow::work, &TradeRow::picture)),
-          pareto_front(figures(rows, &TradeRow::frame, &TradeRow::picture))};
+/// The records as an array, each with the fronts that it lies on.
+Json with_fronts(const std::vector<Json>& records, bool fabrics) {
+  Json rows = Json::array();
+  for (const Json& record : records) rows.push_back(record);
+  for (const Cost& cost : costs) {
+    if (!fabrics && cost.name != std::string_view("frame")) continue;
+    const std::vector<bool> front = pareto_front(figures(rows, cost.pointer, picture_psnr));
+    for (std::size_t i = 0; i < front.size(); ++i) rows[i]["front"][cost.name] = bool{front[i]};
+  }
+  return rows;
 }
 
 Json json_of(const TradeTable& table) {
   Json all = {{"program", "selvedge"}, {"report", 1}, {"verb", "trade"}};
   all.update(table.sweep);
-  Json points = Json::array();
-  const Fronts fronts = fronts_of(table.fabrics);
-  for (std::size_t i = 0; i < table.fabrics.size(); ++i) {
-    Json point = table.fabrics[i].record;
-    point["front"] = {{"bytes", bool{fronts.bytes[i]}},
-                      {"make", bool{fronts.make[i]}},
-                      {"work", bool{fronts.work[i]}},
-                      {"frame", bool{fronts.frame[i]}}};
-    points.push_back(std::move(point));
-  }
-  all["points"] = std::move(points);
-  Json frames = Json::array();
-  const Fronts of_frames = fronts_of(table.frames);
-  for (std::size_t i = 0; i < table.frames.size(); ++i) {
-    Json frame = table.frames[i].record;
-    frame["front"] = {{"frame", bool{of_frames.frame[i]}}};
-    frames.push_back(std::move(frame));
-  }
-  all["frames"] = std::move(frames);
+  all["points"] = with_fronts(table.fabrics, true);
+  all["frames"] = with_fronts(table.frames, false);
   if (!table.presets.empty()) all["framePresets"] = table.presets;
   return all;
 }
@@ -66,39 +61,26 @@ std::string field(const Json& value) {
   if (value.is_null()) return "";
   std::string text = value.is_string() ? value.get<std::string>() : value.dump();
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += c;
-    quoted += c;
-  }
-  quoted += '"';
-  return quoted;
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
+  return '"' + text + '"';
 }
 
 /// Each record a line, its members flat: "seconds/make". All columns that any record has.
 std::string csv_of(const Json& all) {
-  std::vector<std::string> columns;
+  Json columns = Json::object();
   std::vector<Json> rows;
   for (const char* kind : {"points", "frames"}) {
     for (const Json& record : all[kind]) {
-      Json flat = record.flatten();
-      for (const auto& [name, value] : flat.items()) {
-        if (std::find(columns.begin(), columns.end(), name) == columns.end()) columns.push_back(name);
-      }
-      rows.push_back(std::move(flat));
+      rows.push_back(record.flatten());
+      for (const auto& [name, value] : rows.back().items()) columns[name] = name.substr(1);
     }
   }
+  rows.insert(rows.begin(), columns);
   std::string text;
-  const auto add = [&](std::size_t column, const std::string& value) {
-    if (column > 0) text += ',';
-    text += value;
-  };
-  for (std::size_t i = 0; i < columns.size(); ++i) add(i, field(columns[i].substr(1)));
-  text += '\n';
   for (const Json& row : rows) {
-    for (std::size_t i = 0; i < columns.size(); ++i)
-      add(i, row.contains(columns[i]) ? field(row[columns[i]]) : std::string());
-    text += '\n';
+    std::string line;
+    for (const auto& [name, title] : columns.items()) line += ',' + field(row.value(name, Json()));
+    text += line.substr(std::min<std::size_t>(1, line.size())) + '\n';
   }
   return text;
 }
@@ -107,8 +89,7 @@ std::string csv_of(const Json& all) {
 std::string picture_data(const std::string& folder, const std::string& name) {
   const auto bytes = read_file(fmt::format("{}/{}/{}.png", folder, trade_pictures_folder, name));
   if (!bytes) return "";
-  const std::span<const char> chars(*bytes);
-  return "data:image/png;base64," + base64(std::vector<std::uint8_t>(chars.begin(), chars.end()));
+  return "data:image/png;base64," + base64(std::vector<std::uint8_t>(bytes->begin(), bytes->end()));
 }
 
 std::string picture(const std::string& folder, const std::string& name) {
@@ -116,49 +97,7 @@ std::string picture(const std::string& folder, const std::string& name) {
   return data.empty() ? "" : fmt::format(R"(<img alt="{}" src="{}">)", escaped(name), data);
 }
 
-Result<std::string> plot(const char* title, const char* cost_text, const char* quality_text,
-                         const std::vector<TradeRow>& rows, double TradeRow::*cost,
-                         double TradeRow::*quality) {
-  TradePlot plot{title, cost_text, quality_text, figures(rows, cost, quality), {}};
-  const bool any = std::any_of(plot.figures.begin(), plot.figures.end(), [](const TradeFigure& f) {
-    return std::isfinite(f.cost) && f.cost > 0 && std::isfinite(f.quality);
-  });
-  if (!any) return std::string();
-  for (std::size_t i = 0; i < rows.size(); ++i) plot.labels.push_back(fmt::format("{}", i + 1));
-  return svg_of(trade_plot(plot));
-}
-
-std::string cell(double value, const char* form) {
-  return fmt::format("<td>{}</td>", std::isfinite(value) ? fmt::format(fmt::runtime(form), value) : "–");
-}
-
-std::string knobs_text(const Json& knobs) {
-  std::string text;
-  for (const auto& [name, value] : knobs.items())
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name,
-                        value.is_string() ? value.get<std::string>() : value.dump());
-  return text;
-}
-
-std::string views_cells(const Json& record) {
-  std::string text;
-  for (const char* view : {"near", "middle", "far", "grazing"})
-    text += cell(number_at(record, fmt::format("/pictures/{}/psnr", view).c_str()), "{:.2f}");
-  return text;
-}
-
-/// Of all levels, a line for decibels and one for relative errors.
-std::string held_out_text(const Json& record) {
-  std::string psnr;
-  std::string relative;
-  for (const Json& level : record.value("heldOut", Json::array())) {
-    psnr += fmt::format("{}{:.1f}", psnr.empty() ? "" : " / ", number_at(level, "/psnr"));
-    relative += fmt::format("{}{:.3f}", relative.empty() ? "" : " / ", number_at(level, "/relativeL2"));
-  }
-  return psnr + "<br>" + relative;
-}
-
-/// The true picture again and again, embedded once.
+/// The true picture, which stands beside each of the others and is embedded once.
 struct TruthPicture {
   std::string definition;
   std::string use;
@@ -176,38 +115,74 @@ TruthPicture truth_picture(const std::string& folder, const Json& sweep) {
       fmt::format(R"(<svg width="{}" height="{}"><use href="#truth"/></svg>)", width, height)};
 }
 
-std::string rows_of(const std::string& folder, const std::vector<TradeRow>& rows, const std::string& truth,
-                    bool fabrics) {
-  const Fronts fronts = fronts_of(rows);
+/// A column of numbers in both tables, or of fabrics alone.
+struct Column {
+  const char* title;
+  const char* pointer;
+  const char* form;
+  bool of_frames = true;
+};
+constexpr Column columns[] = {
+    {"near", "/pictures/near/psnr", "{:.2f}"},   {"middle", "/pictures/middle/psnr", "{:.2f}"},
+    {"far", "/pictures/far/psnr", "{:.2f}"},     {"grazing", "/pictures/grazing/psnr", "{:.2f}"},
+    {"all, dB", picture_psnr, "{:.2f}"},         {"SSIM", "/pictures/all/ssim", "{:.4f}"},
+    {"bytes", "/bytes", "{:.0f}", false},        {"bake, s", "/seconds/bake", "{:.2f}", false},
+    {"fit, s", "/seconds/fit", "{:.2f}", false}, {"all cores, s", "/processorSeconds", "{:.2f}", false},
+    {"load, ms", "/loadMs", "{:.2f}"},           {"frame, ms", "/frameMs", "{:.2f}"}};
+
+std::string joined(const std::string& list, const std::string& separator, const std::string& next) {
+  return list.empty() ? next : list + separator + next;
+}
+
+std::string knobs_text(const Json& knobs) {
   std::string text;
+  for (const auto& [name, value] : knobs.items())
+    text = joined(text, ", ", name + " " + (value.is_string() ? value.get<std::string>() : value.dump()));
+  return text;
+}
+
+/// Held-out errors of all levels: a line of decibels and one of relative errors.
+std::string held_out_text(const Json& record) {
+  std::string psnr;
+  std::string relative;
+  for (const Json& level : record.value("heldOut", Json::array())) {
+    psnr = joined(psnr, " / ", fmt::format("{:.1f}", number_at(level, "/psnr")));
+    relative = joined(relative, " / ", fmt::format("{:.3f}", number_at(level, "/relativeL2")));
+  }
+  return psnr + "<br>" + relative;
+}
+
+std::string table_of(const std::string& folder, const Json& rows, const std::string& truth, bool fabrics) {
+  std::string text = "<table><tr><th>#</th><th class=\"l\">knobs, command</th>";
+  for (const Column& column : columns) {
+    if (fabrics || column.of_frames) text += fmt::format("<th>{}</th>", column.title);
+  }
+  if (fabrics) text += "<th class=\"l\">held out, dB and relative L2 by level</th>";
+  text +=
+      "<th class=\"l\">on the front of</th><th class=\"l\">near, middle, far, grazing; the truth "
+      "below</th></tr>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const TradeRow& row = rows[i];
+    const Json& row = rows[i];
     std::string front;
-    const auto add = [&](bool on, const char* what) {
-      if (on) front += fmt::format("{}{}", front.empty() ? "" : ", ", what);
-    };
-    add(fronts.bytes[i], "bytes");
-    add(fronts.make[i], "time to make");
-    add(fronts.work[i], "work of all cores");
-    add(fronts.frame[i], "frame");
-    const Json knobs = object_at(row.record, "knobs");
-    const std::string quality = text_at(row.record, "quality");
+    for (const Cost& cost : costs) {
+      if (row["front"].value(cost.name, false)) front = joined(front, ", ", cost.words);
+    }
+    const std::string quality = text_at(row, "quality");
     text += fmt::format("<tr{}><td>{}</td><td class=\"l\">{}{}<br><code>{}</code></td>",
                         front.empty() ? "" : " class=\"front\"", i + 1,
                         quality.empty() ? "" : fmt::format("<b>{}</b>: ", escaped(quality)),
-                        escaped(knobs_text(knobs)), escaped(text_at(row.record, "command")));
-    text += views_cells(row.record) + cell(row.picture, "{:.2f}") + cell(row.ssim, "{:.4f}");
-    if (fabrics) {
-      text += fmt::format("<td class=\"l\">{}</td>", held_out_text(row.record));
-      text += cell(row.bytes, "{:.0f}") + cell(number_at(row.record, "/seconds/bake"), "{:.2f}") +
-              cell(number_at(row.record, "/seconds/fit"), "{:.2f}") +
-              cell(number_at(row.record, "/processorSeconds"), "{:.2f}");
+                        escaped(knobs_text(object_at(row, "knobs"))), escaped(text_at(row, "command")));
+    for (const Column& column : columns) {
+      if (!fabrics && !column.of_frames) continue;
+      const double value = number_at(row, column.pointer);
+      text += fmt::format("<td>{}</td>",
+                          std::isfinite(value) ? fmt::format(fmt::runtime(column.form), value) : "–");
     }
-    text += cell(row.load, "{:.2f}") + cell(row.frame, "{:.2f}");
-    text += fmt::format("<td class=\"l\">{}</td><td>{}<br>{}</td></tr>\n", front, picture(folder, row.name),
-                        truth);
+    if (fabrics) text += fmt::format("<td class=\"l\">{}</td>", held_out_text(row));
+    text += fmt::format("<td class=\"l\">{}</td><td>{}<br>{}</td></tr>\n", front,
+                        picture(folder, text_at(row, "name")), truth);
   }
-  return text;
+  return text + "</table>\n";
 }
 
 constexpr const char* style = R"(<style>
@@ -223,20 +198,19 @@ p { max-width: 900px; }
 </style>
 )";
 
-std::string text_of_sweep(const TradeTable& table) {
-  const Json identity = object_at(table.sweep, "identity");
+std::string text_of_sweep(const Json& sweep) {
+  const Json identity = object_at(sweep, "identity");
   const Json machine = object_at(identity, "machine");
+  const Json truth = object_at(sweep, "truth");
   std::string noise;
-  const Json truth = object_at(table.sweep, "truth");
   for (const auto& [view, value] : truth.items()) {
     const double psnr = number_at(value, "/noisePsnr");
-    noise += fmt::format("{}{} {}", noise.empty() ? "" : ", ", view,
-                         std::isfinite(psnr) ? fmt::format("{:.1f} dB", psnr) : "none");
+    noise = joined(noise, ", ", view + " " + (std::isfinite(psnr) ? fmt::format("{:.1f} dB", psnr) : "none"));
   }
   return fmt::format(
       "<p>{} by {}. Measured on {}, {} cores, {} threads; times are medians of {} runs, all points of one "
       "sweep. Pictures of {} x {} pixels against the traced stitch, {} rays a pixel, in sRGB after exposure; "
-      "what the truth's own noise would make: {}. Held-out errors against {} pairs of directions at {} "
+      "the truth's own noise would make {}. Held-out errors against {} pairs of directions at {} "
       "texels, {} rays each, from the finest level to the mean of the cell.</p>\n",
       escaped(text_at(identity, "stitch")), escaped(text_at(identity, "software")),
       escaped(text_at(machine, "processor")), number_at(machine, "/cores"), number_at(machine, "/threads"),
@@ -245,58 +219,57 @@ std::string text_of_sweep(const TradeTable& table) {
       number_at(identity, "/heldOut/texels"), number_at(identity, "/heldOut/samples"));
 }
 
-Result<std::string> html_of(const std::string& folder, const TradeTable& table) {
+/// The plots, without those that have nothing to show.
+Result<std::string> plots_of(const Json& all) {
+  constexpr const char* pictures = "pictures, PSNR in dB";
+  constexpr const char* held_out = "held out, finest level, dB";
+  constexpr const char* held_out_psnr = "/heldOut/0/psnr";
+  struct Plot {
+    const char* title;
+    const char* rows;
+    const char* cost_text;
+    const char* cost;
+    const char* quality_text;
+    const char* quality;
+  };
+  constexpr Plot plots[] = {
+      {"Pictures against bytes", "points", "bytes of the file", "/bytes", pictures, picture_psnr},
+      {"Pictures against time to make", "points", "seconds to bake and fit", "/seconds/make", pictures,
+       picture_psnr},
+      {"Pictures against time per frame", "points", "ms a frame", "/frameMs", pictures, picture_psnr},
+      {"Held-out directions against bytes", "points", "bytes of the file", "/bytes", held_out, held_out_psnr},
+      {"Held-out directions against time to make", "points", "seconds to bake and fit", "/seconds/make",
+       held_out, held_out_psnr},
+      {"The viewer's settings", "frames", "ms a frame", "/frameMs", pictures, picture_psnr}};
+  std::string text;
+  for (const Plot& plot : plots) {
+    const Drawing drawing = trade_plot(
+        {plot.title, plot.cost_text, plot.quality_text, figures(all[plot.rows], plot.cost, plot.quality)});
+    if (drawing.shapes.empty()) continue;
+    const auto svg = svg_of(drawing);
+    if (!svg) return svg;
+    text += *svg;
+  }
+  return text;
+}
+
+Result<std::string> html_of(const std::string& folder, const Json& all) {
+  const auto plots = plots_of(all);
+  if (!plots) return plots;
   const std::string title =
-      fmt::format("Speed against accuracy: {}", text_at(object_at(table.sweep, "identity"), "stitch"));
+      escaped("Speed against accuracy: " + text_at(object_at(all, "identity"), "stitch"));
+  const TruthPicture truth = truth_picture(folder, all);
   std::string text = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta "
       "charset=\"utf-8\"><title>{0}</title>\n{1}</head><body>\n"
-      "<h1>{0}</h1>\n",
-      escaped(title), style);
-  text += text_of_sweep(table) + "<div class=\"plots\">\n";
-  const auto add = [&](Result<std::string> plot) -> Result<void> {
-    if (!plot) return tl::unexpected(plot.error());
-    text += *plot;
-    return {};
-  };
-  constexpr const char* picture_error = "pictures, PSNR in dB";
-  constexpr const char* held_out_error = "held out, finest level, dB";
-  for (auto& plot : {plot("Pictures against bytes", "bytes of the file", picture_error, table.fabrics,
-                          &TradeRow::bytes, &TradeRow::picture),
-                     plot("Pictures against time to make", "seconds to bake and fit", picture_error,
-                          table.fabrics, &TradeRow::make, &TradeRow::picture),
-                     plot("Pictures against time per frame", "ms a frame", picture_error, table.fabrics,
-                          &TradeRow::frame, &TradeRow::picture),
-                     plot("Held-out directions against bytes", "bytes of the file", held_out_error,
-                          table.fabrics, &TradeRow::bytes, &TradeRow::held_out),
-                     plot("Held-out directions against time to make", "seconds to bake and fit",
-                          held_out_error, table.fabrics, &TradeRow::make, &TradeRow::held_out),
-                     plot("The viewer's settings", "ms a frame", picture_error, table.frames,
-                          &TradeRow::frame, &TradeRow::picture)}) {
-    if (auto ok = add(plot); !ok) return tl::unexpected(ok.error());
-  }
-  text +=
-      "</div>\n<p>The line is the front: what can be had up to that cost. Numbers are those of the tables, "
-      "where settings on a front are coloured.</p>\n";
-  const TruthPicture truth = truth_picture(folder, table.sweep);
-  text += truth.definition + "\n";
-  constexpr const char* picture_columns =
-      "<th>near</th><th>middle</th><th>far</th><th>grazing</th><th>all, dB</th><th>SSIM</th>";
-  text += fmt::format(
-      "<h2>Fabrics</h2>\n<table><tr><th>#</th><th class=\"l\">knobs, command</th>{}<th class=\"l\">held out, "
-      "dB and relative L2 by "
-      "level</th><th>bytes</th><th>bake, s</th><th>fit, s</th><th>all cores, s</th><th>load, "
-      "ms</th><th>frame, ms</th>"
-      "<th class=\"l\">on the front of</th><th class=\"l\">near, middle, far, grazing; the truth "
-      "below</th></tr>\n{}</table>\n",
-      picture_columns, rows_of(folder, table.fabrics, truth.use, true));
-  if (!table.frames.empty()) {
-    text += fmt::format(
-        "<h2>Settings of the viewer</h2>\n<table><tr><th>#</th><th class=\"l\">knobs, command</th>{}"
-        "<th>load, ms</th><th>frame, ms</th><th class=\"l\">on the front of</th><th class=\"l\">the "
-        "same</th></tr>\n{}</table>\n",
-        picture_columns, rows_of(folder, table.frames, truth.use, false));
-  }
+      "<h1>{0}</h1>\n{2}<div class=\"plots\">\n{3}</div>\n<p>The line is the front: the best pictures up to "
+      "that "
+      "cost. Numbers are those of the tables, where settings on a front are coloured.</p>\n{4}\n"
+      "<h2>Fabrics</h2>\n{5}",
+      title, style, text_of_sweep(all), *plots, truth.definition,
+      table_of(folder, all["points"], truth.use, true));
+  if (!all["frames"].empty())
+    text += "<h2>Settings of the viewer</h2>\n" + table_of(folder, all["frames"], truth.use, false);
   return text + "</body></html>\n";
 }
 
@@ -305,14 +278,12 @@ Result<std::string> html_of(const std::string& folder, const TradeTable& table) 
 std::vector<bool> pareto_front(const std::vector<TradeFigure>& figures) {
   std::vector<bool> front;
   for (const TradeFigure& a : figures) {
-    bool stands = std::isfinite(a.cost) && std::isfinite(a.quality);
-    for (const TradeFigure& b : figures) {
-      if (!std::isfinite(b.cost) || !std::isfinite(b.quality)) continue;
-      const bool beats =
-          b.cost <= a.cost && b.quality >= a.quality && (b.cost < a.cost || b.quality > a.quality);
-      stands = stands && !beats;
-    }
-    front.push_back(stands);
+    // Comparisons with what is not finite are false.
+    front.push_back(std::isfinite(a.cost) && std::isfinite(a.quality) &&
+                    std::none_of(figures.begin(), figures.end(), [&](const TradeFigure& b) {
+                      return b.cost <= a.cost && b.quality >= a.quality &&
+                             (b.cost < a.cost || b.quality > a.quality);
+                    }));
   }
   return front;
 }
@@ -321,7 +292,7 @@ Result<void> write_trade_page(const std::string& folder) {
   const auto table = read_trade_table(folder);
   if (!table) return tl::unexpected(table.error());
   const Json json = json_of(*table);
-  const auto html = html_of(folder, *table);
+  const auto html = html_of(folder, json);
   if (!html) return tl::unexpected(html.error());
   if (auto ok =
           write_file(folder + "/trade.json", json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

@@ -11,14 +11,13 @@ namespace selvedge {
 
 struct TradePlot {
   std::string title;
-  std::string cost;     ///< what the axis below says, with its unit; logarithmic
-  std::string quality;  ///< the axis at the left; linear
-  std::vector<TradeFigure> figures;
-  std::vector<std::string> labels;  ///< of the points, short; as many
+  std::string cost;                  ///< what the axis below says, with its unit; logarithmic
+  std::string quality;               ///< the axis at the left; linear
+  std::vector<TradeFigure> figures;  ///< labelled 1, 2, 3 ...
 };
 
-/// Points whose cost is not positive or that are not finite are left out. The front is a line of steps: what
-/// can be had up to that cost.
+/// Points whose cost is not positive or that are not finite are left out; without any other there are no
+/// shapes. The front is a line of steps: the best quality up to that cost.
 Drawing trade_plot(const TradePlot& plot);
 
 }  // namespace selvedge

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
 
 #include "apps/report/trade_page.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
+#include "format/quality/picture_error.h"
 #include "format/scene/swatch.h"
 
 namespace selvedge {
@@ -27,26 +27,6 @@ bool is_plain_name(const std::string& name) {
          name.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos;
 }
 
-TradeRow row_of(Json record) {
-  TradeRow row;
-  row.name = text_at(record, "name");
-  row.bytes = number_at(record, "/bytes");
-  row.make = number_at(record, "/seconds/make");
-  row.work = number_at(record, "/processorSeconds");
-  row.load = number_at(record, "/loadMs");
-  row.frame = number_at(record, "/frameMs");
-  row.picture = number_at(record, "/pictures/all/psnr");
-  row.ssim = number_at(record, "/pictures/all/ssim");
-  row.held_out = number_at(record, "/heldOut/0/psnr");
-  row.record = std::move(record);
-  return row;
-}
-
-bool has_numbers(const Json& record, std::initializer_list<const char*> pointers) {
-  return std::all_of(pointers.begin(), pointers.end(),
-                     [&](const char* pointer) { return std::isfinite(number_at(record, pointer)); });
-}
-
 /// PSNR and SSIM of the four pictures and of all.
 bool has_pictures(const Json& record) {
   const auto has = [&](std::string_view view) {
@@ -56,21 +36,20 @@ bool has_pictures(const Json& record) {
   return has("all") && std::all_of(swatch_view_names.begin(), swatch_view_names.end(), has);
 }
 
-/// Those of the sweep's points that are there, in its order.
-Result<std::vector<TradeRow>> read_fabrics(const std::string& folder, const std::vector<std::string>& names) {
-  std::vector<TradeRow> rows;
+/// The sweep's points that have been made, in its order.
+Result<std::vector<Json>> read_fabrics(const std::string& folder, const std::vector<std::string>& names) {
+  std::vector<Json> records;
   for (const std::string& name : names) {
     const std::string path = fmt::format("{}/{}/{}.json", folder, trade_points_folder, name);
     std::error_code none;
     if (!std::filesystem::exists(path, none)) continue;
     auto record = read_trade_record(path);
     if (!record) return tl::unexpected(record.error());
-    TradeRow row = row_of(std::move(*record));
-    if (!is_point_record(row.record, name))
+    if (!is_point_record(*record, name))
       return fail(Code::file_damaged, path, "", "is not the record of the point");
-    rows.push_back(std::move(row));
+    records.push_back(std::move(*record));
   }
-  return rows;
+  return records;
 }
 
 bool holds_all(const Json& json, const Json& members) {
@@ -79,9 +58,9 @@ bool holds_all(const Json& json, const Json& members) {
   });
 }
 
-/// The viewer's records of this sweep: an earlier one's centre, size or machine may have left others.
-std::vector<TradeRow> read_frames(const std::string& folder, const std::vector<std::string>& points,
-                                  Json& presets) {
+/// The viewer's records of this sweep: others may be left from another first point, size or machine.
+std::vector<Json> read_frames(const std::string& folder, const std::vector<std::string>& points,
+                              Json& presets) {
   const std::string path = folder + "/" + trade_frames_file;
   const auto list = read_trade_record(path);
   if (!list) return {};
@@ -89,18 +68,39 @@ std::vector<TradeRow> read_frames(const std::string& folder, const std::vector<s
   if (!names) return {};
   presets = object_at(*list, "presets");
   const Json made_by = object_at(*list, "madeBy");
-  std::vector<TradeRow> rows;
+  std::vector<Json> records;
   for (const std::string& name : *names) {
     auto record = read_trade_record(fmt::format("{}/{}/{}.json", folder, trade_frames_folder, name));
     if (!record || !is_frame_record(*record, name)) continue;
     const auto point = std::find(points.begin(), points.end(), text_at(*record, "fabric"));
     if (point == points.end() || (is_on(*record, "swept") && point != points.begin())) continue;
-    if (holds_all(object_at(*record, "madeBy"), made_by)) rows.push_back(row_of(std::move(*record)));
+    if (holds_all(object_at(*record, "madeBy"), made_by)) records.push_back(std::move(*record));
   }
-  return rows;
+  return records;
 }
 
 }  // namespace
+
+bool has_numbers(const Json& record, std::initializer_list<const char*> pointers) {
+  return std::all_of(pointers.begin(), pointers.end(),
+                     [&](const char* pointer) { return std::isfinite(number_at(record, pointer)); });
+}
+
+Result<Json> picture_errors_json(const std::vector<Frame>& frames, const std::vector<Frame>& truth) {
+  Json json = Json::object();
+  std::vector<PictureError> errors;
+  const auto add = [&](std::string_view name, const PictureError& error) {
+    json[std::string(name)] = {{"psnr", psnr_of(error.mean_square)}, {"ssim", error.ssim}};
+  };
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto error = picture_error(frames[i], truth[i]);
+    if (!error) return tl::unexpected(error.error());
+    errors.push_back(*error);
+    add(swatch_view_names[i], *error);
+  }
+  add("all", mean_of(errors));
+  return json;
+}
 
 double number_at(const Json& json, const char* pointer) {
   const Json::json_pointer at(pointer);
@@ -182,24 +182,23 @@ Result<TradeTable> read_trade_table(const std::string& folder) {
   auto fabrics = read_fabrics(folder, *names);
   if (!fabrics) return tl::unexpected(fabrics.error());
   table.fabrics = std::move(*fabrics);
-  std::vector<TradeRow> frames = read_frames(folder, *names, table.presets);
+  std::vector<Json> frames = read_frames(folder, *names, table.presets);
   const Json presets = object_at(table.sweep, "presets");
-  for (TradeRow& fabric : table.fabrics) {
+  for (Json& fabric : table.fabrics) {
+    const std::string name = text_at(fabric, "name");
     // Two presets may be one point.
     std::string quality;
-    for (const auto& [preset, name] : presets.items()) {
-      if (name == fabric.name) quality += (quality.empty() ? "" : ", ") + preset;
+    for (const auto& [preset, point] : presets.items()) {
+      if (point == name) quality += (quality.empty() ? "" : ", ") + preset;
     }
-    if (!quality.empty()) fabric.record["quality"] = quality;
+    if (!quality.empty()) fabric["quality"] = quality;
     // A fabric's own time per frame is that of the usual settings.
-    for (const TradeRow& frame : frames) {
-      if (text_at(frame.record, "fabric") != fabric.name || !is_on(frame.record, "usual")) continue;
-      fabric.frame = frame.frame;
-      fabric.record["frameMs"] = frame.frame;
+    for (const Json& frame : frames) {
+      if (text_at(frame, "fabric") == name && is_on(frame, "usual")) fabric["frameMs"] = frame["frameMs"];
     }
   }
-  for (TradeRow& frame : frames) {
-    if (is_on(frame.record, "swept")) table.frames.push_back(std::move(frame));
+  for (Json& frame : frames) {
+    if (is_on(frame, "swept")) table.frames.push_back(std::move(frame));
   }
   return table;
 }

@@ -1,13 +1,14 @@
-// The records in the folder of a sweep over speed and accuracy, read as files of which nothing is known;
-// docs/trade.md has them.
+// The records in the folder of a sweep over speed and accuracy (docs/trade.md). They are read without trust:
+// any of them may be damaged.
 #pragma once
 
-#include <cmath>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "format/base/error.h"
+#include "format/picture/frame.h"
 
 namespace selvedge {
 
@@ -33,30 +34,25 @@ double number_at(const nlohmann::ordered_json& json, const char* pointer);
 std::string text_at(const nlohmann::ordered_json& json, const char* member);
 nlohmann::ordered_json object_at(const nlohmann::ordered_json& json, const char* member);
 
-/// A record with what is asked of it; NaN where it has no such number.
-struct TradeRow {
-  std::string name;
-  nlohmann::ordered_json record;
-  double bytes = NAN;
-  double make = NAN;     ///< s
-  double work = NAN;     ///< s, of all cores
-  double load = NAN;     ///< ms
-  double frame = NAN;    ///< ms
-  double picture = NAN;  ///< dB
-  double ssim = NAN;
-  double held_out = NAN;  ///< dB at the finest level
-};
+/// Whether there is a finite number at each of the JSON pointers.
+bool has_numbers(const nlohmann::ordered_json& record, std::initializer_list<const char*> pointers);
 
+/// Errors of the pictures of a record: PSNR and SSIM by place, and of all as if they were one. Frames as
+/// all_swatch_views has them. IMAGE_MISMATCH for other sizes.
+Result<nlohmann::ordered_json> picture_errors_json(const std::vector<Frame>& frames,
+                                                   const std::vector<Frame>& truth);
+
+/// The records that belong on the page of a folder.
 struct TradeTable {
   nlohmann::ordered_json sweep;
-  std::vector<TradeRow> fabrics;
-  std::vector<TradeRow> frames;                                       ///< of settings of the viewer
+  std::vector<nlohmann::ordered_json> fabrics;  ///< with `quality` and `frameMs` where they are known
+  std::vector<nlohmann::ordered_json> frames;   ///< of settings of the viewer
   nlohmann::ordered_json presets = nlohmann::ordered_json::object();  ///< among the latter
 };
 
-/// What belongs on the page of the folder, times per frame joined to the fabrics. Only what the sweep and
-/// the list of frames name is read. Damaged are FILE_DAMAGED: the sweep's record and those of its points.
-/// Of frames what is damaged is left out: `selvedge-view trade` makes it anew.
+/// Only what the sweep and the list of frames name is read. A damaged record of the sweep or of one of its
+/// points is refused (FILE_DAMAGED); of frames, damaged ones are left out: `selvedge-view trade` makes them
+/// again.
 Result<TradeTable> read_trade_table(const std::string& folder);
 
 }  // namespace selvedge

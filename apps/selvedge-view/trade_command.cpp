@@ -137,7 +137,7 @@ class FrameSweep {
     if (auto ok = write_list(*points); !ok) return ok;
     const auto left = work_left(*points);
     if (!left) return tl::unexpected(left.error());
-    for (const Work& work : *left) cost_ += cost_of(work);
+    for (const Work& work : *left) settings_ += work.settings.size();
     for (const Work& work : *left) {
       if (auto ok = measure_fabric(work); !ok) return ok;
     }
@@ -190,17 +190,6 @@ class FrameSweep {
     std::vector<TradeSetting> settings;
   };
 
-  /// About the time of a frame, in units of one with a tap and a sample a pixel.
-  static double cost_of(const TradeSetting& setting) {
-    const int samples = setting.render.supersample * setting.render.supersample;
-    return samples * (setting.render.levels.taps > 1 ? 2.0 : 1.0);
-  }
-  static double cost_of(const Work& work) {
-    double cost = 0;
-    for (const TradeSetting& setting : work.settings) cost += cost_of(setting);
-    return cost;
-  }
-
   /// The sweep's first point, which is its centre, with all settings, the others with the usual one; but for
   /// those that have a record of this fabric on these terms.
   Result<std::vector<Work>> work_left(const std::vector<std::string>& points) const {
@@ -238,8 +227,7 @@ class FrameSweep {
     for (const TradeSetting& setting : work.settings) {
       progress_.note(name_of(work.point, setting));
       if (auto ok = measure(work.point, *loaded, setting, work.swept); !ok) return ok;
-      done_ += cost_of(setting);
-      if (bar_) bar_(done_ / cost_);
+      if (bar_) bar_(static_cast<double>(++done_) / static_cast<double>(settings_));
     }
     return {};
   }
@@ -247,38 +235,24 @@ class FrameSweep {
   Result<void> measure(const std::string& point, const Loaded& loaded, const TradeSetting& setting,
                        bool swept) {
     const std::string name = name_of(point, setting);
-    const std::string path = record_path(name);
-    Json pictures = Json::object();
-    std::vector<PictureError> errors;
     std::vector<Frame> frames;
-    double frame_ms = 0;
-    double processor_ms = 0;
-    double prepare_ms = 0;
+    Timing sum;
     for (std::size_t i = 0; i < all_swatch_views.size(); ++i) {
-      const Frame& truth = truth_[i];
-      auto frame = draw(loaded.fabric, setting, all_swatch_views[i], truth.width, truth.height, 1, nullptr);
+      const SwatchView view = all_swatch_views[i];
+      auto frame = draw(loaded.fabric, setting, view, {truth_[i].width, truth_[i].height}, nullptr);
       if (!frame && setting.render.path == RenderPath::paper &&
           frame.error().code == Code::option_out_of_range)
-        return leave_out(name, path, frame.error());
+        return leave_out(name, frame.error());
       if (!frame) return tl::unexpected(frame.error());
-      const auto error = picture_error(*frame, truth);
-      if (!error) return tl::unexpected(error.error());
-      pictures[std::string(swatch_view_names[i])] = {{"psnr", psnr_of(error->mean_square)},
-                                                     {"ssim", error->ssim}};
-      errors.push_back(*error);
       frames.push_back(std::move(*frame));
-      Timing timing;
-      const auto large = draw(loaded.fabric, setting, all_swatch_views[i], command_.size.x, command_.size.y,
-                              command_.repeats, &timing);
-      if (!large) return tl::unexpected(large.error());
-      frame_ms += timing.frame / static_cast<double>(all_swatch_views.size());
-      processor_ms += timing.processor / static_cast<double>(all_swatch_views.size());
-      prepare_ms += timing.prepare / static_cast<double>(all_swatch_views.size());
+      if (const auto large = draw(loaded.fabric, setting, view, command_.size, &sum); !large)
+        return tl::unexpected(large.error());
     }
-    const PictureError mean = mean_of(errors);
-    pictures["all"] = {{"psnr", psnr_of(mean.mean_square)}, {"ssim", mean.ssim}};
+    const auto pictures = picture_errors_json(frames, truth_);
+    if (!pictures) return tl::unexpected(pictures.error());
     const std::string picture = fmt::format("{}/{}/{}.png", command_.folder, trade_pictures_folder, name);
     if (auto ok = write_png(picture, thumbnail_of(frames)); !ok) return ok;
+    const auto places = static_cast<double>(all_swatch_views.size());
     const Json record = {
         {"name", name},
         {"fabric", point},
@@ -288,63 +262,65 @@ class FrameSweep {
         {"command", fmt::format("selvedge-view render {}.fabric.exr --place near --size {}x{} {} -o near.png",
                                 point, truth_[0].width, truth_[0].height, setting.options)},
         {"madeBy", made_of(loaded.digest)},
-        {"loadMs", loaded.milliseconds + prepare_ms},
-        {"frameMs", frame_ms},
-        {"frameProcessorMs", processor_ms},
-        {"pictures", pictures}};
-    if (auto ok = write_file(path, record.dump(2) + "\n"); !ok) return ok;
+        {"loadMs", loaded.milliseconds + sum.prepare / places},
+        {"frameMs", sum.frame / places},
+        {"frameProcessorMs", sum.processor / places},
+        {"pictures", *pictures}};
+    if (auto ok = write_file(record_path(name), record.dump(2) + "\n"); !ok) return ok;
     ++measured_;
     if (!command_.quiet && !command_.json)
-      fmt::print(stderr, "{}: {:.2f} dB, SSIM {:.4f}, {:.2f} ms a frame\n", name, psnr_of(mean.mean_square),
-                 mean.ssim, frame_ms);
+      fmt::print(stderr, "{}: {:.2f} dB, SSIM {:.4f}, {:.2f} ms a frame\n", name,
+                 number_at(record, "/pictures/all/psnr"), number_at(record, "/pictures/all/ssim"),
+                 sum.frame / places);
     return {};
   }
 
-  /// What the paper's limits refuse.
-  Result<void> leave_out(const std::string& name, const std::string& path, const Error& why) const {
+  /// A fabric or a setting that the paper's path refuses.
+  Result<void> leave_out(const std::string& name, const Error& why) const {
     std::error_code none;
-    std::filesystem::remove(path, none);
+    std::filesystem::remove(record_path(name), none);
     if (!command_.quiet && !command_.json)
       fmt::print(stderr, "{} is left out: {}\n", name, printable(why.message));
     return {};
   }
 
+  /// ms, summed over the places.
   struct Timing {
-    double prepare = 0;  // ms
+    double prepare = 0;
     double frame = 0;
-    double processor = 0;  // of all cores
+    double processor = 0;  ///< of all cores
   };
 
-  /// With `timing`: once to warm up, then so many times. `repeats` at least 1.
-  static Result<Frame> draw(const Fabric& fabric, const TradeSetting& setting, SwatchView view, int width,
-                            int height, int repeats, Timing* timing) {
+  /// Draws once; to add to a timing, `repeats` times more for the medians.
+  Result<Frame> draw(const Fabric& fabric, const TradeSetting& setting, SwatchView view, const V2i& size,
+                     Timing* timing) const {
     const V2d period(fabric.period_mm);
-    const SwatchShot shot = swatch_shot(view, period, width, height);
+    const SwatchShot shot = swatch_shot(view, period, size.x, size.y);
     RenderOptions options = setting.render;
-    options.width = width;
-    options.height = height;
+    options.width = size.x;
+    options.height = size.y;
     options.lights = shot.lights;
-    const std::vector<Fabric> fabrics{fabric};
     const auto start = Clock::now();
-    auto renderer = Renderer::create(swatch_scene(period, shot), fabrics, options);
+    auto renderer = Renderer::create(swatch_scene(period, shot), std::vector<Fabric>{fabric}, options);
     if (!renderer) return tl::unexpected(renderer.error());
-    if (timing != nullptr) timing->prepare = ms_since(start);
+    if (timing != nullptr) timing->prepare += ms_since(start);
     Frame frame;
+    RenderStats stats;
+    if (auto ok = (*renderer)->draw(shot.camera, options, frame, stats); !ok)
+      return tl::unexpected(ok.error());
+    if (timing == nullptr) return frame;
     std::vector<double> times;
     std::vector<double> processor;
-    for (int i = timing != nullptr ? -1 : 0; i < repeats; ++i) {
+    for (int i = 0; i < command_.repeats; ++i) {
       const auto before = Clock::now();
       const double work_before = processor_ms_now();
-      RenderStats stats;
       if (auto ok = (*renderer)->draw(shot.camera, options, frame, stats); !ok)
         return tl::unexpected(ok.error());
-      if (i < 0) continue;
       times.push_back(ms_since(before));
       processor.push_back(processor_ms_now() - work_before);
     }
-    if (timing == nullptr) return frame;
-    timing->frame = median(times);
-    timing->processor = median(processor);
+    timing->frame += median(times);
+    timing->processor += median(processor);
     return frame;
   }
 
@@ -353,8 +329,8 @@ class FrameSweep {
   Json made_by_;
   TerminalProgress progress_;
   Progress bar_;
-  double cost_ = 0;  ///< of all that is to be measured
-  double done_ = 0;  ///< of what has been
+  std::size_t settings_ = 0;  ///< to be measured
+  std::size_t done_ = 0;
   int measured_ = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 namespace selvedge {
@@ -18,30 +19,29 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
   setting.render.path = path;
   setting.render.power = power;
   setting.render.layers = 1;
-  const std::string_view by = path_names[static_cast<std::size_t>(path)];
+  const std::string by(path_names[path]);
   const char* filter = levels.linear ? "linear" : "nearest";
   const char* blend = levels.blend ? "on" : "off";
-  const bool fast = power == PowerKind::fast;
-  // OpenGL has its own powers.
-  const std::string with = path == RenderPath::shader ? ""
-                           : fast                     ? R"(, "power": "fast")"
-                                                      : R"(, "power": "exact")";
+  nlohmann::ordered_json knobs = {{"path", by}};
   if (levels.forced >= 0) {
     setting.name = fmt::format("{}-level{}-x{}", by, levels.forced, supersample);
     setting.options = fmt::format("--level {}", levels.forced);
-    setting.knobs = fmt::format(R"({{"path": "{}", "level": {}, "supersample": {}{}}})", by, levels.forced,
-                                supersample, with);
+    knobs["level"] = levels.forced;
   } else {
     setting.name = fmt::format("{}-{}-taps{}-blend-{}-x{}", by, filter, levels.taps, blend, supersample);
     setting.options = fmt::format("--filter {} --anisotropy {} --level-blend {}", filter, levels.taps, blend);
-    setting.knobs = fmt::format(
-        R"({{"path": "{}", "filter": "{}", "taps": {}, "levelBlend": "{}", "supersample": {}{}}})", by,
-        filter, levels.taps, blend, supersample, with);
+    knobs.update({{"filter", filter}, {"taps", levels.taps}, {"levelBlend", blend}});
   }
-  if (fast) setting.name += "-fast";
+  knobs["supersample"] = supersample;
   if (supersample > 1) setting.options += fmt::format(" --supersample {}", supersample);
-  if (fast) setting.options += " --power fast";
-  if (path != RenderPath::hybrid) setting.options += fmt::format(" --path {}", by);
+  // OpenGL has its own powers.
+  if (path != RenderPath::shader) knobs["power"] = power == PowerKind::fast ? "fast" : "exact";
+  if (power == PowerKind::fast) {
+    setting.name += "-fast";
+    setting.options += " --power fast";
+  }
+  if (path != RenderPath::hybrid) setting.options += " --path " + by;
+  setting.knobs = knobs.dump();
   return setting;
 }
 

@@ -57,7 +57,7 @@ void add_bake_verb(CLI::App& app, BakeCommand& command) {
                             "selvedge bake plain-knit -o k.samples.exr");
   add_common(*verb, command.common, true);
   add_cell(*verb, command.input, command.cell);
-  add_bake(*verb, command);
+  add_bake(*verb, command.bake, command.pairs);
   add_text(*verb, "--shard", "I/N", "Bake part I (from 0) of N, for selvedge merge",
            [&command](const std::string& t) {
              const auto n = whole_numbers("--shard", t, '/', 2, 2, "0/8");
@@ -82,17 +82,17 @@ void add_fit_verb(CLI::App& app, FitCommand& command) {
                             "selvedge fit k.samples.exr -o k.fabric.exr");
   add_common(*verb, command.common);
   verb->add_option("samples", command.input, "The samples file")->required()->type_name("FILE");
-  add_fit(*verb, command);
+  add_fit(*verb, command.options, command.report);
   add_output(*verb, command.output, "The fabric file");
 }
 
-void add_make_verb(CLI::App& app, MakeCommand& command, std::string& quality) {
+void add_make_verb(CLI::App& app, MakeCommand& command) {
   CLI::App* verb = add_verb(app, "make", "Stitch, bake and fit in one: stitch -> fabric",
                             "selvedge make plain-weave -o weave.fabric.exr");
-  add_common(*verb, command.fit.common, true);
-  add_cell(*verb, command.bake.input, command.bake.cell);
-  add_bake(*verb, command.bake);
-  add_fit(*verb, command.fit);
+  add_common(*verb, command.common, true);
+  add_cell(*verb, command.input, command.cell);
+  add_bake(*verb, command.options.bake, command.pairs);
+  add_fit(*verb, command.options, command.report);
   auto* plan =
       verb->add_option("--for", command.plan,
                        "Make no more than this plan needs (selvedge plan): coarser texels, fewer levels")
@@ -103,9 +103,9 @@ void add_make_verb(CLI::App& app, MakeCommand& command, std::string& quality) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->needs(plan);
-  verb->add_option("--keep-samples", command.bake.output, "Keep the samples in this file")->type_name("FILE");
-  add_output(*verb, command.fit.output, "The fabric file");
-  add_choice(*verb, quality, command.limits);
+  verb->add_option("--keep-samples", command.samples, "Keep the samples in this file")->type_name("FILE");
+  add_output(*verb, command.output, "The fabric file");
+  add_choice(*verb, command);
 }
 
 void add_dress_verb(CLI::App& app, DressCommand& command) {
@@ -240,7 +240,7 @@ void add_trade_verb(CLI::App& app, TradeCommand& command) {
       ->required()
       ->type_name("DIR");
   verb->add_option("--grid", command.grid,
-                   "The points to measure (JSON, docs/trade.md), instead of the usual")
+                   "The points to measure (JSON, docs/trade.md), instead of those that the presets are among")
       ->type_name("FILE");
   const auto add = [&](const char* name, int& value, const char* help, int least, int most) {
     return verb->add_option(name, value, help)
@@ -416,8 +416,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_bake_verb(app, verbs.bake);
   add_merge_verb(app, verbs.merge);
   add_fit_verb(app, verbs.fit);
-  std::string quality;
-  add_make_verb(app, verbs.make, quality);
+  add_make_verb(app, verbs.make);
   add_plan_verb(app, verbs.plan);
   add_dress_verb(app, verbs.dress);
   add_repack_verb(app, verbs.repack);
@@ -428,15 +427,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_trade_verb(app, verbs.trade);
   try {
     app.parse(argc, argv);
-    const CLI::App* make = app.get_subcommand("make");
-    check_choice(*make, verbs.make.limits);
-    if (const auto chosen = quality_named(quality)) {
-      const TradePoint point = point_of(*chosen);
-      set_knobs(
-          point, [make](const char* option) { return make->count(option) > 0; }, verbs.make);
-      // Yarns that need more texels have as many bytes for each.
-      if (make->count("--budget") == 0) verbs.make.fit.budget_texels = point.texels * point.texels;
-    }
+    apply_choice(*app.get_subcommand("make"), verbs.make);
     check_slabs(app, verbs.bake, verbs.fit, verbs.make);
     check_swatch(*app.get_subcommand("swatch"), verbs.swatch);
     if (app.got_subcommand("stitch") && !verbs.stitch.list && verbs.stitch.input.empty()) {
@@ -461,8 +452,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   }
   const std::string verb = app.get_subcommands().front()->get_name();
   verbs.bake.texels_given = app.get_subcommand("bake")->count("--texels") > 0;
-  verbs.make.bake.texels_given = app.get_subcommand("make")->count("--texels") > 0;
-  if (verbs.make.limits.any()) verbs.make.given = given_options(*app.get_subcommand("make"));
+  verbs.make.texels_given = app.get_subcommand("make")->count("--texels") > 0;
   if (verb == "stitch") return verbs.stitch;
   if (verb == "bake") return verbs.bake;
   if (verb == "merge") return verbs.merge;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -14,10 +13,9 @@
 #include "converter/dress/dress.h"
 #include "converter/dress/reattach.h"
 #include "converter/plan/scene_plan.h"
-#include "converter/presets/make_within.h"
-#include "converter/presets/settings.h"
+#include "converter/presets/presets.h"
+#include "converter/presets/within_limits.h"
 #include "converter/stitch/find_cell.h"
-#include "fitter/fit.h"
 #include "format/fabric/file.h"
 #include "format/fabric/level_options.h"
 
@@ -64,23 +62,24 @@ struct FitCommand {
   CommonOptions common;
   std::string input;
   std::string output;
-  FitOptions fit;
-  FabricWriteOptions write;
-  std::optional<std::uint64_t>
-      budget;             ///< bytes of the file; layers are chosen by level (fitter/budget/candidates.h)
-  int budget_texels = 0;  ///< the budget is for so many at level 0 and grows with what is more; 0: fixed
-  bool smallest_at_least = false;  ///< where none is within the budget, the smallest instead of an error
-  std::string report;              ///< .json, .md or .txt; empty: none
+  MakeOptions options;  ///< the bake's do not count
+  std::string report;   ///< .json, .md or .txt; empty: none
 };
 
 struct MakeCommand {
-  BakeCommand bake;  ///< its output: where the samples are kept; empty: nowhere
-  FitCommand fit;    ///< its input is what messages call the samples
-  std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  CellOptions cell;
+  MakeOptions options;
+  std::string pairs;          ///< file of pairs; empty: random ones
+  bool texels_given = false;  ///< else the stitch may demand more
+  std::string samples;        ///< where they are kept; empty: nowhere
+  std::string report;         ///< .json, .md or .txt; empty: none
+  std::string plan;           ///< file of a plan, for which no more is made than it needs; empty: everything
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
-  MakeLimits limits;                   ///< where there are any they choose the knobs of TradePoint
-  std::string given;                   ///< with limits: the other options that count for the fabric's bytes,
-                                       ///< as on a command line, each behind a space
+  std::string quality{default_preset};
+  MakeLimits limits;  ///< where there are any they choose the knobs, and the quality does not count
 };
 
 struct PlanCommand {
@@ -89,9 +88,6 @@ struct PlanCommand {
   std::string output;  ///< .json; empty: report only
   PlanOptions plan;
 };
-
-/// Gives the knobs their values, those for whose options `given` holds excepted.
-void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command);
 
 struct DressCommand {
   CommonOptions common;
@@ -169,7 +165,7 @@ struct TradeCommand {
   std::vector<std::string> settings;  ///< of the stitch, as they were given: for the points' command lines
   CellOptions cell;
   std::string output;  ///< a folder
-  std::string grid;    ///< file; empty: default_grid()
+  std::string grid;    ///< file; empty: the measured settings of the presets
   int repeats = 3;     ///< of everything that is timed
   V2i size{160, 120};  ///< of pictures
   int truth_samples = 64;

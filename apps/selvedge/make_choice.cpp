@@ -2,23 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <functional>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "apps/selvedge/option_groups.h"
 #include "converter/presets/presets.h"
-#include "format/base/option_text.h"
 
 namespace selvedge {
 namespace {
-
-/// Options of the knobs that a quality or limits choose.
-constexpr std::array knob_options{"--texels",  "--views",      "--lights",       "--samples",     "--noise",
-                                  "--bounces", "--lobes",      "--no-table",     "--light-table", "--slabs",
-                                  "--budget",  "--half-lobes", "--float-tables", "--time-budget"};
 
 /// A number of the range; neither NaN nor infinite.
 CLI::Validator is_between(double low, double high) {
@@ -31,16 +22,23 @@ CLI::Validator is_between(double low, double high) {
       fmt::format("in [{} - {}]", low, high));
 }
 
+void refuse(const CLI::App& make, const char* why, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (make.count(name) > 0) throw CLI::ValidationError(name, why);
+  }
+}
+
 }  // namespace
 
-void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
+void add_choice(CLI::App& app, MakeCommand& command) {
+  MakeLimits& limits = command.limits;
   const char* group = "Speed against accuracy";
-  app.add_option("--quality", quality,
-                 "Settings that are worth their cost; options given beside it stay as given. A budget of "
-                 "theirs grows "
-                 "with the texels")
-      ->type_name("draft|standard|high|reference")
-      ->check(CLI::IsMember(std::vector<std::string>(quality_names.begin(), quality_names.end())))
+  app.add_option("--quality", command.quality,
+                 "Settings that are worth their cost, or those of the paper; options given beside it stay as "
+                 "given. Its budget grows with the texels")
+      ->type_name("draft|standard|high|reference|paper")
+      ->check(CLI::IsMember(std::vector<std::string>{"draft", "standard", "high", "reference", "paper"}))
+      ->capture_default_str()
       ->group(group);
   app.add_option("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)")
       ->transform(byte_count())
@@ -58,57 +56,34 @@ void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
       ->group(group);
 }
 
-void check_choice(const CLI::App& make, const MakeLimits& limits) {
-  if (!limits.any()) return;
-  for (const char* option : knob_options) {
-    if (make.count(option) > 0)
-      throw CLI::ValidationError(option, "is chosen by --max-bytes, --min-db and --max-seconds");
+void apply_choice(const CLI::App& make, MakeCommand& command) {
+  if (command.limits.any()) {
+    refuse(make, "is chosen by --max-bytes, --min-db and --max-seconds",
+           {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes", "--no-table",
+            "--light-table", "--slabs", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
+    // What a plan leaves out is not in the measured sizes and times.
+    refuse(make, "excludes --max-bytes, --min-db and --max-seconds",
+           {"--quality", "--keep-samples", "--for", "--frames", "--glossy-slabs", "--slab-lobes", "--cells"});
+    return;
   }
-  // What a plan leaves out is not in the measured sizes and times.
-  for (const char* option :
-       {"--quality", "--keep-samples", "--for", "--frames", "--glossy-slabs", "--slab-lobes", "--cells"}) {
-    if (make.count(option) > 0)
-      throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
+  const MakeOptions preset = *preset_named(command.quality);
+  nlohmann::json knobs = knobs_of(preset);
+  const auto given = [&](const std::string& option) { return make.count(option) > 0; };
+  for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget"}) {
+    if (given(std::string("--") + knob)) knobs.erase(knob);
   }
-}
-
-std::string given_options(const CLI::App& make) {
-  // What is chosen, where things go, and how they are told; threads do not change a byte.
-  constexpr std::array others{"--max-bytes", "--min-db", "--max-seconds", "--output",
-                              "--report",    "--json",   "--quiet",       "--threads"};
-  std::string text;
-  for (const CLI::Option* option : make.get_options()) {
-    if (option->get_lnames().empty() || option->count() == 0) continue;
-    const std::string name = "--" + option->get_lnames().front();
-    if (std::find(others.begin(), others.end(), name) != others.end()) continue;
-    const bool is_flag = option->get_items_expected_max() == 0;
-    for (const std::string& value : option->results())
-      text += " " + name + (is_flag ? "" : " " + shell_word(value));
-  }
-  return text;
-}
-
-void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command) {
-  BakeOptions& bake = command.bake.bake;
-  const BakeOptions wanted = bake_options_of(point, bake.seed);
-  if (!given("--texels")) {
-    bake.width = wanted.width;
-    bake.height = wanted.height;
-  }
-  if (!given("--views")) bake.views = wanted.views;
-  if (!given("--lights")) bake.lights = wanted.lights;
-  if (!given("--samples")) bake.samples = wanted.samples;
-  if (!given("--bounces")) bake.bounces = wanted.bounces;
-  const TradeFit fit = fit_options_of(point);
-  if (!given("--lobes")) command.fit.fit.lobes = fit.fit.lobes;
   // Layers go together: who asks for some by name has chosen them.
-  if (!given("--no-table") && !given("--light-table")) {
-    if (!given("--slabs")) bake.slabs = wanted.slabs;
-    command.fit.fit.view_table = fit.fit.view_table;
-    command.fit.fit.light_table = fit.fit.light_table;
-    if (!given("--budget") && point.budget > 0) command.fit.budget = point.budget;
+  if (given("--no-table") || given("--light-table")) {
+    knobs.erase("layers");
+    knobs.erase("budget");
   }
-  if (!given("--half-lobes") && !given("--float-tables")) command.fit.write.half = fit.write.half;
+  if (given("--budget") && !preset.budget) knobs.erase("layers");
+  if (given("--half-lobes") || given("--float-tables")) knobs.erase("storage");
+  const int slabs = command.options.bake.slabs;
+  (void)set_knobs(knobs, "", "", command.options);
+  if (given("--slabs")) command.options.bake.slabs = slabs;
+  // Yarns that need more texels have as many bytes for each.
+  if (knobs.contains("budget")) command.options.budget_texels = preset.budget_texels;
 }
 
 }  // namespace selvedge

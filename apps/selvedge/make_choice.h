@@ -1,4 +1,4 @@
-// `make` by what its fabric is to be worth or to cost, instead of knob by knob.
+// `make` by the quality or the cost of its fabric, instead of knob by knob.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,12 +9,10 @@
 namespace selvedge {
 
 /// --quality, --max-bytes, --min-db and --max-seconds.
-void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits);
+void add_choice(CLI::App& app, MakeCommand& command);
 
-/// Refuses, as a usage error, options that the limits choose or do not know of.
-void check_choice(const CLI::App& make, const MakeLimits& limits);
-
-/// MakeCommand::given of what the command line has.
-std::string given_options(const CLI::App& make);
+/// Gives the knobs that are not on the command line the preset's values. Refuses, as a usage error, options
+/// that the limits choose or exclude.
+void apply_choice(const CLI::App& make, MakeCommand& command);
 
 }  // namespace selvedge

@@ -187,8 +187,7 @@ void add_transport(CLI::App& app, BakeOptions& bake, const char* group) {
       ->group(group);
 }
 
-void add_bake(CLI::App& app, BakeCommand& command) {
-  BakeOptions& bake = command.bake;
+void add_bake(CLI::App& app, BakeOptions& bake, std::string& pairs_file) {
   const char* group = "Bake";
   add_text(app, "--texels", "N|WxH", "Texels of one repeat (32x32)", [&bake](const std::string& t) {
     const auto n = whole_numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
@@ -212,7 +211,7 @@ void add_bake(CLI::App& app, BakeCommand& command) {
       ->excludes(samples)
       ->excludes(noise);
   add_transport(app, bake, group);
-  auto* pairs = app.add_option("--pairs", command.pairs, "Pairs of directions from a file (JSON)")
+  auto* pairs = app.add_option("--pairs", pairs_file, "Pairs of directions from a file (JSON)")
                     ->type_name("FILE")
                     ->group(group);
   add("--validation-pairs", bake.validation_pairs, "Random pairs of directions to choose by")
@@ -228,70 +227,70 @@ void add_bake(CLI::App& app, BakeCommand& command) {
       ->group(group);
 }
 
-void add_fit(CLI::App& app, FitCommand& command) {
+void add_fit(CLI::App& app, MakeOptions& options, std::string& report) {
   const char* group = "Fit";
-  app.add_option("--lobes", command.fit.lobes, "Lafortune lobes per texel")
+  app.add_option("--lobes", options.fit.lobes, "Lafortune lobes per texel")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(0, 16))
       ->group(group);
   app.add_flag_callback(
-         "--no-table", [&command] { command.fit.view_table = false; }, "Leave the view table out")
+         "--no-table", [&options] { options.fit.view_table = false; }, "Leave the view table out")
       ->group(group);
-  app.add_flag("--frames", command.fit.frames, "Fit normals and tangents too, rather than average them")
+  app.add_flag("--frames", options.fit.frames, "Fit normals and tangents too, rather than average them")
       ->group(group);
-  app.add_flag("--light-table", command.fit.light_table, "A table over lights as well, fitted by turns")
+  app.add_flag("--light-table", options.fit.light_table, "A table over lights as well, fitted by turns")
       ->group(group);
-  app.add_option("--starts", command.fit.starts, "Local minima looked at per texel and channel")
+  app.add_option("--starts", options.fit.starts, "Local minima looked at per texel and channel")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->group(group);
-  app.add_option("--iterations", command.fit.max_iterations, "At most so many steps of a search")
+  app.add_option("--iterations", options.fit.max_iterations, "At most so many steps of a search")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 100000))
       ->group(group);
-  app.add_option("--tolerance", command.fit.tolerance, "Share of the cost below which a step counts as none")
+  app.add_option("--tolerance", options.fit.tolerance, "Share of the cost below which a step counts as none")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
       ->group(group);
-  app.add_option("--damping", command.fit.table.damping,
+  app.add_option("--damping", options.fit.table.damping,
                  "Pull of the table towards 1 where the lobes are dark")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
       ->group(group);
-  app.add_option("--smoothness", command.fit.table.smoothness,
+  app.add_option("--smoothness", options.fit.table.smoothness,
                  "Pull of the table's neighbouring views towards each other")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
       ->group(group);
   app.add_option(
-         "--budget", command.budget,
+         "--budget", options.budget,
          "Choose the layers of every level so that the file has at most so many bytes (K, M: KiB, MiB)")
       ->transform(byte_count())
       ->type_name("BYTES")
       ->group(group);
-  app.add_option("--slab-lobes", command.fit.slab_lobes,
+  app.add_option("--slab-lobes", options.fit.slab_lobes,
                  "With --budget: lobes of the slabs, tried beside slabs without; 0: none are tried")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(0, 16))
       ->group(group);
-  app.add_flag("--glossy-slabs", command.fit.glossy_slabs,
+  app.add_flag("--glossy-slabs", options.fit.glossy_slabs,
                "With --budget: slabs with lobes at every level with cells enough, whatever they gain")
       ->group(group);
-  app.add_option("--report", command.report,
+  app.add_option("--report", report,
                  "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
       ->check(ends_in({".json", ".md", ".txt"}))
       ->type_name("FILE")
       ->group(group);
   app.add_flag_callback(
-         "--half-lobes", [&command] { command.write.half.insert(Layer::lobes); },
+         "--half-lobes", [&options] { options.write.half.insert(Layer::lobes); },
          "Lobes in 16 instead of 32 bits")
       ->group(group);
   app.add_flag_callback(
-         "--float-tables", [&command] { command.write.half.erase(table_layers); },
+         "--float-tables", [&options] { options.write.half.erase(table_layers); },
          "Tables and frames in 32 instead of 16 bits")
       ->group(group);
 }

@@ -39,9 +39,9 @@ void add_output(CLI::App& app, std::string& output, const char* what, bool requi
 
 /// What a cell is made from, how a bake lights it, and how a fabric is fitted.
 void add_cell(CLI::App& app, std::string& input, CellOptions& cell);
-void add_bake(CLI::App& app, BakeCommand& command);
+void add_bake(CLI::App& app, BakeOptions& bake, std::string& pairs_file);
 /// Of the bake: bounces, indirect light, ground and the texels' plane.
 void add_transport(CLI::App& app, BakeOptions& bake, const char* group);
-void add_fit(CLI::App& app, FitCommand& command);
+void add_fit(CLI::App& app, MakeOptions& options, std::string& report);
 
 }  // namespace selvedge

@@ -1,25 +1,18 @@
-// make within limits: tries settings beside the output's place and keeps one of them.
+// make within limits: settings are made beside the output's place, and the one that meets the limits is kept.
 #include <fmt/format.h>
 
 #include <cmath>
-#include <optional>
 
 #include "apps/common/distinct_paths.h"
-#include "apps/selvedge/commands.h"
-#include "apps/selvedge/run_fit.h"
-#include "converter/presets/make_within.h"
-#include "format/base/atomic_file.h"
-#include "format/base/option_text.h"
+#include "apps/selvedge/report.h"
+#include "apps/selvedge/run_make.h"
+#include "converter/presets/held_out.h"
+#include "converter/presets/within_limits.h"
 #include "format/base/parallel.h"
 #include "format/quality/compare.h"
 
 namespace selvedge {
 namespace {
-
-/// What the table's decibels are of (docs/trade.md).
-constexpr int judge_texels = 64;
-constexpr int judge_pairs = 48;
-constexpr int judge_samples = 32;
 
 std::string figures_text(const MakeFigures& f) {
   return fmt::format("{:.0f} bytes, {:.2f} s, {:.2f} dB", f.bytes, f.seconds, f.held_out);
@@ -29,143 +22,113 @@ Json to_json(const MakeFigures& f) {
   return {{"bytes", std::round(f.bytes)}, {"seconds", f.seconds}, {"heldOut", f.held_out}};
 }
 
+/// The setting as options that take the limits' place on the command line.
+std::string options_of(const TriedSetting& setting) {
+  return "--quality paper" + options_text(setting.options);
+}
+
+Json to_json(const TriedSetting& setting) {
+  return {{"options", options_of(setting)},
+          {"expected", to_json(setting.expected)},
+          {"made", to_json(setting.made)}};
+}
+
 class Search {
  public:
   explicit Search(const MakeCommand& command) : command_(command) {}
 
-  Result<Chosen> run() {
-    const auto cell = find_cell(command_.bake.input, command_.bake.cell);
+  Result<WithinLimits> run() {
+    const auto cell = find_cell(command_.input, command_.cell);
     if (!cell) return tl::unexpected(cell.error());
-    const int least = cell->stitch ? std::max(cell->stitch->min_texels.x, cell->stitch->min_texels.y) : 1;
-    if (least > judge_texels) {
-      return fail(Code::option_out_of_range, command_.bake.input, "--texels",
-                  fmt::format("its yarns need {}, more than the {} that settings are known for", least,
-                              judge_texels));
+    const int min_texels =
+        cell->stitch ? std::max(cell->stitch->min_texels.x, cell->stitch->min_texels.y) : 1;
+    if (min_texels > HeldOutOptions().texels) {
+      return fail(Code::option_out_of_range, command_.input, "--texels",
+                  fmt::format("its yarns need {}, more than the {} that settings are known for", min_texels,
+                              HeldOutOptions().texels));
     }
-    return choose_within(expected_points(), command_.limits, least, thread_count(),
-                         [&](const TradePoint& point) { return make(point, cell->mesh); });
+    return make_within(measured_settings(), command_.limits, command_.options, min_texels, thread_count(),
+                       [&](const MakeOptions& options) { return make(options, cell->mesh); });
   }
 
-  /// What was made of a point that was tried.
   const MadeFabric& made(std::size_t index) const { return made_[index]; }
   Result<void> commit(std::size_t index) { return files_[index].commit(); }
 
  private:
-  Result<void> bake_judge(const CellMesh& mesh) {
-    const auto file = AtomicFile::create(command_.fit.output);
+  Result<void> bake_pairs(const CellMesh& mesh) {
+    const auto file = AtomicFile::create(command_.output);
     if (!file) return tl::unexpected(file.error());
-    BakeOptions options;
-    options.width = options.height = judge_texels;
-    options.views = options.lights = options.samples = 1;
-    options.bounces = unlimited_bounces;
-    options.validation_pairs = options.rim_pairs = 0;
-    options.held_out_pairs = judge_pairs;
-    options.truth_samples = judge_samples;
-    options.seed = mix(command_.bake.bake.seed) >> 1;
-    options.ground = command_.bake.bake.ground;
-    options.reference = command_.bake.bake.reference;
-    options.resumable = false;
-    if (const auto baked = bake(mesh, command_.bake.input, options, "{}", file->temporary()); !baked)
-      return tl::unexpected(naming_output(baked.error(), *file, command_.fit.output));
-    auto reader = SamplesReader::open(file->temporary());
-    if (!reader) return tl::unexpected(reader.error());
-    auto pairs = reader->read_pairs(PairKind::held_out);
-    if (!pairs) return tl::unexpected(pairs.error());
-    judge_ = std::move(*pairs);
+    BakeOptions base = command_.options.bake;
+    base.resumable = false;
+    auto pairs = bake_held_out(mesh, command_.input, HeldOutOptions(), base, file->temporary());
+    if (!pairs) return tl::unexpected(naming_output(pairs.error(), *file, command_.output));
+    held_out_ = std::move(*pairs);
     return {};
   }
 
-  Result<double> held_out_of(const std::string& path, const CellMesh& mesh) {
-    if (!judge_) {
-      if (auto ok = bake_judge(mesh); !ok) return tl::unexpected(ok.error());
-    }
-    auto reader = FabricReader::open(path);
-    if (!reader) return tl::unexpected(reader.error());
-    const auto fabric = reader->read();
-    if (!fabric) return tl::unexpected(fabric.error());
-    const auto comparison = compare_with_finer(*fabric, *judge_, PairKind::held_out);
-    if (!comparison) return tl::unexpected(comparison.error());
-    return comparison->levels.front().psnr;
-  }
-
-  Result<MakeFigures> make(const TradePoint& point, const CellMesh& mesh) {
-    auto file = AtomicFile::create(command_.fit.output);
+  Result<MakeFigures> make(const MakeOptions& options, const CellMesh& mesh) {
+    auto file = AtomicFile::create(command_.output);
     if (!file) return tl::unexpected(file.error());
     MakeCommand command = command_;
-    set_knobs(
-        point, [](const char*) { return false; }, command);
-    command.fit.output = file->temporary();
-    command.fit.smallest_at_least = true;
+    command.options = options;
+    command.output = file->temporary();
     auto made = make_fabric(command);
-    if (!made) return tl::unexpected(naming_output(made.error(), *file, command_.fit.output));
-    const auto held_out = held_out_of(command.fit.output, mesh);
-    if (!held_out) return tl::unexpected(held_out.error());
-    made->fitted.output = command_.fit.output;
-    const MakeFigures figures{static_cast<double>(made->fitted.bytes), made->seconds, *held_out};
+    if (!made) return tl::unexpected(naming_output(made.error(), *file, command_.output));
+    if (held_out_.pairs.empty()) {
+      if (auto ok = bake_pairs(mesh); !ok) return tl::unexpected(ok.error());
+    }
+    const auto fabric = read_fabric(command.output);
+    if (!fabric) return tl::unexpected(fabric.error());
+    const auto comparison = compare_with_finer(*fabric, held_out_, PairKind::held_out);
+    if (!comparison) return tl::unexpected(comparison.error());
+    made->fitted.output = command_.output;
+    const MakeFigures figures{static_cast<double>(made->fitted.bytes), made->seconds,
+                              comparison->levels.front().psnr};
     made_.push_back(std::move(*made));
     files_.push_back(std::move(*file));
     return figures;
   }
 
   const MakeCommand& command_;
-  std::optional<PairSamples> judge_;
+  PairSamples held_out_;
   std::vector<MadeFabric> made_;
   std::vector<AtomicFile> files_;
 };
-
-/// As a command line that makes the setting: the same bytes in the same file, for what was given beside the
-/// limits is there, too.
-std::string line_of(const MakeCommand& command, const TradePoint& point) {
-  return fmt::format("selvedge make {}{}{} -o {}", shell_word(command.bake.input), command.given,
-                     options_text(point), shell_word(command.fit.output));
-}
 
 }  // namespace
 
 int run_within_limits(const MakeCommand& command) {
   // Each try is made beside the output: what the user named is compared here.
-  const auto distinct = check_distinct({{"the input", command.bake.input},
-                                        {"--output", command.fit.output},
-                                        {"--report", command.fit.report}});
+  const auto distinct = check_distinct(
+      {{"the input", command.input}, {"--output", command.output}, {"--report", command.report}});
   if (!distinct) return report_error(distinct.error());
   Search search(command);
-  const auto chosen = search.run();
-  if (!chosen) return report_error(chosen.error());
-  if (!chosen->kept) {
-    return report_error(
-        {Code::option_out_of_range, command.bake.input, "limits",
-         fmt::format("are met by no setting ({} made); the nearest is {}: {} {}", chosen->tried.size(),
-                     line_of(command, chosen->nearest), chosen->nearest_made ? "made" : "expected",
-                     figures_text(chosen->nearest_figures))});
+  const auto result = search.run();
+  if (!result) return report_error(result.error());
+  const TriedSetting& nearest = result->tried[result->nearest];
+  if (!result->met) {
+    return report_error({Code::option_out_of_range, command.input, "limits",
+                         fmt::format("are met by none of {} settings made; the nearest is {}: {}",
+                                     result->tried.size(), options_of(nearest), figures_text(nearest.made))});
   }
-  const std::size_t kept = *chosen->kept;
-  if (auto ok = search.commit(kept); !ok) return report_error(ok.error());
-  Json json = {{"chosen", line_of(command, chosen->tried[kept].point)},
-               {"expected", to_json(chosen->tried[kept].expected)},
-               {"made", to_json(chosen->tried[kept].made)},
-               {"tried", Json::array()}};
+  if (auto ok = search.commit(result->nearest); !ok) return report_error(ok.error());
+  const MadeFabric& made = search.made(result->nearest);
+  Json json = to_json(nearest);
+  json["tried"] = Json::array();
   std::string text;
-  for (const MadePoint& made : chosen->tried) {
-    // Alone, its line would refuse: within its budget there is nothing.
-    const bool refused = made.too_large();
-    json["tried"].push_back({{"command", line_of(command, made.point)},
-                             {"expected", to_json(made.expected)},
-                             {"made", to_json(made.made)},
-                             {"tooLarge", refused}});
-    text += fmt::format("tried {}: expected {}; {} {}\n", line_of(command, made.point),
-                        figures_text(made.expected), refused ? "the smallest found has" : "made",
-                        figures_text(made.made));
+  for (const TriedSetting& tried : result->tried) {
+    json["tried"].push_back(to_json(tried));
+    text += fmt::format("tried {}: expected {}; made {}\n", options_of(tried), figures_text(tried.expected),
+                        figures_text(tried.made));
   }
-  const MadeFabric& made = search.made(kept);
-  Json fit = fit_json(made.fitted);
   json.update(made.json);
-  json["fit"] = fit;
-  if (!command.fit.report.empty()) {
-    if (auto ok = write_report(command.fit.report, "make", json, made.fitted); !ok)
+  json["fit"] = fit_json(made.fitted);
+  if (!command.report.empty()) {
+    if (auto ok = write_report(command.report, "make", json, made.fitted); !ok)
       return report_error(ok.error());
   }
-  text += fmt::format("chosen: {}\n{}", line_of(command, chosen->tried[kept].point), fit_text(made.fitted));
-  report(command.fit.common, "make", json, text);
+  report(command.common, "make", json,
+         fmt::format("{}chosen: {}\n{}", text, options_of(nearest), fit_text(made.fitted)));
   return 0;
 }
 

@@ -1,10 +1,9 @@
-// trade: a sweep over the knobs of the road from stitch to fabric, all points judged alike. What is done
-// stays in the folder; an interrupted sweep goes on there.
+// trade: a sweep over the knobs of a make. All points are measured alike; an interrupted sweep goes on in its
+// folder.
 #include <fmt/format.h>
 
 #include <chrono>
 #include <filesystem>
-#include <optional>
 
 #include "apps/report/machine.h"
 #include "apps/report/trade_page.h"
@@ -12,43 +11,37 @@
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/trade_point.h"
 #include "converter/bake/setup.h"
+#include "converter/presets/held_out.h"
 #include "converter/presets/presets.h"
 #include "format/base/atomic_file.h"
 #include "format/base/digest.h"
-#include "format/base/json_text.h"
+#include "format/base/parallel.h"
 #include "format/picture/display.h"
+#include "format/quality/compare.h"
+#include "format/quality/picture_error.h"
 #include "format/scene/swatch.h"
 
 namespace selvedge {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using Points = std::vector<MakeOptions>;
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
+Result<Points> points_of(const TradeCommand& command) {
+  if (!command.grid.empty()) {
+    constexpr std::uintmax_t max_bytes = std::uintmax_t{1} << 20;
+    const auto text = read_file(command.grid, max_bytes);
+    if (!text) return tl::unexpected(text.error());
+    return read_grid(*text, command.grid);
+  }
+  Points points;
+  for (const MeasuredSetting& setting : measured_settings()) points.push_back(with_knobs(setting.knobs));
+  return points;
 }
 
-int finest(const std::vector<TradePoint>& points) {
+int finest(const Points& points) {
   int texels = 1;
-  for (const TradePoint& point : points) texels = std::max(texels, point.texels);
+  for (const MakeOptions& point : points) texels = std::max(texels, point.bake.width);
   return texels;
-}
-
-Result<std::vector<TradePoint>> points_of(const TradeCommand& command) {
-  if (command.grid.empty()) return default_grid();
-  constexpr std::uintmax_t most = std::uintmax_t{1} << 20;
-  const auto text = read_file(command.grid, most);
-  if (!text) return tl::unexpected(text.error());
-  return read_grid(*text, command.grid);
-}
-
-/// In seconds of some machine: what the estimate of the time left goes by.
-double cost_of(const TradePoint& p) {
-  const double texels = static_cast<double>(p.texels) * p.texels;
-  const double pairs = static_cast<double>(p.views) * p.lights;
-  const double bake = texels * (pairs * p.samples + 224.0 * 64) / 20e6;
-  const double fit = texels * pairs * 0.5e-6 * (p.budget > 0 ? 6 : 1);
-  return bake + fit + 1;
 }
 
 /// What has to agree for points to stand in one table.
@@ -88,35 +81,18 @@ Result<void> claim(const TradeFolder& folder, const Json& identity) {
     if (error) return fail(Code::file_unwritable, folder.path, name, error.message());
   }
   if (begun) return {};
-  // Before anything is made: what lies in the folder belongs to this sweep from now on.
+  // Before anything is made: the files in the folder belong to this sweep from now on.
   const Json claimed = {{"trade", 1}, {"identity", identity}};
   return write_file(path, claimed.dump(2) + "\n");
 }
 
-/// A true picture, twice as noisy, from one seed.
-Result<Frame> trace_half(const TradeCommand& command, const CellMesh& mesh, const SwatchShot& shot,
-                         std::uint64_t seed) {
-  TruthOptions options;
-  options.samples = command.truth_samples / 2;
-  options.seed = seed;
-  auto swatch = trace_swatch(mesh, command.input, shot, options);
-  if (!swatch) return tl::unexpected(swatch.error());
-  return std::move(swatch->frame);
-}
-
-/// A JSON object in a file; discarded where there is none.
-nlohmann::json read_json(const std::string& path) {
-  const auto text = read_file(path);
-  return parse_json(text ? *text : std::string());
-}
-
-/// A true picture that an interrupted sweep left, if it is whole; what is damaged is traced anew.
+/// A true picture that an interrupted sweep left, if it is whole.
 std::optional<Frame> picture_there(const TradeCommand& command, const std::string& path,
                                    const std::string& record, Json& noise) {
-  const auto json = read_json(record);
-  if (!json.is_object() || !json.contains("noisePsnr")) return std::nullopt;
-  // No number: infinitely many decibels, of a picture without noise.
-  const auto& psnr = json["noisePsnr"];
+  const auto json = read_trade_record(record);
+  if (!json || !json->contains("noisePsnr")) return std::nullopt;
+  // A picture without noise has infinitely many decibels, which JSON has as null.
+  const Json psnr = (*json)["noisePsnr"];
   if (!psnr.is_number() && !psnr.is_null()) return std::nullopt;
   const auto image = read_image(path, Transfer::keep);
   if (!image || image->width != command.size.x || image->height != command.size.y) return std::nullopt;
@@ -127,81 +103,48 @@ std::optional<Frame> picture_there(const TradeCommand& command, const std::strin
 /// The true picture from one place, from its file if it is there; its noise goes beside it.
 Result<Frame> true_picture(const TradeCommand& command, const CellMesh& mesh, SwatchView view,
                            const TradeFolder& folder, Json& noise) {
-  const std::string path = fmt::format("{}/truth/{}.exr", folder.path, name_of(view));
-  const std::string record = fmt::format("{}/truth/{}.json", folder.path, name_of(view));
-  if (auto there = picture_there(command, path, record, noise)) return std::move(*there);
+  const std::string path = fmt::format("{}/truth/{}", folder.path, name_of(view));
+  if (auto there = picture_there(command, path + ".exr", path + ".json", noise)) return std::move(*there);
   const SwatchShot shot = swatch_shot(view, mesh.period, command.size.x, command.size.y);
-  const std::uint64_t seed = mix(command.common.seed) >> 1;
-  auto a = trace_half(command, mesh, shot, seed);
-  if (!a) return a;
-  const auto b = trace_half(command, mesh, shot, seed + 1);
+  TruthOptions options;
+  options.samples = command.truth_samples / 2;
+  options.seed = mix(command.common.seed) >> 1;
+  auto a = trace_swatch(mesh, command.input, shot, options);
+  if (!a) return tl::unexpected(a.error());
+  ++options.seed;
+  const auto b = trace_swatch(mesh, command.input, shot, options);
   if (!b) return tl::unexpected(b.error());
-  const auto between = picture_error(*a, *b);
+  Frame& frame = a->frame;
+  const auto between = picture_error(frame, b->frame);
   if (!between) return tl::unexpected(between.error());
-  for (std::size_t i = 0; i < a->pixels.size(); ++i) a->pixels[i] = (a->pixels[i] + b->pixels[i]) * 0.5F;
+  for (std::size_t i = 0; i < frame.pixels.size(); ++i)
+    frame.pixels[i] = (frame.pixels[i] + b->frame.pixels[i]) * 0.5F;
   // Two pictures of variance s^2 differ by 2 s^2; their mean has s^2 / 2.
   noise = {{"noisePsnr", psnr_of(between->mean_square / 4)}};
-  if (auto ok = write_exr(path, to_linear_image(*a)); !ok) return tl::unexpected(ok.error());
-  if (auto ok = write_png(fmt::format("{}/truth/{}.png", folder.path, name_of(view)),
-                          to_display_image(*a, default_display()));
-      !ok)
+  if (auto ok = write_exr(path + ".exr", to_linear_image(frame)); !ok) return tl::unexpected(ok.error());
+  if (auto ok = write_png(path + ".png", to_display_image(frame, default_display())); !ok)
     return tl::unexpected(ok.error());
-  if (auto ok = write_file(record, noise.dump(2) + "\n"); !ok) return tl::unexpected(ok.error());
-  return a;
-}
-
-/// The held-out pairs of a samples file, if it has those that are wanted and is whole.
-std::optional<PairSamples> pairs_there(const std::string& path, int texels, int count) {
-  std::error_code none;
-  if (!std::filesystem::exists(path, none)) return std::nullopt;
-  auto reader = SamplesReader::open(path);
-  if (!reader || reader->header().width != texels || reader->header().height != texels) return std::nullopt;
-  auto pairs = reader->read_pairs(PairKind::held_out);
-  if (!pairs || static_cast<int>(pairs->pairs.size()) != count) return std::nullopt;
-  return std::move(*pairs);
-}
-
-/// Pairs of the finest size under light that bounces without end, from another seed than the points'.
-Result<PairSamples> held_out_pairs(const TradeCommand& command, const CellMesh& mesh,
-                                   const TradeFolder& folder, int texels) {
-  const std::string path = folder.path + "/truth/held-out.samples.exr";
-  if (auto there = pairs_there(path, texels, command.held_out_pairs)) return std::move(*there);
-  BakeOptions options;
-  options.width = options.height = texels;
-  options.views = options.lights = 1;
-  options.samples = 1;
-  options.bounces = unlimited_bounces;
-  options.validation_pairs = options.rim_pairs = 0;
-  options.held_out_pairs = command.held_out_pairs;
-  options.truth_samples = command.held_out_samples;
-  options.seed = mix(command.common.seed) >> 1;
-  if (const auto baked = bake(mesh, command.input, options, "{}", path); !baked)
-    return tl::unexpected(baked.error());
-  auto reader = SamplesReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  return reader->read_pairs(PairKind::held_out);
+  if (auto ok = write_file(path + ".json", noise.dump(2) + "\n"); !ok) return tl::unexpected(ok.error());
+  return std::move(frame);
 }
 
 /// Whether the point's fabric and a record of it are there and whole; else it is measured again.
-bool is_measured(const TradeFolder& folder, const TradePoint& point) {
+bool is_measured(const TradeFolder& folder, const MakeOptions& point) {
   const auto record = read_trade_record(folder.record(point));
   return record && is_point_record(*record, name_of(point)) &&
          number_at(*record, "/bytes") == static_cast<double>(size_of_file(folder.fabric(point))) &&
          read_fabric(folder.fabric(point));
 }
 
-/// Why an earlier run found that the point cannot be made; nothing where none has.
-std::optional<std::string> why_left_out(const TradeFolder& folder, const TradePoint& point) {
-  const auto json = read_json(folder.record(point));
-  if (!json.is_object() || json.value("name", nlohmann::json()) != name_of(point)) return std::nullopt;
-  const auto why = json.value("leftOut", nlohmann::json());
-  if (!why.is_string()) return std::nullopt;
-  return why.get<std::string>();
+/// Why an earlier run could not make the point; empty where none tried.
+std::string why_left_out(const TradeFolder& folder, const MakeOptions& point) {
+  const auto record = read_trade_record(folder.record(point));
+  return record && text_at(*record, "name") == name_of(point) ? text_at(*record, "leftOut") : "";
 }
 
 /// Whether no fabric of the point is as small as its budget, or none can be chosen at all.
-bool is_refused_budget(const TradePoint& point, const Error& error) {
-  return point.budget > 0 && error.code == Code::option_out_of_range &&
+bool is_refused_budget(const MakeOptions& point, const Error& error) {
+  return point.budget && error.code == Code::option_out_of_range &&
          (error.place == "--budget" || error.place == "budget");
 }
 
@@ -220,7 +163,12 @@ class Sweep {
     const int texels = finest(points_);
     identity_ = identity_of(command_, cell->mesh, texels);
     if (auto ok = claim(folder_, identity_); !ok) return ok;
-    leave_out_known();
+    // Those that an earlier run could not make.
+    std::erase_if(points_, [&](const MakeOptions& point) {
+      const std::string why = why_left_out(folder_, point);
+      if (!why.empty()) report_left_out(point, why);
+      return !why.empty();
+    });
     if (auto ok = find_truth(cell->mesh, texels); !ok) return ok;
     if (auto ok = measure(); !ok) return ok;
     if (points_.empty())
@@ -232,43 +180,22 @@ class Sweep {
   int measured() const { return measured_; }
 
  private:
-  /// What the stitch refuses to be baked with.
+  /// Points of fewer texels than the stitch can be baked with.
   Result<void> leave_out_too_coarse(const Cell& cell) {
     if (!cell.stitch) return {};
-    const int least = std::max(cell.stitch->min_texels.x, cell.stitch->min_texels.y);
-    const auto too_coarse = [&](const TradePoint& p) { return p.texels < least; };
-    const auto end = std::remove_if(points_.begin(), points_.end(), too_coarse);
-    if (end == points_.end()) return {};
-    points_.erase(end, points_.end());
+    const int min_texels = std::max(cell.stitch->min_texels.x, cell.stitch->min_texels.y);
+    if (std::erase_if(points_, [&](const MakeOptions& p) { return p.bake.width < min_texels; }) == 0)
+      return {};
     if (points_.empty()) {
       return fail(Code::option_out_of_range, command_.input, "--grid",
-                  fmt::format("has no point of {} texels or more, which this stitch needs", least));
+                  fmt::format("has no point of {} texels or more, which this stitch needs", min_texels));
     }
     if (!command_.common.quiet)
-      report_remark(command_.input, fmt::format("points of fewer than {} texels are left out", least));
+      report_remark(command_.input, fmt::format("points of fewer than {} texels are left out", min_texels));
     return {};
   }
 
-  /// Points that an earlier run could not make; no bake is needed to know it again.
-  void leave_out_known() {
-    const auto known = [&](const TradePoint& point) {
-      const auto why = why_left_out(folder_, point);
-      if (why) tell_left_out(point, *why);
-      return why.has_value();
-    };
-    points_.erase(std::remove_if(points_.begin(), points_.end(), known), points_.end());
-  }
-
-  /// The point is no longer one of the sweep's; one that cannot be made does not end it.
-  Result<void> leave_out(const TradePoint& point, const std::string& why) {
-    tell_left_out(point, why);
-    points_.erase(std::remove(points_.begin(), points_.end(), point), points_.end());
-    if (auto ok = write_sweep(); !ok) return ok;
-    const Json record = {{"name", name_of(point)}, {"leftOut", why}};
-    return write_file(folder_.record(point), record.dump(2) + "\n");
-  }
-
-  void tell_left_out(const TradePoint& point, const std::string& why) const {
+  void report_left_out(const MakeOptions& point, const std::string& why) const {
     if (!command_.common.quiet)
       report_remark(command_.input, fmt::format("{} is left out: {}", name_of(point), why));
   }
@@ -276,14 +203,22 @@ class Sweep {
   Result<void> find_truth(const CellMesh& mesh, int texels) {
     truth_.period_mm = mesh.period;
     for (const SwatchView view : all_swatch_views) {
-      say(fmt::format("the true picture {}", name_of(view)));
+      progress_.note(fmt::format("the true picture {}", name_of(view)));
       auto picture = true_picture(command_, mesh, view, folder_, noise_[std::string(name_of(view))]);
       if (!picture) return tl::unexpected(picture.error());
       truth_.pictures.push_back(std::move(*picture));
     }
-    say("the held-out pairs");
-    auto pairs = held_out_pairs(command_, mesh, folder_, texels);
-    if (!pairs) return tl::unexpected(pairs.error());
+    progress_.note("the held-out pairs");
+    const std::string path = folder_.path + "/truth/held-out.samples.exr";
+    const HeldOutOptions options{texels, command_.held_out_pairs, command_.held_out_samples};
+    BakeOptions base;
+    base.seed = command_.common.seed;
+    auto pairs = read_held_out(path, options);
+    if (!pairs) {
+      auto baked = bake_held_out(mesh, command_.input, options, base, path);
+      if (!baked) return tl::unexpected(baked.error());
+      pairs = std::move(*baked);
+    }
     truth_.held_out = std::move(*pairs);
     truth_.peak = peak_of(truth_.held_out);
     if (auto ok = write_png(folder_.picture(trade_truth_picture), thumbnail_of(truth_.pictures)); !ok)
@@ -293,92 +228,94 @@ class Sweep {
 
   Result<void> write_sweep() const {
     Json names = Json::array();
-    for (const TradePoint& point : points_) names.push_back(name_of(point));
-    Json presets = Json::object();
-    for (const std::string_view name : quality_names)
-      presets[std::string(name)] = name_of(point_of(*quality_named(name)));
-    const Json sweep = {
-        {"trade", 1},        {"identity", identity_}, {"periodMm", {truth_.period_mm.x, truth_.period_mm.y}},
-        {"truth", noise_},   {"peak", truth_.peak},   {"points", names},
-        {"presets", presets}};
+    for (const MakeOptions& point : points_) names.push_back(name_of(point));
+    Json preset_names = Json::object();
+    for (const Preset& preset : presets)
+      preset_names[std::string(preset.name)] = name_of(with_knobs(preset.knobs));
+    const Json sweep = {{"trade", 1},
+                        {"identity", identity_},
+                        {"periodMm", {truth_.period_mm.x, truth_.period_mm.y}},
+                        {"truth", noise_},
+                        {"peak", truth_.peak},
+                        {"points", names},
+                        {"presets", preset_names}};
     return write_file(folder_.path + "/" + trade_sweep_file, sweep.dump(2) + "\n");
   }
 
-  /// What is not measured, points of one bake after each other, so that its samples can go.
-  std::vector<TradePoint> points_left() const {
-    std::vector<TradePoint> unmeasured;
-    std::copy_if(points_.begin(), points_.end(), std::back_inserter(unmeasured),
-                 [&](const TradePoint& point) { return !is_measured(folder_, point); });
-    std::vector<TradePoint> left;
-    for (const TradePoint& first : unmeasured) {
-      for (const TradePoint& point : unmeasured) {
-        if (bake_name_of(point) == bake_name_of(first) &&
-            std::find(left.begin(), left.end(), point) == left.end())
-          left.push_back(point);
-      }
-    }
+  /// Points that are not measured, those of one bake after each other, so that its samples can go.
+  Points points_left() const {
+    Points left = points_;
+    std::erase_if(left, [&](const MakeOptions& point) { return is_measured(folder_, point); });
+    const auto first_of_bake = [&, all = left](const MakeOptions& point) {
+      return std::find_if(all.begin(), all.end(),
+                          [&](const auto& other) { return bake_name_of(other) == bake_name_of(point); }) -
+             all.begin();
+    };
+    std::stable_sort(left.begin(), left.end(), [&](const MakeOptions& a, const MakeOptions& b) {
+      return first_of_bake(a) < first_of_bake(b);
+    });
     return left;
   }
 
   Result<void> measure() {
-    const std::vector<TradePoint> left = points_left();
-    double total = 0;
-    for (const TradePoint& point : left) total += cost_of(point);
+    const Points left = points_left();
     tidy_bakes(left);
-    const auto start = Clock::now();
     const Progress bar = progress_.callback();
-    double done = 0;
     for (std::size_t i = 0; i < left.size(); ++i) {
-      const TradePoint& point = left[i];
-      say(name_of(point));
-      const auto bake_seconds = ensure_samples(command_, point, folder_);
-      if (!bake_seconds) return tl::unexpected(bake_seconds.error());
-      const auto record = measure_point(command_, point, folder_, truth_, *bake_seconds);
+      const MakeOptions& point = left[i];
+      progress_.note(name_of(point));
+      const auto record = measure_point(command_, point, folder_, truth_);
       if (!record && !is_refused_budget(point, record.error())) return tl::unexpected(record.error());
       std::error_code none;
       const bool last_of_bake = i + 1 == left.size() || bake_name_of(left[i + 1]) != bake_name_of(point);
       if (last_of_bake && !command_.keep_samples) std::filesystem::remove(folder_.samples(point), none);
-      done += cost_of(point);
-      if (bar) bar(done / total);
-      if (!record) {
-        if (auto ok = leave_out(point, record.error().message); !ok) return ok;
-        continue;
+      if (bar) bar(static_cast<double>(i + 1) / static_cast<double>(left.size()));
+      if (record) {
+        ++measured_;
+        report_point(*record, i + 1, left.size());
+      } else if (auto ok = leave_out(point, record.error().message); !ok) {
+        return ok;
       }
-      ++measured_;
-      tell(*record, i + 1, left.size(), seconds_since(start) * (total - done) / done);
     }
     return {};
   }
 
-  /// Takes away what a sweep that was killed left in the folder of bakes: files half written, and samples
-  /// that no point needs any more.
-  void tidy_bakes(const std::vector<TradePoint>& left) const {
-    for (const TradePoint& point : points_) {
+  /// The point is no longer one of the sweep's; one that cannot be made does not end it.
+  Result<void> leave_out(const MakeOptions& point, const std::string& why) {
+    const std::string name = name_of(point);
+    report_left_out(point, why);
+    std::erase_if(points_, [&](const MakeOptions& other) { return name_of(other) == name; });
+    if (auto ok = write_sweep(); !ok) return ok;
+    return write_file(folder_.record(point), Json{{"name", name}, {"leftOut", why}}.dump(2) + "\n");
+  }
+
+  /// Removes what a sweep that was killed left in the folder of bakes: files half written, and samples that
+  /// no point needs any more.
+  void tidy_bakes(const Points& left) const {
+    for (const MakeOptions& point : points_) {
       const std::string samples = folder_.samples(point);
       const bool needed = command_.keep_samples || std::any_of(left.begin(), left.end(), [&](const auto& p) {
                             return folder_.samples(p) == samples;
                           });
       std::error_code none;
       if (!needed) std::filesystem::remove(samples, none);
-      // Who begins a file takes away what others left of it.
+      // Beginning a file removes what others left of it.
       for (const char* ending : {"", ".journal"}) (void)AtomicFile::create(samples + ending);
     }
   }
 
-  void say(const std::string& what) { progress_.note(what); }
-
-  void tell(const Json& record, std::size_t done, std::size_t all, double seconds_left) {
+  void report_point(const Json& record, std::size_t done, std::size_t all) const {
     if (command_.common.quiet || command_.common.json) return;
-    fmt::print(stderr, "{}/{} {}: {:.2f} dB, SSIM {:.4f}, {} bytes, {:.2f} s; {:.0f} s left\n", done, all,
-               record["name"].get<std::string>(), record["pictures"]["all"]["psnr"].get<double>(),
-               record["pictures"]["all"]["ssim"].get<double>(), record["bytes"].get<std::uint64_t>(),
-               record["seconds"]["make"].get<double>(), seconds_left);
+    fmt::print(stderr, "{}/{} {}: {:.2f} dB, SSIM {:.4f}, {:.0f} bytes, {:.2f} s\n", done, all,
+               text_at(record, "name"), number_at(record, "/pictures/all/psnr"),
+               number_at(record, "/pictures/all/ssim"), number_at(record, "/bytes"),
+               number_at(record, "/seconds/make"));
   }
 
   const TradeCommand& command_;
   TradeFolder folder_;
   TerminalProgress progress_;
-  std::vector<TradePoint> points_;
+  Points points_;
   Json identity_;
   Json noise_ = Json::object();  ///< of the true pictures
   TradeTruth truth_;
@@ -389,10 +326,10 @@ class Sweep {
 
 int run(const TradeCommand& command) {
   apply(command.common);
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   Sweep sweep(command);
   if (auto ok = sweep.run(); !ok) return report_error(ok.error());
-  const double seconds = seconds_since(start);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report(command.common, "trade",
          {{"input", command.input},
           {"output", command.output},

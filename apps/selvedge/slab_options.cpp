@@ -12,19 +12,19 @@ void check_slabs(const CLI::App& app, const BakeCommand& bake, const FitCommand&
   };
   if (bake.bake.slabs == 0) refuse("bake", "--cells", "--slabs");
   // Whether the samples have heights is seen when they are read.
-  if (!fit.budget) {
+  if (!fit.options.budget) {
     refuse("fit", "--slab-lobes", "--budget");
     refuse("fit", "--glossy-slabs", "--budget");
   }
   // Limits choose slabs and budgets, and refuse these options.
   if (make.limits.any()) return;
-  if (!make.fit.budget) {
+  if (!make.options.budget) {
     refuse("make", "--slab-lobes", "--budget, or a --quality that has one");
     refuse("make", "--glossy-slabs", "--budget, or a --quality that has one");
     // Samples that are kept can be fitted with one.
     if (app.get_subcommand("make")->count("--keep-samples") == 0) refuse("make", "--slabs", "--budget");
   }
-  if (make.bake.bake.slabs == 0) {
+  if (make.options.bake.slabs == 0) {
     refuse("make", "--cells", "--slabs");
     refuse("make", "--slab-lobes", "--slabs");
   }

@@ -8,15 +8,38 @@
 #include <filesystem>
 
 #include "apps/report/median.h"
+#include "apps/report/trade_records.h"
 #include "apps/selvedge/run_bake.h"
 #include "apps/selvedge/run_fit.h"
 #include "format/base/atomic_file.h"
-#include "format/base/json_text.h"
 #include "format/base/option_text.h"
 #include "format/picture/swatch_picture.h"
+#include "format/quality/compare.h"
+#include "format/quality/picture_error.h"
 
 namespace selvedge {
 namespace {
+
+/// By the clock, and the work of all cores, which other programs do not change.
+struct Seconds {
+  double wall = 0;
+  double processor = 0;
+};
+
+/// The medians of so many runs, each of which gives its seconds by the clock; an error ends them.
+template <class Run>
+Result<Seconds> timed(int repeats, const Run& run) {
+  std::vector<double> wall;
+  std::vector<double> processor;
+  for (int i = 0; i < repeats; ++i) {
+    const std::clock_t work = std::clock();
+    const Result<double> seconds = run();
+    if (!seconds) return tl::unexpected(seconds.error());
+    wall.push_back(*seconds);
+    processor.push_back(static_cast<double>(std::clock() - work) / CLOCKS_PER_SEC);
+  }
+  return Seconds{median(wall), median(processor)};
+}
 
 CommonOptions silent(const TradeCommand& command) {
   CommonOptions common = command.common;
@@ -24,35 +47,34 @@ CommonOptions silent(const TradeCommand& command) {
   return common;
 }
 
-/// Seconds by the clock and of all cores' work, of runs.
-struct Times {
-  std::vector<double> wall;
-  std::vector<double> processor;
-};
-
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-/// Opening and reading everything, as a viewer does that needs all levels; the file is in memory by then.
-Result<double> seconds_to_load(const std::string& path, int repeats) {
-  constexpr int least = 5;
-  std::vector<double> seconds;
-  for (int i = 0; i < std::max(least, repeats); ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    auto reader = FabricReader::open(path);
-    if (!reader) return tl::unexpected(reader.error());
-    if (const auto fabric = reader->read(); !fabric) return tl::unexpected(fabric.error());
-    seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+/// The samples of the point in their file; the seconds that it took when they were baked.
+Result<Seconds> ensure_samples(const TradeCommand& command, const MakeOptions& point,
+                               const TradeFolder& folder) {
+  const std::string record = folder.bake_record(point);
+  std::error_code none;
+  if (std::filesystem::exists(folder.samples(point), none)) {
+    const auto there = read_trade_record(record);
+    if (there && has_numbers(*there, {"/seconds", "/processorSeconds"}))
+      return Seconds{number_at(*there, "/seconds"), number_at(*there, "/processorSeconds")};
   }
-  return median(seconds);
+  BakeCommand bake;
+  bake.input = command.input;
+  bake.cell = command.cell;
+  bake.bake = point.bake;
+  bake.bake.seed = command.common.seed;
+  bake.bake.resumable = false;  // else a part may have been made in another run, whose time is not known
+  bake.texels_given = true;
+  bake.output = folder.samples(point);
+  const auto seconds = timed(command.repeats, [&] {
+    return bake_cell(bake, silent(command)).map([](const BakeReport& report) { return report.seconds; });
+  });
+  if (!seconds) return seconds;
+  const Json json = {{"seconds", seconds->wall}, {"processorSeconds", seconds->processor}};
+  if (auto ok = write_file(record, json.dump(2) + "\n"); !ok) return tl::unexpected(ok.error());
+  return seconds;
 }
 
-Result<Fabric> load(const std::string& path) {
-  auto reader = FabricReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  return reader->read();
-}
-
-/// Figures of every level, the finest of the held-out pairs first.
+/// Errors of every level, the finest of the held-out pairs first.
 Result<Json> held_out_json(const Fabric& fabric, const TradeTruth& truth) {
   const auto comparison = compare_with_finer(fabric, truth.held_out, PairKind::held_out, truth.peak);
   if (!comparison) return tl::unexpected(comparison.error());
@@ -64,122 +86,78 @@ Result<Json> held_out_json(const Fabric& fabric, const TradeTruth& truth) {
   return levels;
 }
 
-/// Errors of the pictures, by view and as one; the small ones go to `picture`.
+/// Errors of the pictures from the four places; the small ones go to `picture`.
 Result<Json> pictures_json(const Fabric& fabric, const TradeTruth& truth, const std::string& picture) {
-  std::vector<PictureError> errors;
   std::vector<Frame> frames;
-  Json json = Json::object();
   for (std::size_t i = 0; i < all_swatch_views.size(); ++i) {
     const Frame& expected = truth.pictures[i];
-    const SwatchShot shot =
-        swatch_shot(all_swatch_views[i], truth.period_mm, expected.width, expected.height);
-    frames.push_back(draw_swatch(fabric, shot));
-    const auto error = picture_error(frames.back(), expected);
-    if (!error) return tl::unexpected(error.error());
-    errors.push_back(*error);
-    json[std::string(swatch_view_names[i])] = {{"psnr", psnr_of(error->mean_square)}, {"ssim", error->ssim}};
+    frames.push_back(draw_swatch(
+        fabric, swatch_shot(all_swatch_views[i], truth.period_mm, expected.width, expected.height)));
   }
-  const PictureError mean = mean_of(errors);
-  json["all"] = {{"psnr", psnr_of(mean.mean_square)}, {"ssim", mean.ssim}};
   if (auto ok = write_png(picture, thumbnail_of(frames)); !ok) return tl::unexpected(ok.error());
-  return json;
+  return picture_errors_json(frames, truth.pictures);
 }
 
 }  // namespace
 
-std::string TradeFolder::samples(const TradePoint& p) const {
+std::string TradeFolder::samples(const MakeOptions& p) const {
   return fmt::format("{}/bakes/{}.samples.exr", path, bake_name_of(p));
 }
-std::string TradeFolder::bake_record(const TradePoint& p) const {
+std::string TradeFolder::bake_record(const MakeOptions& p) const {
   return fmt::format("{}/bakes/{}.json", path, bake_name_of(p));
 }
-std::string TradeFolder::fabric(const TradePoint& p) const {
+std::string TradeFolder::fabric(const MakeOptions& p) const {
   return fmt::format("{}/fabrics/{}.fabric.exr", path, name_of(p));
 }
-std::string TradeFolder::record(const TradePoint& p) const {
+std::string TradeFolder::record(const MakeOptions& p) const {
   return fmt::format("{}/points/{}.json", path, name_of(p));
 }
 std::string TradeFolder::picture(const std::string& name) const {
   return fmt::format("{}/pictures/{}.png", path, name);
 }
 
-std::string make_line(const TradeCommand& command, const TradePoint& point) {
-  std::string settings;
-  for (const std::string& text : command.settings) settings += " --set " + shell_word(text);
-  return fmt::format("selvedge make {}{}{} --seed {} -o {}.fabric.exr", shell_word(command.input), settings,
-                     options_text(point), command.common.seed, name_of(point));
-}
-
-Result<MakeSeconds> ensure_samples(const TradeCommand& command, const TradePoint& point,
-                                   const TradeFolder& folder) {
-  const std::string samples = folder.samples(point);
-  const std::string record = folder.bake_record(point);
-  std::error_code none;
-  if (std::filesystem::exists(samples, none)) {
-    if (const auto text = read_file(record)) {
-      nlohmann::json json = parse_json(*text);
-      if (json.is_object() && json["seconds"].is_number() && json["processorSeconds"].is_number())
-        return MakeSeconds{json["seconds"].get<double>(), json["processorSeconds"].get<double>()};
-    }
-  }
-  BakeCommand bake;
-  bake.input = command.input;
-  bake.cell = command.cell;
-  bake.bake = bake_options_of(point, command.common.seed);
-  bake.texels_given = true;
-  bake.output = samples;
-  bake.bake.resumable = false;  // a time that began in another run is none
-  Times times;
-  for (int i = 0; i < command.repeats; ++i) {
-    const double before = processor_seconds();
-    const auto baked = bake_cell(bake, silent(command));
-    if (!baked) return tl::unexpected(baked.error());
-    times.wall.push_back(baked->seconds);
-    times.processor.push_back(processor_seconds() - before);
-  }
-  const MakeSeconds seconds{median(times.wall), median(times.processor)};
-  const Json json = {
-      {"seconds", seconds.wall}, {"processorSeconds", seconds.processor}, {"runs", times.wall}};
-  if (auto ok = write_file(record, json.dump(2) + "\n"); !ok) return tl::unexpected(ok.error());
-  return seconds;
-}
-
-Result<Json> measure_point(const TradeCommand& command, const TradePoint& point, const TradeFolder& folder,
-                           const TradeTruth& truth, const MakeSeconds& bake) {
+Result<Json> measure_point(const TradeCommand& command, const MakeOptions& point, const TradeFolder& folder,
+                           const TradeTruth& truth) {
+  const auto bake = ensure_samples(command, point, folder);
+  if (!bake) return tl::unexpected(bake.error());
   FitCommand fit;
   fit.input = folder.samples(point);
   fit.common = silent(command);
   fit.output = folder.fabric(point);
-  const TradeFit options = fit_options_of(point);
-  fit.fit = options.fit;
-  fit.write = options.write;
-  if (point.budget > 0) fit.budget = point.budget;
-  Times times;
-  for (int i = 0; i < command.repeats; ++i) {
-    const double before = processor_seconds();
-    const auto fitted = fit_file(fit.input, fit);
-    if (!fitted) return tl::unexpected(fitted.error());
-    times.wall.push_back(fitted->seconds);
-    times.processor.push_back(processor_seconds() - before);
-  }
-  const auto load_seconds = seconds_to_load(fit.output, command.repeats);
-  if (!load_seconds) return tl::unexpected(load_seconds.error());
-  const auto fabric = load(fit.output);
-  if (!fabric) return tl::unexpected(fabric.error());
-  const auto held_out = held_out_json(*fabric, truth);
+  fit.options = point;
+  const auto fitted = timed(command.repeats, [&] {
+    return fit_file(fit.input, fit).map([](const FitOutcome& outcome) { return outcome.seconds; });
+  });
+  if (!fitted) return tl::unexpected(fitted.error());
+  // All levels, as a viewer may need them; the file is in memory by now.
+  Fabric fabric;
+  const auto loaded = timed(std::max(5, command.repeats), [&]() -> Result<double> {
+    const auto start = std::chrono::steady_clock::now();
+    auto read = read_fabric(fit.output);
+    if (!read) return tl::unexpected(read.error());
+    fabric = std::move(*read);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  });
+  if (!loaded) return tl::unexpected(loaded.error());
+  const auto held_out = held_out_json(fabric, truth);
   if (!held_out) return tl::unexpected(held_out.error());
-  const auto pictures = pictures_json(*fabric, truth, folder.picture(name_of(point)));
+  const std::string name = name_of(point);
+  const auto pictures = pictures_json(fabric, truth, folder.picture(name));
   if (!pictures) return tl::unexpected(pictures.error());
-  const double fit_seconds = median(times.wall);
-  Json json = {{"name", name_of(point)},
-               {"knobs", Json::parse(knobs_json(point))},
-               {"command", make_line(command, point)},
-               {"bytes", size_of_file(fit.output)},
-               {"seconds", {{"bake", bake.wall}, {"fit", fit_seconds}, {"make", bake.wall + fit_seconds}}},
-               {"processorSeconds", bake.processor + median(times.processor)},
-               {"loadMs", 1000 * *load_seconds},
-               {"heldOut", *held_out},
-               {"pictures", *pictures}};
+  std::string settings;
+  for (const std::string& text : command.settings) settings += " --set " + shell_word(text);
+  Json json = {
+      {"name", name},
+      {"knobs", knobs_of(point)},
+      {"command",
+       fmt::format("selvedge make {}{} --quality paper{} --seed {} -o {}.fabric.exr",
+                   shell_word(command.input), settings, options_text(point), command.common.seed, name)},
+      {"bytes", size_of_file(fit.output)},
+      {"seconds", {{"bake", bake->wall}, {"fit", fitted->wall}, {"make", bake->wall + fitted->wall}}},
+      {"processorSeconds", bake->processor + fitted->processor},
+      {"loadMs", 1000 * loaded->wall},
+      {"heldOut", *held_out},
+      {"pictures", *pictures}};
   if (auto ok = write_file(folder.record(point), json.dump(2) + "\n"); !ok) return tl::unexpected(ok.error());
   return json;
 }

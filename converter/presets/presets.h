@@ -1,5 +1,5 @@
-// Settings of the road from stitch to fabric that were found to be worth their cost, by a sweep over a grid
-// of them (docs/trade.md); and what each setting of that grid is expected to cost.
+// Named settings of a make that are worth their cost, and the measured table that they are rows of
+// (docs/trade.md).
 #pragma once
 
 #include <array>
@@ -7,30 +7,38 @@
 #include <span>
 #include <string_view>
 
-#include "converter/presets/settings.h"
+#include "converter/presets/make_options.h"
 
 namespace selvedge {
 
-enum class Quality { draft, standard, high, reference };
+struct Preset {
+  std::string_view name;   ///< of --quality
+  std::string_view knobs;  ///< JSON
+};
 
-/// As on command lines, in the order of the enumeration.
-inline constexpr std::array<std::string_view, 4> quality_names{"draft", "standard", "high", "reference"};
-std::optional<Quality> quality_named(std::string_view name);
+/// No other row of the measured table beats one of them in bytes, seconds and pictures together:
+/// tests/bench/quality.
+inline constexpr std::array<Preset, 4> presets{
+    {{"draft", R"({"texels": 8, "directions": 36, "samples": 2, "lobes": 1, "storage": "half"})"},
+     {"standard", R"({"texels": 16, "samples": 2, "layers": "products", "budget": 32768})"},
+     {"high", R"({"samples": 2, "layers": "slabs", "budget": 131072})"},
+     {"reference", R"({"layers": "slabs", "budget": 524288})"}}};
+inline constexpr std::string_view default_preset = "standard";
 
-/// None of them is beaten, in bytes, seconds and pictures together, by any other of the grid:
-/// tests/bench/quality (docs/trade.md).
-TradePoint point_of(Quality quality);
+/// The options of a preset, or of "paper": the defaults of bake and fit. A budget grows with more texels than
+/// the preset's own.
+std::optional<MakeOptions> preset_named(std::string_view name);
 
-/// What a setting cost and was worth, the mean over the stitches of quality_table.cpp.
-struct ExpectedPoint {
-  TradePoint point;
+/// A setting that was measured: means over the stitches of presets_table.cpp.
+struct MeasuredSetting {
+  std::string_view knobs;  ///< JSON
   double bytes = 0;
   double seconds = 0;   ///< of the processor, all cores together, to bake and fit
   double held_out = 0;  ///< dB, held-out pairs at 64 x 64 texels as compare_with_finer() has it
   double pictures = 0;  ///< dB, of four swatches against the traced stitch
 };
 
-/// The committed grid, measured. tests/bench/trade writes quality_table.cpp.
-std::span<const ExpectedPoint> expected_points();
+/// The committed grid. tests/bench/trade writes presets_table.cpp.
+std::span<const MeasuredSetting> measured_settings();
 
 }  // namespace selvedge

@@ -6,7 +6,7 @@ const views = ["near", "middle", "far", "grazing"];
 const sweeps = process.argv.slice(2).map((folder) => JSON.parse(fs.readFileSync(`${folder}/trade.json`, "utf8")));
 const db = (pictures) => [...views, "all"].map((view) => pictures[view].psnr.toFixed(2)).join(" | ");
 const fronts = (row, names) => names.filter((name) => row.front[name]).join(", ");
-const after = (command, start) => command.replace(start, "").replace(/ --seed .*/, "").replace(/ -o .*/, "").trim() || "(default)";
+const after = (command, start) => command.replace(start, "").replace(/ --seed .*/, "").replace(/ -o .*/, "").trim() || "(none)";
 
 const { machine } = sweeps[0].identity;
 console.log(`# What the settings cost, and what they are worth
@@ -27,11 +27,11 @@ for (const sweep of sweeps) {
 
 ${runs === 1 ? "One run." : `Times are medians of ${runs} runs.`} The truth's own noise, in dB: ${noise}.
 
-| options of \`make\` | bytes | work s | load ms | frame ms | held out | rel. L2 | near | middle | far | grazing | all | SSIM | front |
+| options beside \`make --quality paper\` | bytes | work s | load ms | frame ms | held out | rel. L2 | near | middle | far | grazing | all | SSIM | front |
 |---|---|---|---|---|---|---|---|---|---|---|---|---|---|`);
   for (const p of sweep.points) {
     const frame = p.frameMs === undefined ? "" : p.frameMs.toFixed(0);
-    console.log(`| \`${after(p.command, /^selvedge make \S+/)}\` | ${p.bytes.toLocaleString("en")} | ${p.processorSeconds.toFixed(1)} | ` +
+    console.log(`| \`${after(p.command, /^selvedge make \S+ --quality paper/)}\` | ${p.bytes.toLocaleString("en")} | ${p.processorSeconds.toFixed(1)} | ` +
       `${p.loadMs.toFixed(1)} | ${frame} | ${p.heldOut[0].psnr.toFixed(2)} | ${p.heldOut[0].relativeL2.toFixed(3)} | ${db(p.pictures)} | ` +
       `${p.pictures.all.ssim.toFixed(3)} | ${fronts(p, ["bytes", "work", "frame"])} |`);
   }

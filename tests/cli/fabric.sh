@@ -2,7 +2,7 @@
 # Fabric files written again, and questions asked of them.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-make_knit_fabric() { selvedge make plain-knit -o k.fabric.exr --quiet "${small[@]}"; }
+make_knit_fabric() { selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}"; }
 
 # says FILE EXPRESSION: prints a part of the attribute text, `t`.
 says() {

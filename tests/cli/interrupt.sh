@@ -36,8 +36,8 @@ test_bake_leaves_no_half_file_after_sigterm() {
 }
 
 test_make_leaves_no_half_file_after_ctrl_c() {
-  leaves_nothing INT 130 selvedge make plain-knit -o k.fabric.exr "${large[@]}"
-  leaves_nothing TERM 143 selvedge make plain-knit -o k.fabric.exr --keep-samples k.samples.exr "${large[@]}"
+  leaves_nothing INT 130 selvedge make --quality paper plain-knit -o k.fabric.exr "${large[@]}"
+  leaves_nothing TERM 143 selvedge make --quality paper plain-knit -o k.fabric.exr --keep-samples k.samples.exr "${large[@]}"
 }
 
 test_bake_leaves_the_old_file_after_ctrl_c() {

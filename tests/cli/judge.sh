@@ -31,7 +31,7 @@ test_a_report_with_another_ending_is_a_table() {
   grep -q '^No warnings' k.md
   [ "$(stat -c %s k.fabric.exr)" -le 20480 ]
   grep -q "^\`k.fabric.exr\`: $(stat -c %s k.fabric.exr) bytes" k.md
-  exits 0 selvedge make plain-knit -o m.fabric.exr --report m.txt --quiet --texels 8 --views 1 --lights 16 --samples 4
+  exits 0 selvedge make --quality paper plain-knit -o m.fabric.exr --report m.txt --quiet --texels 8 --views 1 --lights 16 --samples 4
   grep -q 'SAMPLES_SPARSE' m.txt
   exits 0 selvedge info m.fabric.exr --json
   holds "r.content.provenance.fit.warnings[0].code === 'SAMPLES_SPARSE'"

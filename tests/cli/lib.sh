@@ -66,7 +66,7 @@ write_plane() { printf 'v %s\n' '0 0 0' '2 0 0' '2 2 0' '0 2 0' >"$1" && echo 'f
 # A fabric of that plane with the albedo 0.8, 0.4, 0.2, and its samples.
 make_plane_fabric() {
   write_plane plane.obj
-  selvedge make plane.obj --period 2x2 --albedo 0.8,0.4,0.2 -o plane.fabric.exr --keep-samples plane.samples.exr \
+  selvedge make --quality paper plane.obj --period 2x2 --albedo 0.8,0.4,0.2 -o plane.fabric.exr --keep-samples plane.samples.exr \
     --quiet "${small[@]}"
 }
 

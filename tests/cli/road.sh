@@ -7,11 +7,11 @@ digests_of() { selvedge info "$1" --json | node -p 'JSON.stringify(JSON.parse(re
 
 test_same_seed_same_bytes_and_another_seed_other_bytes() {
   for run in a b; do
-    selvedge make plain-knit -o $run.fabric.exr --keep-samples $run.samples.exr --seed 7 --quiet "${small[@]}"
+    selvedge make --quality paper plain-knit -o $run.fabric.exr --keep-samples $run.samples.exr --seed 7 --quiet "${small[@]}"
   done
   same a.samples.exr b.samples.exr
   same a.fabric.exr b.fabric.exr
-  selvedge make plain-knit -o c.fabric.exr --keep-samples c.samples.exr --seed 8 --quiet "${small[@]}"
+  selvedge make --quality paper plain-knit -o c.fabric.exr --keep-samples c.samples.exr --seed 8 --quiet "${small[@]}"
   differ a.samples.exr c.samples.exr
   [ "$(digests_of a.fabric.exr)" != "$(digests_of c.fabric.exr)" ]
 }
@@ -32,12 +32,12 @@ test_bytes_are_the_same_for_any_number_of_threads() {
 test_make_is_bake_and_fit() {
   selvedge bake plain-weave -o two.samples.exr --seed 3 --quiet "${small[@]}"
   selvedge fit two.samples.exr -o two.fabric.exr --lobes 1 --half-lobes --quiet
-  selvedge make plain-weave -o one.fabric.exr --keep-samples one.samples.exr --seed 3 --lobes 1 --half-lobes --quiet \
+  selvedge make --quality paper plain-weave -o one.fabric.exr --keep-samples one.samples.exr --seed 3 --lobes 1 --half-lobes --quiet \
     "${small[@]}"
   same one.samples.exr two.samples.exr
   same one.fabric.exr two.fabric.exr
   mkdir bare
-  selvedge make plain-weave -o bare/one.fabric.exr --seed 3 --lobes 1 --half-lobes --quiet "${small[@]}"
+  selvedge make --quality paper plain-weave -o bare/one.fabric.exr --seed 3 --lobes 1 --half-lobes --quiet "${small[@]}"
   same bare/one.fabric.exr two.fabric.exr
   [ "$(ls -A bare)" = one.fabric.exr ] || fail "make leaves more than the fabric: $(ls -A bare)"
 }
@@ -46,8 +46,8 @@ test_make_is_bake_and_fit() {
 test_stitch_description_is_as_good_as_the_built_in_name() {
   for stitch in plain-knit plain-weave; do
     selvedge stitch $stitch -o $stitch.json --quiet
-    selvedge make $stitch -o named.exr --keep-samples named.samples.exr --quiet "${small[@]}"
-    selvedge make $stitch.json -o described.exr --keep-samples described.samples.exr --quiet "${small[@]}"
+    selvedge make --quality paper $stitch -o named.exr --keep-samples named.samples.exr --quiet "${small[@]}"
+    selvedge make --quality paper $stitch.json -o described.exr --keep-samples described.samples.exr --quiet "${small[@]}"
     [ "$(digests_of named.exr)" = "$(digests_of described.exr)" ] || fail "$stitch: the fabrics differ"
     # The same errors against both samples: those agree in their pairs too.
     selvedge compare named.exr named.samples.exr | tail -n +2 >named.txt
@@ -231,7 +231,7 @@ test_dress_writes_usd_with_its_files_beside() {
 }
 
 test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
-  selvedge make plain-weave -o w.fabric.exr --quiet "${small[@]}"
+  selvedge make --quality paper plain-weave -o w.fabric.exr --quiet "${small[@]}"
   selvedge-samples tablecloth -o plain.glb
   selvedge dress plain.glb w.fabric.exr -o dressed.glb --material tablecloth --quiet
   exits 0 selvedge check plain.glb dressed.glb

@@ -9,7 +9,7 @@ examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\
 
 # The files that the examples speak of.
 make_example_files() {
-  selvedge make plain-knit -o k.fabric.exr --keep-samples k.samples.exr --quiet "${small[@]}"
+  selvedge make --quality paper plain-knit -o k.fabric.exr --keep-samples k.samples.exr --quiet "${small[@]}"
   write_quad quad.gltf
   sed 's/"cloth"/"Cotton"/' quad.gltf >shirt.gltf
   selvedge dress shirt.gltf k.fabric.exr -o dressed.glb --all --quiet
@@ -100,7 +100,7 @@ test_a_weaving_draft_is_a_stitch() {
   write_twill twill.wif 8
   exits 0 selvedge stitch twill.wif --json
   holds "r.periodMm[0] === 4 && r.yarns === 8 && r.remarks[0] === '8 x 8 yarns, smallest repeat 4 x 4'"
-  exits 0 selvedge make twill.wif -o t.fabric.exr --quiet --texels 16 "${small[@]:2}"
+  exits 0 selvedge make --quality paper twill.wif -o t.fabric.exr --quiet --texels 16 "${small[@]:2}"
   exits 0 selvedge info t.fabric.exr --json
   refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' selvedge bake twill.wif -o o.exr "${small[@]}"
   # Not asked for a number, it takes what the narrowest yarn needs.
@@ -139,7 +139,7 @@ test_report_of_every_verb_is_json() {
   holds "r.bytes === $(stat -c %s k.samples.exr) && r.rays > 0 && r.coverage > 0.5 && r.coverage <= 1"
   reports selvedge fit selvedge fit k.samples.exr -o k.fabric.exr
   holds "r.bytes === $(stat -c %s k.fabric.exr) && r.levels.length === 4"
-  reports selvedge make selvedge make plain-weave -o w.fabric.exr "${small[@]}"
+  reports selvedge make selvedge make --quality paper plain-weave -o w.fabric.exr "${small[@]}"
   holds "r.bake.rays > 0 && r.fit.output === 'w.fabric.exr'"
   write_quad quad.gltf
   reports selvedge dress selvedge dress quad.gltf k.fabric.exr -o quad.glb --material cloth
@@ -165,7 +165,7 @@ test_report_of_every_verb_is_json() {
 test_report_survives_a_file_name_that_is_not_utf_8() {
   local name=$'k\xff.fabric.exr'
   write_plane $'plane\xff.obj'
-  reports selvedge make selvedge make $'plane\xff.obj' --period 2x2 -o "$name" "${small[@]}"
+  reports selvedge make selvedge make --quality paper $'plane\xff.obj' --period 2x2 -o "$name" "${small[@]}"
   reports selvedge check selvedge check "$name"
   reports selvedge info selvedge info "$name"
   selvedge info "$name" >/dev/null
@@ -206,7 +206,7 @@ test_options_that_count_for_nothing_are_usage_errors() {
   local option
   for option in '--slab-lobes 1' '--slabs 1' '--cells 3'; do
     # shellcheck disable=SC2086
-    exits 2 selvedge make plain-weave -o none.fabric.exr $option
+    exits 2 selvedge make plain-weave --quality paper -o none.fabric.exr $option
     grep -q -- "^${option% *}: counts for nothing without --" "$scratch/err" || fail "$option: $(cat "$scratch/err")"
   done
   idle() {
@@ -232,15 +232,15 @@ test_options_that_count_for_nothing_are_usage_errors() {
 }
 
 test_progress_is_for_terminals_only() {
-  selvedge make plain-knit -o k.fabric.exr "${small[@]}" >out.txt 2>err.txt
+  selvedge make --quality paper plain-knit -o k.fabric.exr "${small[@]}" >out.txt 2>err.txt
   [ ! -s err.txt ] || fail "says without a terminal: $(cat err.txt)"
   if grep -q $'\r' out.txt; then fail "a carriage return on standard output"; fi
   grep -q 'fitted in' out.txt
   # The same on a terminal, which util-linux's script is; a machine without pseudo-terminals has none to try.
   script -qec true /dev/null >/dev/null 2>&1 </dev/null || exit 77
-  script -qec "selvedge make plain-knit -o k.fabric.exr ${small[*]}" /dev/null >terminal.txt </dev/null
+  script -qec "selvedge make --quality paper plain-knit -o k.fabric.exr ${small[*]}" /dev/null >terminal.txt </dev/null
   grep -q $'\r\033\[K' terminal.txt || fail "no progress on a terminal"
-  script -qec "selvedge make plain-knit -o k.fabric.exr --quiet ${small[*]}" /dev/null >quiet.txt </dev/null
+  script -qec "selvedge make --quality paper plain-knit -o k.fabric.exr --quiet ${small[*]}" /dev/null >quiet.txt </dev/null
   [ ! -s quiet.txt ] || fail "--quiet says: $(cat quiet.txt)"
 }
 

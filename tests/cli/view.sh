@@ -4,7 +4,7 @@
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 make_scene() {
-  selvedge make plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
+  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
 }
@@ -325,7 +325,7 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   differ paper.png hybrid.png
   refuses OPTION_OUT_OF_RANGE --filter selvedge-view render quad.glb -o x.png --path paper --filter linear
   refuses OPTION_OUT_OF_RANGE --anisotropy: selvedge-view render quad.glb -o x.png --path paper --anisotropy 2
-  selvedge make plain-knit -o lit.fabric.exr --light-table --quiet "${small[@]}" >/dev/null
+  selvedge make --quality paper plain-knit -o lit.fabric.exr --light-table --quiet "${small[@]}" >/dev/null
   refuses OPTION_OUT_OF_RANGE 'paper: the fabric has a light table' selvedge-view render lit.fabric.exr -o x.png --path paper
   refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper
 }

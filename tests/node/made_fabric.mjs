@@ -15,7 +15,7 @@ const [programs, folder] = process.argv.slice(2);
 const selvedge = join(programs, 'selvedge');
 mkdirSync(folder, { recursive: true });
 const file = join(folder, 'made.fabric.exr');
-const options = '--texels 12x8 --views 16 --lights 16 --threads 1 --quiet'.split(' ');
+const options = '--quality paper --texels 12x8 --views 16 --lights 16 --threads 1 --quiet'.split(' ');
 execFileSync(selvedge, ['make', 'plain-knit', ...options, '-o', file]);
 
 const bytes = readFileSync(file);

@@ -38,7 +38,7 @@ TEST_CASE("a setting's options and knobs tell its powers, but for the shader pat
     const bool fast = setting.render.power == PowerKind::fast;
     const bool shader = setting.render.path == RenderPath::shader;
     CHECK((setting.options.find("--power fast") != std::string::npos) == fast);
-    CHECK((setting.knobs.find(R"("power": "fast")") != std::string::npos) == fast);
+    CHECK((setting.knobs.find(R"("power":"fast")") != std::string::npos) == fast);
     CHECK((setting.knobs.find("power") == std::string::npos) == shader);
   }
 }

@@ -1,25 +1,35 @@
-#include "converter/presets/settings.h"
+#include "converter/presets/make_options.h"
 
 #include <doctest/doctest.h>
 
-#include <set>
+#include <nlohmann/json.hpp>
 
 using namespace selvedge;
 
-TEST_CASE("the usual grid begins with what make does by default, and has each point once") {
-  const std::vector<TradePoint> points = default_grid();
-  REQUIRE(points.size() > 20);
-  CHECK(points.size() <= 100);
-  CHECK(points.front() == TradePoint());
-  CHECK(options_text(points.front()).empty());
-  std::set<std::string> names;
-  std::set<std::string> options;
-  for (const TradePoint& point : points) {
-    names.insert(name_of(point));
-    options.insert(options_text(point));
-  }
-  CHECK(names.size() == points.size());
-  CHECK(options.size() == points.size());
+TEST_CASE("knobs come back from their JSON, and options tell them apart") {
+  const MakeOptions changed = with_knobs(
+      R"({"texels": 16, "directions": 36, "samples": 2, "bounces": "unlimited", "lobes": 1, "layers": "slabs",
+          "budget": 65536, "storage": "half"})");
+  CHECK(name_of(with_knobs(knobs_of(changed).dump())) == name_of(changed));
+  CHECK(name_of(changed) == "t16-v36-l36-s2-bunlimited-slabs-slabs-1lobes-65536B-half");
+  CHECK(
+      options_text(changed) ==
+      " --texels 16 --views 36 --lights 36 --samples 2 --bounces unlimited --lobes 1 --slabs 1 --budget 65536"
+      " --half-lobes");
+  CHECK(options_text(MakeOptions()).empty());
+  CHECK(options_text(with_knobs(R"({"layers": "no-table", "storage": "float"})")) ==
+        " --no-table --float-tables");
+  CHECK(options_text(with_knobs(R"({"layers": "products", "budget": 9000})")) == " --budget 9000");
+  CHECK(options_text(with_knobs(R"({"layers": "light-table"})")) == " --light-table");
+}
+
+TEST_CASE("a budget grows with texels beyond those that it is for") {
+  MakeOptions options;
+  options.budget = 1000;
+  CHECK(options.budget_for(4096) == 1000);
+  options.budget_texels = 256;
+  CHECK(options.budget_for(1024) == 4000);
+  CHECK(options.budget_for(64) == 1000);
 }
 
 TEST_CASE("a grid varies one knob at a time around its centre") {
@@ -30,7 +40,7 @@ TEST_CASE("a grid varies one knob at a time around its centre") {
   REQUIRE(points->size() == 4);
   CHECK(name_of((*points)[0]) == "t16-v64-l64-s8-b2-paper-1lobes-mixed");
   CHECK(options_text((*points)[1]) == " --texels 16 --views 36 --lights 36 --lobes 1");
-  CHECK((*points)[2].lobes == 3);
+  CHECK((*points)[2].fit.lobes == 3);
   CHECK(options_text((*points)[3]) == " --bounces unlimited --lobes 1");
 }
 
@@ -39,21 +49,15 @@ TEST_CASE("the centre's budget is for the points that choose their layers within
       read_grid(R"({"centre": {"budget": 9000}, "vary": {"layers": ["slabs", "paper"]}})", "g.json");
   REQUIRE_MESSAGE(points, to_line(points.error()));
   REQUIRE(points->size() == 2);
-  CHECK((*points)[0] == TradePoint());
+  CHECK(name_of((*points)[0]) == name_of(MakeOptions()));
   CHECK((*points)[1].budget == 9000);
 }
 
 TEST_CASE("points that differ in the fit alone share a bake") {
-  TradePoint a;
-  TradePoint b;
-  b.lobes = 1;
-  b.storage = Storage::half;
-  b.layers = LayerChoice::products;
-  b.budget = 1000;
-  CHECK(bake_name_of(a) == bake_name_of(b));
-  CHECK(name_of(a) != name_of(b));
-  b.layers = LayerChoice::slabs;
-  CHECK(bake_name_of(a) != bake_name_of(b));
+  const MakeOptions a;
+  CHECK(bake_name_of(a) ==
+        bake_name_of(with_knobs(R"({"lobes": 1, "storage": "half", "layers": "products", "budget": 1000})")));
+  CHECK(bake_name_of(a) != bake_name_of(with_knobs(R"({"layers": "slabs", "budget": 1000})")));
 }
 
 TEST_CASE("a grid that cannot be swept is refused with the knob as its place") {

@@ -1,0 +1,325 @@
+#include "converter/presets/make_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "format/base/json_text.h"
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::json;
+
+struct LayersValue {
+  const char* name;
+  bool view_table, light_table, budget, slabs;
+  const char* option;  ///< of make
+};
+constexpr std::array<LayersValue, 5> layers_values{
+    {{"paper", true, false, false, false, ""},
+     {"no-table", false, false, false, false, " --no-table"},
+     {"light-table", true, true, false, false, " --light-table"},
+     {"products", true, false, true, false, ""},
+     {"slabs", true, false, true, true, " --slabs 1"}}};
+
+const LayersValue& layers_of(const MakeOptions& o) {
+  return *std::find_if(layers_values.begin(), layers_values.end() - 1, [&](const LayersValue& v) {
+    return v.budget == o.budget.has_value() && v.slabs == (o.budget && o.bake.slabs > 0) &&
+           (v.budget || (v.view_table == o.fit.view_table && v.light_table == o.fit.light_table));
+  });
+}
+
+struct StorageValue {
+  const char* name;
+  bool half_lobes, half_tables;
+  const char* option;
+};
+constexpr std::array<StorageValue, 3> storage_values{{{"mixed", false, true, ""},
+                                                      {"half", true, true, " --half-lobes"},
+                                                      {"float", false, false, " --float-tables"}}};
+
+const StorageValue& storage_of(const MakeOptions& o) {
+  return *std::find_if(storage_values.begin(), storage_values.end() - 1, [&](const StorageValue& v) {
+    return v.half_lobes == o.write.half.contains(Layer::lobes) &&
+           v.half_tables == o.write.half.contains(Layer::table);
+  });
+}
+
+template <class Values>
+auto named(const Values& values, const Json& name) {
+  return std::find_if(values.begin(), values.end(), [&](const auto& value) { return name == value.name; });
+}
+
+bool set_whole(const Json& value, int low, int high, int& knob) {
+  if (!value.is_number_integer() || value < low || value > high) return false;
+  knob = value.get<int>();
+  return true;
+}
+
+struct Knob {
+  const char* name;
+  bool (*set)(const Json& value, MakeOptions& options);  ///< false where the knob has no such value
+  Json (*get)(const MakeOptions& options);
+};
+
+bool set_layers(const Json& value, MakeOptions& o) {
+  const auto* layers = named(layers_values, value);
+  if (layers == layers_values.end()) return false;
+  o.fit.view_table = layers->view_table;
+  o.fit.light_table = layers->light_table;
+  o.bake.slabs = layers->slabs ? 1 : 0;
+  if (!layers->budget) o.budget.reset();
+  if (layers->budget && !o.budget) o.budget = 0;
+  return true;
+}
+
+bool set_storage(const Json& value, MakeOptions& o) {
+  const auto* storage = named(storage_values, value);
+  if (storage == storage_values.end()) return false;
+  o.write.half = storage->half_tables ? table_layers : LayerSet();
+  if (storage->half_lobes) o.write.half.insert(Layer::lobes);
+  return true;
+}
+
+constexpr int max_directions = 4096;
+
+const std::array<Knob, 9> all_knobs{
+    {{"texels",
+      [](const Json& v, MakeOptions& o) {
+        return set_whole(v, 1, 4096, o.bake.width) && set_whole(v, 1, 4096, o.bake.height);
+      },
+      [](const MakeOptions& o) -> Json { return o.bake.width; }},
+     {"views", [](const Json& v, MakeOptions& o) { return set_whole(v, 1, max_directions, o.bake.views); },
+      [](const MakeOptions& o) -> Json { return o.bake.views; }},
+     {"lights", [](const Json& v, MakeOptions& o) { return set_whole(v, 1, max_directions, o.bake.lights); },
+      [](const MakeOptions& o) -> Json { return o.bake.lights; }},
+     {"samples", [](const Json& v, MakeOptions& o) { return set_whole(v, 1, 1 << 20, o.bake.samples); },
+      [](const MakeOptions& o) -> Json { return o.bake.samples; }},
+     {"bounces",
+      [](const Json& v, MakeOptions& o) {
+        if (v != "unlimited") return set_whole(v, 0, 64, o.bake.bounces);
+        o.bake.bounces = unlimited_bounces;
+        return true;
+      },
+      [](const MakeOptions& o) -> Json {
+        if (o.bake.bounces == unlimited_bounces) return "unlimited";
+        return o.bake.bounces;
+      }},
+     {"lobes", [](const Json& v, MakeOptions& o) { return set_whole(v, 0, 16, o.fit.lobes); },
+      [](const MakeOptions& o) -> Json { return o.fit.lobes; }},
+     {"layers", set_layers, [](const MakeOptions& o) -> Json { return layers_of(o).name; }},
+     {"budget",
+      [](const Json& v, MakeOptions& o) {
+        if (!v.is_number_integer() || v < 1) return false;
+        o.budget = v.get<std::uint64_t>();
+        return true;
+      },
+      [](const MakeOptions& o) -> Json { return o.budget ? Json(*o.budget) : Json(); }},
+     {"storage", set_storage, [](const MakeOptions& o) -> Json { return storage_of(o).name; }}}};
+
+std::string text_of(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+
+tl::unexpected<Error> refusal(const std::string& file, const std::string& place, const std::string& reason) {
+  return tl::unexpected(Error{Code::option_out_of_range, file, place, reason});
+}
+
+bool has_budget(const Json& knobs) {
+  const auto* layers = named(layers_values, knobs.value("layers", Json()));
+  return layers != layers_values.end() && layers->budget;
+}
+
+/// The points of a grid, as objects of knobs until they are complete.
+class Grid {
+ public:
+  explicit Grid(std::string file) : file_(std::move(file)) {}
+
+  Result<void> read(const Json& json) {
+    for (const auto& [key, value] : json.items()) {
+      if (key != "centre" && key != "vary" && key != "points")
+        return refusal(file_, pointer_to("", key), "is not a part of a grid");
+    }
+    const Json empty = Json::object();
+    if (auto ok = set(json.value("centre", empty), "/centre", centre_); !ok) return ok;
+    if (auto ok = add(centre_, "/centre"); !ok) return ok;
+    if (auto ok = vary(json.value("vary", empty)); !ok) return ok;
+    if (auto ok = add_points(json.value("points", Json::array())); !ok) return ok;
+    const auto chooses = [](const MakeOptions& point) { return point.budget.has_value(); };
+    if (centre_.contains("budget") && std::none_of(points.begin(), points.end(), chooses))
+      return refusal(file_, "/centre/budget", "counts for nothing: no point chooses its layers within it");
+    return check();
+  }
+
+  std::vector<MakeOptions> points;
+
+ private:
+  /// Lays knobs over those of a point.
+  Result<void> set(const Json& knobs, const std::string& place, Json& point) const {
+    MakeOptions unused;
+    if (auto ok = set_knobs(knobs, file_, place, unused); !ok) return ok;
+    for (const auto& [name, value] : knobs.items()) {
+      if (name == "directions") {
+        point["views"] = point["lights"] = value;
+      } else {
+        point[name] = value;
+      }
+    }
+    return {};
+  }
+
+  /// `varied`: the centre may be there again.
+  Result<void> add(const Json& point, const std::string& place, bool varied = false) {
+    MakeOptions options;
+    if (auto ok = set_knobs(point, file_, place, options); !ok) return ok;
+    const std::string name = name_of(options);
+    if (varied && name == name_of(points.front())) return {};
+    if (std::any_of(points.begin(), points.end(), [&](const auto& other) { return name_of(other) == name; }))
+      return refusal(file_, place, "is a point already");
+    points.push_back(std::move(options));
+    return {};
+  }
+
+  Result<void> refuse_idle_budget(const Json& point, const std::string& place) const {
+    if (has_budget(point)) return {};
+    return refusal(
+        file_, place,
+        fmt::format("counts for nothing with layers {}", text_of(point.value("layers", Json("paper")))));
+  }
+
+  Result<void> vary(const Json& vary) {
+    if (!vary.is_object()) return refusal(file_, "/vary", "is not an object");
+    for (const auto& [knob, values] : vary.items()) {
+      const std::string place = pointer_to("/vary", knob);
+      if (!values.is_array()) return refusal(file_, place, "is not an array");
+      if (knob == "budget") {
+        if (auto ok = refuse_idle_budget(centre_, place); !ok) return ok;
+      }
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        Json point = centre_;
+        if (auto ok = set({{knob, values[i]}}, "/vary", point); !ok) return ok;
+        if (auto ok = add(point, fmt::format("{}/{}", place, i), true); !ok) return ok;
+      }
+    }
+    return {};
+  }
+
+  Result<void> add_points(const Json& chosen) {
+    if (!chosen.is_array()) return refusal(file_, "/points", "is not an array");
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      const std::string place = fmt::format("/points/{}", i);
+      Json point = centre_;
+      if (auto ok = set(chosen[i], place, point); !ok) return ok;
+      if (chosen[i].contains("budget")) {
+        if (auto ok = refuse_idle_budget(point, place + "/budget"); !ok) return ok;
+      }
+      if (auto ok = add(point, place); !ok) return ok;
+    }
+    return {};
+  }
+
+  Result<void> check() const {
+    constexpr std::size_t max_points = 1000;
+    if (points.size() > max_points)
+      return refusal(file_, "", fmt::format("{} points are more than {}", points.size(), max_points));
+    int largest = 1;
+    for (const MakeOptions& point : points) largest = std::max(largest, point.bake.width);
+    for (const MakeOptions& point : points) {
+      int size = largest;
+      while (size > point.bake.width && size % 2 == 0) size /= 2;
+      // The finest size has the held-out pairs, which are pooled for the others.
+      if (size != point.bake.width)
+        return refusal(file_, "",
+                       fmt::format("texels of the point {}: {} is not {} halved", name_of(point),
+                                   point.bake.width, largest));
+      if (point.budget == 0)
+        return refusal(file_, "",
+                       fmt::format("the point {} has no budget to choose its layers within", name_of(point)));
+    }
+    return {};
+  }
+
+  std::string file_;
+  Json centre_ = Json::object();
+};
+
+}  // namespace
+
+double MakeOptions::budget_for(int texels) const {
+  const double share = budget_texels > 0 ? static_cast<double>(texels) / budget_texels : 1;
+  return static_cast<double>(*budget) * std::max(share, 1.0);
+}
+
+Result<void> set_knobs(const Json& knobs, const std::string& file, const std::string& place,
+                       MakeOptions& options) {
+  if (!knobs.is_object()) return refusal(file, place, "is not an object");
+  if (knobs.contains("directions") && (knobs.contains("views") || knobs.contains("lights")))
+    return refusal(file, pointer_to(place, "directions"),
+                   "stands for views and lights, which are given beside it");
+  for (const auto& [name, value] : knobs.items()) {
+    bool known = false;
+    for (const Knob& knob : all_knobs) {
+      const bool both = name == "directions" &&
+                        (knob.name == std::string_view("views") || knob.name == std::string_view("lights"));
+      if (name != knob.name && !both) continue;
+      known = true;
+      if (!knob.set(value, options))
+        return refusal(file, pointer_to(place, name),
+                       fmt::format("{} is no value of it", value.dump().substr(0, 40)));
+    }
+    if (!known) return refusal(file, pointer_to(place, name), "is not a knob");
+  }
+  if (knobs.contains("budget") && !has_budget(knobs)) options.budget.reset();
+  return {};
+}
+
+MakeOptions with_knobs(std::string_view knobs, MakeOptions options) {
+  (void)set_knobs(Json::parse(knobs), "", "", options);
+  return options;
+}
+
+nlohmann::ordered_json knobs_of(const MakeOptions& options) {
+  nlohmann::ordered_json json;
+  for (const Knob& knob : all_knobs) {
+    if (const Json value = knob.get(options); !value.is_null()) json[knob.name] = value;
+  }
+  return json;
+}
+
+std::string options_text(const MakeOptions& options) {
+  std::string text;
+  for (const Knob& knob : all_knobs) {
+    const Json value = knob.get(options);
+    if (value == knob.get(MakeOptions())) continue;
+    if (const auto* layers = named(layers_values, value); layers != layers_values.end()) {
+      text += layers->option;
+    } else if (const auto* storage = named(storage_values, value); storage != storage_values.end()) {
+      text += storage->option;
+    } else {
+      text += fmt::format(" --{} {}", knob.name, text_of(value));
+    }
+  }
+  return text;
+}
+
+std::string bake_name_of(const MakeOptions& o) {
+  const Json knobs = knobs_of(o);
+  return fmt::format("t{}-v{}-l{}-s{}-b{}{}", o.bake.width, o.bake.views, o.bake.lights, o.bake.samples,
+                     text_of(knobs["bounces"]), layers_of(o).slabs ? "-slabs" : "");
+}
+
+std::string name_of(const MakeOptions& o) {
+  return fmt::format("{}-{}-{}lobes{}-{}", bake_name_of(o), layers_of(o).name, o.fit.lobes,
+                     o.budget ? fmt::format("-{}B", *o.budget) : "", storage_of(o).name);
+}
+
+Result<std::vector<MakeOptions>> read_grid(const std::string& text, const std::string& name) {
+  const auto json = parse_json_object(text, name);
+  if (!json) return tl::unexpected(json.error());
+  Grid grid(name);
+  if (auto ok = grid.read(*json); !ok) return tl::unexpected(ok.error());
+  return std::move(grid.points);
+}
+
+}  // namespace selvedge
