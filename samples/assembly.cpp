@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <set>
 
 namespace selvedge::samples {
 namespace {
 
-/// What the garment looks like before it is dressed. Linear colours.
+/// Plain materials, before the garment is dressed. Linear colours.
 GarmentMaterial material_named(const std::string& name) {
   if (name == "trim") return {name, V4f(0.50F, 0.43F, 0.32F, 1), 0.95F, true};
   if (name == "tablecloth") return {name, V4f(0.75F, 0.72F, 0.66F, 1), 0.95F, true};
@@ -34,31 +32,6 @@ std::vector<V3d> normals_of(const Assembly& assembly) {
   }
   for (V3d& normal : normals) normal.normalize();
   return normals;
-}
-
-int count_boundary_loops(const Assembly& assembly) {
-  std::set<std::pair<int, int>> edges;
-  for (const Patch& patch : assembly.patches) {
-    for (const V3i& t : patch.triangles) {
-      for (int k = 0; k < 3; ++k) {
-        edges.emplace(patch.points[t[k]], patch.points[t[(k + 1) % 3]]);
-      }
-    }
-  }
-  std::map<int, int> next;
-  for (const auto& [from, to] : edges) {
-    if (!edges.contains({to, from})) next[from] = to;
-  }
-  int loops = 0;
-  while (!next.empty()) {
-    ++loops;
-    int point = next.begin()->first;
-    for (auto found = next.find(point); found != next.end(); found = next.find(point)) {
-      point = found->second;
-      next.erase(found);
-    }
-  }
-  return loops;
 }
 
 Garment garment_of(const Assembly& assembly, const std::string& name) {

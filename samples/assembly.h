@@ -25,9 +25,6 @@ struct Assembly {
 /// One unit normal per point, weighted by area over the triangles of all patches.
 std::vector<V3d> normals_of(const Assembly& assembly);
 
-/// The number of boundary loops of the surface that the patches form together.
-int count_boundary_loops(const Assembly& assembly);
-
 /// For writing: one primitive per material, in the order of the first patch of each. Vertices on one point
 /// have the same position and normal, bit by bit.
 Garment garment_of(const Assembly& assembly, const std::string& name);

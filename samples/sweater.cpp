@@ -32,8 +32,8 @@ std::vector<PanelPlan> panel_plans() {
           {{panel_sleeve_left_front, panel_sleeve_left_back}, -1, 2.0}};
 }
 
-/// What makes the cloth fall into folds: it is longer than the way from hem to collar and from shoulder to
-/// cuff, and nobody hangs straight.
+/// The slack that makes the cloth fall into folds: it is longer than the way from hem to collar and from
+/// shoulder to cuff, and nobody hangs straight.
 V3d slack(const V3d& p) {
   const int side = p.x < 0 ? -1 : 1;
   const double along = (p - sleeve_centre(0, side)).dot(sleeve_direction(side));

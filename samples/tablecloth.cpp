@@ -94,7 +94,7 @@ class Fold {
   void add_ring() {
     const std::vector<V3d>& last = rings_.back();
     const double s = edge_ + ring_step * static_cast<double>(rings_.size());
-    // What is left of a column's width for the way across, once its rise is taken off.
+    // The way across that a column's width leaves after its rise.
     std::vector<double> across{0};
     for (std::size_t m = 0; m < columns; ++m) {
       const double cloth = s * width_ / columns;
@@ -191,7 +191,7 @@ Cloth cloth_of(const Disc& disc, const TableclothOptions& options) {
   return cloth;
 }
 
-/// What the cloth falls on: the table's top with its rounded edge, and no way for the cloth to get under it.
+/// The body that the cloth falls on: the table's top with its rounded edge, and nothing to get under.
 double top_distance(const V3d& p, const TableclothOptions& o) {
   const double across = std::hypot(p.x, p.z) - (o.table_radius - edge_rounding);
   const double up = p.y - (o.table_height - edge_rounding);

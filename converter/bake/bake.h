@@ -4,8 +4,8 @@
 // endlessly repeated mesh. Light arrives from one direction at a time with unit perpendicular irradiance,
 // directly (with shadows, the yarn's full reflectance) and after up to `bounces` reflections.
 //
-// Every finished view and pair goes into a journal beside the output; the samples file is put together from
-// it at the end. A bake that was killed goes on from its journal.
+// Every finished view and pair goes into a journal beside the output; the samples file is written from it at
+// the end. A bake that was killed is continued from its journal.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ namespace selvedge {
 
 /// How light that yarn reflects to yarn is found.
 enum class IndirectLight {
-  cached,  ///< once per point of the mesh (light_transport.h); meshes too large for that are traced, and the
+  cached,  ///< once per point of the mesh (irradiance_cache.h); meshes too large for that are traced, and the
            ///< report and the file say so
   traced   ///< along paths from every sample: slower, noisier, no approximation
 };
@@ -46,7 +46,7 @@ struct ReferencePlane {
   double value = 0.9;
 };
 
-/// Every so many-th unit (view or pair) of a bake: units whose index leaves `index` when divided by `count`.
+/// A part of a bake: the units (views, pairs) whose number leaves `index` when divided by `count`.
 struct BakeShard {
   int index = 0;
   int count = 1;

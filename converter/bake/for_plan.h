@@ -1,4 +1,4 @@
-// What a bake and a fit do for a plan: no more than it needs (docs/plan.md).
+// The bake and the levels that a plan needs, and no more (docs/plan.md).
 #pragma once
 
 #include "converter/bake/bake.h"

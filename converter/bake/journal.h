@@ -1,11 +1,10 @@
-// What a bake has finished, in a file that survives the program: one record per unit (a view, a pair or the
-// heights), each with a digest, in the order in which they were baked. A finished journal of a part of the
-// units is a shard.
+// The finished units of a bake, in a scratch file until all of them are there. (The header of a samples file
+// stands before its pixels and has the noise of the whole bake: no unit can be written there earlier.)
 //
-// Little-endian. "SELVEDGE-BAKE-1\n"; the length (8 bytes) and the text of the samples file's header without
-// the noise; the shard's index and count (4 bytes each); the digest of all that (XXH3-128, 32 hexadecimal
-// digits). Then the records: unit (8 bytes), bytes of values (8), error2 and signal2 of its noise (8 each,
-// double), the digest of these and of the values, the values as half floats.
+// Little-endian. One line of text: "SELVEDGE-BAKE-2", index and count of the shard, digest and length of the
+// text that follows: the samples file's header without the noise. Then the shard's units in their order, each
+// at a fixed place: its values as half floats, squared error and squared signal of its noise (doubles), and a
+// digest of these (XXH3-128, 32 hexadecimal digits). A unit whose digest is wrong has not been written.
 #pragma once
 
 #include <cstdio>
@@ -14,51 +13,62 @@
 #include <string>
 #include <vector>
 
-#include "converter/bake/bake.h"
-#include "converter/bake/texels.h"
+#include "converter/bake/unit_baker.h"
+#include "format/base/atomic_file.h"
 
 namespace selvedge {
 
 class BakeJournal {
  public:
-  /// For writing. A journal at `path` of the same header and shard is gone on with, up to its last whole
-  /// record; any other file there is replaced. With `lasting`, the file is there from its first record on;
-  /// else it goes with the object. Refuses (file_unwritable) a journal that another program writes.
+  /// For writing. With `lasting`, a journal of the same header and shard at `path` is continued, any other
+  /// file there is replaced, and the file has its name from the first unit on; else it never has a name.
+  /// Refuses (file_unwritable) a journal that another program is writing.
   static Result<BakeJournal> open(const std::string& path, const SamplesHeader& header,
                                   const BakeShard& shard, bool lasting);
-  /// The header of a journal at `path`, where there is one.
+  /// The header of the journal at `path`, if there is one.
   static std::optional<SamplesHeader> read_header(const std::string& path);
-  /// For reading; every record must be whole.
+  /// For reading. Refuses (samples_malformed) a journal that lacks a unit of its shard.
   static Result<BakeJournal> read(const std::string& path);
-  BakeJournal(BakeJournal&&) noexcept;
-  BakeJournal& operator=(BakeJournal&&) noexcept;
-  ~BakeJournal();
 
-  const std::string& path() const;
-  const SamplesHeader& header() const;
-  const BakeShard& shard() const;
-  bool has(std::size_t unit) const;
-  NoiseSum noise(std::size_t unit) const;
+  const std::string& path() const { return path_; }
+  const SamplesHeader& header() const { return header_; }
+  bool has(std::size_t unit) const { return units_[unit].noise.has_value(); }
+  /// Precondition: has(unit).
+  const NoiseSum& noise(std::size_t unit) const { return *units_[unit].noise; }
 
-  Result<void> append(std::size_t unit, const ViewSamples& samples, const NoiseSum& noise);
-  Result<void> append(std::size_t unit, const PairSamples& samples, const NoiseSum& noise);
-  Result<void> append(std::size_t unit, const HeightLayer& heights);
-  /// Precondition: has(unit). What was appended, in half precision.
-  Result<ViewSamples> read_view(std::size_t unit);
-  Result<PairSamples> read_pair(std::size_t unit, const DirectionPair& pair);
-  Result<HeightLayer> read_heights(std::size_t unit);
+  /// Precondition: the shard contains the unit, and the planes have the size of its samples.
+  Result<void> write(std::size_t unit, const Planes& planes, const NoiseSum& noise);
+  /// Fills the planes with the values written, which are rounded to half precision. Precondition: has(unit).
+  Result<void> read(std::size_t unit, const Planes& planes);
 
   /// Gives the finished file its name, which must be in the same folder.
   Result<void> rename(const std::string& name);
-  /// Takes the file away.
   void remove();
 
  private:
-  struct State;
-  explicit BakeJournal(std::unique_ptr<State> state);
-  Result<void> append_values(std::size_t unit, const std::vector<float>& values, const NoiseSum& noise);
-  Result<std::vector<float>> read_values(std::size_t unit);
-  std::unique_ptr<State> state_;
+  struct Unit {
+    long begin = 0;  ///< in the file
+    std::size_t bytes = 0;
+    std::optional<NoiseSum> noise;  ///< if it has been written
+  };
+  struct FileCloser {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  using File = std::unique_ptr<std::FILE, FileCloser>;
+
+  BakeJournal(std::string path, SamplesHeader header, const BakeShard& shard, File file);
+  static File open_file(const std::string& path, const char* mode);
+  std::optional<std::string> read_record(const Unit& unit);
+  /// Finds out which units have been written.
+  void read_units();
+  Result<void> give_name();
+
+  std::string path_;
+  SamplesHeader header_;
+  std::vector<Unit> units_;  ///< of the whole bake; those of other shards have no bytes
+  std::optional<AtomicFile> unnamed_;
+  File file_;
+  bool lasting_ = true;
 };
 
 }  // namespace selvedge

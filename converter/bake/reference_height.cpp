@@ -12,22 +12,23 @@
 namespace selvedge {
 namespace {
 
-/// What a small bake sees, in memory.
+/// A small bake in memory.
 struct SmallBake {
   SamplesHeader header;
   SampleLevel level;
   PairSamples pairs;
 };
 
-SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const RayScene& scene,
-                     LightTransport* transport, double mm, double plane) {
+SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const TracedCell& cell,
+                     IrradianceCache* cache, double plane) {
   SmallBake small;
-  small.header = header_of(mesh, o, plane * mm, static_cast<double>(scene.bounds().max.z) * mm, {});
-  const TexelBaker baker(scene, transport, o.bounces, {o.width, o.height}, plane);
+  small.header = header_of(mesh, o, plane * cell.mm, cell.thickness_mm(), {});
+  const RayScene& scene = cell.scene;
+  const TexelBaker baker(scene, cache, o.bounces, {o.width, o.height}, plane);
   const std::vector<V3f> lights = directions_of(small.header.lights);
   const std::vector<V3f> views = directions_of(small.header.views);
   std::vector<float> indirect;
-  if (transport != nullptr) indirect = transport->solve(scene, lights, o.bounces);
+  if (cache != nullptr) indirect = cache->solve(scene, lights, o.bounces);
   const auto texels = static_cast<std::size_t>(o.width * o.height);
   SampleLevel& level = small.level;
   level.width = o.width;
@@ -48,17 +49,16 @@ SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const RayScene&
       }
     }
   }
-  const auto& pairs = small.header.pairs[static_cast<std::size_t>(PairKind::validation)];
+  const auto& pairs = small.header.pairs[index_of(PairKind::validation)];
   std::vector<V3f> pair_lights;
   for (const DirectionPair& pair : pairs) pair_lights.push_back(pair.light);
-  if (transport != nullptr) indirect = transport->solve(scene, pair_lights, o.bounces);
+  if (cache != nullptr) indirect = cache->solve(scene, pair_lights, o.bounces);
   PairSamples& all = small.pairs;
   all.width = o.width;
   all.height = o.height;
   all.pairs = pairs;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    std::vector<float> own;
-    for (std::size_t i = p; i < indirect.size(); i += pairs.size()) own.push_back(indirect[i]);
+    const std::vector<float> own = light_column(indirect, pairs.size(), p);
     const PairSamples truth =
         baker.bake_pair(pairs[p], {{&pairs[p].light, 1}, own, false}, o.truth_samples, mix(~p), ignored);
     all.alpha.insert(all.alpha.end(), truth.alpha.begin(), truth.alpha.end());
@@ -100,21 +100,18 @@ Result<double> best_reference_height(const CellMesh& mesh, const std::string& na
   o.pairs.reset();
   o.validation_pairs = 48;
   o.held_out_pairs = o.rim_pairs = 0;
-  // Pairs of their own: those of the bake are for others to choose and to judge by.
+  // Pairs of their own: no choice may depend on the pairs that measure its result.
   o.seed = mix(options.seed);
-  const ScaledMesh scaled = scaled_to_unit(mesh);
-  const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
-  const auto scene = RayScene::create(scaled.mesh, name, ground);
-  if (!scene) return tl::unexpected(scene.error());
-  std::optional<LightTransport> transport;
-  if (o.indirect == IndirectLight::cached) transport = LightTransport::build(*scene, o.seed);
-  const auto thickness = static_cast<double>(scene->bounds().max.z);
+  const auto cell = trace_cell(mesh, name, o.ground);
+  if (!cell) return tl::unexpected(cell.error());
+  std::optional<IrradianceCache> cache;
+  if (o.indirect == IndirectLight::cached) cache = IrradianceCache::build(cell->scene, o.seed);
+  const auto thickness = static_cast<double>(cell->scene.bounds().max.z);
   double best = thickness;
   double best_psnr = -1e300;
-  // From the top: where heights are as good as each other, as in a flat cell, it is the paper's.
+  // From the top down: among equally good heights, as those of a flat cell, the paper's is chosen.
   for (const double share : {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}) {
-    SmallBake small =
-        bake_small(mesh, o, *scene, transport ? &*transport : nullptr, scaled.mm, share * thickness);
+    SmallBake small = bake_small(mesh, o, *cell, cache ? &*cache : nullptr, share * thickness);
     const auto fitted = fit(small.level, small.header);
     if (!fitted) return tl::unexpected(fitted.error());
     const auto comparison = compare(fitted->fabric, small.pairs, PairKind::validation);
@@ -123,7 +120,7 @@ Result<double> best_reference_height(const CellMesh& mesh, const std::string& na
     best_psnr = comparison->levels.front().psnr;
     best = share * thickness;
   }
-  return best * scaled.mm;
+  return best * cell->mm;
 }
 
 }  // namespace selvedge

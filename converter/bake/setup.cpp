@@ -33,32 +33,40 @@ const char* name_of(IndirectLight indirect) {
   return indirect == IndirectLight::cached ? "cached" : "traced";
 }
 
-ScaledMesh scaled_to_unit(const CellMesh& mesh) {
-  const int exponent = std::ilogb(std::max(mesh.period.x, mesh.period.y));
-  ScaledMesh scaled{mesh, std::ldexp(1.0, exponent)};
-  scaled.mesh.period /= scaled.mm;
-  for (V3f& p : scaled.mesh.positions) p = V3f(V3d(p) / scaled.mm);
-  return scaled;
+std::uint64_t seed_of(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
+  return mix(mix(seed ^ mix(stream)) ^ mix(index));
 }
 
-Result<double> plane_of(const CellMesh& mesh, const RayScene& scene, const std::string& name,
-                        const BakeOptions& o, double mm) {
-  const double thickness = static_cast<double>(scene.bounds().max.z) * mm;
+Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std::optional<double> ground) {
+  if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
+  const double mm = std::ldexp(1.0, std::ilogb(std::max(mesh.period.x, mesh.period.y)));
+  CellMesh scaled = mesh;
+  scaled.period /= mm;
+  for (V3f& p : scaled.positions) p = V3f(V3d(p) / mm);
+  auto scene =
+      RayScene::create(scaled, name, ground ? std::optional(static_cast<float>(*ground)) : std::nullopt);
+  if (!scene) return tl::unexpected(scene.error());
+  return TracedCell{std::move(*scene), mm};
+}
+
+Result<double> plane_of(const CellMesh& mesh, const TracedCell& cell, const std::string& name,
+                        const BakeOptions& o) {
+  const double thickness = cell.thickness_mm();
+  double height = o.reference.value;
   switch (o.reference.kind) {
     case ReferencePlane::Kind::top:
       return thickness;
     case ReferencePlane::Kind::mean:
-      return mean_height(scene) * mm;
+      return mean_height(cell.scene) * cell.mm;
     case ReferencePlane::Kind::best:
       return best_reference_height(mesh, name, o);
     case ReferencePlane::Kind::share:
+      height *= thickness;
+      break;
     case ReferencePlane::Kind::at:
       break;
   }
-  const bool is_share = o.reference.kind == ReferencePlane::Kind::share;
-  const double height = o.reference.value * (is_share ? thickness : 1);
-  const double reach = thickness + std::max(mesh.period.x, mesh.period.y);
-  if (std::abs(height) > 4 * reach) {
+  if (std::abs(height) > 4 * (thickness + std::max(mesh.period.x, mesh.period.y))) {
     return fail(Code::option_out_of_range, name, "reference-height",
                 fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));
   }
@@ -146,20 +154,6 @@ SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& o, double plane
   if (o.ground) bake["ground"] = *o.ground;
   header.provenance = text.dump();
   return header;
-}
-
-std::vector<BakeUnit> units_of(const SamplesHeader& header) {
-  std::vector<BakeUnit> units;
-  for (int v = 0; v < header.views.count(); ++v) {
-    units.push_back({BakeUnit::What::view, PairKind::validation, static_cast<std::size_t>(v)});
-  }
-  for (const PairKind kind : all_pair_kinds) {
-    for (std::size_t p = 0; p < header.pairs[static_cast<std::size_t>(kind)].size(); ++p) {
-      units.push_back({BakeUnit::What::pair, kind, p});
-    }
-  }
-  if (header.slabs) units.push_back({BakeUnit::What::heights, PairKind::validation, 0});
-  return units;
 }
 
 }  // namespace selvedge

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "format/base/parallel.h"
+#include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
@@ -14,8 +15,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 /// target += weight * source. Element by element: the same for any width of the machine's registers.
-__attribute__((target_clones("avx512f", "avx2", "default"))) void add_row(const float* source, float weight,
-                                                                          std::size_t count, float* target) {
+SELVEDGE_WIDE void add_row(const float* source, float weight, std::size_t count, float* target) {
   for (std::size_t i = 0; i < count; ++i) target[i] += weight * source[i];
 }
 
@@ -36,7 +36,7 @@ NoiseSum& NoiseSum::operator+=(const NoiseSum& other) {
   return *this;
 }
 
-/// What the rays of one texel and view have gathered.
+/// Sums over the rays of one texel and view.
 struct TexelBaker::Gather {
   int rays = 0;
   int hits = 0;
@@ -200,8 +200,8 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
 }
 
 void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const {
-  TransportTaps taps;
-  if (!transport_->taps(point, taps)) return;
+  CacheTaps taps;
+  if (!cache_->taps(point, taps)) return;
   const V3f albedo = albedo_with_gloss(scene_, point);
   const std::size_t n = lights.directions.size();
   for (std::size_t k = 0; k < 3; ++k) {

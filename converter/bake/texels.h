@@ -1,4 +1,4 @@
-// Rays through the texels of one view: what they see under a set of lights.
+// Rays through the texels of one view: the radiance that they find under a set of lights.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace selvedge {
 /// The lights of a view and what reaches the mesh from them indirectly.
 struct LitBy {
   std::span<const V3f> directions;
-  /// Irradiance as LightTransport::solve() gives it for these lights; empty: paths are traced.
+  /// Irradiance as IrradianceCache::solve() gives it for these lights; empty: paths are traced.
   std::span<const float> indirect;
   bool normals = true;  ///< whether the visible normals are wanted
 };
@@ -33,10 +33,10 @@ struct NoiseSum {
 
 class TexelBaker {
  public:
-  /// `transport`: null where paths are traced. Texels lie at height `plane_z` (mm above the lowest point).
-  TexelBaker(const RayScene& scene, const LightTransport* transport, int bounces, const V2i& texels,
+  /// `cache`: null where paths are traced. Texels lie at height `plane_z` (mm above the lowest point).
+  TexelBaker(const RayScene& scene, const IrradianceCache* cache, int bounces, const V2i& texels,
              double plane_z)
-      : scene_(scene), transport_(transport), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
+      : scene_(scene), cache_(cache), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
 
   /// All texels from one view, `samples` rays each. `seed` is the view's own.
   ViewSamples bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
@@ -60,7 +60,7 @@ class TexelBaker {
   void light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const;
 
   const RayScene& scene_;
-  const LightTransport* transport_;
+  const IrradianceCache* cache_;
   PathTracer tracer_;
   V2i texels_;
   double plane_z_;

@@ -16,14 +16,10 @@
 namespace selvedge {
 namespace {
 
-// The seed's independent uses.
+// Independent uses of the seed.
 constexpr std::uint64_t stream_pixels = 101;
 constexpr std::uint64_t stream_paths = 102;
-constexpr std::uint64_t stream_transport = 103;
-
-std::uint64_t seed_of(const TruthOptions& o, std::uint64_t stream, std::uint64_t index) {
-  return mix(mix(o.seed ^ mix(stream)) ^ mix(index));
-}
+constexpr std::uint64_t stream_cache = 103;
 
 /// Sums over rays.
 struct Gather {
@@ -34,10 +30,10 @@ struct Gather {
 class SwatchTracer {
  public:
   /// `plane`: height of z = 0 in units of the scene, which are `metres` long.
-  SwatchTracer(const RayScene& scene, const LightTransport* transport, const SwatchShot& shot,
+  SwatchTracer(const RayScene& scene, const IrradianceCache* cache, const SwatchShot& shot,
                const TruthOptions& options, double plane, double metres)
       : scene_(scene),
-        transport_(transport),
+        cache_(cache),
         tracer_(scene, options.bounces),
         shot_(shot),
         options_(options),
@@ -49,26 +45,16 @@ class SwatchTracer {
     }
   }
 
-  void solve(LightTransport& transport) {
-    constexpr std::size_t at_once = 64;
-    const std::size_t n = lights_.size();
-    const std::size_t rows = static_cast<std::size_t>(transport.points()) * 3;
-    indirect_.resize(rows * n);
-    for (std::size_t first = 0; first < n; first += at_once) {
-      const auto some = std::span(lights_).subspan(first, std::min(at_once, n - first));
-      const std::vector<float> part = transport.solve(scene_, some, options_.bounces);
-      for (std::size_t row = 0; row < rows; ++row) {
-        std::copy_n(&part[row * some.size()], some.size(), &indirect_[row * n + first]);
-      }
-    }
+  void solve(IrradianceCache& cache) {
+    irradiance_of_points_ = cache.solve(scene_, lights_, options_.bounces);
   }
 
   /// One half of the rays of a pixel.
   Gather trace(int x, int y, std::uint64_t half) const {
     const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(shot_.width) +
                        static_cast<std::uint64_t>(x);
-    const std::uint64_t places = seed_of(options_, stream_pixels, 2 * pixel + half);
-    const std::uint64_t paths = seed_of(options_, stream_paths, 2 * pixel + half);
+    const std::uint64_t places = seed_of(options_.seed, stream_pixels, 2 * pixel + half);
+    const std::uint64_t paths = seed_of(options_.seed, stream_paths, 2 * pixel + half);
     Gather gather;
     std::vector<V3d> radiance(lights_.size());
     std::uint64_t rays = 0;
@@ -84,7 +70,7 @@ class SwatchTracer {
       PathSampler sampler(i, paths);
       std::fill(radiance.begin(), radiance.end(), V3d(0, 0, 0));
       rays += light_directly(point, ray->view, radiance);
-      if (transport_ == nullptr) {
+      if (cache_ == nullptr) {
         rays += tracer_.add_indirect(point, ray->view, lights_, sampler, radiance);
       } else {
         light_indirectly(point, radiance);
@@ -123,12 +109,12 @@ class SwatchTracer {
   }
 
   void light_indirectly(const SurfacePoint& point, std::vector<V3d>& radiance) const {
-    TransportTaps taps;
-    if (!transport_->taps(point, taps)) return;
+    CacheTaps taps;
+    if (!cache_->taps(point, taps)) return;
     const V3d factor = V3d(albedo_with_gloss(scene_, point)) * std::numbers::inv_pi;
     const std::size_t n = lights_.size();
     for (std::size_t k = 0; k < 3; ++k) {
-      const float* row = &indirect_[static_cast<std::size_t>(taps.point[k]) * 3 * n];
+      const float* row = &irradiance_of_points_[static_cast<std::size_t>(taps.point[k]) * 3 * n];
       for (std::size_t l = 0; l < n; ++l) {
         radiance[l] +=
             factor * V3d(V3f(row[l], row[n + l], row[2 * n + l])) * static_cast<double>(taps.weight[k]);
@@ -137,7 +123,7 @@ class SwatchTracer {
   }
 
   const RayScene& scene_;
-  const LightTransport* transport_;
+  const IrradianceCache* cache_;
   PathTracer tracer_;
   const SwatchShot& shot_;
   const TruthOptions& options_;
@@ -145,7 +131,7 @@ class SwatchTracer {
   double metres_;
   std::vector<V3f> lights_;
   std::vector<V3d> irradiance_;
-  std::vector<float> indirect_;  ///< as LightTransport::solve() gives it
+  std::vector<float> irradiance_of_points_;  ///< as IrradianceCache::solve() gives it
   mutable std::atomic<std::uint64_t> rays_{0};
 };
 
@@ -179,22 +165,18 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
                                  const TruthOptions& options, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check(shot, options, name); !ok) return tl::unexpected(ok.error());
-  if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
   TruthOptions o = options;
-  const ScaledMesh scaled = scaled_to_unit(mesh);
-  const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
-  const auto scene = RayScene::create(scaled.mesh, name, ground);
-  if (!scene) return tl::unexpected(scene.error());
-  const auto plane = plane_of(mesh, *scene, name, as_bake(o), scaled.mm);
+  const auto cell = trace_cell(mesh, name, o.ground);
+  if (!cell) return tl::unexpected(cell.error());
+  const auto plane = plane_of(mesh, *cell, name, as_bake(o));
   if (!plane) return tl::unexpected(plane.error());
-  std::optional<LightTransport> transport;
+  std::optional<IrradianceCache> cache;
   if (o.indirect == IndirectLight::cached) {
-    transport = LightTransport::build(*scene, seed_of(o, stream_transport, 0));
-    if (!transport) o.indirect = IndirectLight::traced;
+    cache = IrradianceCache::build(cell->scene, seed_of(o.seed, stream_cache, 0));
+    if (!cache) o.indirect = IndirectLight::traced;
   }
-  SwatchTracer tracer(*scene, transport ? &*transport : nullptr, shot, o, *plane / scaled.mm,
-                      scaled.mm / 1000);
-  if (transport) tracer.solve(*transport);
+  SwatchTracer tracer(cell->scene, cache ? &*cache : nullptr, shot, o, *plane / cell->mm, cell->mm / 1000);
+  if (cache) tracer.solve(*cache);
 
   TruthSwatch result;
   result.indirect = o.indirect;

@@ -1,6 +1,6 @@
-// The truth for pictures of a fabric: a flat swatch whose stitch itself is traced, repeat beside repeat
-// without end, by the light transport of the bake. What format/picture/swatch_picture.h and the viewer show
-// of a fabric of that stitch, from the same place and under the same light, is an approximation of this
+// The reference picture of a cell: a flat swatch of the stitch itself, traced, repeat beside repeat without
+// end, with the light of the bake. The pictures that format/picture/swatch_picture.h and the viewer make
+// of a fabric of that stitch, from the same place and under the same light, approximate this
 // picture.
 #pragma once
 

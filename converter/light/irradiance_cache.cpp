@@ -10,6 +10,7 @@
 #include "converter/light/sobol.h"
 #include "converter/light/yarn_brdf.h"
 #include "format/base/parallel.h"
+#include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
@@ -25,9 +26,8 @@ constexpr double max_backs = 0.005;
 /// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are 0 altogether
 /// have no mark in `marked`. Element by element in the same order whatever the width of the machine's
 /// registers.
-__attribute__((target_clones("avx512f", "avx2", "default"))) void sum_rows(
-    const float* source, const char* marked, const int* column, const float* weight, std::size_t count,
-    std::size_t width, float* target) {
+SELVEDGE_WIDE void sum_rows(const float* source, const char* marked, const int* column, const float* weight,
+                            std::size_t count, std::size_t width, float* target) {
   std::fill(target, target + width, 0.0F);
   for (std::size_t k = 0; k < count; ++k) {
     if (marked[column[k]] == 0) continue;
@@ -72,18 +72,24 @@ bool shows_backs(const RayScene& scene) {
 
 }  // namespace
 
-std::optional<LightTransport> LightTransport::build(const RayScene& scene, std::uint64_t seed) {
-  LightTransport t;
+std::vector<float> light_column(const std::vector<float>& irradiance, std::size_t lights, std::size_t light) {
+  std::vector<float> column(lights > 0 ? irradiance.size() / lights : 0);
+  for (std::size_t i = 0; i < column.size(); ++i) column[i] = irradiance[i * lights + light];
+  return column;
+}
+
+std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed) {
+  IrradianceCache t;
   t.triangles_ = scene.mesh().triangles;
   t.sides_ = shows_backs(scene) ? 2 : 1;
   t.place_points(scene);
-  if (t.points() > max_transport_points) return std::nullopt;
+  if (t.points() > max_cache_points) return std::nullopt;
   t.order_points(scene);
   t.gather(scene, seed);
   return t;
 }
 
-void LightTransport::place_points(const RayScene& scene) {
+void IrradianceCache::place_points(const RayScene& scene) {
   const CellMesh& mesh = scene.mesh();
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
   std::vector<SurfacePoint> at;  // of which albedo and gloss are taken
@@ -116,8 +122,8 @@ void LightTransport::place_points(const RayScene& scene) {
     for (int k = 0; k < 3; ++k) own |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
     if (!own) continue;
     patches_[t] = {static_cast<int>(positions.size()), parts};
-    if (positions.size() + lattice_size(parts) > max_transport_points) {
-      position_.resize(max_transport_points + 1);  // too many
+    if (positions.size() + lattice_size(parts) > max_cache_points) {
+      position_.resize(max_cache_points + 1);  // too many
       return;
     }
     for (int j = 0; j <= parts; ++j) {
@@ -151,7 +157,7 @@ void LightTransport::place_points(const RayScene& scene) {
   }
 }
 
-bool LightTransport::taps(const SurfacePoint& at, TransportTaps& taps) const {
+bool IrradianceCache::taps(const SurfacePoint& at, CacheTaps& taps) const {
   if (at.back && sides_ == 1) return false;
   const auto t = static_cast<std::size_t>(at.triangle);
   const Patch& patch = patches_[t];
@@ -182,7 +188,7 @@ bool LightTransport::taps(const SurfacePoint& at, TransportTaps& taps) const {
   return true;
 }
 
-void LightTransport::gather(const RayScene& scene, std::uint64_t seed) {
+void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
   // Squares of 4 x 4 neighbouring directions make a packet; each is jittered in its cell.
   const auto count = static_cast<std::size_t>(points());
   std::vector<std::vector<std::pair<int, float>>> rows(count);
@@ -207,7 +213,7 @@ void LightTransport::gather(const RayScene& scene, std::uint64_t seed) {
       PointPacket met;
       for (std::uint32_t left = scene.trace(scene.leave(from), directions, met); left != 0;
            left &= left - 1) {
-        TransportTaps sent;
+        CacheTaps sent;
         if (!taps(met[std::countr_zero(left)], sent)) continue;
         for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * share);
       }
@@ -234,7 +240,7 @@ void LightTransport::gather(const RayScene& scene, std::uint64_t seed) {
   }
 }
 
-void LightTransport::order_points(const RayScene& scene) {
+void IrradianceCache::order_points(const RayScene& scene) {
   // Ten bits of each coordinate, interleaved: neighbours on the curve are neighbours in space.
   const V2d period = scene.period();
   const V3d size(period.x, period.y, std::max(period.x, period.y));
@@ -256,7 +262,7 @@ void LightTransport::order_points(const RayScene& scene) {
 }
 
 /// Cosine towards the light where nothing is in its way: [point][light].
-std::vector<float> LightTransport::light_directly(const RayScene& scene, std::span<const V3f> lights) {
+std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::span<const V3f> lights) {
   const std::size_t n = lights.size();
   std::vector<float> direct(order_.size() * n, 0.0F);
   std::atomic<std::uint64_t> rays{0};
@@ -289,7 +295,25 @@ std::vector<float> LightTransport::light_directly(const RayScene& scene, std::sp
   return direct;
 }
 
-std::vector<float> LightTransport::solve(const RayScene& scene, std::span<const V3f> lights, int bounces) {
+std::vector<float> IrradianceCache::solve(const RayScene& scene, std::span<const V3f> lights, int bounces) {
+  // More lights would not stay in the processor's caches.
+  constexpr std::size_t at_once = 64;
+  const std::size_t n = lights.size();
+  if (n <= at_once) return solve_some(scene, lights, bounces);
+  const std::size_t rows = static_cast<std::size_t>(points()) * 3;
+  std::vector<float> all(rows * n);
+  for (std::size_t first = 0; first < n; first += at_once) {
+    const auto some = lights.subspan(first, std::min(at_once, n - first));
+    const std::vector<float> part = solve_some(scene, some, bounces);
+    for (std::size_t row = 0; row < rows; ++row) {
+      std::copy_n(&part[row * some.size()], some.size(), &all[row * n + first]);
+    }
+  }
+  return all;
+}
+
+std::vector<float> IrradianceCache::solve_some(const RayScene& scene, std::span<const V3f> lights,
+                                               int bounces) {
   const std::size_t n = lights.size();
   const std::size_t width = 3 * n;
   const auto count = static_cast<std::size_t>(points());

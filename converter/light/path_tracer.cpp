@@ -13,20 +13,19 @@ constexpr double max_survival = 0.98;
 
 }  // namespace
 
-bool PathTracer::bounce(const SurfacePoint& at, const V3d& view, int done, PathSampler& sampler,
-                        V3d& direction, V3d& throughput) const {
-  if (done == bounces_) return false;
-  BsdfSample choice;
-  if (!sample_bsdf(surface_at(scene_, at), view, sampler.next(), choice)) return false;
-  throughput *= choice.weight;
-  direction = choice.direction;
+std::optional<V3d> PathTracer::reflect(const SurfacePoint& at, const V3d& view, int depth,
+                                       PathSampler& sampler, V3d& throughput) const {
+  if (depth == bounces_) return std::nullopt;
+  const auto sample = sample_bsdf(surface_at(scene_, at), view, sampler.next());
+  if (!sample) return std::nullopt;
+  throughput *= sample->weight;
   const double brightest = std::max({throughput.x, throughput.y, throughput.z});
-  if (brightest <= 0) return false;
-  if (done < min_depth) return true;
+  if (brightest <= 0) return std::nullopt;
+  if (depth < min_depth) return sample->direction;
   const double survival = std::min(max_survival, brightest);
-  if (sampler.next().x >= survival) return false;
+  if (sampler.next().x >= survival) return std::nullopt;
   throughput /= survival;
-  return true;
+  return sample->direction;
 }
 
 std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& view,
@@ -35,12 +34,13 @@ std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& vie
   SurfacePoint at = point;
   V3d towards = view;
   V3d throughput(1, 1, 1);
-  V3d direction;
   std::uint64_t rays = 0;
-  for (int done = 0; bounce(at, towards, done, sampler, direction, throughput); ++done) {
+  for (int depth = 0;; ++depth) {
+    const auto direction = reflect(at, towards, depth, sampler, throughput);
+    if (!direction) return rays;
     ++rays;
-    if (!scene_.trace(scene_.leave(at), direction, at)) return rays;
-    towards = -direction;
+    if (!scene_.trace(scene_.leave(at), *direction, at)) return rays;
+    towards = -*direction;
     const YarnSurface surface = surface_at(scene_, at);
     for (std::size_t first = 0; first < lights.size(); first += packet_size) {
       const auto some = lights.subspan(first, std::min(packet_size, lights.size() - first));
@@ -55,21 +55,6 @@ std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& vie
       }
     }
   }
-  return rays;
-}
-
-V3d PathTracer::under_sky(const V3d& origin, const V3d& direction, const Sky& sky,
-                          PathSampler& sampler) const {
-  SurfacePoint at;
-  if (!scene_.trace(origin, direction, at)) return sky(direction);
-  V3d towards = -direction;
-  V3d throughput(1, 1, 1);
-  V3d next;
-  for (int done = 0; bounce(at, towards, done, sampler, next, throughput); ++done) {
-    if (!scene_.trace(scene_.leave(at), next, at)) return throughput * sky(next);
-    towards = -next;
-  }
-  return V3d(0, 0, 0);
 }
 
 }  // namespace selvedge

@@ -2,7 +2,7 @@
 // light of every vertex added (next-event estimates). The mean over paths is right for any number of bounces.
 #pragma once
 
-#include <functional>
+#include <optional>
 #include <span>
 
 #include "converter/light/sobol.h"
@@ -12,9 +12,6 @@ namespace selvedge {
 
 /// As a number of bounces: until Russian roulette ends the path.
 inline constexpr int unlimited_bounces = -1;
-
-/// Radiance from a unit direction in which nothing lies.
-using Sky = std::function<V3d(const V3d& direction)>;
 
 class PathTracer {
  public:
@@ -28,14 +25,12 @@ class PathTracer {
   std::uint64_t add_indirect(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
                              PathSampler& sampler, std::span<V3d> radiance) const;
 
-  /// The light of one path from `origin` in `direction` (as trace() takes them) under a sky.
-  V3d under_sky(const V3d& origin, const V3d& direction, const Sky& sky, PathSampler& sampler) const;
+  /// Continues a path after `depth` reflections from `at`, seen from `view`: multiplies its throughput and
+  /// gives the direction; nothing where the path ends.
+  std::optional<V3d> reflect(const SurfacePoint& at, const V3d& view, int depth, PathSampler& sampler,
+                             V3d& throughput) const;
 
  private:
-  /// One reflection: where the path goes on from `at`, seen from `view`. False where it ends.
-  bool bounce(const SurfacePoint& at, const V3d& view, int done, PathSampler& sampler, V3d& direction,
-              V3d& throughput) const;
-
   const RayScene& scene_;
   int bounces_;
 };

@@ -1,41 +1,15 @@
-#include "converter/light/ray_scene.h"
-
-#include <embree3/rtcore.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <vector>
+
+#include "converter/light/ray_scene_state.h"
+#include "format/simd/wide.h"
 
 namespace selvedge {
-
-struct RayScene::State {
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  Box bounds;  // of one cell, before copies
-  CellMesh mesh;
-  int ground_triangle = 0;  // the first one
-  double z_low = 0;         // the slab outside of which there is nothing, with a margin
-  double z_high = 0;
-  V2d block_min;  // the block that a ray may cross before it is shifted back
-  V2d block_max;
-  double offset = 0;  // mm, keeps a ray off the surface that it leaves
-
-  ~State() {
-    if (scene != nullptr) rtcReleaseScene(scene);
-    if (device != nullptr) rtcReleaseDevice(device);
-  }
-};
-
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// Cells on each side of the middle one that a ray crosses before it is shifted back: more cost memory, fewer
-/// cost restarts. One is enough for most rays of a cell that is thinner than wide.
-constexpr int reach = 1;
 
 /// Share of the way through the block after which a ray is shifted back. Less than all: a wall that stands
 /// exactly where the block ends then lies ahead of the ray, not under its feet.
@@ -56,130 +30,6 @@ double wrap(double value, double period) {
   const double wrapped = value - period * std::floor(value / period);
   return wrapped < period ? wrapped : 0;
 }
-
-/// A coordinate on a wall belongs to both cells: made exactly the same number in each, copies close up.
-double snap_to_wall(double value, double period) {
-  const double turns = value / period;
-  const double nearest = std::round(turns);
-  return std::abs(turns - nearest) < 1e-6 ? nearest * period : value;
-}
-
-/// Two triangles over the cell at z = 0. They count as yarn everywhere but where they are asked for by name.
-void add_ground(CellMesh& mesh, float albedo) {
-  const int first = static_cast<int>(mesh.positions.size());
-  const auto x = static_cast<float>(mesh.period.x);
-  const auto y = static_cast<float>(mesh.period.y);
-  for (const V3f& corner : {V3f(0, 0, 0), V3f(x, 0, 0), V3f(x, y, 0), V3f(0, y, 0)}) {
-    mesh.positions.push_back(corner);
-    mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
-    mesh.albedo.emplace_back(albedo);
-    if (!mesh.gloss.empty()) {
-      mesh.fibres.emplace_back(1.0F, 0.0F, 0.0F);
-      mesh.gloss.push_back({});
-    }
-  }
-  mesh.triangles.emplace_back(first, first + 1, first + 2);
-  mesh.triangles.emplace_back(first, first + 2, first + 3);
-}
-
-}  // namespace
-
-RayScene::RayScene(std::unique_ptr<State> state) : state_(std::move(state)) {}
-RayScene::RayScene(RayScene&&) noexcept = default;
-RayScene& RayScene::operator=(RayScene&&) noexcept = default;
-RayScene::~RayScene() = default;
-const Box& RayScene::bounds() const { return state_->bounds; }
-V2d RayScene::period() const { return state_->mesh.period; }
-const CellMesh& RayScene::mesh() const { return state_->mesh; }
-bool RayScene::is_ground(const SurfacePoint& point) const {
-  return point.triangle >= state_->ground_triangle;
-}
-
-Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
-                                  std::optional<float> ground) {
-  auto state = std::make_unique<State>();
-  state->bounds = bounds_of(mesh);
-  state->mesh = mesh;
-  const V2d period = mesh.period;
-
-  const double low_z = static_cast<double>(state->bounds.min.z);
-  const double thickness = static_cast<double>(state->bounds.max.z) - low_z;
-  const double size = std::max(period.x, period.y);
-  state->offset =
-      std::max(2e-5 * size, 8 * static_cast<double>(std::numeric_limits<float>::epsilon()) * thickness);
-  state->z_low = -1e-3 * size;
-  state->z_high = thickness + 1e-3 * size;
-
-  // Near the origin by whole periods, and down to z = 0, in double: single precision would swallow the
-  // offset of a mesh that lies far away.
-  const auto whole_periods = [](double low, double length) {
-    return std::floor(low / length + 1e-6) * length;
-  };
-  const V3d shift(whole_periods(state->bounds.min.x, period.x), whole_periods(state->bounds.min.y, period.y),
-                  low_z);
-  for (V3f& p : state->mesh.positions) p = V3f(V3d(p) - shift);
-  state->bounds.min = V3f(V3d(state->bounds.min) - shift);
-  state->bounds.max = V3f(V3d(state->bounds.max) - shift);
-  state->ground_triangle = static_cast<int>(mesh.triangles.size());
-  if (ground) add_ground(state->mesh, *ground);
-
-  // Copies whose triangles may reach into the block although their cell lies outside of it.
-  const auto overhang = [](double high, double length) {
-    return static_cast<int>(std::ceil(std::max(0.0, high / length - 1) - 1e-6));
-  };
-  const int extra_x = overhang(state->bounds.max.x, period.x);
-  const int extra_y = overhang(state->bounds.max.y, period.y);
-  constexpr int max_extra = 8;
-  if (extra_x > max_extra || extra_y > max_extra) {
-    return fail(Code::mesh_invalid, name, "period",
-                fmt::format("the mesh reaches {} periods beyond its cell; {} are allowed",
-                            std::max(extra_x, extra_y), max_extra));
-  }
-  state->block_min = {-reach * period.x, -reach * period.y};
-  state->block_max = {(1 + reach) * period.x, (1 + reach) * period.y};
-
-  std::vector<V3f> vertices;
-  std::vector<V3i> triangles;
-  for (int cy = -reach - extra_y; cy <= reach + extra_y; ++cy) {
-    for (int cx = -reach - extra_x; cx <= reach + extra_x; ++cx) {
-      const int first = static_cast<int>(vertices.size());
-      for (const V3f& p : state->mesh.positions) {
-        vertices.emplace_back(
-            V3f(V3d(snap_to_wall(static_cast<double>(p.x) + cx * period.x, period.x),
-                    snap_to_wall(static_cast<double>(p.y) + cy * period.y, period.y), p.z)));
-      }
-      for (const V3i& t : state->mesh.triangles) triangles.push_back(t + V3i(first));
-    }
-  }
-  if (triangles.empty()) return fail(Code::mesh_empty, name, {}, "the mesh has no triangles");
-
-  state->device = rtcNewDevice(nullptr);
-  if (state->device == nullptr) return fail(Code::mesh_invalid, name, {}, "the ray tracer cannot be started");
-  state->scene = rtcNewScene(state->device);
-  rtcSetSceneFlags(state->scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(state->scene, RTC_BUILD_QUALITY_HIGH);
-  RTCGeometry geometry = rtcNewGeometry(state->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* vertex_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                sizeof(V3f), vertices.size());
-  void* index_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                               sizeof(V3i), triangles.size());
-  if (vertex_buffer == nullptr || index_buffer == nullptr) {
-    rtcReleaseGeometry(geometry);
-    return fail(Code::mesh_invalid, name, {}, "not enough memory for the ray tracer");
-  }
-  std::copy(vertices.begin(), vertices.end(), static_cast<V3f*>(vertex_buffer));
-  std::copy(triangles.begin(), triangles.end(), static_cast<V3i*>(index_buffer));
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(state->scene, geometry);
-  rtcReleaseGeometry(geometry);
-  rtcCommitScene(state->scene);
-  if (rtcGetDeviceError(state->device) != RTC_ERROR_NONE) {
-    return fail(Code::mesh_invalid, name, {}, "the ray tracer refuses the mesh");
-  }
-  return RayScene(std::move(state));
-}
-
-namespace {
 
 RTCRay ray_from(const V3d& origin, const V3d& direction, double far) {
   RTCRay ray{};
@@ -210,8 +60,8 @@ bool onto_slab(double z_low, double z_high, V3d& origin, const V3d& direction) {
 }
 
 /// Walks a ray block by block. `step(origin, far)` looks at one piece and says whether to stop.
-template <class State, class Step>
-bool walk(const State& s, V3d origin, const V3d& direction, const Step& step) {
+template <class Step>
+bool walk(const RaySceneState& s, V3d origin, const V3d& direction, const Step& step) {
   if (!onto_slab(s.z_low, s.z_high, origin, direction)) return false;
   for (int piece = 0; piece < max_pieces; ++piece) {
     origin.x = wrap(origin.x, s.mesh.period.x);
@@ -226,9 +76,8 @@ bool walk(const State& s, V3d origin, const V3d& direction, const Step& step) {
   return false;
 }
 
-template <class State>
-SurfacePoint point_from(const State& s, const V3d& at, const V3d& direction, const V3f& geometric_normal,
-                        unsigned primitive, float u, float v) {
+SurfacePoint point_from(const RaySceneState& s, const V3d& at, const V3d& direction,
+                        const V3f& geometric_normal, unsigned primitive, float u, float v) {
   SurfacePoint point;
   point.position = V3f(V3d(wrap(at.x, s.mesh.period.x), wrap(at.y, s.mesh.period.y), at.z));
   point.face_normal = geometric_normal.normalized();
@@ -250,11 +99,8 @@ using PacketLanes = std::array<float, packet_size>;
 
 /// Distances to where each ray leaves the slab, and the sides of the block. Lane by lane: the same for any
 /// width of the machine's registers.
-__attribute__((target_clones("avx512f", "avx2", "default"))) void leave_block(const RayPacket& p,
-                                                                              const V3f& low, const V3f& high,
-                                                                              PacketLanes& out,
-                                                                              PacketLanes& side,
-                                                                              PacketLanes& far) {
+SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& high, PacketLanes& out,
+                               PacketLanes& side, PacketLanes& far) {
   for (std::size_t i = 0; i < packet_size; ++i) {
     out[i] = leave_interval(p.z[i], p.dz[i], low.z, high.z);
     side[i] = std::min(leave_interval(p.x[i], p.dx[i], low.x, high.x),
@@ -265,8 +111,8 @@ __attribute__((target_clones("avx512f", "avx2", "default"))) void leave_block(co
 
 /// Walks the rays of a packet block by block. `step(packet, far, active)` looks at one piece of each active
 /// ray and gives back those that are done.
-template <class State, class Step>
-void walk_packet(const State& s, RayPacket& p, std::uint32_t active, const Step& step) {
+template <class Step>
+void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, const Step& step) {
   const V3f low(V3d(s.block_min.x, s.block_min.y, s.z_low));
   const V3f high(V3d(s.block_max.x, s.block_max.y, s.z_high));
   for (int piece = 0; piece < max_pieces && active != 0; ++piece) {
@@ -333,8 +179,7 @@ RTCIntersectContext coherent_context() {
   return context;
 }
 
-template <class State>
-std::uint32_t trace_packet(const State& s, RayPacket& packet, std::uint32_t active,
+std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active,
                            std::span<const V3d> directions, PointPacket& points) {
   std::uint32_t met = 0;
   walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
@@ -361,8 +206,25 @@ std::uint32_t trace_packet(const State& s, RayPacket& packet, std::uint32_t acti
   return met;
 }
 
-template <class State>
-std::uint32_t occluded_packet(const State& s, RayPacket& packet, std::uint32_t active) {
+/// As many rays as there are origins or directions; a single one of either is that of all.
+std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
+                         std::span<const V3d> directions, PointPacket& points) {
+  const std::size_t count = std::max(origins.size(), directions.size());
+  RayPacket packet{};
+  std::uint32_t active = 0;
+  for (std::size_t i = 0; i < packet_size; ++i) {
+    const std::size_t ray = i < count ? i : 0;
+    const V3d& direction = directions[directions.size() == 1 ? 0 : ray];
+    V3d origin = origins[origins.size() == 1 ? 0 : ray];
+    if (onto_slab(s.z_low, s.z_high, origin, direction) && i < count) active |= 1U << i;
+    origin.x = wrap(origin.x, s.mesh.period.x);
+    origin.y = wrap(origin.y, s.mesh.period.y);
+    set_lane(packet, i, origin, direction);
+  }
+  return trace_packet(s, packet, active, directions, points);
+}
+
+std::uint32_t occluded_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active) {
   std::uint32_t blocked = 0;
   walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
     RTCRay16 rays;
@@ -383,8 +245,19 @@ std::uint32_t occluded_packet(const State& s, RayPacket& packet, std::uint32_t a
 
 }  // namespace
 
+RayScene::RayScene(std::unique_ptr<RaySceneState> state) : state_(std::move(state)) {}
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+RayScene::~RayScene() = default;
+const Box& RayScene::bounds() const { return state_->bounds; }
+V2d RayScene::period() const { return state_->mesh.period; }
+const CellMesh& RayScene::mesh() const { return state_->mesh; }
+bool RayScene::is_ground(const SurfacePoint& point) const {
+  return point.triangle >= state_->ground_triangle;
+}
+
 bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const {
-  const State& s = *state_;
+  const RaySceneState& s = *state_;
   return walk(s, origin, direction, [&](const V3d& from, double far) {
     RTCRayHit query{};
     query.ray = ray_from(from, direction, far);
@@ -401,32 +274,11 @@ bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& poin
 }
 
 std::uint32_t RayScene::trace(std::span<const V3d> origins, const V3d& direction, PointPacket& points) const {
-  const State& s = *state_;
-  RayPacket packet{};
-  std::uint32_t active = 0;
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    V3d origin = origins[i < origins.size() ? i : 0];
-    if (onto_slab(s.z_low, s.z_high, origin, direction) && i < origins.size()) active |= 1U << i;
-    origin.x = wrap(origin.x, s.mesh.period.x);
-    origin.y = wrap(origin.y, s.mesh.period.y);
-    set_lane(packet, i, origin, direction);
-  }
-  return trace_packet(s, packet, active, {&direction, 1}, points);
+  return trace_rays(*state_, origins, {&direction, 1}, points);
 }
 
 std::uint32_t RayScene::trace(const V3d& origin, std::span<const V3d> directions, PointPacket& points) const {
-  const State& s = *state_;
-  RayPacket packet{};
-  std::uint32_t active = 0;
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    const V3d& direction = directions[i < directions.size() ? i : 0];
-    V3d from = origin;
-    if (onto_slab(s.z_low, s.z_high, from, direction) && i < directions.size()) active |= 1U << i;
-    from.x = wrap(from.x, s.mesh.period.x);
-    from.y = wrap(from.y, s.mesh.period.y);
-    set_lane(packet, i, from, direction);
-  }
-  return trace_packet(s, packet, active, directions, points);
+  return trace_rays(*state_, {&origin, 1}, directions, points);
 }
 
 V3d RayScene::leave(const SurfacePoint& point) const {
@@ -440,7 +292,7 @@ V3f RayScene::vertex_normal(const SurfacePoint& point) const {
 }
 
 bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
-  const State& s = *state_;
+  const RaySceneState& s = *state_;
   const V3d towards(direction);
   return walk(s, leave(point), towards, [&](const V3d& from, double far) {
     RTCRay ray = ray_from(from, towards, far);

@@ -1,4 +1,4 @@
-// Rays through an endlessly repeated cell; the only place that knows Embree.
+// Rays through an endlessly repeated cell, traced by Embree.
 //
 // A block of cells is built as triangles around the one at the origin. A ray that leaves the block sideways
 // while still between the cell's lowest and highest point re-enters it shifted by whole periods, so every
@@ -18,10 +18,10 @@
 
 namespace selvedge {
 
-/// What a ray met. Normals are unit and on the side that the ray came from.
+/// A point where a ray met the surface. Normals are unit and on the side that the ray came from.
 struct SurfacePoint {
   V3f position{0, 0, 0};     ///< mm, in the cell (0 <= x < period.x, 0 <= y < period.y)
-  V3f face_normal{0, 0, 1};  ///< of the triangle: what light transport uses
+  V3f face_normal{0, 0, 1};  ///< of the triangle: the normal of light and shadow
   int triangle = 0;          ///< of the scene's mesh()
   float u = 0;               ///< weight of the triangle's second corner
   float v = 0;               ///< and of its third
@@ -36,10 +36,12 @@ struct LeavingPacket {
   alignas(64) std::array<float, packet_size> x, y, z;
 };
 
+struct RaySceneState;
+
 class RayScene {
  public:
-  /// `ground`: albedo of a plane at the lowest point of the cell that everything lies on; none: what goes
-  /// down meets nothing. Precondition: validate(mesh) holds.
+  /// `ground`: albedo of a plane at the lowest point of the cell, on which everything lies; without it, rays
+  /// that leave downwards meet nothing. Precondition: validate(mesh) holds.
   static Result<RayScene> create(const CellMesh& mesh, const std::string& name,
                                  std::optional<float> ground = {});
   RayScene(RayScene&&) noexcept;
@@ -86,9 +88,8 @@ class RayScene {
   V3f vertex_normal(const SurfacePoint& point) const;
 
  private:
-  struct State;
-  explicit RayScene(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit RayScene(std::unique_ptr<RaySceneState> state);
+  std::unique_ptr<RaySceneState> state_;
 };
 
 }  // namespace selvedge

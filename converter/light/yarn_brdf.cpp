@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "converter/light/sobol.h"
+#include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
@@ -139,8 +140,7 @@ void GlossPacket::set(std::size_t lane, const YarnSurface& surface, const V3d& v
   weight_[lane] = v.z > 0 ? surface.gloss.weight : 0.0F;
 }
 
-__attribute__((target_clones("avx512f", "avx2", "default"))) void GlossPacket::reflectance(
-    const V3f& light, std::array<float, packet_size>& result) const {
+SELVEDGE_WIDE void GlossPacket::reflectance(const V3f& light, std::array<float, packet_size>& result) const {
   for (std::size_t i = 0; i < packet_size; ++i) {
     const float x = tx_[i] * light.x + ty_[i] * light.y + tz_[i] * light.z;
     const float y = bx_[i] * light.x + by_[i] * light.y + bz_[i] * light.z;
@@ -157,22 +157,19 @@ __attribute__((target_clones("avx512f", "avx2", "default"))) void GlossPacket::r
   }
 }
 
-bool sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random, BsdfSample& choice) {
+std::optional<BsdfSample> sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random) {
   const double w = static_cast<double>(surface.gloss.weight);
   if (w == 0 || random.x >= w) {
-    choice.direction = cosine_direction(surface.normal, {(random.x - w) / (1 - w), random.y});
-    choice.weight = surface.albedo;
-    return true;
+    return BsdfSample{cosine_direction(surface.normal, {(random.x - w) / (1 - w), random.y}), surface.albedo};
   }
-  V3d l;
   const V3d v = local(surface, view);
-  const double share =
-      v.z > 0 ? reflect_at_facet(v, width_of(surface.gloss), {random.x / w, random.y}, l) : 0;
-  if (share == 0) return false;
-  choice.direction =
-      (surface.fibre * l.x + surface.normal.cross(surface.fibre) * l.y + surface.normal * l.z).normalized();
-  choice.weight = V3d(share);
-  return true;
+  if (v.z <= 0) return std::nullopt;
+  V3d l;
+  const double share = reflect_at_facet(v, width_of(surface.gloss), {random.x / w, random.y}, l);
+  if (share == 0) return std::nullopt;
+  const V3d direction =
+      surface.fibre * l.x + surface.normal.cross(surface.fibre) * l.y + surface.normal * l.z;
+  return BsdfSample{direction.normalized(), V3d(share)};
 }
 
 double mean_gloss_albedo(float roughness) {

@@ -1,4 +1,4 @@
-// What yarn does with light at one point of its surface: Lambert, and a highlight of its fibres.
+// The reflectance of yarn at one point of its surface: Lambert, and a highlight of its fibres.
 //
 //   f(l, v) = (1 - w) albedo / pi + w D(h) G(l, v) / (4 l.n v.n),   h = (l + v) / |l + v|
 //
@@ -8,6 +8,8 @@
 // facets reflect all light. f is symmetric in l and v; the gloss reflects at most 1 (light that facets block
 // is lost, not reflected twice), so f reflects at most (1 - w) albedo + w <= 1.
 #pragma once
+
+#include <optional>
 
 #include "converter/light/ray_scene.h"
 
@@ -45,12 +47,13 @@ class GlossPacket {
 };
 
 /// A direction of light for a view: the mean of the weight times the light from there is the integral of
-/// f(l, v) l.n times the light. False where the path ends (a facet sent it below the surface).
+/// f(l, v) l.n times the light.
 struct BsdfSample {
   V3d direction{0, 0, 1};
   V3d weight{0, 0, 0};
 };
-bool sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random, BsdfSample& choice);
+/// Nothing where a facet sends the light below the surface. `random`: in [0, 1)^2.
+std::optional<BsdfSample> sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random);
 
 /// Cosine-distributed around `normal`; area preserving in `square`.
 V3d cosine_direction(const V3d& normal, const V2d& square);

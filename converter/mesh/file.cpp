@@ -9,10 +9,7 @@
 #include <iterator>
 #include <limits>
 
-#include "converter/mesh/exact_points.h"
-#include "converter/mesh/face_colours.h"
-#include "converter/mesh/openmesh.h"
-#include "converter/mesh/ply.h"
+#include "converter/mesh/raw_mesh.h"
 #include "format/base/atomic_file.h"
 
 namespace selvedge {
@@ -136,7 +133,19 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
   }
 }
 
-/// What lies far away comes near by whole periods, and with its lowest point to height 0, before it is
+/// Whether single precision would blur a mesh between these corners: from 64 times its own size away it loses
+/// six bits.
+bool lies_far(const V3d& low, const V3d& high) {
+  double size = 0;
+  double distance = 0;
+  for (int i = 0; i < 3; ++i) {
+    size = std::max(size, high[i] - low[i]);
+    distance = std::max({distance, std::abs(low[i]), std::abs(high[i])});
+  }
+  return distance > 64 * size && std::isfinite(distance);
+}
+
+/// Moves a mesh that lies far away near by whole periods, and its lowest point to height 0, before it is
 /// rounded to single precision.
 void move_near_origin(std::vector<V3d>& positions, const std::vector<V3i>& triangles, const V2d& period) {
   V3d low(std::numeric_limits<double>::max());
@@ -213,7 +222,10 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));
   }
-  auto raw = format == "ply" ? import_ply(bytes, path) : import_mesh(bytes, format, path, materials);
+  auto raw = format == "ply"   ? read_ply(bytes, path)
+             : format == "off" ? read_off(bytes, path)
+             : format == "stl" ? read_stl(bytes, path)
+                               : read_obj(bytes, path, materials);
   if (!raw) return tl::unexpected(raw.error());
   auto faces = triangles_of(*raw, path);
   if (!faces) return tl::unexpected(faces.error());

@@ -1,4 +1,4 @@
-// Meshes from and to files: OBJ, OFF and STL are read by OpenMesh, PLY by ourselves; OBJ and PLY are written.
+// Reads meshes from OBJ, OFF, PLY and STL files and writes OBJ and PLY.
 #pragma once
 
 #include <optional>
@@ -23,8 +23,8 @@ struct MeshImportOptions {
 /// curve, floats as linear, clamped to [0, 1]; alpha is ignored. Normals are the file's where it has one and
 /// only one for each vertex, else the area-weighted mean of the faces' around. Vertices stay where they are
 /// (but for meshes that lie more than 64 times their size away, which come near by whole periods in double
-/// precision): the period alone says how copies follow each other. What is not given is guessed
-/// (mesh_choices.h). Refuses: no such file, unknown format, cut-short or damaged files, no triangles,
+/// precision): the period alone says how copies follow each other. Choices that are not given are guessed
+/// (guesses.h). Refuses: no such file, unknown format, cut-short or damaged files, no triangles,
 /// vertices that are not finite, faces that refer to absent vertices, a bad period, and a mesh without extent
 /// to guess one from.
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options,

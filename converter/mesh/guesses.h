@@ -1,10 +1,10 @@
-// How a mesh of other people lies in its cell: what its file does not say is guessed.
+// How an imported mesh lies in its cell: its period, unit and axes, guessed where they are not given.
 #pragma once
 
 #include <optional>
 #include <string>
 
-#include "converter/mesh/openmesh.h"
+#include "converter/mesh/raw_mesh.h"
 
 namespace selvedge {
 
@@ -19,7 +19,7 @@ Vector turned(const Vector& v, UpAxis up) {
   return up == UpAxis::x ? Vector(v.y, v.z, v.x) : v;
 }
 
-/// What a mesh was read with, and where each of it comes from, in words: "given" or the reason of a guess.
+/// How a mesh was read, and where each choice comes from, in words: "given" or the reason of a guess.
 struct MeshChoices {
   V2d period{1, 1};  ///< mm
   std::string period_from;

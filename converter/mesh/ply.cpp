@@ -1,17 +1,18 @@
-#include "converter/mesh/ply.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <string_view>
+
+#include "converter/mesh/raw_mesh.h"
+#include "converter/mesh/words.h"
 
 namespace selvedge {
 namespace {
@@ -22,23 +23,13 @@ struct Type {
 };
 
 std::optional<Type> type_named(const std::string& name) {
-  struct Row {
-    const char* name;
-    const char* other;
-    Type type;
-  };
-  static constexpr std::array<Row, 8> rows{{{"char", "int8", {1, 'i'}},
-                                            {"uchar", "uint8", {1, 'u'}},
-                                            {"short", "int16", {2, 'i'}},
-                                            {"ushort", "uint16", {2, 'u'}},
-                                            {"int", "int32", {4, 'i'}},
-                                            {"uint", "uint32", {4, 'u'}},
-                                            {"float", "float32", {4, 'f'}},
-                                            {"double", "float64", {8, 'f'}}}};
-  for (const Row& row : rows) {
-    if (name == row.name || name == row.other) return row.type;
-  }
-  return std::nullopt;
+  static const std::map<std::string, Type> types{
+      {"char", {1, 'i'}},  {"int8", {1, 'i'}},    {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},
+      {"short", {2, 'i'}}, {"int16", {2, 'i'}},   {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}},
+      {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
+      {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
+  const auto found = types.find(name);
+  return found == types.end() ? std::nullopt : std::optional(found->second);
 }
 
 struct Property {
@@ -61,8 +52,8 @@ struct Header {
   std::size_t size = 0;  ///< bytes up to the body
 };
 
-/// One line of the header; what is wrong with it, or nothing.
-std::string take_line(const std::string& line, Header& header, bool& has_format) {
+/// Reads one line of the header; gives back what is wrong with it, or nothing.
+std::string read_header_line(const std::string& line, Header& header, bool& has_format) {
   std::istringstream words(line);
   std::string keyword;
   words >> keyword;
@@ -71,15 +62,9 @@ std::string take_line(const std::string& line, Header& header, bool& has_format)
     std::string form;
     words >> form;
     has_format = true;
-    if (form == "ascii")
-      header.form = Form::ascii;
-    else if (form == "binary_little_endian")
-      header.form = Form::little;
-    else if (form == "binary_big_endian")
-      header.form = Form::big;
-    else
-      return "unknown format";
-    return "";
+    header.form = form == "ascii" ? Form::ascii : (form == "binary_big_endian" ? Form::big : Form::little);
+    const bool known = header.form != Form::little || form == "binary_little_endian";
+    return known ? "" : "unknown format";
   }
   if (keyword == "element") {
     Element element;
@@ -124,7 +109,8 @@ Result<Header> header_of(const std::string& bytes, const std::string& file) {
       continue;
     }
     if (line == "end_header") break;
-    if (std::string why = take_line(line, header, has_format); !why.empty()) return refuse(std::move(why));
+    if (std::string why = read_header_line(line, header, has_format); !why.empty())
+      return refuse(std::move(why));
   }
   if (!has_format) return fail(Code::file_damaged, file, "", "the header names no format");
   return header;
@@ -144,15 +130,11 @@ class Body {
 
  private:
   bool read_text(double& value) {
-    bytes_.remove_prefix(std::min(bytes_.find_first_not_of(" \t\r\n"), bytes_.size()));
-    const char* end = bytes_.data() + bytes_.size();
-    const auto result = std::from_chars(bytes_.data(), end, value);
-    if (result.ec == std::errc::result_out_of_range)
-      value = std::numeric_limits<double>::infinity();
-    else if (result.ec != std::errc())
-      return false;
-    bytes_.remove_prefix(static_cast<std::size_t>(result.ptr - bytes_.data()));
-    return true;
+    constexpr std::string_view blanks = " \t\r\n";
+    bytes_.remove_prefix(std::min(bytes_.find_first_not_of(blanks), bytes_.size()));
+    const std::string_view word = bytes_.substr(0, bytes_.find_first_of(blanks));
+    bytes_.remove_prefix(word.size());
+    return to_number(word, value);
   }
 
   bool read_binary(Type type, double& value) {
@@ -181,25 +163,21 @@ class Body {
 
 /// Where a property goes: 0 to 2 position, 3 to 5 normal, 6 to 8 colour; -1 nowhere.
 int slot_of(const std::string& name) {
-  static constexpr std::array<std::array<const char*, 3>, 9> names{{{"x", "", ""},
-                                                                    {"y", "", ""},
-                                                                    {"z", "", ""},
-                                                                    {"nx", "", ""},
-                                                                    {"ny", "", ""},
-                                                                    {"nz", "", ""},
-                                                                    {"red", "r", "diffuse_red"},
-                                                                    {"green", "g", "diffuse_green"},
-                                                                    {"blue", "b", "diffuse_blue"}}};
-  for (std::size_t slot = 0; slot < names.size(); ++slot) {
-    if (std::find(names[slot].begin(), names[slot].end(), name) != names[slot].end())
-      return static_cast<int>(slot);
-  }
-  return -1;
+  static const std::map<std::string, int> slots{{"x", 0},           {"y", 1},
+                                                {"z", 2},           {"nx", 3},
+                                                {"ny", 4},          {"nz", 5},
+                                                {"red", 6},         {"green", 7},
+                                                {"blue", 8},        {"r", 6},
+                                                {"g", 7},           {"b", 8},
+                                                {"diffuse_red", 6}, {"diffuse_green", 7},
+                                                {"diffuse_blue", 8}};
+  const auto found = slots.find(name);
+  return found == slots.end() ? -1 : found->second;
 }
 
 constexpr int first_of_colour = 6;
 
-/// What a colour's numbers are divided by.
+/// The number that stands for a full colour of this type.
 double full_scale(Type type) {
   if (type.kind == 'f') return 1;
   const auto bits = static_cast<int>(8 * type.size) - (type.kind == 'i' ? 1 : 0);
@@ -264,7 +242,7 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
 
 }  // namespace
 
-Result<RawMesh> import_ply(const std::string& bytes, const std::string& file) {
+Result<RawMesh> read_ply(const std::string& bytes, const std::string& file) {
   const auto header = header_of(bytes, file);
   if (!header) return tl::unexpected(header.error());
   Body body(std::string_view(bytes).substr(header->size), header->form);

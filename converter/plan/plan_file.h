@@ -11,7 +11,7 @@ namespace selvedge {
 
 nlohmann::ordered_json plan_json(const ScenePlan& plan);
 
-/// What the materials of a plan file need together; all of its materials where `materials` is empty, else
+/// The levels that materials of a plan file need together: all materials where `materials` is empty, else
 /// those of a name, or "#index". No finer level than the last where no frame sees any of them (min_mm is
 /// infinite). JSON_MALFORMED, also of members that contradict each other; MATERIAL_MISSING.
 Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::string>& materials);

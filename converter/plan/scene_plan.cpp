@@ -111,37 +111,37 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     const auto number = static_cast<std::size_t>(material.fabric->fabric);
     FabricReader& reader = readers[number];
     const FabricHeader& header = reader.header();
-    MaterialPlan of;
-    of.index = index;
-    of.name = material.name;
-    of.fabric = scene->fabrics[number].name;
-    of.mm_per_repeat = V2d(header.period_mm);
-    of.texels = whole_texels(header);
-    of.whole_levels = whole_levels(header);
-    of.levels = levels_asked(in_texels[i], options.levels, of.whole_levels);
-    of.demand = {in_mm[i].least, in_mm[i].most, static_cast<double>(options.levels.bias)};
-    of.seen = in_texels[i].fronts || in_texels[i].backs;
-    of.fronts = in_texels[i].fronts;
-    of.backs = in_texels[i].backs;
-    if (of.seen) of.lacking = lacking_levels(header, of.levels);
-    if (of.seen) seen.push_back(index);
-    if (of.seen && material.alpha_mode != AlphaMode::opaque) {
+    MaterialPlan entry;
+    entry.index = index;
+    entry.name = material.name;
+    entry.fabric = scene->fabrics[number].name;
+    entry.mm_per_repeat = V2d(header.period_mm);
+    entry.texels = whole_texels(header);
+    entry.whole_levels = whole_levels(header);
+    entry.levels = levels_asked(in_texels[i], options.levels, entry.whole_levels);
+    entry.demand = {in_mm[i].least, in_mm[i].most, static_cast<double>(options.levels.bias)};
+    entry.seen = in_texels[i].fronts || in_texels[i].backs;
+    entry.fronts = in_texels[i].fronts;
+    entry.backs = in_texels[i].backs;
+    if (entry.seen) entry.lacking = lacking_levels(header, entry.levels);
+    if (entry.seen) seen.push_back(index);
+    if (entry.seen && material.alpha_mode != AlphaMode::opaque) {
       const auto in_file = [&](int level) {
         return std::clamp(level - first_level(header), 0, header.levels - 1);
       };
-      const auto open = has_openings(reader, {in_file(of.levels.first), in_file(of.levels.last)});
+      const auto open = has_openings(reader, {in_file(entry.levels.first), in_file(entry.levels.last)});
       if (!open) return tl::unexpected(open.error());
-      of.holes = *open;
+      entry.holes = *open;
     }
-    plan.materials.push_back(std::move(of));
+    plan.materials.push_back(std::move(entry));
   }
-  // What has no fabric is not looked at: it may be seen.
+  // Materials without a fabric are not examined: they may be seen.
   for (std::size_t i = 0; i < scene->materials.size(); ++i) {
     if (!scene->materials[i].fabric) seen.push_back(static_cast<int>(i));
   }
   std::sort(seen.begin(), seen.end());
-  for (MaterialPlan& of : plan.materials) {
-    if (of.holes) of.behind = seen;
+  for (MaterialPlan& entry : plan.materials) {
+    if (entry.holes) entry.behind = seen;
   }
   return plan;
 }

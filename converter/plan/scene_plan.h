@@ -15,7 +15,7 @@
 
 namespace selvedge {
 
-/// What is going to be drawn.
+/// The frames that will be drawn.
 struct PlanOptions {
   SceneChoice choice;
   std::vector<std::string> cameras;  ///< of the file, by name or number; all of them count

@@ -12,7 +12,7 @@ bool is_stitch(const std::string& name_or_path) {
   const auto infos = built_in_stitches();
   const bool built_in = std::any_of(infos.begin(), infos.end(),
                                     [&](const StitchInfo& info) { return info.name == name_or_path; });
-  // What has no ending was meant as a name: its error lists the names.
+  // A path without an ending was meant as a name: its error lists the names.
   return built_in || std::filesystem::path(name_or_path).extension().empty() ||
          has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif");
 }
@@ -44,13 +44,6 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
   cell.mesh = std::move(*mesh);
   cell.stitch = std::move(*stitch);
   return cell;
-}
-
-Result<CellMesh> load_cell(const std::string& name_or_path, const MeshOptions& mesh,
-                           const MeshImportOptions& import) {
-  auto cell = find_cell(name_or_path, {mesh, import, {}});
-  if (!cell) return tl::unexpected(cell.error());
-  return std::move(cell->mesh);
 }
 
 }  // namespace selvedge

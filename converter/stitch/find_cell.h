@@ -28,8 +28,4 @@ struct Cell {
 /// .json), a weaving draft (.wif) or a mesh file (any other path).
 Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options = {});
 
-/// The same, the mesh alone.
-Result<CellMesh> load_cell(const std::string& name_or_path, const MeshOptions& mesh = {},
-                           const MeshImportOptions& import = {});
-
 }  // namespace selvedge

@@ -13,7 +13,7 @@
 
 namespace selvedge {
 
-/// What f is made of at one point.
+/// The function at one point, and the yarn that decides it.
 struct SurfaceSample {
   double distance = 0;    ///< f, mm
   V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach

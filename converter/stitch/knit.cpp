@@ -16,7 +16,7 @@ using std::numbers::pi;
 constexpr double neck = 0.236;
 constexpr double height = 0.895;
 
-// Where such loops cross: the foot with the legs of the course below, the legs with the head below, the legs
+// Where these loops cross: the foot with the legs of the course below, the legs with the head below, the legs
 // with the foot above, the head with the legs of the course above.
 constexpr double foot_crossing = 0.33;
 constexpr double lower_crossing = 1.40;
@@ -27,7 +27,7 @@ constexpr double head_crossing = pi - foot_crossing;
 constexpr double rise_begin = 1.0;
 constexpr double rise_end = 1.22;
 
-/// What becomes of one loop.
+/// How one loop is connected.
 struct Loop {
   int sign = 1;        ///< drawn to the front (1) or to the back (-1)
   int above = 1;       ///< the same of the loop that is drawn through it

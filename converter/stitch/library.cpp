@@ -41,13 +41,13 @@ StitchParameter slack_parameter() {
   return {"slack", {0}, 0, 2, false, "air between neighbouring yarns, in radii: yarns lie looser and longer"};
 }
 
-void append(std::vector<StitchParameter>& to, std::vector<StitchParameter> more) {
+void append(std::vector<StitchParameter>& to, const std::vector<StitchParameter>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
 /// A radius that is not set follows the gauge.
-double radius_for(const StitchValues& values, const std::string& name, double gauge_share) {
-  return values.is_set(name) ? values.number(name) : values.number(name) * gauge_share;
+double radius_for(const StitchValues& values, const std::string& name, double gauge) {
+  return values.number(name) * (values.is_set(name) ? 1 : gauge);
 }
 
 Yarn coloured(const V3f& albedo, const Gloss& gloss = {}) {
@@ -57,25 +57,22 @@ Yarn coloured(const V3f& albedo, const Gloss& gloss = {}) {
   return yarn;
 }
 
-/// The parameters of a yarn but its radius.
+StitchParameter share(const std::string& name, float value, double min, const std::string& meaning) {
+  return {name, {shortest(value)}, min, 1, false, meaning};
+}
+
+/// The parameters of a yarn except its radius.
 std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {
   const V3d albedo(yarn.albedo);
-  return {
-      {prefix + "albedo", {albedo.x, albedo.y, albedo.z}, 0, 1, false, "linear red, green, blue"},
-      {prefix + "plies",
-       {static_cast<double>(yarn.plies)},
-       1,
-       8,
-       true,
-       "thinner yarns that it is twisted of"},
-      {prefix + "twist_per_mm", {yarn.twist_per_mm}, -100, 100, false, "turns per mm; Z-twist is positive"},
-      {prefix + "gloss",
-       {shortest(yarn.gloss.weight)},
-       0,
-       1,
-       false,
-       "share of the light that the fibres reflect"},
-      {prefix + "roughness", {shortest(yarn.gloss.roughness)}, 0.01, 1, false, "width of the highlight"}};
+  const StitchParameter colour{prefix + "albedo",        {albedo.x, albedo.y, albedo.z}, 0, 1, false,
+                               "linear red, green, blue"};
+  const StitchParameter plies{
+      prefix + "plies", {1.0 * yarn.plies}, 1, 8, true, "thinner yarns that it is twisted of"};
+  const StitchParameter twist{
+      prefix + "twist_per_mm", {yarn.twist_per_mm}, -100, 100, false, "turns per mm; Z-twist is positive"};
+  return {colour, plies, twist,
+          share(prefix + "gloss", yarn.gloss.weight, 0, "share of the light that the fibres reflect"),
+          share(prefix + "roughness", yarn.gloss.roughness, 0.01, "width of the highlight")};
 }
 
 void set_finish(const StitchValues& values, const std::string& prefix, Yarn& yarn) {
@@ -93,181 +90,104 @@ Yarn yarn_of(const StitchValues& values, const std::string& prefix, const Yarn& 
   return yarn;
 }
 
-struct KnitLook {
-  const char* name;
-  const char* description;
-  std::vector<std::string> rows;
-  double wale_mm;
-  double course_mm;
-  double radius_mm;
-  std::vector<V3f> albedo;
-};
-
-BuiltIn knit(const KnitLook& look) {
+/// A knit of one or two yarns, which take turns from course to course.
+BuiltIn knit(const char* name, const char* description, std::vector<std::string> rows, double wale_mm,
+             double course_mm, double radius_mm, std::vector<V3f> albedo) {
   BuiltIn stitch;
-  stitch.info = {look.name, look.description, {}};
+  stitch.info = {name, description, {}};
   auto& parameters = stitch.info.parameters;
-  parameters = {length("wale_mm", look.wale_mm, "width of one stitch"),
-                length("course_mm", look.course_mm, "height of one course"),
-                length("radius_mm", look.radius_mm, "of the yarn; not set, it follows the gauge"),
+  parameters = {length("wale_mm", wale_mm, "width of one stitch"),
+                length("course_mm", course_mm, "height of one course"),
+                length("radius_mm", radius_mm, "of the yarn; not set, it follows the gauge"),
                 slack_parameter()};
-  const auto prefix_of = [](std::size_t k) { return k == 0 ? std::string() : fmt::format("second_"); };
-  for (std::size_t k = 0; k < look.albedo.size(); ++k) {
-    append(parameters, yarn_parameters(prefix_of(k), coloured(look.albedo[k])));
+  const auto prefix_of = [](std::size_t k) { return k == 0 ? std::string() : std::string("second_"); };
+  for (std::size_t k = 0; k < albedo.size(); ++k) {
+    append(parameters, yarn_parameters(prefix_of(k), coloured(albedo[k])));
   }
   stitch.radii = "radius_mm";
-  stitch.draw = [look, prefix_of](const StitchValues& values) {
-    KnitChart chart;
-    chart.rows = look.rows;
-    chart.wale_mm = values.number("wale_mm");
-    chart.course_mm = values.number("course_mm");
-    const double share = std::min(chart.wale_mm / look.wale_mm, chart.course_mm / look.course_mm);
-    for (std::size_t k = 0; k < look.albedo.size(); ++k) {
-      Yarn yarn = yarn_of(values, prefix_of(k), coloured(look.albedo[k]));
-      yarn.radius_mm = radius_for(values, "radius_mm", share);
+  stitch.draw = [=, rows = std::move(rows), albedo = std::move(albedo)](const StitchValues& values) {
+    KnitChart chart{rows, values.number("wale_mm"), values.number("course_mm"), {}};
+    const double gauge = std::min(chart.wale_mm / wale_mm, chart.course_mm / course_mm);
+    for (std::size_t k = 0; k < albedo.size(); ++k) {
+      Yarn yarn = yarn_of(values, prefix_of(k), coloured(albedo[k]));
+      yarn.radius_mm = radius_for(values, "radius_mm", gauge);
       chart.yarns.push_back(yarn);
     }
-    return draw_knit(chart, look.name);
+    return draw_knit(chart, name);
   };
   return stitch;
 }
 
-struct WeaveLook {
-  const char* name;
-  const char* description;
-  std::vector<std::string> rows;  ///< of the drawdown, from the top; #: warp over weft
-  double warp_spacing_mm;
-  double weft_spacing_mm;
-  double warp_radius_mm;
-  double weft_radius_mm;
-  V3f warp_albedo;
-  V3f weft_albedo;
-  Gloss gloss;
+/// One system of a weave: warp or weft.
+struct System {
+  double spacing_mm;
+  double radius_mm;
+  V3f albedo;
 };
 
-BuiltIn weave(const WeaveLook& look) {
-  const Yarn warp = coloured(look.warp_albedo, look.gloss);
-  const Yarn weft = coloured(look.weft_albedo, look.gloss);
+/// `rows`: of the drawdown, from the top; #: warp over weft.
+BuiltIn weave(const char* name, const char* description, std::vector<std::string> rows, const System& warp,
+              const System& weft, const Gloss& gloss = {}) {
   BuiltIn stitch;
-  stitch.info = {look.name, look.description, {}};
+  stitch.info = {name, description, {}};
   auto& parameters = stitch.info.parameters;
-  parameters = {
-      length("warp_spacing_mm", look.warp_spacing_mm, "between the middles of neighbouring warp yarns"),
-      length("weft_spacing_mm", look.weft_spacing_mm, "between the middles of neighbouring weft yarns"),
-      length("warp_radius_mm", look.warp_radius_mm, "of a warp yarn; not set, it follows the gauge"),
-      length("weft_radius_mm", look.weft_radius_mm, "of a weft yarn; not set, it follows the gauge"),
-      slack_parameter()};
-  append(parameters, yarn_parameters("warp_", warp));
-  append(parameters, yarn_parameters("weft_", weft));
+  parameters = {length("warp_spacing_mm", warp.spacing_mm, "between the middles of neighbouring warp yarns"),
+                length("weft_spacing_mm", weft.spacing_mm, "between the middles of neighbouring weft yarns"),
+                length("warp_radius_mm", warp.radius_mm, "of a warp yarn; not set, it follows the gauge"),
+                length("weft_radius_mm", weft.radius_mm, "of a weft yarn; not set, it follows the gauge"),
+                slack_parameter()};
+  append(parameters, yarn_parameters("warp_", coloured(warp.albedo, gloss)));
+  append(parameters, yarn_parameters("weft_", coloured(weft.albedo, gloss)));
   stitch.max_thickness = woven_thickness;
   stitch.hold = woven_hold;
   stitch.radii = "warp_radius_mm, weft_radius_mm";
-  stitch.draw = [look, warp, weft](const StitchValues& values) {
+  stitch.draw = [=, rows = std::move(rows)](const StitchValues& values) {
     const double warp_spacing = values.number("warp_spacing_mm");
     const double weft_spacing = values.number("weft_spacing_mm");
-    const double share = std::min(warp_spacing / look.warp_spacing_mm, weft_spacing / look.weft_spacing_mm);
-    Yarn warp_yarn = yarn_of(values, "warp_", warp);
-    warp_yarn.radius_mm = radius_for(values, "warp_radius_mm", share);
-    Yarn weft_yarn = yarn_of(values, "weft_", weft);
-    weft_yarn.radius_mm = radius_for(values, "weft_radius_mm", share);
-    Weave weave;
-    for (auto row = look.rows.rbegin(); row != look.rows.rend(); ++row) {
+    const double gauge = std::min(warp_spacing / warp.spacing_mm, weft_spacing / weft.spacing_mm);
+    const auto yarns = [&](const std::string& prefix, const System& system, std::size_t count) {
+      Yarn yarn = yarn_of(values, prefix + "_", coloured(system.albedo, gloss));
+      yarn.radius_mm = radius_for(values, prefix + "_radius_mm", gauge);
+      std::vector<Yarn> all(count, yarn);
+      for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
+      return all;
+    };
+    const std::size_t columns = rows.front().size();
+    Weave weave{yarns("warp", warp, columns),
+                yarns("weft", weft, rows.size()),
+                std::vector<double>(columns, warp_spacing),
+                std::vector<double>(rows.size(), weft_spacing),
+                {}};
+    for (auto row = rows.rbegin(); row != rows.rend(); ++row) {
       for (const char c : *row) weave.warp_is_over.push_back(c == '#');
     }
-    for (std::size_t i = 0; i < look.rows.front().size(); ++i) {
-      weave.warp.push_back(warp_yarn);
-      weave.warp.back().name = fmt::format("warp {}", i + 1);
-      weave.warp_mm.push_back(warp_spacing);
-    }
-    for (std::size_t j = 0; j < look.rows.size(); ++j) {
-      weave.weft.push_back(weft_yarn);
-      weave.weft.back().name = fmt::format("weft {}", j + 1);
-      weave.weft_mm.push_back(weft_spacing);
-    }
-    return draw_weave(weave, look.name);
+    return draw_weave(weave, name);
   };
   return stitch;
 }
 
 const std::vector<BuiltIn>& library() {
   static const std::vector<BuiltIn> stitches{
-      knit({"plain-knit",
-            "stockinette from its face, one red yarn",
-            {"k"},
-            5,
-            3.8,
-            0.6,
-            {{0.50F, 0.13F, 0.09F}}}),
-      knit({"purl", "stockinette from its back", {"p"}, 5, 3.8, 0.6, {{0.10F, 0.30F, 0.31F}}}),
-      knit({"rib",
-            "1x1 rib: wales of knit and purl by turns",
-            {"kp"},
-            4.5,
-            3.8,
-            0.56,
-            {{0.58F, 0.36F, 0.07F}}}),
-      knit({"garter",
-            "garter stitch: courses of knit and purl by turns",
-            {"k", "p"},
-            5,
-            3,
-            0.6,
-            {{0.20F, 0.33F, 0.12F}}}),
-      knit({"two-colour",
-            "stockinette with courses of two colours",
-            {"k", "k"},
-            5,
-            3.8,
-            0.6,
-            {{0.62F, 0.56F, 0.45F}, {0.06F, 0.11F, 0.26F}}}),
-      knit({"lace",
-            "eyelets: yarn overs and decreases in every second course, set off by turns",
-            {"kkkk", "ko/k", "kkkk", "/kko"},
-            5,
-            3.8,
-            0.6,
-            {{0.47F, 0.17F, 0.25F}}}),
-      weave({"plain-weave",
-             "over and under by turns, off-white warp and blue weft",
-             {"-#", "#-"},
-             1,
-             1,
-             0.3,
-             0.3,
-             {0.62F, 0.58F, 0.50F},
-             {0.09F, 0.17F, 0.38F},
-             {}}),
-      weave({"twill",
-             "2/2 twill, dark warp and light weft",
-             {"#--#", "--##", "-##-", "##--"},
-             1,
-             1,
-             0.35,
-             0.35,
-             {0.07F, 0.08F, 0.13F},
-             {0.55F, 0.48F, 0.37F},
-             {}}),
-      weave({"satin",
-             "5-end satin from its warp face, dense glossy warp",
-             {"####-", "##-##", "-####", "###-#", "#-###"},
-             0.5,
-             1,
-             0.29,
-             0.22,
-             {0.60F, 0.42F, 0.20F},
-             {0.45F, 0.29F, 0.12F},
-             {0.2F, 0.25F}}),
-      weave({"basket",
-             "2x2 basket weave in two shades of linen",
-             {"##--", "##--", "--##", "--##"},
-             1,
-             1,
-             0.39,
-             0.39,
-             {0.52F, 0.42F, 0.28F},
-             {0.36F, 0.25F, 0.14F},
-             {}}),
-  };
+      knit("plain-knit", "stockinette from its face, one red yarn", {"k"}, 5, 3.8, 0.6,
+           {{0.50F, 0.13F, 0.09F}}),
+      knit("purl", "stockinette from its back", {"p"}, 5, 3.8, 0.6, {{0.10F, 0.30F, 0.31F}}),
+      knit("rib", "1x1 rib: wales of knit and purl by turns", {"kp"}, 4.5, 3.8, 0.56,
+           {{0.58F, 0.36F, 0.07F}}),
+      knit("garter", "garter stitch: courses of knit and purl by turns", {"k", "p"}, 5, 3, 0.6,
+           {{0.20F, 0.33F, 0.12F}}),
+      knit("two-colour", "stockinette with courses of two colours", {"k", "k"}, 5, 3.8, 0.6,
+           {{0.62F, 0.56F, 0.45F}, {0.06F, 0.11F, 0.26F}}),
+      knit("lace", "eyelets: yarn overs and decreases in every second course, set off by turns",
+           {"kkkk", "ko/k", "kkkk", "/kko"}, 5, 3.8, 0.6, {{0.47F, 0.17F, 0.25F}}),
+      weave("plain-weave", "over and under by turns, off-white warp and blue weft", {"-#", "#-"},
+            {1, 0.3, {0.62F, 0.58F, 0.50F}}, {1, 0.3, {0.09F, 0.17F, 0.38F}}),
+      weave("twill", "2/2 twill, dark warp and light weft", {"#--#", "--##", "-##-", "##--"},
+            {1, 0.35, {0.07F, 0.08F, 0.13F}}, {1, 0.35, {0.55F, 0.48F, 0.37F}}),
+      weave("satin", "5-end satin from its warp face, dense glossy warp",
+            {"####-", "##-##", "-####", "###-#", "#-###"}, {0.5, 0.29, {0.60F, 0.42F, 0.20F}},
+            {1, 0.22, {0.45F, 0.29F, 0.12F}}, {0.2F, 0.25F}),
+      weave("basket", "2x2 basket weave in two shades of linen", {"##--", "##--", "--##", "--##"},
+            {1, 0.39, {0.52F, 0.42F, 0.28F}}, {1, 0.39, {0.36F, 0.25F, 0.14F}})};
   return stitches;
 }
 
@@ -291,12 +211,12 @@ Result<StitchPattern> relaxed(const BuiltIn& stitch, const StitchSettings& setti
   return std::move(result.pattern);
 }
 
-/// A draft says nothing of plies, twist and gloss; what it says of colours stands.
+/// A draft has colours, but neither plies nor twist nor gloss.
 std::vector<StitchParameter> draft_parameters() {
   std::vector<StitchParameter> parameters{slack_parameter()};
   for (const char* prefix : {"warp_", "weft_"}) {
-    auto yarn = yarn_parameters(prefix, {});
-    parameters.insert(parameters.end(), yarn.begin() + 1, yarn.end());
+    const auto yarn = yarn_parameters(prefix, {});
+    append(parameters, {yarn.begin() + 1, yarn.end()});
   }
   return parameters;
 }
@@ -324,9 +244,9 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   // Of yarns of different thickness the thinner ones may still overlap by more than a little of theirs.
   const auto clearance = minimum_clearance(found.pattern, path);
   if (!clearance) return tl::unexpected(clearance.error());
-  double least = found.pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : found.pattern.yarns) least = std::min(least, yarn.radius_mm);
-  const double thinner = std::min(1.0, 1 + 0.5 * *clearance / least);
+  double thinnest = found.pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : found.pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
+  const double thinner = std::min(1.0, 1 + 0.5 * *clearance / thinnest);
   for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= thinner;
   found.thickness_share = result.part * thinner;
   if (found.thickness_share < 0.995) {
@@ -337,13 +257,6 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   return found;
 }
 
-StitchPattern with_defaults(const char* name) {
-  for (const BuiltIn& stitch : library()) {
-    if (stitch.info.name == name) return *relaxed(stitch, {});
-  }
-  return {};
-}
-
 }  // namespace
 
 std::vector<StitchInfo> built_in_stitches() {
@@ -351,9 +264,6 @@ std::vector<StitchInfo> built_in_stitches() {
   for (const BuiltIn& stitch : library()) infos.push_back(stitch.info);
   return infos;
 }
-
-StitchPattern plain_knit() { return with_defaults("plain-knit"); }
-StitchPattern plain_weave() { return with_defaults("plain-weave"); }
 
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings) {
   std::string names;

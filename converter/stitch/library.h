@@ -17,11 +17,6 @@ struct StitchInfo {
 
 std::vector<StitchInfo> built_in_stitches();
 
-/// Plain knit is stockinette seen from its face, plain weave goes over and under by turns: the stitches of
-/// those names with their defaults.
-StitchPattern plain_knit();
-StitchPattern plain_weave();
-
 /// A stitch and what is to be said of it.
 struct FoundStitch {
   StitchPattern pattern;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 
 namespace selvedge {
 namespace {
@@ -16,19 +18,42 @@ std::string trimmed(std::string_view text) {
 }
 
 std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return text;
+}
+
+std::optional<double> number_in(std::string_view text) {
+  double value = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return std::nullopt;
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 }  // namespace
 
-Result<WifSections> read_wif_sections(std::string_view text, const std::string& file) {
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == ',')
+      parts.emplace_back();
+    else if (c != ' ' && c != '\t')
+      parts.back() += c;
+  }
+  return parts;
+}
+
+Result<WifSections> WifSections::read(std::string_view text, const std::string& file) {
   if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
     return fail(Code::stitch_invalid, file, "", "is UTF-16; a WIF file has one byte per character");
   }
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
-  WifSections sections;
+  WifSections result;
+  auto& sections = result.sections_;
   std::map<std::string, std::string>* current = nullptr;
   std::map<std::string, std::string> repeated;
   for (int number = 1; !text.empty(); ++number) {
@@ -53,7 +78,77 @@ Result<WifSections> read_wif_sections(std::string_view text, const std::string& 
     current->try_emplace(upper(trimmed(line.substr(0, equals))), trimmed(line.substr(equals + 1)));
   }
   if (sections.empty()) return fail(Code::stitch_invalid, file, "", "has no section: not a WIF file");
-  return sections;
+  return result;
+}
+
+bool WifSections::has(const std::string& section) const {
+  const auto listed = find("CONTENTS", section);
+  return sections_.contains(section) && (listed ? truth(*listed).value_or(true) : true);
+}
+
+std::optional<std::string> WifSections::find(const std::string& section, const std::string& key) const {
+  const auto at = sections_.find(section);
+  if (at == sections_.end()) return std::nullopt;
+  const auto value = at->second.find(key);
+  if (value == at->second.end() || value->second.empty()) return std::nullopt;
+  return value->second;
+}
+
+const std::map<std::string, std::string>& WifSections::all(const std::string& section) const {
+  static const std::map<std::string, std::string> none;
+  return has(section) ? sections_.at(section) : none;
+}
+
+void WifSections::need(const std::string& section) const {
+  if (!sections_.contains(section)) throw WifFault{"[" + section + "]", "the section is missing"};
+  if (!has(section)) throw WifFault{"[" + section + "]", "is needed, but [CONTENTS] says that there is none"};
+}
+
+std::string WifSections::place(const std::string& section, const std::string& key) {
+  return fmt::format("[{}] {}", section, key);
+}
+
+std::optional<bool> WifSections::truth(const std::string& text) {
+  const std::string word = lower(text);
+  if (word == "true" || word == "yes" || word == "on" || word == "1") return true;
+  if (word == "false" || word == "no" || word == "off" || word == "0") return false;
+  return std::nullopt;
+}
+
+int WifSections::whole_in(const std::string& text, const std::string& place, int min, int max) {
+  const auto value = number_in(text);
+  if (!value || *value != std::floor(*value)) {
+    throw WifFault{place, fmt::format("\"{}\" is not a whole number", text)};
+  }
+  if (*value < min || *value > max) {
+    throw WifFault{place, fmt::format("must lie in {} to {}, is {}", min, max, text)};
+  }
+  return static_cast<int>(*value);
+}
+
+int WifSections::whole(const std::string& section, const std::string& key, int min, int max) const {
+  const auto text = find(section, key);
+  if (!text) throw WifFault{place(section, key), "is missing"};
+  return whole_in(*text, place(section, key), min, max);
+}
+
+std::optional<double> WifSections::positive_in(const std::string& text, const std::string& place) {
+  const auto value = number_in(text);
+  if (!value || *value < 0) throw WifFault{place, fmt::format("\"{}\" is not a number of at least 0", text)};
+  return *value > 0 ? value : std::nullopt;
+}
+
+std::vector<std::vector<int>> WifSections::lists(const std::string& section, int count, int max) const {
+  std::vector<std::vector<int>> lists(count);
+  for (const auto& [key, value] : all(section)) {
+    if (value.empty() || value == "0") continue;  // also behind the last one, where some programs write it
+    const int index = whole_in(key, place(section, key), 1, count);
+    for (const std::string& part : parts_of(value)) {
+      const int number = whole_in(part, place(section, key), 0, max);
+      if (number > 0) lists[index - 1].push_back(number);
+    }
+  }
+  return lists;
 }
 
 }  // namespace selvedge

@@ -1,22 +1,75 @@
-// The text of a WIF file as sections of keys and values; what they mean is wif.h.
+// The text of a WIF file as sections of keys and values, and the kinds of values; wif.h has their meaning.
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "format/base/error.h"
 
 namespace selvedge {
 
-/// Section and key names in upper case, blanks around them left out; values as they stand, blanks around them
-/// left out.
-using WifSections = std::map<std::string, std::map<std::string, std::string>>;
+/// A missing section or key, or a wrong value: thrown here, caught by read_wif().
+struct WifFault {
+  std::string place;
+  std::string message;
+};
 
-/// Reads what programs write: names in any case, lines that end in LF, CRLF or CR, a byte order mark,
-/// comments behind ";" at the start of a line, empty lines, any single-byte encoding or UTF-8. Of a section
-/// or a key that comes twice the first counts. Refuses (stitch_invalid, place: the line) lines before the
-/// first section and lines that are neither a section nor a key, UTF-16, and texts with no section.
-Result<WifSections> read_wif_sections(std::string_view text, const std::string& file);
+std::string lower(std::string text);
+
+/// "1, 2,3" -> its parts without blanks; nothing between two commas is an empty part.
+std::vector<std::string> parts_of(const std::string& text);
+
+class WifSections {
+ public:
+  /// Reads the files that programs write: names in any case, lines that end in LF, CRLF or CR, a byte order
+  /// mark, comments behind ";" at the start of a line, empty lines, any single-byte encoding or UTF-8. Of a
+  /// section or a key that comes twice the first counts. Refuses (stitch_invalid, place: the line) lines
+  /// before the first section and lines that are neither a section nor a key, UTF-16, and texts with no
+  /// section.
+  static Result<WifSections> read(std::string_view text, const std::string& file);
+
+  // Names of sections and keys are in upper case.
+
+  /// Whether there is a section that counts: [CONTENTS] may say that it does not.
+  bool has(const std::string& section) const;
+  /// A value, if there is one that is not empty.
+  std::optional<std::string> find(const std::string& section, const std::string& key) const;
+  /// Keys and values; none where has() is false.
+  const std::map<std::string, std::string>& all(const std::string& section) const;
+  /// Throws where has() is false.
+  void need(const std::string& section) const;
+
+  /// "[section] key", for messages.
+  static std::string place(const std::string& section, const std::string& key);
+  static std::optional<bool> truth(const std::string& text);
+  /// Throws for anything but a whole number from `min` to `max`.
+  static int whole_in(const std::string& text, const std::string& place, int min, int max);
+  int whole(const std::string& section, const std::string& key, int min, int max) const;
+  /// Throws for anything but a number of at least 0; nothing for 0, by which some programs mean "not given".
+  static std::optional<double> positive_in(const std::string& text, const std::string& place);
+
+  /// The values of entries 1 to `count` of a section; `usual` where there is no entry, or parse(text, place)
+  /// gives nothing.
+  template <class Value, class Parse>
+  std::vector<Value> values(const std::string& section, int count, const Value& usual,
+                            const Parse& parse) const {
+    std::vector<Value> values(count, usual);
+    for (const auto& [key, text] : all(section)) {
+      const int index = whole_in(key, place(section, key), 1, count);
+      if (text.empty()) continue;
+      if (const auto own = parse(text, place(section, key))) values[index - 1] = *own;
+    }
+    return values;
+  }
+  /// Entries 1 to `count` of a section, each a list of numbers from 0 (which means none and is left out) to
+  /// `max`; empty where the entry is missing.
+  std::vector<std::vector<int>> lists(const std::string& section, int count, int max) const;
+
+ private:
+  std::map<std::string, std::map<std::string, std::string>> sections_;
+};
 
 }  // namespace selvedge

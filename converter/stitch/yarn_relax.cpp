@@ -81,7 +81,7 @@ std::vector<double> kernel_of(std::size_t count, double spacing, double radius, 
 
 void smooth(Chain& chain, const std::vector<double>& kernel) {
   const std::size_t count = chain.points.size();
-  // What repeats: the way out of the straight line from one repeat to the next.
+  // The periodic part: the offset from the straight line between one repeat and the next.
   std::vector<V3d> bent(count);
   const V3d step = chain.way / static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) bent[i] = chain.points[i] - step * static_cast<double>(i);
@@ -132,8 +132,7 @@ class Relaxation {
       chain.way = {turns.x * period_.x, turns.y * period_.y, 0};
       constexpr int fine = 32;
       for (const BezierSegment& segment : yarn.segments) {
-        for (int k = 0; k < fine; ++k)
-          chain.points.push_back(point_at(segment, static_cast<double>(k) / fine));
+        for (int k = 0; k < fine; ++k) chain.points.push_back(point_at(segment, 1.0 * k / fine));
       }
       if (chain.way.length2() > 0) chain.across = V3d(-chain.way.y, chain.way.x, 0).normalized();
       for (const V3d& p : chain.points) {
@@ -178,25 +177,22 @@ class Relaxation {
 
   std::vector<BezierSegment> segments_of(std::size_t index) const {
     const Chain& chain = chains_[index];
-    const double wanted = chain.length() / (options_.segment_radii * chain.radius);
-    const std::size_t count = chain.points.size();
-    // Every so many points one is kept, with the tangent that the points around it give.
-    const auto kept =
-        static_cast<std::size_t>(std::clamp(std::round(wanted), 4.0, static_cast<double>(count)));
+    const auto count = static_cast<long>(chain.points.size());
+    const double wanted = std::round(chain.length() / (options_.segment_radii * chain.radius));
+    // Some of the points are kept, with the tangents that the points around them give.
+    const auto kept = static_cast<long>(std::clamp(wanted, 4.0, static_cast<double>(count)));
     const auto at = [&](long i) {
-      const auto n = static_cast<long>(count);
-      const long turn = i >= 0 ? i / n : -((n - 1 - i) / n);
-      return chain.points[i - turn * n] + chain.way * static_cast<double>(turn);
+      const long turn = i >= 0 ? i / count : -((count - 1 - i) / count);
+      return chain.points[i - turn * count] + chain.way * static_cast<double>(turn);
     };
-    const auto node = [&](std::size_t k) {
-      return static_cast<long>(
-          std::lround(static_cast<double>(k) * static_cast<double>(count) / static_cast<double>(kept)));
+    const auto node = [&](long k) {
+      return std::lround(static_cast<double>(k * count) / static_cast<double>(kept));
     };
     const auto tangent = [&](long i) {  // central differences of fourth order, per point
       return (at(i + 1) - at(i - 1)) * (2.0 / 3) - (at(i + 2) - at(i - 2)) * (1.0 / 12);
     };
     std::vector<BezierSegment> segments;
-    for (std::size_t k = 0; k < kept; ++k) {
+    for (long k = 0; k < kept; ++k) {
       const long i = node(k);
       const long j = node(k + 1);
       const double third = static_cast<double>(j - i) / 3;
@@ -248,7 +244,7 @@ class Relaxation {
     return grown_ * (a + b + options_.gap * std::max(a, b));
   }
 
-  /// Pieces of one chain that follow each other so closely that they are no contact.
+  /// Whether the pieces follow each other in one chain so closely that they are no contact.
   bool follow(const Contact& c) const {
     if (c.chain_a != c.chain_b) return false;
     const Chain& chain = chains_[c.chain_a];
@@ -275,7 +271,7 @@ class Relaxation {
     struct Place {
       std::size_t chain, piece;
       V3d middle;  ///< within the cell
-      V3d home;    ///< what was taken away to bring it there
+      V3d home;    ///< of its cell, subtracted to bring it there
     };
     std::vector<std::vector<Place>> bins(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny));
     std::vector<Place> places;

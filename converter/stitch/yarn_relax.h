@@ -2,7 +2,7 @@
 //
 // A stitch is drawn with yarns that are too thin and lie too loose, over and under each other as they should.
 // Relaxing lets every yarn shorten and straighten while all of them grow to their full radius and push each
-// other apart. What goes over stays over: yarns cannot pass through each other on the way.
+// other apart. A yarn that goes over another stays over it: yarns cannot pass through each other.
 //
 // Position-based dynamics (Müller et al. 2007) on polylines: by turns an implicit step of each chain under
 // tension and bending, and projections of the contacts between capsules, with the step going to zero.

@@ -15,6 +15,7 @@
 #include "converter/light/sobol.h"
 #include "converter/stitch/find_cell.h"
 #include "tests/bench/bare_rays.h"
+#include "tests/converter/load_cell.h"
 
 namespace {
 
@@ -137,23 +138,23 @@ int main(int argc, char** argv) {
   };
   const CellMesh mesh = need(load_cell(stitch));
   lap("stitch and its mesh");
-  const ScaledMesh scaled = scaled_to_unit(mesh);
-  const RayScene scene = need(RayScene::create(scaled.mesh, stitch));
+  const TracedCell cell = need(trace_cell(mesh, stitch, {}));
+  const RayScene& scene = cell.scene;
   lap("tree of the ray tracer");
-  auto transport = LightTransport::build(scene, 1);
-  if (!transport) {
+  auto cache = IrradianceCache::build(scene, 1);
+  if (!cache) {
     fmt::print(stderr, "bake_rates: {} needs more points than indirect light is cached at\n", stitch);
     return 1;
   }
   lap("points of indirect light");
-  std::uint64_t gathered = transport->rays();
+  std::uint64_t gathered = cache->rays();
 
   const double top = static_cast<double>(scene.bounds().max.z);
-  const SamplesHeader header = header_of(mesh, o, o.reference.value * top * scaled.mm, top * scaled.mm, "{}");
+  const SamplesHeader header = header_of(mesh, o, o.reference.value * top * cell.mm, top * cell.mm, "{}");
   const std::vector<V3f> views = directions_of(header.views);
   const std::vector<V3f> lights = directions_of(header.lights);
-  const TexelBaker baker(scene, &*transport, o.bounces, V2i(o.width, o.height), o.reference.value * top);
-  const std::vector<float> indirect = transport->solve(scene, lights, o.bounces);
+  const TexelBaker baker(scene, &*cache, o.bounces, V2i(o.width, o.height), o.reference.value * top);
+  const std::vector<float> indirect = cache->solve(scene, lights, o.bounces);
   lap("indirect light of the grid");
   NoiseSum noise;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -164,7 +165,7 @@ int main(int argc, char** argv) {
 
   double solving = 0;
   constexpr std::size_t at_once = 64;
-  const auto points = static_cast<std::size_t>(transport->points());
+  const auto points = static_cast<std::size_t>(cache->points());
   std::vector<float> own(points * 3);
   std::size_t pairs = 0;
   for (const auto& set : header.pairs) {
@@ -173,7 +174,7 @@ int main(int argc, char** argv) {
       const std::size_t count = std::min(at_once, set.size() - first);
       std::vector<V3f> some;
       for (std::size_t p = first; p < first + count; ++p) some.push_back(set[p].light);
-      const std::vector<float> solved = transport->solve(scene, some, o.bounces);
+      const std::vector<float> solved = cache->solve(scene, some, o.bounces);
       solving += cpu_seconds() - start;
       for (std::size_t p = 0; p < count; ++p) {
         for (std::size_t i = 0; i < own.size(); ++i) own[i] = solved[i * count + p];
@@ -200,7 +201,7 @@ int main(int argc, char** argv) {
   const double texels = header.texels();
   const double first_views = texels * static_cast<double>(views.size()) * o.samples;
   const double first_pairs = texels * static_cast<double>(pairs) * header.truth_samples;
-  const auto solve_rays = static_cast<double>(transport->rays() - gathered);
+  const auto solve_rays = static_cast<double>(cache->rays() - gathered);
   std::array<Kind, 6> kinds{{{"grid: view rays", first_views, false},
                              {"grid: shadow rays", view_rays - first_views, true},
                              {"pairs: view rays", first_pairs, false},

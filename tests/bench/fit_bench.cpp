@@ -28,6 +28,7 @@
 #include "format/base/parallel.h"
 #include "format/base/random.h"
 #include "format/quality/compare.h"
+#include "tests/converter/load_cell.h"
 #include "tests/fitter/ceres_reference.h"
 #include "tests/fitter/reflectance.h"
 

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include "tests/samples/garment_checks.h"
+
 namespace selvedge::samples {
 namespace {
 

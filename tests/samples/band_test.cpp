@@ -7,6 +7,7 @@
 #include <set>
 
 #include "samples/flatten.h"
+#include "tests/samples/garment_checks.h"
 
 namespace selvedge::samples {
 namespace {

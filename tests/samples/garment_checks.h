@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <set>
 #include <string>
 
 #include "samples/assembly.h"
@@ -40,6 +42,32 @@ inline Measured measure(const Assembly& assembly, const std::string& material) {
     }
   }
   return m;
+}
+
+/// The number of boundary loops of the surface that the patches form together.
+inline int count_boundary_loops(const Assembly& assembly) {
+  std::set<std::pair<int, int>> edges;
+  for (const Patch& patch : assembly.patches) {
+    for (const V3i& t : patch.triangles) {
+      for (int k = 0; k < 3; ++k) {
+        edges.emplace(patch.points[t[k]], patch.points[t[(k + 1) % 3]]);
+      }
+    }
+  }
+  std::map<int, int> next;
+  for (const auto& [from, to] : edges) {
+    if (!edges.contains({to, from})) next[from] = to;
+  }
+  int loops = 0;
+  while (!next.empty()) {
+    ++loops;
+    int point = next.begin()->first;
+    for (auto found = next.find(point); found != next.end(); found = next.find(point)) {
+      point = found->second;
+      next.erase(found);
+    }
+  }
+  return loops;
 }
 
 /// The same, bit by bit.

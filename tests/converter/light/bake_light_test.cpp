@@ -13,6 +13,7 @@
 #include "converter/stitch/library.h"
 #include "format/base/random.h"
 #include "tests/converter/bake_cells.h"
+#include "tests/converter/load_cell.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -123,9 +124,9 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
   const V3f light = V3f(0.02625F, 0, 1).normalized();
   const double x = (1 - open) * floor_albedo * plate_albedo;
   const double exact = floor_albedo / pi * open * static_cast<double>(light.z) * x / (1 - x);
-  const auto floor_seen = [&](const LightTransport* transport, std::span<const float> indirect, int bounces,
+  const auto floor_seen = [&](const IrradianceCache* cache, std::span<const float> indirect, int bounces,
                               int samples) {
-    const TexelBaker baker(scene, transport, bounces, {4, 1}, 20);
+    const TexelBaker baker(scene, cache, bounces, {4, 1}, 20);
     std::vector<double> means;
     for (std::uint64_t seed = 1; seed <= 64; ++seed) {
       NoiseSum ignored;
@@ -150,13 +151,28 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
     CHECK(std::abs(two.mean - exact * (1 - x)) <= 3.46 * two.error + exact / 400);
   }
   SUBCASE("once per point") {
-    auto transport = LightTransport::build(scene, 1);
-    REQUIRE(transport);
-    const std::vector<float> indirect = transport->solve(scene, {&light, 1}, unlimited_bounces);
-    const Estimate e = floor_seen(&*transport, indirect, unlimited_bounces, 16);
+    auto cache = IrradianceCache::build(scene, 1);
+    REQUIRE(cache);
+    const std::vector<float> indirect = cache->solve(scene, {&light, 1}, unlimited_bounces);
+    const Estimate e = floor_seen(&*cache, indirect, unlimited_bounces, 16);
     // The stripe of light on the floor is a quarter wide; its edges are known to half of the distance of two
     // points, 1/29, and cancel in part: one half of that.
     CHECK(std::abs(e.mean - exact) <= 0.5 / 29 / open * exact);
+  }
+}
+
+/// The light of one path from `origin` in `direction` under a sky of radiance 1.
+static double sky_seen(const RayScene& scene, const PathTracer& tracer, const V3d& origin,
+                       const V3d& direction, PathSampler& sampler) {
+  SurfacePoint at;
+  if (!scene.trace(origin, direction, at)) return 1;
+  V3d towards = -direction;
+  V3d throughput(1, 1, 1);
+  for (int depth = 0;; ++depth) {
+    const auto next = tracer.reflect(at, towards, depth, sampler, throughput);
+    if (!next) return 0;
+    if (!scene.trace(scene.leave(at), *next, at)) return throughput.x;
+    towards = -*next;
   }
 }
 
@@ -175,7 +191,6 @@ TEST_CASE("every built-in stitch is white in a white furnace") {
     for (Gloss& gloss : mesh->gloss) gloss.weight = 0;
     const RayScene scene = scene_of(*mesh);
     const PathTracer tracer(scene, unlimited_bounces);
-    const Sky sky = [](const V3d&) { return V3d(1, 1, 1); };
     double total = 0;
     double total_square = 0;
     double worst = 0;
@@ -189,7 +204,7 @@ TEST_CASE("every built-in stitch is white in a white furnace") {
           const V3d at((texel % side + within.x) / side * mesh->period.x,
                        (texel / side + within.y) / side * mesh->period.y, 0);
           const double w =
-              tracer.under_sky(at + V3d(v) * (20 / static_cast<double>(v.z)), -V3d(v), sky, sampler).x;
+              sky_seen(scene, tracer, at + V3d(v) * (20 / static_cast<double>(v.z)), -V3d(v), sampler);
           sum += w;
           square += w * (w - 1);
         }
@@ -340,11 +355,11 @@ TEST_CASE("the error falls at least with the square root of the samples") {
 
 TEST_CASE("light that is computed once per point is that of paths, on a glossy knit over a ground") {
   const RayScene scene = scene_of(glossy_knit(0.3F, 0.3F), 0.5F);
-  auto transport = LightTransport::build(scene, 1);
-  REQUIRE(transport);
+  auto cache = IrradianceCache::build(scene, 1);
+  REQUIRE(cache);
   const std::vector<V3f> lights = directions_of(grid_of(9));
-  const std::vector<float> indirect = transport->solve(scene, lights, unlimited_bounces);
-  const TexelBaker cached(scene, &*transport, unlimited_bounces, {4, 4}, 1);
+  const std::vector<float> indirect = cache->solve(scene, lights, unlimited_bounces);
+  const TexelBaker cached(scene, &*cache, unlimited_bounces, {4, 4}, 1);
   const TexelBaker traced(scene, nullptr, unlimited_bounces, {4, 4}, 1);
   for (const V3f& view : directions_of(grid_of(4))) {
     const auto a = cell_means(cached, view, {lights, indirect}, 64, 16);

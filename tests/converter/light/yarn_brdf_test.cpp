@@ -73,9 +73,8 @@ TEST_CASE("yarn reflects no more light than falls on it, from any direction") {
         double kept = 0;
         constexpr std::uint32_t count = 4096;
         for (std::uint32_t i = 0; i < count; ++i) {
-          BsdfSample choice;
           PathSampler sampler(i, 2);
-          if (sample_bsdf(white, l, sampler.next(), choice)) kept += choice.weight.x / count;
+          if (const auto sample = sample_bsdf(white, l, sampler.next())) kept += sample->weight.x / count;
         }
         // Weights lie in [0, 1]: deviation of the mean at most 1 / 128, less by even spreading.
         CHECK(std::abs(kept - albedo) < 4.0 / 128);
@@ -100,10 +99,9 @@ TEST_CASE("sampling the light of a view gives its integral") {
   double sum = 0;
   constexpr std::uint32_t count = 1 << 16;
   for (std::uint32_t i = 0; i < count; ++i) {
-    BsdfSample choice;
     PathSampler sampler(i, 3);
-    if (!sample_bsdf(s, v, sampler.next(), choice)) continue;
-    sum += choice.weight.x * choice.direction.x * choice.direction.x / count;
+    const auto sample = sample_bsdf(s, v, sampler.next());
+    if (sample) sum += sample->weight.x * sample->direction.x * sample->direction.x / count;
   }
   // Samples lie in [0, 1]: deviation of the mean below 1 / 512.
   CHECK(std::abs(sum - exact) < 4.0 / 512);

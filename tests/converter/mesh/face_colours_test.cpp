@@ -1,5 +1,3 @@
-#include "converter/mesh/face_colours.h"
-
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -69,6 +67,16 @@ TEST_CASE("colours of faces are kept: OFF, PLY, OBJ with its material file, bina
     CHECK(mesh.albedo[mesh.triangles[0].x] == V3f(1, 0, 0));
     CHECK(mesh.albedo[mesh.triangles[1].x] == V3f(0.5F));
   }
+}
+
+TEST_CASE("OFF vertices keep their colours, behind normals too, and comments say nothing") {
+  const CellMesh bytes = read_text("v.off",
+                                   "# x\nCNOFF # y\n3 1 0\n0 0 0 0 0 1 255 0 0 # red\n1 0 0 0 0 1 0 255 0\n\n"
+                                   "0 1 0 0 0 1 0 0 255 255\n3 0 1 2\n");
+  CHECK(bytes.albedo == std::vector<V3f>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+  const CellMesh floats =
+      read_text("w.off", "COFF\n3 1 0\n0 0 0 0.25 0.5 1\n1 0 0 1.0 0 0\n0 1 0 0.0 0 1\n3 0 1 2\n");
+  CHECK(floats.albedo[0] == V3f(0.25F, 0.5F, 1));
 }
 
 TEST_CASE("a vertex whose faces have one colour stays one, and normals stay those of the whole") {

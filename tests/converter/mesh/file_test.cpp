@@ -11,6 +11,7 @@
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
+#include "tests/converter/load_cell.h"
 #include "tests/converter/mesh_texts.h"
 #include "tests/format/files.h"
 

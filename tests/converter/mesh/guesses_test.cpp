@@ -6,6 +6,7 @@
 
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
+#include "tests/converter/load_cell.h"
 #include "tests/converter/mesh_texts.h"
 
 using namespace selvedge;

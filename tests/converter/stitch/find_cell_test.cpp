@@ -7,6 +7,7 @@
 #include "converter/stitch/library.h"
 #include "converter/stitch/pattern_json.h"
 #include "format/base/atomic_file.h"
+#include "tests/converter/load_cell.h"
 
 using namespace selvedge;
 

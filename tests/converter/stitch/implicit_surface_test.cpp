@@ -8,6 +8,7 @@
 #include "converter/stitch/library.h"
 #include "format/base/random.h"
 #include "tests/converter/cells.h"
+#include "tests/converter/load_cell.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;

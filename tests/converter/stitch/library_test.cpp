@@ -9,6 +9,7 @@
 #include "converter/stitch/pattern_json.h"
 #include "format/base/atomic_file.h"
 #include "tests/converter/cells.h"
+#include "tests/converter/load_cell.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;

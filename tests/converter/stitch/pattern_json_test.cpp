@@ -6,6 +6,7 @@
 
 #include "converter/stitch/library.h"
 #include "tests/converter/cells.h"
+#include "tests/converter/load_cell.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;

@@ -8,6 +8,7 @@
 #include "converter/stitch/library.h"
 #include "converter/stitch/marching_cubes.h"
 #include "tests/converter/cells.h"
+#include "tests/converter/load_cell.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;

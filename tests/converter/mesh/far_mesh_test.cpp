@@ -1,5 +1,3 @@
-#include "converter/mesh/exact_points.h"
-
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -7,6 +5,7 @@
 #include <cmath>
 
 #include "converter/stitch/find_cell.h"
+#include "tests/converter/load_cell.h"
 #include "tests/converter/mesh_texts.h"
 
 using namespace selvedge;
@@ -80,20 +79,23 @@ TEST_CASE("a mesh near the origin stays where it is, digit by digit") {
   CHECK(mesh.positions[2] == V3f(1, 44, 7.5F));
 }
 
-TEST_CASE("far is more than 64 times the size") {
-  CHECK_FALSE(lies_far({63, 0, 0}, {64, 1, 0}));
-  CHECK(lies_far({64, 0, 0}, {65, 1, 0}));
-  CHECK(lies_far({0, 0, -65}, {1, 1, -64}));
-  CHECK_FALSE(lies_far({0, 0, 0}, {1e6, 1, 0}));
+TEST_CASE("a mesh comes near by whole periods from more than 64 times its size away") {
+  const auto corner = [](double x, double z) {
+    return read_text("corner.obj",
+                     fmt::format("v {} 0 {}\nv {} 1 {}\nv {} 1 {}\nf 1 2 3\n", x, z, x + 1, z + 1, x, z + 1))
+        .positions[0];
+  };
+  CHECK(corner(62.5, 0) == V3f(62.5F, 0, 0));
+  CHECK(corner(63.5, 0) == V3f(1.5F, 0, 0));
+  CHECK(corner(0, -63.5) == V3f(0, 0, -63.5F));
+  CHECK(corner(0.5, -64.5) == V3f(0.5F, 0, 0));
 }
 
-TEST_CASE("points take the place of what was rounded, and of nothing else") {
-  std::vector<V3d> positions{V3d(V3f(V3d(1e6 + 0.3, 0.1, 0)))};
-  sharpen(positions, {V3d(1e6 + 0.3, 0.1, 0)});
-  CHECK(positions[0] == V3d(1e6 + 0.3, 0.1, 0));
-  const std::vector<V3d> before = positions;
-  sharpen(positions, {V3d(1e6 + 0.3, 0.2, 0)});
-  CHECK(positions == before);
-  sharpen(positions, {V3d(0), V3d(0)});
-  CHECK(positions == before);
+TEST_CASE("a text STL keeps the digits that single precision lacks") {
+  const CellMesh mesh =
+      read_text("digits.stl",
+                "solid s\nfacet normal 0 0 1\nouter loop\nvertex 1000000.25 0 0\n"
+                "vertex 1000001.3 0 0\nvertex 1000000.25 1 0.5\nendloop\nendfacet\nendsolid s\n");
+  CHECK(mesh.positions[0].x == 0.25F);
+  CHECK(mesh.positions[1].x == doctest::Approx(1.3).epsilon(1e-7));
 }

@@ -1,0 +1,129 @@
+#include "converter/bake/unit_baker.h"
+
+#include <algorithm>
+
+#include "converter/bake/setup.h"
+#include "converter/bake/slab_heights.h"
+#include "format/base/random.h"
+
+namespace selvedge {
+namespace {
+
+// Independent uses of the seed.
+constexpr std::uint64_t stream_views = 1;
+constexpr std::uint64_t stream_pairs = 2;
+
+std::uint64_t stream_of(PairKind kind) { return stream_pairs + 16 * (static_cast<std::uint64_t>(kind) + 1); }
+
+std::span<float> floats_of(std::vector<V3f>& vectors) { return {&vectors.data()->x, 3 * vectors.size()}; }
+
+Planes arrays_of(ViewSamples& s) { return {s.alpha, floats_of(s.normal), floats_of(s.radiance)}; }
+Planes arrays_of(PairSamples& s) {
+  return {s.alpha, s.alpha_noise, floats_of(s.radiance), floats_of(s.noise)};
+}
+Planes arrays_of(HeightSamples& s) { return {s[0], s[1]}; }
+
+}  // namespace
+
+std::vector<BakeUnit> units_of(const SamplesHeader& header) {
+  std::vector<BakeUnit> units;
+  for (std::size_t v = 0; v < static_cast<std::size_t>(header.views.count()); ++v) {
+    units.push_back({BakeUnit::Kind::view, PairKind::validation, v});
+  }
+  for (const PairKind kind : all_pair_kinds) {
+    for (std::size_t p = 0; p < header.pairs[index_of(kind)].size(); ++p) {
+      units.push_back({BakeUnit::Kind::pair, kind, p});
+    }
+  }
+  if (header.slabs) units.push_back({BakeUnit::Kind::heights, PairKind::validation, 0});
+  return units;
+}
+
+std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit) {
+  const auto texels = static_cast<std::size_t>(header.texels());
+  if (unit.kind == BakeUnit::Kind::view) return texels * (4 + 3 * header.lights.count());
+  return texels * (unit.kind == BakeUnit::Kind::pair ? 8 : 2 * header.slabs->entries());
+}
+
+UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
+  const auto texels = static_cast<std::size_t>(header.texels());
+  const auto floats = [](std::size_t count) { return std::vector<float>(count); };
+  const auto vectors = [](std::size_t count) { return std::vector<V3f>(count); };
+  switch (unit.kind) {
+    case BakeUnit::Kind::view:
+      return ViewSamples{floats(texels), vectors(texels), vectors(texels * header.lights.count())};
+    case BakeUnit::Kind::pair:
+      return PairSamples{header.width,   header.height,   {header.pairs[index_of(unit.pairs)][unit.index]},
+                         floats(texels), vectors(texels), vectors(texels),
+                         floats(texels)};
+    case BakeUnit::Kind::heights:
+      break;
+  }
+  return HeightSamples{floats(texels * header.slabs->entries()), floats(texels * header.slabs->entries())};
+}
+
+Planes planes_of(UnitSamples& samples) {
+  return std::visit([](auto& s) { return arrays_of(s); }, samples);
+}
+
+Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, const BakeUnit& unit,
+                        const UnitSamples& samples) {
+  if (const auto* view = std::get_if<ViewSamples>(&samples)) return writer.write_view(*view);
+  if (const auto* pair = std::get_if<PairSamples>(&samples)) return writer.write_pairs(unit.pairs, *pair);
+  const auto& [top, bottom] = std::get<HeightSamples>(samples);
+  return writer.write_heights(HeightLayer(*header.slabs, top, bottom));
+}
+
+UnitBaker::UnitBaker(const RayScene& scene, double mm, std::optional<IrradianceCache> cache,
+                     const BakeOptions& options, const SamplesHeader& header, double plane_mm)
+    : scene_(scene),
+      mm_(mm),
+      options_(options),
+      header_(header),
+      views_(directions_of(header.views)),
+      lights_(directions_of(header.lights)),
+      cache_(std::move(cache)),
+      baker_(scene, cache_ ? &*cache_ : nullptr, options.bounces, V2i(options.width, options.height),
+             plane_mm / mm) {}
+
+UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) {
+  if (unit.kind == BakeUnit::Kind::view) return bake_view(unit.index, samples, noise);
+  irradiance_ = {};  // the views are done
+  if (unit.kind == BakeUnit::Kind::pair) return bake_pair(unit.pairs, unit.index, samples, noise);
+  const HeightLayer heights = cell_heights(scene_, options_.width, options_.height, *header_.slabs);
+  HeightSamples in_mm{heights.top(), heights.bottom()};
+  for (auto& values : in_mm) {
+    for (float& height : values) height *= static_cast<float>(mm_);
+  }
+  return in_mm;
+}
+
+ViewSamples UnitBaker::bake_view(std::size_t index, int samples, NoiseSum& noise) {
+  if (cache_ && irradiance_.empty()) irradiance_ = cache_->solve(scene_, lights_, options_.bounces);
+  return baker_.bake_view(views_[index], {lights_, irradiance_}, samples,
+                          seed_of(options_.seed, stream_views, index), noise);
+}
+
+PairSamples UnitBaker::bake_pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise) {
+  const DirectionPair& pair = header_.pairs[index_of(kind)][index];
+  const std::vector<float> irradiance = cache_ ? irradiance_for_pair(kind, index) : std::vector<float>();
+  return baker_.bake_pair(pair, {{&pair.light, 1}, irradiance, false}, samples,
+                          seed_of(options_.seed, stream_of(kind), index), noise);
+}
+
+std::vector<float> UnitBaker::irradiance_for_pair(PairKind kind, std::size_t index) {
+  constexpr std::size_t at_once = 64;
+  const auto& pairs = header_.pairs[index_of(kind)];
+  const std::size_t first = index / at_once * at_once;
+  const std::size_t count = std::min(at_once, pairs.size() - first);
+  if (pair_irradiance_.empty() || solved_kind_ != kind || solved_first_ != first) {
+    std::vector<V3f> lights;
+    for (std::size_t p = first; p < first + count; ++p) lights.push_back(pairs[p].light);
+    pair_irradiance_ = cache_->solve(scene_, lights, options_.bounces);
+    solved_kind_ = kind;
+    solved_first_ = first;
+  }
+  return light_column(pair_irradiance_, count, index - first);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,35 @@
+// The inside of a RayScene: its mesh, its block of cells and Embree's handles.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include "converter/light/ray_scene.h"
+
+namespace selvedge {
+
+/// Cells on each side of the middle one that a ray crosses before it is shifted back: more cost memory, fewer
+/// cost restarts. One is enough for most rays of a cell that is thinner than wide.
+inline constexpr int block_reach = 1;
+
+struct RaySceneState {
+  RaySceneState() = default;
+  RaySceneState(const RaySceneState&) = delete;
+  RaySceneState& operator=(const RaySceneState&) = delete;
+  ~RaySceneState() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  Box bounds;  // of one cell, before copies
+  CellMesh mesh;
+  int ground_triangle = 0;  // the first one
+  double z_low = 0;         // the slab outside of which there is nothing, with a margin
+  double z_high = 0;
+  V2d block_min;  // the block that a ray may cross before it is shifted back
+  V2d block_max;
+  double offset = 0;  // mm, keeps a ray off the surface that it leaves
+};
+
+}  // namespace selvedge

@@ -1,0 +1,178 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <span>
+
+#include "converter/mesh/raw_mesh.h"
+#include "converter/mesh/words.h"
+
+namespace selvedge {
+namespace {
+
+/// Plain lines: no byte order mark, no comments, continued lines joined (line numbers stay: joined lines
+/// leave empty ones behind), every kind of line end as \n.
+std::string plain_text(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  std::string plain;
+  std::string owed;  // line ends of continued lines
+  bool comment = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    char c = text[i];
+    if (c == '\r' && i + 1 < text.size() && text[i + 1] == '\n') continue;
+    if (c == '\r') c = '\n';
+    if (c == '\n' && plain.ends_with('\\') && !comment) {
+      plain.back() = ' ';
+      owed += '\n';
+      continue;
+    }
+    if (c == '#') comment = true;
+    if (c == '\n') {
+      comment = false;
+      plain += owed;
+      owed.clear();
+    }
+    if (!comment) plain += c;
+  }
+  return plain + owed;
+}
+
+constexpr int absent = -1;
+
+/// Index from 0 of a corner's vertex or normal, of which `count` have been read: OBJ counts from 1, or
+/// backwards from -1. False where there is no number.
+bool to_index(std::string_view word, std::size_t count, int& index) {
+  const char* end = word.data() + word.size();
+  int number = 0;
+  const auto result = std::from_chars(word.data(), end, number);
+  if (result.ec == std::errc::invalid_argument || result.ptr != end) return false;
+  index = number > 0 ? number - 1 : (number < 0 ? static_cast<int>(count) + number : absent);
+  return true;
+}
+
+class ObjReader {
+ public:
+  ObjReader(const std::string& file, const MaterialColours& materials) : file_(file), materials_(materials) {}
+
+  Result<void> read_line(const Words& words, int number) {
+    if (words[0] == "v") return read_vertex(words, number);
+    if (words[0] == "f") return read_face(words, number);
+    if (words[0] == "vn") {
+      V3d normal;
+      bool sound = words.size() >= 4;
+      for (int i = 0; i < 3 && sound; ++i) sound = to_number(words[i + 1], normal[i]);
+      if (sound) normals_.emplace_back(normal);
+    }
+    if (words[0] == "usemtl") {
+      const auto found = materials_.find(std::string(rest_of(words)));
+      material_ = found == materials_.end() ? V3f(-1) : found->second;
+      any_material_ = any_material_ || found != materials_.end();
+    }
+    return {};
+  }
+
+  RawMesh finish() {
+    if (!any_material_) mesh_.face_colours.clear();
+    if (!mesh_.colours.empty()) mesh_.colours.resize(mesh_.positions.size(), V3f(-1));
+    normal_of_.resize(mesh_.positions.size(), absent);
+    if (!split_normals_ && std::find(normal_of_.begin(), normal_of_.end(), absent) == normal_of_.end()) {
+      for (const int n : normal_of_) mesh_.normals.push_back(normals_[n]);
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  Result<void> read_vertex(const Words& words, int number) {
+    // x y z, with a weight, with a colour, or with both: anything else was cut.
+    if (words.size() == 6) return damaged(number, "a vertex with 5 numbers");
+    const auto point = position_at(words, 1, file_, number);
+    if (!point) return tl::unexpected(point.error());
+    mesh_.positions.push_back(*point);
+    V3d colour;
+    bool coloured = words.size() > 6;
+    for (int i = 0; i < 3 && coloured; ++i) coloured = to_number(words[i + 4], colour[i]);
+    if (coloured) {
+      mesh_.colours.resize(mesh_.positions.size(), V3f(-1));
+      mesh_.colours.back() = V3f(colour);
+    }
+    return {};
+  }
+
+  Result<void> read_face(const Words& words, int number) {
+    if (words.size() < 4) return damaged(number, "a face needs three corners");
+    std::vector<int> face;
+    for (const std::string_view word : std::span(words).subspan(1)) {
+      // vertex, vertex/texture, vertex//normal or vertex/texture/normal
+      const std::size_t slash = std::min(word.find('/'), word.size());
+      const std::size_t second = std::min(word.find('/', slash + 1), word.size());
+      int vertex = absent;
+      int normal = absent;
+      if (!to_index(word.substr(0, slash), mesh_.positions.size(), vertex)) {
+        return damaged(number, fmt::format("\"{}\" is not a corner of a face", word));
+      }
+      if (second < word.size()) to_index(word.substr(second + 1), normals_.size(), normal);
+      face.push_back(vertex);
+      set_normal(vertex, normal);
+    }
+    mesh_.faces.push_back(std::move(face));
+    mesh_.face_colours.push_back(material_);
+    return {};
+  }
+
+  void set_normal(int vertex, int normal) {
+    if (vertex < 0 || vertex >= static_cast<int>(mesh_.positions.size())) return;
+    if (normal < 0 || normal >= static_cast<int>(normals_.size())) return;
+    normal_of_.resize(mesh_.positions.size(), absent);
+    int& before = normal_of_[vertex];
+    split_normals_ = split_normals_ || (before != absent && normals_[before] != normals_[normal]);
+    before = normal;
+  }
+
+  tl::unexpected<Error> damaged(int number, std::string why) const {
+    return fail(Code::file_damaged, file_, fmt::format("line {}", number), std::move(why));
+  }
+
+  const std::string& file_;
+  const MaterialColours& materials_;
+  RawMesh mesh_;
+  std::vector<V3f> normals_;
+  std::vector<int> normal_of_;  ///< of each vertex so far
+  bool split_normals_ = false;  ///< some vertex has two
+  V3f material_{-1};
+  bool any_material_ = false;
+};
+
+}  // namespace
+
+std::vector<std::string> material_files(const std::string& bytes) {
+  std::vector<std::string> files;
+  (void)for_each_line(plain_text(bytes), [&](const Words& words, int) -> Result<void> {
+    if (words[0] == "mtllib") files.emplace_back(rest_of(words));
+    return {};
+  });
+  return files;
+}
+
+void read_materials(const std::string& text, MaterialColours& colours) {
+  std::string name;
+  (void)for_each_line(plain_text(text), [&](const Words& words, int) -> Result<void> {
+    if (words[0] == "newmtl") name = rest_of(words);
+    if (words[0] != "Kd" || words.size() < 4) return {};
+    V3d colour;
+    for (int i = 0; i < 3; ++i) {
+      if (!to_number(words[i + 1], colour[i]) || !(colour[i] >= 0)) return {};
+    }
+    colours[name] = V3f(colour);
+    return {};
+  });
+}
+
+Result<RawMesh> read_obj(const std::string& bytes, const std::string& file,
+                         const MaterialColours& materials) {
+  ObjReader reader(file, materials);
+  const auto read_line = [&](const Words& words, int number) { return reader.read_line(words, number); };
+  if (auto ok = for_each_line(plain_text(bytes), read_line); !ok) return tl::unexpected(ok.error());
+  return reader.finish();
+}
+
+}  // namespace selvedge
