@@ -28,6 +28,12 @@ Result<GLuint> compile(const GlFunctions& gl, GLenum stage, const char* text) {
 
 }  // namespace
 
+std::string shader_text(const std::string& definitions, std::initializer_list<const char*> parts) {
+  std::string text = "#version 450 core\n" + definitions;
+  for (const char* part : parts) text += part;
+  return text;
+}
+
 Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex_text,
                             const std::string& fragment_text) {
   Result<GLuint> vertex = compile(gl, GL_VERTEX_SHADER, vertex_text.c_str());

@@ -5,13 +5,12 @@
 #include <algorithm>
 
 #include "viewer/gl/objects.h"
-#include "viewer/hybrid/visibility_glsl.h"
 
 namespace selvedge {
 namespace {
 
-// Locations of the uniforms and units of the textures, as written in shaders.h.
-enum Uniform : GLint { first_triangle };
+// As written in triangle_fragment.glsl.
+enum Uniform : GLint { first_triangle = 1 };
 enum Unit : GLuint { depth_unit = 1 };
 
 }  // namespace
@@ -21,10 +20,8 @@ Result<std::unique_ptr<VisibilityPass>> VisibilityPass::create(const GlFunctions
                                                                const Materials& materials,
                                                                const VisibilityOptions& options) {
   std::unique_ptr<VisibilityPass> pass(new VisibilityPass(gl, mesh, materials, options));
-  const std::string definitions = pass->core_.definitions();
   for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program = make_program(gl, visibility_vertex_shader(definitions),
-                                                visibility_fragment_shader(definitions, later != 0));
+    const Result<GLuint> program = pass->core_.triangle_program("#define LISTED\n", later != 0);
     if (!program) return tl::unexpected(program.error());
     pass->programs_[later] = *program;
   }

@@ -5,11 +5,12 @@
 #include <algorithm>
 
 #include "viewer/gl/objects.h"
+#include "viewer/glsl.h"
 
 namespace selvedge {
 namespace {
 
-// As written in pbr_glsl.h.
+// As written in pbr_fragment.glsl.
 enum Uniform : GLint {
   is_pbr = 20,
   base_color,
@@ -85,8 +86,14 @@ PbrInputs::~PbrInputs() {
 
 std::string PbrInputs::definitions() const {
   if (!needed_) return "";
-  return fmt::format("#define CORE\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
+  return fmt::format("#define PBR\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
                      colours_ ? "#define VERTEX_COLOURS\n" : "");
+}
+
+Result<GLuint> PbrInputs::triangle_program(const std::string& more, bool later) const {
+  const std::string all = definitions() + more + (later ? "#define LATER\n" : "");
+  return make_program(gl_, shader_text(all, {needed_ ? glsl::pbr_vertex : "", glsl::triangle_vertex}),
+                      shader_text(all, {needed_ ? glsl::pbr_fragment : "", glsl::triangle_fragment}));
 }
 
 void PbrInputs::attach(GLuint array) const {

@@ -25,9 +25,11 @@ class PbrInputs {
 
   /// Whether some surface needs a PbrPixel.
   bool needed() const { return needed_; }
-  /// For shader texts: CORE where needed, MAPPINGS and VERTEX_COLOURS (pbr_glsl.h).
+  /// The #define lines of the shaders: PBR where needed, MAPPINGS and VERTEX_COLOURS.
   std::string definitions() const;
-  /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex_glsl.
+  /// The program of triangle_vertex.glsl and triangle_fragment.glsl, with further definitions.
+  Result<GLuint> triangle_program(const std::string& more, bool later) const;
+  /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex.glsl.
   void attach(GLuint array) const;
   /// Sets uniforms and textures of the program in use for a surface.
   void use(std::size_t surface) const;

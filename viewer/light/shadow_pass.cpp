@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "viewer/gl/objects.h"
-#include "viewer/light/shadow_glsl.h"
+#include "viewer/glsl.h"
 
 namespace selvedge {
 namespace {
 
-// As written in shadow_glsl.h.
+// As written in shadow_vertex.glsl.
 enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size };
 
 GLuint make_buffer(const GlFunctions& gl, std::size_t bytes, const void* data) {
@@ -24,7 +24,8 @@ GLuint make_buffer(const GlFunctions& gl, std::size_t bytes, const void* data) {
 Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                        const Materials& materials) {
   std::unique_ptr<ShadowPass> pass(new ShadowPass(gl));
-  const Result<GLuint> program = make_program(gl, shadow_vertex_shader, shadow_fragment_shader);
+  const Result<GLuint> program =
+      make_program(gl, shader_text("", {glsl::shadow_vertex}), shader_text("", {glsl::shadow_fragment}));
   if (!program) return tl::unexpected(program.error());
   pass->program_ = *program;
   std::vector<std::uint32_t> indices;

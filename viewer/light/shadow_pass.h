@@ -27,7 +27,7 @@ class ShadowPass {
   Result<void> draw(std::span<const ShadowView> views);
 
   std::span<const ShadowView> views() const { return views_; }
-  /// A texture array of depths, one layer for each view, and a buffer as shadow_lookup_glsl() wants it; 0
+  /// A texture array of depths, one layer for each view, and a buffer as shadow_lookup.glsl wants it; 0
   /// without views.
   GLuint texture() const { return texture_; }
   GLuint buffer() const { return buffer_; }

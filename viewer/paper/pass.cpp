@@ -1,15 +1,17 @@
 #include "viewer/paper/pass.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 
 #include "viewer/gl/objects.h"
-#include "viewer/paper/glsl.h"
+#include "viewer/glsl.h"
 
 namespace selvedge {
 namespace {
 
-// As written in paper_shaders.h.
+// As written in paper_vertex.glsl and paper_fragment.glsl.
 enum Uniform : GLint { to_clip, culls_back, kind, level_bias };
 enum Unit : GLuint { index_unit, depth_unit };
 
@@ -62,8 +64,10 @@ Result<void> PaperPass::make_programs() {
   constexpr std::array<const char*, 3> names{"NORMALS", "TANGENTS", "TEXELS"};
   for (std::size_t target = 0; target < names.size(); ++target) {
     for (std::size_t later = 0; later < 2; ++later) {
-      const Result<GLuint> program = make_program(gl_, paper_vertex_shader(names[target]),
-                                                  paper_fragment_shader(names[target], later != 0));
+      const std::string definitions =
+          fmt::format("#define {}\n{}", names[target], later != 0 ? "#define LATER\n" : "");
+      const Result<GLuint> program = make_program(gl_, shader_text(definitions, {glsl::paper_vertex}),
+                                                  shader_text(definitions, {glsl::paper_fragment}));
       if (!program) return tl::unexpected(program.error());
       programs_[target][later] = *program;
     }

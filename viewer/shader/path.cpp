@@ -6,14 +6,15 @@
 #include <array>
 
 #include "viewer/gl/objects.h"
+#include "viewer/glsl.h"
 #include "viewer/scene/view_rays.h"
 #include "viewer/shader/buffers.h"
-#include "viewer/shader/glsl.h"
 
 namespace selvedge {
 namespace {
 
-// Locations of the uniforms, units and bindings, as written in shader_texts.h.
+// Locations of the uniforms, units and bindings, as written in triangle_*.glsl, shade_pixel.glsl and
+// lights.glsl.
 namespace triangle {
 enum Uniform : GLint {
   to_clip,
@@ -73,10 +74,8 @@ Result<std::unique_ptr<ShaderPath>> ShaderPath::create(const GlFunctions& gl, co
 }
 
 Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const Fabric> fabrics) {
-  definitions_ = core_.definitions();
   for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program = make_program(gl_, triangle_vertex_shader(definitions_),
-                                                triangle_fragment_shader(definitions_, later != 0));
+    const Result<GLuint> program = core_.triangle_program("", later != 0);
     if (!program) return tl::unexpected(program.error());
     triangle_programs_[later] = *program;
   }
@@ -149,8 +148,13 @@ Result<void> ShaderPath::load(const MergedSurfaces& mesh, std::span<const Fabric
 Result<GLuint> ShaderPath::shading_program(bool shadows) {
   GLuint& program = shading_programs_[shadows ? 1 : 0];
   if (program != 0) return program;
-  const std::string definitions = definitions_ + (shadows ? "#define SHADOWS\n" : "");
-  Result<GLuint> made = make_program(gl_, frame_vertex_shader, shading_fragment_shader(definitions));
+  const std::string definitions = core_.definitions() + (shadows ? "#define SHADOWS\n" : "");
+  Result<GLuint> made = make_program(
+      gl_, shader_text("", {glsl::frame_vertex}),
+      shader_text(definitions,
+                  {glsl::lights, shadows ? glsl::shadow_offsets : "", shadows ? glsl::shadow_lookup : "",
+                   glsl::word_layout, glsl::fabric_words, glsl::evaluate, glsl::slabs,
+                   core_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::shade_pixel}));
   if (made) program = *made;
   return made;
 }

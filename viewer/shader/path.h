@@ -87,8 +87,7 @@ class ShaderPath {
   PbrInputs core_;
   std::vector<Span> spans_;
   std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
-  std::string definitions_;
-  std::array<GLuint, 2> shading_programs_{};  ///< without and with shadows, which is made when it is needed
+  std::array<GLuint, 2> shading_programs_{};   ///< without and with shadows, which is made when it is needed
   GLuint array_ = 0;
   GLuint empty_array_ = 0;
   GLuint indices_ = 0;
