@@ -9,8 +9,8 @@
 
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
+#include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
-#include "viewer/glsl.h"
 
 namespace selvedge {
 namespace {

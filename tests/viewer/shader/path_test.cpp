@@ -12,8 +12,8 @@
 #include "tests/format/fabrics.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
+#include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
-#include "viewer/glsl.h"
 #include "viewer/shader/buffers.h"
 
 namespace selvedge {
