@@ -1,62 +1,24 @@
 // A scene and its fabrics to a frame: the whole of the paper's section 6.
 #pragma once
 
-#include <array>
-#include <string>
-#include <string_view>
 #include <vector>
 
+#include "format/fabric/fabric.h"
 #include "format/picture/frame.h"
 #include "format/scene/camera.h"
 #include "format/scene/scene.h"
+#include "viewer/frame/options.h"
 #include "viewer/gl/context.h"
-#include "viewer/hybrid/shade.h"
-#include "viewer/shader/path.h"
 
 namespace selvedge {
 
-/// Who finds texels and turns them into light: the processor (hybrid) or OpenGL (shader); paper: OpenGL finds
-/// them, in colours of 8 bits, and the processor lights them (docs/view.md).
-enum class RenderPath { hybrid, shader, paper };
-inline constexpr std::array<std::string_view, 3> path_names{"hybrid", "shader", "paper"};
-
-struct RenderOptions {
+/// All that a rendering is made with, sizes and options side by side.
+struct RenderOptions : FrameSize, DrawOptions {
   RenderPath path = RenderPath::hybrid;
   /// Which OpenGL draws; automatic: Mesa's software rasteriser for the hybrid and the paper's path, whose
   /// pixels come back to the processor anyway, and for the shader path a graphics processor's where there is
   /// one.
   ContextKind context = ContextKind::automatic;
-  int width = 800;
-  int height = 600;
-  int supersample = 1;  ///< the frame is drawn this many times larger per side, and averaged
-  int layers = 8;       ///< surfaces behind each other that a pixel can show
-  LevelOptions levels;
-  /// Of the lobes of fabrics, which the processor lights; the shader path has OpenGL's own.
-  PowerKind power = PowerKind::exact;
-  std::vector<Light> lights;
-  /// Light from all sides on surfaces without fabric, which metals would be black without: white ones show
-  /// ambient / pi more. Fabrics know no such light.
-  float ambient = 0.1F;
-  /// Texels per side of a shadow map for each light that can cast shadows (shadows.h); 0: no shadows.
-  int shadows = 0;
-};
-
-/// What a rendering did, and how long each stage took, in seconds. Drawing and evaluation go on at the same
-/// time, of one part of the frame after another: their times add up to more than the frame's.
-struct RenderStats {
-  double prepare = 0;   ///< context, vertices, fabrics; once for all frames
-  double project = 0;   ///< vertices and triangles to the frame
-  double shadows = 0;   ///< drawing shadow maps, and reading them back where the processor needs them
-  double geometry = 0;  ///< drawing with OpenGL; of the shader path: until its pixels are there
-  double read_back = 0;
-  double evaluation = 0;  ///< texels, frames and light on the processor
-  double filter = 0;
-  std::int64_t triangles = 0;
-  std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
-  std::int64_t evaluated_pixels = 0;  ///< over all layers
-  int layers = 0;                     ///< the most that a pixel shows
-  ShaderTimes shader;                 ///< of the shader path
-  std::vector<std::string> remarks;   ///< what could not be honoured, one line each
 };
 
 /// `fabrics[i]` is scene.fabrics[i]. Needs no display and no GPU. The frame's bytes do not depend on the

@@ -8,42 +8,52 @@
 
 namespace selvedge {
 
-Result<void> check_paper(const RenderOptions& look) {
-  if (look.levels.linear || look.levels.taps > 1 || look.levels.bias != 0)
-    return fail(Code::option_out_of_range, "",
-                !look.levels.linear && look.levels.taps > 1 ? "--anisotropy" : "--filter",
-                "the paper's path takes one texel of a level, the nearest, and OpenGL's level as it is");
-  if (look.shadows > 0)
-    return fail(Code::option_out_of_range, "", "--shadows",
-                "the paper's frames do not have the pixel's place, which shadows need: take --path hybrid");
-  return check_paper_lights(look.lights);
+namespace {
+
+Result<void> refuse(const char* option, std::string reason) {
+  return fail(Code::option_out_of_range, "", option, std::move(reason));
 }
 
-Result<void> check_options(const RenderOptions& o) {
-  const auto refuse = [](const char* option, std::string reason) -> Result<void> {
-    return fail(Code::option_out_of_range, "", option, std::move(reason));
-  };
-  if (o.supersample < 1 || o.supersample > 16) return refuse("--supersample", "must lie between 1 and 16");
-  const int limit = index_pass_side_limit / o.supersample;
-  if (o.width < 1 || o.height < 1 || o.width > limit || o.height > limit)
+Result<void> check_paper(const DrawOptions& o) {
+  if (o.levels.linear || o.levels.taps > 1 || o.levels.bias != 0)
+    return refuse(!o.levels.linear && o.levels.taps > 1 ? "--anisotropy" : "--filter",
+                  "the paper's path takes one texel of a level, the nearest, and OpenGL's level as it is");
+  if (o.shadows > 0)
+    return refuse("--shadows",
+                  "the paper's frames do not have the pixel's place, which shadows need: take --path hybrid");
+  return check_paper_lights(o.lights);
+}
+
+}  // namespace
+
+Result<void> check_size(const FrameSize& size) {
+  if (size.supersample < 1 || size.supersample > 16)
+    return refuse("--supersample", "must lie between 1 and 16");
+  const int limit = index_pass_side_limit / size.supersample;
+  if (size.width < 1 || size.height < 1 || size.width > limit || size.height > limit)
     return refuse("--size", fmt::format("must lie between 1x1 and {0}x{0}", limit));
-  if (o.layers < 1 || o.layers > max_layers)
+  if (size.layers < 1 || size.layers > max_layers)
     return refuse("--layers", fmt::format("must lie between 1 and {}", max_layers));
+  return {};
+}
+
+Result<void> check_draw(RenderPath path, const DrawOptions& o) {
   if (o.levels.forced < -1) return refuse("--level", "must not be negative");
   const int taps = tap_limit(o.levels.linear);
   if (o.levels.taps < 1 || o.levels.taps > taps)
     return refuse("--anisotropy", fmt::format("must lie between 1 and {}{}", taps,
                                               o.levels.linear ? " with --filter linear" : ""));
-  if (o.path == RenderPath::shader && o.power != PowerKind::exact)
+  if (path == RenderPath::shader && o.power != PowerKind::exact)
     return refuse("--power", "is the processor's; with --path shader OpenGL computes its own powers");
-  if (o.path == RenderPath::paper) return check_paper(o);
+  if (path == RenderPath::paper) return check_paper(o);
+  if (o.shadows != 0 && (o.shadows < min_shadow_size || o.shadows > max_shadow_size))
+    return refuse("--shadows", fmt::format("must lie between {} and {}", min_shadow_size, max_shadow_size));
   return {};
 }
 
-Result<void> check_shadows(const RenderOptions& o) {
-  if (o.shadows == 0 || (o.shadows >= min_shadow_size && o.shadows <= max_shadow_size)) return {};
-  return fail(Code::option_out_of_range, "", "--shadows",
-              fmt::format("must lie between {} and {}", min_shadow_size, max_shadow_size));
+Result<void> check_options(const RenderOptions& options) {
+  if (auto good = check_size(options); !good) return good;
+  return check_draw(options.path, options);
 }
 
 Result<void> check_fabrics(const Scene& scene, const std::vector<Fabric>& fabrics) {

@@ -3,19 +3,13 @@
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "format/base/parallel.h"
+#include "viewer/hybrid/path.h"
+#include "viewer/paper/path.h"
 #include "viewer/render_checks.h"
-#include "viewer/renderer_state.h"
+#include "viewer/shader/path.h"
 
 namespace selvedge {
 namespace {
-
-/// Pixels that are drawn, read back and evaluated at a time: bounds the memory of large frames.
-constexpr int pixels_per_band = 1 << 21;
-constexpr int bands_per_frame = 6;
-constexpr int rasteriser_tile = 64;
 
 Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& options) {
   if (options.context == ContextKind::egl) return make_egl_context();
@@ -25,17 +19,53 @@ Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& optio
   return make_osmesa_context();
 }
 
-/// A multiple of the supersampling, and an even number of rows, so that OpenGL's quads of 2 x 2 pixels lie
-/// the same in every band. Whole tiles of the rasteriser, few enough that a band is drawn while the one
-/// before is shaded.
-int rows_per_band(int width, int height, int supersample) {
-  const int share = (height / bands_per_frame + rasteriser_tile - 1) / rasteriser_tile * rasteriser_tile;
-  const int rows = std::clamp(share, 1, std::max(pixels_per_band / width, 1));
-  const int step = 2 * supersample;
-  return std::max(rows / step, 1) * step;
-}
-
 }  // namespace
+
+struct Renderer::State {
+  RenderPath kind = RenderPath::hybrid;
+  FrameSize size;
+  PreparedScene scene;
+  std::vector<std::string> remarks;
+  std::unique_ptr<GraphicsContext> context;  ///< goes after all that is drawn with it
+  GlFunctions gl;
+  std::unique_ptr<ShadowPass> shadows;  ///< made when shadows are asked for
+  std::unique_ptr<FramePath> path;
+  std::unique_ptr<HybridPath> probes;  ///< beside another path, made when a pixel is asked for
+  double prepare = 0;
+
+  /// The path that knows what pixels show.
+  Result<HybridPath*> hybrid() {
+    if (kind == RenderPath::hybrid) return static_cast<HybridPath*>(path.get());
+    if (!probes) {
+      auto made = HybridPath::create(gl, scene, size);
+      if (!made) return tl::unexpected(made.error());
+      probes = std::move(*made);
+    }
+    return probes.get();
+  }
+
+  /// Draws the maps that the options ask for; null where they ask for none.
+  Result<ShadowPass*> draw_shadows(const DrawOptions& options) {
+    if (options.shadows == 0) return nullptr;
+    if (!shadows) {
+      auto made = ShadowPass::create(gl, scene.mesh, scene.materials);
+      if (!made) return tl::unexpected(made.error());
+      shadows = std::move(*made);
+    }
+    const std::vector<ShadowView> views =
+        shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadows);
+    // A map is in the memory of OpenGL and in that of the program.
+    constexpr std::size_t max_texels = std::size_t{1} << 28;
+    const auto side = static_cast<std::size_t>(options.shadows);
+    if (views.size() * side * side > max_texels) {
+      return fail(
+          Code::option_out_of_range, "", "--shadows",
+          fmt::format("{} maps of {} texels a side are more than {} texels", views.size(), side, max_texels));
+    }
+    if (const auto good = shadows->draw(views); !good) return tl::unexpected(good.error());
+    return shadows.get();
+  }
+};
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Renderer::~Renderer() {
@@ -47,7 +77,7 @@ const std::vector<std::string>& Renderer::remarks() const { return state_->remar
 Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std::vector<Fabric>& fabrics,
                                                    const RenderOptions& options,
                                                    std::unique_ptr<GraphicsContext> context) {
-  Watch watch;
+  Stopwatch watch;
   if (const auto good = check_options(options); !good) return tl::unexpected(good.error());
   if (const auto good = check_fabrics(scene, fabrics); !good) return tl::unexpected(good.error());
   const Result<std::vector<V3d>> points = world_points(scene);
@@ -55,18 +85,19 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
 
   auto state = std::make_unique<State>();
   State& s = *state;
-  s.options = options;
+  s.kind = options.path;
+  s.size = options;
   // Coordinates relative to the scene's centre keep their digits in float.
   Imath::Box3d bounds;
   for (const V3d& point : *points) bounds.extendBy(point);
-  s.origin = bounds.center();
-  const Result<std::vector<Surface>> surfaces = build_surfaces(scene, s.origin);
+  s.scene.origin = bounds.center();
+  const Result<std::vector<Surface>> surfaces = build_surfaces(scene, s.scene.origin);
   if (!surfaces) return tl::unexpected(surfaces.error());
   Result<Materials> materials = materials_of(scene, *surfaces, fabrics.size(), s.remarks);
   if (!materials) return tl::unexpected(materials.error());
-  s.materials = std::move(*materials);
-  s.mesh = merge(*surfaces);
-  for (const Fabric& fabric : fabrics) s.packed.push_back(pack(fabric));
+  s.scene.materials = std::move(*materials);
+  s.scene.mesh = merge(*surfaces);
+  for (const Fabric& fabric : fabrics) s.scene.fabrics.push_back(pack(fabric));
 
   if (!context) {
     Result<std::unique_ptr<GraphicsContext>> own = make_context(options);
@@ -78,133 +109,71 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   const Result<GlFunctions> gl = load_gl_functions(*s.context);
   if (!gl) return tl::unexpected(gl.error());
   s.gl = *gl;
-  s.width = options.width * options.supersample;
-  s.height = options.height * options.supersample;
-  if (options.path == RenderPath::shader) {
-    Result<std::unique_ptr<ShaderPath>> shader = ShaderPath::create(s.gl, s.mesh, s.materials, fabrics);
-    if (!shader) return tl::unexpected(shader.error());
-    s.shader = std::move(*shader);
-  }
-  s.band_rows = rows_per_band(s.width, s.height, options.supersample);
-  if (options.path == RenderPath::paper) {
-    if (auto good = s.make_paper(scene, *surfaces, fabrics); !good) return tl::unexpected(good.error());
-  } else if (!s.shader) {
-    if (auto good = s.need_pass(); !good) return tl::unexpected(good.error());
-  }
+  const auto keep = [&](auto path) -> Result<void> {
+    if (!path) return tl::unexpected(path.error());
+    s.path = std::move(*path);
+    return {};
+  };
+  const auto made =
+      s.kind == RenderPath::hybrid ? keep(HybridPath::create(s.gl, s.scene, options))
+      : s.kind == RenderPath::shader
+          ? keep(ShaderPath::create(s.gl, s.scene, fabrics, options))
+          : keep(PaperPath::create(s.gl, scene, *surfaces, fabrics, s.scene, options, s.remarks));
+  if (!made) return tl::unexpected(made.error());
   watch.add_to(s.prepare);
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
 }
 
-Result<void> Renderer::draw(const Camera& camera, const RenderOptions& look, Frame& frame,
+Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Frame& frame,
                             RenderStats& stats) {
   State& s = *state_;
   stats = {};
   stats.prepare = s.prepare;
-  stats.triangles = static_cast<std::int64_t>(s.mesh.triangles.size());
+  stats.triangles = static_cast<std::int64_t>(s.scene.mesh.triangles.size());
   stats.remarks = s.remarks;
   if (auto good = s.context->make_current(); !good) return good;
-  Watch watch;
-  if (s.paper) {
-    if (auto good = check_paper(look); !good) return good;
-  }
-  if (auto good = check_shadows(look); !good) return good;
-  if (auto good = s.draw_shadows(look, !s.shader); !good) return good;
-  if (look.shadows > 0) {
+  if (auto good = check_draw(s.kind, options); !good) return good;
+  Stopwatch watch;
+  const Result<ShadowPass*> shadows = s.draw_shadows(options);
+  if (!shadows) return tl::unexpected(shadows.error());
+  if (*shadows != nullptr) {
     watch.add_to(stats.shadows);
-    if (s.shadows->views().size() < look.lights.size())
-      stats.remarks.push_back(
-          fmt::format("{} of {} lights cast no shadows: points, wide cones, and what comes after {} others",
-                      look.lights.size() - s.shadows->views().size(), look.lights.size(), max_shadows));
+    if ((*shadows)->views().size() < options.lights.size())
+      stats.remarks.push_back(fmt::format(
+          "{} of {} lights cast no shadows: points, wide cones, and what comes after {} others",
+          options.lights.size() - (*shadows)->views().size(), options.lights.size(), max_shadows));
   }
-  frame.width = s.options.width;
-  frame.height = s.options.height;
+  frame.width = s.size.width;
+  frame.height = s.size.height;
   frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
-  if (s.shader) return s.draw_shader(camera, look, frame, watch, stats);
-  if (s.paper) {
-    for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
-      if (auto good = s.draw_paper(camera, look, first_row, frame, watch, stats); !good) return good;
-    }
-    return {};
-  }
-  return s.draw_hybrid(camera, look, frame, watch, stats);
+  return s.path->draw({camera, options, *shadows}, frame, stats);
 }
 
-Result<void> Renderer::resize(const RenderOptions& options) {
+Result<void> Renderer::resize(const FrameSize& size) {
   State& s = *state_;
-  if (auto good = check_options(options); !good) return good;
-  const int width = options.width * options.supersample;
-  const int height = options.height * options.supersample;
-  s.options = options;
-  if (width == s.width && height == s.height) return {};
-  s.width = width;
-  s.height = height;
-  s.band_rows = rows_per_band(width, height, options.supersample);
+  if (auto good = check_size(size); !good) return good;
   if (auto good = s.context->make_current(); !good) return good;
-  if (s.paper) {
-    if (auto good = s.paper->resize({width, height, s.band_rows}); !good) return good;
-  }
-  if (!s.pass) return {};
-  return s.pass->resize({width, height, s.band_rows});
+  s.size = size;
+  if (auto good = s.path->resize(size); !good || !s.probes) return good;
+  return s.probes->resize(size);
 }
 
-Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const RenderOptions& look,
+Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const DrawOptions& options,
                                                   const V2i& pixel) {
-  State& s = *state_;
-  if (const auto good = s.context->make_current(); !good) return tl::unexpected(good.error());
-  if (const auto good = s.need_pass(); !good) return tl::unexpected(good.error());
-  Watch watch;
-  RenderStats unwanted;
-  const int row = s.height - 1 - pixel.y;
-  const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
-  s.pass->place(projected);
-  const IndexScene index{s.mesh, projected, s.materials.materials, s.packed, look.levels};
-  if (const auto good = s.draw_shadows(look, true); !good) return tl::unexpected(good.error());
-  const ShadingScene shading = s.shading_of(camera, look);
-  std::array<DrawnSide, 2>& sides = s.bands[0].sides;
-  // A band of one row, and of it the tile that holds the pixel.
-  FrameTiles where{row, 1, {}};
-  where.tiles.resize((s.width + tile_side - 1) / tile_side);
-  where.tiles[pixel.x / tile_side] = 1;
-  if (const auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.materials.materials, where), where,
-                                       sides, watch, unwanted);
-      !good)
-    return tl::unexpected(good.error());
-  const auto i = static_cast<std::size_t>(pixel.x);
-  const std::optional<NearestSurface> nearest = nearest_surface(sides, i);
-  if (!nearest) return std::nullopt;
-  PixelTriangles pixels;
-  pixels.count = 1;
-  pixels.x[0] = static_cast<std::uint16_t>(pixel.x);
-  pixels.y[0] = static_cast<std::uint16_t>(row);
-  pixels.triangle[0] = nearest->triangle;
-  pixels.back[0] = nearest->back;
-  const VisibleSide& seen = sides[nearest->back ? 1 : 0].seen;
-  pixels.has_pbr = !seen.colours.empty();
-  if (pixels.has_pbr) pixels.pbr[0] = {seen.colours[i], seen.pbr[i]};
-  return probe_pixel(index, shading, pixels);
+  if (const auto good = state_->context->make_current(); !good) return tl::unexpected(good.error());
+  const Result<HybridPath*> hybrid = state_->hybrid();
+  if (!hybrid) return tl::unexpected(hybrid.error());
+  const Result<ShadowPass*> shadows = state_->draw_shadows(options);
+  if (!shadows) return tl::unexpected(shadows.error());
+  return (*hybrid)->probe({camera, options, *shadows}, pixel);
 }
 
-Result<void> Renderer::texel_edges(const Camera& camera, const RenderOptions& look,
+Result<void> Renderer::texel_edges(const Camera& camera, const DrawOptions& options,
                                    std::vector<OverlayPixel>& overlay) {
-  State& s = *state_;
-  if (auto good = s.context->make_current(); !good) return good;
-  if (auto good = s.need_pass(); !good) return good;
-  Watch watch;
-  RenderStats unwanted;
-  const ProjectedVertices projected = project(s.mesh, clip_matrix(camera, s.origin), s.width, s.height);
-  s.pass->place(projected);
-  const IndexScene index{s.mesh, projected, s.materials.materials, s.packed, look.levels};
-  std::array<DrawnSide, 2>& sides = s.bands[0].sides;
-  overlay.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
-  for (int first_row = 0; first_row < s.height; first_row += s.band_rows) {
-    const FrameTiles where{first_row, std::min(s.band_rows, s.height - first_row), {}};
-    if (auto good = s.draw_nearest(list_triangles(s.mesh, projected, s.materials.materials, where), where,
-                                   sides, watch, unwanted);
-        !good)
-      return good;
-    draw_texel_edges(index, sides, first_row, where.rows, overlay);
-  }
-  return {};
+  if (auto good = state_->context->make_current(); !good) return good;
+  const Result<HybridPath*> hybrid = state_->hybrid();
+  if (!hybrid) return tl::unexpected(hybrid.error());
+  return (*hybrid)->texel_edges({camera, options}, overlay);
 }
 
 Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,

@@ -15,7 +15,7 @@ namespace selvedge {
 
 class Renderer {
  public:
-  /// Size, supersampling and the number of layers are set here. `fabrics[i]` is scene.fabrics[i]; they must
+  /// `fabrics[i]` is scene.fabrics[i]; they must
   /// outlive the object, the scene need not. Draws with `context`, or with one of its own where that is null.
   /// Errors as render() (render.h).
   static Result<std::unique_ptr<Renderer>> create(const Scene& scene, const std::vector<Fabric>& fabrics,
@@ -25,21 +25,19 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// The scene from `camera`; lights and levels are those of `look`, whose sizes do not count. The bytes do
-  /// not depend on the number of threads, nor on the frames before. To be called on the thread that created
-  /// the object. `frame` is given back to be filled again.
-  Result<void> draw(const Camera& camera, const RenderOptions& look, Frame& frame, RenderStats& stats);
+  /// The scene from `camera`. The bytes do not depend on the number of threads, nor on the frames before. To
+  /// be called on the thread that created the object. The memory of `frame` is used again.
+  Result<void> draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats);
 
-  /// Takes size, supersampling and number of layers from `options`; meshes and fabrics stay as they are.
-  /// After an error nothing may be drawn before a resize has succeeded.
-  Result<void> resize(const RenderOptions& options);
+  /// Meshes and fabrics stay as they are. After an error nothing may be drawn before a resize has succeeded.
+  Result<void> resize(const FrameSize& size);
 
   /// What the nearest surface shows at a pixel, counted from the top left of the supersampled frame; none
   /// where there is nothing. Precondition: the pixel lies in the frame.
-  Result<std::optional<PixelProbe>> probe(const Camera& camera, const RenderOptions& look, const V2i& pixel);
+  Result<std::optional<PixelProbe>> probe(const Camera& camera, const DrawOptions& options, const V2i& pixel);
 
-  /// Where texels end (inspect.h), for every pixel of the supersampled frame, top row first.
-  Result<void> texel_edges(const Camera& camera, const RenderOptions& look,
+  /// Where texels end (draw_texel_edges()), for every pixel of the supersampled frame, top row first.
+  Result<void> texel_edges(const Camera& camera, const DrawOptions& options,
                            std::vector<OverlayPixel>& overlay);
 
   /// What could not be honoured, one line each.

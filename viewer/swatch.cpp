@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "format/scene/swatch.h"
+#include "viewer/scene/material.h"
 
 namespace selvedge {
 

@@ -12,6 +12,7 @@
 #include "apps/selvedge-view/idle_options.h"
 #include "apps/selvedge-view/trade_settings.h"
 #include "format/base/option_text.h"
+#include "viewer/light/shadows.h"
 
 namespace selvedge {
 namespace {

@@ -9,16 +9,11 @@
 
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
+#include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
 
 namespace selvedge {
 namespace {
-
-constexpr const char* whole_target = R"(#version 450 core
-void main() {
-  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
-}
-)";
 
 constexpr const char* main_of_test = R"(
 layout(binding = 0) uniform sampler2D slopes;
@@ -38,8 +33,8 @@ std::vector<V4f> in_shader(const std::vector<V4f>& slopes, int side, float taps)
   const Result<GlFunctions> loaded = load_gl_functions(**context);
   test::require(loaded);
   const GlFunctions& gl = *loaded;
-  const Result<GLuint> program =
-      make_program(gl, whole_target, std::string("#version 450 core\n") + footprint_glsl + main_of_test);
+  const Result<GLuint> program = make_program(gl, shader_text("", {glsl::frame_vertex}),
+                                              shader_text("", {glsl::footprint, main_of_test}));
   test::require(program);
   const GLuint input = make_plain_texture(gl, GL_RGBA32F, side, side);
   gl.TextureSubImage2D(input, 0, 0, 0, side, side, GL_RGBA, GL_FLOAT, slopes.data());

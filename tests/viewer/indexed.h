@@ -33,7 +33,7 @@ inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabr
   std::vector<std::string> remarks;
   const Result<Materials> materials = materials_of(scene, *surfaces, fabrics.size(), remarks);
   require(materials);
-  result.materials = materials->materials;
+  result.materials = materials->surfaces;
   result.mesh = merge(*surfaces);
   for (const Fabric& fabric : fabrics) result.packed.push_back(pack(fabric));
   result.projected = project(result.mesh, clip_matrix(camera, V3d(0, 0, 0)), width, height);

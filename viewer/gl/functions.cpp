@@ -9,7 +9,7 @@ Result<GlFunctions> load_gl_functions(const GraphicsContext& context) {
     function = reinterpret_cast<F>(context.function(name));
     if (function == nullptr && missing == nullptr) missing = name;
   };
-#define SELVEDGE_GL_LOAD(type, name) load(gl.name, "gl" #name);
+#define SELVEDGE_GL_LOAD(name) load(gl.name, "gl" #name);
   SELVEDGE_GL_FUNCTIONS(SELVEDGE_GL_LOAD)
 #undef SELVEDGE_GL_LOAD
   if (missing != nullptr)

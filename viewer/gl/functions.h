@@ -2,6 +2,7 @@
 // library are never linked: with two OpenGL libraries in one process they may belong to the other one.
 #pragma once
 
+#define GL_GLEXT_PROTOTYPES  // for their types
 #include <GL/glcorearb.h>
 
 #include "viewer/gl/context.h"
@@ -10,86 +11,26 @@ namespace selvedge {
 
 /// Members are named as in OpenGL without the prefix: gl.Clear is glClear.
 struct GlFunctions {
-#define SELVEDGE_GL_FUNCTIONS(F)                                         \
-  F(PFNGLATTACHSHADERPROC, AttachShader)                                 \
-  F(PFNGLBEGINQUERYPROC, BeginQuery)                                     \
-  F(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                             \
-  F(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                           \
-  F(PFNGLBINDSAMPLERPROC, BindSampler)                                   \
-  F(PFNGLBINDTEXTUREUNITPROC, BindTextureUnit)                           \
-  F(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                           \
-  F(PFNGLBLENDFUNCPROC, BlendFunc)                                       \
-  F(PFNGLCHECKNAMEDFRAMEBUFFERSTATUSPROC, CheckNamedFramebufferStatus)   \
-  F(PFNGLCLEARNAMEDFRAMEBUFFERFIPROC, ClearNamedFramebufferfi)           \
-  F(PFNGLCLEARNAMEDFRAMEBUFFERFVPROC, ClearNamedFramebufferfv)           \
-  F(PFNGLCLEARNAMEDFRAMEBUFFERUIVPROC, ClearNamedFramebufferuiv)         \
-  F(PFNGLCOLORMASKPROC, ColorMask)                                       \
-  F(PFNGLCOMPILESHADERPROC, CompileShader)                               \
-  F(PFNGLCREATEBUFFERSPROC, CreateBuffers)                               \
-  F(PFNGLCREATEFRAMEBUFFERSPROC, CreateFramebuffers)                     \
-  F(PFNGLCREATEPROGRAMPROC, CreateProgram)                               \
-  F(PFNGLCREATEQUERIESPROC, CreateQueries)                               \
-  F(PFNGLCREATESAMPLERSPROC, CreateSamplers)                             \
-  F(PFNGLCREATESHADERPROC, CreateShader)                                 \
-  F(PFNGLCREATETEXTURESPROC, CreateTextures)                             \
-  F(PFNGLCREATEVERTEXARRAYSPROC, CreateVertexArrays)                     \
-  F(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                               \
-  F(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                     \
-  F(PFNGLDELETEPROGRAMPROC, DeleteProgram)                               \
-  F(PFNGLDELETEQUERIESPROC, DeleteQueries)                               \
-  F(PFNGLDELETESAMPLERSPROC, DeleteSamplers)                             \
-  F(PFNGLDELETESHADERPROC, DeleteShader)                                 \
-  F(PFNGLDELETETEXTURESPROC, DeleteTextures)                             \
-  F(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                     \
-  F(PFNGLDEPTHFUNCPROC, DepthFunc)                                       \
-  F(PFNGLDISABLEPROC, Disable)                                           \
-  F(PFNGLDRAWARRAYSPROC, DrawArrays)                                     \
-  F(PFNGLDRAWELEMENTSPROC, DrawElements)                                 \
-  F(PFNGLENABLEPROC, Enable)                                             \
-  F(PFNGLENABLEVERTEXARRAYATTRIBPROC, EnableVertexArrayAttrib)           \
-  F(PFNGLENDQUERYPROC, EndQuery)                                         \
-  F(PFNGLFINISHPROC, Finish)                                             \
-  F(PFNGLGENERATETEXTUREMIPMAPPROC, GenerateTextureMipmap)               \
-  F(PFNGLGETERRORPROC, GetError)                                         \
-  F(PFNGLGETINTEGER64VPROC, GetInteger64v)                               \
-  F(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                       \
-  F(PFNGLGETPROGRAMIVPROC, GetProgramiv)                                 \
-  F(PFNGLGETQUERYOBJECTUI64VPROC, GetQueryObjectui64v)                   \
-  F(PFNGLGETQUERYOBJECTUIVPROC, GetQueryObjectuiv)                       \
-  F(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                         \
-  F(PFNGLGETSHADERIVPROC, GetShaderiv)                                   \
-  F(PFNGLLINKPROGRAMPROC, LinkProgram)                                   \
-  F(PFNGLNAMEDBUFFERSTORAGEPROC, NamedBufferStorage)                     \
-  F(PFNGLNAMEDBUFFERSUBDATAPROC, NamedBufferSubData)                     \
-  F(PFNGLNAMEDFRAMEBUFFERDRAWBUFFERSPROC, NamedFramebufferDrawBuffers)   \
-  F(PFNGLNAMEDFRAMEBUFFERREADBUFFERPROC, NamedFramebufferReadBuffer)     \
-  F(PFNGLNAMEDFRAMEBUFFERTEXTUREPROC, NamedFramebufferTexture)           \
-  F(PFNGLNAMEDFRAMEBUFFERTEXTURELAYERPROC, NamedFramebufferTextureLayer) \
-  F(PFNGLPIXELSTOREIPROC, PixelStorei)                                   \
-  F(PFNGLQUERYCOUNTERPROC, QueryCounter)                                 \
-  F(PFNGLREADPIXELSPROC, ReadPixels)                                     \
-  F(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                       \
-  F(PFNGLSHADERSOURCEPROC, ShaderSource)                                 \
-  F(PFNGLSTENCILFUNCPROC, StencilFunc)                                   \
-  F(PFNGLSTENCILOPPROC, StencilOp)                                       \
-  F(PFNGLTEXTUREPARAMETERIPROC, TextureParameteri)                       \
-  F(PFNGLTEXTURESTORAGE2DPROC, TextureStorage2D)                         \
-  F(PFNGLTEXTURESTORAGE3DPROC, TextureStorage3D)                         \
-  F(PFNGLTEXTURESUBIMAGE2DPROC, TextureSubImage2D)                       \
-  F(PFNGLUNIFORM1FPROC, Uniform1f)                                       \
-  F(PFNGLUNIFORM1IPROC, Uniform1i)                                       \
-  F(PFNGLUNIFORM2FPROC, Uniform2f)                                       \
-  F(PFNGLUNIFORM3FPROC, Uniform3f)                                       \
-  F(PFNGLUNIFORM4FPROC, Uniform4f)                                       \
-  F(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv)                         \
-  F(PFNGLUSEPROGRAMPROC, UseProgram)                                     \
-  F(PFNGLVERTEXARRAYATTRIBBINDINGPROC, VertexArrayAttribBinding)         \
-  F(PFNGLVERTEXARRAYATTRIBFORMATPROC, VertexArrayAttribFormat)           \
-  F(PFNGLVERTEXARRAYELEMENTBUFFERPROC, VertexArrayElementBuffer)         \
-  F(PFNGLVERTEXARRAYVERTEXBUFFERPROC, VertexArrayVertexBuffer)           \
-  F(PFNGLVIEWPORTPROC, Viewport)
-
-#define SELVEDGE_GL_MEMBER(type, name) type name = nullptr;
+// clang-format off
+#define SELVEDGE_GL_FUNCTIONS(F) \
+  F(AttachShader) F(BeginQuery) F(BindBufferBase) F(BindFramebuffer) F(BindSampler) F(BindTextureUnit) \
+  F(BindVertexArray) F(BlendFunc) F(CheckNamedFramebufferStatus) F(ClearNamedFramebufferfi) \
+  F(ClearNamedFramebufferfv) F(ClearNamedFramebufferuiv) F(ColorMask) F(CompileShader) F(CreateBuffers) \
+  F(CreateFramebuffers) F(CreateProgram) F(CreateQueries) F(CreateSamplers) F(CreateShader) \
+  F(CreateTextures) F(CreateVertexArrays) F(DeleteBuffers) F(DeleteFramebuffers) F(DeleteProgram) \
+  F(DeleteQueries) F(DeleteSamplers) F(DeleteShader) F(DeleteTextures) F(DeleteVertexArrays) F(DepthFunc) \
+  F(Disable) F(DrawArrays) F(DrawElements) F(Enable) F(EnableVertexArrayAttrib) F(EndQuery) F(Finish) \
+  F(GenerateTextureMipmap) F(GetError) F(GetInteger64v) F(GetProgramInfoLog) F(GetProgramiv) \
+  F(GetQueryObjectui64v) F(GetQueryObjectuiv) F(GetShaderInfoLog) F(GetShaderiv) F(LinkProgram) \
+  F(NamedBufferStorage) F(NamedBufferSubData) F(NamedFramebufferDrawBuffers) \
+  F(NamedFramebufferReadBuffer) F(NamedFramebufferTexture) F(NamedFramebufferTextureLayer) F(PixelStorei) \
+  F(QueryCounter) F(ReadPixels) F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) \
+  F(TextureParameteri) F(TextureStorage2D) F(TextureStorage3D) F(TextureSubImage2D) F(Uniform1f) \
+  F(Uniform1i) F(Uniform2f) F(Uniform3f) F(Uniform4f) F(UniformMatrix4fv) F(UseProgram) \
+  F(VertexArrayAttribBinding) F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) \
+  F(VertexArrayVertexBuffer) F(Viewport)
+// clang-format on
+#define SELVEDGE_GL_MEMBER(name) decltype(&gl##name) name = nullptr;
   SELVEDGE_GL_FUNCTIONS(SELVEDGE_GL_MEMBER)
 #undef SELVEDGE_GL_MEMBER
 };

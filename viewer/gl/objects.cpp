@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "format/fabric/fabric.h"
+#include "format/base/mip.h"
 
 namespace selvedge {
 namespace {
@@ -27,6 +27,12 @@ Result<GLuint> compile(const GlFunctions& gl, GLenum stage, const char* text) {
 }
 
 }  // namespace
+
+std::string shader_text(const std::string& definitions, std::initializer_list<const char*> parts) {
+  std::string text = "#version 450 core\n" + definitions;
+  for (const char* part : parts) text += part;
+  return text;
+}
 
 Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex_text,
                             const std::string& fragment_text) {
@@ -60,19 +66,6 @@ Result<void> check_errors(const GlFunctions& gl, const char* place) {
   return fail(Code::graphics_unavailable, "", place, fmt::format("OpenGL reports error {:#06x}", error));
 }
 
-GLuint make_colour_texture(const GlFunctions& gl, const Image& image) {
-  GLuint texture = 0;
-  gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);
-  gl.TextureStorage2D(texture, level_count(image.width, image.height), GL_RGBA16F, image.width, image.height);
-  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_REPEAT);
-  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_REPEAT);
-  gl.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  gl.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-  gl.TextureSubImage2D(texture, 0, 0, 0, image.width, image.height, GL_RGBA, GL_FLOAT, image.pixels.data());
-  gl.GenerateTextureMipmap(texture);
-  return texture;
-}
-
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height) {
   GLuint texture = 0;
   gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);
@@ -80,6 +73,108 @@ GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int h
   gl.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   gl.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   return texture;
+}
+
+std::array<GLfloat, 16> gl_matrix(const M44d& matrix) {
+  // Row-major memory for row vectors is column-major memory for column vectors.
+  std::array<GLfloat, 16> result{};
+  for (int i = 0; i < 16; ++i) result[i] = static_cast<GLfloat>(matrix[i / 4][i % 4]);
+  return result;
+}
+
+void add_attribute(const GlFunctions& gl, GLuint array, const VertexAttribute& attribute) {
+  const auto& [location, buffer, components, offset, stride] = attribute;
+  gl.VertexArrayVertexBuffer(array, location, buffer, static_cast<GLintptr>(offset),
+                             static_cast<GLsizei>(stride));
+  gl.EnableVertexArrayAttrib(array, location);
+  gl.VertexArrayAttribFormat(array, location, components, GL_FLOAT, GL_FALSE, 0);
+  gl.VertexArrayAttribBinding(array, location, location);
+}
+
+void draw_triangles(const GlFunctions& gl, std::size_t first, std::size_t end) {
+  gl.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * (end - first)), GL_UNSIGNED_INT,
+                  reinterpret_cast<const void*>(3 * first * sizeof(GLuint)));
+}
+
+void GlObjects::clear() {
+  const auto remove = [](const auto& function, std::vector<GLuint>& objects) {
+    function(static_cast<GLsizei>(objects.size()), objects.data());
+    objects.clear();
+  };
+  remove(gl_.DeleteFramebuffers, framebuffers_);
+  remove(gl_.DeleteTextures, textures_);
+  remove(gl_.DeleteVertexArrays, arrays_);
+  remove(gl_.DeleteBuffers, buffers_);
+  remove(gl_.DeleteQueries, queries_);
+  for (const GLuint program : programs_) gl_.DeleteProgram(program);
+  programs_.clear();
+}
+
+Result<GLuint> GlObjects::program(const std::string& vertex, const std::string& fragment) {
+  Result<GLuint> made = make_program(gl_, vertex, fragment);
+  if (made) programs_.push_back(*made);
+  return made;
+}
+
+GLuint GlObjects::buffer(std::size_t bytes, const void* data, GLbitfield flags) {
+  constexpr std::size_t least = 16;
+  GLuint& buffer = buffers_.emplace_back();
+  gl_.CreateBuffers(1, &buffer);
+  const bool small = bytes < least;
+  gl_.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(std::max(bytes, least)), small ? nullptr : data,
+                         flags | (small ? GL_DYNAMIC_STORAGE_BIT : 0U));
+  if (small && bytes > 0 && data != nullptr)
+    gl_.NamedBufferSubData(buffer, 0, static_cast<GLsizeiptr>(bytes), data);
+  return buffer;
+}
+
+GLuint GlObjects::vertex_array() {
+  gl_.CreateVertexArrays(1, &arrays_.emplace_back());
+  return arrays_.back();
+}
+
+GLuint GlObjects::query(GLenum target) {
+  gl_.CreateQueries(target, 1, &queries_.emplace_back());
+  return queries_.back();
+}
+
+GLuint GlObjects::keep_texture(GLuint texture) { return textures_.emplace_back(texture); }
+
+GLuint GlObjects::plain_texture(GLenum format, int width, int height) {
+  return keep_texture(make_plain_texture(gl_, format, width, height));
+}
+
+GLuint GlObjects::colour_texture(const Image& image) {
+  GLuint texture = 0;
+  gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+  gl_.TextureStorage2D(texture, level_count(image.width, image.height), GL_RGBA16F, image.width,
+                       image.height);
+  gl_.TextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_REPEAT);
+  gl_.TextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_REPEAT);
+  gl_.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  gl_.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  gl_.TextureSubImage2D(texture, 0, 0, 0, image.width, image.height, GL_RGBA, GL_FLOAT, image.pixels.data());
+  gl_.GenerateTextureMipmap(texture);
+  return keep_texture(texture);
+}
+
+GLuint GlObjects::framebuffer() {
+  gl_.CreateFramebuffers(1, &framebuffers_.emplace_back());
+  return framebuffers_.back();
+}
+
+Result<GLuint> GlObjects::framebuffer(std::span<const GLuint> colours, GLenum depth_attachment,
+                                      GLuint depth) {
+  const GLuint made = framebuffer();
+  std::vector<GLenum> attachments;
+  for (const GLuint colour : colours) {
+    attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
+    gl_.NamedFramebufferTexture(made, attachments.back(), colour, 0);
+  }
+  gl_.NamedFramebufferDrawBuffers(made, static_cast<GLsizei>(attachments.size()), attachments.data());
+  if (depth_attachment != GL_NONE) gl_.NamedFramebufferTexture(made, depth_attachment, depth, 0);
+  if (gl_.CheckNamedFramebufferStatus(made, GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return made;
+  return fail(Code::graphics_unavailable, "", "frame buffer", "OpenGL refuses it");
 }
 
 }  // namespace selvedge

@@ -1,12 +1,21 @@
-// OpenGL objects of the geometry passes.
+// OpenGL objects: programs, buffers, textures, frame buffers.
 #pragma once
 
+#include <array>
+#include <initializer_list>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "format/base/vec.h"
 #include "format/picture/image.h"
 #include "viewer/gl/functions.h"
 
 namespace selvedge {
+
+/// A shader of GLSL 4.50: `definitions` (lines that begin with #define), then the parts in their order
+/// (glsl.h).
+std::string shader_text(const std::string& definitions, std::initializer_list<const char*> parts);
 
 /// GRAPHICS_UNAVAILABLE with the compiler's words where it is refused.
 Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex, const std::string& fragment);
@@ -14,10 +23,63 @@ Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex, co
 /// GRAPHICS_UNAVAILABLE if OpenGL has reported errors since the last call.
 Result<void> check_errors(const GlFunctions& gl, const char* place);
 
-/// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
-GLuint make_colour_texture(const GlFunctions& gl, const Image& image);
-
 /// A texture to draw into or to fetch from: one level, no filter.
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height);
+
+/// A matrix for row vectors as OpenGL's uniforms want one for column vectors.
+std::array<GLfloat, 16> gl_matrix(const M44d& matrix);
+
+/// One attribute of a vertex: floats, which lie `offset` bytes from the buffer's begin and then every
+/// `stride` bytes.
+struct VertexAttribute {
+  GLuint location = 0;
+  GLuint buffer = 0;
+  GLint components = 1;
+  std::size_t offset = 0;
+  std::size_t stride = 0;
+};
+void add_attribute(const GlFunctions& gl, GLuint array, const VertexAttribute& attribute);
+
+/// The triangles of an index buffer from `first` to before `end`.
+void draw_triangles(const GlFunctions& gl, std::size_t first, std::size_t end);
+
+/// OpenGL objects that are deleted together. The context must be current whenever a function of this class is
+/// called, the destructor included.
+class GlObjects {
+ public:
+  explicit GlObjects(const GlFunctions& gl) : gl_(gl) {}
+  ~GlObjects() { clear(); }
+  GlObjects(const GlObjects&) = delete;
+  GlObjects& operator=(const GlObjects&) = delete;
+  void clear();
+
+  Result<GLuint> program(const std::string& vertex, const std::string& fragment);
+  /// `data` may be null. At least 16 bytes, as shaders want them.
+  GLuint buffer(std::size_t bytes, const void* data, GLbitfield flags = 0);
+  template <class T>
+  GLuint buffer(const std::vector<T>& values) {
+    return buffer(values.size() * sizeof(T), values.data());
+  }
+  GLuint vertex_array();
+  GLuint query(GLenum target);
+  GLuint plain_texture(GLenum format, int width, int height);
+  /// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
+  GLuint colour_texture(const Image& image);
+  /// A texture of one's own making.
+  GLuint keep_texture(GLuint texture);
+  GLuint framebuffer();
+  /// With textures to draw into; colour k is output k. GRAPHICS_UNAVAILABLE where OpenGL refuses it.
+  Result<GLuint> framebuffer(std::span<const GLuint> colours, GLenum depth_attachment = GL_NONE,
+                             GLuint depth = 0);
+
+ private:
+  const GlFunctions& gl_;
+  std::vector<GLuint> programs_;
+  std::vector<GLuint> buffers_;
+  std::vector<GLuint> arrays_;
+  std::vector<GLuint> queries_;
+  std::vector<GLuint> textures_;
+  std::vector<GLuint> framebuffers_;
+};
 
 }  // namespace selvedge

@@ -152,7 +152,7 @@ std::vector<std::uint8_t> DeepPixels::tiles(int side, int round) const {
   return result;
 }
 
-void DeepPixels::take(int side, int round, const DrawnSide& drawn) {
+void DeepPixels::add_round(int side, int round, const DrawnSide& drawn) {
   const auto s = static_cast<std::size_t>(side);
   for (const Pixel& p : pixels_) {
     const float depth = drawn.seen.depth[p.pixel];

@@ -20,17 +20,6 @@ struct DrawnSide {
   }
 };
 
-/// Where a band's pixels go: radiance times opacity, and opacity. Row y, counted from the band's bottom,
-/// begins at bottom + y * stride.
-struct BandPixels {
-  int first_row = 0;  ///< of the frame
-  int width = 1;
-  int rows = 1;
-  V4f* bottom = nullptr;
-  std::ptrdiff_t stride = 0;
-  V4f& at(int x, int y) const { return bottom[y * stride + x]; }
-};
-
 /// A surface at a deep pixel.
 struct DeepHit {
   std::uint32_t pixel = 0;  ///< y * width + x of the band
@@ -63,8 +52,8 @@ class DeepPixels {
   bool has_more(int side, int round) const;
   /// FrameTiles::tiles of the pixels that have.
   std::vector<std::uint8_t> tiles(int side, int round) const;
-  /// Takes what a round has shown of a side at these pixels.
-  void take(int side, int round, const DrawnSide& drawn);
+  /// Adds what a round has shown of a side at these pixels.
+  void add_round(int side, int round, const DrawnSide& drawn);
   /// Finds all surfaces at these pixels on the processor, on all cores: far less work than drawing everything
   /// again for a few of them. Not for scenes with surfaces without fabric, whose masks OpenGL knows.
   void cast(const MergedSurfaces& mesh, const ProjectedVertices& projected,

@@ -6,9 +6,9 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string_view>
 #include <vector>
 
+#include "viewer/frame/options.h"
 #include "viewer/scene/packed_fabric.h"
 
 namespace selvedge {
@@ -50,11 +50,6 @@ struct LaneScratch {
   std::vector<float> view_functions;
   std::vector<float> light_functions;
 };
-
-/// By which powers lobes are computed: Lanes::power, about a float's own accuracy, or Lanes::fast_power
-/// (format/simd/powers.h).
-enum class PowerKind { exact, fast };
-inline constexpr std::array<std::string_view, 2> power_names{"exact", "fast"};
 
 /// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights`, to `sum`. Levels
 /// and texels must exist. Rays through slabs are marched once for each texel and eight lights.

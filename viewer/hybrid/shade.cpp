@@ -218,17 +218,17 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
   bool one_surface = true;
   for (std::size_t lane = 1; lane < block.count; ++lane)
     one_surface &= block.surface[lane] == block.surface[0];
-  const auto look_of = [&](std::size_t lane) -> const SurfaceMaterial& {
+  const auto material_of = [&](std::size_t lane) -> const SurfaceMaterial& {
     return scene.materials[block.surface[lane]];
   };
-  if (one_surface && look_of(0).fabric >= 0) {
-    evaluate_lanes(scene.fabrics[look_of(0).fabric], std::span(block.texels).first(block.texel_count),
+  if (one_surface && material_of(0).fabric >= 0) {
+    evaluate_lanes(scene.fabrics[material_of(0).fabric], std::span(block.texels).first(block.texel_count),
                    frames.view, scratch.lights, scratch.lanes, light, scene.power);
   } else if (!one_surface) {
     for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
       bool any = false;
       for (std::size_t lane = 0; lane < block.count; ++lane)
-        any |= look_of(lane).fabric == static_cast<int>(i);
+        any |= material_of(lane).fabric == static_cast<int>(i);
       if (!any) continue;
       evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
                      frames.view, scratch.lights, scratch.lanes, light, scene.power);
@@ -236,19 +236,19 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
   }
   alignas(64) LaneFloats keeps_opacity{};
   if (one_surface) {
-    keeps_opacity.fill(look_of(0).keeps_opacity ? 1.0F : 0.0F);
+    keeps_opacity.fill(material_of(0).keeps_opacity ? 1.0F : 0.0F);
   } else {
     for (std::size_t lane = 0; lane < block.count; ++lane)
-      keeps_opacity[lane] = look_of(lane).keeps_opacity ? 1.0F : 0.0F;
+      keeps_opacity[lane] = material_of(lane).keeps_opacity ? 1.0F : 0.0F;
   }
   finish(keeps_opacity, light);
-  if (one_surface && look_of(0).fabric >= 0 && !shines(scene, block.surface[0])) return light;
+  if (one_surface && material_of(0).fabric >= 0 && !shines(scene, block.surface[0])) return light;
   LaneShading pbr;
   bool any_pbr = false;
-  for (std::size_t lane = 0; lane < block.count; ++lane) any_pbr |= look_of(lane).fabric < 0;
+  for (std::size_t lane = 0; lane < block.count; ++lane) any_pbr |= material_of(lane).fabric < 0;
   if (any_pbr) shade_pbr(scene, block, frames, scratch.lights, pbr);
   for (std::size_t lane = 0; lane < block.count; ++lane) {
-    if (look_of(lane).fabric < 0) {
+    if (material_of(lane).fabric < 0) {
       const float alpha = std::clamp(block.pbr[lane].colour.w, 0.0F, 1.0F);
       set(light, lane, V3f(pbr.red[lane], pbr.green[lane], pbr.blue[lane]) * alpha, alpha);
     } else if (shines(scene, block.surface[lane])) {

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "viewer/gl/functions.h"
+#include "viewer/frame/bands.h"
 #include "viewer/light/pbr_inputs.h"
 #include "viewer/scene/mesh.h"
 
@@ -26,25 +26,15 @@ struct VisibleSide {
   std::vector<std::array<std::uint32_t, 4>> pbr;
 };
 
-struct VisibilityOptions {
-  int width = 1;
-  int height = 1;     ///< of the whole frame
-  int band_rows = 1;  ///< rows that are drawn and read back at a time
-};
-
 class VisibilityPass {
  public:
   /// `materials` are those of the surfaces of `mesh`; both must outlive the object. The context of `gl` must
   /// be current whenever a function of this class is called, the destructor included.
   static Result<std::unique_ptr<VisibilityPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                        const Materials& materials,
-                                                        const VisibilityOptions& options);
-  ~VisibilityPass();
-  VisibilityPass(const VisibilityPass&) = delete;
-  VisibilityPass& operator=(const VisibilityPass&) = delete;
+                                                        const Materials& materials, const FrameBands& bands);
 
   /// Frames of another size; what was drawn is gone.
-  Result<void> resize(const VisibilityOptions& options);
+  Result<void> resize(const FrameBands& bands);
 
   /// Where the vertices are in the frames to come.
   void place(const ProjectedVertices& projected);
@@ -54,8 +44,8 @@ class VisibilityPass {
   /// the same side, which must have been drawn just before.
   Result<void> draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
 
-  /// Whether VisibleSide::core is filled.
-  bool has_pbr() const { return core_.needed(); }
+  /// Whether VisibleSide::pbr is filled.
+  bool has_pbr() const { return pbr_.needed(); }
 
   /// Waits until everything is drawn.
   void finish() const { gl_.Finish(); }
@@ -68,34 +58,23 @@ class VisibilityPass {
   struct Rectangle {
     int x, y, width, rows;
   };
-  struct Target {
-    GLuint framebuffer = 0;
-    GLuint triangles = 0;
-    GLuint colours = 0;
-    GLuint pbr = 0;
-    GLuint depth = 0;
-  };
-
-  VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials,
-                 const VisibilityOptions& options)
-      : gl_(gl), mesh_(mesh), core_(gl, mesh, materials), options_(options) {}
-  Result<void> make_target(Target& target);
-  Result<void> make_targets();
-  void release_targets();
-  void upload(const MergedSurfaces& mesh);
+  VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
+      : gl_(gl), mesh_(mesh), pbr_(gl, mesh, materials), objects_(gl), target_objects_(gl) {}
+  void upload();
   void read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const;
   void draw_surface(std::uint32_t surface, std::size_t first, std::size_t end);
 
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;
-  PbrInputs core_;
-  VisibilityOptions options_;
+  PbrInputs pbr_;
+  GlObjects objects_;
+  GlObjects target_objects_;
+  FrameBands bands_{0, 0, 0};
   std::array<GLuint, 2> programs_{};  ///< of round 0, of the others
   GLuint array_ = 0;
   GLuint clip_ = 0;
-  GLuint uv_ = 0;
   GLuint indices_ = 0;
-  std::array<std::array<Target, 2>, 2> targets_{};  ///< [side][round % 2]
+  std::array<std::array<TriangleTarget, 2>, 2> targets_{};  ///< [side][round % 2]
   std::vector<std::uint32_t> corners_;
 };
 

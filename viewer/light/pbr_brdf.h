@@ -1,6 +1,6 @@
 // The core material of glTF 2.0, metallic-roughness, as appendix B of the specification has it: a Lambertian
 // base under a layer of GGX microfacets, with the separable form of Smith's masking and shadowing and
-// Schlick's Fresnel term. Templates for one or many pixels; pbr_shading_glsl (pbr_glsl.h) is the twin for
+// Schlick's Fresnel term. Templates for one or many pixels; pbr_brdf.glsl is the twin for
 // shaders, held to this one by tests.
 #pragma once
 

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 
+#include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
 
 namespace selvedge {
 namespace {
 
-// As written in pbr_glsl.h.
+// As written in pbr_fragment.glsl.
 enum Uniform : GLint {
   is_pbr = 20,
   base_color,
@@ -36,21 +37,14 @@ std::size_t sampler_of(Wrap u, Wrap v, bool nearest) {
   return static_cast<std::size_t>(u) + 3 * static_cast<std::size_t>(v) + (nearest ? 9U : 0U);
 }
 
-GLuint make_buffer(const GlFunctions& gl, std::size_t bytes, const void* data) {
-  GLuint buffer = 0;
-  gl.CreateBuffers(1, &buffer);
-  gl.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(bytes), data, 0);
-  return buffer;
-}
-
 }  // namespace
 
 PbrInputs::PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
-    : gl_(gl), materials_(materials) {
-  for (std::size_t i = 0; i < materials.materials.size(); ++i)
-    needed_ |= materials.materials[i].fabric < 0 || materials.pbr[i].emissive != V3f(0, 0, 0);
+    : gl_(gl), materials_(materials), objects_(gl) {
+  for (std::size_t i = 0; i < materials.surfaces.size(); ++i)
+    needed_ |= materials.surfaces[i].fabric < 0 || materials.pbr[i].emissive != V3f(0, 0, 0);
   if (!needed_) return;
-  for (const Image& image : materials.images) images_.push_back(make_colour_texture(gl, image));
+  for (const Image& image : materials.images) images_.push_back(objects_.colour_texture(image));
   gl_.CreateSamplers(static_cast<GLsizei>(samplers), samplers_.data());
   for (const Wrap u : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
     for (const Wrap v : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
@@ -70,37 +64,46 @@ PbrInputs::PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Ma
     for (std::size_t v = 0; v < vertices; ++v) {
       for (std::size_t k = 0; k < more_uvs_; ++k) uvs[v * more_uvs_ + k] = mesh.more_uvs[k][v];
     }
-    uvs_ = make_buffer(gl_, uvs.size() * sizeof(V2f), uvs.data());
+    uvs_ = objects_.buffer(uvs);
   }
-  colours_ = !mesh.colors.empty();
-  if (colours_) vertex_colours_ = make_buffer(gl_, vertices * sizeof(V4f), mesh.colors.data());
-}
-
-PbrInputs::~PbrInputs() {
-  gl_.DeleteTextures(static_cast<GLsizei>(images_.size()), images_.data());
-  gl_.DeleteSamplers(static_cast<GLsizei>(samplers), samplers_.data());
-  const std::array buffers{uvs_, vertex_colours_};
-  gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
+  if (!mesh.colors.empty()) vertex_colours_ = objects_.buffer(mesh.colors);
 }
 
 std::string PbrInputs::definitions() const {
   if (!needed_) return "";
-  return fmt::format("#define CORE\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
-                     colours_ ? "#define VERTEX_COLOURS\n" : "");
+  return fmt::format("#define PBR\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
+                     vertex_colours_ != 0 ? "#define VERTEX_COLOURS\n" : "");
+}
+
+Result<GLuint> PbrInputs::triangle_program(GlObjects& objects, const std::string& more, bool later) const {
+  const std::string all = definitions() + more + (later ? "#define LATER\n" : "");
+  return objects.program(shader_text(all, {needed_ ? glsl::pbr_vertex : "", glsl::triangle_vertex}),
+                         shader_text(all, {needed_ ? glsl::pbr_fragment : "", glsl::triangle_fragment}));
+}
+
+Result<TriangleTarget> PbrInputs::make_target(GlObjects& objects, GLenum depth_format, int width,
+                                              int height) const {
+  TriangleTarget target;
+  target.triangles = objects.plain_texture(GL_R32UI, width, height);
+  target.depth = objects.plain_texture(depth_format, width, height);
+  std::vector<GLuint> colours{target.triangles};
+  if (needed_) {
+    colours.push_back(target.colours = objects.plain_texture(GL_RGBA32F, width, height));
+    colours.push_back(target.pbr = objects.plain_texture(GL_RGBA32UI, width, height));
+  }
+  const bool stencil = depth_format == GL_DEPTH32F_STENCIL8;
+  const Result<GLuint> made =
+      objects.framebuffer(colours, stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, target.depth);
+  if (!made) return tl::unexpected(made.error());
+  target.framebuffer = *made;
+  return target;
 }
 
 void PbrInputs::attach(GLuint array) const {
-  const auto attribute = [&](GLuint location, GLuint buffer, GLint components, std::size_t offset,
-                             std::size_t stride) {
-    gl_.VertexArrayVertexBuffer(array, location, buffer, static_cast<GLintptr>(offset * sizeof(float)),
-                                static_cast<GLsizei>(stride * sizeof(float)));
-    gl_.EnableVertexArrayAttrib(array, location);
-    gl_.VertexArrayAttribFormat(array, location, components, GL_FLOAT, GL_FALSE, 0);
-    gl_.VertexArrayAttribBinding(array, location, location);
-  };
   for (std::size_t k = 0; k < more_uvs_; ++k)
-    attribute(more_uv + static_cast<GLuint>(k), uvs_, 2, 2 * k, 2 * more_uvs_);
-  if (colours_) attribute(vertex_colour, vertex_colours_, 4, 0, 4);
+    add_attribute(gl_, array,
+                  {more_uv + static_cast<GLuint>(k), uvs_, 2, k * sizeof(V2f), more_uvs_ * sizeof(V2f)});
+  if (vertex_colours_ != 0) add_attribute(gl_, array, {vertex_colour, vertex_colours_, 4, 0, sizeof(V4f)});
 }
 
 void PbrInputs::bind(GLuint unit, const MaterialTexture& texture) const {
@@ -110,7 +113,7 @@ void PbrInputs::bind(GLuint unit, const MaterialTexture& texture) const {
 
 void PbrInputs::use(std::size_t surface) const {
   if (!needed_) return;
-  const SurfaceMaterial& look = materials_.materials[surface];
+  const SurfaceMaterial& material = materials_.surfaces[surface];
   const PbrMaterial& pbr = materials_.pbr[surface];
   int mappings = 0;
   const auto all = textures_of(pbr);
@@ -119,10 +122,11 @@ void PbrInputs::use(std::size_t surface) const {
     mappings |= (there ? all[i]->mapping : no_mapping) << (4 * i);
     if (there) bind(first_unit + static_cast<GLuint>(i), *all[i]);
   }
-  gl_.Uniform1i(is_pbr, look.fabric < 0 ? 1 : 0);
-  gl_.Uniform4f(base_color, look.base_color.x, look.base_color.y, look.base_color.z, look.base_color.w);
-  gl_.Uniform1f(opaque_from, look.opaque_from);
-  gl_.Uniform1i(keeps_opacity, look.keeps_opacity ? 1 : 0);
+  gl_.Uniform1i(is_pbr, material.fabric < 0 ? 1 : 0);
+  gl_.Uniform4f(base_color, material.base_color.x, material.base_color.y, material.base_color.z,
+                material.base_color.w);
+  gl_.Uniform1f(opaque_from, material.opaque_from);
+  gl_.Uniform1i(keeps_opacity, material.keeps_opacity ? 1 : 0);
   gl_.Uniform1i(textures, mappings);
   gl_.Uniform4f(factors, pbr.metallic, pbr.roughness, pbr.normal_scale, pbr.occlusion_strength);
   gl_.Uniform3f(emission, pbr.emissive.x, pbr.emissive.y, pbr.emissive.z);

@@ -7,11 +7,20 @@
 #include <string>
 #include <vector>
 
-#include "viewer/gl/functions.h"
+#include "viewer/gl/objects.h"
 #include "viewer/scene/materials.h"
 #include "viewer/scene/mesh.h"
 
 namespace selvedge {
+
+/// Textures that a geometry pass draws triangle numbers into, and, where needed, PbrPixels.
+struct TriangleTarget {
+  GLuint framebuffer = 0;
+  GLuint triangles = 0;
+  GLuint colours = 0;
+  GLuint pbr = 0;
+  GLuint depth = 0;
+};
 
 class PbrInputs {
  public:
@@ -19,15 +28,18 @@ class PbrInputs {
   /// itself. The context of `gl` must be current whenever a function of this class is called, the destructor
   /// included. `materials` must outlive the object.
   PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
-  ~PbrInputs();
+  ~PbrInputs() { gl_.DeleteSamplers(static_cast<GLsizei>(samplers), samplers_.data()); }
   PbrInputs(const PbrInputs&) = delete;
   PbrInputs& operator=(const PbrInputs&) = delete;
 
   /// Whether some surface needs a PbrPixel.
   bool needed() const { return needed_; }
-  /// For shader texts: CORE where needed, MAPPINGS and VERTEX_COLOURS (pbr_glsl.h).
+  /// The #define lines of the shaders: PBR where needed, MAPPINGS and VERTEX_COLOURS.
   std::string definitions() const;
-  /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex_glsl.
+  /// The program of triangle_vertex.glsl and triangle_fragment.glsl, with further definitions.
+  Result<GLuint> triangle_program(GlObjects& objects, const std::string& more, bool later) const;
+  Result<TriangleTarget> make_target(GlObjects& objects, GLenum depth_format, int width, int height) const;
+  /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex.glsl.
   void attach(GLuint array) const;
   /// Sets uniforms and textures of the program in use for a surface.
   void use(std::size_t surface) const;
@@ -39,10 +51,10 @@ class PbrInputs {
   const GlFunctions& gl_;
   const Materials& materials_;
   bool needed_ = false;
-  std::size_t more_uvs_ = 0;  ///< mappings beside the first
-  bool colours_ = false;
-  GLuint uvs_ = 0;  ///< [vertex][more_uvs_]
-  GLuint vertex_colours_ = 0;
+  GlObjects objects_;
+  std::size_t more_uvs_ = 0;   ///< mappings beside the first
+  GLuint uvs_ = 0;             ///< [vertex][more_uvs_]
+  GLuint vertex_colours_ = 0;  ///< 0: no surface has any
   std::vector<GLuint> images_;
   std::array<GLuint, samplers> samplers_{};
 };

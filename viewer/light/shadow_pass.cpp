@@ -2,78 +2,50 @@
 
 #include <algorithm>
 
-#include "viewer/gl/objects.h"
-#include "viewer/light/shadow_glsl.h"
+#include "viewer/gl/glsl.h"
 
 namespace selvedge {
 namespace {
 
-// As written in shadow_glsl.h.
+// As written in shadow_vertex.glsl.
 enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size };
-
-GLuint make_buffer(const GlFunctions& gl, std::size_t bytes, const void* data) {
-  GLuint buffer = 0;
-  gl.CreateBuffers(1, &buffer);
-  gl.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 16)),
-                        bytes >= 16 ? data : nullptr, 0);
-  return buffer;
-}
 
 }  // namespace
 
 Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                        const Materials& materials) {
   std::unique_ptr<ShadowPass> pass(new ShadowPass(gl));
-  const Result<GLuint> program = make_program(gl, shadow_vertex_shader, shadow_fragment_shader);
+  const Result<GLuint> program = pass->objects_.program(shader_text("", {glsl::shadow_vertex}),
+                                                        shader_text("", {glsl::shadow_fragment}));
   if (!program) return tl::unexpected(program.error());
   pass->program_ = *program;
   std::vector<std::uint32_t> indices;
   for (const MergedTriangle& triangle : mesh.triangles) {
-    const SurfaceMaterial& look = materials.materials[triangle.surface];
-    if (look.fabric < 0 && look.keeps_opacity) continue;
+    const SurfaceMaterial& material = materials.surfaces[triangle.surface];
+    if (material.fabric < 0 && material.keeps_opacity) continue;
     indices.insert(indices.end(), triangle.corners.begin(), triangle.corners.end());
   }
-  pass->corners_ = static_cast<GLsizei>(indices.size());
-  pass->positions_ = make_buffer(gl, mesh.positions.size() * sizeof(V3f), mesh.positions.data());
-  // Three indices of four bytes are less than a buffer's least size.
-  indices.resize(std::max<std::size_t>(indices.size(), 4));
-  pass->indices_ = make_buffer(gl, indices.size() * sizeof(std::uint32_t), indices.data());
-  gl.CreateVertexArrays(1, &pass->array_);
-  gl.VertexArrayVertexBuffer(pass->array_, 0, pass->positions_, 0, sizeof(V3f));
-  gl.EnableVertexArrayAttrib(pass->array_, 0);
-  gl.VertexArrayAttribFormat(pass->array_, 0, 3, GL_FLOAT, GL_FALSE, 0);
-  gl.VertexArrayAttribBinding(pass->array_, 0, 0);
-  gl.VertexArrayElementBuffer(pass->array_, pass->indices_);
-  gl.CreateFramebuffers(1, &pass->framebuffer_);
+  pass->triangles_ = indices.size() / 3;
+  pass->array_ = pass->objects_.vertex_array();
+  add_attribute(gl, pass->array_, {0, pass->objects_.buffer(mesh.positions), 3, 0, sizeof(V3f)});
+  gl.VertexArrayElementBuffer(pass->array_, pass->objects_.buffer(indices));
+  pass->framebuffer_ = pass->objects_.framebuffer();
   gl.NamedFramebufferDrawBuffers(pass->framebuffer_, 0, nullptr);
   gl.NamedFramebufferReadBuffer(pass->framebuffer_, GL_NONE);
   if (const auto good = check_errors(gl, "shadow maps"); !good) return tl::unexpected(good.error());
   return pass;
 }
 
-void ShadowPass::release_maps() {
-  gl_.DeleteTextures(1, &texture_);
-  gl_.DeleteBuffers(1, &buffer_);
+Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
+  if (std::equal(views.begin(), views.end(), views_.begin(), views_.end())) return {};
+  maps_objects_.clear();
   texture_ = buffer_ = 0;
   views_.clear();
   maps_.clear();
-}
-
-ShadowPass::~ShadowPass() {
-  release_maps();
-  gl_.DeleteFramebuffers(1, &framebuffer_);
-  gl_.DeleteVertexArrays(1, &array_);
-  const std::array buffers{positions_, indices_};
-  gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
-  gl_.DeleteProgram(program_);
-}
-
-Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
-  if (std::equal(views.begin(), views.end(), views_.begin(), views_.end())) return {};
-  release_maps();
   if (views.empty()) return {};
   const int size = views.front().size;
   gl_.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_);
+  maps_objects_.keep_texture(texture_);
   gl_.TextureStorage3D(texture_, 1, GL_DEPTH_COMPONENT32F, size, size, static_cast<GLsizei>(views.size()));
   gl_.TextureParameteri(texture_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   gl_.TextureParameteri(texture_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
@@ -102,10 +74,10 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
     }
     words.emplace_back(static_cast<float>(size), views[i].texel, 0.0F, 0.0F);
     gl_.Uniform1f(map_size, static_cast<GLfloat>(size));
-    gl_.DrawElements(GL_TRIANGLES, corners_, GL_UNSIGNED_INT, nullptr);
+    draw_triangles(gl_, 0, triangles_);
   }
   gl_.Disable(GL_DEPTH_CLAMP);
-  buffer_ = make_buffer(gl_, words.size() * sizeof(V4f), words.data());
+  buffer_ = maps_objects_.buffer(words);
   views_.assign(views.begin(), views.end());
   return check_errors(gl_, "shadow maps");
 }

@@ -1,5 +1,5 @@
 // Shadows by depth maps: where a light sees a surface, everything behind it is dark. One map for each light
-// that casts shadows, looked up by all paths with the same formula (shadow_glsl.h is the twin for shaders).
+// that casts shadows, looked up by all paths with the same formula (shadow_lookup.glsl is the twin).
 #pragma once
 
 #include <array>
@@ -18,11 +18,7 @@ inline constexpr int default_shadow_size = 2048;
 /// Lights that cast shadows, at most; further ones shine through everything.
 inline constexpr std::size_t max_shadows = 16;
 
-/// Texels by which a point is moved off its surface before it is looked up, so that the surface does not
-/// shadow itself: along the normal, times the sine between normal and light; and towards the light. A plane
-/// clears all taps that count: the farthest lies less than 2 sqrt(2) texels away.
-inline constexpr float shadow_normal_offset = 3;
-inline constexpr float shadow_light_offset = 0.5F;
+#include "viewer/light/shadow_offsets.glsl"
 
 /// How a light sees the scene. A point p (m, relative to the surfaces' origin) lies at (x, y, z, w) =
 /// rows * (p, 1): at the texels (x / w, y / w) of the map, (0, 0) being the outer corner of the first texel

@@ -47,7 +47,7 @@ void add_pixel(const PaperFrames& frames, std::size_t i, const PaperKinds& kinds
   block.handedness[lane] = frames.tangents[i][3] < 128 ? -1.0F : 1.0F;
   block.side[lane] = decode_back(mark) ? -1.0F : 1.0F;
 
-  const PaperKind& kind = kinds.kinds[block.surface[lane]];
+  const SurfaceMaterial& kind = kinds.kinds[block.surface[lane]];
   const std::vector<PackedLevel>& levels = fabrics[kind.fabric].levels;
   const Coded& texel = frames.texels[i];
   const float wanted = decode_level(texel[2]);
@@ -103,17 +103,6 @@ LayerCount shade_round(const PaperFrames& frames, const PaperKinds& kinds, bool 
   for (const LayerCount& count : counts) sum += count;
   if (sum.evaluated > 0) sum.layers = 1;
   return sum;
-}
-
-std::vector<SurfaceMaterial> looks_of_kinds(const PaperKinds& kinds) {
-  std::vector<SurfaceMaterial> materials;
-  for (const PaperKind& kind : kinds.kinds) {
-    SurfaceMaterial look;
-    look.fabric = kind.fabric;
-    look.keeps_opacity = kind.keeps_opacity;
-    materials.push_back(look);
-  }
-  return materials;
 }
 
 }  // namespace selvedge

@@ -12,11 +12,9 @@ void add_pixel(const PaperFrames& frames, std::size_t i, const PaperKinds& kinds
                std::span<const PackedFabric> fabrics, bool blend, const V2i& size, const V2i& at,
                PixelBlock& block);
 
-/// Lays what a round shows behind what the band's pixels have. The `materials` of `shading` are those of
-/// `kinds` (looks_of_kinds()), its lights directional. `blend`: as the frames were drawn.
+/// Lays what a round shows behind what the band's pixels have. The `materials` of `shading` are the
+/// kinds, its lights directional. `blend`: as the frames were drawn.
 LayerCount shade_round(const PaperFrames& frames, const PaperKinds& kinds, bool blend,
                        const ShadingScene& shading, const BandPixels& pixels);
-
-std::vector<SurfaceMaterial> looks_of_kinds(const PaperKinds& kinds);
 
 }  // namespace selvedge

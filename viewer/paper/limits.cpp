@@ -40,11 +40,16 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
   };
   PaperKinds result;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const SurfaceMaterial& look = materials.materials[i];
-    if (look.fabric < 0)
+    const SurfaceMaterial& material = materials.surfaces[i];
+    if (material.fabric < 0)
       return refuse(scene.file, material_name(surfaces[i]) + " has no fabric, and cloth is all it draws");
-    const PaperKind kind{look.fabric, look.keeps_opacity};
-    const auto known = std::find(result.kinds.begin(), result.kinds.end(), kind);
+    SurfaceMaterial kind;
+    kind.fabric = material.fabric;
+    kind.keeps_opacity = material.keeps_opacity;
+    const auto known =
+        std::find_if(result.kinds.begin(), result.kinds.end(), [&](const SurfaceMaterial& other) {
+          return other.fabric == kind.fabric && other.keeps_opacity == kind.keeps_opacity;
+        });
     result.of_surfaces.push_back(static_cast<int>(known - result.kinds.begin()));
     if (known == result.kinds.end()) result.kinds.push_back(kind);
     const PbrMaterial& pbr = materials.pbr[i];
@@ -58,8 +63,9 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
                                           result.kinds.size(), paper_kind_limit));
   }
   for (std::size_t i = 0; i < fabrics.size(); ++i) {
-    const bool used = std::any_of(result.kinds.begin(), result.kinds.end(),
-                                  [&](const PaperKind& kind) { return kind.fabric == static_cast<int>(i); });
+    const bool used = std::any_of(result.kinds.begin(), result.kinds.end(), [&](const SurfaceMaterial& kind) {
+      return kind.fabric == static_cast<int>(i);
+    });
     if (!used) continue;
     if (const std::string reason = beyond_paper(fabrics[i]); !reason.empty())
       return refuse(i < scene.fabrics.size() ? scene.fabrics[i].name : scene.file, reason);

@@ -13,16 +13,10 @@
 
 namespace selvedge {
 
-/// What the evaluation has to know of a piece of cloth.
-struct PaperKind {
-  int fabric = 0;
-  bool keeps_opacity = false;
-  bool operator==(const PaperKind&) const = default;
-};
-
+/// The materials that the evaluation has to tell apart: by fabric and by whether they keep its opacity.
 struct PaperKinds {
-  std::vector<PaperKind> kinds;  ///< at most paper_kind_limit
-  std::vector<int> of_surfaces;  ///< index into `kinds`
+  std::vector<SurfaceMaterial> kinds;  ///< at most paper_kind_limit; nothing else of them is set
+  std::vector<int> of_surfaces;        ///< index into `kinds`
 };
 
 /// The kinds of the surfaces. OPTION_OUT_OF_RANGE at --path for a surface without fabric, a fabric with

@@ -1,15 +1,17 @@
 #include "viewer/paper/pass.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 
+#include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
-#include "viewer/paper/glsl.h"
 
 namespace selvedge {
 namespace {
 
-// As written in paper_shaders.h.
+// As written in paper_vertex.glsl and paper_fragment.glsl.
 enum Uniform : GLint { to_clip, culls_back, kind, level_bias };
 enum Unit : GLuint { index_unit, depth_unit };
 
@@ -25,45 +27,34 @@ struct Vertex {
 Result<std::unique_ptr<PaperPass>> PaperPass::create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                      std::span<const SurfaceMaterial> materials,
                                                      const PaperKinds& kinds, std::span<const Fabric> fabrics,
-                                                     const PaperPassOptions& options) {
-  std::unique_ptr<PaperPass> pass(new PaperPass(gl, mesh, options));
+                                                     const FrameBands& bands) {
+  std::unique_ptr<PaperPass> pass(new PaperPass(gl, mesh, materials));
   pass->kinds_ = kinds;
   if (auto good = pass->make_programs(); !good) return tl::unexpected(good.error());
-  gl.CreateQueries(GL_ANY_SAMPLES_PASSED, 1, &pass->any_);
+  pass->any_ = pass->objects_.query(GL_ANY_SAMPLES_PASSED);
   pass->index_textures_.resize(fabrics.size());
   pass->level_counts_.resize(fabrics.size(), 1);
   pass->first_levels_.resize(fabrics.size(), 0);
-  for (const PaperKind& of : kinds.kinds) {
-    const auto i = static_cast<std::size_t>(of.fabric);
+  for (const SurfaceMaterial& kind : kinds.kinds) {
+    const auto i = static_cast<std::size_t>(kind.fabric);
     if (pass->index_textures_[i] != 0) continue;
     pass->level_counts_[i] = static_cast<int>(fabrics[i].levels.size());
     pass->first_levels_[i] = first_level(fabrics[i]);
-    pass->index_textures_[i] = make_index_texture(gl, fabrics[i]);
+    pass->index_textures_[i] = pass->make_index_texture(fabrics[i]);
   }
-  pass->upload(materials, kinds);
-  if (const auto good = pass->make_targets(); !good) return tl::unexpected(good.error());
-  if (const auto good = check_errors(gl, "upload"); !good) return tl::unexpected(good.error());
+  pass->upload();
+  if (const auto good = pass->resize(bands); !good) return tl::unexpected(good.error());
   return pass;
-}
-
-PaperPass::~PaperPass() {
-  release_targets();
-  gl_.DeleteTextures(static_cast<GLsizei>(index_textures_.size()), index_textures_.data());
-  gl_.DeleteVertexArrays(1, &array_);
-  const std::array buffers{vertices_, indices_};
-  gl_.DeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
-  gl_.DeleteQueries(1, &any_);
-  for (const auto& pair : programs_) {
-    for (const GLuint program : pair) gl_.DeleteProgram(program);
-  }
 }
 
 Result<void> PaperPass::make_programs() {
   constexpr std::array<const char*, 3> names{"NORMALS", "TANGENTS", "TEXELS"};
   for (std::size_t target = 0; target < names.size(); ++target) {
     for (std::size_t later = 0; later < 2; ++later) {
-      const Result<GLuint> program = make_program(gl_, paper_vertex_shader(names[target]),
-                                                  paper_fragment_shader(names[target], later != 0));
+      const std::string definitions =
+          fmt::format("#define {}\n{}", names[target], later != 0 ? "#define LATER\n" : "");
+      const Result<GLuint> program = objects_.program(shader_text(definitions, {glsl::paper_vertex}),
+                                                      shader_text(definitions, {glsl::paper_fragment}));
       if (!program) return tl::unexpected(program.error());
       programs_[target][later] = *program;
     }
@@ -71,101 +62,64 @@ Result<void> PaperPass::make_programs() {
   return {};
 }
 
-GLuint PaperPass::make_index_texture(const GlFunctions& gl, const Fabric& fabric) {
+GLuint PaperPass::make_index_texture(const Fabric& fabric) {
   const FabricLevel& finest = fabric.levels.front();
   GLuint texture = 0;
-  gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);
-  gl.TextureStorage2D(texture, static_cast<GLsizei>(fabric.levels.size()), GL_RGBA8, finest.width,
-                      finest.height);
-  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_REPEAT);
-  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_REPEAT);
-  gl.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+  gl_.TextureStorage2D(texture, static_cast<GLsizei>(fabric.levels.size()), GL_RGBA8, finest.width,
+                       finest.height);
+  gl_.TextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_REPEAT);
+  gl_.TextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_REPEAT);
+  gl_.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
   for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
     const FabricLevel& level = fabric.levels[k];
     std::vector<Coded> places;
     places.reserve(level.texels());
-    const auto number = static_cast<int>(k);
+    const auto byte = [](auto number) { return static_cast<std::uint8_t>(number); };
     for (int y = 0; y < level.height; ++y) {
-      for (int x = 0; x < level.width; ++x) {
-        places.push_back({static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y), code_level(number),
-                          static_cast<std::uint8_t>(number)});
-      }
+      for (int x = 0; x < level.width; ++x)
+        places.push_back({byte(x), byte(y), code_level(static_cast<int>(k)), byte(k)});
     }
-    gl.TextureSubImage2D(texture, static_cast<GLint>(k), 0, 0, level.width, level.height, GL_RGBA,
-                         GL_UNSIGNED_BYTE, places.data());
+    gl_.TextureSubImage2D(texture, static_cast<GLint>(k), 0, 0, level.width, level.height, GL_RGBA,
+                          GL_UNSIGNED_BYTE, places.data());
   }
-  return texture;
+  return objects_.keep_texture(texture);
 }
 
-void PaperPass::upload(std::span<const SurfaceMaterial> materials, const PaperKinds& kinds) {
+void PaperPass::upload() {
+  spans_ = spans_of(mesh_);
   std::vector<Vertex> vertices(mesh_.positions.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const auto& [normal_u, tangent_v] = mesh_.attributes[i];
     vertices[i] = {mesh_.positions[i], V3f(normal_u[0], normal_u[1], normal_u[2]),
                    V4f(tangent_v[0], tangent_v[1], tangent_v[2], 1), V2f(normal_u[3], tangent_v[3])};
   }
-  std::vector<std::uint32_t> indices;
-  indices.reserve(mesh_.triangles.size() * 3);
-  for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
-    const MergedTriangle& t = mesh_.triangles[i];
-    if (i == 0 || mesh_.triangles[i - 1].surface != t.surface)
-      spans_.push_back({kinds.of_surfaces[t.surface], materials[t.surface].culls_back, i, i});
-    ++spans_.back().end;
-    // A vertex belongs to mirrored triangles or to upright ones, never to both (geometry.h).
+  // A vertex belongs to mirrored triangles or to upright ones, never to both (surfaces.h).
+  for (const MergedTriangle& t : mesh_.triangles) {
     for (const std::uint32_t corner : t.corners) vertices[corner].tangent.w = t.handedness;
-    indices.insert(indices.end(), t.corners.begin(), t.corners.end());
   }
-  const auto make = [&](GLuint& buffer, std::size_t bytes, const void* data) {
-    gl_.CreateBuffers(1, &buffer);
-    gl_.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(bytes), data, 0);
-  };
-  make(vertices_, vertices.size() * sizeof(Vertex), vertices.data());
-  make(indices_, indices.size() * sizeof(std::uint32_t), indices.data());
-  gl_.CreateVertexArrays(1, &array_);
-  gl_.VertexArrayVertexBuffer(array_, 0, vertices_, 0, sizeof(Vertex));
-  gl_.VertexArrayElementBuffer(array_, indices_);
-  const auto attribute = [&](GLuint location, GLint components, std::size_t offset) {
-    gl_.EnableVertexArrayAttrib(array_, location);
-    gl_.VertexArrayAttribFormat(array_, location, components, GL_FLOAT, GL_FALSE,
-                                static_cast<GLuint>(offset));
-    gl_.VertexArrayAttribBinding(array_, location, 0);
-  };
-  attribute(0, 3, offsetof(Vertex, position));
-  attribute(1, 3, offsetof(Vertex, normal));
-  attribute(2, 4, offsetof(Vertex, tangent));
-  attribute(3, 2, offsetof(Vertex, uv));
+  const GLuint buffer = objects_.buffer(vertices);
+  array_ = objects_.vertex_array();
+  gl_.VertexArrayElementBuffer(array_, objects_.buffer(corners_of(mesh_)));
+  add_attribute(gl_, array_, {0, buffer, 3, offsetof(Vertex, position), sizeof(Vertex)});
+  add_attribute(gl_, array_, {1, buffer, 3, offsetof(Vertex, normal), sizeof(Vertex)});
+  add_attribute(gl_, array_, {2, buffer, 4, offsetof(Vertex, tangent), sizeof(Vertex)});
+  add_attribute(gl_, array_, {3, buffer, 2, offsetof(Vertex, uv), sizeof(Vertex)});
 }
 
-Result<void> PaperPass::make_targets() {
-  for (GLuint& colour : colours_)
-    colour = make_plain_texture(gl_, GL_RGBA8, options_.width, options_.band_rows);
+Result<void> PaperPass::resize(const FrameBands& bands) {
+  if (bands == bands_) return {};
+  targets_.clear();
+  bands_ = {0, 0, 0};
+  for (GLuint& colour : colours_) colour = targets_.plain_texture(GL_RGBA8, bands.width, bands.rows);
   for (std::size_t i = 0; i < framebuffers_.size(); ++i) {
-    depths_[i] = make_plain_texture(gl_, GL_DEPTH_COMPONENT32F, options_.width, options_.band_rows);
-    gl_.CreateFramebuffers(1, &framebuffers_[i]);
-    for (std::size_t k = 0; k < colours_.size(); ++k)
-      gl_.NamedFramebufferTexture(framebuffers_[i], GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(k),
-                                  colours_[k], 0);
-    gl_.NamedFramebufferTexture(framebuffers_[i], GL_DEPTH_ATTACHMENT, depths_[i], 0);
-    if (gl_.CheckNamedFramebufferStatus(framebuffers_[i], GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-      return fail(Code::graphics_unavailable, "", "frame buffer", "OpenGL refuses the paper's frames");
+    depths_[i] = targets_.plain_texture(GL_DEPTH_COMPONENT32F, bands.width, bands.rows);
+    const Result<GLuint> made = targets_.framebuffer(colours_, GL_DEPTH_ATTACHMENT, depths_[i]);
+    if (!made) return tl::unexpected(made.error());
+    framebuffers_[i] = *made;
   }
-  return {};
-}
-
-void PaperPass::release_targets() {
-  gl_.DeleteFramebuffers(static_cast<GLsizei>(framebuffers_.size()), framebuffers_.data());
-  gl_.DeleteTextures(static_cast<GLsizei>(colours_.size()), colours_.data());
-  gl_.DeleteTextures(static_cast<GLsizei>(depths_.size()), depths_.data());
-  framebuffers_ = {};
-  colours_ = {};
-  depths_ = {};
-}
-
-Result<void> PaperPass::resize(const PaperPassOptions& options) {
-  release_targets();
-  options_ = options;
-  if (auto good = make_targets(); !good) return good;
+  bands_ = bands;
   return check_errors(gl_, "frame buffer");
 }
 
@@ -175,21 +129,19 @@ void PaperPass::draw_cloth(Target target, int round, float bias) {
   gl_.UseProgram(programs_[target][round == 0 ? 0 : 1]);
   gl_.UniformMatrix4fv(to_clip, 1, GL_FALSE, clip_.data());
   if (target == texels) gl_.Uniform1f(level_bias, bias);
-  for (const Span& span : spans_) {
-    const int fabric = kinds_.kinds[span.kind].fabric;
-    gl_.Uniform1i(culls_back, span.culls_back ? 1 : 0);
-    if (target == normals) gl_.Uniform1i(kind, code_kind(span.kind, false));
-    if (target == texels) gl_.BindTextureUnit(index_unit, index_textures_[fabric]);
-    gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * (span.end - span.first)), GL_UNSIGNED_INT,
-                     reinterpret_cast<const void*>(3 * span.first * sizeof(std::uint32_t)));
+  for (const TriangleSpan& span : spans_) {
+    const SurfaceMaterial& material = materials_[span.surface];
+    gl_.Uniform1i(culls_back, material.culls_back ? 1 : 0);
+    if (target == normals) gl_.Uniform1i(kind, code_kind(kinds_.of_surfaces[span.surface], false));
+    if (target == texels) gl_.BindTextureUnit(index_unit, index_textures_[material.fabric]);
+    draw_triangles(gl_, span.first, span.end);
   }
 }
 
 Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const LevelOptions& levels) {
   drawn_into_ = static_cast<std::size_t>(round % 2);
   const GLuint target = framebuffers_[drawn_into_];
-  // Imath's row vectors and row-major memory are OpenGL's column vectors and column-major memory.
-  for (std::size_t i = 0; i < 16; ++i) clip_[i] = static_cast<GLfloat>(clip[static_cast<int>(i / 4)][i % 4]);
+  clip_ = gl_matrix(clip);
   const auto filter_levels = [&](GLint filter) {
     for (std::size_t i = 0; i < index_textures_.size(); ++i) {
       if (index_textures_[i] == 0) continue;
@@ -209,7 +161,7 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
   gl_.Disable(GL_STENCIL_TEST);
   gl_.Enable(GL_DEPTH_TEST);
   // The viewport is that of the whole frame, moved: a band covers the pixels that it would without bands.
-  gl_.Viewport(0, -first_row, options_.width, options_.height);
+  gl_.Viewport(0, -first_row, bands_.width, bands_.height);
   gl_.BindVertexArray(array_);
   gl_.BindTextureUnit(depth_unit, depths_[1 - drawn_into_]);
 
@@ -244,8 +196,7 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
 }
 
 void PaperPass::read(PaperFrames& frames) const {
-  const std::size_t count =
-      static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.band_rows);
+  const std::size_t count = static_cast<std::size_t>(bands_.width) * static_cast<std::size_t>(bands_.rows);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffers_[drawn_into_]);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
@@ -253,7 +204,7 @@ void PaperPass::read(PaperFrames& frames) const {
     to.resize(count);
     gl_.NamedFramebufferReadBuffer(framebuffers_[drawn_into_],
                                    GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(target));
-    gl_.ReadPixels(0, 0, options_.width, options_.band_rows, GL_RGBA, GL_UNSIGNED_BYTE, to.data());
+    gl_.ReadPixels(0, 0, bands_.width, bands_.rows, GL_RGBA, GL_UNSIGNED_BYTE, to.data());
   };
   read(normals, frames.normals);
   read(tangents, frames.tangents);

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "format/scene/camera.h"
-#include "viewer/gl/functions.h"
-#include "viewer/hybrid/index_pass.h"
+#include "viewer/frame/bands.h"
+#include "viewer/gl/objects.h"
 #include "viewer/paper/coding.h"
 #include "viewer/paper/limits.h"
+#include "viewer/scene/mesh.h"
 
 namespace selvedge {
 
@@ -26,27 +27,18 @@ struct PaperFrames {
   std::vector<Coded> texels;
 };
 
-struct PaperPassOptions {
-  int width = 1;
-  int height = 1;     ///< of the whole frame
-  int band_rows = 1;  ///< rows that are drawn and read back at a time; even, or all
-};
-
 class PaperPass {
  public:
-  /// Everything is copied into OpenGL, but `mesh`, which must outlive the object. The context of `gl` must be
-  /// current whenever a function of this class is called, the destructor included. `materials` are those of
-  /// the surfaces. Precondition: the fabrics of `kinds` are within the paper's limits.
+  /// Everything is copied into OpenGL, but `mesh` and `materials`, which must outlive the object. The context
+  /// of `gl` must be current whenever a function of this class is called, the destructor included.
+  /// `materials` are those of the surfaces. Precondition: the fabrics of `kinds` are within the paper's
+  /// limits.
   static Result<std::unique_ptr<PaperPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                    std::span<const SurfaceMaterial> materials,
                                                    const PaperKinds& kinds, std::span<const Fabric> fabrics,
-                                                   const PaperPassOptions& options);
-  ~PaperPass();
-  PaperPass(const PaperPass&) = delete;
-  PaperPass& operator=(const PaperPass&) = delete;
-
+                                                   const FrameBands& bands);
   /// Frames of another size; what was drawn is gone.
-  Result<void> resize(const PaperPassOptions& options);
+  Result<void> resize(const FrameBands& bands);
 
   /// Draws the band that begins at `first_row` of the frame, counted from its bottom. Round 0 shows the
   /// nearest surface, round n what lies behind that of round n - 1, which must have been drawn just before.
@@ -59,35 +51,27 @@ class PaperPass {
 
  private:
   enum Target : std::size_t { normals, tangents, texels };
-  /// Triangles of one surface.
-  struct Span {
-    int kind = 0;
-    bool culls_back = false;
-    std::size_t first = 0;
-    std::size_t end = 0;
-  };
 
-  PaperPass(const GlFunctions& gl, const MergedSurfaces& mesh, const PaperPassOptions& options)
-      : gl_(gl), mesh_(mesh), options_(options) {}
+  PaperPass(const GlFunctions& gl, const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials)
+      : gl_(gl), mesh_(mesh), materials_(materials), objects_(gl), targets_(gl) {}
   Result<void> make_programs();
-  static GLuint make_index_texture(const GlFunctions& gl, const Fabric& fabric);
-  void upload(std::span<const SurfaceMaterial> materials, const PaperKinds& kinds);
-  Result<void> make_targets();
-  void release_targets();
+  GLuint make_index_texture(const Fabric& fabric);
+  void upload();
   void draw_cloth(Target target, int round, float level_bias);
 
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;
-  PaperPassOptions options_;
+  std::span<const SurfaceMaterial> materials_;
+  GlObjects objects_;
+  GlObjects targets_;
+  FrameBands bands_{0, 0, 0};
   PaperKinds kinds_;
-  std::vector<Span> spans_;
+  std::vector<TriangleSpan> spans_;
   std::array<std::array<GLuint, 2>, 3> programs_{};  ///< [target][of round 0, of the others]
   std::vector<GLuint> index_textures_;               ///< of the fabrics; 0 where no surface has it
   std::vector<int> level_counts_;
   std::vector<int> first_levels_;  ///< of the whole fabric
   GLuint array_ = 0;
-  GLuint vertices_ = 0;
-  GLuint indices_ = 0;
   GLuint any_ = 0;
   std::array<GLuint, 3> colours_{};
   std::array<GLuint, 2> depths_{};        ///< of even and odd rounds

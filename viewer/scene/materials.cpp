@@ -45,7 +45,7 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
   Materials result;
   Decoded decoded;
   for (const Surface& surface : surfaces) {
-    SurfaceMaterial look;
+    SurfaceMaterial drawn;
     PbrMaterial pbr;
     const bool exists =
         surface.material >= 0 && static_cast<std::size_t>(surface.material) < scene.materials.size();
@@ -62,14 +62,14 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
     pbr.emissive = material.emissive;
     pbr.emissive_texture = texture(material.emissive_texture, Transfer::srgb);
     if (material.fabric) {
-      look.fabric = material.fabric->fabric;
-      if (look.fabric < 0 || static_cast<std::size_t>(look.fabric) >= fabrics) {
+      drawn.fabric = material.fabric->fabric;
+      if (drawn.fabric < 0 || static_cast<std::size_t>(drawn.fabric) >= fabrics) {
         return fail(Code::gltf_reference, scene.file, fmt::format("material \"{}\"", material.name),
-                    fmt::format("fabric {} does not exist", look.fabric));
+                    fmt::format("fabric {} does not exist", drawn.fabric));
       }
-      look.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
+      drawn.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
     } else {
-      look.base_color = material.base_color;
+      drawn.base_color = material.base_color;
       pbr.base_color = texture(material.base_color_texture, Transfer::srgb);
       pbr.metallic = material.metallic;
       pbr.roughness = material.roughness;
@@ -77,11 +77,11 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
       pbr.normal = texture(material.normal_texture, Transfer::keep);
       pbr.normal_scale = material.normal_scale;
       pbr.unlit = material.unlit;
-      look.keeps_opacity = material.alpha_mode == AlphaMode::blend;
-      if (material.alpha_mode == AlphaMode::mask) look.opaque_from = material.alpha_cutoff;
+      drawn.keeps_opacity = material.alpha_mode == AlphaMode::blend;
+      if (material.alpha_mode == AlphaMode::mask) drawn.opaque_from = material.alpha_cutoff;
     }
-    look.culls_back = !material.double_sided;
-    result.materials.push_back(look);
+    drawn.culls_back = !material.double_sided;
+    result.surfaces.push_back(drawn);
     result.pbr.push_back(pbr);
   }
   return result;

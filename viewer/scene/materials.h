@@ -12,9 +12,9 @@
 namespace selvedge {
 
 struct Materials {
-  std::vector<SurfaceMaterial> materials;  ///< one per surface
-  std::vector<PbrMaterial> pbr;            ///< one per surface
-  std::vector<Image> images;               ///< linear
+  std::vector<SurfaceMaterial> surfaces;  ///< how each surface is drawn
+  std::vector<PbrMaterial> pbr;           ///< one per surface
+  std::vector<Image> images;              ///< linear
 };
 
 /// Decodes the pictures that `surfaces` need; one that cannot be read is left out with a line in `remarks`.

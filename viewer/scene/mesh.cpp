@@ -126,6 +126,24 @@ MergedSurfaces merge(std::span<const Surface> surfaces) {
   return mesh;
 }
 
+std::vector<TriangleSpan> spans_of(const MergedSurfaces& mesh) {
+  std::vector<TriangleSpan> spans;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (spans.empty() || spans.back().surface != mesh.triangles[i].surface)
+      spans.push_back({mesh.triangles[i].surface, i, i});
+    ++spans.back().end;
+  }
+  return spans;
+}
+
+std::vector<std::uint32_t> corners_of(const MergedSurfaces& mesh) {
+  std::vector<std::uint32_t> corners;
+  corners.reserve(mesh.triangles.size() * 3);
+  for (const MergedTriangle& t : mesh.triangles)
+    corners.insert(corners.end(), t.corners.begin(), t.corners.end());
+  return corners;
+}
+
 ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int width, int height) {
   ProjectedVertices projected{width, height, {}, {}};
   const std::size_t count = mesh.positions.size();

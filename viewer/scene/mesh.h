@@ -32,6 +32,17 @@ struct MergedSurfaces {
 
 MergedSurfaces merge(std::span<const Surface> surfaces);
 
+/// Triangles of one surface, which lie side by side in the mesh.
+struct TriangleSpan {
+  std::uint32_t surface = 0;
+  std::size_t first = 0;
+  std::size_t end = 0;
+};
+std::vector<TriangleSpan> spans_of(const MergedSurfaces& mesh);
+
+/// Three vertices for each triangle, as an index buffer wants them.
+std::vector<std::uint32_t> corners_of(const MergedSurfaces& mesh);
+
 /// The vertices in a frame of `width` x `height` pixels.
 struct ProjectedVertices {
   int width = 1;

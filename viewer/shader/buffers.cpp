@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <bit>
 
+#include "viewer/shader/word_layout.h"
+
 namespace selvedge {
 namespace {
+
+using namespace word_layout;
 
 class Words {
  public:
@@ -52,10 +56,6 @@ std::span<const float> floats_of(const std::vector<V3f>& vectors) {
   return {vectors.empty() ? nullptr : &vectors.front().x, vectors.size() * 3};
 }
 
-/// Number of words of a level, and of a fabric without its levels.
-constexpr std::size_t level_words = 21;
-constexpr std::size_t fabric_words = 14;
-
 void add_level(const FabricLevel& level, Words& words) {
   const std::size_t base = words.place();
   for (std::size_t i = 0; i < level_words; ++i) words.add(0);
@@ -64,74 +64,75 @@ void add_level(const FabricLevel& level, Words& words) {
     words[base + at] = table.place;
     words[base + at + 1] = table.halves ? 1 : 0;
   };
-  set(0, level.width);
-  set(1, level.height);
+  set(level_width, level.width);
+  set(level_height, level.height);
   if (level.lobes) {
-    set(2, level.lobes->lobes);
-    words[base + 3] = words.floats(level.lobes->parameters);
+    set(level_lobe_count, level.lobes->lobes);
+    words[base + level_lobes] = words.floats(level.lobes->parameters);
   }
   if (level.frame) {
-    words[base + 4] = words.place();
+    words[base + level_frames] = words.place();
     for (std::size_t t = 0; t < level.frame->normal.size(); ++t) {
       for (const V3f& d : {level.frame->normal[t], level.frame->tangent[t]}) {
         for (int k = 0; k < 3; ++k) words.add(d[k]);
       }
     }
   }
-  if (level.view_table) set_table(5, words.table(floats_of(level.view_table->colour)));
-  if (level.opacity) set_table(7, words.table(level.opacity->opacity));
-  if (level.light_table) set_table(9, words.table(floats_of(level.light_table->value)));
-  set(12, 1);
+  if (level.view_table) set_table(level_view_table, words.table(floats_of(level.view_table->colour)));
+  if (level.opacity) set_table(level_opacity, words.table(level.opacity->opacity));
+  if (level.light_table) set_table(level_light_table, words.table(floats_of(level.light_table->value)));
+  set(level_entries, 1);
   if (level.products) {
-    set(11, level.products->pairs.size());
-    set(12, level.products->entries);
-    words[base + 13] = words.place();
+    set(level_products, level.products->pairs.size());
+    set(level_entries, level.products->entries);
+    words[base + level_pairs] = words.place();
     for (const V2i& pair : level.products->pairs) {
       words.add(pair.x);
       words.add(pair.y);
     }
-    words[base + 14] = words.floats(level.products->coefficient);
+    words[base + level_coefficients] = words.floats(level.products->coefficient);
   }
   if (level.heights) {
     const HeightLayer& heights = *level.heights;
-    words[base + 15] = words.place();
+    words[base + level_heights] = words.place();
     for (std::size_t i = 0; i < heights.top().size(); ++i) {
       words.add(heights.top()[i]);
       words.add(heights.bottom()[i]);
     }
-    set(16, heights.shape().columns);
-    set(17, heights.shape().rows);
-    set(18, heights.shape().slabs);
-    words[base + 19] = std::bit_cast<std::uint32_t>(heights.highest());
-    words[base + 20] = std::bit_cast<std::uint32_t>(heights.lowest());
+    set(level_columns, heights.shape().columns);
+    set(level_rows, heights.shape().rows);
+    set(level_slabs, heights.shape().slabs);
+    words[base + level_highest] = std::bit_cast<std::uint32_t>(heights.highest());
+    words[base + level_lowest] = std::bit_cast<std::uint32_t>(heights.lowest());
   }
 }
 
 void add_fabric(const Fabric& fabric, Words& words) {
   const std::size_t base = words.place();
-  words.add(static_cast<int>(fabric.levels.size()));
-  words.add(fabric.views.columns);
-  words.add(fabric.views.rows);
-  words.add(fabric.lights.columns);
-  words.add(fabric.lights.rows);
-  words.add(fabric.radiance_scale);
-  words.add(0);
-  words.add(0);
-  words.add(1 / fabric.period_mm.x);
-  words.add(-1 / fabric.period_mm.y);
-  words.add(fabric.reference_height);
-  words.add(whole_texels(fabric).x);
-  words.add(whole_texels(fabric).y);
-  words.add(first_level(fabric));
-  static_assert(fabric_words == 14);
-  for (std::size_t k = 0; k < fabric.levels.size(); ++k) words.add(0);
+  for (std::size_t i = 0; i < fabric_level_places + fabric.levels.size(); ++i) words.add(0);
+  const auto set = [&](std::size_t at, int value) { words[base + at] = static_cast<std::uint32_t>(value); };
+  const auto set_float = [&](std::size_t at, float value) {
+    words[base + at] = std::bit_cast<std::uint32_t>(value);
+  };
+  set(fabric_level_count, static_cast<int>(fabric.levels.size()));
+  set(fabric_view_columns, fabric.views.columns);
+  set(fabric_view_rows, fabric.views.rows);
+  set(fabric_light_columns, fabric.lights.columns);
+  set(fabric_light_rows, fabric.lights.rows);
+  set_float(fabric_radiance_scale, fabric.radiance_scale);
+  set_float(fabric_repeats_per_mm_u, 1 / fabric.period_mm.x);
+  set_float(fabric_repeats_per_mm_v, -1 / fabric.period_mm.y);
+  set_float(fabric_reference_height, fabric.reference_height);
+  set(fabric_width, whole_texels(fabric).x);
+  set(fabric_height, whole_texels(fabric).y);
+  set(fabric_first_level, first_level(fabric));
   for (const FabricLevel& level : fabric.levels) {
-    if (!level.bases || words[base + 7] != 0) continue;
-    words[base + 6] = words.floats(level.bases->view);
-    words[base + 7] = words.floats(floats_of(level.bases->light));
+    if (!level.bases || words[base + fabric_light_basis] != 0) continue;
+    words[base + fabric_view_basis] = words.floats(level.bases->view);
+    words[base + fabric_light_basis] = words.floats(floats_of(level.bases->light));
   }
   for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
-    words[base + fabric_words + k] = words.place();
+    words[base + fabric_level_places + k] = words.place();
     add_level(fabric.levels[k], words);
   }
 }

@@ -3,107 +3,59 @@
 // on the graphics processor.
 #pragma once
 
-#include <cstdint>
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "format/scene/lights.h"
-#include "viewer/gl/functions.h"
-#include "viewer/hybrid/index_pass.h"
+#include "viewer/frame/bands.h"
+#include "viewer/frame/frame_path.h"
 #include "viewer/light/pbr_inputs.h"
-#include "viewer/light/shadow_pass.h"
 
 namespace selvedge {
 
-struct ShaderFrame {
-  int width = 1;
-  int height = 1;
-  int layers = 8;  ///< surfaces behind each other that a pixel can show
-  LevelOptions levels;
-  float ambient = 0;                    ///< ShadingScene::ambient
-  const ShadowPass* shadows = nullptr;  ///< with maps of the lights; null: none
-};
-
-/// Nanoseconds on the graphics processor, where it has a clock for them, else 0.
-struct ShaderTimes {
-  std::uint64_t geometry = 0;
-  std::uint64_t shading = 0;
-  int rounds = 0;
-};
-
-class ShaderPath {
+class ShaderPath final : public FramePath {
  public:
-  /// Loads mesh, pictures and fabrics. `materials` are those of the surfaces of `mesh`, and must outlive the
-  /// object. The context of `gl` must be current whenever a function of this class is called, the destructor
-  /// included. OPTION_OUT_OF_RANGE where
+  /// Loads mesh, pictures and fabrics. `gl` and `scene` must outlive the object. OPTION_OUT_OF_RANGE where
   /// the fabrics are larger than a shader's buffer may be; GRAPHICS_UNAVAILABLE.
-  static Result<std::unique_ptr<ShaderPath>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                    const Materials& materials,
-                                                    std::span<const Fabric> fabrics);
-  ~ShaderPath();
-  ShaderPath(const ShaderPath&) = delete;
-  ShaderPath& operator=(const ShaderPath&) = delete;
+  static Result<std::unique_ptr<ShaderPath>> create(const GlFunctions& gl, const PreparedScene& scene,
+                                                    std::span<const Fabric> fabrics, const FrameSize& size);
 
-  /// `origin` is that of the mesh's coordinates. What is drawn stays in a texture until the next frame.
-  Result<void> draw(const Camera& camera, const V3d& origin, std::span<const Light> lights,
-                    const ShaderFrame& frame, ShaderTimes* times = nullptr);
-
-  /// Radiance times opacity, and opacity; bottom row first. Precondition: something was drawn.
-  void read(std::vector<V4f>& pixels) const;
-
-  /// Framebuffer of the last frame, for a window that shows it.
-  GLuint framebuffer() const { return result_.framebuffer; }
+  Result<void> resize(const FrameSize& size) override;
+  Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
 
  private:
-  struct Round {
-    GLuint framebuffer = 0;
-    GLuint triangles = 0;
-    GLuint colours = 0;
-    GLuint pbr = 0;
-    GLuint depth = 0;
-  };
-  struct Target {
-    GLuint framebuffer = 0;
-    GLuint colour = 0;
-  };
-  /// Triangles of a surface.
-  struct Span {
-    std::uint32_t surface = 0;
-    std::size_t first = 0;
-    std::size_t end = 0;
-  };
-
-  ShaderPath(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
-      : gl_(gl), materials_(materials), core_(gl, mesh, materials) {}
-  Result<void> load(const MergedSurfaces& mesh, std::span<const Fabric> fabrics);
+  ShaderPath(const GlFunctions& gl, const PreparedScene& scene)
+      : gl_(gl), scene_(scene), pbr_(gl, scene.mesh, scene.materials), objects_(gl), targets_(gl) {}
+  Result<void> load(std::span<const Fabric> fabrics);
   Result<GLuint> shading_program(bool shadows);
-  Result<void> resize(int width, int height);
-  void release_targets();
-  void draw_triangles(const Round& to, const Round& before, int round, const std::array<GLfloat, 16>& clip);
+  void set_lights(const FrameView& view);
+  Result<void> draw_rounds(const FrameView& view, RenderStats& stats);
+  void draw_round(int round, const std::array<GLfloat, 16>& clip);
+  void shade_round(int round, const FrameView& view, GLuint program, const std::array<GLfloat, 16>& clip);
 
   const GlFunctions& gl_;
-  const Materials& materials_;
-  PbrInputs core_;
-  std::vector<Span> spans_;
+  const PreparedScene& scene_;
+  PbrInputs pbr_;
+  GlObjects objects_;
+  GlObjects targets_;  ///< of the frame's size
+  FrameSize size_{0, 0, 1, 1};
+  int width_ = 0;  ///< of the supersampled frame
+  int height_ = 0;
+  std::vector<TriangleSpan> spans_;
   std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
-  std::string definitions_;
-  std::array<GLuint, 2> shading_programs_{};  ///< without and with shadows, which is made when it is needed
+  std::array<GLuint, 2> shading_programs_{};   ///< without and with shadows, which is made when it is needed
   GLuint array_ = 0;
   GLuint empty_array_ = 0;
-  GLuint indices_ = 0;
-  GLuint fabrics_ = 0;
-  GLuint vertices_ = 0;
-  GLuint triangles_ = 0;
-  GLuint surfaces_ = 0;
+  std::array<GLuint, 4> buffers_{};  ///< in the order of their bindings
   GLuint lights_ = 0;
   std::size_t light_room_ = 0;
   GLuint any_ = 0;                  ///< query: did a round show anything
   std::array<GLuint, 2> clocks_{};  ///< queries
-  int width_ = 0;
-  int height_ = 0;
-  std::array<Round, 2> rounds_{};
-  Target result_;
+  std::array<TriangleTarget, 2> rounds_{};
+  GLuint result_ = 0;         ///< framebuffer: light so far
+  GLuint result_colour_ = 0;  ///< its texture
+  std::vector<V4f> large_;
 };
 
 }  // namespace selvedge

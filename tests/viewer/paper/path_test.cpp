@@ -49,7 +49,7 @@ Coding code(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera
   test::require((*context)->make_current());
   const auto gl = load_gl_functions(**context);
   test::require(gl);
-  const auto pass = PaperPass::create(*gl, result.mesh, materials->materials, result.kinds, fabrics,
+  const auto pass = PaperPass::create(*gl, result.mesh, materials->surfaces, result.kinds, fabrics,
                                       {size.x, size.y, rows == 0 ? size.y : rows});
   test::require(pass);
   const auto any = (*pass)->draw(clip_matrix(camera, V3d(0, 0, 0)), first_row, 0, levels);

@@ -96,7 +96,7 @@ TEST_CASE("the default material is glTF's: white metal, rough") {
   test::require(materials);
   CHECK(materials->pbr[0].metallic == 1);
   CHECK(materials->pbr[0].roughness == 1);
-  CHECK(materials->materials[0].culls_back);
+  CHECK(materials->surfaces[0].culls_back);
 }
 
 }  // namespace

@@ -12,9 +12,9 @@
 #include "tests/format/fabrics.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
+#include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
 #include "viewer/shader/buffers.h"
-#include "viewer/shader/glsl.h"
 
 namespace selvedge {
 using test::random_fabric;
@@ -54,7 +54,8 @@ struct Query {
 std::vector<V4f> evaluated(const Graphics& graphics, std::span<const Fabric> fabrics,
                            const std::vector<Query>& queries) {
   const GlFunctions& gl = graphics.gl;
-  const std::string fragment = std::string(R"(#version 450 core
+  const std::string fragment =
+      shader_text("", {R"(
 struct Query { uvec4 place; vec4 view; vec4 light; };
 layout(std430, binding = 1) readonly buffer Queries { Query queries[]; };
 layout(location = 0) out vec4 result;
@@ -63,14 +64,15 @@ void light_at(uint i, out vec3 direction, out vec3 irradiance) {
   direction = queries[uint(gl_FragCoord.x)].light.xyz;
   irradiance = vec3(1.0);
 }
-)") + shader_evaluation_glsl + R"(
+)",
+                       glsl::word_layout, glsl::fabric_words, glsl::evaluate, glsl::slabs, R"(
 void main() {
   Query q = queries[uint(gl_FragCoord.x)];
   result = vec4(0.0);
   shade_texel(q.place.x, q.place.y, q.place.z, q.view.xyz, mat3(1.0), 1.0, result);
 }
-)";
-  const Result<GLuint> program = make_program(gl, frame_vertex_shader, fragment);
+)"});
+  const Result<GLuint> program = make_program(gl, shader_text("", {glsl::frame_vertex}), fragment);
   REQUIRE_MESSAGE(program, (program ? "" : to_line(program.error())));
   const auto width = static_cast<int>(queries.size());
   const GLuint target = make_plain_texture(gl, GL_RGBA32F, width, 1);

@@ -1,83 +1,8 @@
-// The shaders of the path that evaluates fabrics with OpenGL (shader_path.h).
-#pragma once
-
-#include <string>
-
-#include "format/scene/footprint.h"
-#include "viewer/light/pbr_glsl.h"
-#include "viewer/light/shadow_glsl.h"
-#include "viewer/shader/evaluate_glsl.h"
-
-namespace selvedge {
-
-/// Writes down which triangle is seen, and from which side.
-/// `definitions`: PbrInputs::definitions().
-inline std::string triangle_vertex_shader(const std::string& definitions) {
-  return "#version 450 core\n" + definitions + (definitions.empty() ? "" : pbr_vertex_glsl) + R"(
-layout(location = 0) in vec3 position;
-layout(location = 1) in float u;
-layout(location = 2) in float v;
-layout(location = 0) uniform mat4 to_clip;
-
-out vec2 surface_uv;
-// Rounds compare depths of several passes.
-invariant gl_Position;
-
-void main() {
-  gl_Position = to_clip * vec4(position, 1.0);
-  surface_uv = vec2(u, v);
-#ifdef CORE
-  pass_pbr();
-#endif
-}
-)";
-}
-
-/// `later`: what lies behind the round before.
-inline std::string triangle_fragment_shader(const std::string& definitions, bool later) {
-  return "#version 450 core\n" + definitions + (later ? "#define LATER\n" : "") + R"(
-in vec2 surface_uv;
-)" + (definitions.empty() ? "" : pbr_fragment_glsl) +
-         R"(
-layout(location = 1) uniform int first_triangle;  // number that marks the first triangle; 0 is an empty pixel
-layout(location = 2) uniform int culls_back;
-#ifdef LATER
-layout(binding = 1) uniform sampler2D depth_before;
-layout(binding = 2) uniform sampler2D frame_before;
-#endif
-layout(location = 0) out uint out_triangle;
-
-void main() {
-#ifdef CORE
-  if (!write_pbr()) discard;
-#endif
-  if (culls_back != 0 && !gl_FrontFacing) discard;
-#ifdef LATER
-  // Only here: implicit derivatives need all four pixels of a quad.
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
-  if (gl_FragCoord.z <= texelFetch(depth_before, pixel, 0).r) discard;
-  // Less than half a step of an 8-bit picture would show through.
-  if (1.0 - texelFetch(frame_before, pixel, 0).a < 0.5 / 255.0) discard;
-#endif
-  out_triangle = uint(first_triangle + gl_PrimitiveID) | (gl_FrontFacing ? 0u : 0x80000000u);
-}
-)";
-}
-
-/// One triangle that covers the frame.
-inline constexpr const char* frame_vertex_shader = R"(#version 450 core
-void main() {
-  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
-}
-)";
-
-/// From triangle numbers to light: the twin of index_pass.h and shade.h. `definitions`:
-/// PbrInputs::definitions(), and SHADOWS where there are shadow maps.
-inline std::string shading_fragment_shader(const std::string& definitions) {
-  return "#version 450 core\n" + definitions + R"(
+// From triangle numbers to light: the twin of viewer/hybrid/index_pass.h and shade.h. PBR: some material has no fabric;
+// SHADOWS: there are shadow maps.
 layout(binding = 0) uniform usampler2D triangle_numbers;
-#ifdef CORE
-// PbrPixel (surface_material.h).
+#ifdef PBR
+// PbrPixel (viewer/scene/material.h).
 layout(binding = 1) uniform sampler2D pbr_colours;
 layout(binding = 2) uniform usampler2D pbr_words;
 #endif
@@ -87,70 +12,22 @@ layout(std430, binding = 1) readonly buffer Vertices { vec4 vertices[]; };
 layout(std430, binding = 2) readonly buffer Triangles { uvec4 triangles[]; };
 // Number of the fabric, -1 where there is none; flags: its opacity counts 1, unlit 2, it gives light itself 4.
 layout(std430, binding = 3) readonly buffer Surfaces { ivec2 surfaces[]; };
-// Four a light: direction towards it (spot: against its axis) and kind (0 far away, 1 point, 2 spot); irradiance
-// and range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
-layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
-
 layout(location = 0) uniform mat4 to_clip;
 layout(location = 1) uniform vec2 frame_size;
 layout(location = 2) uniform vec3 ray_base;
 layout(location = 3) uniform vec3 ray_right;
 layout(location = 4) uniform vec3 ray_up;
-layout(location = 5) uniform int lights_in_use;
 layout(location = 6) uniform int forced_level;  // -1: none
 layout(location = 7) uniform int blend_levels;
 layout(location = 8) uniform float max_taps;
 layout(location = 9) uniform float level_bias;
 layout(location = 10) uniform int linear;
-#ifdef CORE
+#ifdef PBR
 layout(location = 11) uniform float ambient;  // light from all sides: white shows ambient / pi
 #endif
 
 layout(location = 0) out vec4 out_colour;
 
-vec3 surface_point;  // relative to the origin of the vertices
-uint light_count() { return uint(lights_in_use); }
-void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
-  vec4 towards_kind = lights[4u * i];
-  vec4 irradiance_range = lights[4u * i + 1u];
-  direction = towards_kind.xyz;
-  irradiance = irradiance_range.xyz;
-  if (towards_kind.w == 0.0) return;
-  // As light_share_at() (lights.h).
-  vec3 towards = lights[4u * i + 2u].xyz - surface_point;
-  float distance2 = dot(towards, towards);
-  if (!(distance2 > 0.0)) {
-    irradiance = vec3(0.0);
-    return;
-  }
-  direction = towards * inversesqrt(distance2);
-  float share = 1.0 / distance2;
-  float range = irradiance_range.w;
-  if (range > 0.0) {
-    float r2 = distance2 / (range * range);
-    share *= clamp(1.0 - r2 * r2, 0.0, 1.0);
-  }
-  if (towards_kind.w == 2.0) {
-    float cos_inner = lights[4u * i + 2u].w;
-    float cos_outer = lights[4u * i + 3u].x;
-    float t = clamp((dot(direction, towards_kind.xyz) - cos_outer) / max(cos_inner - cos_outer, 1e-3), 0.0, 1.0);
-    share *= t * t;
-  }
-  irradiance *= min(share, 1e24);
-}
-#ifdef SHADOWS
-// Of the pixel, by the numbers of the maps.
-float shadow_shares[16];
-#endif
-void light_at(uint i, out vec3 direction, out vec3 irradiance) {
-  open_light_at(i, direction, irradiance);
-#ifdef SHADOWS
-  int map = int(lights[4u * i + 3u].y);
-  if (map > 0) irradiance *= shadow_shares[map - 1];
-#endif
-}
-)" + (definitions.find("SHADOWS") == std::string::npos ? "" : shadow_lookup_glsl()) +
-         shader_evaluation_glsl + (definitions.empty() ? "" : pbr_shading_glsl) + footprint_glsl + R"(
 vec3 unit_or(vec3 v, vec3 otherwise) {
   float length2 = dot(v, v);
   return length2 > 1e-36 && length2 < 1e36 ? v * inversesqrt(length2) : otherwise;
@@ -187,8 +64,8 @@ Interpolation interpolation(uvec3 corner, vec2 pixel) {
 float along(vec2 weights, float a, float b, float c) { return weights.x * (b - a) + weights.y * (c - a); }
 
 ivec2 size_of(uint fabric, uint level) {
-  uint place = words[fabric + 14u + level];
-  return ivec2(int(words[place]), int(words[place + 1u]));
+  uint place = word(fabric + fabric_level_places + level);
+  return ivec2(int(word(place + level_width)), int(word(place + level_height)));
 }
 
 uint texel_at(uint fabric, uint level, vec2 uv) {
@@ -245,7 +122,7 @@ void main() {
   vec3 upwards = cross(normal, tangent) * (side * handedness);
   mat3 frame = mat3(tangent, upwards, normal);
   vec3 local_view = view * frame;
-#ifdef CORE
+#ifdef PBR
   uvec4 pbr = texelFetch(pbr_words, ivec2(gl_FragCoord.xy), 0);
   if (surface.x < 0) {
     vec4 colour = texelFetch(pbr_colours, ivec2(gl_FragCoord.xy), 0);
@@ -258,9 +135,9 @@ void main() {
   }
 #endif
 
-  uint fabric = words[surface.x];
-  vec2 size = vec2(float(words[fabric + 11u]), float(words[fabric + 12u]));
-  uint first_level = words[fabric + 13u];
+  uint fabric = word(surface.x);
+  vec2 size = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
+  uint first_level = word(fabric + fabric_first_level);
   vec3 v = vec3(normal_v[0].w, normal_v[1].w, normal_v[2].w);
   vec2 uv = vec2(u.x - floor(u.x) + along(within.at, u.x, u.y, u.z),
                  v.x - floor(v.x) + along(within.at, v.x, v.y, v.z));
@@ -269,7 +146,7 @@ void main() {
   vec4 seen = footprint(right, up, max_taps);
 
   float level = forced_level >= 0 ? float(forced_level) : seen.x + level_bias;
-  level = clamp(level - float(first_level), 0.0, float(words[fabric] - 1u));
+  level = clamp(level - float(first_level), 0.0, float(word(fabric + fabric_level_count) - 1u));
   if (blend_levels == 0) level = floor(level + 0.5);
   float lower = floor(level);
   float weight = level - lower;
@@ -302,12 +179,8 @@ void main() {
   }
   if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);
-#ifdef CORE
+#ifdef PBR
   if ((surface.y & 4) != 0) sum.rgb += pbr_emission(pbr) * sum.a;
 #endif
   out_colour = sum;
 }
-)";
-}
-
-}  // namespace selvedge

@@ -1,37 +1,5 @@
-// Shadow maps in shaders: the twin of shadow_share() (shadows.h), held to it by tests.
-#pragma once
-
-#include <fmt/format.h>
-
-#include <string>
-
-#include "viewer/light/shadows.h"
-
-namespace selvedge {
-
-/// Draws what a light sees: rows of a ShadowView, positions as the surfaces have them.
-inline constexpr const char* shadow_vertex_shader = R"(#version 450 core
-layout(location = 0) in vec3 position;
-layout(location = 0) uniform vec4 row_x;
-layout(location = 1) uniform vec4 row_y;
-layout(location = 2) uniform vec4 row_z;
-layout(location = 3) uniform vec4 row_w;
-layout(location = 4) uniform float size;
-void main() {
-  vec4 p = vec4(position, 1.0);
-  float w = dot(row_w, p);
-  gl_Position = vec4(dot(row_x, p) * (2.0 / size) - w, dot(row_y, p) * (2.0 / size) - w, dot(row_z, p) * 2.0 - w, w);
-}
-)";
-inline constexpr const char* shadow_fragment_shader = R"(#version 450 core
-void main() {}
-)";
-
-/// shadow_share(); `map` counts from 0.
-inline std::string shadow_lookup_glsl() {
-  return fmt::format("const float normal_offset = {:.6f};\nconst float light_offset = {:.6f};\n",
-                     shadow_normal_offset, shadow_light_offset) +
-         R"(
+// Shadow maps in shaders: the twin of shadow_share() (viewer/light/shadows.h), held to it by tests. `map`
+// counts from 0.
 layout(binding = 3) uniform sampler2DArray shadow_depths;
 // Five a map: the rows; side in texels, and a texel's in metres.
 layout(std430, binding = 5) readonly buffer Shadows { vec4 shadow_rows[]; };
@@ -43,7 +11,7 @@ float shadow_share(uint map, vec3 point, vec3 normal, vec3 light) {
   vec4 row_w = shadow_rows[at_map + 3u];
   float texel = shadow_rows[at_map + 4u].y * dot(row_w, vec4(point, 1.0));
   float sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-  vec4 p = vec4(point + normal * (texel * normal_offset * sine) + light * (texel * light_offset), 1.0);
+  vec4 p = vec4(point + normal * (texel * shadow_normal_offset * sine) + light * (texel * shadow_light_offset), 1.0);
   float w = dot(row_w, p);
   if (!(w > 0.0)) return 1.0;
   vec3 at = vec3(dot(shadow_rows[at_map], p), dot(shadow_rows[at_map + 1u], p), dot(shadow_rows[at_map + 2u], p)) / w;
@@ -65,7 +33,3 @@ float shadow_share(uint map, vec3 point, vec3 normal, vec3 light) {
   }
   return sum / 9.0;
 }
-)";
-}
-
-}  // namespace selvedge

@@ -1,0 +1,42 @@
+// A frame is drawn in bands of rows: that bounds its memory, and one band is shaded while the next is drawn.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "format/picture/frame.h"
+#include "viewer/frame/options.h"
+
+namespace selvedge {
+
+/// The supersampled frame, in pixels.
+struct FrameBands {
+  int width = 1;
+  int height = 1;
+  int rows = 1;  ///< of a band; the last one may have fewer
+  int supersample = 1;
+  int rows_from(int first_row) const { return first_row + rows < height ? rows : height - first_row; }
+  bool operator==(const FrameBands&) const = default;
+};
+
+/// Bands of a multiple of the supersampling, and of an even number of rows, so that OpenGL's quads of 2 x 2
+/// pixels lie the same in every band.
+FrameBands bands_of(const FrameSize& size);
+
+/// Where a band's pixels go: radiance times opacity, and opacity. Row y, counted from the band's bottom,
+/// begins at bottom + y * stride.
+struct BandPixels {
+  int first_row = 0;  ///< of the frame, counted from its bottom
+  int width = 1;
+  int rows = 1;
+  V4f* bottom = nullptr;
+  std::ptrdiff_t stride = 0;
+  V4f& at(int x, int y) const { return bottom[y * stride + x]; }
+};
+
+/// The pixels of the band that begins at `first_row`: the frame's own, or, where supersampled, those of
+/// `large`, which filter_band() then averages.
+BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large);
+void filter_band(const FrameBands& bands, int first_row, const std::vector<V4f>& large, Frame& frame);
+
+}  // namespace selvedge

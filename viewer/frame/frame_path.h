@@ -1,0 +1,55 @@
+// A way to a frame: the interface of the three paths, and what they are given.
+#pragma once
+
+#include <chrono>
+#include <vector>
+
+#include "format/picture/frame.h"
+#include "format/scene/camera.h"
+#include "viewer/frame/options.h"
+#include "viewer/light/shadow_pass.h"
+#include "viewer/scene/materials.h"
+#include "viewer/scene/mesh.h"
+
+namespace selvedge {
+
+/// What does not change from frame to frame.
+struct PreparedScene {
+  V3d origin{0, 0, 0};  ///< world, m, of the mesh's coordinates
+  MergedSurfaces mesh;
+  Materials materials;
+  std::vector<PackedFabric> fabrics;
+};
+
+struct FrameView {
+  const Camera& camera;
+  const DrawOptions& options;
+  ShadowPass* shadows = nullptr;  ///< with the maps of the lights; null where there are no shadows
+};
+
+class FramePath {
+ public:
+  FramePath() = default;
+  FramePath(const FramePath&) = delete;
+  FramePath& operator=(const FramePath&) = delete;
+  /// The context must be current whenever a function of a path is called, the destructor included.
+  virtual ~FramePath() = default;
+  virtual Result<void> resize(const FrameSize& size) = 0;
+  /// Fills all pixels of `frame`, which has the size of the last resize() already; adds to `stats`.
+  virtual Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) = 0;
+};
+
+/// Adds the time since the last call to one of the stages.
+class Stopwatch {
+ public:
+  void add_to(double& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    stage += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace selvedge

@@ -1,0 +1,193 @@
+#include "viewer/hybrid/path.h"
+
+#include <algorithm>
+#include <future>
+
+#include "format/base/parallel.h"
+
+namespace selvedge {
+
+Result<std::unique_ptr<HybridPath>> HybridPath::create(const GlFunctions& gl, const PreparedScene& scene,
+                                                       const FrameSize& size) {
+  std::unique_ptr<HybridPath> path(new HybridPath(scene));
+  path->bands_ = bands_of(size);
+  path->layers_ = size.layers;
+  auto pass = VisibilityPass::create(gl, scene.mesh, scene.materials, path->bands_);
+  if (!pass) return tl::unexpected(pass.error());
+  path->pass_ = std::move(*pass);
+  return path;
+}
+
+Result<void> HybridPath::resize(const FrameSize& size) {
+  bands_ = bands_of(size);
+  layers_ = size.layers;
+  return pass_->resize(bands_);
+}
+
+ProjectedVertices HybridPath::place(const Camera& camera) {
+  ProjectedVertices projected =
+      project(scene_.mesh, clip_matrix(camera, scene_.origin), bands_.width, bands_.height);
+  pass_->place(projected);
+  return projected;
+}
+
+IndexScene HybridPath::index(const ProjectedVertices& projected, const FrameView& view) const {
+  return {scene_.mesh, projected, scene_.materials.surfaces, scene_.fabrics, view.options.levels};
+}
+
+ShadingScene HybridPath::shading(const FrameView& view) const {
+  ShadingScene shading{view.camera,         bands_.width,        bands_.height, scene_.materials.surfaces,
+                       scene_.fabrics,      view.options.lights, &scene_.mesh,  scene_.origin,
+                       scene_.materials.pbr};
+  if (view.shadows != nullptr) shading.shadows = view.shadows->read();
+  shading.ambient = view.options.ambient;
+  shading.power = view.options.power;
+  return shading;
+}
+
+/// Both sides of the cloth, the first round.
+Result<void> HybridPath::draw_nearest(TriangleLists lists, const FrameTiles& where,
+                                      std::array<DrawnSide, 2>& sides, Stopwatch& watch, RenderStats& stats) {
+  sides[0].list = std::move(lists.front);
+  sides[1].list = std::move(lists.back);
+  for (int side = 0; side < 2; ++side) {
+    if (auto good = pass_->draw(side, 0, where.first_row, sides[side].list); !good) return good;
+  }
+  pass_->finish();
+  watch.add_to(stats.geometry);
+  for (int side = 0; side < 2; ++side) pass_->read(side, 0, where, sides[side].seen);
+  watch.add_to(stats.read_back);
+  return {};
+}
+
+/// What lies behind the first round, at the deep pixels.
+Result<void> HybridPath::draw_behind(const IndexScene& index, FrameTiles where,
+                                     std::array<DrawnSide, 2>& sides, DeepPixels& deep, Stopwatch& watch,
+                                     RenderStats& stats) {
+  for (int side = 0; side < 2; ++side) {
+    DrawnSide& drawn = sides[side];
+    deep.add_round(side, 0, drawn);
+    for (int round = 1; round < layers_ && deep.has_more(side, round); ++round) {
+      where.tiles = deep.tiles(side, round);
+      drawn.list = sift_triangles(scene_.mesh, index.projected, drawn.list, where);
+      if (auto good = pass_->draw(side, round, where.first_row, drawn.list); !good) return good;
+      pass_->finish();
+      watch.add_to(stats.geometry);
+      pass_->read(side, round, where, drawn.seen);
+      watch.add_to(stats.read_back);
+      deep.add_round(side, round, drawn);
+    }
+  }
+  return {};
+}
+
+/// From what a band's pixels see to the frame. Draws only where the scene has surfaces without fabric.
+Result<void> HybridPath::shade(const IndexScene& index, const ShadingScene& shading, int first_row,
+                               Band& band, Frame& frame, RenderStats& stats) {
+  Stopwatch watch;
+  const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
+  DeepPixels deep(bands_.width, pixels.rows);
+  LayerCount seen = shade_band(index, shading, band.sides, layers_, pixels, deep);
+  if (!deep.empty()) {
+    if (band.sides[0].seen.colours.empty()) {
+      deep.cast(scene_.mesh, index.projected, band.sides, first_row);
+    } else {
+      watch.add_to(stats.evaluation);
+      const FrameTiles where{first_row, pixels.rows, {}};
+      if (auto good = draw_behind(index, where, band.sides, deep, watch, stats); !good) return good;
+    }
+    seen += shade_deep(index, shading, deep, layers_, pixels);
+  }
+  watch.add_to(stats.evaluation);
+  stats.covered_pixels += seen.covered;
+  stats.evaluated_pixels += seen.evaluated;
+  stats.layers = std::max(stats.layers, seen.layers);
+  filter_band(bands_, first_row, band.large, frame);
+  watch.add_to(stats.filter);
+  return {};
+}
+
+Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
+  Stopwatch watch;
+  const ShadingScene shading = this->shading(view);
+  if (view.shadows != nullptr) watch.add_to(stats.shadows);
+  const ProjectedVertices projected = place(view.camera);
+  std::vector<TriangleLists> lists =
+      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
+  watch.add_to(stats.project);
+  const IndexScene index = this->index(projected, view);
+  // What is drawn twice, because of surfaces without fabric, cannot wait for the next band.
+  const bool at_once = thread_count() == 1 || pass_->has_pbr();
+  RenderStats shaded;
+  std::future<Result<void>> shading_before;
+  const auto finish_before = [&] { return shading_before.valid() ? shading_before.get() : Result<void>(); };
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    const int first_row = static_cast<int>(i) * bands_.rows;
+    Band& band = in_flight_[i % 2];
+    const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
+    watch = {};
+    if (auto good = draw_nearest(std::move(lists[i]), where, band.sides, watch, stats); !good) return good;
+    if (auto good = finish_before(); !good) return good;
+    const auto shade = [&, first_row] { return this->shade(index, shading, first_row, band, frame, shaded); };
+    if (!at_once) {
+      shading_before = std::async(std::launch::async, shade);
+    } else if (auto good = shade(); !good) {
+      return good;
+    }
+  }
+  if (auto good = finish_before(); !good) return good;
+  stats.geometry += shaded.geometry;
+  stats.read_back += shaded.read_back;
+  stats.evaluation = shaded.evaluation;
+  stats.filter = shaded.filter;
+  stats.covered_pixels = shaded.covered_pixels;
+  stats.evaluated_pixels = shaded.evaluated_pixels;
+  stats.layers = shaded.layers;
+  return {};
+}
+
+Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const V2i& pixel) {
+  Stopwatch watch;
+  RenderStats unwanted;
+  const int row = bands_.height - 1 - pixel.y;
+  const ProjectedVertices projected = place(view.camera);
+  std::array<DrawnSide, 2>& sides = in_flight_[0].sides;
+  // A band of one row, and of it the tile that holds the pixel.
+  FrameTiles where{row, 1, {}};
+  where.tiles.resize((bands_.width + tile_side - 1) / tile_side);
+  where.tiles[pixel.x / tile_side] = 1;
+  TriangleLists lists = list_triangles(scene_.mesh, projected, scene_.materials.surfaces, where);
+  if (auto good = draw_nearest(std::move(lists), where, sides, watch, unwanted); !good)
+    return tl::unexpected(good.error());
+  const std::optional<NearestSurface> nearest = nearest_surface(sides, pixel.x);
+  if (!nearest) return std::nullopt;
+  PixelTriangles pixels;
+  pixels.count = 1;
+  pixels.x[0] = static_cast<std::uint16_t>(pixel.x);
+  pixels.y[0] = static_cast<std::uint16_t>(row);
+  pixels.triangle[0] = nearest->triangle;
+  pixels.back[0] = nearest->back;
+  pixels.has_pbr = pass_->has_pbr();
+  pixels.pbr[0] = sides[nearest->back ? 1 : 0].pbr_at(pixel.x);
+  return probe_pixel(index(projected, view), shading(view), pixels);
+}
+
+Result<void> HybridPath::texel_edges(const FrameView& view, std::vector<OverlayPixel>& overlay) {
+  Stopwatch watch;
+  RenderStats unwanted;
+  const ProjectedVertices projected = place(view.camera);
+  std::vector<TriangleLists> lists =
+      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
+  const IndexScene index = this->index(projected, view);
+  std::array<DrawnSide, 2>& sides = in_flight_[0].sides;
+  overlay.resize(static_cast<std::size_t>(bands_.width) * static_cast<std::size_t>(bands_.height));
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    const int first_row = static_cast<int>(i) * bands_.rows;
+    const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
+    if (auto good = draw_nearest(std::move(lists[i]), where, sides, watch, unwanted); !good) return good;
+    draw_texel_edges(index, sides, first_row, where.rows, overlay);
+  }
+  return {};
+}
+
+}  // namespace selvedge

@@ -1,0 +1,55 @@
+// The paper, section 6, without its limits: OpenGL writes triangle numbers, the processor finds texels and
+// turns them into light. Also what a pixel shows, for all paths.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "viewer/frame/frame_path.h"
+#include "viewer/hybrid/layers.h"
+#include "viewer/hybrid/probe.h"
+
+namespace selvedge {
+
+class HybridPath final : public FramePath {
+ public:
+  /// `gl` and `scene` must outlive the object. GRAPHICS_UNAVAILABLE.
+  static Result<std::unique_ptr<HybridPath>> create(const GlFunctions& gl, const PreparedScene& scene,
+                                                    const FrameSize& size);
+
+  Result<void> resize(const FrameSize& size) override;
+  Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
+
+  /// As Renderer's.
+  Result<std::optional<PixelProbe>> probe(const FrameView& view, const V2i& pixel);
+  Result<void> texel_edges(const FrameView& view, std::vector<OverlayPixel>& overlay);
+
+ private:
+  /// Rows on their way: while one band is shaded the next is drawn.
+  struct Band {
+    std::array<DrawnSide, 2> sides;
+    std::vector<V4f> large;  ///< pixels, where supersampled
+  };
+
+  explicit HybridPath(const PreparedScene& scene) : scene_(scene) {}
+  ProjectedVertices place(const Camera& camera);
+  ShadingScene shading(const FrameView& view) const;
+  IndexScene index(const ProjectedVertices& projected, const FrameView& view) const;
+  Result<void> draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
+                            Stopwatch& watch, RenderStats& stats);
+  Result<void> draw_behind(const IndexScene& index, FrameTiles where, std::array<DrawnSide, 2>& sides,
+                           DeepPixels& deep, Stopwatch& watch, RenderStats& stats);
+  Result<void> shade(const IndexScene& index, const ShadingScene& shading, int first_row, Band& band,
+                     Frame& frame, RenderStats& stats);
+
+  const PreparedScene& scene_;
+  FrameBands bands_;
+  int layers_ = 1;
+  std::unique_ptr<VisibilityPass> pass_;
+  std::array<Band, 2> in_flight_;
+};
+
+}  // namespace selvedge

@@ -1,0 +1,18 @@
+// For vertex shaders: hands the coordinates and colours of a material without fabric on by pass_pbr(). MAPPINGS is the
+// number of its texture mappings, at least 1; VERTEX_COLOURS is defined where the mesh has some.
+#if MAPPINGS > 1
+layout(location = 3) in vec2 more_uv[MAPPINGS - 1];
+out vec2 surface_more_uv[MAPPINGS - 1];
+#endif
+#ifdef VERTEX_COLOURS
+layout(location = 7) in vec4 vertex_colour;
+out vec4 surface_colour;
+#endif
+void pass_pbr() {
+#if MAPPINGS > 1
+  surface_more_uv = more_uv;
+#endif
+#ifdef VERTEX_COLOURS
+  surface_colour = vertex_colour;
+#endif
+}

@@ -1,0 +1,2 @@
+// Shadow maps keep the depth alone.
+void main() {}

@@ -1,0 +1,12 @@
+// Draws what a light sees: the rows of a ShadowView, positions as the surfaces have them.
+layout(location = 0) in vec3 position;
+layout(location = 0) uniform vec4 row_x;
+layout(location = 1) uniform vec4 row_y;
+layout(location = 2) uniform vec4 row_z;
+layout(location = 3) uniform vec4 row_w;
+layout(location = 4) uniform float size;
+void main() {
+  vec4 p = vec4(position, 1.0);
+  float w = dot(row_w, p);
+  gl_Position = vec4(dot(row_x, p) * (2.0 / size) - w, dot(row_y, p) * (2.0 / size) - w, dot(row_z, p) * 2.0 - w, w);
+}

@@ -1,0 +1,155 @@
+// The evaluation of a texel of a fabric under all lights: the twin of format/fabric/evaluate.h (spec/brdf.md), held to it
+// by a test. shade_entry() adds weight * alpha * (radiance, 1) of an entry of a texel: `view` is in the fabric's frame, and
+// d * frame brings a direction of the world there. The includer defines word() (fabric_words.glsl) and
+//   uint light_count(), and void light_at(uint i, out vec3 direction, out vec3 irradiance), world.
+const float largest = 3.4028234e38;
+
+float number(uint at) { return uintBitsToFloat(word(at)); }
+vec3 vector_at(uint at) { return vec3(number(at), number(at + 1u), number(at + 2u)); }
+float table_number(uint place, bool halves, uint i) {
+  if (!halves) return number(place + i);
+  vec2 pair = unpackHalf2x16(word(place + (i >> 1u)));
+  return (i & 1u) == 0u ? pair.x : pair.y;
+}
+vec3 table_vector(uint place, bool halves, uint i) {
+  return vec3(table_number(place, halves, i), table_number(place, halves, i + 1u), table_number(place, halves, i + 2u));
+}
+vec3 held(vec3 x) { return min(x, vec3(largest)); }
+
+struct Taps {
+  uvec4 cell;
+  vec4 weight;
+};
+
+// format/fabric/directions.h
+vec2 hemisphere_to_square(vec3 d) {
+  const float quarter = 0.78539816339744831;
+  float planar = length(d.xy);
+  if (!(planar > 0.0)) return vec2(0.5);
+  float z = clamp(d.z, 0.0, 1.0);
+  float whole = length(vec2(planar, z));
+  float r = planar / whole / sqrt(1.0 + z / whole);
+  // The angle from the nearest axis, of at most an eighth of a turn.
+  vec2 s = abs(d.x) > abs(d.y) ? vec2(d.x, d.y) : vec2(d.y, d.x);
+  float turn = atan(s.y / s.x) / quarter;
+  vec2 p = vec2(s.x > 0.0 ? r : -r, 0.0);
+  p.y = turn * p.x;
+  vec2 ab = abs(d.x) > abs(d.y) ? p : p.yx;
+  return clamp((ab + 1.0) * 0.5, 0.0, 1.0);
+}
+Taps taps_of(uint columns, uint rows, vec3 direction) {
+  vec2 square = hemisphere_to_square(direction);
+  vec2 last = vec2(float(columns), float(rows)) - 1.0;
+  vec2 p = clamp(square * (last + 1.0) - 0.5, vec2(0.0), last);
+  uvec2 a = uvec2(p);
+  uvec2 b = min(a + 1u, uvec2(last));
+  vec2 f = p - vec2(a);
+  return Taps(uvec4(a.y * columns + a.x, a.y * columns + b.x, b.y * columns + a.x, b.y * columns + b.x),
+              vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y));
+}
+
+// format/fabric/lafortune.h, red, green and blue
+vec3 lobes_at(uint place, uint lobes, vec3 l, vec3 v) {
+  if (!(l.z > 0.0)) return vec3(0.0);
+  vec3 p = l * v;
+  vec3 sum;
+  for (uint c = 0u; c < 3u; ++c) {
+    uint at = place + c * (1u + 4u * lobes);
+    float one = number(at);
+    for (uint j = 0u; j < lobes; ++j) {
+      uint lobe = at + 1u + 4u * j;
+      float base = number(lobe) * p.x + number(lobe + 1u) * p.y + number(lobe + 2u) * p.z;
+      float n = number(lobe + 3u);
+      if (base > 0.0) one += n == 0.0 ? 1.0 : pow(base, n);
+    }
+    sum[c] = one;
+  }
+  return held(sum * l.z);
+}
+
+// One entry of a texel under all lights, as it is seen from `view`: adds weight * alpha * (radiance, 1).
+void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat3 frame, float weight,
+                 inout vec4 sum) {
+  uint views = word(fabric + fabric_view_columns) * word(fabric + fabric_view_rows);
+  uint lights = word(fabric + fabric_light_columns) * word(fabric + fabric_light_rows);
+  uint table = word(level + level_view_table);
+  uint opacity = word(level + level_opacity);
+  uint light_table = word(level + level_light_table);
+  uint products = word(level + level_products);
+  Taps view_taps = taps_of(word(fabric + fabric_view_columns), word(fabric + fabric_view_rows), view);
+  vec3 of_view = vec3(1.0);
+  float alpha = 1.0;
+  if (table != 0u || opacity != 0u) {
+    vec3 colour = vec3(0.0);
+    float total = 0.0;
+    for (int tap = 0; tap < 4; ++tap) {
+      uint at = texel * views + view_taps.cell[tap];
+      float share = view_taps.weight[tap];
+      if (opacity != 0u) share *= table_number(opacity, word(level + level_opacity_halves) != 0u, at);
+      total += share;
+      if (table != 0u) colour += share * table_vector(table, word(level + level_view_table_halves) != 0u, 3u * at);
+    }
+    if (opacity != 0u) alpha = min(total, 1.0);
+    if (table != 0u) of_view = total > 0.0 ? held(colour / total) : vec3(0.0);
+  }
+  sum.a += weight * alpha;
+  if (!(view.z > 0.0) || !(alpha > 0.0)) return;
+
+  vec3 normal = vec3(0.0, 0.0, 1.0);
+  vec3 tangent = vec3(1.0, 0.0, 0.0);
+  if (word(level + level_frames) != 0u) {
+    normal = vector_at(word(level + level_frames) + 6u * texel);
+    tangent = vector_at(word(level + level_frames) + 6u * texel + 3u);
+  }
+  mat3 local = mat3(tangent, cross(normal, tangent), normal);
+  vec3 local_view = view * local;
+  uint lobes = word(level + level_lobe_count);
+  uint own_lobes = word(level + level_lobes) == 0u ? 0u : word(level + level_lobes) + texel * 3u * (1u + 4u * lobes);
+  uint coefficients = word(level + level_coefficients) + (texel * word(level + level_entries) + entry) * products;
+  float scale = number(fabric + fabric_radiance_scale);
+  vec3 radiance = vec3(0.0);
+  for (uint i = 0u; i < light_count(); ++i) {
+    vec3 direction;
+    vec3 irradiance;
+    light_at(i, direction, irradiance);
+    vec3 l = direction * frame;
+    if (!(l.z > 0.0)) continue;
+    vec3 bracket = of_view;
+    if (light_table != 0u || products != 0u) {
+      Taps taps = taps_of(word(fabric + fabric_light_columns), word(fabric + fabric_light_rows), l);
+      if (table == 0u && light_table == 0u) bracket = vec3(0.0);
+      if (light_table != 0u) {
+        vec3 of_light = vec3(0.0);
+        for (int tap = 0; tap < 4; ++tap) {
+          of_light += taps.weight[tap] *
+                      table_vector(light_table, word(level + level_light_table_halves) != 0u, 3u * (texel * lights + taps.cell[tap]));
+        }
+        bracket *= of_light;
+      }
+      for (uint m = 0u; m < products; ++m) {
+        float factor = number(coefficients + m);
+        if (factor == 0.0) continue;
+        uint a = word(word(level + level_pairs) + 2u * m);
+        uint b = word(word(level + level_pairs) + 2u * m + 1u);
+        if (a > 0u) {
+          float phi = 0.0;
+          for (int tap = 0; tap < 4; ++tap) {
+            phi += view_taps.weight[tap] * number(word(fabric + fabric_view_basis) + (a - 1u) * views + view_taps.cell[tap]);
+          }
+          factor *= phi;
+        }
+        vec3 psi = vec3(0.0);
+        for (int tap = 0; tap < 4; ++tap) {
+          psi += taps.weight[tap] * vector_at(word(fabric + fabric_light_basis) + 3u * (b * lights + taps.cell[tap]));
+        }
+        bracket += factor * psi;
+      }
+      // Not max(): NaN becomes 0 as well.
+      for (int c = 0; c < 3; ++c) bracket[c] = bracket[c] > 0.0 ? min(bracket[c], largest) : 0.0;
+    }
+    vec3 g = own_lobes == 0u ? vec3(1.0) : lobes_at(own_lobes, lobes, l * local, local_view);
+    radiance += held(scale * held(bracket * g)) * irradiance;
+  }
+  for (int c = 0; c < 3; ++c) radiance[c] = radiance[c] >= 0.0 ? min(radiance[c], 1e30) : 0.0;
+  sum.rgb += weight * alpha * radiance;
+}

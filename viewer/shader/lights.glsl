@@ -1,0 +1,47 @@
+// The lights at surface_point; SHADOWS: dimmed by shadow_shares, which the includer fills for the pixel.
+// Four a light: direction towards it (spot: against its axis) and kind (0 far away, 1 point, 2 spot); irradiance
+// and range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
+layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
+layout(location = 5) uniform int lights_in_use;
+
+vec3 surface_point;  // relative to the origin of the vertices
+uint light_count() { return uint(lights_in_use); }
+void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  vec4 towards_kind = lights[4u * i];
+  vec4 irradiance_range = lights[4u * i + 1u];
+  direction = towards_kind.xyz;
+  irradiance = irradiance_range.xyz;
+  if (towards_kind.w == 0.0) return;
+  // As light_share_at() (lights.h).
+  vec3 towards = lights[4u * i + 2u].xyz - surface_point;
+  float distance2 = dot(towards, towards);
+  if (!(distance2 > 0.0)) {
+    irradiance = vec3(0.0);
+    return;
+  }
+  direction = towards * inversesqrt(distance2);
+  float share = 1.0 / distance2;
+  float range = irradiance_range.w;
+  if (range > 0.0) {
+    float r2 = distance2 / (range * range);
+    share *= clamp(1.0 - r2 * r2, 0.0, 1.0);
+  }
+  if (towards_kind.w == 2.0) {
+    float cos_inner = lights[4u * i + 2u].w;
+    float cos_outer = lights[4u * i + 3u].x;
+    float t = clamp((dot(direction, towards_kind.xyz) - cos_outer) / max(cos_inner - cos_outer, 1e-3), 0.0, 1.0);
+    share *= t * t;
+  }
+  irradiance *= min(share, 1e24);
+}
+#ifdef SHADOWS
+// By the numbers of the maps.
+float shadow_shares[16];
+#endif
+void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  open_light_at(i, direction, irradiance);
+#ifdef SHADOWS
+  int map = int(lights[4u * i + 3u].y);
+  if (map > 0) irradiance *= shadow_shares[map - 1];
+#endif
+}
