@@ -1,8 +1,8 @@
 // A camera that is moved by hand: around a point, towards it, and along the picture. The point and the
 // distance are CameraOptions::look_at and ::distance, which must be set.
 //
-// Lengths in the window are told in its heights, x to the right and y up; a point of the window in [-1, 1]^2
-// as in camera.h.
+// Lengths in the window are measured in its heights, x to the right and y up; a point of the window in [-1,
+// 1]^2 as in camera.h.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// What can be asked of a frame, and drawn.
+// Checks of options and fabrics before anything is drawn.
 #pragma once
 
 #include <vector>

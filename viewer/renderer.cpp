@@ -145,7 +145,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   }
   frame.width = s.size.width;
   frame.height = s.size.height;
-  frame.pixels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
+  frame.pixels.resize(static_cast<std::size_t>(frame.width) * frame.height);
   return s.path->draw({camera, options, *shadows}, frame, stats);
 }
 

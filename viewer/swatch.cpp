@@ -49,15 +49,4 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   return swatch;
 }
 
-Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_options, RenderOptions options,
-                            RenderStats* stats) {
-  const Result<Swatch> swatch = make_swatch(fabric, swatch_options);
-  if (!swatch) return tl::unexpected(swatch.error());
-  options.width = swatch->width;
-  options.height = swatch->height;
-  options.levels.forced = swatch_options.level;
-  options.layers = 1;
-  return render(swatch->scene, {fabric}, swatch->camera, options, stats);
-}
-
 }  // namespace selvedge

@@ -1,9 +1,10 @@
-// A flat piece of a fabric, seen from any direction without foreshortening: a fabric file made visible, and
-// the picture against which the renderer is held to the reference evaluation.
+// A flat piece of a fabric, seen from any direction without foreshortening: texel by texel, where the
+// swatches of format/scene/swatch.h are seen in perspective.
 #pragma once
 
 #include "format/fabric/fabric.h"
-#include "viewer/render.h"
+#include "format/scene/camera.h"
+#include "format/scene/scene.h"
 
 namespace selvedge {
 
@@ -12,7 +13,7 @@ struct SwatchOptions {
   /// Along both sides, in texels of `level`; 0.5 gives one pixel for two texels. The frame's size is rounded
   /// to whole pixels, at least one.
   double pixels_per_texel = 1;
-  int level = -1;     ///< of the whole fabric; -1: the finest sets the size and OpenGL chooses the level
+  int level = -1;     ///< of the whole fabric; -1: the finest sets the size, the footprint the level
   V3d view{0, 0, 1};  ///< towards the viewer, in the fabric's frame, z > 0; any length
 };
 
@@ -26,9 +27,5 @@ struct Swatch {
 /// With one pixel per texel of a level, pixel (x, y) shows texel (x, y) of that level (repeating).
 /// OPTION_OUT_OF_RANGE for options, also for a level that the fabric does not have.
 Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options);
-
-/// `make_swatch` rendered: options.width, height and forced_level are taken from the swatch.
-Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch, RenderOptions options,
-                            RenderStats* stats = nullptr);
 
 }  // namespace selvedge

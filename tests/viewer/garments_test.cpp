@@ -9,6 +9,7 @@
 
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
+#include "format/scene/scene_points.h"
 #include "tests/format/files.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"

@@ -8,12 +8,24 @@
 #include "format/fabric/evaluate.h"
 #include "format/picture/swatch_picture.h"
 #include "tests/viewer/shapes.h"
+#include "viewer/render.h"
 
 namespace selvedge {
 namespace {
 
 const std::vector<V3d> directions{V3d(0, 0, 1), V3d(0.5, 0.3, 0.8), V3d(-0.9, 0.2, 0.3),
                                   V3d(0.1, -0.97, 0.1)};
+
+Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_options,
+                            RenderOptions options) {
+  const Result<Swatch> swatch = make_swatch(fabric, swatch_options);
+  test::require(swatch);
+  options.width = swatch->width;
+  options.height = swatch->height;
+  options.levels.forced = swatch_options.level;
+  options.layers = 1;
+  return render(swatch->scene, {fabric}, swatch->camera, options);
+}
 
 /// Largest difference between a swatch of one pixel per texel and the reference, relative to the peak.
 double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d& view, const V3d& light,

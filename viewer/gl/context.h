@@ -20,7 +20,7 @@ class GraphicsContext {
   virtual Function function(const char* name) const = 0;
 };
 
-/// Which of them.
+/// Whose OpenGL draws.
 enum class ContextKind { automatic, osmesa, egl };
 
 /// A context of Mesa's software rasteriser: no display, no GPU. GRAPHICS_UNAVAILABLE where that fails.

@@ -136,7 +136,7 @@ void DeepPixels::add(std::span<const Pixel> pixels) {
 DeepPixels::Place DeepPixels::place_of(std::uint32_t pixel) const {
   const std::uint32_t x = pixel % static_cast<std::uint32_t>(width_);
   const std::uint32_t y = pixel / static_cast<std::uint32_t>(width_);
-  return {std::size_t{y / 8} * static_cast<std::size_t>(tile_columns_) + x / 8, y % 8 * 8 + x % 8};
+  return {std::size_t{y / 8} * tile_columns_ + x / 8, y % 8 * 8 + x % 8};
 }
 
 bool DeepPixels::has_more(int side, int round) const {

@@ -15,13 +15,10 @@ namespace {
 constexpr std::size_t lights_at_once = 8;
 constexpr std::size_t max_lobes = 16;
 
-/// What one stroke evaluates: texels of one layout.
-struct Stroke {
-  /// Leaves the numbers to be filled in.
-  Stroke(const PackedFabric& of_fabric, const PackedLayout& of_layout)
-      : fabric(of_fabric), layout(of_layout) {}
+/// Texels of one layout, evaluated together: what each lane reads.
+struct LaneBatch {
+  explicit LaneBatch(const PackedLayout& layout_of_all) : layout(layout_of_all) {}
 
-  const PackedFabric& fabric;
   const PackedLayout& layout;
   std::array<const Group*, lane_count> texel;   ///< its groups
   std::array<const Group*, lane_count> views;   ///< of its first view
@@ -100,25 +97,24 @@ SELVEDGE_INLINE void fill_light_functions(const Surroundings& s, std::size_t lig
 
 /// Sum over m of c_m phi_a(m) psi_b(m).
 template <std::size_t N>
-SELVEDGE_INLINE void add_products(const Surroundings& s, const Stroke& stroke, std::size_t light,
+SELVEDGE_INLINE void add_products(const Surroundings& s, const LaneBatch& batch, std::size_t light,
                                   std::size_t first, WideFloat<N>* sum) {
   using Wide = WideFloat<N>;
   const auto functions = static_cast<std::size_t>(s.fabric.light_functions);
-  const auto count = static_cast<std::size_t>(stroke.layout.products);
+  const auto count = static_cast<std::size_t>(batch.layout.products);
   Wide group[4];  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t m = 0; m < count; ++m) {
-    if (m % 4 == 0) fetch<N>(stroke.entry.data() + first, m / 4, group);
-    const V2i& pair = stroke.layout.pairs[m];
+    if (m % 4 == 0) fetch<N>(batch.entry.data() + first, m / 4, group);
+    const V2i& pair = batch.layout.pairs[m];
     Wide factor = group[m % 4];
     if (pair.x > 0)
       factor *= Wide::load(s.view_functions + static_cast<std::size_t>(pair.x - 1) * lane_count + first);
-    const float* psi =
-        s.light_functions + (light * functions + static_cast<std::size_t>(pair.y)) * 3 * lane_count + first;
+    const float* psi = s.light_functions + (light * functions + pair.y) * 3 * lane_count + first;
     for (std::size_t c = 0; c < 3; ++c) sum[c] += factor * Wide::load(psi + c * lane_count);
   }
 }
 
-/// The lookups of one stroke of directions, the same for all texels of a fabric.
+/// The lookups of one set of directions, the same for all texels of a fabric.
 template <std::size_t N>
 struct Lookups {
   WideTaps<N> view;
@@ -138,13 +134,13 @@ SELVEDGE_INLINE void fill(const Surroundings& s, std::size_t first, Lookups<N>& 
   }
 }
 
-/// The texels of one stroke; `with_alpha`: opacity is added as well. `Known`: how many lobes the layout has,
+/// The texels of one batch; `with_alpha`: opacity is added as well. `Known`: how many lobes the layout has,
 /// 0 where only the layout knows.
 template <std::size_t N, int Known, class Power>
-SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const Lookups<N>& lookups,
+SELVEDGE_INLINE void evaluate(const Surroundings& s, const LaneBatch& batch, const Lookups<N>& lookups,
                               std::size_t first, bool with_alpha, LaneShading& result) {
   using Wide = WideFloat<N>;
-  const PackedLayout& layout = stroke.layout;
+  const PackedLayout& layout = batch.layout;
   const Wide zero(0);
   const Wide one(1);
   const WideVec3<N> view = load<N>(s.view, first);
@@ -152,21 +148,21 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
   // T and alpha.
   Wide table[4] = {one, one, one, one};  // NOLINT(modernize-avoid-c-arrays)
   if (layout.has_views) {
-    look_up<N>(stroke.views.data() + first, lookups.view, table);
+    look_up<N>(batch.views.data() + first, lookups.view, table);
     for (std::size_t c = 0; c < 3; ++c)
       table[c] = if_greater(table[3], zero, clamp_to_finite(table[c] / table[3]), zero);
     table[3] = min(table[3], one);
   }
-  const Wide share = Wide::load(&stroke.weight[first]) * table[3];
+  const Wide share = Wide::load(&batch.weight[first]) * table[3];
 
   // The texel's frame and lobes.
   const int lobes = Known > 0 ? Known : layout.lobes;
-  const std::size_t per_channel = 1 + 4 * static_cast<std::size_t>(lobes);
+  const std::size_t per_channel = 1 + 4 * lobes;
   Wide parameters[3 * (1 + 4 * (Known > 0 ? Known : max_lobes))];  // NOLINT(modernize-avoid-c-arrays)
   Wide normal[4];                                                  // NOLINT(modernize-avoid-c-arrays)
   Wide tangent[4];                                                 // NOLINT(modernize-avoid-c-arrays)
   Wide rest[4];                                                    // NOLINT(modernize-avoid-c-arrays)
-  const Group* const* texel = stroke.texel.data() + first;
+  const Group* const* texel = batch.texel.data() + first;
   fetch<N>(texel, 0, normal);
   fetch<N>(texel, 1, tangent);
   fetch<N>(texel, 2, rest);
@@ -175,7 +171,7 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
   parameters[2 * per_channel] = rest[0];
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t j = 0; j < static_cast<std::size_t>(lobes); ++j)
-      fetch<N>(texel, 3 + c * static_cast<std::size_t>(lobes) + j, parameters + c * per_channel + 1 + 4 * j);
+      fetch<N>(texel, 3 + c * lobes + j, parameters + c * per_channel + 1 + 4 * j);
   }
   const WideVec3<N> n{normal[0], normal[1], normal[2]};
   const WideVec3<N> t{tangent[0], tangent[1], tangent[2]};
@@ -191,12 +187,12 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
     Wide factor[3] = {table[0], table[1], table[2]};  // NOLINT(modernize-avoid-c-arrays)
     if (layout.has_lights) {
       Wide of_light[4];  // NOLINT(modernize-avoid-c-arrays)
-      look_up<N>(stroke.lights.data() + first, lookups.light[i], of_light);
+      look_up<N>(batch.lights.data() + first, lookups.light[i], of_light);
       for (std::size_t c = 0; c < 3; ++c) factor[c] *= of_light[c];
     }
     if (layout.products > 0) {
       if (!layout.has_table) factor[0] = factor[1] = factor[2] = zero;
-      add_products<N>(s, stroke, i, first, factor);
+      add_products<N>(s, batch, i, first, factor);
     }
     if (layout.has_lights || layout.products > 0) {
       for (std::size_t c = 0; c < 3; ++c) factor[c] = clamp_to_finite(max(factor[c], zero));
@@ -226,14 +222,14 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const Stroke& stroke, const
   if (with_alpha) add(&result.alpha[first], share);
 }
 
-/// Texels as strokes. With heights a texel is the mean over the rays of its cells: `ray` says which.
-class Strokes {
+/// Cuts texels into batches. With heights a texel is the mean over the rays of its cells: `ray` says which.
+class BatchMaker {
  public:
-  Strokes(const PackedFabric& fabric, const LaneDirections& view) : fabric_(fabric), view_(view) {}
+  BatchMaker(const PackedFabric& fabric, const LaneDirections& view) : fabric_(fabric), view_(view) {}
 
-  /// Calls body(stroke) until all lanes of `texels` have had theirs.
+  /// Calls body(batch) until all lanes of `texels` have been in one.
   template <class Body>
-  void of(const LaneTexels& texels, const Body& body) const {
+  void for_each_batch(const LaneTexels& texels, const Body& body) const {
     std::uint32_t left = 0;
     for (std::size_t lane = 0; lane < lane_count; ++lane) left |= (texels.weight[lane] > 0 ? 1U : 0U) << lane;
     while (left != 0) {
@@ -247,12 +243,11 @@ class Strokes {
         }
       }
       left &= ~group;
-      const PackedLayout& of = fabric_.layouts[layout];
-      if (!of.has_heights) {
-        body(plain(texels, of, group, leader));
-      } else {
-        each_ray(texels, of, group, leader, body);
-      }
+      const PackedLayout& shared = fabric_.layouts[layout];
+      if (!shared.has_heights)
+        body(plain(texels, shared, group, leader));
+      else
+        each_ray(texels, shared, group, leader, body);
     }
   }
 
@@ -261,34 +256,17 @@ class Strokes {
     return fabric_.levels[texels.level[lane]];
   }
 
-  Stroke plain(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group,
-               std::size_t leader) const {
-    Stroke stroke(fabric_, layout);
-    std::array<const PackedLevel*, lane_count> level;
-    std::array<std::size_t, lane_count> texel;
+  LaneBatch plain(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group,
+                  std::size_t leader) const {
+    LaneBatch batch(layout);
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
-      // Idle lanes go along with another's texel, and count for nothing.
+      // Inactive lanes repeat the leader's texel with weight 0.
       const bool on = (group >> lane & 1U) != 0;
       const std::size_t from = on ? lane : leader;
-      level[lane] = &level_of(texels, from);
-      texel[lane] = static_cast<std::size_t>(texels.texel[from]);
-      stroke.weight[lane] = on ? texels.weight[lane] : 0.0F;
+      point(batch, lane, level_of(texels, from), texels.texel[from], 0);
+      batch.weight[lane] = on ? texels.weight[lane] : 0.0F;
     }
-    const auto point = [&](std::array<const Group*, lane_count>& to, std::vector<Group> PackedLevel::*groups,
-                           std::size_t per_texel) {
-      for (std::size_t lane = 0; lane < lane_count; ++lane)
-        to[lane] = (level[lane]->*groups).data() + texel[lane] * per_texel;
-    };
-    point(stroke.texel, &PackedLevel::texels, static_cast<std::size_t>(layout.texel_groups()));
-    if (layout.has_views)
-      point(stroke.views, &PackedLevel::views, static_cast<std::size_t>(fabric_.fabric->views.count()));
-    if (layout.has_lights)
-      point(stroke.lights, &PackedLevel::lights, static_cast<std::size_t>(fabric_.fabric->lights.count()));
-    if (layout.products > 0) {
-      point(stroke.entry, &PackedLevel::entries,
-            static_cast<std::size_t>(layout.entries) * static_cast<std::size_t>(layout.entry_groups()));
-    }
-    return stroke;
+    return batch;
   }
 
   template <class Body>
@@ -296,12 +274,12 @@ class Strokes {
                 const Body& body) const {
     // Levels of one layout may still divide their texels differently.
     for (int ray = 0;; ++ray) {
-      Stroke stroke(fabric_, layout);
-      stroke.weight.fill(0);
+      LaneBatch batch(layout);
+      batch.weight.fill(0);
       bool any = false;
       bool hits = false;
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
-        point(stroke, lane, level_of(texels, leader), 0, 0);
+        point(batch, lane, level_of(texels, leader), 0, 0);
         if ((group >> lane & 1U) == 0) continue;
         const FabricLevel& level = fabric_.fabric->levels[texels.level[lane]];
         const SlabShape& shape = level.heights->shape();
@@ -311,11 +289,11 @@ class Strokes {
         const auto hit = march(level, texels.texel[lane], ray, lane);
         if (!hit) continue;
         hits = true;
-        point(stroke, lane, level_of(texels, lane), hit->texel, hit->entry);
-        stroke.weight[lane] = texels.weight[lane] / static_cast<float>(rays);
+        point(batch, lane, level_of(texels, lane), hit->texel, hit->entry);
+        batch.weight[lane] = texels.weight[lane] / static_cast<float>(rays);
       }
       if (!any) break;
-      if (hits) body(stroke);
+      if (hits) body(batch);
     }
   }
 
@@ -329,23 +307,15 @@ class Strokes {
                                              V3f(view_.x[lane], view_.y[lane], view_.z[lane]));
   }
 
-  void point(Stroke& stroke, std::size_t lane, const PackedLevel& level, std::size_t texel,
+  /// What a lane reads: the groups of an entry of a texel.
+  void point(LaneBatch& batch, std::size_t lane, const PackedLevel& level, std::size_t texel,
              std::size_t entry) const {
-    const PackedLayout& layout = stroke.layout;
-    const auto groups = static_cast<std::size_t>(layout.texel_groups());
-    stroke.texel[lane] = level.texels.data() + texel * groups;
-    if (layout.has_views) {
-      stroke.views[lane] =
-          level.views.data() + texel * static_cast<std::size_t>(fabric_.fabric->views.count());
-    }
-    if (layout.has_lights) {
-      stroke.lights[lane] =
-          level.lights.data() + texel * static_cast<std::size_t>(fabric_.fabric->lights.count());
-    }
-    if (layout.products > 0) {
-      stroke.entry[lane] = level.entries.data() + (texel * static_cast<std::size_t>(layout.entries) + entry) *
-                                                      static_cast<std::size_t>(layout.entry_groups());
-    }
+    const PackedLayout& layout = batch.layout;
+    batch.texel[lane] = level.texels.data() + texel * layout.texel_groups();
+    if (layout.has_views) batch.views[lane] = level.views.data() + texel * fabric_.fabric->views.count();
+    if (layout.has_lights) batch.lights[lane] = level.lights.data() + texel * fabric_.fabric->lights.count();
+    if (layout.products > 0)
+      batch.entry[lane] = level.entries.data() + (texel * layout.entries + entry) * layout.entry_groups();
   }
 
   const PackedFabric& fabric_;
@@ -366,35 +336,35 @@ SELVEDGE_INLINE void fill_all(const Surroundings& s, AllLookups& lookups) {
 SELVEDGE_THREE_BODIES(fill_all, (const Surroundings& s, AllLookups& lookups), (s, lookups))
 
 template <std::size_t N, class Power>
-SELVEDGE_INLINE void evaluate_by(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+SELVEDGE_INLINE void evaluate_by(const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
                                  bool with_alpha, LaneShading& result) {
   for (std::size_t i = 0; i < lane_count / N; ++i) {
     const Lookups<N>& of = reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i];
     // The number of lobes that fabrics mostly have.
-    if (stroke.layout.lobes == 2)
-      evaluate<N, 2, Power>(s, stroke, of, i * N, with_alpha, result);
+    if (batch.layout.lobes == 2)
+      evaluate<N, 2, Power>(s, batch, of, i * N, with_alpha, result);
     else
-      evaluate<N, 0, Power>(s, stroke, of, i * N, with_alpha, result);
+      evaluate<N, 0, Power>(s, batch, of, i * N, with_alpha, result);
   }
 }
 template <std::size_t N>
-SELVEDGE_INLINE void evaluate_exact(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+SELVEDGE_INLINE void evaluate_exact(const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
                                     bool with_alpha, LaneShading& result) {
-  evaluate_by<N, PositivePower>(s, stroke, lookups, with_alpha, result);
+  evaluate_by<N, PositivePower>(s, batch, lookups, with_alpha, result);
 }
 template <std::size_t N>
-SELVEDGE_INLINE void evaluate_fast(const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+SELVEDGE_INLINE void evaluate_fast(const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
                                    bool with_alpha, LaneShading& result) {
-  evaluate_by<N, FastPower>(s, stroke, lookups, with_alpha, result);
+  evaluate_by<N, FastPower>(s, batch, lookups, with_alpha, result);
 }
 SELVEDGE_THREE_BODIES(evaluate_exact,
-                      (const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                      (const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
                        bool with_alpha, LaneShading& result),
-                      (s, stroke, lookups, with_alpha, result))
+                      (s, batch, lookups, with_alpha, result))
 SELVEDGE_THREE_BODIES(evaluate_fast,
-                      (const Surroundings& s, const Stroke& stroke, const AllLookups& lookups,
+                      (const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
                        bool with_alpha, LaneShading& result),
-                      (s, stroke, lookups, with_alpha, result))
+                      (s, batch, lookups, with_alpha, result))
 
 }  // namespace
 
@@ -406,8 +376,8 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
   const auto evaluate = by_power[static_cast<std::size_t>(power)];
   const std::size_t at_once = std::min(lights.size(), lights_at_once);
   scratch.view_functions.resize(static_cast<std::size_t>(fabric.view_functions) * lane_count);
-  scratch.light_functions.resize(at_once * static_cast<std::size_t>(fabric.light_functions) * 3 * lane_count);
-  const Strokes strokes(fabric, view);
+  scratch.light_functions.resize(at_once * fabric.light_functions * 3 * lane_count);
+  const BatchMaker batches(fabric, view);
   AllLookups lookups;
   std::size_t first = 0;
   do {
@@ -415,8 +385,9 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
     const Surroundings surroundings{fabric, view, lights.subspan(first, count), scratch.view_functions.data(),
                                     scratch.light_functions.data()};
     fill(surroundings, lookups);
-    for (const LaneTexels& of : texels) {
-      strokes.of(of, [&](const Stroke& stroke) { evaluate(surroundings, stroke, lookups, first == 0, sum); });
+    for (const LaneTexels& list : texels) {
+      batches.for_each_batch(
+          list, [&](const LaneBatch& batch) { evaluate(surroundings, batch, lookups, first == 0, sum); });
     }
     first += count;
   } while (first < lights.size());

@@ -231,8 +231,8 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, con
     const Wide upper = floor(from_y);
     const Wide part_x = from_x - left;
     const Wide part_y = from_y - upper;
-    // Level 0 has weight only on the way to level 1: its texels' edges fade with it. The first level of a
-    // part of a fabric is none such.
+    // Level 0 has weight only on the way to level 1: its texels' edges fade with it. Level 0 of a
+    // partial fabric is a coarser level of the whole, so it is filtered.
     const auto choose = [&](const Wide& linear, const Wide& nearest) __attribute__((always_inline)) {
       return if_greater(of_whole, zero, linear, nearest);
     };
@@ -306,7 +306,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   float last_level = 0;
   float counts = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    // Idle lanes go along with the first.
+    // Inactive lanes repeat the first.
     const std::size_t from = lane < pixels.count ? lane : 0;
     const MergedTriangle& triangle = scene.mesh.triangles[pixels.triangle[from]];
     for (std::size_t k = 0; k < 3; ++k) {

@@ -44,7 +44,7 @@ struct PixelBlock {
   alignas(64) LaneFloats third_corner{};   ///< ... and third
   LaneDirections normal;                   ///< interpolated, not normalised
   LaneDirections tangent;                  ///< the same
-  alignas(64) LaneFloats handedness{};     ///< of the tangents (geometry.h)
+  alignas(64) LaneFloats handedness{};     ///< of the tangents (surfaces.h)
   alignas(64) LaneFloats side{};           ///< 1 where the front is seen, -1 where the back is
   std::array<PbrPixel, lane_count> pbr{};
   /// Texels of the fabrics of the pixels' surfaces; the weights of a pixel sum to 1.

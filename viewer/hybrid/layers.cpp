@@ -101,10 +101,7 @@ class RowShader {
     std::size_t side;
   };
 
-  std::size_t index_of(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels_.width) +
-           static_cast<std::size_t>(x);
-  }
+  std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
   std::uint32_t triangle(std::size_t side, std::size_t i) const {
     return sides_[side].list[sides_[side].seen.triangles[i]];
   }

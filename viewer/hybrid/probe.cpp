@@ -137,8 +137,7 @@ void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& s
       waiting.count = 0;
     };
     for (int x = 0; x < width; ++x) {
-      const std::size_t i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+      const std::size_t i = static_cast<std::size_t>(y) * width + x;
       const std::optional<NearestSurface> seen = nearest_surface(sides, i);
       if (!seen) continue;
       const std::size_t lane = waiting.count;

@@ -1,5 +1,4 @@
-// What a pixel shows, for who wants to know: the texel with its numbers, and where texels end. Nearest
-// surface only.
+// What the nearest surface shows at a pixel: its texels with their weights, and lines where texels end.
 #pragma once
 
 #include <array>
@@ -50,7 +49,7 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
 using OverlayPixel = std::array<std::uint8_t, 4>;
 
 /// Lines of about a pixel's width where texels of the finer level that a pixel shows end, in another colour
-/// where the fabric begins anew. They fade where texels become smaller than a few pixels. Writes all pixels
+/// where the fabric repeats. They fade where texels become smaller than a few pixels. Writes all pixels
 /// of the band; `overlay` is the whole frame, top row first.
 void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row, int rows,
                       std::vector<OverlayPixel>& overlay);

@@ -1,6 +1,6 @@
-// What OpenGL's geometry passes need beside triangles when a scene has materials without fabric: their
-// pictures, coordinates and colours, and the values that change from surface to surface. The same for both
-// paths.
+// The inputs of OpenGL's geometry passes where a scene has materials without fabric: their pictures,
+// coordinates and colours, and the values that change from surface to surface. The hybrid and the shader path
+// share them.
 #pragma once
 
 #include <span>

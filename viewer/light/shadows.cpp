@@ -24,7 +24,7 @@ std::array<V3d, 2> across(const V3d& d) {
 struct Range {
   double low = HUGE_VAL;
   double high = -HUGE_VAL;
-  void take(double x) {
+  void extend(double x) {
     low = std::min(low, x);
     high = std::max(high, x);
   }
@@ -44,9 +44,9 @@ ShadowView parallel_view(const V3d& towards_light, std::span<const V3f> position
   Range depth;
   for (const V3f& position : positions) {
     const V3d p(position);
-    x.take(p.dot(right));
-    y.take(p.dot(up));
-    depth.take(-p.dot(towards_light));
+    x.extend(p.dot(right));
+    y.extend(p.dot(up));
+    depth.extend(-p.dot(towards_light));
   }
   const double extent = std::max({x.length(), y.length(), 1e-9});
   const double texel = extent / (size - 2 * margin);
@@ -69,7 +69,7 @@ std::optional<ShadowView> spot_view(const Light& light, std::span<const V3f> pos
   const double half_angle = std::acos(std::clamp(light.cos_outer, -1.0, 1.0));
   if (!(half_angle > 0 && half_angle < widest_cone)) return std::nullopt;
   Range depth;
-  for (const V3f& position : positions) depth.take((V3d(position) - place).dot(axis));
+  for (const V3f& position : positions) depth.extend((V3d(position) - place).dot(axis));
   if (!(depth.high > 0)) return std::nullopt;
   const double far = 1.01 * depth.high;
   const double near = std::max(0.99 * depth.low, nearest_share * far);

@@ -88,8 +88,7 @@ LayerCount shade_round(const PaperFrames& frames, const PaperKinds& kinds, bool 
     };
     for (int y = task * rows_per_task; y < std::min((task + 1) * rows_per_task, pixels.rows); ++y) {
       for (int x = 0; x < pixels.width; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.width) +
-                              static_cast<std::size_t>(x);
+        const std::size_t i = static_cast<std::size_t>(y) * pixels.width + x;
         if (frames.normals[i][3] == 0) continue;
         ++count.covered;
         if (!is_open(pixels.at(x, y))) continue;

@@ -1,4 +1,4 @@
-// What the paper's path can draw, and what it leaves to the next one.
+// The limits of the paper's path: which scenes, fabrics and lights it can draw.
 #pragma once
 
 #include <span>

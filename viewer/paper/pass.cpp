@@ -196,7 +196,7 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
 }
 
 void PaperPass::read(PaperFrames& frames) const {
-  const std::size_t count = static_cast<std::size_t>(bands_.width) * static_cast<std::size_t>(bands_.rows);
+  const std::size_t count = static_cast<std::size_t>(bands_.width) * bands_.rows;
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffers_[drawn_into_]);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);

@@ -16,7 +16,7 @@ namespace selvedge {
 struct MergedTriangle {
   std::array<std::uint32_t, 3> corners{};
   std::uint32_t surface = 0;
-  float handedness = 1;  ///< w of the corners' tangents (geometry.h)
+  float handedness = 1;  ///< w of the corners' tangents (surfaces.h)
 };
 
 struct MergedSurfaces {

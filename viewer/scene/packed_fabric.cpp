@@ -95,8 +95,7 @@ PackedFabric pack(const Fabric& fabric) {
     if (known == packed.layouts.end()) packed.layouts.push_back(layout);
     const auto texels = static_cast<std::size_t>(level.texels());
     pack_texels(level, layout, to.texels);
-    if (layout.has_views)
-      pack_views(level, texels * static_cast<std::size_t>(fabric.views.count()), to.views);
+    if (layout.has_views) pack_views(level, texels * fabric.views.count(), to.views);
     if (level.light_table) {
       for (const V3f& s : level.light_table->value) to.lights.push_back({s.x, s.y, s.z, 0});
     }

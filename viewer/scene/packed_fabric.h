@@ -9,7 +9,7 @@
 
 namespace selvedge {
 
-/// Which numbers a level has. Texels of levels with equal layouts can be evaluated in one stroke.
+/// Which numbers a level has. Texels of levels with equal layouts can be evaluated together.
 struct PackedLayout {
   bool has_lobes = false;   ///< else g = 1
   int lobes = 0;            ///< beside the diffuse term

@@ -285,7 +285,7 @@ Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     return good;
   gl_.Finish();
   watch.add_to(stats.geometry);
-  large_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  large_.resize(static_cast<std::size_t>(width_) * height_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, result_);
   gl_.NamedFramebufferReadBuffer(result_, GL_COLOR_ATTACHMENT0);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);

@@ -29,7 +29,7 @@ struct ShowState {
   bool probes = true;
 };
 
-/// What has to be done anew after a change; each includes those before it.
+/// What has to be done again after a change; each includes those before it.
 enum class Change { none, display, frame, scene };
 
 /// What a hand did over the picture since the last time.
@@ -52,7 +52,7 @@ void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state);
 /// The next of `count` fabrics on every material that has one. Gives whether that changes anything.
 bool next_fabrics(int count, ShowState& state);
 
-/// The lights' directions told in the other axes, so that the picture stays.
+/// Expresses the lights' directions in the other axes; the picture stays as it is.
 void switch_light_frame(const Camera& camera, ShowState& state);
 
 /// The lights in the world.

@@ -241,9 +241,9 @@ TEST_CASE("the paper's picture is within 1/255 of the reference evaluation over 
   const Camera camera = seen(20, 4.0 / 3);
   const std::vector<Light> lights = default_lights(camera);
   const Coding coding = code(scene, fabrics, camera, size, {});
-  const std::vector<SurfaceMaterial> materials = looks_of_kinds(coding.kinds);
   std::vector<V4f> pixels(static_cast<std::size_t>(size.x * size.y), V4f(0, 0, 0, 0));
-  shade_round(coding.frames, coding.kinds, true, {camera, size.x, size.y, materials, coding.packed, lights},
+  shade_round(coding.frames, coding.kinds, true,
+              {camera, size.x, size.y, coding.kinds.kinds, coding.packed, lights},
               {0, size.x, size.y, pixels.data(), size.x});
   double worst = 0;
   int covered = 0;
