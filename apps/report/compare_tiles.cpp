@@ -51,7 +51,7 @@ double luminance(const V3f& colour) {
          0.0722 * static_cast<double>(colour.z);
 }
 
-/// The value that a share of them does not pass; 0 of none.
+/// The value that a share of them does not pass; 0 where there are no values.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -59,7 +59,7 @@ double quantile(std::vector<double> values, double share) {
   return values[at];
 }
 
-/// What is white in truth and fit of a tile: 99.9 % of the truth's values are below it.
+/// The value that is shown as white in truth and fit of a tile: 99.9 % of the truth's values are below it.
 double white_of(const TilePixels& tile) {
   std::vector<double> values;
   for (const V3f& c : tile.truth) values.push_back(static_cast<double>(std::max({c.x, c.y, c.z})));
