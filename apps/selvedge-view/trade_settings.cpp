@@ -19,7 +19,7 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
   setting.render.path = path;
   setting.render.power = power;
   setting.render.layers = 1;
-  const std::string by(path_names[path]);
+  const std::string by(path_names[static_cast<std::size_t>(path)]);
   const char* filter = levels.linear ? "linear" : "nearest";
   const char* blend = levels.blend ? "on" : "off";
   nlohmann::ordered_json knobs = {{"path", by}};
