@@ -56,13 +56,13 @@ struct AngleBins {
   bool has(std::size_t bin) const { return energy[bin] > 0; }
 };
 
-AngleBins bins_of(const JudgedPairs& judged, V3f DirectionPair::*direction) {
+AngleBins bins_of(const ComparedPairs& compared, V3f DirectionPair::*direction) {
   AngleBins bins;
-  for (std::size_t p = 0; p < judged.pairs.pairs.size(); ++p) {
-    const double angle = angle_of(judged.pairs.pairs[p].*direction);
+  for (std::size_t p = 0; p < compared.pairs.pairs.size(); ++p) {
+    const double angle = angle_of(compared.pairs.pairs[p].*direction);
     const auto bin = std::min(static_cast<std::size_t>(angle / AngleBins::width), AngleBins::count - 1);
-    bins.squared[bin] += judged.comparison.by_pair[p].squared;
-    bins.energy[bin] += judged.comparison.by_pair[p].energy;
+    bins.squared[bin] += compared.comparison.by_pair[p].squared;
+    bins.energy[bin] += compared.comparison.by_pair[p].energy;
     bins.pairs[bin] += 1;
   }
   return bins;
@@ -84,7 +84,7 @@ void draw_bins(Page& page, const Chart& chart, const AngleBins& bins, Rgb colour
 }  // namespace
 
 void draw_angles(Page& page, const V2d& corner, const V2d& size, const char* title,
-                 const JudgedPairs& of_held_out, const JudgedPairs& of_training,
+                 const ComparedPairs& of_held_out, const ComparedPairs& of_training,
                  V3f DirectionPair::*direction) {
   Chart chart{corner, size};
   const AngleBins held_out = bins_of(of_held_out, direction);
@@ -124,10 +124,10 @@ void draw_levels(Page& page, const V2d& corner, const V2d& size, const Compariso
   const double bottom = chart.corner.y + chart.size.y;
   for (std::size_t k = 0; k < held_out.levels.size(); ++k) {
     const double middle = chart.at(static_cast<double>(k) + 0.5, 0).x;
-    const auto bar = [&](const Comparison& of, double left, Rgb colour) {
-      if (k >= of.levels.size()) return;
-      const std::string label = fmt::format("{:.1f}", of.levels[k].psnr);
-      const V2d top(std::round(left), std::round(chart.at(0, std::max(0.0, of.levels[k].psnr)).y));
+    const auto bar = [&](const Comparison& comparison, double left, Rgb colour) {
+      if (k >= comparison.levels.size()) return;
+      const std::string label = fmt::format("{:.1f}", comparison.levels[k].psnr);
+      const V2d top(std::round(left), std::round(chart.at(0, std::max(0.0, comparison.levels[k].psnr)).y));
       page.box(top, {width, bottom - top.y}, colour);
       if (!dense) page.text(top + V2d(width / 2, -5), label, 10, ink, Anchor::middle);
     };

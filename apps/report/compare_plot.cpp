@@ -27,7 +27,7 @@ std::string thousands(std::uint64_t number) {
   return result;
 }
 
-/// Of a path its file, of a long name what there is room for.
+/// The file's name of a path, cut off where there is no room for more.
 std::string file_name(const std::string& path, std::size_t most) {
   const std::string name = path.substr(path.rfind('/') + 1);
   return name.size() <= most ? name : name.substr(0, most - 3) + "...";
@@ -42,13 +42,13 @@ void draw_title(Page& page, const Fabric& fabric, const Comparison& held_out, co
       fmt::format("{} x {} texels, {}, {} bytes, beside the truth of {}", base.width, base.height,
                   layers_text(fabric.levels.front()), thousands(names.bytes), file_name(names.samples, 32)),
       14, muted);
-  const auto legend = [&](double y, Rgb colour, const char* what, const Comparison& of) {
+  const auto legend = [&](double y, Rgb colour, const char* what, const Comparison& comparison) {
     page.box({872, y - 11}, {14, 14}, colour);
     page.text({894, y + 1}, what, 14, ink, Anchor::start, true);
-    const LevelComparison& level = of.levels.front();
+    const LevelComparison& level = comparison.levels.front();
     page.text({974, y + 1},
               fmt::format("{:.2f} dB, relative L2 {:.4f} at level 0, {} pairs", level.psnr, level.relative_l2,
-                          of.pairs),
+                          comparison.pairs),
               14, ink);
   };
   legend(49, held_out_colour, "held-out", held_out);
@@ -90,11 +90,11 @@ Result<Drawing> plot(const Fabric& fabric, const PairSamples& held_out, const Pa
   const V2d chart_size(360, 210);
   const double pitch = (page_width - 2 * margin + 60) / 3;
   const auto chart_at = [&](int i) { return V2d(margin + 40 + std::round(i * pitch), charts_top); };
-  const JudgedPairs judged{held_out, *of_held_out};
-  const JudgedPairs trained{training, *of_training};
-  draw_angles(page, chart_at(0), chart_size, "Error over the angle of view", judged, trained,
+  const ComparedPairs compared{held_out, *of_held_out};
+  const ComparedPairs trained{training, *of_training};
+  draw_angles(page, chart_at(0), chart_size, "Error over the angle of view", compared, trained,
               &DirectionPair::view);
-  draw_angles(page, chart_at(1), chart_size, "Error over the angle of light", judged, trained,
+  draw_angles(page, chart_at(1), chart_size, "Error over the angle of light", compared, trained,
               &DirectionPair::light);
   draw_levels(page, chart_at(2), chart_size, *of_held_out, *of_training);
   draw_title(page, fabric, *of_held_out, *of_training, names);

@@ -33,14 +33,13 @@ struct TilePixels {
 
 TilePixels tile_pixels(const Fabric& fabric, const PairSamples& held_out, std::size_t pair) {
   const FabricLevel& level = fabric.levels.front();
-  const auto texels = static_cast<std::size_t>(level.texels());
+  const DirectionPair& directions = held_out.pairs[pair];
   TilePixels tile;
-  for (std::size_t t = 0; t < texels; ++t) {
-    const std::size_t from = pair * texels + t;
+  for (int t = 0; t < level.texels(); ++t) {
+    const std::size_t from = pair * level.texels() + t;
     tile.truth.push_back(held_out.radiance[from] * held_out.alpha[from]);
-    const auto width = static_cast<std::size_t>(level.width);
-    const Shading s = evaluate(level, fabric, static_cast<int>(t % width), static_cast<int>(t / width),
-                               held_out.pairs[pair].light, held_out.pairs[pair].view);
+    const Shading s =
+        evaluate(level, fabric, t % level.width, t / level.width, directions.light, directions.view);
     tile.fit.push_back(s.radiance * s.alpha);
   }
   return tile;
@@ -52,7 +51,7 @@ double luminance(const V3f& colour) {
          0.0722 * static_cast<double>(colour.z);
 }
 
-/// The value that a share of them does not pass; 0 of none.
+/// The value that a share of them does not pass; 0 where there are no values.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -60,12 +59,10 @@ double quantile(std::vector<double> values, double share) {
   return values[at];
 }
 
-/// What is white in truth and fit of a tile: 99.9 % of the truth's values are below it.
+/// The value that is shown as white in truth and fit of a tile: 99.9 % of the truth's values are below it.
 double white_of(const TilePixels& tile) {
   std::vector<double> values;
-  for (const V3f& c : tile.truth) {
-    values.push_back(static_cast<double>(std::max({c.x, c.y, c.z})));
-  }
+  for (const V3f& c : tile.truth) values.push_back(static_cast<double>(std::max({c.x, c.y, c.z})));
   const double white = quantile(std::move(values), 0.999);
   return white > 0 ? white : 1;
 }
@@ -74,9 +71,8 @@ double white_of(const TilePixels& tile) {
 double difference_scale(const std::vector<TilePixels>& tiles) {
   std::vector<double> values;
   for (const TilePixels& tile : tiles) {
-    for (std::size_t t = 0; t < tile.truth.size(); ++t) {
+    for (std::size_t t = 0; t < tile.truth.size(); ++t)
       values.push_back(std::abs(luminance(tile.fit[t] - tile.truth[t])));
-    }
   }
   return round_up(quantile(std::move(values), 0.99));
 }
@@ -84,7 +80,7 @@ double difference_scale(const std::vector<TilePixels>& tiles) {
 template <class Colour>
 Image image_of(const FabricLevel& level, const Colour& colour) {
   Image image{level.width, level.height, 3, {}};
-  for (std::size_t t = 0; t < static_cast<std::size_t>(level.texels()); ++t) {
+  for (int t = 0; t < level.texels(); ++t) {
     const V3f c = colour(t);
     image.pixels.insert(image.pixels.end(), {c.x, c.y, c.z});
   }
@@ -156,13 +152,13 @@ double draw_tiles(Page& page, const Fabric& fabric, const PairSamples& held_out,
     const auto white = static_cast<float>(white_of(tile));
     const std::string title =
         fmt::format("pair {}, view {}, light {}", shown[i], angles_text(pair.view), angles_text(pair.light));
-    page.picture({left, row_at(0)}, size,
-                 image_of(level, [&](std::size_t t) { return tile.truth[t] / white; }), "truth, " + title);
-    page.picture({left, row_at(1)}, size, image_of(level, [&](std::size_t t) { return tile.fit[t] / white; }),
+    page.picture({left, row_at(0)}, size, image_of(level, [&](int t) { return tile.truth[t] / white; }),
+                 "truth, " + title);
+    page.picture({left, row_at(1)}, size, image_of(level, [&](int t) { return tile.fit[t] / white; }),
                  "fit, " + title);
     page.picture({left, row_at(2)}, size,
                  image_of(level,
-                          [&](std::size_t t) {
+                          [&](int t) {
                             const V3f difference = tile.fit[t] - tile.truth[t];
                             return diverging_colour(luminance(difference) / scale);
                           }),

@@ -59,7 +59,7 @@ struct DrawnPicture {
 
 using Drawn = std::variant<DrawnBox, DrawnLine, DrawnDisc, DrawnText, DrawnPicture>;
 
-/// On its paper, what comes later covers what comes before.
+/// Later shapes cover earlier ones.
 struct Drawing {
   int width = 0;
   int height = 0;

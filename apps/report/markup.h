@@ -7,8 +7,8 @@
 
 namespace selvedge {
 
-/// Text within an element or an attribute in double quotes. What is no UTF-8 or a control character is
-/// replaced as on a terminal.
+/// Text within an element or an attribute in double quotes. Bytes that are not UTF-8 and control characters
+/// are replaced as on a terminal.
 std::string escaped(const std::string& text);
 
 /// As in a data URI.

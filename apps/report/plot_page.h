@@ -1,4 +1,4 @@
-// What the two halves of a comparison's picture share: a page that is drawn on, its colours, and angles.
+// A page to draw on, the colours of plots, and the parts of a comparison's picture.
 #pragma once
 
 #include <string>
@@ -29,7 +29,7 @@ double azimuth_of(const V3f& direction);
 /// The next of 1, 2, 5, 10, 20 ... that is not less; 1 where the value is not positive.
 double round_up(double value);
 
-/// What is put on the page, in its order.
+/// The shapes of a drawing, in their order.
 class Page {
  public:
   void box(const V2d& corner, const V2d& size, Rgb fill) {
@@ -59,14 +59,14 @@ double draw_tiles(Page& page, const Fabric& fabric, const PairSamples& held_out,
                   double top);
 
 /// A set of pairs with its comparison.
-struct JudgedPairs {
+struct ComparedPairs {
   const PairSamples& pairs;
   const Comparison& comparison;
 };
 
 /// The error over an angle: of views or of lights.
 void draw_angles(Page& page, const V2d& corner, const V2d& size, const char* title,
-                 const JudgedPairs& held_out, const JudgedPairs& training, V3f DirectionPair::*direction);
+                 const ComparedPairs& held_out, const ComparedPairs& training, V3f DirectionPair::*direction);
 
 /// The error of every level.
 void draw_levels(Page& page, const V2d& corner, const V2d& size, const Comparison& held_out,

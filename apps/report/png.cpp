@@ -16,7 +16,7 @@
 namespace selvedge {
 namespace {
 
-/// Where systems keep DejaVu: Debian, Fedora, Arch.
+/// The folders of DejaVu on Debian, Fedora and Arch.
 constexpr std::array font_folders{"/usr/share/fonts/truetype/dejavu", "/usr/share/fonts/dejavu-sans-fonts",
                                   "/usr/share/fonts/TTF"};
 

@@ -85,7 +85,7 @@ std::string csv_of(const Json& all) {
   return text;
 }
 
-/// The address of a picture that is the picture itself, or nothing where there is none.
+/// A picture as an address that contains it; empty where there is no picture.
 std::string picture_data(const std::string& folder, const std::string& name) {
   const auto bytes = read_file(fmt::format("{}/{}/{}.png", folder, trade_pictures_folder, name));
   if (!bytes) return "";

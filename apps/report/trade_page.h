@@ -26,8 +26,8 @@ struct TradeFigure {
   double quality = 0;
 };
 
-/// Which of them no other beats: none has less cost and at least the quality, or the same cost and more
-/// quality. Of equal ones all are on the front; points that are not finite are not.
+/// True for each that no other beats: no other has less cost and at least the quality, or the same cost and
+/// more quality. Of equal ones all are on the front; points that are not finite are not.
 std::vector<bool> pareto_front(const std::vector<TradeFigure>& figures);
 
 /// Of the viewer's records those that trade_frames_file names, of points that the sweep has; with all

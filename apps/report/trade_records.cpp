@@ -21,7 +21,7 @@ bool is_on(const Json& json, const char* member) {
   return json.contains(member) && json[member].is_boolean() && json[member].get<bool>();
 }
 
-/// What would lead out of the folder that the name belongs to, or is no name.
+/// Whether the name stays within the folder that it belongs to.
 bool is_plain_name(const std::string& name) {
   return !name.empty() && name != "." && name != ".." &&
          name.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos;

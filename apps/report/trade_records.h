@@ -12,11 +12,11 @@
 
 namespace selvedge {
 
-/// The JSON object in a file: FILE_DAMAGED where it is none, else the errors of read_file().
+/// The JSON object in a file. FILE_DAMAGED where there is something else, or the errors of read_file().
 Result<nlohmann::ordered_json> read_trade_record(const std::string& path);
 
-/// The names that an array of such a record has, each fit for a file's name in the folder: FILE_DAMAGED where
-/// it is no array of such. `path`: of the record.
+/// The names in an array of such a record, each fit for a file's name in the folder, else FILE_DAMAGED.
+/// `path`: of the record.
 Result<std::vector<std::string>> trade_names(const nlohmann::ordered_json& record, const std::string& path,
                                              const char* member);
 
@@ -25,12 +25,12 @@ bool is_frame_record(const nlohmann::ordered_json& record, const std::string& na
 /// The same of a point of the sweep that was made.
 bool is_point_record(const nlohmann::ordered_json& record, const std::string& name);
 
-/// The record of the sweep in the folder: FILE_DAMAGED where it is none.
+/// The record of the sweep in the folder. FILE_DAMAGED where it is not whole.
 Result<nlohmann::ordered_json> read_sweep_record(const std::string& folder);
 
 /// The number at a JSON pointer, or NaN.
 double number_at(const nlohmann::ordered_json& json, const char* pointer);
-/// A member's text, or nothing; a member, or an empty object where it is none.
+/// A member that is a text, or an empty one; a member that is an object, or an empty one.
 std::string text_at(const nlohmann::ordered_json& json, const char* member);
 nlohmann::ordered_json object_at(const nlohmann::ordered_json& json, const char* member);
 

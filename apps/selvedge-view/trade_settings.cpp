@@ -19,7 +19,7 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
   setting.render.path = path;
   setting.render.power = power;
   setting.render.layers = 1;
-  const std::string by(path_names[path]);
+  const std::string by(path_names[static_cast<std::size_t>(path)]);
   const char* filter = levels.linear ? "linear" : "nearest";
   const char* blend = levels.blend ? "on" : "off";
   nlohmann::ordered_json knobs = {{"path", by}};
@@ -64,7 +64,7 @@ struct FrameQuality {
   PowerKind power;
 };
 /// In the order of frame_quality_names. With fast powers, for no picture is further from the truth by them
-/// (docs/trade.md). Whether another setting beats one of them tells tests/bench/frame_presets.mjs.
+/// (docs/trade.md). tests/bench/frame_presets.mjs tells whether another setting beats one of them.
 constexpr std::array<FrameQuality, frame_quality_names.size()> qualities{{
     {nearest_levels, 1, PowerKind::fast},
     {best_levels, 1, PowerKind::fast},
@@ -77,8 +77,8 @@ constexpr std::array<FrameQuality, frame_quality_names.size()> qualities{{
 TradeSetting usual_setting() { return setting_of(best_levels, 1); }
 
 TradeSetting quality_setting(std::size_t quality) {
-  const FrameQuality& of = qualities[quality];
-  return setting_of(of.levels, of.supersample, RenderPath::hybrid, of.power);
+  const auto& [levels, supersample, power] = qualities[quality];
+  return setting_of(levels, supersample, RenderPath::hybrid, power);
 }
 
 std::vector<TradeSetting> trade_settings() {

@@ -71,12 +71,12 @@ struct MakeCommand {
   std::string input;
   std::string output;
   CellOptions cell;
-  MakeOptions options;
-  std::string pairs;          ///< file of pairs; empty: random ones
-  bool texels_given = false;  ///< else the stitch may demand more
-  std::string samples;        ///< where they are kept; empty: nowhere
-  std::string report;         ///< .json, .md or .txt; empty: none
-  std::string plan;           ///< file of a plan, for which no more is made than it needs; empty: everything
+  MakeOptions options = *preset_named(default_preset);  ///< the preset's, unless another is chosen
+  std::string pairs;                                    ///< file of pairs; empty: random ones
+  bool texels_given = false;                            ///< else the stitch may demand more
+  std::string samples;                                  ///< where they are kept; empty: nowhere
+  std::string report;                                   ///< .json, .md or .txt; empty: none
+  std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
   std::string quality{default_preset};
   MakeLimits limits;  ///< where there are any they choose the knobs, and the quality does not count

@@ -64,6 +64,9 @@ void apply_choice(const CLI::App& make, MakeCommand& command) {
     // What a plan leaves out is not in the measured sizes and times.
     refuse(make, "excludes --max-bytes, --min-db and --max-seconds",
            {"--quality", "--keep-samples", "--for", "--frames", "--glossy-slabs", "--slab-lobes", "--cells"});
+    // The knobs of the table's rows are laid over the paper's.
+    (void)set_knobs(knobs_of(MakeOptions()), "", "", command.options);
+    command.options.budget_texels = 0;
     return;
   }
   const MakeOptions preset = *preset_named(command.quality);
@@ -79,11 +82,12 @@ void apply_choice(const CLI::App& make, MakeCommand& command) {
   }
   if (given("--budget") && !preset.budget) knobs.erase("layers");
   if (given("--half-lobes") || given("--float-tables")) knobs.erase("storage");
+  if (!given("--budget")) command.options.budget.reset();
   const int slabs = command.options.bake.slabs;
   (void)set_knobs(knobs, "", "", command.options);
   if (given("--slabs")) command.options.bake.slabs = slabs;
   // Yarns that need more texels have as many bytes for each.
-  if (knobs.contains("budget")) command.options.budget_texels = preset.budget_texels;
+  command.options.budget_texels = knobs.contains("budget") ? preset.budget_texels : 0;
 }
 
 }  // namespace selvedge

@@ -189,11 +189,13 @@ void add_transport(CLI::App& app, BakeOptions& bake, const char* group) {
 
 void add_bake(CLI::App& app, BakeOptions& bake, std::string& pairs_file) {
   const char* group = "Bake";
-  add_text(app, "--texels", "N|WxH", "Texels of one repeat (32x32)", [&bake](const std::string& t) {
-    const auto n = whole_numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
-    bake.width = n.front();
-    bake.height = n.back();
-  })->group(group);
+  add_text(app, "--texels", "N|WxH", fmt::format("Texels of one repeat ({}x{})", bake.width, bake.height),
+           [&bake](const std::string& t) {
+             const auto n = whole_numbers("--texels", t, 'x', 1, 2, "32 or 32x16");
+             bake.width = n.front();
+             bake.height = n.back();
+           })
+      ->group(group);
   const auto add = [&](const char* name, int& value, const char* help) {
     return app.add_option(name, value, help)->type_name("N")->capture_default_str()->group(group);
   };

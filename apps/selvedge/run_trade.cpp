@@ -44,7 +44,7 @@ int finest(const Points& points) {
   return texels;
 }
 
-/// What has to agree for points to stand in one table.
+/// Points stand in one table only where all of this agrees.
 Json identity_of(const TradeCommand& command, const CellMesh& mesh, int texels) {
   return {{"software", "selvedge " SELVEDGE_VERSION},
           {"stitch", command.input},
@@ -136,7 +136,7 @@ bool is_measured(const TradeFolder& folder, const MakeOptions& point) {
          read_fabric(folder.fabric(point));
 }
 
-/// Why an earlier run could not make the point; empty where none tried.
+/// Why an earlier run could not make the point; empty where it was not tried.
 std::string why_left_out(const TradeFolder& folder, const MakeOptions& point) {
   const auto record = read_trade_record(folder.record(point));
   return record && text_at(*record, "name") == name_of(point) ? text_at(*record, "leftOut") : "";

@@ -11,7 +11,7 @@
 
 namespace selvedge {
 
-/// What all points are compared with.
+/// The true pictures and held-out pairs that all points are compared with.
 struct TradeTruth {
   V2d period_mm{1, 1};
   std::vector<Frame> pictures;  ///< of all_swatch_views

@@ -20,7 +20,7 @@ Result<PairSamples> bake_held_out(const CellMesh& mesh, const std::string& name,
                                   const HeldOutOptions& options, const BakeOptions& base,
                                   const std::string& output);
 
-/// The pairs of such a file that is there: nothing where it is damaged or has others.
+/// The pairs of such a file, if it is there, whole, and has those that the options ask for.
 std::optional<PairSamples> read_held_out(const std::string& path, const HeldOutOptions& options);
 
 }  // namespace selvedge

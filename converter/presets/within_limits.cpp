@@ -18,7 +18,7 @@ std::array<double, 4> rank_of(const MakeLimits& limits, const MakeFigures& f) {
   return {octaves, std::max(0.0, *limits.held_out - f.held_out), f.seconds, f.bytes};
 }
 
-/// What a stitch and a machine make of the table's figures.
+/// How a stitch and a machine differ from the means of the table.
 struct Correction {
   double bytes = 1;  ///< of settings without a budget
   double seconds = 1;
