@@ -11,36 +11,36 @@
 namespace selvedge {
 namespace {
 
-Result<std::vector<Viewpoints>> sights_of(const Scene& scene, const PlanOptions& options) {
+Result<std::vector<Viewpoints>> viewpoints_of(const Scene& scene, const PlanOptions& options) {
   const auto points = world_points(scene);
   if (!points) return tl::unexpected(points.error());
   const double aspect = static_cast<double>(options.size.x) / options.size.y;
-  std::vector<Viewpoints> sights;
+  std::vector<Viewpoints> viewpoints;
   for (const std::string& name : options.cameras) {
     const auto camera = camera_of(scene, name, *points, aspect, options.camera);
     if (!camera) return tl::unexpected(camera.error());
-    sights.emplace_back(*camera);
+    viewpoints.emplace_back(*camera);
   }
   if (options.distances) {
-    const auto around =
+    const auto orbit =
         make_orbit(*points, aspect, options.distances->x, options.distances->y, options.camera);
-    if (!around) return tl::unexpected(around.error());
-    sights.emplace_back(*around);
+    if (!orbit) return tl::unexpected(orbit.error());
+    viewpoints.emplace_back(*orbit);
   }
-  if (sights.empty()) {
+  if (viewpoints.empty()) {
     const auto camera = make_camera(*points, aspect, options.camera);
     if (!camera) return tl::unexpected(camera.error());
-    sights.emplace_back(*camera);
+    viewpoints.emplace_back(*camera);
   }
-  return sights;
+  return viewpoints;
 }
 
-std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoints>& sights,
+std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoints>& viewpoints,
                                   const PlanOptions& options, const std::vector<V2d>& units) {
   std::vector<PixelCover> covers(scene.materials.size());
-  for (const Viewpoints& sight : sights) {
+  for (const Viewpoints& from : viewpoints) {
     const auto some =
-        pixel_covers(scene, sight, options.size.y * options.supersample, options.levels.taps, units);
+        pixel_covers(scene, from, options.size.y * options.supersample, options.levels.taps, units);
     for (std::size_t i = 0; i < covers.size(); ++i) covers[i] |= some[i];
   }
   return covers;
@@ -84,8 +84,8 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     if (!reader) return tl::unexpected(reader.error());
     readers.push_back(std::move(*reader));
   }
-  const auto sights = sights_of(*scene, options);
-  if (!sights) return tl::unexpected(sights.error());
+  const auto viewpoints = viewpoints_of(*scene, options);
+  if (!viewpoints) return tl::unexpected(viewpoints.error());
 
   std::vector<V2d> millimetres;
   std::vector<V2d> texels;
@@ -100,8 +100,8 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
   }
   if (with_fabric.empty())
     return fail(Code::material_missing, path, "/materials", "none of the materials has a fabric");
-  const std::vector<PixelCover> in_mm = covers_of(*scene, *sights, options, millimetres);
-  const std::vector<PixelCover> in_texels = covers_of(*scene, *sights, options, texels);
+  const std::vector<PixelCover> in_mm = covers_of(*scene, *viewpoints, options, millimetres);
+  const std::vector<PixelCover> in_texels = covers_of(*scene, *viewpoints, options, texels);
 
   ScenePlan plan{path, options, {}};
   std::vector<int> seen;
