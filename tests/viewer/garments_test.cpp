@@ -9,6 +9,7 @@
 
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
+#include "tests/format/encoded_cloths.h"
 #include "tests/format/files.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
