@@ -190,8 +190,11 @@ class Reader {
     const Json& scenes = array_of(document_.json, "scenes");
     if (!scenes.empty()) {
       if (scene < 0) scene = std::max(0, index_of(member(document_.json, "scene")));
-      if (static_cast<std::size_t>(scene) >= scenes.size()) return {-1};
-      for (const Json& node : array_of(scenes[scene], "nodes")) result.push_back(index_of(node));
+      const bool present = static_cast<std::size_t>(scene) < scenes.size();
+      if (!present) result.push_back(-1);  // which is no node
+      if (present) {
+        for (const Json& node : array_of(scenes[scene], "nodes")) result.push_back(index_of(node));
+      }
       if (!everything_) return result;
     }
     const std::set<int> listed(result.begin(), result.end());

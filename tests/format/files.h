@@ -41,12 +41,4 @@ inline void write_bytes(const std::string& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// One cloth in several encodings, each "PREFIX" + encoding + ".glb": ours, and that of the shared data where it is.
-inline std::vector<std::string> encoded_cloths() {
-  std::vector<std::string> prefixes{SELVEDGE_SOURCE_DIR "/tests/data/encodings/scarf_"};
-  const std::string shared = SELVEDGE_DATA_DIR "/garments/encodings/enc__SheenCloth__";
-  if (std::filesystem::exists(shared + "plain.glb")) prefixes.push_back(shared);
-  return prefixes;
-}
-
 }  // namespace selvedge::test

@@ -10,7 +10,7 @@
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
 #include "format/scene/scene_points.h"
-#include "tests/format/files.h"
+#include "tests/format/encoded_cloths.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 

@@ -16,7 +16,7 @@
 #include "format/picture/image.h"
 #include "tests/converter/fabrics.h"
 #include "tests/converter/workshop.h"
-#include "tests/format/files.h"
+#include "tests/format/encoded_cloths.h"
 
 using namespace selvedge;
 using test::square;
@@ -366,7 +366,7 @@ TEST_CASE("dress: one cloth in several encodings has one size once its UVs are d
     REQUIRE(report);
     return report->materials[0].repeats.x;
   };
-  for (const std::string& prefix : encoded_cloths()) {
+  for (const std::string& prefix : test::encoded_cloths()) {
     const double plain = size_of_cloth(prefix + "plain.glb");
     // Draco and 12-bit positions move vertices by a few micrometres, triangles are 0.3 mm and more.
     for (const char* encoding : {"draco_edgebreaker", "draco_sequential", "quantized"}) {

@@ -47,12 +47,11 @@ TEST_CASE("gltf check: what cannot be read is named where it stands") {
            Code::gltf_accessor, "/nodes/1/mesh"},
           {"accessor beyond its view", [](Square& s) { s.at("/accessors/3")["byteOffset"] = 4; },
            Code::gltf_accessor, "/accessors/3"},
-          {"accessor that nothing uses beyond its view",
+          {"view that nothing uses beyond its buffer",
            [](Square& s) {
-             s.at("/accessors/3")["byteOffset"] = 4;
-             s.primitive()["attributes"].erase("TEXCOORD_0");
+             s.json["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 999}});
            },
-           Code::gltf_accessor, "/accessors/3"},
+           Code::gltf_accessor, "/bufferViews/5"},
           {"view beyond its buffer", [](Square& s) { s.at("/bufferViews/4")["byteLength"] = 16; },
            Code::gltf_accessor, "/bufferViews/4"},
           {"stride smaller than an element", [](Square& s) { s.at("/bufferViews/1")["byteStride"] = 8; },
@@ -74,7 +73,6 @@ TEST_CASE("gltf check: what cannot be read is named where it stands") {
            [](Square& s) {
              s.at("/accessors/3")["sparse"] = Json::parse(
                  R"({"count":5,"indices":{"bufferView":4,"componentType":5123},"values":{"bufferView":3}})");
-             s.primitive()["attributes"].erase("TEXCOORD_0");
            },
            Code::gltf_accessor, "/accessors/3/sparse/count"},
           {"a loop of nodes",

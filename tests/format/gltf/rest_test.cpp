@@ -126,7 +126,7 @@ TEST_CASE("rest: joints that the skin does not have are refused at the attribute
   square.primitive()["attributes"]["JOINTS_0"] = number;
   const Result<Scene> scene = read(square);
   REQUIRE_FALSE(scene.has_value());
-  CHECK(scene.error().code == Code::gltf_malformed);
+  CHECK(scene.error().code == Code::gltf_accessor);
   CHECK(scene.error().place == "/meshes/0/primitives/0/attributes/JOINTS_0");
 }
 
