@@ -27,56 +27,51 @@ Box bounds_of(const CellMesh& mesh) {
 }
 
 Result<void> validate(const CellMesh& mesh, const std::string& name) {
+  const auto invalid = [&](std::string place, std::string why) {
+    return fail(Code::mesh_invalid, name, std::move(place), std::move(why));
+  };
   for (unsigned i = 0; i < 2; ++i) {
     if (!(mesh.period[i] > 0) || !std::isfinite(mesh.period[i])) {
-      return fail(Code::mesh_invalid, name, i == 0 ? "period x" : "period y",
-                  fmt::format("must be positive, is {}", mesh.period[i]));
+      return invalid(i == 0 ? "period x" : "period y",
+                     fmt::format("must be positive, is {}", mesh.period[i]));
     }
   }
   if (mesh.triangles.empty()) return fail(Code::mesh_empty, name, "", "the mesh has no triangles");
   const std::size_t count = mesh.positions.size();
   if (mesh.normals.size() != count || mesh.albedo.size() != count) {
-    return fail(Code::mesh_invalid, name, "",
-                fmt::format("{} positions, but {} normals and {} albedos", count, mesh.normals.size(),
-                            mesh.albedo.size()));
+    return invalid("", fmt::format("{} positions, but {} normals and {} albedos", count, mesh.normals.size(),
+                                   mesh.albedo.size()));
   }
   if (mesh.fibres.size() != mesh.gloss.size() || (!mesh.gloss.empty() && mesh.gloss.size() != count)) {
-    return fail(Code::mesh_invalid, name, "",
-                fmt::format("{} positions, but {} fibres and {} values of gloss", count, mesh.fibres.size(),
-                            mesh.gloss.size()));
+    return invalid("", fmt::format("{} positions, but {} fibres and {} values of gloss", count,
+                                   mesh.fibres.size(), mesh.gloss.size()));
   }
   for (std::size_t v = 0; v < count; ++v) {
     const auto place = [&] { return fmt::format("vertex {}", v); };
-    if (!is_finite(mesh.positions[v])) {
-      return fail(Code::mesh_not_finite, name, place(), "the position is NaN or infinite");
+    const char* infinite = !is_finite(mesh.positions[v])                       ? "position"
+                           : !is_finite(mesh.normals[v])                       ? "normal"
+                           : !mesh.gloss.empty() && !is_finite(mesh.fibres[v]) ? "fibre direction"
+                                                                               : nullptr;
+    if (infinite != nullptr) {
+      return fail(Code::mesh_not_finite, name, place(), fmt::format("the {} is NaN or infinite", infinite));
     }
-    if (!is_finite(mesh.normals[v])) {
-      return fail(Code::mesh_not_finite, name, place(), "the normal is NaN or infinite");
-    }
-    if (!mesh.gloss.empty()) {
-      if (!is_finite(mesh.fibres[v])) {
-        return fail(Code::mesh_not_finite, name, place(), "the fibre direction is NaN or infinite");
-      }
-      const Gloss& gloss = mesh.gloss[v];
-      if (!(gloss.weight >= 0 && gloss.weight <= 1) || !(gloss.roughness > 0 && gloss.roughness <= 1)) {
-        return fail(Code::mesh_invalid, name, place(),
-                    fmt::format("gloss must have a weight in [0, 1] and a roughness in (0, 1], has {} and {}",
-                                gloss.weight, gloss.roughness));
-      }
+    const Gloss gloss = mesh.gloss.empty() ? Gloss() : mesh.gloss[v];
+    if (!(gloss.weight >= 0 && gloss.weight <= 1) || !(gloss.roughness > 0 && gloss.roughness <= 1)) {
+      return invalid(
+          place(), fmt::format("gloss must have a weight in [0, 1] and a roughness in (0, 1], has {} and {}",
+                               gloss.weight, gloss.roughness));
     }
     for (unsigned i = 0; i < 3; ++i) {
       if (!(mesh.albedo[v][i] >= 0 && mesh.albedo[v][i] <= 1)) {
-        return fail(Code::mesh_invalid, name, place(),
-                    fmt::format("albedo must lie in [0, 1], is {}", mesh.albedo[v][i]));
+        return invalid(place(), fmt::format("albedo must lie in [0, 1], is {}", mesh.albedo[v][i]));
       }
     }
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const int v = mesh.triangles[t][k];
-      if (v < 0 || static_cast<std::size_t>(v) >= count) {
-        return fail(Code::mesh_invalid, name, fmt::format("triangle {}", t),
-                    fmt::format("refers to vertex {} of {}", v, count));
+      if (v < 0 || v >= static_cast<int>(count)) {
+        return invalid(fmt::format("triangle {}", t), fmt::format("refers to vertex {} of {}", v, count));
       }
     }
   }
