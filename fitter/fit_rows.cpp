@@ -80,13 +80,13 @@ LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
 void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel& level) {
   for (int c = 0; c < 3; ++c) {
     const ChannelFit& fit = fits[c];
-    float* parameters = &level.lobes->parameters[(texel * 3 + c) * fit.parameters.size()];
+    float* parameters = &level.lobes()[(texel * 3 + c) * fit.parameters.size()];
     std::transform(fit.parameters.begin(), fit.parameters.end(), parameters, clamp_to_finite);
-    for (std::size_t v = 0; level.view_table && v < fit.table.size(); ++v) {
-      level.view_table->colour[texel * fit.table.size() + v][c] = clamp_to_finite(fit.table[v]);
+    for (std::size_t v = 0; level.has(LayerKind::table) && v < fit.table.size(); ++v) {
+      level.view_table()[texel * fit.table.size() + v][c] = clamp_to_finite(fit.table[v]);
     }
     for (std::size_t l = 0; l < fit.light_table.size(); ++l) {
-      level.light_table->value[texel * fit.light_table.size() + l][c] = clamp_to_finite(fit.light_table[l]);
+      level.light_table()[texel * fit.light_table.size() + l][c] = clamp_to_finite(fit.light_table[l]);
     }
   }
 }
@@ -124,17 +124,13 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     FabricLevel level;
     level.width = level_size(header.width, k);
     level.height = level_size(header.height, k);
-    const std::size_t texels = level.texels();
-    const std::size_t views = directions_.views.size();
-    const std::size_t stride = parameter_count(options.lobes);
-    level.lobes = LobeLayer{options.lobes, std::vector<float>(texels * 3 * stride)};
-    level.frame = FrameLayer{std::vector<V3f>(texels), std::vector<V3f>(texels)};
-    level.opacity = OpacityLayer{std::vector<float>(texels * views)};
-    if (options.view_table) level.view_table = ViewTableLayer{std::vector<V3f>(texels * views)};
-    if (options.light_table) {
-      level.light_table = LightTableLayer{std::vector<V3f>(texels * directions_.lights.size(), V3f(1))};
-    }
-    texels_ += static_cast<double>(texels);
+    const int views = header.views.count();
+    level.add(LayerKind::lobes, 3 * parameter_count(options.lobes));
+    level.add(LayerKind::frame, 6);
+    level.add(LayerKind::opacity, views);
+    if (options.view_table) level.add(LayerKind::table, 3 * views);
+    if (options.light_table) level.add(LayerKind::light, 3 * header.lights.count(), 1);
+    texels_ += level.texels();
     LevelReport report;
     report.width = level.width;
     report.height = level.height;
@@ -171,11 +167,10 @@ RowFit::TexelTotals RowFit::fit_one(const SampleLevel& rows, std::size_t from, c
   const std::size_t views = directions_.views.size();
   const float* alpha = &rows.alpha[from * views];
   const V3f* radiance = &rows.radiance[from * views * directions_.lights.size()];
-  std::copy_n(alpha, views, &level.opacity->opacity[texel * views]);
+  std::copy_n(alpha, views, &level.opacity()[texel * views]);
   // Normals that cancel, and texels never seen, take the cloth's own normal.
   const V3f sum = rows.normal[from];
-  V3f& normal = level.frame->normal[texel];
-  V3f& tangent = level.frame->tangent[texel];
+  auto& [normal, tangent] = level.frame()[texel];
   normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
   tangent = in_half_precision(tangent_of(normal));
 

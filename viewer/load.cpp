@@ -43,7 +43,7 @@ Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelR
     FabricReader& reader = open.readers[i];
     const FabricHeader& header = reader.header();
     const LevelRange range = ranges.empty() ? LevelRange{0, header.levels - 1} : ranges[i];
-    Fabric fabric = fabric_from_header(header, range.first, range.last);
+    Fabric fabric = part_of(header, range.first, range.last);
     for (int k = range.first; k <= range.last; ++k) {
       Result<FabricLevel> level =
           reader.read_level(k, ranges.empty() ? LayerSet::all() : seen_layers(header, k));
@@ -57,7 +57,7 @@ Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelR
 
 LayerSet seen_layers(const FabricHeader& header, int level) {
   LayerSet layers = LayerSet::all();
-  if (entry_of(header.layer(Layer::lobes), level) < 0) layers.erase({Layer::frame});
+  if (!header.has(LayerKind::lobes, level)) layers.erase({LayerKind::frame});
   return layers;
 }
 

@@ -16,7 +16,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   };
   const auto levels = static_cast<int>(fabric.levels.size());
   if (levels == 0) return fail(Code::fabric_malformed, "", "", "the fabric has no level");
-  const int first = first_level(fabric);
+  const int first = fabric.first_level();
   if (options.level != -1 && (options.level < first || options.level >= first + levels))
     return refuse("--level", fmt::format("must lie between {} and {}", first, first + levels - 1));
   if (options.repeats.x < 1 || options.repeats.y < 1 || options.repeats.x > 10000 ||

@@ -269,7 +269,7 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish) 
   raise(wish.change, choose("##path", path_names, state.path, false), Change::scene);
   std::size_t levels = 1;
   for (const Fabric& fabric : info.picture.fabrics())
-    levels = std::max(levels, static_cast<std::size_t>(first_level(fabric)) + fabric.levels.size());
+    levels = std::max(levels, static_cast<std::size_t>(fabric.first_level()) + fabric.levels.size());
   label("level");
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
   raise(wish.change,

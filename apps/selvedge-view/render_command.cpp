@@ -76,7 +76,7 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
   for (const FabricReader& reader : open.readers) {
     headers.push_back(&reader.header());
     const int last = reader.header().levels - 1;
-    const int forced = std::clamp(levels.forced - first_level(reader.header()), 0, last);
+    const int forced = std::clamp(levels.forced - reader.header().first_level(), 0, last);
     needed.push_back(levels.forced >= 0 ? LevelRange{forced, forced} : LevelRange{last, 0});
   }
   if (levels.forced >= 0) {
@@ -136,7 +136,7 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   Result<FabricReader> reader = FabricReader::open(command.input);
   if (!reader) return tl::unexpected(reader.error());
   // The sizes are all that a swatch is made of.
-  Fabric sizes = fabric_from_header(reader->header());
+  Fabric sizes{reader->header(), {}};
   for (int k = 0; k < reader->header().levels; ++k) {
     FabricLevel& level = sizes.levels.emplace_back();
     level.width = level_size(reader->header().width, k);

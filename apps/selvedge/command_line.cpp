@@ -313,7 +313,7 @@ void add_repack_verb(CLI::App& app, RepackCommand& command) {
             fmt::format("{} in 32 bits", what))
         ->excludes(flag);
   };
-  add_precision("--half-lobes", "--float-lobes", {Layer::lobes}, "Lobes");
+  add_precision("--half-lobes", "--float-lobes", {LayerKind::lobes}, "Lobes");
   add_precision("--half-tables", "--float-tables", table_layers, "Tables and frames");
   verb->add_option("--codec", command.codec, "none, rle, zips, zip or piz")
       ->type_name("NAME")

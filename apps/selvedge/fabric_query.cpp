@@ -49,7 +49,7 @@ Result<Shading> QueriedFabric::shade_texel(int level, int x, int y, const Fabric
     if (!read) return tl::unexpected(read.error());
     kept = std::move(*read);
   }
-  return evaluate(*kept, fabric_from_header(reader_.header()), x, y, query.light, query.view);
+  return evaluate(*kept, reader_.header(), x, y, query.light, query.view);
 }
 
 }  // namespace selvedge

@@ -119,7 +119,7 @@ Result<FitOutcome> read_outcome(const std::string& path, const std::vector<Level
   if (auto record = fit_record_of(header.provenance, header.levels, sink))
     outcome.record = std::move(*record);
   outcome.bytes = size_of_file(path);
-  outcome.shared_bytes = reader->packed_bytes(Layer::bases, 0);
+  outcome.shared_bytes = reader->packed_bytes(LayerKind::bases, 0);
   outcome.record.levels.resize(header.levels);
   for (int k = 0; k < header.levels; ++k) {
     LevelReport& level = outcome.record.levels[k];
@@ -129,8 +129,8 @@ Result<FitOutcome> read_outcome(const std::string& path, const std::vector<Level
     level.training_error = fitted[k].training_error;
     level.averaged_error = fitted[k].averaged_error;
     level.seconds = fitted[k].seconds;
-    for (const Layer layer : all_layers) {
-      if (layer == Layer::bases || entry_of(header.layer(layer), k) < 0) continue;
+    for (const LayerKind layer : all_layers) {
+      if (layer == LayerKind::bases || !header.has(layer, k)) continue;
       level.layer_bytes.emplace_back(name_of(layer), reader->packed_bytes(layer, k));
     }
   }

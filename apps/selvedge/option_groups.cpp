@@ -288,7 +288,7 @@ void add_fit(CLI::App& app, MakeOptions& options, std::string& report) {
       ->type_name("FILE")
       ->group(group);
   app.add_flag_callback(
-         "--half-lobes", [&options] { options.write.half.insert(Layer::lobes); },
+         "--half-lobes", [&options] { options.write.half.insert(LayerKind::lobes); },
          "Lobes in 16 instead of 32 bits")
       ->group(group);
   app.add_flag_callback(

@@ -24,9 +24,9 @@ Result<V2i> levels_to_keep(const RepackCommand& command, int levels) {
 /// What is in the written fabric, and in which precision.
 Json layers_json(const Fabric& fabric, const FabricWriteOptions& options) {
   Json layers = Json::object();
-  for (const Layer layer : all_layers) {
+  for (const LayerKind layer : all_layers) {
     for (const FabricLevel& level : fabric.levels) {
-      if (has_layer(level, layer)) layers[name_of(layer)] = options.half.contains(layer) ? "half" : "float";
+      if (level.has(layer)) layers[name_of(layer)] = options.half.contains(layer) ? "half" : "float";
     }
   }
   return layers;
@@ -41,7 +41,7 @@ Result<void> write_recorded(const RepackCommand& command, const FabricReader& re
   LayerSet rounded = options.half;
   rounded.erase(reader.half());
   bool changed = false;
-  for (const Layer layer : all_layers) {
+  for (const LayerKind layer : all_layers) {
     const bool was = reader.header().layer(layer).has_value();
     changed = changed || (was && (rounded.contains(layer) || !command.layers.contains(layer)));
   }

@@ -71,7 +71,7 @@ Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, cons
   if (const auto* view = std::get_if<ViewSamples>(&samples)) return writer.write_view(*view);
   if (const auto* pair = std::get_if<PairSamples>(&samples)) return writer.write_pairs(unit.pairs, *pair);
   const auto& [top, bottom] = std::get<HeightSamples>(samples);
-  return writer.write_heights(HeightLayer(*header.slabs, top, bottom));
+  return writer.write_heights(HeightLayer{*header.slabs, top, bottom});
 }
 
 UnitBaker::UnitBaker(const RayScene& scene, double mm, std::optional<IrradianceCache> cache,
@@ -91,7 +91,7 @@ UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) 
   irradiance_ = {};  // the views are done
   if (unit.kind == BakeUnit::Kind::pair) return bake_pair(unit.pairs, unit.index, samples, noise);
   const HeightLayer heights = cell_heights(scene_, options_.width, options_.height, *header_.slabs);
-  HeightSamples in_mm{heights.top(), heights.bottom()};
+  HeightSamples in_mm{heights.top, heights.bottom};
   for (auto& values : in_mm) {
     for (float& height : values) height *= static_cast<float>(mm_);
   }

@@ -7,7 +7,6 @@
 
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
-#include "format/fabric/holes.h"
 
 namespace selvedge {
 namespace {
@@ -88,8 +87,8 @@ void fill_holes(Image& image) {
 
 Image normals_of(const FabricLevel& level) {
   Image image{level.width, level.height, 3, {}};
-  image.pixels.reserve(level.frame->normal.size() * 3);
-  for (V3f normal : level.frame->normal) {
+  for (const TexelFrame& frame : level.frame()) {
+    V3f normal = frame.normal;
     // A normal texture cannot look below the surface; glTF asks for z > 0.
     normal.z = std::max(normal.z, 0.05F);
     normal.normalize();
@@ -134,7 +133,7 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
   });
   fallback.holes = has_holes(fabric, level);
   fill_holes(fallback.base_color);
-  if (of.frame) fallback.normal = normals_of(of);
+  if (of.has(LayerKind::frame)) fallback.normal = normals_of(of);
   estimate_sheen(fabric, lights, fallback);
   return fallback;
 }

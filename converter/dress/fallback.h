@@ -18,7 +18,7 @@ struct Fallback {
   /// Data (not sRGB), RGB = (n + 1) / 2: x along growing u, y up in the picture, as glTF's normal textures.
   /// Nothing if the fabric stores no frames.
   std::optional<Image> normal;
-  /// As has_holes says (format/fabric/holes.h): alphaMode MASK, cutoff 0.5.
+  /// As has_holes says (format/fabric/evaluate.h): alphaMode MASK, cutoff 0.5.
   bool holes = false;
   /// KHR_materials_sheen: how much more light the fabric sends towards views at 75 degrees than straight up,
   /// as a mean over its texels and four azimuths, divided by what the extension's Charlie lobe of

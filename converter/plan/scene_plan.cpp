@@ -50,11 +50,10 @@ std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoin
 /// ray finds its way where none does from above: they count as open.
 Result<bool> has_openings(FabricReader& reader, const LevelRange& levels) {
   for (int k = levels.first; k <= levels.last; ++k) {
-    const auto level = reader.read_level(k, {Layer::opacity, Layer::heights});
+    const auto level = reader.read_level(k, {LayerKind::opacity, LayerKind::heights});
     if (!level) return tl::unexpected(level.error());
-    if (level->heights) return true;
-    if (!level->opacity) continue;
-    const std::vector<float>& opacity = level->opacity->opacity;
+    if (level->has(LayerKind::heights)) return true;
+    const std::span<const float> opacity = level->opacity();
     if (std::any_of(opacity.begin(), opacity.end(), [](float alpha) { return alpha < 1; })) return true;
   }
   return false;
@@ -127,7 +126,7 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     if (entry.seen) seen.push_back(index);
     if (entry.seen && material.alpha_mode != AlphaMode::opaque) {
       const auto in_file = [&](int level) {
-        return std::clamp(level - first_level(header), 0, header.levels - 1);
+        return std::clamp(level - header.first_level(), 0, header.levels - 1);
       };
       const auto open = has_openings(reader, {in_file(entry.levels.first), in_file(entry.levels.last)});
       if (!open) return tl::unexpected(open.error());

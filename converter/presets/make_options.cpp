@@ -43,8 +43,8 @@ constexpr std::array<StorageValue, 3> storage_values{{{"mixed", false, true, ""}
 
 const StorageValue& storage_of(const MakeOptions& o) {
   return *std::find_if(storage_values.begin(), storage_values.end() - 1, [&](const StorageValue& v) {
-    return v.half_lobes == o.write.half.contains(Layer::lobes) &&
-           v.half_tables == o.write.half.contains(Layer::table);
+    return v.half_lobes == o.write.half.contains(LayerKind::lobes) &&
+           v.half_tables == o.write.half.contains(LayerKind::table);
   });
 }
 
@@ -80,7 +80,7 @@ bool set_storage(const Json& value, MakeOptions& o) {
   const auto* storage = named(storage_values, value);
   if (storage == storage_values.end()) return false;
   o.write.half = storage->half_tables ? table_layers : LayerSet();
-  if (storage->half_lobes) o.write.half.insert(Layer::lobes);
+  if (storage->half_lobes) o.write.half.insert(LayerKind::lobes);
   return true;
 }
 

@@ -57,33 +57,38 @@ HeightLayer stored_heights(const HeightLayer& heights, float thickness) {
     for (float& value : values) value = step * std::round(value / step);
     return values;
   };
-  return {heights.shape(), rounded(heights.top()), rounded(heights.bottom())};
+  return {heights.shape, rounded(heights.top), rounded(heights.bottom)};
 }
 
 double bytes_of(const HeightLayer& heights, std::size_t width) {
-  const std::size_t entries = heights.shape().entries();
-  return coded_bytes(heights.top(), entries, width) + coded_bytes(heights.bottom(), entries, width);
+  const std::size_t entries = heights.shape.entries();
+  return coded_bytes(heights.top, entries, width) + coded_bytes(heights.bottom, entries, width);
 }
 
-double bytes_of(const std::vector<V3f>& colours, std::size_t per_texel, std::size_t width) {
-  std::vector<float> values;
-  for (const V3f& c : colours) values.insert(values.end(), {c.x, c.y, c.z});
-  return coded_bytes(values, 3 * per_texel, width);
+double bytes_of(const FabricLevel& level, LayerKind kind) {
+  return coded_bytes(level[kind].values, level[kind].channels, level.width);
+}
+
+/// Normals and tangents apart.
+double bytes_of_frame(const FabricLevel& level) {
+  std::vector<float> normals;
+  std::vector<float> tangents;
+  for (const auto& [n, t] : level.frame()) {
+    normals.insert(normals.end(), {n.x, n.y, n.z});
+    tangents.insert(tangents.end(), {t.x, t.y, t.z});
+  }
+  return coded_bytes(normals, 3, level.width) + coded_bytes(tangents, 3, level.width);
 }
 
 /// Lobes are stored in 32 bits; their mantissas do not compress.
 double bytes_of_lobes(const FabricLevel& level) {
-  const std::size_t width = level.width;
-  return 3.6 * static_cast<double>(level.lobes->parameters.size()) + bytes_of(level.frame->normal, 1, width) +
-         bytes_of(level.frame->tangent, 1, width);
+  return 3.6 * static_cast<double>(level.lobes().size()) + bytes_of_frame(level);
 }
 
 /// Lobes of few kinds do compress.
 double bytes_of_gloss(const FabricLevel& level) {
-  const std::size_t width = level.width;
-  const std::size_t parameters = 3 * parameter_count(level.lobes->lobes);
-  return coded_bytes(level.lobes->parameters, parameters, width, false) +
-         bytes_of(level.frame->normal, 1, width) + bytes_of(level.frame->tangent, 1, width);
+  const Layer& lobes = level[LayerKind::lobes];
+  return coded_bytes(lobes.values, lobes.channels, level.width, false) + bytes_of_frame(level);
 }
 
 /// The shapes to try for heights of a shape: the uppermost slab alone and all, over fewer cells and more.
@@ -105,7 +110,7 @@ FabricLevel LayerFitter::heights_alone(const Level& level, std::size_t shape) {
   FabricLevel result;
   result.width = level.paper.width;
   result.height = level.paper.height;
-  result.heights = level.heights[shape];
+  result.set_heights(*level.heights[shape]);
   return result;
 }
 
@@ -171,7 +176,7 @@ void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& p
   for (std::size_t k = 0; k < pooled.size(); ++k) {
     const SampleLevel& samples = pooled[k];
     if (k > 0) heights = pool_heights(heights, pooled[k - 1].width, pooled[k - 1].height);
-    const SlabShape& cells = heights.shape();
+    const SlabShape& cells = heights.shape;
     if (std::min(samples.width * cells.columns, samples.height * cells.rows) < min_cells) break;
     const std::size_t entries = samples.texels() * cells.entries();
     Level& level = levels_[k];
@@ -268,22 +273,21 @@ Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHea
 
 /// A shared basis for the texels of all levels, and the paper's model.
 void LayerFitter::add_texel_candidates(const std::vector<SampleLevel>& pooled) {
-  const std::size_t views = shell_.views.count();
   const std::vector<BasisFit> basis = texel_basis(pooled, level_view_functions, level_light_functions);
   for (std::size_t k = 0; k < levels_.size(); ++k) {
     const FabricLevel& paper = levels_[k].paper;
     LevelCandidate candidate;
-    candidate.bytes = coded_bytes(paper.opacity->opacity, views, paper.width);
+    candidate.bytes = bytes_of(paper, LayerKind::opacity);
     add_candidates(k, basis[k], candidate, nullptr);
     candidate.kind = LevelCandidate::Kind::lobes;
     candidate.bytes += bytes_of_lobes(paper);
-    if (paper.light_table) {
-      candidate.bytes += bytes_of(paper.light_table->value, shell_.lights.count(), paper.width);
+    if (paper.has(LayerKind::light)) {
+      candidate.bytes += bytes_of(paper, LayerKind::light);
     }
     levels_[k].candidates.push_back(candidate);
-    if (!paper.view_table) continue;
+    if (!paper.has(LayerKind::table)) continue;
     candidate.kind = LevelCandidate::Kind::lobes_and_table;
-    candidate.bytes += bytes_of(paper.view_table->colour, views, paper.width);
+    candidate.bytes += bytes_of(paper, LayerKind::table);
     levels_[k].candidates.push_back(candidate);
   }
 }
@@ -309,10 +313,10 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   std::vector<SampleLevel> pooled{std::move(samples)};
   while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
   if (heights) {
-    if (heights->top().size() != static_cast<std::size_t>(header.texels() * heights->shape().entries())) {
+    if (heights->top.size() != static_cast<std::size_t>(header.texels() * heights->shape.entries())) {
       return fail(Code::samples_malformed, {}, "slabs", "the heights are not those of the texels");
     }
-    const std::vector<SlabShape> shapes = shapes_of(heights->shape());
+    const std::vector<SlabShape> shapes = shapes_of(heights->shape);
     const V2i texels(header.width, header.height);
     fitter.shapes_ = shapes.size();
     for (Level& level : fitter.levels_) level.heights.resize(shapes.size());

@@ -21,21 +21,20 @@ double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1;
 void even_lobes(std::vector<FabricLevel>& levels) {
   int most = 0;
   for (const FabricLevel& level : levels) {
-    if (level.lobes) most = std::max(most, level.lobes->lobes);
+    if (level.has(LayerKind::lobes)) most = std::max(most, level.lobe_count());
   }
   for (FabricLevel& level : levels) {
-    if (!level.lobes || level.lobes->lobes == most) continue;
-    const std::size_t count = parameter_count(level.lobes->lobes);
-    LobeLayer even;
-    even.lobes = most;
-    for (std::size_t i = 0; i < level.lobes->parameters.size(); i += count) {
-      const float* from = &level.lobes->parameters[i];
-      even.parameters.insert(even.parameters.end(), from, from + count);
-      for (int j = level.lobes->lobes; j < most; ++j) {
-        even.parameters.insert(even.parameters.end(), {0, 0, 0, 1});
+    if (!level.has(LayerKind::lobes) || level.lobe_count() == most) continue;
+    const std::size_t count = parameter_count(level.lobe_count());
+    Layer even{3 * parameter_count(most), {}};
+    for (std::size_t i = 0; i < level.lobes().size(); i += count) {
+      const float* from = &level.lobes()[i];
+      even.values.insert(even.values.end(), from, from + count);
+      for (int j = level.lobe_count(); j < most; ++j) {
+        even.values.insert(even.values.end(), {0, 0, 0, 1});
       }
     }
-    level.lobes = std::move(even);
+    level.set(LayerKind::lobes, std::move(even));
   }
 }
 
@@ -54,11 +53,11 @@ double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
     opacity = opacity || !has_slabs(candidate);
     table = table || candidate.kind == LevelCandidate::Kind::lobes_and_table;
     if (candidate.kind == LevelCandidate::Kind::glossy_slabs) {
-      lobes = std::max(lobes, levels_[k].glossy.lobes->lobes);
+      lobes = std::max(lobes, levels_[k].glossy.lobe_count());
     }
-    if (!has_basis(candidate)) lobes = std::max(lobes, levels_[k].paper.lobes->lobes);
+    if (!has_basis(candidate)) lobes = std::max(lobes, levels_[k].paper.lobe_count());
     if (has_slabs(candidate)) {
-      entries = levels_[k].heights[candidate.shape]->shape().entries();
+      entries = levels_[k].heights[candidate.shape]->shape.entries();
     }
     if (!has_basis(candidate)) continue;
     for (const V2i& pair : candidate.basis.pairs) functions.add(candidate.basis, pair);
@@ -71,7 +70,7 @@ double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
   if (opacity) channels += shell_.views.count();
   if (table) channels += 3 * shell_.views.count();
   if (lobes >= 0) channels += 6 + 3 * parameter_count(lobes);
-  if (lobes >= 0 && base.light_table) channels += 3 * shell_.lights.count();
+  if (lobes >= 0 && base.has(LayerKind::light)) channels += 3 * shell_.lights.count();
   return functions.bytes() + bytes_per_channel * channels;
 }
 
@@ -84,11 +83,14 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   result.width = level.paper.width;
   result.height = level.paper.height;
   if (candidate.kind == LevelCandidate::Kind::glossy_slabs) result = level.glossy;
-  if (has_slabs(candidate)) result.heights = level.heights[candidate.shape];
-  if (candidate.kind == LevelCandidate::Kind::basis) result.opacity = level.paper.opacity;
-  result.products = ProductLayer{result.heights ? result.heights->shape().entries() : 1,
-                                 candidate.basis.pairs, candidate.basis.coefficient};
-  for (V2i& pair : result.products->pairs) pair = functions.add(candidate.basis, pair);
+  if (has_slabs(candidate)) result.set_heights(*level.heights[candidate.shape]);
+  if (candidate.kind == LevelCandidate::Kind::basis)
+    result.set(LayerKind::opacity, level.paper[LayerKind::opacity]);
+  const int entries = has_slabs(candidate) ? result.cells.entries() : 1;
+  result.pairs = candidate.basis.pairs;
+  result.set(LayerKind::products,
+             {entries * static_cast<int>(result.pairs.size()), candidate.basis.coefficient});
+  for (V2i& pair : result.pairs) pair = functions.add(candidate.basis, pair);
   return result;
 }
 
@@ -196,7 +198,8 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     FabricLevel level = level_of(k, *chosen[k], functions);
     LevelReport report;
-    if (!has_basis(*chosen[k])) report = level.view_table ? levels_[k].report : levels_[k].plain_report;
+    if (!has_basis(*chosen[k]))
+      report = level.has(LayerKind::table) ? levels_[k].report : levels_[k].plain_report;
     report.layers = layers_text(level);
     report.validation = std::sqrt(chosen[k]->error * scale_ * scale_);
     result.levels.push_back(std::move(report));
@@ -204,7 +207,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   }
   const auto bases = std::make_shared<const ProductBases>(functions.bases());
   for (FabricLevel& level : result.fabric.levels) {
-    if (level.products) level.bases = bases;
+    if (level.has(LayerKind::products)) level.bases = bases;
   }
   even_lobes(result.fabric.levels);
   set_radiance_scale(result.fabric);

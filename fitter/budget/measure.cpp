@@ -37,11 +37,11 @@ std::vector<V3f> radiance_of_owners(const BasisFit& basis, const Fabric& fabric,
   return radiance;
 }
 
-float interpolated(const OpacityLayer& opacity, std::size_t texel, std::size_t views,
+float interpolated(std::span<const float> opacity, std::size_t texel, std::size_t views,
                    const DirectionTaps& at) {
   float alpha = 0;
   for (std::size_t tap = 0; tap < 4; ++tap) {
-    alpha += at.weight[tap] * opacity.opacity[texel * views + at.cell[tap]];
+    alpha += at.weight[tap] * opacity[texel * views + at.cell[tap]];
   }
   return alpha;
 }
@@ -93,7 +93,7 @@ void LayerFitter::measure_errors(std::size_t k, const LevelTruth& truth,
       if (!has_slabs(candidate)) {
         const DirectionTaps at = interpolate(shell_.views, pairs[pair].view);
         for (std::size_t t = 0; t < texels; ++t) {
-          radiance[t] *= interpolated(*level.paper.opacity, t, shell_.views.count(), at);
+          radiance[t] *= interpolated(level.paper.opacity(), t, shell_.views.count(), at);
         }
         return radiance;
       }

@@ -94,25 +94,25 @@ SlabFactors factors_of(const SlabGloss& gloss, const GlossDirections& directions
 }
 
 void set_gloss(const SlabGloss& gloss, FabricLevel& level) {
-  LobeLayer lobes;
-  FrameLayer frame;
-  lobes.lobes = static_cast<int>(gloss.kinds.front().shapes.size());
+  Layer lobes{3 * parameter_count(static_cast<int>(gloss.kinds.front().shapes.size())), {}};
+  Layer frame{6, {}};
   for (const std::uint16_t of_texel : gloss.kind_of) {
     const GlossKind& kind = gloss.kinds[of_texel];
-    frame.normal.emplace_back(kind.normal);
-    frame.tangent.emplace_back(kind.tangent);
+    for (const V3f& axis : {V3f(kind.normal), V3f(kind.tangent)}) {
+      frame.values.insert(frame.values.end(), {axis.x, axis.y, axis.z});
+    }
     for (const double rho : kind.rho) {
-      lobes.parameters.push_back(static_cast<float>(rho));
+      lobes.values.push_back(static_cast<float>(rho));
       for (std::size_t j = 0; j < kind.shapes.size(); ++j) {
         const LobeShape& shape = kind.shapes[j];
         const double c = kind.sizes[j] > 0 ? std::pow(kind.sizes[j], 1 / shape.exponent) : 0;
-        for (const double d : shape.direction) lobes.parameters.push_back(static_cast<float>(c * d));
-        lobes.parameters.push_back(static_cast<float>(shape.exponent));
+        for (const double d : shape.direction) lobes.values.push_back(static_cast<float>(c * d));
+        lobes.values.push_back(static_cast<float>(shape.exponent));
       }
     }
   }
-  level.lobes = std::move(lobes);
-  level.frame = std::move(frame);
+  level.set(LayerKind::lobes, std::move(lobes));
+  level.set(LayerKind::frame, std::move(frame));
 }
 
 }  // namespace selvedge

@@ -235,7 +235,7 @@ class Solver {
 }  // namespace
 
 SlabRays slab_rays(const FabricLevel& level, const Fabric& fabric, const std::vector<V3f>& directions) {
-  const SlabShape& shape = level.heights->shape();
+  const SlabShape& shape = level.cells;
   const V2d cells(level.width * shape.columns, level.height * shape.rows);
   SlabRays result;
   result.rays = shape.columns * shape.rows;
@@ -319,12 +319,12 @@ SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size
 }
 
 HeightLayer pool_heights(const HeightLayer& fine, int width, int height) {
-  return regrid_heights(fine, width, height, {level_size(width, 1), level_size(height, 1)}, fine.shape());
+  return regrid_heights(fine, width, height, {level_size(width, 1), level_size(height, 1)}, fine.shape);
 }
 
 HeightLayer regrid_heights(const HeightLayer& fine, int width, int height, const V2i& texels,
                            const SlabShape& shape) {
-  const SlabShape& from_shape = fine.shape();
+  const SlabShape& from_shape = fine.shape;
   const int coarse_width = texels.x;
   const int coarse_height = texels.y;
   const auto columns = overlaps(width * from_shape.columns, coarse_width * shape.columns);
@@ -346,11 +346,11 @@ HeightLayer regrid_heights(const HeightLayer& fine, int width, int height, const
         for (const Overlap& row : rows[y]) {
           for (const Overlap& column : columns[x]) {
             const std::size_t from = index(from_shape, width, column.fine, row.fine, slab);
-            if (!(fine.top()[from] > fine.bottom()[from])) continue;
+            if (!(fine.top[from] > fine.bottom[from])) continue;
             const double share = row.share * column.share;
             area += share;
-            sum_top += share * static_cast<double>(fine.top()[from]);
-            sum_bottom += share * static_cast<double>(fine.bottom()[from]);
+            sum_top += share * static_cast<double>(fine.top[from]);
+            sum_bottom += share * static_cast<double>(fine.bottom[from]);
           }
         }
         if (area < 0.5) continue;

@@ -9,21 +9,21 @@ namespace selvedge {
 namespace {
 
 /// Calls `on_rho` and `on_lobe` with every diffuse term and every lobe's four parameters.
-template <class Lobes, class OnRho, class OnLobe>
-void for_all(Lobes& lobes, OnRho on_rho, OnLobe on_lobe) {
-  const std::size_t stride = parameter_count(lobes.lobes);
-  for (std::size_t i = 0; i < lobes.parameters.size(); i += stride) {
-    on_rho(lobes.parameters[i]);
-    for (std::size_t j = i + 1; j < i + stride; j += 4) on_lobe(&lobes.parameters[j]);
+template <class T, class OnRho, class OnLobe>
+void for_all(std::span<T> lobes, int count, OnRho on_rho, OnLobe on_lobe) {
+  const int stride = parameter_count(count);
+  for (std::size_t i = 0; i < lobes.size(); i += stride) {
+    on_rho(lobes[i]);
+    for (std::size_t j = i + 1; j < i + stride; j += 4) on_lobe(&lobes[j]);
   }
 }
 
 double largest_of(const Fabric& fabric) {
   double largest = 0;
   for (const FabricLevel& level : fabric.levels) {
-    if (!level.lobes) continue;
     for_all(
-        *level.lobes, [&](float rho) { largest = std::max(largest, static_cast<double>(rho)); },
+        level.lobes(), level.lobe_count(),
+        [&](float rho) { largest = std::max(largest, static_cast<double>(rho)); },
         [&](const float* lobe) { largest = std::max(largest, lobe_peak(lobe)); });
   }
   return largest;
@@ -33,17 +33,17 @@ double largest_of(const Fabric& fabric) {
 void divide(Fabric& fabric, double scale) {
   const auto inverse = static_cast<float>(1 / scale);
   for (FabricLevel& level : fabric.levels) {
-    if (level.lobes) {
+    if (level.has(LayerKind::lobes)) {
       for_all(
-          *level.lobes, [&](float& rho) { rho *= inverse; },
+          level.lobes(), level.lobe_count(), [&](float& rho) { rho *= inverse; },
           [&](float* lobe) {
             const double factor = std::pow(scale, -1 / static_cast<double>(lobe[3]));
             for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
           });
     }
     // Beside lobes products are a factor on them.
-    if (!level.products || level.lobes) continue;
-    for (float& c : level.products->coefficient) c *= inverse;
+    if (level.has(LayerKind::lobes)) continue;
+    for (float& c : level.coefficients()) c *= inverse;
   }
 }
 

@@ -27,7 +27,7 @@ class Checker {
   Issues check() {
     if (fabric_text(file_.parts()) == nullptr) return sink_.take();  // another kind of file
     if (header_) {
-      for (const Layer layer : all_layers) {
+      for (const LayerKind layer : all_layers) {
         if (header_->layer(layer) && check_layer_part(file_, *header_, layer, sink_)) readable_.insert(layer);
       }
       understood_ = !sink_.has_error();
@@ -60,15 +60,15 @@ class Checker {
       }
     }
     if (level.bases) bases_ = level.bases;
-    if (level.products) level.bases = bases_;
+    if (level.has(LayerKind::products)) level.bases = bases_;
     // Of a fabric that is not whole the light says nothing.
     if (!understood_ || k >= header_->levels || sink_.errors() > errors_before) return;
     warn_of_peaks(level, k, half_lobes(), sink_);
-    warn_of_energy(level, fabric_from_header(*header_), k, sink_);
+    warn_of_energy(level, *header_, k, sink_);
   }
 
-  void take_pixels(const ExrPart& part, const ExrPixels& pixels, Layer layer, int k, FabricLevel& level) {
-    if (entry_of(header_->layer(layer), k) >= 0) {
+  void take_pixels(const ExrPart& part, const ExrPixels& pixels, LayerKind layer, int k, FabricLevel& level) {
+    if (header_->has(layer, k)) {
       decode_layer(part, pixels, *header_, layer, k, level, sink_);
     } else if (!is_zero(pixels)) {
       sink_.add(Code::fabric_advice, fmt::format("{}/level {}", part.name, k),
@@ -77,7 +77,7 @@ class Checker {
   }
 
   bool half_lobes() const {
-    const int part = file_.find_part(name_of(Layer::lobes));
+    const int part = file_.find_part(name_of(LayerKind::lobes));
     if (part < 0) return false;
     const auto& channels = file_.parts()[part].channels;
     return std::any_of(channels.begin(), channels.end(), [](const ExrChannel& c) { return c.half; });

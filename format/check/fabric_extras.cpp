@@ -32,8 +32,8 @@ void check_channel_names(const std::vector<ExrPart>& parts, IssueSink& sink) {
 }
 
 /// That all channels are known and have one precision, which is that of the text.
-void check_layer_channels(const ExrPart& part, const FabricHeader& header, Layer layer, IssueSink& sink) {
-  const std::vector<std::string> names = channel_names(header, layer);
+void check_layer_channels(const ExrPart& part, const FabricHeader& header, LayerKind layer, IssueSink& sink) {
+  const std::vector<std::string> names = channel_names(layer, header.shape);
   const std::set<std::string> known(names.begin(), names.end());
   const bool half = header.layer(layer)->half;
   bool differs = false;
@@ -75,19 +75,19 @@ void check_mirrors(const ExrPart& first, const FabricHeader& header, IssueSink& 
 
 void check_levels(const FabricHeader& header, IssueSink& sink) {
   const int complete = level_count(header.width, header.height);
-  if (header.levels < complete && whole_levels(header) == first_level(header) + header.levels) {
+  if (header.levels < complete && whole_levels(header) == header.first_level() + header.levels) {
     sink.add(Code::fabric_levels, "/levels",
              fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
   }
   if (const std::string missing = missing_levels(header); !missing.empty())
     sink.add(Code::fabric_levels, "/whole", missing);
   // A level with products does without the tables; which have which is the fit's choice.
-  for (const Layer layer : {Layer::lobes, Layer::frame, Layer::table, Layer::opacity, Layer::light}) {
-    const auto& entry = header.layer(layer);
-    if (!entry) continue;
+  for (const LayerKind layer :
+       {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity, LayerKind::light}) {
+    if (!header.layer(layer)) continue;
     int without = 0;
     for (int k = 0; k < header.levels; ++k) {
-      if (entry_of(entry, k) < 0 && entry_of(header.layer(Layer::products), k) < 0) ++without;
+      if (!header.has(layer, k) && !header.has(LayerKind::products, k)) ++without;
     }
     if (without == 0) continue;
     sink.add(Code::fabric_levels, fmt::format("/layers/{}/levels", name_of(layer)),
@@ -103,9 +103,9 @@ void check_fit_record(const ExrReader& file, const FabricHeader& header, IssueSi
   for (int k = 0; k < header.levels; ++k) {
     const std::uint64_t said = record->levels[k].bytes;
     std::uint64_t bytes = 0;
-    for (const Layer layer : all_layers) {
+    for (const LayerKind layer : all_layers) {
       const int part = file.find_part(name_of(layer));
-      if (layer == Layer::bases || part < 0 || entry_of(header.layer(layer), k) < 0) continue;
+      if (layer == LayerKind::bases || part < 0 || !header.has(layer, k)) continue;
       bytes += file.packed_bytes(part, k);
     }
     if (said == bytes) continue;
@@ -135,7 +135,7 @@ void check_surroundings(const ExrReader& file, const FabricHeader& header, Issue
     if (part.name == names::part_preview) {
       check_preview(part, header, sink);
     } else if (layer && header.layer(*layer)) {
-      if (!fits_a_part(header, *layer)) continue;
+      if (!fits_a_part(*layer, header.shape)) continue;
       check_layer_channels(part, header, *layer, sink);
     } else {
       check_windows(part, header, sink);

@@ -11,8 +11,8 @@
 #include "format/base/json_text.h"
 #include "format/check/fabric.h"
 #include "format/check/gltf.h"
+#include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
-#include "format/fabric/holes.h"
 #include "format/gltf/access.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/material_uses.h"
@@ -143,7 +143,7 @@ class FabricCheck {
 
   static Entry facts_of(Result<FabricReader> reader) {
     if (!reader) return {};
-    const auto fabric = reader->read_levels(0, 0, {Layer::opacity, Layer::heights});
+    const auto fabric = reader->read_levels(0, 0, {LayerKind::opacity, LayerKind::heights});
     if (!fabric) return {};
     return FabricFacts{has_holes(*fabric, 0), reader->digest()};
   }

@@ -28,37 +28,37 @@ struct ViewFactors {
 
 ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, int texel, const V3f& view) {
   ViewFactors result;
-  if (!level.view_table && !level.opacity) return result;
+  const std::span<const V3f> table = level.view_table();
+  const std::span<const float> opacity = level.opacity();
+  if (table.empty() && opacity.empty()) return result;
   const DirectionTaps taps = interpolate(grid, view);
   V3f colour(0, 0, 0);
   float alpha = 0;
   for (std::size_t tap = 0; tap < 4; ++tap) {
     const std::size_t entry = index_of(texel, taps.cell[tap], grid.count());
-    const float weight = taps.weight[tap] * (level.opacity ? level.opacity->opacity[entry] : 1.0F);
+    const float weight = taps.weight[tap] * (opacity.empty() ? 1.0F : opacity[entry]);
     alpha += weight;
-    if (level.view_table) colour += weight * level.view_table->colour[entry];
+    if (!table.empty()) colour += weight * table[entry];
   }
-  if (level.opacity) result.alpha = std::min(alpha, 1.0F);
-  if (level.view_table) result.colour = alpha > 0 ? clamp_to_finite(colour / alpha) : V3f(0, 0, 0);
+  if (!opacity.empty()) result.alpha = std::min(alpha, 1.0F);
+  if (!table.empty()) result.colour = alpha > 0 ? clamp_to_finite(colour / alpha) : V3f(0, 0, 0);
   return result;
 }
 
 V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V3f& view) {
-  if (!level.lobes) return {1, 1, 1};
+  if (!level.has(LayerKind::lobes)) return {1, 1, 1};
   V3f l = light;
   V3f v = view;
-  if (level.frame) {
-    const V3f& n = level.frame->normal[texel];
-    const V3f& t = level.frame->tangent[texel];
+  if (level.has(LayerKind::frame)) {
+    const auto& [n, t] = level.frame()[texel];
     const V3f b = n.cross(t);
     l = {light.dot(t), light.dot(b), light.dot(n)};
     v = {view.dot(t), view.dot(b), view.dot(n)};
   }
-  const int lobes = level.lobes->lobes;
+  const int lobes = level.lobe_count();
   V3f radiance;
   for (int channel = 0; channel < 3; ++channel) {
-    const float* parameters =
-        level.lobes->parameters.data() + index_of(texel * 3 + channel, 0, parameter_count(lobes));
+    const float* parameters = level.lobes().data() + index_of(texel * 3 + channel, 0, parameter_count(lobes));
     // A lobe may overflow; held at the largest number it stays 0 where T or opacity are 0.
     radiance[channel] = lafortune(parameters, lobes, &l.x, &v.x);
   }
@@ -72,63 +72,64 @@ V3f interpolated(const V3f* values, const DirectionTaps& taps) {
 }
 
 /// The sum of the products of an entry; may be negative.
-V3f product_sum(const FabricLevel& level, const Fabric& of, std::size_t texel, std::size_t entry,
+V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t texel, std::size_t entry,
                 const DirectionTaps& views, const DirectionTaps& lights) {
-  const ProductLayer& products = *level.products;
-  const std::size_t count = products.pairs.size();
-  const float* coefficient =
-      &products.coefficient[(texel * static_cast<std::size_t>(products.entries) + entry) * count];
+  const std::size_t count = level.pairs.size();
+  const float* coefficient = &level.coefficients()[(texel * level.entries() + entry) * count];
   V3f sum(0, 0, 0);
   for (std::size_t m = 0; m < count; ++m) {
-    const V2i& pair = products.pairs[m];
+    const V2i& pair = level.pairs[m];
     float factor = coefficient[m];
     if (pair.x > 0) {
-      const float* values = &level.bases->view[index_of(pair.x - 1, 0, of.views.count())];
+      const float* values = &level.bases->view[index_of(pair.x - 1, 0, info.views.count())];
       float phi = 0;
       for (std::size_t tap = 0; tap < 4; ++tap) phi += views.weight[tap] * values[views.cell[tap]];
       factor *= phi;
     }
-    sum += factor * interpolated(&level.bases->light[index_of(pair.y, 0, of.lights.count())], lights);
+    sum += factor * interpolated(&level.bases->light[index_of(pair.y, 0, info.lights.count())], lights);
   }
   return sum;
 }
 
 /// The bracket of the formula: what multiplies g.
-V3f table_radiance(const FabricLevel& level, const Fabric& of, std::size_t texel, std::size_t entry,
+V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t texel, std::size_t entry,
                    const V3f& view_table, const V3f& light, const V3f& view) {
-  if (!level.light_table && !level.products) return view_table;
-  const DirectionTaps lights = interpolate(of.lights, light);
-  V3f sum = level.view_table || level.light_table ? view_table : V3f(0, 0, 0);
-  if (level.light_table) {
-    sum *= interpolated(&level.light_table->value[index_of(static_cast<int>(texel), 0, of.lights.count())],
-                        lights);
+  const std::span<const V3f> light_table = level.light_table();
+  const bool products = level.has(LayerKind::products);
+  if (light_table.empty() && !products) return view_table;
+  const DirectionTaps lights = interpolate(info.lights, light);
+  V3f sum = level.has(LayerKind::table) || !light_table.empty() ? view_table : V3f(0, 0, 0);
+  if (!light_table.empty()) {
+    sum *= interpolated(&light_table[index_of(static_cast<int>(texel), 0, info.lights.count())], lights);
   }
-  if (level.products) sum += product_sum(level, of, texel, entry, interpolate(of.views, view), lights);
+  if (products) sum += product_sum(level, info, texel, entry, interpolate(info.views, view), lights);
   for (int c = 0; c < 3; ++c) sum[c] = sum[c] > 0 ? sum[c] : 0;  // 0 for NaN as well
   return clamp_to_finite(sum);
 }
 
 /// One entry of a texel.
-Shading shade(const FabricLevel& level, const Fabric& of, std::size_t texel, std::size_t entry,
+Shading shade(const FabricLevel& level, const FabricInfo& info, std::size_t texel, std::size_t entry,
               const V3f& light, const V3f& view) {
-  const ViewFactors factors = view_factors(level, of.views, static_cast<int>(texel), view);
+  const ViewFactors factors = view_factors(level, info.views, static_cast<int>(texel), view);
   Shading shading;
   shading.alpha = factors.alpha;
   if (light.z > 0 && view.z > 0) {
-    const V3f product = clamp_to_finite(table_radiance(level, of, texel, entry, factors.colour, light, view) *
-                                        lobe_radiance(level, static_cast<int>(texel), light, view));
-    shading.radiance = clamp_to_finite(of.radiance_scale * product);
+    const V3f product =
+        clamp_to_finite(table_radiance(level, info, texel, entry, factors.colour, light, view) *
+                        lobe_radiance(level, static_cast<int>(texel), light, view));
+    shading.radiance = clamp_to_finite(info.radiance_scale * product);
   }
   return shading;
 }
 
 }  // namespace
 
-Shading evaluate(const FabricLevel& level, const Fabric& of, int x, int y, const V3f& light,
+Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view) {
-  if (!level.heights) return shade(level, of, static_cast<std::size_t>(y * level.width + x), 0, light, view);
-  const SlabMarch march(level, of);
-  const SlabShape& shape = level.heights->shape();
+  if (!level.has(LayerKind::heights))
+    return shade(level, info, static_cast<std::size_t>(y * level.width + x), 0, light, view);
+  const SlabMarch march(level, info);
+  const SlabShape& shape = level.cells;
   const V2d cells(level.width * shape.columns, level.height * shape.rows);
   const float share = 1.0F / static_cast<float>(shape.columns * shape.rows);
   Shading sum;
@@ -137,7 +138,7 @@ Shading evaluate(const FabricLevel& level, const Fabric& of, int x, int y, const
       const V2d centre(x * shape.columns + column + 0.5, y * shape.rows + row + 0.5);
       const auto hit = march(centre / cells, view);
       if (!hit) continue;
-      const Shading of_ray = shade(level, of, hit->texel, hit->entry, light, view);
+      const Shading of_ray = shade(level, info, hit->texel, hit->entry, light, view);
       sum.radiance += share * of_ray.alpha * of_ray.radiance;
       sum.alpha += share * of_ray.alpha;
     }
@@ -175,11 +176,24 @@ Shading blend(const Shading& a, const Shading& b, float weight_of_b) {
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view) {
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()));
   const auto at = [&](int k) {
-    const FabricLevel& of = fabric.levels[k];
-    return evaluate(of, fabric, wrap_texel(uv.x, of.width), wrap_texel(uv.y, of.height), light, view);
+    const FabricLevel& there = fabric.levels[k];
+    return evaluate(there, fabric, wrap_texel(uv.x, there.width), wrap_texel(uv.y, there.height), light,
+                    view);
   };
   const Shading near = at(levels.lower);
   return levels.weight > 0 ? blend(near, at(levels.lower + 1), levels.weight) : near;
+}
+
+bool has_holes(const Fabric& fabric, int level) {
+  const FabricLevel& there = fabric.levels[level];
+  const V3f up(0, 0, 1);
+  double openness = 0;
+  for (int y = 0; y < there.height; ++y) {
+    for (int x = 0; x < there.width; ++x) {
+      openness += 1 - static_cast<double>(evaluate(fabric, level, x, y, up, up).alpha);
+    }
+  }
+  return openness > 0.0005 * there.texels();
 }
 
 }  // namespace selvedge

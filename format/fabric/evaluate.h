@@ -1,4 +1,4 @@
-// The reference evaluation of a fabric: plain, scalar, and what every faster twin is held to.
+// The reference evaluation of a fabric: plain and scalar. Every faster one is tested against it.
 #pragma once
 
 #include "format/fabric/fabric.h"
@@ -19,8 +19,9 @@ struct Shading {
 /// Precondition: `level` exists and (x, y) lies within it.
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view);
 
-/// The same of a level by itself; `of` is the fabric it belongs to, whose own levels do not matter.
-Shading evaluate(const FabricLevel& level, const Fabric& of, int x, int y, const V3f& light, const V3f& view);
+/// The same of a level by itself; `info` is that of the fabric it belongs to.
+Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
+                 const V3f& view);
 
 /// A fractional level as the two it lies between: the lower, and the weight of the next, 0 where there is
 /// none. Levels are clamped to the `count` that exist, NaN to 0.
@@ -39,5 +40,13 @@ int wrap_texel(double c, int size);
 
 /// Alpha-weighted mean of two shadings: alpha is the plain mean, radiance weighted by alpha.
 Shading blend(const Shading& a, const Shading& b, float weight_of_b);
+
+/// Whether the fabric has holes that can be seen, by which alphaMode and the fallback go: more than 0.05 % of
+/// the level is open, seen from straight above. Opacity is a mean over the area, so that all levels without
+/// slabs have the same answer, and a partial fabric that of the whole, but for noise and the steps of half
+/// precision; where these decide it is about 0.05 % of what shows through. Slabs of coarser levels are fitted
+/// by themselves and open by some percent more or less. Precondition: a valid fabric (see validate) that has
+/// the level.
+bool has_holes(const Fabric& fabric, int level);
 
 }  // namespace selvedge

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/fabric/layers.h"
-#include "format/fabric/value_ranges.h"
+#include "format/fabric/level_values.h"
 
 namespace selvedge {
 namespace {
@@ -15,74 +14,51 @@ tl::unexpected<Error> broken(int level, const char* layer, std::string message) 
   return fail(Code::fabric_malformed, {}, fmt::format("level {}/{}", level, layer), std::move(message));
 }
 
-/// Whether the arrays of a layer are as long as its values are many.
-bool is_complete(const FabricLevel& level, Layer layer, const LayerShape& shape) {
-  const auto texels = static_cast<std::size_t>(level.texels());
-  const auto views = static_cast<std::size_t>(shape.views);
-  const auto lights = static_cast<std::size_t>(shape.lights);
-  switch (layer) {
-    case Layer::lobes:
-      return level.lobes->parameters.size() == texels * channel_count(layer, shape);
-    case Layer::frame:
-      return level.frame->normal.size() == texels && level.frame->tangent.size() == texels;
-    case Layer::table:
-      return level.view_table->colour.size() == texels * views;
-    case Layer::opacity:
-      return level.opacity->opacity.size() == texels * views;
-    case Layer::light:
-      return level.light_table->value.size() == texels * lights;
-    case Layer::heights: {
-      const std::size_t entries = texels * static_cast<std::size_t>(shape.cells.entries());
-      return level.heights->top().size() == entries && level.heights->bottom().size() == entries;
-    }
-    case Layer::products:
-      return level.products->coefficient.size() ==
-             texels * static_cast<std::size_t>(level.products->entries) * level.products->pairs.size();
-    case Layer::bases:
-      break;
-  }
-  return level.bases->view.size() % views == 0 && level.bases->light.size() % lights == 0;
+/// How many channels a level's own layer has; the part of products may have more.
+int own_channels(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
+  if (kind != LayerKind::products) return channel_count(kind, shape);
+  return (level.has(LayerKind::heights) ? shape.cells.entries() : 1) * static_cast<int>(level.pairs.size());
 }
 
 /// Counts that have limits: of lobes, cells, products and functions.
-Result<void> validate_counts(const FabricLevel& level, int k, Layer layer, const LayerShape& shape,
+Result<void> validate_counts(const FabricLevel& level, int k, LayerKind kind, const LayerShape& shape,
                              const FabricLimits& limits) {
   const auto check = [&](const char* what, int count, int least, int most) -> Result<void> {
     if (count >= least && count <= most) return {};
-    return broken(k, name_of(layer), fmt::format("{} {}; {} to {} are allowed", count, what, least, most));
+    return broken(k, name_of(kind), fmt::format("{} {}; {} to {} are allowed", count, what, least, most));
   };
-  if (layer == Layer::lobes) return check("lobes", level.lobes->lobes, 0, limits.lobes);
-  if (layer == Layer::heights) {
+  if (kind == LayerKind::lobes) return check("lobes", shape.lobes, 0, limits.lobes);
+  if (kind == LayerKind::heights) {
     if (auto ok = check("columns", shape.cells.columns, 1, limits.cells_per_side); !ok) return ok;
     if (auto ok = check("rows", shape.cells.rows, 1, limits.cells_per_side); !ok) return ok;
     return check("slabs", shape.cells.slabs, 1, limits.slabs);
   }
-  if (layer == Layer::bases) {
+  if (kind == LayerKind::bases) {
     if (auto ok = check("functions of the view", shape.view_functions, 0, limits.functions); !ok) return ok;
     return check("functions of the light", shape.light_functions, 1, limits.functions);
   }
-  if (layer != Layer::products) return {};
-  const ProductLayer& products = *level.products;
-  const int entries = level.heights ? shape.cells.entries() : 1;
-  if (products.entries != entries) {
-    return broken(k, "products", fmt::format("{} entries a texel instead of {}", products.entries, entries));
-  }
+  if (kind != LayerKind::products) return {};
   if (!level.bases) return broken(k, "products", "there are no bases");
-  for (const V2i& pair : products.pairs) {
+  for (const V2i& pair : level.pairs) {
     if (pair.x < 0 || pair.x > shape.view_functions || pair.y < 0 || pair.y >= shape.light_functions) {
       return broken(k, "products", fmt::format("the pair ({}, {}) is not in the bases", pair.x, pair.y));
     }
   }
-  return check("products", static_cast<int>(products.pairs.size()), 1, limits.products);
+  return check("products", static_cast<int>(level.pairs.size()), 1, limits.products);
 }
 
-Result<void> validate_layer(const FabricLevel& level, int k, Layer layer, const LayerShape& shape,
+Result<void> validate_layer(const FabricLevel& level, int k, LayerKind kind, const LayerShape& shape,
                             const FabricLimits& limits) {
-  if (auto ok = validate_counts(level, k, layer, shape, limits); !ok) return ok;
-  if (!is_complete(level, layer, shape)) return broken(k, name_of(layer), "wrong number of values");
-  if (layer == Layer::bases) return {};  // validate_bases()
+  if (auto ok = validate_counts(level, k, kind, shape, limits); !ok) return ok;
+  const bool complete =
+      kind == LayerKind::bases
+          ? level.bases->view.size() % shape.views == 0 && level.bases->light.size() % shape.lights == 0
+          : level[kind].channels == own_channels(level, kind, shape) &&
+                level[kind].values.size() == static_cast<std::size_t>(level.texels()) * level[kind].channels;
+  if (!complete) return broken(k, name_of(kind), "wrong number of values");
+  if (kind == LayerKind::bases) return {};  // validate_bases()
   IssueSink sink({});
-  check_values(level, k, layer, shape, sink);
+  check_values(level, k, kind, shape, sink);
   if (sink.has_error()) return tl::unexpected(sink.first_error());
   return {};
 }
@@ -99,16 +75,14 @@ Result<void> validate_grid(const char* name, const DirectionGrid& grid, const Fa
 
 /// The functions are finite, and those of all levels.
 Result<void> validate_bases(const Fabric& fabric) {
-  const ProductBases* first = nullptr;
+  const auto first = bases_of(fabric);
+  if (!first) return {};
   for (const FabricLevel& level : fabric.levels) {
-    if (!level.products) continue;
-    if (first == nullptr) first = level.bases.get();
-    if (level.bases.get() == first) continue;
+    if (!level.has(LayerKind::products) || level.bases == first) continue;
     if (level.bases->view != first->view || level.bases->light != first->light) {
       return fail(Code::fabric_malformed, {}, "bases", "levels differ in their bases");
     }
   }
-  if (first == nullptr) return {};
   const auto finite = [](float value) { return std::isfinite(value); };
   if (std::all_of(first->view.begin(), first->view.end(), finite) &&
       std::all_of(first->light.begin(), first->light.end(),
@@ -120,31 +94,58 @@ Result<void> validate_bases(const Fabric& fabric) {
 
 }  // namespace
 
+void FabricLevel::set(LayerKind kind, Layer layer) {
+  layers_[index_of(kind)] = std::move(layer);
+  if (kind != LayerKind::heights) return;
+  height_range_ = {};
+  for (const SlabEnds& ends : heights()) {
+    if (!(ends.top > ends.bottom)) continue;
+    height_range_.highest = std::max(height_range_.highest, ends.top);
+    height_range_.lowest = std::min(height_range_.lowest, ends.bottom);
+  }
+}
+
+void FabricLevel::add(LayerKind kind, int channels, float value) {
+  set(kind, {channels, std::vector<float>(static_cast<std::size_t>(texels()) * channels, value)});
+}
+
+void FabricLevel::set_heights(const HeightLayer& heights) {
+  cells = heights.shape;
+  Layer layer{2 * cells.entries(), {}};
+  for (std::size_t i = 0; i < heights.top.size(); ++i) {
+    layer.values.insert(layer.values.end(), {heights.top[i], heights.bottom[i]});
+  }
+  set(LayerKind::heights, std::move(layer));
+}
+
+int FabricLevel::entries() const {
+  const int coefficients = (*this)[LayerKind::products].channels;
+  return coefficients == 0 || pairs.empty() ? 1 : coefficients / static_cast<int>(pairs.size());
+}
+
+std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {
+  for (const FabricLevel& level : fabric.levels) {
+    if (level.has(LayerKind::products)) return level.bases;
+  }
+  return nullptr;
+}
+
 LayerShape shape_of(const Fabric& fabric) {
   LayerShape shape;
   shape.views = fabric.views.count();
   shape.lights = fabric.lights.count();
   shape.base_texels = fabric.levels.front().texels();
   for (const FabricLevel& level : fabric.levels) {
-    if (level.lobes) shape.lobes = level.lobes->lobes;
-    if (level.heights) shape.cells = level.heights->shape();
-    if (level.products) {
-      const int pairs = static_cast<int>(level.products->pairs.size());
-      shape.products = std::max(shape.products, level.products->entries * pairs);
-    }
-    if (level.products && level.bases) {
-      shape.view_functions = static_cast<int>(level.bases->view.size()) / shape.views;
-      shape.light_functions = static_cast<int>(level.bases->light.size()) / shape.lights;
-    }
+    if (level.has(LayerKind::lobes)) shape.lobes = level.lobe_count();
+    if (level.has(LayerKind::heights)) shape.cells = level.cells;
+    shape.products = std::max(shape.products, level[LayerKind::products].channels);
+  }
+  if (const auto bases = bases_of(fabric)) {
+    shape.view_functions = static_cast<int>(bases->view.size()) / shape.views;
+    shape.light_functions = static_cast<int>(bases->light.size()) / shape.lights;
   }
   return shape;
 }
-
-V2i whole_texels(const Fabric& fabric) {
-  return fabric.whole ? fabric.whole->texels : V2i(fabric.levels.front().width, fabric.levels.front().height);
-}
-
-int first_level(const Fabric& fabric) { return fabric.whole ? fabric.whole->level : 0; }
 
 bool is_level_of(const WholeFabric& whole, int width, int height) {
   // Beyond 31 halvings every size is 1.
@@ -207,15 +208,15 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
     if (level.width != level_size(base.width, k) || level.height != level_size(base.height, k)) {
       return broken(k, "size", fmt::format("{}x{} does not follow from level 0", level.width, level.height));
     }
-    if (level.lobes && level.lobes->lobes != shape.lobes) {
+    if (level.has(LayerKind::lobes) && level.lobe_count() != shape.lobes) {
       return broken(k, "lobes", "levels differ in their number of lobes");
     }
-    if (level.heights && level.heights->shape() != shape.cells) {
+    if (level.has(LayerKind::heights) && level.cells != shape.cells) {
       return broken(k, "heights", "levels differ in their cells");
     }
-    for (const Layer layer : all_layers) {
-      if (!has_layer(level, layer) || (layer == Layer::bases && !level.products)) continue;
-      if (auto ok = validate_layer(level, k, layer, shape, limits); !ok) return ok;
+    for (const LayerKind kind : all_layers) {
+      if (!level.has(kind) || (kind == LayerKind::bases && !level.has(LayerKind::products))) continue;
+      if (auto ok = validate_layer(level, k, kind, shape, limits); !ok) return ok;
     }
   }
   return validate_bases(fabric);

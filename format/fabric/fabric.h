@@ -18,8 +18,10 @@
 // viewer is marched to the yarn that it meets (slabs.h), and what it meets decides whose products count.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,66 +30,34 @@
 #include "format/base/vec.h"
 #include "format/fabric/directions.h"
 #include "format/fabric/lafortune.h"
+#include "format/fabric/layers.h"
 
 namespace selvedge {
 
-/// Diffuse term and Lafortune lobes. parameters[(texel * 3 + channel) * parameter_count(lobes) + k],
-/// k as in lafortune.h: rho, then Cx, Cy, Cz, n per lobe. rho >= 0, n >= 0.
-struct LobeLayer {
-  int lobes = 0;
-  std::vector<float> parameters;
-};
-
 /// The texel's own frame, in the fabric's frame. Unit and perpendicular; the binormal is normal x tangent.
-struct FrameLayer {
-  std::vector<V3f> normal;
-  std::vector<V3f> tangent;
+struct TexelFrame {
+  V3f normal;
+  V3f tangent;
 };
 
-/// T(v): colour[texel * views + view], a factor on g, mean about 1 per texel and channel, >= 0.
-struct ViewTableLayer {
-  std::vector<V3f> colour;
+/// Where the yarn of an entry begins and ends, mm above the cloth's lowest point. There is none where
+/// top <= bottom.
+struct SlabEnds {
+  float top = 0;
+  float bottom = 0;
 };
 
-/// alpha(v): opacity[texel * views + view] in [0, 1].
-struct OpacityLayer {
-  std::vector<float> opacity;
+/// The highest top and the lowest bottom of entries with yarn; lowest > highest where there are none.
+struct HeightRange {
+  float highest = std::numeric_limits<float>::lowest();
+  float lowest = std::numeric_limits<float>::max();
 };
 
-/// S(l): value[texel * lights + light], a factor beside T, >= 0.
-struct LightTableLayer {
-  std::vector<V3f> value;
-};
-
-/// How the columns of a texel are divided: cells side by side, `slabs` of yarn one above the other in each.
-struct SlabShape {
-  int columns = 1;
-  int rows = 1;
-  int slabs = 1;
-  /// Entry (slab * rows + row) * columns + column of a texel; row 0 is the texel's top row.
-  int entries() const { return columns * rows * slabs; }
-  bool operator==(const SlabShape&) const = default;
-};
-
-/// Where the yarn of every entry begins and ends: [texel * entries + entry], mm above the cloth's lowest
-/// point. An entry with top <= bottom has no yarn.
-class HeightLayer {
- public:
-  /// Precondition: `top` and `bottom` have the same length, that of all texels' entries.
-  HeightLayer(const SlabShape& shape, std::vector<float> top, std::vector<float> bottom);
-  const SlabShape& shape() const { return shape_; }
-  const std::vector<float>& top() const { return top_; }
-  const std::vector<float>& bottom() const { return bottom_; }
-  /// Over the entries with yarn; lowest > highest where there are none.
-  float highest() const { return highest_; }
-  float lowest() const { return lowest_; }
-
- private:
-  SlabShape shape_;
-  std::vector<float> top_;
-  std::vector<float> bottom_;
-  float highest_;
-  float lowest_;
+/// The heights of a cell by themselves: top and bottom have one value per texel and entry.
+struct HeightLayer {
+  SlabShape shape;
+  std::vector<float> top;
+  std::vector<float> bottom;
 };
 
 /// Functions of direction that all texels share. phi_0 = 1 and phi_a, a > 0, are numbers over the grid of
@@ -97,26 +67,69 @@ struct ProductBases {
   std::vector<V3f> light;   ///< psi_b: [b * lights + light]
 };
 
-/// c: coefficient[(texel * entries + entry) * pairs.size() + m], one entry unless the level has heights.
-struct ProductLayer {
-  int entries = 1;
-  std::vector<V2i> pairs;  ///< (a, b) of product m
-  std::vector<float> coefficient;
-};
-
+/// A mip level: its layers, and typed views of them. The view of a layer that is not there is empty. A view
+/// is valid until its layer is set or removed.
 struct FabricLevel {
   int width = 0;
   int height = 0;
-  std::optional<LobeLayer> lobes;
-  std::optional<FrameLayer> frame;
-  std::optional<ViewTableLayer> view_table;
-  std::optional<OpacityLayer> opacity;
-  std::optional<LightTableLayer> light_table;
-  std::optional<HeightLayer> heights;
-  std::optional<ProductLayer> products;
+  SlabShape cells;                            ///< where there are heights
+  std::vector<V2i> pairs;                     ///< (a, b) of product m, where there are products
   std::shared_ptr<const ProductBases> bases;  ///< where there are products; the same in all levels
 
   int texels() const { return width * height; }
+  bool has(LayerKind kind) const {
+    return kind == LayerKind::bases ? bases != nullptr : (*this)[kind].channels > 0;
+  }
+  /// That of the bases is always empty.
+  const Layer& operator[](LayerKind kind) const { return layers_[index_of(kind)]; }
+  void set(LayerKind kind, Layer layer);
+  /// Sets a layer of equal values.
+  void add(LayerKind kind, int channels, float value = 0);
+  void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
+  /// Precondition: `heights` are those of the level's texels.
+  void set_heights(const HeightLayer& heights);
+
+  /// Diffuse term and Lafortune lobes: [(texel * 3 + channel) * parameter_count(lobe_count()) + k], k as in
+  /// lafortune.h: rho, then Cx, Cy, Cz, n per lobe. rho >= 0, n >= 0.
+  std::span<const float> lobes() const { return values<float>(LayerKind::lobes); }
+  std::span<float> lobes() { return values<float>(LayerKind::lobes); }
+  int lobe_count() const { return ((*this)[LayerKind::lobes].channels / 3 - 1) / 4; }
+  /// [texel]
+  std::span<const TexelFrame> frame() const { return values<TexelFrame>(LayerKind::frame); }
+  std::span<TexelFrame> frame() { return values<TexelFrame>(LayerKind::frame); }
+  /// T(v): [texel * views + view], a factor on g, mean about 1 per texel and channel, >= 0.
+  std::span<const V3f> view_table() const { return values<V3f>(LayerKind::table); }
+  std::span<V3f> view_table() { return values<V3f>(LayerKind::table); }
+  /// alpha(v): [texel * views + view] in [0, 1].
+  std::span<const float> opacity() const { return values<float>(LayerKind::opacity); }
+  std::span<float> opacity() { return values<float>(LayerKind::opacity); }
+  /// S(l): [texel * lights + light], a factor beside T, >= 0.
+  std::span<const V3f> light_table() const { return values<V3f>(LayerKind::light); }
+  std::span<V3f> light_table() { return values<V3f>(LayerKind::light); }
+  /// [texel * cells.entries() + entry]
+  std::span<const SlabEnds> heights() const { return values<SlabEnds>(LayerKind::heights); }
+  const HeightRange& height_range() const { return height_range_; }
+  /// c: [(texel * entries() + entry) * pairs.size() + m]
+  std::span<const float> coefficients() const { return values<float>(LayerKind::products); }
+  std::span<float> coefficients() { return values<float>(LayerKind::products); }
+  /// Of a texel's products: one unless the level has heights.
+  int entries() const;
+
+ private:
+  // A layer's numbers as structs of floats: Imath's vectors have no padding.
+  template <class T>
+  std::span<const T> values(LayerKind kind) const {
+    const std::vector<float>& floats = (*this)[kind].values;
+    return {reinterpret_cast<const T*>(floats.data()), floats.size() / (sizeof(T) / sizeof(float))};
+  }
+  template <class T>
+  std::span<T> values(LayerKind kind) {
+    std::vector<float>& floats = layers_[index_of(kind)].values;
+    return {reinterpret_cast<T*>(floats.data()), floats.size() / (sizeof(T) / sizeof(float))};
+  }
+
+  std::array<Layer, all_layers.size()> layers_;
+  HeightRange height_range_;
 };
 
 /// What a partial fabric is a part of: its level 0 is level `level` of a fabric whose own level 0 has
@@ -128,17 +141,27 @@ struct WholeFabric {
   bool operator==(const WholeFabric&) const = default;
 };
 
-struct Fabric {
+/// What holds for all levels of a fabric.
+struct FabricInfo {
   V2f period_mm{1, 1};         ///< size of one repeat along u and v
   float reference_height = 0;  ///< mm; height of the texels' plane above the cell's lowest point
   float thickness_mm = 0;      ///< mm; height of the cell's bounding box
   DirectionGrid views;         ///< layout of the view table, of opacity and of phi
   DirectionGrid lights;        ///< layout of the light table and of psi; without them of no meaning
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
-  std::string provenance;    ///< JSON object: options, seed, software; "{}" where nothing is known
+  std::string provenance = "{}";     ///< JSON object: options, seed, software; "{}" where nothing is known
   std::optional<WholeFabric> whole;  ///< of a partial fabric
-  std::vector<FabricLevel>
-      levels;  ///< level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete
+
+  /// Which level of the whole fabric is its level 0.
+  int first_level() const { return whole ? whole->level : 0; }
+};
+
+struct Fabric : FabricInfo {
+  /// Level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete.
+  std::vector<FabricLevel> levels;
+
+  /// Of level 0. Precondition: there is one.
+  V2i texels() const { return {levels.front().width, levels.front().height}; }
 };
 
 /// Stated limits of a fabric; beyond them a file is refused before anything is allocated.
@@ -152,10 +175,11 @@ struct FabricLimits {
   int products = 256;
 };
 
-/// Texels of level 0 of the whole fabric, and which of its levels is the fabric's level 0. Precondition: the
-/// fabric has a level.
-V2i whole_texels(const Fabric& fabric);
-int first_level(const Fabric& fabric);
+/// Texels of level 0 of the whole fabric, of a Fabric or a FabricHeader.
+template <class F>
+V2i whole_texels(const F& fabric) {
+  return fabric.whole ? fabric.whole->texels : fabric.texels();
+}
 
 /// Whether a level 0 of `width` x `height` texels can be that level of the whole.
 bool is_level_of(const WholeFabric& whole, int width, int height);
@@ -163,6 +187,12 @@ bool is_level_of(const WholeFabric& whole, int width, int height);
 /// Whether a fabric of `levels` levels can be a part of it, with a level less at least. Precondition:
 /// is_level_of() its level 0.
 bool is_more_than(const WholeFabric& whole, int levels);
+
+/// The functions that all levels with products share; null where none has products.
+std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric);
+
+/// Of a fabric whose levels agree (validate()). Precondition: it has a level.
+LayerShape shape_of(const Fabric& fabric);
 
 /// The texel's tangent from its normal (paper section 4, restated): the x axis made perpendicular to
 /// `normal`; the y axis takes x's place where the normal lies along x.

@@ -6,9 +6,7 @@
 #include <string>
 
 #include "format/exr/exr.h"
-#include "format/fabric/fabric.h"
 #include "format/fabric/header.h"
-#include "format/fabric/layers.h"
 
 namespace selvedge {
 
@@ -61,7 +59,7 @@ class FabricReader {
 
   /// Bytes that a level of a layer takes in the file, compressed; 0 where the level does not have it. The
   /// bases stand at level 0.
-  std::uint64_t packed_bytes(Layer layer, int level) const;
+  std::uint64_t packed_bytes(LayerKind kind, int level) const;
 
   /// Bytes of the file that were read so far, headers included, each counted once.
   std::uint64_t bytes_read() const { return file_.bytes_read(); }
@@ -70,7 +68,7 @@ class FabricReader {
   FabricReader(ExrReader file, FabricHeader header, std::string text);
   static Result<FabricReader> open(Result<ExrReader> file, const FabricLimits& limits);
 
-  Result<void> read_layer(Layer layer, int level, FabricLevel& into);
+  Result<void> read_layer(LayerKind kind, int level, FabricLevel& into);
   /// The functions that all levels share; read once.
   Result<std::shared_ptr<const ProductBases>> bases();
 

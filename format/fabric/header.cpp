@@ -9,11 +9,11 @@ namespace {
 
 std::string model_of(const Fabric& fabric) {
   const FabricLevel& base = fabric.levels.front();
-  std::string model = base.lobes ? "lafortune" : "constant";
-  if (base.view_table) model += "-view-table";
-  if (base.light_table) model += "-light-table";
-  if (base.products) model += "-products";
-  if (base.heights) model += "-slabs";
+  std::string model = base.has(LayerKind::lobes) ? "lafortune" : "constant";
+  if (base.has(LayerKind::table)) model += "-view-table";
+  if (base.has(LayerKind::light)) model += "-light-table";
+  if (base.has(LayerKind::products)) model += "-products";
+  if (base.has(LayerKind::heights)) model += "-slabs";
   return model;
 }
 
@@ -21,35 +21,24 @@ std::string model_of(const Fabric& fabric) {
 
 FabricHeader header_of(const Fabric& fabric) {
   FabricHeader header;
+  static_cast<FabricInfo&>(header) = fabric;
   header.model = model_of(fabric);
   header.width = fabric.levels.front().width;
   header.height = fabric.levels.front().height;
   header.levels = static_cast<int>(fabric.levels.size());
-  header.period_mm = fabric.period_mm;
-  header.reference_height = fabric.reference_height;
-  header.thickness_mm = fabric.thickness_mm;
-  header.radiance_scale = fabric.radiance_scale;
-  header.views = fabric.views;
-  header.lights = fabric.lights;
-  header.provenance = fabric.provenance;
-  header.whole = fabric.whole;
+  header.shape = shape_of(fabric);
   return header;
 }
 
-int entry_of(const std::optional<LayerHeader>& layer, int level) {
-  if (!layer) return -1;
-  const auto found = std::find(layer->levels.begin(), layer->levels.end(), level);
-  return found == layer->levels.end() ? -1 : static_cast<int>(found - layer->levels.begin());
+int FabricHeader::entry(LayerKind kind, int level) const {
+  if (!layer(kind)) return -1;
+  const std::vector<int>& of_layer = layer(kind)->levels;
+  const auto found = std::find(of_layer.begin(), of_layer.end(), level);
+  return found == of_layer.end() ? -1 : static_cast<int>(found - of_layer.begin());
 }
-
-V2i whole_texels(const FabricHeader& header) {
-  return header.whole ? header.whole->texels : V2i(header.width, header.height);
-}
-
-int first_level(const FabricHeader& header) { return header.whole ? header.whole->level : 0; }
 
 int whole_levels(const FabricHeader& header) {
-  return std::max(header.whole ? header.whole->levels : 0, first_level(header) + header.levels);
+  return std::max(header.whole ? header.whole->levels : 0, header.first_level() + header.levels);
 }
 
 namespace {
@@ -65,7 +54,7 @@ std::string levels_text(int first, int last) {
 }
 
 std::string missing_levels(const FabricHeader& header) {
-  const int first = first_level(header);
+  const int first = header.first_level();
   const int beyond = first + header.levels;
   const int all = whole_levels(header);
   std::string missing;
@@ -79,49 +68,16 @@ std::string missing_levels(const FabricHeader& header) {
                      single ? "is" : "are");
 }
 
-LayerShape shape_of(const FabricHeader& header) {
-  LayerShape shape;
-  shape.views = header.views.count();
-  shape.lights = header.lights.count();
-  shape.base_texels = header.width * header.height;
-  if (const auto& lobes = header.layer(Layer::lobes)) shape.lobes = lobes->lobes;
-  if (const auto& heights = header.layer(Layer::heights)) shape.cells = heights->cells;
-  if (const auto& bases = header.layer(Layer::bases)) {
-    shape.view_functions = bases->view_functions;
-    shape.light_functions = bases->light_functions;
-  }
-  if (const auto& products = header.layer(Layer::products)) {
-    for (std::size_t i = 0; i < products->levels.size(); ++i) {
-      const int entries = entries_at(header, products->levels[i]);
-      shape.products = std::max(shape.products, entries * static_cast<int>(products->pairs[i].size()));
-    }
-  }
-  return shape;
-}
-
 int entries_at(const FabricHeader& header, int level) {
-  const auto& heights = header.layer(Layer::heights);
-  return entry_of(heights, level) >= 0 ? heights->cells.entries() : 1;
+  return header.has(LayerKind::heights, level) ? header.shape.cells.entries() : 1;
 }
 
-Fabric fabric_from_header(const FabricHeader& header) {
-  return fabric_from_header(header, 0, header.levels - 1);
-}
-
-Fabric fabric_from_header(const FabricHeader& header, int first, int last) {
-  Fabric fabric;
-  fabric.period_mm = header.period_mm;
-  fabric.reference_height = header.reference_height;
-  fabric.thickness_mm = header.thickness_mm;
-  fabric.radiance_scale = header.radiance_scale;
-  fabric.views = header.views;
-  fabric.lights = header.lights;
-  fabric.provenance = header.provenance;
-  fabric.whole = header.whole;
+Fabric part_of(const FabricHeader& header, int first, int last) {
+  Fabric fabric{header, {}};
   if (first == 0 && last == header.levels - 1) return fabric;
   const bool unknown = header.whole && header.whole->levels == 0 && last == header.levels - 1;
   fabric.whole =
-      WholeFabric{whole_texels(header), first_level(header) + first, unknown ? 0 : whole_levels(header)};
+      WholeFabric{whole_texels(header), header.first_level() + first, unknown ? 0 : whole_levels(header)};
   return fabric;
 }
 

@@ -1,48 +1,47 @@
-// Which parts and channels a fabric file has, and how the layers of a level become their pixels and back.
+// The layers of a fabric's level as data: their kinds, and one table of what is particular to each kind.
 #pragma once
 
 #include <array>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "format/exr/exr.h"
-#include "format/fabric/fabric.h"
-
 namespace selvedge {
 
-/// The layers of a level, each of which is a part of the file, in the file's order.
-enum class Layer { lobes, frame, table, opacity, light, heights, products, bases };
-inline constexpr std::array all_layers{Layer::lobes, Layer::frame,   Layer::table,    Layer::opacity,
-                                       Layer::light, Layer::heights, Layer::products, Layer::bases};
-constexpr std::size_t index_of(Layer layer) { return static_cast<std::size_t>(layer); }
+/// Each kind is a part of the file; in the file's order.
+enum class LayerKind { lobes, frame, table, opacity, light, heights, products, bases };
+inline constexpr std::array all_layers{LayerKind::lobes,    LayerKind::frame, LayerKind::table,
+                                       LayerKind::opacity,  LayerKind::light, LayerKind::heights,
+                                       LayerKind::products, LayerKind::bases};
+constexpr std::size_t index_of(LayerKind kind) { return static_cast<std::size_t>(kind); }
 
-/// As its part is called.
-const char* name_of(Layer layer);
-std::optional<Layer> layer_named(std::string_view name);
+/// The name of its part.
+const char* name_of(LayerKind kind);
+std::optional<LayerKind> layer_named(std::string_view name);
 
-/// Some of the layers.
+/// Some of the kinds.
 class LayerSet {
  public:
   constexpr LayerSet() = default;
-  constexpr LayerSet(std::initializer_list<Layer> layers) {
-    for (const Layer layer : layers) insert(layer);
+  constexpr LayerSet(std::initializer_list<LayerKind> kinds) {
+    for (const LayerKind kind : kinds) insert(kind);
   }
   static constexpr LayerSet all() {
     LayerSet set;
-    for (const Layer layer : all_layers) set.insert(layer);
+    set.in_.fill(true);
     return set;
   }
-  constexpr bool contains(Layer layer) const { return in_[index_of(layer)]; }
+  constexpr bool contains(LayerKind kind) const { return in_[index_of(kind)]; }
   constexpr bool empty() const { return *this == LayerSet(); }
-  constexpr void insert(Layer layer) { in_[index_of(layer)] = true; }
+  constexpr void insert(LayerKind kind) { in_[index_of(kind)] = true; }
   constexpr void insert(const LayerSet& others) {
-    for (const Layer layer : all_layers) in_[index_of(layer)] = contains(layer) || others.contains(layer);
+    for (const LayerKind kind : all_layers) in_[index_of(kind)] = contains(kind) || others.contains(kind);
   }
   constexpr void erase(const LayerSet& others) {
-    for (const Layer layer : all_layers) in_[index_of(layer)] = contains(layer) && !others.contains(layer);
+    for (const LayerKind kind : all_layers) in_[index_of(kind)] = contains(kind) && !others.contains(kind);
   }
   constexpr bool operator==(const LayerSet&) const = default;
 
@@ -51,10 +50,31 @@ class LayerSet {
 };
 
 /// Those that 16 bits are enough for.
-inline constexpr LayerSet table_layers{Layer::frame,   Layer::table,    Layer::opacity, Layer::light,
-                                       Layer::heights, Layer::products, Layer::bases};
+inline constexpr LayerSet table_layers = [] {
+  LayerSet set = LayerSet::all();
+  set.erase({LayerKind::lobes});
+  return set;
+}();
 
-/// All that the channels of the parts depend on. The same for all levels.
+/// Numbers of a level's texels: values[texel * channels + channel]. The kind says what the channels are
+/// (channel_name()). A layer without channels is not there.
+struct Layer {
+  int channels = 0;
+  std::vector<float> values;
+  bool operator==(const Layer&) const = default;
+};
+
+/// How the columns of a texel are divided: cells side by side, `slabs` of yarn one above the other in each.
+struct SlabShape {
+  int columns = 1;
+  int rows = 1;
+  int slabs = 1;
+  /// Entry (slab * rows + row) * columns + column of a texel; row 0 is the texel's top row.
+  int entries() const { return columns * rows * slabs; }
+  bool operator==(const SlabShape&) const = default;
+};
+
+/// All that the channels of a fabric's parts depend on. The same for all levels.
 struct LayerShape {
   int lobes = 0;
   int views = 1;
@@ -66,30 +86,23 @@ struct LayerShape {
   int base_texels = 1;  ///< of level 0, which the bases' values are spread over
 };
 
-/// Of a fabric whose levels agree (validate()). Precondition: it has a level.
-LayerShape shape_of(const Fabric& fabric);
-
 /// Number of channels of a layer's part.
-std::size_t channel_count(Layer layer, const LayerShape& shape);
+int channel_count(LayerKind kind, const LayerShape& shape);
 
-/// Their names, in the order in which a texel's values lie in memory: of the lobes, channel by channel rho
-/// and then the lobes' parameters; of table and opacity, view by view.
-std::vector<std::string> channel_names(Layer layer, const LayerShape& shape);
+/// Whether an OpenEXR part can have as many. To be asked before they are named: a text of some bytes can ask
+/// for millions.
+bool fits_a_part(LayerKind kind, const LayerShape& shape);
 
-bool has_layer(const FabricLevel& level, Layer layer);
+std::string channel_name(LayerKind kind, const LayerShape& shape, int channel);
+std::vector<std::string> channel_names(LayerKind kind, const LayerShape& shape);
 
-/// A layer's value number `channel` (as in channel_names) of a texel; 0 where the layer has none.
-/// Precondition: the level has the layer, and its arrays their sizes.
-float value_of(const FabricLevel& level, Layer layer, const LayerShape& shape, std::size_t texel,
-               std::size_t channel);
-
-/// The pixels of a layer, planes in the order of channel_names; zeros where the level does not have it.
-ExrPixels pixels_of(const FabricLevel& level, Layer layer, const LayerShape& shape);
-
-/// The inverse: gives the level that layer. planes[i]: the texels' values of channel i of channel_names.
-/// `pairs`: of the level's products, of which `entries` are kept in every texel.
-void set_layer(FabricLevel& level, Layer layer, const LayerShape& shape,
-               const std::vector<const std::vector<float>*>& planes, const std::vector<V2i>& pairs = {},
-               int entries = 1);
+/// A range that values must be in, and the message where they are not. NaN and infinities are in none.
+struct ValueRange {
+  float min = std::numeric_limits<float>::lowest();
+  float max = std::numeric_limits<float>::max();
+  const char* fault = "is not finite";
+  bool holds(float value) const { return value >= min && value <= max; }
+};
+ValueRange range_of(LayerKind kind, const LayerShape& shape, int channel);
 
 }  // namespace selvedge

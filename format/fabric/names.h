@@ -23,8 +23,7 @@ inline constexpr const char* part_bases = "bases";
 // Channels. No data channel ends in R, G, B, A or Y: tools apply colour transforms to those.
 inline constexpr std::array<const char*, 4> preview_channels{"R", "G", "B", "A"};
 inline constexpr std::array<const char*, 3> colour_suffix{"red", "green", "blue"};
-inline constexpr std::array<const char*, 6> frame_channels{"frame.nx", "frame.ny", "frame.nz",
-                                                           "frame.tx", "frame.ty", "frame.tz"};
+inline constexpr std::array<const char*, 6> frame_channels{"nx", "ny", "nz", "tx", "ty", "tz"};
 inline constexpr std::array<const char*, 4> lobe_parameters{"cx", "cy", "cz", "n"};
 inline constexpr std::array<const char*, 2> height_ends{"top", "bottom"};
 inline constexpr std::array<char, 5> colour_endings{'R', 'G', 'B', 'A', 'Y'};

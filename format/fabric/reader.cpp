@@ -14,8 +14,8 @@ Result<FabricReader> FabricReader::open(Result<ExrReader> file, const FabricLimi
   IssueSink sink(file->name());
   auto header = check_header(*file, limits, sink);
   if (sink.has_error()) return tl::unexpected(sink.first_error());
-  for (const Layer layer : all_layers) {
-    if (header->layer(layer)) check_layer_part(*file, *header, layer, sink);
+  for (const LayerKind kind : all_layers) {
+    if (header->layer(kind)) check_layer_part(*file, *header, kind, sink);
   }
   if (sink.has_error()) return tl::unexpected(sink.first_error());
   std::string text = *fabric_text(file->parts());
@@ -33,11 +33,11 @@ Result<FabricReader> FabricReader::open(std::span<const std::uint8_t> bytes, con
 
 LayerSet FabricReader::half() const {
   LayerSet result;
-  for (const Layer layer : all_layers) {
-    if (!header_.layer(layer)) continue;
-    const auto& channels = file_.parts()[file_.find_part(name_of(layer))].channels;
+  for (const LayerKind kind : all_layers) {
+    if (!header_.layer(kind)) continue;
+    const auto& channels = file_.parts()[file_.find_part(name_of(kind))].channels;
     if (std::all_of(channels.begin(), channels.end(), [](const ExrChannel& c) { return c.half; })) {
-      result.insert(layer);
+      result.insert(kind);
     }
   }
   return result;
@@ -49,12 +49,11 @@ Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   FabricLevel result;
   result.width = level_size(header_.width, level);
   result.height = level_size(header_.height, level);
-  for (const Layer layer : all_layers) {
-    if (!layers.contains(layer) || entry_of(header_.layer(layer), level) < 0 || layer == Layer::bases)
-      continue;
-    if (auto ok = read_layer(layer, level, result); !ok) return tl::unexpected(ok.error());
+  for (const LayerKind kind : all_layers) {
+    if (!layers.contains(kind) || !header_.has(kind, level) || kind == LayerKind::bases) continue;
+    if (auto ok = read_layer(kind, level, result); !ok) return tl::unexpected(ok.error());
   }
-  if (result.products) {
+  if (result.has(LayerKind::products)) {
     auto shared = bases();
     if (!shared) return tl::unexpected(shared.error());
     result.bases = std::move(*shared);
@@ -62,17 +61,17 @@ Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   return result;
 }
 
-std::uint64_t FabricReader::packed_bytes(Layer layer, int level) const {
-  if (entry_of(header_.layer(layer), level) < 0) return 0;
-  return file_.packed_bytes(file_.find_part(name_of(layer)), level);
+std::uint64_t FabricReader::packed_bytes(LayerKind kind, int level) const {
+  if (!header_.has(kind, level)) return 0;
+  return file_.packed_bytes(file_.find_part(name_of(kind)), level);
 }
 
-Result<void> FabricReader::read_layer(Layer layer, int level, FabricLevel& into) {
-  const int part = file_.find_part(name_of(layer));
+Result<void> FabricReader::read_layer(LayerKind kind, int level, FabricLevel& into) {
+  const int part = file_.find_part(name_of(kind));
   const auto pixels = file_.read_level(part, level);
   if (!pixels) return tl::unexpected(pixels.error());
   IssueSink sink(file_.name());
-  decode_layer(file_.parts()[part], *pixels, header_, layer, level, into, sink);
+  decode_layer(file_.parts()[part], *pixels, header_, kind, level, into, sink);
   if (sink.has_error()) return tl::unexpected(sink.first_error());
   return {};
 }
@@ -82,14 +81,14 @@ Result<std::shared_ptr<const ProductBases>> FabricReader::bases() {
     FabricLevel base;
     base.width = header_.width;
     base.height = header_.height;
-    if (auto ok = read_layer(Layer::bases, 0, base); !ok) return tl::unexpected(ok.error());
+    if (auto ok = read_layer(LayerKind::bases, 0, base); !ok) return tl::unexpected(ok.error());
     bases_ = base.bases;
   }
   return bases_;
 }
 
 Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {
-  Fabric fabric = fabric_from_header(header_, first, last);
+  Fabric fabric = part_of(header_, first, last);
   for (int k = first; k <= last; ++k) {
     auto level = read_level(k, layers);
     if (!level) return tl::unexpected(level.error());

@@ -6,8 +6,8 @@
 
 #include "format/base/digest.h"
 #include "format/fabric/header_json.h"
+#include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
-#include "format/fabric/value_ranges.h"
 
 namespace selvedge {
 namespace {
@@ -73,14 +73,6 @@ std::optional<FabricHeader> check_header(const ExrReader& file, const FabricLimi
   return header_of(*members, limits, sink);
 }
 
-std::vector<std::string> channel_names(const FabricHeader& header, Layer layer) {
-  return channel_names(layer, shape_of(header));
-}
-
-bool fits_a_part(const FabricHeader& header, Layer layer) {
-  return channel_count(layer, shape_of(header)) <= static_cast<std::size_t>(ExrLimits{}.channels);
-}
-
 void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
   if (part.width != header.width || part.height != header.height) {
     sink.add(Code::fabric_part, part.name, "the data window is not the texels of level 0");
@@ -97,9 +89,9 @@ void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink&
   }
 }
 
-bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer layer, IssueSink& sink) {
+bool check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKind kind, IssueSink& sink) {
   const std::size_t errors_before = sink.errors();
-  const char* name = name_of(layer);
+  const char* name = name_of(kind);
   const auto& parts = file.parts();
   const auto count =
       std::count_if(parts.begin(), parts.end(), [&](const ExrPart& p) { return p.name == name; });
@@ -110,13 +102,13 @@ bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer l
   }
   const ExrPart& part = parts[file.find_part(name)];
   check_data_part(part, header, sink);
-  if (!fits_a_part(header, layer)) {
+  if (!fits_a_part(kind, header.shape)) {
     sink.add(Code::fabric_channel, name,
-             fmt::format("{} channels are needed; a part has {} at most",
-                         channel_count(layer, shape_of(header)), ExrLimits{}.channels));
+             fmt::format("{} channels are needed; a part has {} at most", channel_count(kind, header.shape),
+                         ExrLimits{}.channels));
     return false;
   }
-  const std::vector<std::string> wanted = channel_names(header, layer);
+  const std::vector<std::string> wanted = channel_names(kind, header.shape);
   const std::vector<int> indices = channel_indices(part, wanted);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (indices[i] >= 0) continue;
@@ -125,22 +117,20 @@ bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer l
   return sink.errors() == errors_before;
 }
 
-void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, Layer layer,
+void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,
                   int level_index, FabricLevel& level, IssueSink& sink) {
-  const LayerHeader& entry = *header.layer(layer);
-  const auto digest = static_cast<std::size_t>(entry_of(entry, level_index));
-  if (entry.digests[digest] != digest_of(part, pixels)) {
+  const int entry = header.entry(kind, level_index);
+  if (header.layer(kind)->digests[entry] != digest_of(part, pixels)) {
     sink.add(Code::fabric_digest, fmt::format("{}/level {}", part.name, level_index),
              "the pixels do not match the stored digest");
   }
   std::vector<const std::vector<float>*> planes;
-  for (const int index : channel_indices(part, channel_names(header, layer))) {
+  for (const int index : channel_indices(part, channel_names(kind, header.shape))) {
     planes.push_back(&pixels.planes[index]);
   }
-  const LayerShape shape = shape_of(header);
-  set_layer(level, layer, shape, planes, layer == Layer::products ? entry.pairs[digest] : std::vector<V2i>(),
-            entries_at(header, level_index));
-  check_values(level, level_index, layer, shape, sink);
+  if (kind == LayerKind::products) level.pairs = header.layer(kind)->pairs[entry];
+  set_pixels(level, kind, header.shape, planes, entries_at(header, level_index));
+  check_values(level, level_index, kind, header.shape, sink);
 }
 
 }  // namespace selvedge

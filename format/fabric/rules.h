@@ -33,18 +33,11 @@ void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& s
 void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink);
 
 /// The part of a layer that the header has. Whether its levels can be read and understood.
-bool check_layer_part(const ExrReader& file, const FabricHeader& header, Layer layer, IssueSink& sink);
+bool check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKind kind, IssueSink& sink);
 
 /// Gives the level a layer from the pixels of a level that the header lists; digest and values are checked.
 /// Precondition: check_layer_part held.
-void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, Layer layer,
+void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,
                   int level_index, FabricLevel& level, IssueSink& sink);
-
-/// The channels of a layer's part, by channel_names.
-std::vector<std::string> channel_names(const FabricHeader& header, Layer layer);
-
-/// Whether an OpenEXR part can have as many channels as the layer needs. To be asked before they are named: a
-/// text of some bytes can ask for millions.
-bool fits_a_part(const FabricHeader& header, Layer layer);
 
 }  // namespace selvedge

@@ -40,27 +40,11 @@ class Walk {
 
 }  // namespace
 
-HeightLayer::HeightLayer(const SlabShape& shape, std::vector<float> top, std::vector<float> bottom)
-    : shape_(shape),
-      top_(std::move(top)),
-      bottom_(std::move(bottom)),
-      highest_(std::numeric_limits<float>::lowest()),
-      lowest_(std::numeric_limits<float>::max()) {
-  for (std::size_t i = 0; i < top_.size(); ++i) {
-    if (!(top_[i] > bottom_[i])) continue;
-    highest_ = std::max(highest_, top_[i]);
-    lowest_ = std::min(lowest_, bottom_[i]);
-  }
-}
-
-SlabMarch::SlabMarch(const FabricLevel& level, const Fabric& of)
-    : level_(level),
-      heights_(*level.heights),
-      period_(of.period_mm),
-      plane_(static_cast<double>(of.reference_height)) {}
+SlabMarch::SlabMarch(const FabricLevel& level, const FabricInfo& info)
+    : level_(level), period_(info.period_mm), plane_(static_cast<double>(info.reference_height)) {}
 
 V2i SlabMarch::cells() const {
-  return {level_.width * heights_.shape().columns, level_.height * heights_.shape().rows};
+  return {level_.width * level_.cells.columns, level_.height * level_.cells.rows};
 }
 
 V2d SlabMarch::cells_per_mm(const V3f& view) const {
@@ -71,7 +55,8 @@ V2d SlabMarch::cells_per_mm(const V3f& view) const {
 }
 
 double SlabMarch::max_cells(const V3f& view) const {
-  const double depth = static_cast<double>(heights_.highest()) - static_cast<double>(heights_.lowest());
+  const double depth =
+      static_cast<double>(level_.height_range().highest) - static_cast<double>(level_.height_range().lowest);
   if (!(depth > 0)) return 0;
   const V2d slope = cells_per_mm(view);
   // A ray crosses one edge more than it has whole cells of way, along either axis.
@@ -80,10 +65,11 @@ double SlabMarch::max_cells(const V3f& view) const {
 }
 
 std::optional<SlabHit> SlabMarch::operator()(const V2d& uv, const V3f& view) const {
-  const auto highest_top = static_cast<double>(heights_.highest());
-  const double deepest = highest_top - static_cast<double>(heights_.lowest());
+  const auto highest_top = static_cast<double>(level_.height_range().highest);
+  const double deepest = highest_top - static_cast<double>(level_.height_range().lowest);
   if (!(deepest > 0)) return std::nullopt;
-  const SlabShape& shape = heights_.shape();
+  const SlabShape& shape = level_.cells;
+  const std::span<const SlabEnds> ends = level_.heights();
   const V2i cells = this->cells();
   const V2d up = cells_per_mm(view);
   const double above = highest_top - plane_;
@@ -104,8 +90,8 @@ std::optional<SlabHit> SlabMarch::operator()(const V2d& uv, const V3f& view) con
     for (std::size_t slab = 0; slab < static_cast<std::size_t>(shape.slabs); ++slab) {
       const std::size_t entry = slab * per_slab + cell;
       const std::size_t index = texel * static_cast<std::size_t>(shape.entries()) + entry;
-      const auto top = static_cast<double>(heights_.top()[index]);
-      const auto bottom = static_cast<double>(heights_.bottom()[index]);
+      const auto top = static_cast<double>(ends[index].top);
+      const auto bottom = static_cast<double>(ends[index].bottom);
       if (!(top > bottom) || to > top || from < bottom || std::min(top, from) <= highest) continue;
       highest = std::min(top, from);
       hit = SlabHit{texel, entry};

@@ -20,11 +20,11 @@ struct SlabHit {
 /// Cells that a ray visits at most; beyond them it meets nothing.
 inline constexpr int max_cells_of_a_ray = 16384;
 
-/// Marches rays through the slabs of one level. Holds references: level and fabric must outlive it.
+/// Marches rays through the slabs of one level. Holds a reference: the level must outlive it.
 class SlabMarch {
  public:
-  /// `of`: whose period and reference height count. Precondition: the level has heights.
-  SlabMarch(const FabricLevel& level, const Fabric& of);
+  /// `info`: that of the level's fabric. Precondition: the level has heights.
+  SlabMarch(const FabricLevel& level, const FabricInfo& info);
 
   /// The yarn that the ray towards `view` (unit) meets first which passes the reference plane at (u, v).
   std::optional<SlabHit> operator()(const V2d& uv, const V3f& view) const;
@@ -38,7 +38,6 @@ class SlabMarch {
   V2i cells() const;
 
   const FabricLevel& level_;
-  const HeightLayer& heights_;
   V2d period_;
   double plane_;
 };

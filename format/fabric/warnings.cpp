@@ -9,10 +9,9 @@
 #include <numbers>
 
 #include "format/fabric/evaluate.h"
-#include "format/fabric/layers.h"
+#include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
 #include "format/fabric/slabs.h"
-#include "format/fabric/value_ranges.h"
 
 namespace selvedge {
 namespace {
@@ -22,19 +21,18 @@ constexpr double largest_half = 65504;
 /// A value and where it stands: the worst of a level.
 struct Worst {
   double value = 0;
-  std::size_t texel = 0;
-  std::size_t channel = 0;  ///< as in channel_names
-  void take(double other, std::size_t at_texel, std::size_t at_channel) {
+  int texel = 0;
+  int channel = 0;  ///< as in channel_name
+  void take(double other, int at_texel, int at_channel) {
     if (other > value) *this = {other, at_texel, at_channel};
   }
 };
 
 float largest_exponent(const FabricLevel& level) {
   float largest = 0;
-  if (!level.lobes) return largest;
-  const auto stride = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
-  for (std::size_t i = 0; i < level.lobes->parameters.size(); ++i) {
-    if (i % stride != 0 && i % stride % 4 == 0) largest = std::max(largest, level.lobes->parameters[i]);
+  const auto stride = static_cast<std::size_t>(parameter_count(level.lobe_count()));
+  for (std::size_t i = 0; i < level.lobes().size(); ++i) {
+    if (i % stride != 0 && i % stride % 4 == 0) largest = std::max(largest, level.lobes()[i]);
   }
   return largest;
 }
@@ -72,24 +70,24 @@ std::vector<WeightedDirection> disc_directions(int side) {
 }
 
 /// Integral over the outgoing hemisphere of alpha f v_z, per channel, of one texel.
-V3d radiosity_of(const FabricLevel& level, const Fabric& of, int texel, const V3f& light,
+V3d radiosity_of(const FabricLevel& level, const FabricInfo& info, int texel, const V3f& light,
                  const std::vector<WeightedDirection>& directions) {
   V3d sum(0, 0, 0);
   for (const auto& [view, weight] : directions) {
-    const Shading s = evaluate(level, of, texel % level.width, texel / level.width, light, view);
+    const Shading s = evaluate(level, info, texel % level.width, texel / level.width, light, view);
     sum += V3d(s.radiance) * (static_cast<double>(s.alpha) * weight);
   }
   return sum;
 }
 
 /// Cells that the rays of a texel visit at most, over all directions; 0 without heights.
-double cells_visited(const FabricLevel& level, const Fabric& of,
+double cells_visited(const FabricLevel& level, const FabricInfo& info,
                      const std::vector<WeightedDirection>& directions) {
-  if (!level.heights) return 0;
-  const SlabMarch march(level, of);
+  if (!level.has(LayerKind::heights)) return 0;
+  const SlabMarch march(level, info);
   double sum = 0;
   for (const WeightedDirection& d : directions) sum += march.max_cells(d.direction);
-  return sum * level.heights->shape().columns * level.heights->shape().rows;
+  return sum * level.cells.columns * level.cells.rows;
 }
 
 }  // namespace
@@ -100,26 +98,23 @@ double lobe_peak(const float* lobe) {
 }
 
 void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink) {
-  if (!level.lobes) return;
-  const int lobes = level.lobes->lobes;
-  const auto stride = static_cast<std::size_t>(parameter_count(lobes));
+  const int lobes = level.lobe_count();
+  const int stride = parameter_count(lobes);
   Worst peak;
   Worst exponent;
-  for (std::size_t texel = 0; texel < static_cast<std::size_t>(level.texels()); ++texel) {
-    for (std::size_t colour = 0; colour < 3; ++colour) {
-      for (std::size_t j = 0; j < static_cast<std::size_t>(lobes); ++j) {
-        const float* lobe = &level.lobes->parameters[(texel * 3 + colour) * stride + 1 + 4 * j];
-        const std::size_t channel = colour * stride + 4 + 4 * j;
-        peak.take(lobe_peak(lobe), texel, channel);
-        exponent.take(static_cast<double>(lobe[3]), texel, channel);
-      }
+  for (int i = 0; i < 3 * level.texels(); ++i) {
+    for (int k = 1; level.has(LayerKind::lobes) && k < stride; k += 4) {
+      const float* lobe = &level.lobes()[i * stride + k];
+      const int channel = i % 3 * stride + k + 3;
+      peak.take(lobe_peak(lobe), i / 3, channel);
+      exponent.take(static_cast<double>(lobe[3]), i / 3, channel);
     }
   }
-  LayerShape shape;
-  shape.lobes = lobes;
   const auto place = [&](const Worst& worst) {
-    return place_of(Layer::lobes, level_index, channel_names(Layer::lobes, shape)[worst.channel], worst.texel,
-                    level.width);
+    LayerShape shape;
+    shape.lobes = lobes;
+    return place_of(LayerKind::lobes, level_index, channel_name(LayerKind::lobes, shape, worst.channel),
+                    worst.texel, level.width);
   };
   if (peak.value > largest_half) {
     sink.add(Code::fabric_peak, place(peak),
@@ -135,23 +130,21 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
 void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet& half, IssueSink& sink) {
   constexpr double allowed = 0.05;
   const auto rounded = [](float value) { return static_cast<float>(Imath::half(value)); };
-  const auto texels = static_cast<std::size_t>(level.texels());
-  const auto warn = [&](Layer layer, const Worst& worst, const char* what) {
+  const auto warn = [&](LayerKind kind, const Worst& worst, const char* what) {
     if (!(worst.value > allowed)) return;
-    const auto width = static_cast<std::size_t>(level.width);
     sink.add(Code::fabric_precision,
-             fmt::format("{}/level {}/pixel {},{}", name_of(layer), level_index, worst.texel % width,
-                         worst.texel / width),
+             fmt::format("{}/level {}/pixel {},{}", name_of(kind), level_index, worst.texel % level.width,
+                         worst.texel / level.width),
              fmt::format("half precision changes {} by {:.3g} %", what, 100 * worst.value));
   };
-  if (level.lobes && half.contains(Layer::lobes)) {
-    const auto stride = static_cast<std::size_t>(parameter_count(level.lobes->lobes));
+  if (level.has(LayerKind::lobes) && half.contains(LayerKind::lobes)) {
+    const int stride = parameter_count(level.lobe_count());
     Worst worst;
-    for (std::size_t i = 0; i < 3 * texels; ++i) {
-      const float* p = &level.lobes->parameters[i * stride];
+    for (int i = 0; i < 3 * level.texels(); ++i) {
+      const float* p = &level.lobes()[i * stride];
       double whole = static_cast<double>(p[0]);
       double change = std::abs(static_cast<double>(rounded(p[0])) - whole);
-      for (std::size_t j = 1; j < stride; j += 4) {
+      for (int j = 1; j < stride; j += 4) {
         const std::array<float, 4> lobe{rounded(p[j]), rounded(p[j + 1]), rounded(p[j + 2]),
                                         rounded(p[j + 3])};
         const double peak = lobe_peak(p + j);
@@ -160,38 +153,37 @@ void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet
       }
       if (whole > 0) worst.take(change / whole, i / 3, 0);
     }
-    warn(Layer::lobes, worst, "the lobes");
+    warn(LayerKind::lobes, worst, "the lobes");
   }
-  if (level.products && half.contains(Layer::products)) {
-    const std::size_t count = level.products->coefficient.size() / texels;
+  if (level.has(LayerKind::products) && half.contains(LayerKind::products)) {
+    const int count = level[LayerKind::products].channels;
     Worst worst;
-    for (std::size_t t = 0; t < texels; ++t) {
+    for (int texel = 0; texel < level.texels(); ++texel) {
       double largest = 0;
       double change = 0;
-      for (std::size_t i = t * count; i < (t + 1) * count; ++i) {
-        const float c = level.products->coefficient[i];
+      for (const float c : level.coefficients().subspan(static_cast<std::size_t>(texel) * count, count)) {
         largest = std::max(largest, static_cast<double>(std::abs(c)));
         change = std::max(change, static_cast<double>(std::abs(rounded(c) - c)));
       }
-      if (largest > 0) worst.take(change / largest, t, 0);
+      if (largest > 0) worst.take(change / largest, texel, 0);
     }
-    warn(Layer::products, worst, "the products");
+    warn(LayerKind::products, worst, "the products");
   }
 }
 
-void warn_of_energy(const FabricLevel& level, const Fabric& of, int level_index, IssueSink& sink) {
+void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_index, IssueSink& sink) {
   constexpr double allowed = 1.01;
   constexpr std::size_t max_pairs = 131072;
   const double wanted = std::ceil(2.5 * std::sqrt(static_cast<double>(largest_exponent(level))));
   const std::vector<WeightedDirection> directions =
       disc_directions(static_cast<int>(std::clamp(wanted, 24.0, 256.0)));
   constexpr double max_cells = 1 << 26;  // about half a second; a single texel may cost more
-  const double cells = cells_visited(level, of, directions);
+  const double cells = cells_visited(level, info, directions);
   const auto affordable = static_cast<std::size_t>(max_cells / std::max(cells, 1.0));
-  const std::size_t tried = std::clamp<std::size_t>(affordable, 1, max_pairs / directions.size());
-  const auto texels = static_cast<std::size_t>(level.texels());
+  const int tried = static_cast<int>(std::clamp<std::size_t>(affordable, 1, max_pairs / directions.size()));
+  const int texels = level.texels();
   // Odd, so that where a side is a power of two no column is left out.
-  const std::size_t step = texels <= tried ? 1 : (texels / tried) | 1;
+  const int step = texels <= tried ? 1 : (texels / tried) | 1;
   const float low = std::sqrt(0.75F);
   Worst single;
   Worst mean;
@@ -199,22 +191,21 @@ void warn_of_energy(const FabricLevel& level, const Fabric& of, int level_index,
        {V3f(0, 0, 1), V3f(low, 0, 0.5F), V3f(-low, 0, 0.5F), V3f(0, low, 0.5F), V3f(0, -low, 0.5F)}) {
     V3d sum(0, 0, 0);
     double count = 0;
-    for (std::size_t texel = 0; texel < texels; texel += step) {
-      const V3d out = radiosity_of(level, of, static_cast<int>(texel), light, directions);
-      for (int c = 0; c < 3; ++c) single.take(out[c], texel, static_cast<std::size_t>(c));
+    for (int texel = 0; texel < texels; texel += step) {
+      const V3d out = radiosity_of(level, info, texel, light, directions);
+      for (int c = 0; c < 3; ++c) single.take(out[c], texel, c);
       sum += out;
       ++count;
     }
     for (int c = 0; c < 3; ++c) {
-      mean.take(sum[c] / count / static_cast<double>(light.z), 0, static_cast<std::size_t>(c));
+      mean.take(sum[c] / count / static_cast<double>(light.z), 0, c);
     }
   }
   if (single.value > allowed) {
-    const auto width = static_cast<std::size_t>(level.width);
     sink.add(
         Code::fabric_energy,
         fmt::format("level {}/{}/{},{}", level_index, names::colour_suffix[single.channel],
-                    single.texel % width, single.texel / width),
+                    single.texel % level.width, single.texel / level.width),
         fmt::format("sends out {:.3g} times what a surface that faces the light receives", single.value));
   }
   if (mean.value > allowed) {

@@ -5,7 +5,6 @@
 #include "format/base/issue_sink.h"
 #include "format/fabric/directions.h"
 #include "format/fabric/fabric.h"
-#include "format/fabric/layers.h"
 
 namespace selvedge {
 
@@ -40,7 +39,7 @@ void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet
 /// scaled to the area pi: exact for a Lambert texel. N is 2.5 sqrt(n) for the level's largest exponent n, 24
 /// to 256. For the mirror lobe of these lights the sum is then right to 1 % up to n = 10,000. Not all texels
 /// are tried where they are many, but each so-many-th: no more than 131,072 pairs of a texel and a direction
-/// for each light. `of`: the fabric that the level is of; its levels do not matter.
-void warn_of_energy(const FabricLevel& level, const Fabric& of, int level_index, IssueSink& sink);
+/// for each light. `info`: that of the level's fabric.
+void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_index, IssueSink& sink);
 
 }  // namespace selvedge

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "format/check/fabric.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
+#include "format/fabric/gpu_words.h"
+#include "format/fabric/level_values.h"
 
 namespace selvedge {
 
@@ -15,6 +16,11 @@ struct FabricFile::State {
   FabricFacts facts;
   int first_level = 0;
 
+  /// Null where the level was not read.
+  const FabricLevel* level(int level) const {
+    const auto read = static_cast<int>(fabric.levels.size());
+    return level >= first_level && level - first_level < read ? &fabric.levels[level - first_level] : nullptr;
+  }
   /// Null where the file is refused.
   static std::shared_ptr<const State> read(Result<FabricReader> reader, FabricProblem* problem,
                                            const FabricReadOptions& options);
@@ -28,19 +34,19 @@ FabricProblem problem_of(const Error& error) {
 }
 
 FabricFacts facts_of(const FabricHeader& header) {
+  const V2i whole = whole_texels(header);
   return {{header.period_mm.x, header.period_mm.y},
           header.reference_height,
           header.thickness_mm,
           header.levels,
           header.views.columns,
           header.views.rows,
-          header.radiance_scale};
-}
-
-// Imath's vectors are three floats without padding.
-std::span<const float> floats_of(const std::vector<V3f>& vectors) {
-  static_assert(sizeof(V3f) == 3 * sizeof(float));
-  return {reinterpret_cast<const float*>(vectors.data()), vectors.size() * 3};
+          header.lights.columns,
+          header.lights.rows,
+          header.radiance_scale,
+          {whole.x, whole.y},
+          header.first_level(),
+          header.whole ? header.whole->levels : header.levels};
 }
 
 V3f vector_of(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
@@ -49,6 +55,19 @@ FabricRadiance radiance_of(const Shading& s) { return {{s.radiance.x, s.radiance
 
 bool is_finite(const std::array<float, 3>& a) {
   return std::all_of(a.begin(), a.end(), [](float x) { return std::isfinite(x); });
+}
+
+/// Whether the lengths agree and all numbers are finite; then out[i] is `shade` of lights[i] and views[i].
+template <class Shade>
+bool evaluate_all(std::span<const std::array<float, 3>> lights, std::span<const std::array<float, 3>> views,
+                  std::span<FabricRadiance> out, const Shade& shade) {
+  if (lights.size() != out.size() || views.size() != out.size()) return false;
+  if (!std::all_of(lights.begin(), lights.end(), is_finite)) return false;
+  if (!std::all_of(views.begin(), views.end(), is_finite)) return false;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = radiance_of(shade(vector_of(lights[i]), vector_of(views[i])));
+  }
+  return true;
 }
 
 }  // namespace
@@ -100,50 +119,73 @@ std::optional<FabricFile> FabricFile::open(std::span<const std::byte> bytes, con
 
 const FabricFacts& FabricFile::facts() const { return state_->facts; }
 
-bool FabricFile::has_level(int level) const {
-  const auto read = static_cast<std::ptrdiff_t>(state_->fabric.levels.size());
-  return level >= state_->first_level && level - state_->first_level < read;
-}
+bool FabricFile::has_level(int level) const { return state_->level(level) != nullptr; }
 
 FabricLevelData FabricFile::level(int level) const {
   FabricLevelData data;
-  if (!has_level(level)) return data;
-  const FabricLevel& of = state_->fabric.levels[level - state_->first_level];
-  data.width = of.width;
-  data.height = of.height;
-  if (of.lobes) {
-    data.lobes = of.lobes->lobes;
-    data.parameters = of.lobes->parameters;
-  }
-  if (of.frame) {
-    data.normals = floats_of(of.frame->normal);
-    data.tangents = floats_of(of.frame->tangent);
-  }
-  if (of.view_table) data.view_table = floats_of(of.view_table->colour);
-  if (of.opacity) data.opacity = of.opacity->opacity;
+  const FabricLevel* const from = state_->level(level);
+  if (from == nullptr) return data;
+  data.width = from->width;
+  data.height = from->height;
+  data.lobes = from->lobe_count();
+  data.parameters = from->lobes();
+  data.frames = (*from)[LayerKind::frame].values;
+  data.view_table = (*from)[LayerKind::table].values;
+  data.opacity = from->opacity();
+  data.light_table = (*from)[LayerKind::light].values;
+  data.columns = from->cells.columns;
+  data.rows = from->cells.rows;
+  data.slabs = from->cells.slabs;
+  data.heights = (*from)[LayerKind::heights].values;
+  if (!from->has(LayerKind::products)) return data;
+  data.products = static_cast<int>(from->pairs.size());
+  data.entries = from->entries();
+  data.pairs = {&from->pairs.front().x, 2 * from->pairs.size()};
+  data.coefficients = from->coefficients();
+  data.view_basis = from->bases->view;
+  data.light_basis = floats_of(from->bases->light);
   return data;
 }
 
 std::optional<FabricRadiance> FabricFile::evaluate(int level, int x, int y, const std::array<float, 3>& light,
                                                    const std::array<float, 3>& view) const {
-  if (!has_level(level) || !is_finite(light) || !is_finite(view)) return {};
-  const FabricLevel& of = state_->fabric.levels[level - state_->first_level];
-  if (x < 0 || y < 0 || x >= of.width || y >= of.height) return {};
-  return radiance_of(selvedge::evaluate(state_->fabric, level - state_->first_level, x, y, vector_of(light),
-                                        vector_of(view)));
+  FabricRadiance result;
+  return evaluate(level, x, y, {&light, 1}, {&view, 1}, {&result, 1}) ? std::optional(result) : std::nullopt;
+}
+
+bool FabricFile::evaluate(int level, int x, int y, std::span<const std::array<float, 3>> lights,
+                          std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const {
+  const FabricLevel* const from = state_->level(level);
+  if (from == nullptr || x < 0 || y < 0 || x >= from->width || y >= from->height) return false;
+  return evaluate_all(lights, views, out, [&](const V3f& light, const V3f& view) {
+    return selvedge::evaluate(*from, state_->fabric, x, y, light, view);
+  });
 }
 
 std::optional<FabricRadiance> FabricFile::evaluate_at(double level, double u, double v,
                                                       const std::array<float, 3>& light,
                                                       const std::array<float, 3>& view) const {
-  if (!std::isfinite(level) || !std::isfinite(u) || !std::isfinite(v)) return {};
-  if (!is_finite(light) || !is_finite(view)) return {};
+  FabricRadiance result;
+  return evaluate_at(level, u, v, {&light, 1}, {&view, 1}, {&result, 1}) ? std::optional(result)
+                                                                         : std::nullopt;
+}
+
+bool FabricFile::evaluate_at(double level, double u, double v, std::span<const std::array<float, 3>> lights,
+                             std::span<const std::array<float, 3>> views,
+                             std::span<FabricRadiance> out) const {
+  if (!std::isfinite(level) || !std::isfinite(u) || !std::isfinite(v)) return false;
   const double clamped = std::clamp(level, 0.0, static_cast<double>(state_->facts.levels - 1));
   if (!has_level(static_cast<int>(std::floor(clamped))) || !has_level(static_cast<int>(std::ceil(clamped)))) {
-    return {};
+    return false;
   }
-  return radiance_of(selvedge::evaluate(state_->fabric, clamped - state_->first_level, V2d(u, v),
-                                        vector_of(light), vector_of(view)));
+  return evaluate_all(lights, views, out, [&](const V3f& light, const V3f& view) {
+    return selvedge::evaluate(state_->fabric, clamped - state_->first_level, V2d(u, v), light, view);
+  });
+}
+
+std::vector<std::uint32_t> FabricFile::gpu_words() const {
+  if (state_->fabric.levels.empty()) return {};
+  return selvedge::gpu_words({&state_->fabric, 1});
 }
 
 std::vector<FabricProblem> check_fabric_file(const std::string& path) {

@@ -1,4 +1,4 @@
-// Selvedge for other programs: read a fabric file, evaluate it, hand its numbers to a graphics card.
+// Selvedge for other programs: read a fabric file, evaluate it, pack it for a graphics card.
 // The only header that is installed; it needs the standard library alone. Link to selvedge::selvedge.
 //
 // Frames, units and formulas are those of the specification (fabric.md, brdf.md; Daubert et al. 2001,
@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -49,20 +50,38 @@ struct FabricFacts {
   int levels = 0;
   int view_columns = 0;  ///< the equal-area grid of stored views
   int view_rows = 0;
-  float radiance_scale = 1;  ///< factor on the radiance of all texels; `parameters` of a level are without it
+  int light_columns = 0;  ///< that of stored lights; without light tables and bases it says nothing
+  int light_rows = 0;
+  float radiance_scale = 1;  ///< factor on the radiance of all texels; the numbers of a level are without it
+  /// Of a file that has some levels of a fabric only: texels of the whole fabric's level 0, which of its
+  /// levels is the file's level 0, and the number of its levels, 0 where it is not known.
+  std::array<int, 2> whole_texels{};
+  int whole_level = 0;
+  int whole_levels = 0;
 };
 
-/// The numbers of one level. A span is empty where the level has no such layer; it lives as long as the
-/// FabricFile it came from.
+/// The numbers of one level: every layer that a file can have. A span is empty where the level has no such
+/// layer, which then counts as 1 (brdf.md); it lives as long as the FabricFile it came from.
 struct FabricLevelData {
   int width = 0;
   int height = 0;
   int lobes = 0;  ///< Lafortune lobes per texel and channel; says nothing without parameters
-  std::span<const float> parameters;  ///< texel, channel, then rho and (Cx, Cy, Cz, n) of each lobe
-  std::span<const float> normals;     ///< texel, xyz
-  std::span<const float> tangents;    ///< texel, xyz
-  std::span<const float> view_table;  ///< texel, view, rgb
-  std::span<const float> opacity;     ///< texel, view
+  std::span<const float> parameters;   ///< texel, channel, then rho and (Cx, Cy, Cz, n) of each lobe
+  std::span<const float> frames;       ///< texel, then xyz of the normal and xyz of the tangent
+  std::span<const float> view_table;   ///< texel, view, rgb
+  std::span<const float> opacity;      ///< texel, view
+  std::span<const float> light_table;  ///< texel, light, rgb
+  int columns = 1;                     ///< cells of a texel that has heights, side by side
+  int rows = 1;
+  int slabs = 1;                        ///< of yarn, one above the other in each cell
+  std::span<const float> heights;       ///< texel, entry (slab, row, column), then top and bottom in mm
+  int products = 0;                     ///< their number
+  int entries = 1;                      ///< of a texel's products: those of its heights, or one
+  std::span<const int> pairs;           ///< product, then a and b: phi_a of the view times psi_b of the light
+  std::span<const float> coefficients;  ///< texel, entry, product
+  /// The functions of the products, the same for all levels. phi_0 = 1 is not stored.
+  std::span<const float> view_basis;   ///< a - 1, view
+  std::span<const float> light_basis;  ///< b, light, rgb
 };
 
 struct FabricReadOptions {
@@ -97,12 +116,24 @@ class SELVEDGE_PUBLIC FabricFile {
   std::optional<FabricRadiance> evaluate(int level, int x, int y, const std::array<float, 3>& light,
                                          const std::array<float, 3>& view) const;
 
+  /// The same for many pairs of directions: out[i] is of lights[i] and views[i]. Whether all was evaluated;
+  /// if not, because lengths differ or for the reasons above, nothing is written.
+  bool evaluate(int level, int x, int y, std::span<const std::array<float, 3>> lights,
+                std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const;
+
   /// At texture coordinates, which repeat, with v growing downwards. A fractional level blends its two
   /// neighbours; levels are clamped to those of the fabric. Nothing where one of the two was not read or a
   /// number is not finite.
   std::optional<FabricRadiance> evaluate_at(double level, double u, double v,
                                             const std::array<float, 3>& light,
                                             const std::array<float, 3>& view) const;
+  bool evaluate_at(double level, double u, double v, std::span<const std::array<float, 3>> lights,
+                   std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const;
+
+  /// The levels that were read, packed for a graphics card: the words that selvedge-view's own shader reads,
+  /// as word_layout.glsl describes them, which is installed beside this header. Empty where no level was
+  /// read.
+  std::vector<std::uint32_t> gpu_words() const;
 
  private:
   struct State;

@@ -146,8 +146,8 @@ Result<void> read_sizes(const std::string& path, const Fabric& fabric, FitRecord
   for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
     record.levels[k].layers = layers_text(fabric.levels[k]);
     record.levels[k].bytes = 0;
-    for (const Layer layer : all_layers) {
-      if (layer == Layer::bases) continue;  // of no level
+    for (const LayerKind layer : all_layers) {
+      if (layer == LayerKind::bases) continue;  // of no level
       record.levels[k].bytes += reader->packed_bytes(layer, static_cast<int>(k));
     }
   }
@@ -161,18 +161,18 @@ std::string layers_text(const FabricLevel& level) {
   const auto join = [&](const char* between, const std::string& more) {
     text += (text.empty() ? "" : between) + more;
   };
-  if (level.lobes) {
-    const int lobes = level.lobes->lobes;
+  if (level.has(LayerKind::lobes)) {
+    const int lobes = level.lobe_count();
     text = lobes == 0 ? "diffuse" : fmt::format("{} lobe{}", lobes, lobes == 1 ? "" : "s");
   }
-  if (level.view_table) join(" x ", "table");
-  if (level.light_table) join(" x ", "light table");
-  if (level.heights) {
-    const SlabShape& shape = level.heights->shape();
+  if (level.has(LayerKind::table)) join(" x ", "table");
+  if (level.has(LayerKind::light)) join(" x ", "light table");
+  if (level.has(LayerKind::heights)) {
+    const SlabShape& shape = level.cells;
     join(", ", fmt::format("{} slab{}, {}x{} cells", shape.slabs, shape.slabs == 1 ? "" : "s", shape.columns,
                            shape.rows));
   }
-  if (level.products) join(", ", fmt::format("{} products", level.products->pairs.size()));
+  if (level.has(LayerKind::products)) join(", ", fmt::format("{} products", level.pairs.size()));
   return text.empty() ? "constant" : text;
 }
 

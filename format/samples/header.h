@@ -6,9 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "format/base/error.h"
-#include "format/base/vec.h"
-#include "format/fabric/directions.h"
 #include "format/fabric/fabric.h"
 
 namespace selvedge {
@@ -24,20 +21,14 @@ inline std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kin
 /// As the part of the file is called: "validation", "held-out", "rim".
 const char* name_of(PairKind kind);
 
-struct SamplesHeader {
+/// Without a radiance scale: it is 1.
+struct SamplesHeader : FabricInfo {
   int width = 32;
   int height = 32;
-  V2f period_mm{1, 1};
-  float reference_height = 0;  ///< mm above the cell's lowest point
-  float thickness_mm = 0;      ///< mm, height of the cell's bounding box
-  DirectionGrid views;
-  DirectionGrid lights;
   int samples_per_texel = 0;                        ///< rays per texel and view
   int truth_samples = 0;                            ///< rays per texel of the pair sets
   std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
   std::optional<SlabShape> slabs;                   ///< of the heights, where the file has them
-  std::optional<WholeFabric> whole;                 ///< where these are the samples of a partial fabric
-  std::string provenance = "{}";                    ///< JSON object
 
   int texels() const { return width * height; }
 };

@@ -8,7 +8,7 @@
 namespace selvedge {
 
 std::vector<std::vector<Overlap>> overlaps(int fine, int coarse) {
-  std::vector<std::vector<Overlap>> result(static_cast<std::size_t>(coarse));
+  std::vector<std::vector<Overlap>> result(coarse);
   // In units of 1 / coarse of a fine texel all borders are whole numbers: no rounding decides who overlaps.
   for (int c = 0; c < coarse; ++c) {
     const std::int64_t begin = std::int64_t{c} * fine;
@@ -47,7 +47,7 @@ SampleLevel pool_rows(const SampleLevel& fine, int first_fine, int fine_height, 
       double weight = 0;
       std::fill(sum.begin(), sum.end(), V3d(0, 0, 0));
       for (const Overlap& row : rows[first + index / coarse.width]) {
-        for (const Overlap& column : columns[texel % static_cast<std::size_t>(coarse.width)]) {
+        for (const Overlap& column : columns[texel % coarse.width]) {
           const auto from = static_cast<std::size_t>((row.fine - first_fine) * fine.width + column.fine);
           // Sums of visible normals carry their opacity already.
           if (view == 0) normal += V3d(fine.normal[from]) * (row.share * column.share);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/fabric/fabric.h"
 #include "format/fabric/names.h"
 
 namespace selvedge {
@@ -47,15 +46,20 @@ std::vector<ExrChannel> slab_channels(const SlabShape& shape) {
 }
 
 /// Index of an entry of a texel, by the pixel of the slabs' pictures.
-std::size_t height_index(const SlabShape& shape, int width, int slab, int x, int y) {
+int height_index(const SlabShape& shape, int width, int slab, int x, int y) {
   const int texel = y / shape.rows * width + x / shape.columns;
-  const int entry = (slab * shape.rows + y % shape.rows) * shape.columns + x % shape.columns;
-  return static_cast<std::size_t>(texel) * static_cast<std::size_t>(shape.entries()) +
-         static_cast<std::size_t>(entry);
+  return texel * shape.entries() + (slab * shape.rows + y % shape.rows) * shape.columns + x % shape.columns;
 }
 
-ExrPixels blank(int width, int height, std::size_t channels) {
-  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+/// Index of the part that follows those of the first `kinds` sets of pairs.
+int part_after(const SamplesHeader& header, std::size_t kinds) {
+  int part = 2;
+  for (std::size_t k = 0; k < kinds; ++k) part += header.pairs[k].empty() ? 0 : 1;
+  return part;
+}
+
+ExrPixels blank(int width, int height, int channels) {
+  const std::size_t count = static_cast<std::size_t>(width) * height;
   return {width, height, std::vector<std::vector<float>>(channels, std::vector<float>(count))};
 }
 
@@ -112,34 +116,26 @@ Issues SamplesWriter::warnings() const {
 
 Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
   take_note(samples.radiance);
-  const int lights = header_.lights.count();
-  const auto texels = static_cast<std::size_t>(header_.texels());
-  const auto width = static_cast<std::size_t>(header_.width);
-  ExrPixels radiance = blank(header_.width * lights, header_.height, 3);
-  for (std::size_t light = 0; light < static_cast<std::size_t>(lights); ++light) {
-    for (std::size_t texel = 0; texel < texels; ++texel) {
-      const std::size_t x = light * width + texel % width;
-      const std::size_t pixel = (texel / width) * static_cast<std::size_t>(radiance.width) + x;
-      const V3f& value = samples.radiance[light * texels + texel];
-      radiance.planes[0][pixel] = value.x;
-      radiance.planes[1][pixel] = value.y;
-      radiance.planes[2][pixel] = value.z;
-    }
+  const int width = header_.width;
+  const int texels = header_.texels();
+  ExrPixels radiance = blank(width * header_.lights.count(), header_.height, 3);
+  for (std::size_t i = 0; i < samples.radiance.size(); ++i) {
+    const auto texel = static_cast<int>(i % texels);
+    const std::size_t light = i / texels;
+    const std::size_t pixel =
+        static_cast<std::size_t>(texel / width) * radiance.width + light * width + texel % width;
+    for (int c = 0; c < 3; ++c) radiance.planes[c][pixel] = samples.radiance[i][c];
   }
   if (auto ok = writer_.write_rows(0, radiance); !ok) return ok;
-  ExrPixels surface = blank(header_.width, header_.height, 4);
+  ExrPixels surface = blank(width, header_.height, 4);
   surface.planes[0] = samples.alpha;
-  for (std::size_t texel = 0; texel < texels; ++texel) {
-    surface.planes[1][texel] = samples.normal[texel].x;
-    surface.planes[2][texel] = samples.normal[texel].y;
-    surface.planes[3][texel] = samples.normal[texel].z;
+  for (int texel = 0; texel < texels; ++texel) {
+    for (int c = 0; c < 3; ++c) surface.planes[1 + c][texel] = samples.normal[texel][c];
   }
   return writer_.write_rows(1, surface);
 }
 
 Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& samples) {
-  int part = 2;
-  for (std::size_t k = 0; k < index_of(kind); ++k) part += header_.pairs[k].empty() ? 0 : 1;
   const auto count = static_cast<int>(samples.pairs.size());
   if (count == 0) return {};
   take_note(samples.radiance);
@@ -147,31 +143,28 @@ Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& sample
   for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       pixels.planes[c][i] = samples.radiance[i][c];
-      pixels.planes[static_cast<std::size_t>(c) + 4][i] = samples.noise[i][c];
+      pixels.planes[4 + c][i] = samples.noise[i][c];
     }
-    pixels.planes[3][i] = samples.alpha[i];
-    pixels.planes[7][i] = samples.alpha_noise[i];
   }
-  return writer_.write_rows(part, pixels);
+  pixels.planes[3] = samples.alpha;
+  pixels.planes[7] = samples.alpha_noise;
+  return writer_.write_rows(part_after(header_, index_of(kind)), pixels);
 }
 
 Result<void> SamplesWriter::write_heights(const HeightLayer& heights) {
   const SlabShape& shape = *header_.slabs;
-  int part = 2;
-  for (const auto& pairs : header_.pairs) part += pairs.empty() ? 0 : 1;
-  ExrPixels pixels = blank(header_.width * shape.columns, header_.height * shape.rows,
-                           2 * static_cast<std::size_t>(shape.slabs));
+  ExrPixels pixels = blank(header_.width * shape.columns, header_.height * shape.rows, 2 * shape.slabs);
   std::size_t pixel = 0;
   for (int y = 0; y < pixels.height; ++y) {
     for (int x = 0; x < pixels.width; ++x, ++pixel) {
       for (int slab = 0; slab < shape.slabs; ++slab) {
-        const std::size_t index = height_index(shape, header_.width, slab, x, y);
-        pixels.planes[2 * static_cast<std::size_t>(slab)][pixel] = heights.top()[index];
-        pixels.planes[2 * static_cast<std::size_t>(slab) + 1][pixel] = heights.bottom()[index];
+        const int index = height_index(shape, header_.width, slab, x, y);
+        pixels.planes[2 * slab][pixel] = heights.top[index];
+        pixels.planes[2 * slab + 1][pixel] = heights.bottom[index];
       }
     }
   }
-  return writer_.write_rows(part, pixels);
+  return writer_.write_rows(part_after(header_, all_pair_kinds.size()), pixels);
 }
 
 SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
@@ -179,8 +172,11 @@ SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
 
 namespace {
 
-Result<int> part_index(const ExrReader& reader, const char* name, int width, int height,
-                       const std::vector<ExrChannel>& channels) {
+/// Rows [first, first + count) of a scanline part that is `width` x `height`; planes in the order of the
+/// wanted channels instead of the file's alphabetical one.
+Result<std::vector<std::vector<float>>> read_planes(ExrReader& reader, const char* name, int width,
+                                                    int height, const std::vector<ExrChannel>& wanted,
+                                                    int first, int count) {
   const int index = reader.find_part(name);
   if (index < 0) return malformed(reader.name(), name, "the part is missing");
   const ExrPart& part = reader.parts()[index];
@@ -188,20 +184,17 @@ Result<int> part_index(const ExrReader& reader, const char* name, int width, int
     return malformed(reader.name(), name,
                      fmt::format("is not a scanline part of {}x{} pixels", width, height));
   }
-  if (part.channels.size() != channels.size()) return malformed(reader.name(), name, "has other channels");
-  return index;
-}
-
-/// Planes by the wanted channel order instead of the file's alphabetical one.
-Result<std::vector<std::vector<float>>> ordered(const ExrPart& part, ExrPixels pixels,
-                                                const std::vector<ExrChannel>& wanted,
-                                                const std::string& file) {
+  if (part.channels.size() != wanted.size()) return malformed(reader.name(), name, "has other channels");
+  auto pixels = reader.read_rows(index, first, count);
+  if (!pixels) return tl::unexpected(pixels.error());
   std::vector<std::vector<float>> planes;
   for (const ExrChannel& channel : wanted) {
     std::size_t found = 0;
     while (found < part.channels.size() && part.channels[found].name != channel.name) ++found;
-    if (found == part.channels.size()) return malformed(file, part.name + "/" + channel.name, "is missing");
-    planes.push_back(std::move(pixels.planes[found]));
+    if (found == part.channels.size()) {
+      return malformed(reader.name(), part.name + "/" + channel.name, "is missing");
+    }
+    planes.push_back(std::move(pixels->planes[found]));
   }
   return planes;
 }
@@ -217,10 +210,8 @@ bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
 }  // namespace
 
 int rows_within(const SamplesHeader& header, std::size_t bytes) {
-  const std::size_t row = static_cast<std::size_t>(header.width) *
-                          static_cast<std::size_t>(header.views.count()) *
-                          static_cast<std::size_t>(header.lights.count()) * sizeof(V3f);
-  return static_cast<int>(std::clamp<std::size_t>(bytes / row, 1, static_cast<std::size_t>(header.height)));
+  const std::size_t row = sizeof(V3f) * header.width * header.views.count() * header.lights.count();
+  return static_cast<int>(std::clamp<std::size_t>(bytes / row, 1, header.height));
 }
 
 Result<SamplesReader> SamplesReader::open(const std::string& path) { return open(ExrReader::open(path)); }
@@ -252,14 +243,6 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
   level.height = count;
   level.views = h.views.count();
   level.lights = h.lights.count();
-  const std::vector<ExrChannel> colours{{"R"}, {"G"}, {"B"}};
-  const auto radiance =
-      part_index(reader_, names::part_radiance, h.width * level.lights, h.height * level.views, colours);
-  if (!radiance) return tl::unexpected(radiance.error());
-  const auto surface =
-      part_index(reader_, names::part_surface, h.width, h.height * level.views, surface_channels());
-  if (!surface) return tl::unexpected(surface.error());
-
   const auto texels = static_cast<std::size_t>(level.texels());
   const auto width = static_cast<std::size_t>(h.width);
   const auto views = static_cast<std::size_t>(level.views);
@@ -267,21 +250,20 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
   level.alpha.resize(texels * views);
   level.normal.assign(texels, V3f(0, 0, 0));
   level.radiance.resize(texels * views * lights);
-  const auto part_at = [&](int i) -> const ExrPart& { return reader_.parts()[i]; };
   for (std::size_t view = 0; view < views; ++view) {
     const int first = static_cast<int>(view) * h.height + first_row;
-    auto rows = reader_.read_rows(*radiance, first, count);
-    if (!rows) return tl::unexpected(rows.error());
-    auto colour = ordered(part_at(*radiance), std::move(*rows), colours, file);
+    const int height = h.height * level.views;
+    const auto colour = read_planes(reader_, names::part_radiance, h.width * level.lights, height,
+                                    {{"R"}, {"G"}, {"B"}}, first, count);
     if (!colour) return tl::unexpected(colour.error());
-    auto seen = reader_.read_rows(*surface, first, count);
-    if (!seen) return tl::unexpected(seen.error());
-    const auto planes = ordered(part_at(*surface), std::move(*seen), surface_channels(), file);
-    if (!planes) return tl::unexpected(planes.error());
+    const auto surface =
+        read_planes(reader_, names::part_surface, h.width, height, surface_channels(), first, count);
+    if (!surface) return tl::unexpected(surface.error());
+    const auto& seen = *surface;
     for (std::size_t texel = 0; texel < texels; ++texel) {
-      const std::size_t y = static_cast<std::size_t>(first) + texel / width;
-      const float alpha = (*planes)[0][texel];
-      const V3f normal((*planes)[1][texel], (*planes)[2][texel], (*planes)[3][texel]);
+      const std::size_t y = first + texel / width;
+      const float alpha = seen[0][texel];
+      const V3f normal(seen[1][texel], seen[2][texel], seen[3][texel]);
       if (!(alpha >= 0 && alpha <= 1)) return bad_sample(file, names::part_surface, texel % width, y, alpha);
       if (!std::isfinite(normal.length2())) {
         return bad_sample(file, names::part_surface, texel % width, y, normal.length2());
@@ -292,10 +274,10 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
       for (std::size_t light = 0; light < lights; ++light) {
         const std::size_t x = light * width + texel % width;
         const std::size_t pixel = (texel / width) * width * lights + x;
-        for (std::size_t c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
           const float value = (*colour)[c][pixel];
           if (!is_sample(value)) return bad_sample(file, names::part_radiance, x, y, value);
-          out[light][static_cast<int>(c)] = value;
+          out[light][c] = value;
         }
       }
     }
@@ -310,22 +292,15 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   samples.pairs = header_.pairs[index_of(kind)];
   if (samples.pairs.empty()) return samples;
   const char* name = name_of(kind);
-  const std::vector<ExrChannel> channels = pair_channels(name);
-  const auto index = part_index(reader_, name, header_.width,
-                                header_.height * static_cast<int>(samples.pairs.size()), channels);
-  if (!index) return tl::unexpected(index.error());
-  auto pixels = reader_.read_level(*index);
-  if (!pixels) return tl::unexpected(pixels.error());
-  auto planes = ordered(reader_.parts()[*index], std::move(*pixels), channels, reader_.name());
+  const int rows = header_.height * static_cast<int>(samples.pairs.size());
+  auto planes = read_planes(reader_, name, header_.width, rows, pair_channels(name), 0, rows);
   if (!planes) return tl::unexpected(planes.error());
   const auto& p = *planes;
-  const auto width = static_cast<std::size_t>(header_.width);
   for (std::size_t i = 0; i < p[0].size(); ++i) {
-    for (std::size_t c = 0; c < 4; ++c) {
-      if (!is_sample(p[c][i]) || (c == 3 && p[c][i] > 1))
-        return bad_sample(reader_.name(), name, i % width, i / width, p[c][i]);
-      if (!std::isfinite(p[c + 4][i]))
-        return bad_sample(reader_.name(), name, i % width, i / width, p[c + 4][i]);
+    for (int c = 0; c < 4; ++c) {
+      const bool good = is_sample(p[c][i]) && (c < 3 || p[c][i] <= 1);
+      if (good && std::isfinite(p[c + 4][i])) continue;
+      return bad_sample(reader_.name(), name, i % header_.width, i / header_.width, p[good ? c + 4 : c][i]);
     }
     samples.radiance.emplace_back(p[0][i], p[1][i], p[2][i]);
     samples.noise.emplace_back(p[4][i], p[5][i], p[6][i]);
@@ -337,31 +312,24 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
 
 Result<HeightLayer> SamplesReader::read_heights() {
   const SlabShape& shape = *header_.slabs;
-  const std::vector<ExrChannel> channels = slab_channels(shape);
   const int width = header_.width * shape.columns;
   const int height = header_.height * shape.rows;
-  const auto index = part_index(reader_, names::part_slabs, width, height, channels);
-  if (!index) return tl::unexpected(index.error());
-  auto pixels = reader_.read_level(*index);
-  if (!pixels) return tl::unexpected(pixels.error());
-  const auto planes = ordered(reader_.parts()[*index], std::move(*pixels), channels, reader_.name());
+  const auto planes = read_planes(reader_, names::part_slabs, width, height, slab_channels(shape), 0, height);
   if (!planes) return tl::unexpected(planes.error());
-  const std::size_t values = planes->front().size() * static_cast<std::size_t>(shape.slabs);
-  std::array<std::vector<float>, 2> ends{std::vector<float>(values), std::vector<float>(values)};
+  const std::size_t values = planes->front().size() * shape.slabs;
+  HeightLayer heights{shape, std::vector<float>(values), std::vector<float>(values)};
   std::size_t pixel = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x, ++pixel) {
-      for (std::size_t plane = 0; plane < planes->size(); ++plane) {
+      for (int plane = 0; plane < 2 * shape.slabs; ++plane) {
         const float value = (*planes)[plane][pixel];
-        if (!std::isfinite(value)) {
-          return bad_sample(reader_.name(), names::part_slabs, static_cast<std::size_t>(x),
-                            static_cast<std::size_t>(y), value);
-        }
-        ends[plane % 2][height_index(shape, header_.width, static_cast<int>(plane / 2), x, y)] = value;
+        if (!std::isfinite(value)) return bad_sample(reader_.name(), names::part_slabs, x, y, value);
+        std::vector<float>& ends = plane % 2 == 0 ? heights.top : heights.bottom;
+        ends[height_index(shape, header_.width, plane / 2, x, y)] = value;
       }
     }
   }
-  return HeightLayer(shape, std::move(ends[0]), std::move(ends[1]));
+  return heights;
 }
 
 }  // namespace selvedge

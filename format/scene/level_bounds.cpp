@@ -43,12 +43,12 @@ LackingLevels& LackingLevels::operator|=(const LackingLevels& other) {
 }
 
 LackingLevels lacking_levels(const FabricHeader& header, const LevelRange& asked) {
-  const int first = first_level(header);
+  const int first = header.first_level();
   return {std::max(first - asked.first, 0), std::max(asked.last - (first + header.levels - 1), 0)};
 }
 
 Error lacking_issue(const std::string& name, const FabricHeader& header, const LackingLevels& lacking) {
-  const int first = first_level(header);
+  const int first = header.first_level();
   const int last = first + header.levels - 1;
   return {Code::fabric_levels, name, "/whole",
           fmt::format("the file has {} of the whole, and {} may be asked for: the nearest there are take "
@@ -57,7 +57,7 @@ Error lacking_issue(const std::string& name, const FabricHeader& header, const L
 }
 
 std::optional<Error> lacking_issue(const std::string& name, const FabricHeader& header, int wanted) {
-  const int first = first_level(header);
+  const int first = header.first_level();
   const int last = first + header.levels - 1;
   // A fabric without `whole` lacks nothing.
   const int all = header.whole ? std::max(header.whole->levels, last + 1) : last + 1;
@@ -86,7 +86,7 @@ std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, i
   std::vector<LevelRange> ranges;
   if (lacking != nullptr) lacking->assign(headers.size(), {});
   for (std::size_t i = 0; i < headers.size(); ++i) {
-    const int before = first_level(*headers[i]);
+    const int before = headers[i]->first_level();
     const int last = headers[i]->levels - 1;
     const LevelRange of_whole = levels_asked(of_fabric[i], options, whole_levels(*headers[i]));
     const bool seen = of_fabric[i].fronts || of_fabric[i].backs;

@@ -173,8 +173,8 @@ void read_large(benchmark::State& state, const Read& read) {
 void evaluate_knit(benchmark::State& state) {
   Fabric fabric = need(read_fabric(scratch("fabric.exr")));
   if (state.range(0) == 0) {
-    fabric.levels[0].view_table.reset();
-    fabric.levels[0].opacity.reset();
+    fabric.levels[0].remove(LayerKind::table);
+    fabric.levels[0].remove(LayerKind::opacity);
   }
   const std::vector<DirectionPair> pairs = random_pairs(1024, 0.05, 1);
   int i = 0;
@@ -198,7 +198,7 @@ BENCHMARK_CAPTURE(read_large, level_3, [](FabricReader& r) {
   return r.read_level(3);
 })->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(read_large, level_3_lobes, [](FabricReader& r) {
-  return r.read_level(3, {Layer::lobes});
+  return r.read_level(3, {LayerKind::lobes});
 })->Unit(benchmark::kMillisecond);
 BENCHMARK(evaluate_knit)->Arg(0)->Arg(1)->Unit(benchmark::kNanosecond);
 

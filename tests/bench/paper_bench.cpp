@@ -39,8 +39,7 @@ Fabric numbered(const Fabric& like) {
     FabricLevel level;
     level.width = like.levels[k].width;
     level.height = like.levels[k].height;
-    level.view_table.emplace();
-    level.view_table->colour.assign(level.texels(), V3f(static_cast<float>(k + 1)));
+    level.add(LayerKind::table, 3, static_cast<float>(k + 1));
     fabric.levels.push_back(std::move(level));
   }
   return fabric;

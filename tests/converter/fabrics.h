@@ -18,7 +18,9 @@ inline void add_levels(Fabric& fabric) {
     coarse.width = std::max(1, fine.width / 2);
     coarse.height = std::max(1, fine.height / 2);
     const std::size_t count = static_cast<std::size_t>(coarse.texels());
-    const auto mean_of = [&](const std::vector<float>& values, std::size_t per_texel) {
+    const auto mean_of = [&](const Layer& layer) {
+      const auto per_texel = static_cast<std::size_t>(layer.channels);
+      const std::vector<float>& values = layer.values;
       std::vector<float> means;
       for (std::size_t texel = 0; texel < count; ++texel) {
         const std::size_t x = texel % static_cast<std::size_t>(coarse.width) * 2;
@@ -33,19 +35,14 @@ inline void add_levels(Fabric& fabric) {
                                    values[(first + below + right) * per_texel + k]));
         }
       }
-      return means;
+      return Layer{layer.channels, means};
     };
-    const auto parameters = static_cast<std::size_t>(3 * (1 + 4 * fine.lobes->lobes));
-    coarse.lobes = LobeLayer{fine.lobes->lobes, mean_of(fine.lobes->parameters, parameters)};
-    if (fine.frame) {
-      coarse.frame.emplace();
-      coarse.frame->normal.assign(count, V3f(0, 0, 1));
-      coarse.frame->tangent.assign(count, V3f(1, 0, 0));
+    coarse.set(LayerKind::lobes, mean_of(fine[LayerKind::lobes]));
+    if (fine.has(LayerKind::frame)) {
+      coarse.add(LayerKind::frame, 6);
+      for (TexelFrame& frame : coarse.frame()) frame = {V3f(0, 0, 1), V3f(1, 0, 0)};
     }
-    if (fine.opacity) {
-      coarse.opacity =
-          OpacityLayer{mean_of(fine.opacity->opacity, static_cast<std::size_t>(fabric.views.count()))};
-    }
+    coarse.set(LayerKind::opacity, mean_of(fine[LayerKind::opacity]));
     fabric.levels.push_back(std::move(coarse));
   }
 }
@@ -58,12 +55,8 @@ inline Fabric lambert_fabric(const V2d& period_mm, int side, const V3f& albedo) 
   FabricLevel level;
   level.width = side;
   level.height = side;
-  level.lobes = LobeLayer{0, {}};
-  for (int i = 0; i < side * side; ++i) {
-    for (int c = 0; c < 3; ++c) {
-      level.lobes->parameters.push_back(albedo[c] / std::numbers::pi_v<float>);
-    }
-  }
+  level.add(LayerKind::lobes, 3);
+  for (int i = 0; i < 3 * side * side; ++i) level.lobes()[i] = albedo[i % 3] / std::numbers::pi_v<float>;
   fabric.levels.push_back(std::move(level));
   add_levels(fabric);
   return fabric;
@@ -74,20 +67,19 @@ inline Fabric net_fabric(const V2d& period_mm = V2d(5, 4), int side = 16) {
   Fabric fabric = lambert_fabric(period_mm, side, V3f(0.5F, 0.2F, 0.1F));
   fabric.levels.resize(1);
   FabricLevel& level = fabric.levels[0];
-  level.frame.emplace();
-  level.opacity.emplace();
+  const int views = fabric.views.count();
+  level.add(LayerKind::frame, 6);
+  level.add(LayerKind::opacity, views);
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const double phase = 2 * std::numbers::pi * (x + 0.5) / side;
       const V3f normal = V3f(V3d(-0.5 * std::cos(phase), 0, 1).normalized());
-      level.frame->normal.push_back(normal);
-      level.frame->tangent.push_back(tangent_of(normal));
+      level.frame()[y * side + x] = {normal, tangent_of(normal)};
       const bool hole = x < side / 4 && y < side / 4;
-      level.opacity->opacity.insert(level.opacity->opacity.end(),
-                                    static_cast<std::size_t>(fabric.views.count()), hole ? 0.0F : 1.0F);
+      std::fill_n(&level.opacity()[(y * side + x) * views], views, hole ? 0.0F : 1.0F);
       if (y >= side / 2) {
         const std::size_t first = static_cast<std::size_t>(y * side + x) * 3;
-        std::swap(level.lobes->parameters[first], level.lobes->parameters[first + 2]);
+        std::swap(level.lobes()[first], level.lobes()[first + 2]);
       }
     }
   }

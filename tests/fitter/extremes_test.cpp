@@ -90,7 +90,7 @@ V3f glossy(int, const V3f& l, const V3f& v) {
 TEST_CASE("all black comes out all black, with T = 1") {
   const FitResult result = fitted(case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); }));
   for (const FabricLevel& level : result.fabric.levels) {
-    for (const V3f& t : level.view_table->colour) CHECK(t == V3f(1, 1, 1));
+    for (const V3f& t : level.view_table()) CHECK(t == V3f(1, 1, 1));
   }
   for (const DirectionPair& pair : probes()) {
     CHECK(evaluate(result.fabric, 0, 1, 1, pair.light, pair.view).radiance == V3f(0, 0, 0));
@@ -120,11 +120,10 @@ TEST_CASE("a fit scales with the radiance") {
   SUBCASE("by a power of two, to the bit") {
     const float factor = std::exp2(20.0F);
     const Fabric fabric = scaled(factor);
-    for (std::size_t i = 0; i < base.levels[0].lobes->parameters.size(); i += 9) {
-      CHECK(fabric.radiance_scale * fabric.levels[0].lobes->parameters[i] ==
-            base.levels[0].lobes->parameters[i] * factor);
+    for (std::size_t i = 0; i < base.levels[0].lobes().size(); i += 9) {
+      CHECK(fabric.radiance_scale * fabric.levels[0].lobes()[i] == base.levels[0].lobes()[i] * factor);
     }
-    CHECK(fabric.levels[0].view_table->colour == base.levels[0].view_table->colour);
+    CHECK(fabric.levels[0][LayerKind::table] == base.levels[0][LayerKind::table]);
   }
   SUBCASE("by 1e-8 and 1e8, within rounding") {
     for (const float factor : {1e-8F, 1e8F}) {
@@ -174,9 +173,9 @@ TEST_CASE("a fit scales with the radiance") {
 TEST_CASE("lobes that half precision ruins are named with their texel; those beyond it are refused") {
   Fabric fabric = fitted(case_of(glossy)).fabric;
   FabricWriteOptions options;
-  options.half.insert(Layer::lobes);
+  options.half.insert(LayerKind::lobes);
   CHECK(precision_warnings("x.exr", fabric, options).empty());
-  std::vector<float>& parameters = fabric.levels[0].lobes->parameters;
+  const std::span<float> parameters = fabric.levels[0].lobes();
   const std::size_t stride = parameters.size() / 3;
   SUBCASE("underflow: dark lobes of a fabric that somebody else made") {
     for (float& p : parameters) p = 0;
@@ -186,7 +185,7 @@ TEST_CASE("lobes that half precision ruins are named with their texel; those bey
     CHECK(issues[0].code == Code::fabric_precision);
     CHECK(issues[0].file == "x.exr");
     CHECK(issues[0].place == "lobes/level 0/pixel 0,0");
-    options.half.erase({Layer::lobes});
+    options.half.erase({LayerKind::lobes});
     CHECK(precision_warnings("x.exr", fabric, options).empty());
   }
   SUBCASE("overflow") {
@@ -219,7 +218,7 @@ TEST_CASE("texels that are always holes are black with T = 1 and alpha 0, and ar
     CHECK(evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).alpha == 0);
   }
   for (std::size_t v = 0; v < 36; ++v) {
-    CHECK(result.fabric.levels[0].view_table->colour[v] == V3f(1, 1, 1));
+    CHECK(result.fabric.levels[0].view_table()[v] == V3f(1, 1, 1));
   }
 }
 
@@ -238,8 +237,8 @@ TEST_CASE("a texel seen from one view only has that view's radiance, and a table
   CHECK(std::sqrt(error / energy) < 0.1);
   for (std::size_t v = 0; v < 36; ++v) {
     for (int channel = 0; channel < 3; ++channel) {
-      CHECK(result.fabric.levels[0].view_table->colour[v][channel] > 0.5F);
-      CHECK(result.fabric.levels[0].view_table->colour[v][channel] < 2.0F);
+      CHECK(result.fabric.levels[0].view_table()[v][channel] > 0.5F);
+      CHECK(result.fabric.levels[0].view_table()[v][channel] < 2.0F);
     }
   }
 }
@@ -286,7 +285,7 @@ TEST_CASE("exponents that the data drive to 0 and to 10,000 stay within their bo
     });
     const FitResult result = fitted(c);
     for (std::size_t lobe = 0; lobe < 6; ++lobe) {
-      const float found = result.fabric.levels[0].lobes->parameters[lobe / 2 * 9 + lobe % 2 * 4 + 4];
+      const float found = result.fabric.levels[0].lobes()[lobe / 2 * 9 + lobe % 2 * 4 + 4];
       CHECK(found >= 1);
       CHECK(found <= 200);
     }
@@ -300,8 +299,10 @@ TEST_CASE("normals that cancel give the cloth's own frame") {
   for (V3f& n : c.level.normal) n = V3f(0, 0, 0);
   const FitResult result = fitted(c);
   for (const FabricLevel& level : result.fabric.levels) {
-    for (const V3f& n : level.frame->normal) CHECK(n == V3f(0, 0, 1));
-    for (const V3f& t : level.frame->tangent) CHECK(t == V3f(1, 0, 0));
+    for (const auto& [n, t] : level.frame()) {
+      CHECK(n == V3f(0, 0, 1));
+      CHECK(t == V3f(1, 0, 0));
+    }
   }
 }
 
@@ -342,12 +343,12 @@ TEST_CASE("samples that are NaN, infinite or negative are refused with their pla
 TEST_CASE("the float evaluation agrees with the formula in double precision") {
   const Fabric fabric = fitted(case_of(glossy)).fabric;
   Fabric plain = fabric;
-  plain.levels[0].view_table.reset();
+  plain.levels[0].remove(LayerKind::table);
   for (const DirectionPair& pair : probes()) {
     const V3f value = evaluate(plain, 0, 0, 0, pair.light, pair.view).radiance;
     const FabricLevel& level = plain.levels[0];
-    const V3d n(level.frame->normal[0]);
-    const V3d t(level.frame->tangent[0]);
+    const V3d n(level.frame()[0].normal);
+    const V3d t(level.frame()[0].tangent);
     const V3d b = n.cross(t);
     const auto local = [&](const V3f& d) { return V3d(V3d(d).dot(t), V3d(d).dot(b), V3d(d).dot(n)); };
     const V3d l = local(pair.light);
@@ -355,7 +356,7 @@ TEST_CASE("the float evaluation agrees with the formula in double precision") {
     for (int c = 0; c < 3; ++c) {
       std::vector<double> p;
       for (std::size_t k = 0; k < 9; ++k) {
-        p.push_back(static_cast<double>(level.lobes->parameters[static_cast<std::size_t>(c) * 9 + k]));
+        p.push_back(static_cast<double>(level.lobes()[static_cast<std::size_t>(c) * 9 + k]));
       }
       // Rounding of the base to 2^-24 is multiplied by the exponent, at most 200.
       const double exact = lafortune(p.data(), 2, &l.x, &v.x);

@@ -81,7 +81,7 @@ TEST_CASE(
       CHECK(error_against(result.fabric, lambert) < 0.01);
       for (const FabricLevel& level : result.fabric.levels) {
         for (std::size_t c = 0; c < 3; ++c) {
-          const float found = level.lobes->parameters[c * static_cast<std::size_t>(parameter_count(lobes))];
+          const float found = level.lobes()[c * static_cast<std::size_t>(parameter_count(lobes))];
           CHECK(found == doctest::Approx(rho[static_cast<int>(c)]).epsilon(0.01));
         }
       }
@@ -114,7 +114,7 @@ TEST_CASE("a factor on the view goes into the table, whose mean is 1") {
   CHECK(error_against(with.fabric, truth) < 0.05);
   CHECK(error_against(without.fabric, truth) > 0.2);
   double mean = 0;
-  for (const V3f& t : with.fabric.levels[0].view_table->colour) mean += static_cast<double>(t.x) / 64;
+  for (const V3f& t : with.fabric.levels[0].view_table()) mean += static_cast<double>(t.x) / 64;
   CHECK(mean == doctest::Approx(1).epsilon(1e-3));
 }
 
@@ -292,8 +292,8 @@ TEST_CASE("one and two threads fit the same fabric") {
   const FitResult two = fit_all(samples_of(header, truth), header);
   set_threads(0);
   for (std::size_t k = 0; k < one.fabric.levels.size(); ++k) {
-    CHECK(one.fabric.levels[k].lobes->parameters == two.fabric.levels[k].lobes->parameters);
-    CHECK(one.fabric.levels[k].view_table->colour == two.fabric.levels[k].view_table->colour);
+    CHECK(one.fabric.levels[k][LayerKind::lobes] == two.fabric.levels[k][LayerKind::lobes]);
+    CHECK(one.fabric.levels[k][LayerKind::table] == two.fabric.levels[k][LayerKind::table]);
   }
 }
 

@@ -20,7 +20,7 @@ inline SampleLevel seen_of(const Fabric& fabric) {
   samples.views = fabric.views.count();
   samples.lights = fabric.lights.count();
   samples.normal.assign(level.texels(), V3f(0, 0, 1));
-  if (level.frame) samples.normal = level.frame->normal;
+  for (std::size_t i = 0; i < level.frame().size(); ++i) samples.normal[i] = level.frame()[i].normal;
   for (int texel = 0; texel < level.texels(); ++texel) {
     for (const V3f& view : directions_of(fabric.views)) {
       const auto shade = [&](const V3f& light) {
@@ -47,15 +47,16 @@ inline Fabric ribbed(int width, int height) {
   level.width = width;
   level.height = height;
   const SlabShape shape{2, 1, 1};
-  ProductLayer products{shape.entries(), {{0, 0}, {1, 1}}, {}};
+  Layer products{2 * shape.entries(), {}};
   std::vector<float> top;
   for (int i = 0; i < width * height * shape.entries(); ++i) {
     top.push_back(i % 5 == 0 ? 0 : 0.5F + 0.5F * static_cast<float>(random.uniform()));
-    products.coefficient.push_back(1 + static_cast<float>(random.uniform()));
-    products.coefficient.push_back(0.5F * static_cast<float>(random.uniform()));
+    products.values.push_back(1 + static_cast<float>(random.uniform()));
+    products.values.push_back(0.5F * static_cast<float>(random.uniform()));
   }
-  level.heights.emplace(shape, top, std::vector<float>(top.size(), 0));
-  level.products = products;
+  level.set_heights({shape, top, std::vector<float>(top.size(), 0)});
+  level.pairs = {{0, 0}, {1, 1}};
+  level.set(LayerKind::products, products);
   ProductBases bases;
   for (const V3f& view : directions_of(fabric.views)) bases.view.push_back(view.x);
   for (const V3f& light : directions_of(fabric.lights))
@@ -74,33 +75,41 @@ inline Fabric glossy(int width, int height) {
   fabric.views = {6, 6};
   fabric.lights = {6, 6};
   FabricLevel& level = fabric.levels.front();
-  level.products->pairs = {{0, 0}};
+  level.pairs = {{0, 0}};
   std::vector<float> first;
-  for (std::size_t i = 0; i < level.products->coefficient.size(); i += 2) {
-    first.push_back(level.products->coefficient[i]);
+  for (std::size_t i = 0; i < level.coefficients().size(); i += 2) {
+    first.push_back(level.coefficients()[i]);
   }
-  level.products->coefficient = first;
+  level.set(LayerKind::products, {level.cells.entries(), first});
   ProductBases bases;
   for (const V3f& light : directions_of(fabric.lights)) {
     bases.light.emplace_back(1 + 0.5F * light.x, 0.9F, 0.8F + 0.2F * light.y);
   }
   level.bases = std::make_shared<const ProductBases>(bases);
-  LobeLayer lobes{1, {}};
-  FrameLayer frame;
+  Layer lobes{15, {}};
+  level.add(LayerKind::frame, 6);
   for (int texel = 0; texel < level.texels(); ++texel) {
     const bool turned = texel % width < width / 2;
-    frame.normal.push_back(turned ? V3f(0, 0, 1) : V3f(0.28F, 0, 0.96F));
-    frame.tangent.push_back(turned ? V3f(0, 1, 0) : V3f(0.96F, 0, -0.28F));
+    level.frame()[texel] = {turned ? V3f(0, 0, 1) : V3f(0.28F, 0, 0.96F),
+                            turned ? V3f(0, 1, 0) : V3f(0.96F, 0, -0.28F)};
     for (int c = 0; c < 3; ++c) {
       // 3 (0.7 x + 0.7 z - y)^6, x across the fibre.
       const float size = std::pow(3.0F, 1.0F / 6);
-      lobes.parameters.insert(lobes.parameters.end(), {0.3F, -size, 0.7F * size, 0.7F * size, 6});
+      lobes.values.insert(lobes.values.end(), {0.3F, -size, 0.7F * size, 0.7F * size, 6});
     }
   }
-  level.lobes = lobes;
-  level.frame = frame;
+  level.set(LayerKind::lobes, lobes);
   REQUIRE(validate(fabric));
   return fabric;
+}
+
+inline HeightLayer heights_of(const Fabric& fabric) {
+  HeightLayer heights{fabric.levels[0].cells, {}, {}};
+  for (const auto& [top, bottom] : fabric.levels[0].heights()) {
+    heights.top.push_back(top);
+    heights.bottom.push_back(bottom);
+  }
+  return heights;
 }
 
 /// The samples file of a fabric: its header, and pairs with the fabric itself as the truth.
@@ -113,7 +122,7 @@ inline SamplesHeader samples_header_of(const Fabric& fabric) {
   header.thickness_mm = fabric.thickness_mm;
   header.views = fabric.views;
   header.lights = fabric.lights;
-  header.slabs = fabric.levels[0].heights->shape();
+  header.slabs = fabric.levels[0].cells;
   return header;
 }
 

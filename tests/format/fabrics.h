@@ -31,27 +31,26 @@ inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobe
     level.height = level_size(height, k);
     const auto texels = static_cast<std::size_t>(level.texels());
     const std::size_t entries = texels * static_cast<std::size_t>(views.count());
-    level.lobes.emplace();
-    level.lobes->lobes = lobes;
-    level.frame.emplace();
-    level.view_table.emplace();
-    level.opacity.emplace();
+    level.add(LayerKind::lobes, 3 * parameter_count(lobes));
+    level.add(LayerKind::frame, 6);
+    level.add(LayerKind::table, 3 * views.count());
+    level.add(LayerKind::opacity, views.count());
+    float* p = level.lobes().data();
     for (std::size_t i = 0; i < texels; ++i) {
       for (int c = 0; c < 3; ++c) {
-        level.lobes->parameters.push_back(uniform(random, 0, 0.3));
+        *p++ = uniform(random, 0, 0.3);
         for (int j = 0; j < lobes; ++j) {
-          for (int p = 0; p < 3; ++p) level.lobes->parameters.push_back(uniform(random, -0.9, 0.9));
-          level.lobes->parameters.push_back(uniform(random, 1, 20));
+          for (int d = 0; d < 3; ++d) *p++ = uniform(random, -0.9, 0.9);
+          *p++ = uniform(random, 1, 20);
         }
       }
       // The 3-4-5 triangle by eighths is not unit; these frames are, to half precision.
       const bool tilted = random.uniform() < 0.5;
-      level.frame->normal.push_back(tilted ? V3f(0, 0.60009765625F, 0.7998046875F) : V3f(0, 0, 1));
-      level.frame->tangent.emplace_back(1.0F, 0.0F, 0.0F);
+      level.frame()[i] = {tilted ? V3f(0, 0.60009765625F, 0.7998046875F) : V3f(0, 0, 1), V3f(1, 0, 0)};
     }
     for (std::size_t i = 0; i < entries; ++i) {
-      level.view_table->colour.emplace_back(eighths(2), eighths(2), eighths(2));
-      level.opacity->opacity.push_back(random.uniform() < 0.2 ? 0.0F : eighths(1));
+      level.view_table()[i] = V3f(eighths(2), eighths(2), eighths(2));
+      level.opacity()[i] = random.uniform() < 0.2 ? 0.0F : eighths(1);
     }
     fabric.levels.push_back(std::move(level));
   }
@@ -72,10 +71,8 @@ inline Fabric random_slab_fabric(int width, int height, DirectionGrid views, int
   const auto bases = std::make_shared<const ProductBases>(std::move(functions));
   for (FabricLevel& level : fabric.levels) {
     const auto texels = static_cast<std::size_t>(level.texels());
-    level.light_table.emplace();
-    for (std::size_t i = 0; i < texels * 3; ++i) {
-      level.light_table->value.emplace_back(eighths(1), eighths(1), eighths(1));
-    }
+    level.add(LayerKind::light, 9);
+    for (V3f& s : level.light_table()) s = V3f(eighths(1), eighths(1), eighths(1));
     // Two slabs in cells side by side, the lower one missing here and there.
     const SlabShape shape{2, 1, 2};
     std::vector<float> top;
@@ -85,11 +82,11 @@ inline Fabric random_slab_fabric(int width, int height, DirectionGrid views, int
       bottom.push_back(lower ? 0.0F : 1.25F);
       top.push_back(lower && random.uniform() < 0.5 ? 0.0F : bottom.back() + 0.125F + eighths(1));
     }
-    level.heights.emplace(shape, std::move(top), std::move(bottom));
-    level.products = ProductLayer{shape.entries(), {{0, 0}, {1, 1}}, {}};
-    if (&level != &fabric.levels.front()) level.products->pairs = {{1, 0}};
-    const std::size_t coefficients = texels * 4 * level.products->pairs.size();
-    for (std::size_t i = 0; i < coefficients; ++i) level.products->coefficient.push_back(eighths(2) - 1);
+    level.set_heights({shape, std::move(top), std::move(bottom)});
+    level.pairs = {{0, 0}, {1, 1}};
+    if (&level != &fabric.levels.front()) level.pairs = {{1, 0}};
+    level.add(LayerKind::products, shape.entries() * static_cast<int>(level.pairs.size()));
+    for (float& c : level.coefficients()) c = eighths(2) - 1;
     level.bases = bases;
   }
   return fabric;
@@ -103,10 +100,8 @@ inline Fabric lambert_fabric(int width, int height, const V3f& albedo) {
     FabricLevel level;
     level.width = level_size(width, k);
     level.height = level_size(height, k);
-    level.lobes.emplace();
-    for (int i = 0; i < level.texels(); ++i) {
-      for (int c = 0; c < 3; ++c) level.lobes->parameters.push_back(albedo[c] / 3.14159265358979F);
-    }
+    level.add(LayerKind::lobes, 3);
+    for (int i = 0; i < 3 * level.texels(); ++i) level.lobes()[i] = albedo[i % 3] / 3.14159265358979F;
     fabric.levels.push_back(std::move(level));
   }
   return fabric;

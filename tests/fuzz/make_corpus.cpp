@@ -49,9 +49,9 @@ fs::path folder(const fs::path& root, const char* name) {
 Fabric without(Fabric fabric, bool table, bool frame, std::size_t levels) {
   fabric.levels.resize(std::min(levels, fabric.levels.size()));
   for (FabricLevel& level : fabric.levels) {
-    if (!table) level.view_table.reset();
-    if (!table) level.opacity.reset();
-    if (!frame) level.frame.reset();
+    if (!table) level.remove(LayerKind::table);
+    if (!table) level.remove(LayerKind::opacity);
+    if (!frame) level.remove(LayerKind::frame);
   }
   return fabric;
 }

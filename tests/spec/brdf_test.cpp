@@ -31,16 +31,19 @@ TEST_CASE("the worked example has the radiance and the opacity that the page sta
   fabric.views = {example["views"]["columns"], example["views"]["rows"]};
   FabricLevel& level = fabric.levels.emplace_back();
   level.width = level.height = 1;
-  level.lobes.emplace();
-  level.lobes->lobes = 1;
+  Layer lobes{15, {}};
   for (const json& rho : example["rho"]) {
-    level.lobes->parameters.push_back(rho);
-    for (const char* p : {"cx", "cy", "cz", "n"}) level.lobes->parameters.push_back(example["lobe"][p]);
+    lobes.values.push_back(rho);
+    for (const char* p : {"cx", "cy", "cz", "n"}) lobes.values.push_back(example["lobe"][p]);
   }
-  level.frame = FrameLayer{{vector_of(example["normal"])}, {vector_of(example["tangent"])}};
-  level.view_table.emplace();
-  for (const json& colour : example["table"]) level.view_table->colour.push_back(vector_of(colour));
-  level.opacity = OpacityLayer{example["opacity"].get<std::vector<float>>()};
+  level.set(LayerKind::lobes, lobes);
+  level.add(LayerKind::frame, 6);
+  level.frame()[0] = {vector_of(example["normal"]), vector_of(example["tangent"])};
+  level.add(LayerKind::table, 3 * fabric.views.count());
+  for (std::size_t i = 0; i < example["table"].size(); ++i) {
+    level.view_table()[i] = vector_of(example["table"][i]);
+  }
+  level.set(LayerKind::opacity, {fabric.views.count(), example["opacity"].get<std::vector<float>>()});
   REQUIRE(validate(fabric));
 
   const V3f light = vector_of(example["light"]);
@@ -53,8 +56,8 @@ TEST_CASE("the worked example has the radiance and the opacity that the page sta
   const V2d square = hemisphere_to_square(V3d(view));
   CHECK(std::abs(square.x - example["squarePosition"][0].get<double>()) < 1e-6);
   CHECK(std::abs(square.y - example["squarePosition"][1].get<double>()) < 1e-6);
-  const V3f n = level.frame->normal[0];
-  const V3f t = level.frame->tangent[0];
+  const V3f n = level.frame()[0].normal;
+  const V3f t = level.frame()[0].tangent;
   const V3f b = n.cross(t);
   check_near({light.dot(t), light.dot(b), light.dot(n)}, example["localLight"]);
   check_near({view.dot(t), view.dot(b), view.dot(n)}, example["localView"]);

@@ -29,14 +29,13 @@ Fabric example() {
     FabricLevel level;
     level.width = level_size(2, k);
     level.height = 1;
-    level.lobes.emplace();
-    level.lobes->lobes = 1;
-    for (int i = 0; i < 3 * level.texels(); ++i) {
-      for (const float p : {0.25F, -0.5F, -0.5F, 0.5F, 4.0F}) level.lobes->parameters.push_back(p);
+    level.add(LayerKind::lobes, 15);
+    for (int i = 0; i < 15 * level.texels(); ++i) {
+      level.lobes()[i] = std::array{0.25F, -0.5F, -0.5F, 0.5F, 4.0F}[i % 5];
     }
     fabric.levels.push_back(level);
   }
-  fabric.levels[0].opacity = OpacityLayer{{1, 0.5F, 0.25F, 0}};
+  fabric.levels[0].set(LayerKind::opacity, {2, {1, 0.5F, 0.25F, 0}});
   return fabric;
 }
 

@@ -26,7 +26,7 @@ constexpr int height = seen_height;
 Fabric part_of(const Fabric& whole, int first) {
   Fabric part = whole;
   if (first == 0) return part;
-  part.whole = WholeFabric{whole_texels(whole), first_level(whole) + first};
+  part.whole = WholeFabric{whole_texels(whole), whole.first_level() + first};
   part.levels.erase(part.levels.begin(), part.levels.begin() + first);
   return part;
 }

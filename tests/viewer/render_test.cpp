@@ -172,7 +172,7 @@ TEST_CASE("a sphere of netting shows its own inside") {
   const RenderOptions options = small({{V3d(0, 0, 1), V3f(1, 1, 1)}});
   for (const float opacity : {0.0F, 0.5F}) {
     for (FabricLevel& level : netting.levels)
-      std::fill(level.opacity->opacity.begin(), level.opacity->opacity.end(), opacity);
+      std::fill(level.opacity().begin(), level.opacity().end(), opacity);
     RenderStats stats;
     const V4f pixel = middle(render_or_fail(scene, {netting}, camera_for(scene, options), options, &stats));
     CHECK(stats.layers == 2);

@@ -46,23 +46,23 @@ inline Fabric random_fabric(int width, int height, std::uint64_t seed) {
     const auto number = [&](double low, double high) {
       return static_cast<float>(low + random.uniform() * (high - low));
     };
-    level.lobes = LobeLayer{2, {}};
+    Layer lobes{27, {}};
     for (std::size_t i = 0; i < texels * 3; ++i) {
-      level.lobes->parameters.push_back(number(0.05, 0.3));
+      lobes.values.push_back(number(0.05, 0.3));
       for (int j = 0; j < 2; ++j)
-        level.lobes->parameters.insert(level.lobes->parameters.end(),
-                                       {number(-1, 0.2), number(-1, 0.2), number(0.4, 1), number(1, 8)});
+        lobes.values.insert(lobes.values.end(),
+                            {number(-1, 0.2), number(-1, 0.2), number(0.4, 1), number(1, 8)});
     }
-    level.frame.emplace();
-    level.view_table.emplace();
-    level.opacity.emplace();
+    level.set(LayerKind::lobes, std::move(lobes));
+    level.add(LayerKind::frame, 6);
+    level.add(LayerKind::table, 3 * fabric.views.count());
+    level.add(LayerKind::opacity, fabric.views.count());
     for (std::size_t i = 0; i < texels; ++i) {
       const V3f normal = V3f(number(-0.3, 0.3), number(-0.3, 0.3), 1).normalized();
-      level.frame->normal.push_back(normal);
-      level.frame->tangent.push_back(tangent_of(normal));
+      level.frame()[i] = {normal, tangent_of(normal)};
       for (std::size_t v = 0; v < views; ++v) {
-        level.view_table->colour.emplace_back(number(0.6, 1.4), number(0.6, 1.4), number(0.6, 1.4));
-        level.opacity->opacity.push_back(number(0.2, 1));
+        level.view_table()[i * views + v] = V3f(number(0.6, 1.4), number(0.6, 1.4), number(0.6, 1.4));
+        level.opacity()[i * views + v] = number(0.2, 1);
       }
     }
     fabric.levels.push_back(level);
@@ -77,12 +77,9 @@ inline Fabric lambert_fabric(int size, V3f albedo, float opacity = 1) {
   for (int k = 0; k < level_count(size, size); ++k) {
     FabricLevel level;
     level.width = level.height = level_size(size, k);
-    level.lobes = LobeLayer{0, {}};
-    level.opacity.emplace();
-    for (int i = 0; i < level.texels(); ++i) {
-      for (int c = 0; c < 3; ++c) level.lobes->parameters.push_back(albedo[c] / std::numbers::pi_v<float>);
-      level.opacity->opacity.push_back(opacity);
-    }
+    level.add(LayerKind::lobes, 3);
+    level.add(LayerKind::opacity, 1, opacity);
+    for (int i = 0; i < 3 * level.texels(); ++i) level.lobes()[i] = albedo[i % 3] / std::numbers::pi_v<float>;
     fabric.levels.push_back(level);
   }
   return fabric;

@@ -282,7 +282,7 @@ class BatchMaker {
         point(batch, lane, level_of(texels, leader), 0, 0);
         if ((group >> lane & 1U) == 0) continue;
         const FabricLevel& level = fabric_.fabric->levels[texels.level[lane]];
-        const SlabShape& shape = level.heights->shape();
+        const SlabShape& shape = level.cells;
         const int rays = shape.columns * shape.rows;
         if (ray >= rays) continue;
         any = true;
@@ -298,7 +298,7 @@ class BatchMaker {
   }
 
   std::optional<SlabHit> march(const FabricLevel& level, int texel, int ray, std::size_t lane) const {
-    const SlabShape& shape = level.heights->shape();
+    const SlabShape& shape = level.cells;
     const V2d cells(level.width * shape.columns, level.height * shape.rows);
     const V2i cell(texel % level.width * shape.columns + ray % shape.columns,
                    texel / level.width * shape.rows + ray / shape.columns);

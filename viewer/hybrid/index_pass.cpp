@@ -331,7 +331,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
         const V2i texels = whole_texels(*packed.fabric);
         width = static_cast<float>(texels.x);
         height = static_cast<float>(texels.y);
-        first_level = static_cast<float>(selvedge::first_level(*packed.fabric));
+        first_level = static_cast<float>(packed.fabric->first_level());
         last_level = static_cast<float>(packed.levels.size() - 1);
       }
     }

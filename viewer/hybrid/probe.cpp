@@ -97,7 +97,7 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   probe.fabric = index.materials[probe.surface].fabric;
   if (probe.fabric >= 0) {
     const std::vector<PackedLevel>& levels = index.fabrics[probe.fabric].levels;
-    const int before = first_level(*index.fabrics[probe.fabric].fabric);
+    const int before = index.fabrics[probe.fabric].fabric->first_level();
     const PixelCoordinates at = coordinates_of(index, probe.triangle, block.x[0], block.y[0]);
     probe.uv = at.uv;
     probe.texels_per_pixel = at.slope * V2d(whole_texels(*index.fabrics[probe.fabric].fabric));

@@ -39,7 +39,7 @@ Result<std::unique_ptr<PaperPass>> PaperPass::create(const GlFunctions& gl, cons
     const auto i = static_cast<std::size_t>(kind.fabric);
     if (pass->index_textures_[i] != 0) continue;
     pass->level_counts_[i] = static_cast<int>(fabrics[i].levels.size());
-    pass->first_levels_[i] = first_level(fabrics[i]);
+    pass->first_levels_[i] = fabrics[i].first_level();
     pass->index_textures_[i] = pass->make_index_texture(fabrics[i]);
   }
   pass->upload();

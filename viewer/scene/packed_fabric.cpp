@@ -7,15 +7,16 @@ namespace {
 
 PackedLayout layout_of(const FabricLevel& level) {
   PackedLayout layout;
-  layout.has_lobes = level.lobes.has_value();
-  layout.lobes = level.lobes ? level.lobes->lobes : 0;
-  layout.has_views = level.view_table || level.opacity;
-  layout.has_lights = level.light_table.has_value();
-  layout.has_table = level.view_table || level.light_table || !level.products;
-  layout.has_heights = level.heights.has_value();
-  if (level.products) {
-    layout.entries = level.products->entries;
-    layout.pairs = level.products->pairs;
+  layout.has_lobes = level.has(LayerKind::lobes);
+  layout.lobes = level.lobe_count();
+  layout.has_views = level.has(LayerKind::table) || level.has(LayerKind::opacity);
+  layout.has_lights = level.has(LayerKind::light);
+  layout.has_table =
+      level.has(LayerKind::table) || level.has(LayerKind::light) || !level.has(LayerKind::products);
+  layout.has_heights = level.has(LayerKind::heights);
+  if (level.has(LayerKind::products)) {
+    layout.entries = level.entries();
+    layout.pairs = level.pairs;
     layout.products = static_cast<int>(layout.pairs.size());
   }
   return layout;
@@ -23,10 +24,10 @@ PackedLayout layout_of(const FabricLevel& level) {
 
 void pack_texels(const FabricLevel& level, const PackedLayout& layout, std::vector<Group>& groups) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(level.texels()); ++i) {
-    const V3f n = level.frame ? level.frame->normal[i] : V3f(0, 0, 1);
-    const V3f t = level.frame ? level.frame->tangent[i] : V3f(1, 0, 0);
+    const V3f n = level.has(LayerKind::frame) ? level.frame()[i].normal : V3f(0, 0, 1);
+    const V3f t = level.has(LayerKind::frame) ? level.frame()[i].tangent : V3f(1, 0, 0);
     const auto per_channel = static_cast<std::size_t>(parameter_count(layout.lobes));
-    const float* p = layout.has_lobes ? &level.lobes->parameters[i * 3 * per_channel] : nullptr;
+    const float* p = layout.has_lobes ? &level.lobes()[i * 3 * per_channel] : nullptr;
     const auto rho = [&](std::size_t channel) { return p != nullptr ? p[channel * per_channel] : 0.0F; };
     groups.push_back({n.x, n.y, n.z, rho(0)});
     groups.push_back({t.x, t.y, t.z, rho(1)});
@@ -42,20 +43,20 @@ void pack_texels(const FabricLevel& level, const PackedLayout& layout, std::vect
 
 void pack_views(const FabricLevel& level, std::size_t count, std::vector<Group>& groups) {
   for (std::size_t i = 0; i < count; ++i) {
-    const float alpha = level.opacity ? level.opacity->opacity[i] : 1.0F;
-    const V3f colour = level.view_table ? level.view_table->colour[i] : V3f(1, 1, 1);
+    const float alpha = level.has(LayerKind::opacity) ? level.opacity()[i] : 1.0F;
+    const V3f colour = level.has(LayerKind::table) ? level.view_table()[i] : V3f(1, 1, 1);
     groups.push_back({alpha * colour.x, alpha * colour.y, alpha * colour.z, alpha});
   }
 }
 
-void pack_entries(const ProductLayer& products, std::vector<Group>& groups) {
-  const std::size_t count = products.pairs.size();
-  if (count == 0) return;
-  for (std::size_t first = 0; first < products.coefficient.size(); first += count) {
+void pack_entries(const FabricLevel& level, std::vector<Group>& groups) {
+  const std::size_t count = level.pairs.size();
+  const std::span<const float> coefficients = level.coefficients();
+  for (std::size_t first = 0; first < coefficients.size(); first += count) {
     for (std::size_t m = 0; m < count; m += 4) {
       Group group{};
       for (std::size_t i = 0; i < std::min<std::size_t>(4, count - m); ++i)
-        group[i] = products.coefficient[first + m + i];
+        group[i] = coefficients[first + m + i];
       groups.push_back(group);
     }
   }
@@ -96,11 +97,9 @@ PackedFabric pack(const Fabric& fabric) {
     const auto texels = static_cast<std::size_t>(level.texels());
     pack_texels(level, layout, to.texels);
     if (layout.has_views) pack_views(level, texels * fabric.views.count(), to.views);
-    if (level.light_table) {
-      for (const V3f& s : level.light_table->value) to.lights.push_back({s.x, s.y, s.z, 0});
-    }
-    if (level.products) {
-      pack_entries(*level.products, to.entries);
+    for (const V3f& s : level.light_table()) to.lights.push_back({s.x, s.y, s.z, 0});
+    if (level.has(LayerKind::products)) {
+      pack_entries(level, to.entries);
       if (packed.light_functions == 0) pack_bases(fabric, *level.bases, packed);
     }
     packed.needs_views |= layout.has_views || packed.view_functions > 0;

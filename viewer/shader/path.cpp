@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 
+#include "format/fabric/gpu_words.h"
 #include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
 #include "viewer/scene/view_rays.h"
-#include "viewer/shader/buffers.h"
 
 namespace selvedge {
 namespace {
@@ -69,7 +69,7 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
   if (const auto program = shading_program(false); !program) return tl::unexpected(program.error());
 
   const MergedSurfaces& mesh = scene_.mesh;
-  const std::vector<std::uint32_t> words = shader_words(fabrics);
+  const std::vector<std::uint32_t> words = gpu_words(fabrics);
   std::vector<V4f> vertices;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const V3f& p = mesh.positions[i];

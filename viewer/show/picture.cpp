@@ -114,9 +114,9 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
   }
   bool more = false;
   for (std::size_t i = 0; i < readers_.size(); ++i) {
-    const int before = first_level(readers_[i].header());
+    const int before = readers_[i].header().first_level();
     const int last = readers_[i].header().levels - 1;
-    const int there = first_level(fabrics_[i]) - before;
+    const int there = fabrics_[i].first_level() - before;
     const bool worn =
         std::find(state.fabrics.begin(), state.fabrics.end(), static_cast<int>(i)) != state.fabrics.end();
     int first = asked[i].first;
@@ -131,7 +131,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
     renderer_.reset();
     std::vector<FabricLevel>& levels = fabrics_[i].levels;
     levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
-    fabrics_[i].whole = fabric_from_header(readers_[i].header(), first, last).whole;
+    fabrics_[i].whole = part_of(readers_[i].header(), first, last).whole;
     more = true;
   }
   return more ? load(state) : Result<void>();

@@ -263,7 +263,7 @@ TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no
 TEST_CASE("fallback: a lobe's base colour is its directional albedo along the normal, in closed form") {
   // f = l.z (Cz l.z v.z)^n; seen along the normal, its integral over the hemisphere is 2 pi Cz^n / (n + 2).
   Fabric fabric = test::lambert_fabric(V2d(5, 5), 1, V3f(0, 0, 0));
-  fabric.levels[0].lobes = LobeLayer{1, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}};
+  fabric.levels[0].set(LayerKind::lobes, {15, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}});
   const Fallback fallback = bake_fallback(fabric);
   const double pi = std::numbers::pi;
   // The integral is a sum over 256 directions of equal solid angle.
@@ -300,12 +300,9 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
   fabric.views = grid_of(64);
   const std::vector<V3f> views = directions_of(fabric.views);
   for (FabricLevel& level : fabric.levels) {
-    level.view_table.emplace();
-    for (int texel = 0; texel < level.texels(); ++texel) {
-      for (const V3f& view : views) {
-        const float rise = 1.0F - view.z;
-        level.view_table->colour.emplace_back(1.0F + rise, 1.0F, 1.0F);
-      }
+    level.add(LayerKind::table, 3 * 64, 1);
+    for (std::size_t i = 0; i < level.view_table().size(); ++i) {
+      level.view_table()[i].x += 1.0F - views[i % 64].z;
     }
   }
   const Fallback fallback = bake_fallback(fabric);
@@ -315,8 +312,7 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
 
 TEST_CASE("fallback: holes take the mean colour and normals point up in green") {
   Fabric fabric = test::net_fabric(V2d(5, 4), 16);
-  for (V3f& normal : fabric.levels[0].frame->normal) normal = V3f(0, 0.6F, 0.8F);
-  for (V3f& tangent : fabric.levels[0].frame->tangent) tangent = V3f(1, 0, 0);
+  for (TexelFrame& frame : fabric.levels[0].frame()) frame = {V3f(0, 0.6F, 0.8F), V3f(1, 0, 0)};
   const Fallback fallback = bake_fallback(fabric);
   CHECK(fallback.holes);
   CHECK(fallback.base_color.pixels[3] == 0);

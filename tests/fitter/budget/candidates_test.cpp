@@ -60,7 +60,7 @@ TEST_CASE("slabs are found again from what texels show") {
   const SampleLevel samples = seen_of(fabric);
   const auto views = smooth_view_functions(fabric.views, 4);
   const SlabRays rays = slab_rays(fabric.levels[0], fabric, directions_of(fabric.views));
-  const std::size_t entries = fabric.levels[0].heights->top().size();
+  const std::size_t entries = fabric.levels[0].heights().size();
   const SlabTables tables = fit_slabs(samples, rays, entries, views);
   const BasisFit products = slab_basis({tables}, views, 9).front();
   REQUIRE(products.owners() == entries);
@@ -141,20 +141,20 @@ TEST_CASE("texels that are products of few functions are found again") {
 }
 
 TEST_CASE("coarse heights are means over the area that has them") {
-  const HeightLayer fine({1, 1, 1}, {1, 3, 0, 2, 1, 0, 0, 0}, {0.5F, 1, 0, 1, 0.5F, 0, 0, 0});
+  const HeightLayer fine{{1, 1, 1}, {1, 3, 0, 2, 1, 0, 0, 0}, {0.5F, 1, 0, 1, 0.5F, 0, 0, 0}};
   const HeightLayer coarse = pool_heights(fine, 4, 2);
-  REQUIRE(coarse.top().size() == 2);
-  CHECK(coarse.top()[0] == doctest::Approx(5.0 / 3));
-  CHECK(coarse.bottom()[0] == doctest::Approx(2.0 / 3));
-  CHECK(coarse.top()[1] == 0);  // a quarter of the area
+  REQUIRE(coarse.top.size() == 2);
+  CHECK(coarse.top[0] == doctest::Approx(5.0 / 3));
+  CHECK(coarse.bottom[0] == doctest::Approx(2.0 / 3));
+  CHECK(coarse.top[1] == 0);  // a quarter of the area
 }
 
 TEST_CASE("heights of a coarser shape are means of the finer cells, of the uppermost slabs") {
   // One texel of 2 x 1 cells with two slabs.
-  const HeightLayer fine({2, 1, 2}, {4, 2, 1, 1}, {3, 1, 0, 0});
+  const HeightLayer fine{{2, 1, 2}, {4, 2, 1, 1}, {3, 1, 0, 0}};
   const HeightLayer coarse = regrid_heights(fine, 1, 1, {1, 1}, {1, 1, 1});
-  CHECK(coarse.top() == std::vector<float>{3});
-  CHECK(coarse.bottom() == std::vector<float>{2});
+  CHECK(coarse.top == std::vector<float>{3});
+  CHECK(coarse.bottom == std::vector<float>{2});
 }
 
 TEST_CASE("what texels show of two entries at once is the sum of the products of their shares") {
@@ -244,9 +244,9 @@ TEST_CASE("the size of a layer is known before it is written") {
   const test::Folder folder;
   Fabric fabric = test::random_fabric(32, 32, {8, 8}, 1, 3);
   fabric.levels.resize(1);
-  const std::vector<float> opacity = fabric.levels[0].opacity->opacity;
+  const std::vector<float> opacity = fabric.levels[0][LayerKind::opacity].values;
   REQUIRE(write_fabric(folder / "with.exr", fabric));
-  fabric.levels[0].opacity.reset();
+  fabric.levels[0].remove(LayerKind::opacity);
   REQUIRE(write_fabric(folder / "without.exr", fabric));
   // The part has 64 channels in the header, and the previews differ.
   const auto difference = static_cast<double>(std::filesystem::file_size(folder / "with.exr")) -
@@ -261,7 +261,7 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
   header.pairs[0] = truth.pairs;
   FitOptions options;
   options.lobes = 1;
-  const auto fitter = LayerFitter::create(seen_of(fabric), header, fabric.levels[0].heights, truth, options);
+  const auto fitter = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
   REQUIRE_MESSAGE(fitter, to_line(fitter.error()));
   double last = 1e9;
   for (const double bytes : {16000.0, 20000.0, 40000.0, 1e6}) {
@@ -273,7 +273,7 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
     double sum = 0;
     for (std::size_t k = 0; k < 5; ++k) sum += (k == 0 ? 5 : 1) * std::log(squared_error(chosen.levels[k]));
     for (std::size_t k = 0; k < 5; ++k) {
-      CHECK(chosen.levels[k].iterations.has_value() == chosen.fabric.levels[k].lobes.has_value());
+      CHECK(chosen.levels[k].iterations.has_value() == chosen.fabric.levels[k].has(LayerKind::lobes));
     }
     CHECK(sum <= last);
     last = sum;
@@ -298,7 +298,7 @@ TEST_CASE("the choice of layers scales with the radiance") {
     for (std::vector<V3f>* radiance : {&truth.radiance, &seen.radiance}) {
       for (V3f& r : *radiance) r *= factor;
     }
-    const auto fitter = LayerFitter::create(seen, header, fabric.levels[0].heights, truth, options);
+    const auto fitter = LayerFitter::create(seen, header, heights_of(fabric), truth, options);
     REQUIRE(fitter);
     const LayerFit chosen = fitter->choose(40000);
     REQUIRE(validate(chosen.fabric));
@@ -331,7 +331,7 @@ TEST_CASE("without pairs to choose by, or with heights of other texels, layers a
   const auto none = LayerFitter::create(seen_of(fabric), header, {}, PairSamples{}, {});
   REQUIRE_FALSE(none);
   CHECK(none.error().code == Code::samples_malformed);
-  const HeightLayer other({1, 1, 1}, {1}, {0});
+  const HeightLayer other{{1, 1, 1}, {1}, {0}};
   const auto wrong = LayerFitter::create(seen_of(fabric), header, other, truth, {});
   REQUIRE_FALSE(wrong);
   CHECK(wrong.error().code == Code::samples_malformed);

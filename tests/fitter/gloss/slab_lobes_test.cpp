@@ -20,7 +20,7 @@ namespace {
 
 SlabLobeFit lobes_of(const Fabric& fabric, const SampleLevel& samples, const SlabLobeOptions& options = {}) {
   const SlabRays rays = slab_rays(fabric.levels[0], fabric, directions_of(fabric.views));
-  return fit_slab_lobes(samples, rays, fabric.levels[0].heights->top().size(), fabric.views, fabric.lights,
+  return fit_slab_lobes(samples, rays, fabric.levels[0].heights().size(), fabric.views, fabric.lights,
                         options);
 }
 
@@ -29,12 +29,12 @@ bool is_finite(const SlabLobeFit& fit) {
   FabricLevel level;
   set_gloss(fit.gloss, level);
   bool good = std::all_of(fit.errors.begin(), fit.errors.end(), finite) &&
-              std::all_of(level.lobes->parameters.begin(), level.lobes->parameters.end(), finite) &&
+              std::all_of(level.lobes().begin(), level.lobes().end(), finite) &&
               std::all_of(fit.gloss.unit.begin(), fit.gloss.unit.end(), [](float u) { return u > 0; });
-  for (std::size_t t = 0; t < level.frame->normal.size(); ++t) {
-    good = good && std::abs(level.frame->normal[t].length() - 1) < 1e-5F &&
-           std::abs(level.frame->tangent[t].length() - 1) < 1e-5F &&
-           std::abs(level.frame->normal[t].dot(level.frame->tangent[t])) < 1e-5F;
+  for (std::size_t t = 0; t < level.frame().size(); ++t) {
+    good = good && std::abs(level.frame()[t].normal.length() - 1) < 1e-5F &&
+           std::abs(level.frame()[t].tangent.length() - 1) < 1e-5F &&
+           std::abs(level.frame()[t].normal.dot(level.frame()[t].tangent)) < 1e-5F;
   }
   return good;
 }
@@ -62,11 +62,11 @@ TEST_CASE("lobes of slabs are found again from what texels show") {
   const GlossDirections directions = gloss_directions(fabric.views, fabric.lights);
   FabricLevel found = fabric.levels[0];
   set_gloss(fit.gloss, found);
-  found.heights.reset();
-  found.products.reset();
+  found.remove(LayerKind::heights);
+  found.remove(LayerKind::products);
   FabricLevel truth = fabric.levels[0];
-  truth.heights.reset();
-  truth.products.reset();
+  truth.remove(LayerKind::heights);
+  truth.remove(LayerKind::products);
   double error = 0;
   double energy = 0;
   for (int x = 0; x < 12; ++x) {
@@ -99,15 +99,15 @@ TEST_CASE("every turn of lobes and tables lowers the error, and it is that of th
   for (std::size_t i = 1; i < fit.errors.size(); ++i) CHECK(fit.errors[i] < fit.errors[i - 1]);
   // The last, from the tables and the reference evaluation.
   const SlabRays rays = slab_rays(fabric.levels[0], fabric, directions_of(fabric.views));
-  const std::size_t entries = fabric.levels[0].heights->top().size();
+  const std::size_t entries = fabric.levels[0].heights().size();
   const std::vector<std::vector<float>> constant{std::vector<float>(36, 1)};
   const GlossDirections directions = gloss_directions(fabric.views, fabric.lights);
   const SlabFactors factors = factors_of(fit.gloss, directions);
   const SlabTables tables = fit_slabs(samples, rays, entries, constant, &factors);
   FabricLevel gloss = fabric.levels[0];
   set_gloss(fit.gloss, gloss);
-  gloss.heights.reset();
-  gloss.products.reset();
+  gloss.remove(LayerKind::heights);
+  gloss.remove(LayerKind::products);
   double error = 0;
   double energy = 0;
   for (std::size_t row = 0; row < samples.alpha.size(); ++row) {
@@ -145,9 +145,8 @@ TEST_CASE("lobes of slabs are the same for any number of threads") {
     set_gloss(lobes_of(fabric, samples, options).gloss, levels.emplace_back());
   }
   set_threads(0);
-  CHECK(levels[0].lobes->parameters == levels[1].lobes->parameters);
-  CHECK(levels[0].frame->normal == levels[1].frame->normal);
-  CHECK(levels[0].frame->tangent == levels[1].frame->tangent);
+  CHECK(levels[0][LayerKind::lobes] == levels[1][LayerKind::lobes]);
+  CHECK(levels[0][LayerKind::frame] == levels[1][LayerKind::frame]);
 }
 
 TEST_CASE("lobes of slabs are finite whatever the samples") {
@@ -201,7 +200,7 @@ TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as 
   header.pairs[0] = truth.pairs;
   FitOptions options;
   options.lobes = 1;
-  const auto fitter = LayerFitter::create(seen_of(fabric), header, fabric.levels[0].heights, truth, options);
+  const auto fitter = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
   REQUIRE_MESSAGE(fitter, to_line(fitter.error()));
   const LayerFit chosen = fitter->choose(30000);
   CHECK(chosen.levels[0].layers.find("2 lobes, 1 slab") == 0);
@@ -215,12 +214,12 @@ TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as 
   CHECK(std::sqrt(error) == doctest::Approx(*chosen.levels[0].validation).epsilon(0.01));
   // Levels of the paper's model get lobes of no size: all levels have as many.
   for (const FabricLevel& level : read->levels) {
-    if (level.lobes) CHECK(level.lobes->lobes == 2);
+    if (level.has(LayerKind::lobes)) CHECK(level.lobe_count() == 2);
   }
   // On demand, at every level with cells enough.
   options.glossy_slabs = true;
   options.slab_lobes = 1;
-  const auto forced = LayerFitter::create(seen_of(fabric), header, fabric.levels[0].heights, truth, options);
+  const auto forced = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
   REQUIRE(forced);
   const LayerFit all = forced->choose(60000);
   CHECK(all.levels[0].layers.find("1 lobe, 1 slab") == 0);
@@ -228,7 +227,7 @@ TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as 
   REQUIRE(validate(all.fabric));
   options.glossy_slabs = false;
   options.slab_lobes = 0;
-  const auto without = LayerFitter::create(seen_of(fabric), header, fabric.levels[0].heights, truth, options);
+  const auto without = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
   REQUIRE(without);
   const LayerFit plain = without->choose(30000);
   CHECK(plain.levels[0].layers.find("lobes, 1 slab") == std::string::npos);

@@ -71,11 +71,11 @@ TEST_CASE("a factor on the light goes into its table, whose mean is 1, and is ev
   const Made made = made_with(false);
   const FitResult without = fitted(made, false);
   const FitResult with = fitted(made, true);
-  CHECK_FALSE(without.fabric.levels[0].light_table.has_value());
+  CHECK_FALSE(without.fabric.levels[0].has(LayerKind::light));
   CHECK(without.levels[0].training_error > 0.1);
   for (const LevelReport& level : with.levels) CHECK(level.training_error < 0.005);
   for (const FabricLevel& level : with.fabric.levels) {
-    const std::vector<V3f>& s = level.light_table->value;
+    const std::span<const V3f> s = level.light_table();
     const V3f sum = std::accumulate(s.begin(), s.end(), V3f(0));
     for (int c = 0; c < 3; ++c)
       CHECK(sum[c] / static_cast<float>(s.size()) == doctest::Approx(1).epsilon(1e-5));
@@ -100,7 +100,7 @@ TEST_CASE("lights from which a texel is in the shadow give S near 0, and nothing
   CHECK(with.levels[0].training_error < 0.005);
   CHECK(fitted(made, false).levels[0].training_error > 0.3);
   const auto directions = directions_of(grid);
-  const std::vector<V3f>& s = with.fabric.levels[0].light_table->value;
+  const std::span<const V3f> s = with.fabric.levels[0].light_table();
   for (std::size_t l = 0; l < directions.size(); ++l) {
     CHECK(s[l].x >= 0);
     if (directions[l].x < -0.4F && directions[l].z > 0.4F) CHECK(s[l].x < 0.01F);
@@ -148,5 +148,5 @@ TEST_CASE("random factors on every sample: a light table fits them no worse") {
   const FitResult with = fitted(noisy, true);
   const FitResult without = fitted(noisy, false);
   CHECK(with.levels[0].training_error <= without.levels[0].training_error);
-  for (const float p : with.fabric.levels[0].lobes->parameters) CHECK(std::isfinite(p));
+  for (const float p : with.fabric.levels[0].lobes()) CHECK(std::isfinite(p));
 }

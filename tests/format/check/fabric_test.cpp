@@ -23,8 +23,8 @@ Fabric good_fabric() {
   Fabric fabric = test::random_fabric(4, 3, {2, 2}, 1, 7);
   // Random lobes reflect more than they receive; a tenth of them does not.
   for (FabricLevel& level : fabric.levels) {
-    for (std::size_t i = 0; i < level.lobes->parameters.size(); i += 5) {
-      float* p = &level.lobes->parameters[i];
+    for (std::size_t i = 0; i < level.lobes().size(); i += 5) {
+      float* p = &level.lobes()[i];
       *p *= 0.1F;
       for (int k = 1; k <= 3; ++k) p[k] *= 0.5F;
     }

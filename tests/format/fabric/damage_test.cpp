@@ -19,43 +19,12 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
-/// Whether both have the layer, or neither.
-template <class Layer, class Same>
-bool same_layer(const std::optional<Layer>& a, const std::optional<Layer>& b, const Same& same) {
-  return a.has_value() == b.has_value() && (!a || same(*a, *b));
-}
-
 bool same_level(const FabricLevel& a, const FabricLevel& b) {
-  return a.width == b.width && a.height == b.height &&
-         same_layer(a.lobes, b.lobes,
-                    [](const LobeLayer& x, const LobeLayer& y) {
-                      return x.lobes == y.lobes && same_bits(x.parameters, y.parameters);
-                    }) &&
-         same_layer(a.frame, b.frame,
-                    [](const FrameLayer& x, const FrameLayer& y) {
-                      return same_bits(x.normal, y.normal) && same_bits(x.tangent, y.tangent);
-                    }) &&
-         same_layer(a.view_table, b.view_table,
-                    [](const ViewTableLayer& x, const ViewTableLayer& y) {
-                      return same_bits(x.colour, y.colour);
-                    }) &&
-         same_layer(
-             a.opacity, b.opacity,
-             [](const OpacityLayer& x, const OpacityLayer& y) { return same_bits(x.opacity, y.opacity); }) &&
-         same_layer(a.light_table, b.light_table,
-                    [](const LightTableLayer& x, const LightTableLayer& y) {
-                      return same_bits(x.value, y.value);
-                    }) &&
-         same_layer(a.heights, b.heights,
-                    [](const HeightLayer& x, const HeightLayer& y) {
-                      return x.shape() == y.shape() && same_bits(x.top(), y.top()) &&
-                             same_bits(x.bottom(), y.bottom());
-                    }) &&
-         same_layer(a.products, b.products,
-                    [](const ProductLayer& x, const ProductLayer& y) {
-                      return x.entries == y.entries && x.pairs == y.pairs &&
-                             same_bits(x.coefficient, y.coefficient);
-                    }) &&
+  const auto same_layer = [&](LayerKind kind) {
+    return a[kind].channels == b[kind].channels && same_bits(a[kind].values, b[kind].values);
+  };
+  return a.width == b.width && a.height == b.height && a.cells == b.cells && a.pairs == b.pairs &&
+         std::all_of(all_layers.begin(), all_layers.end(), same_layer) &&
          (a.bases != nullptr) == (b.bases != nullptr) &&
          (!a.bases || (same_bits(a.bases->view, b.bases->view) && same_bits(a.bases->light, b.bases->light)));
 }

@@ -38,23 +38,23 @@ TEST_CASE("at a stored view the table's own entry is taken, times the lobes in t
       const V3f view = direction_of(fabric.views, v);
       const std::size_t entry = t * 16 + static_cast<std::size_t>(v);
       const Shading s = evaluate(fabric, 0, texel % 4, texel / 4, light, view);
-      CHECK(s.alpha == doctest::Approx(level.opacity->opacity[entry]).epsilon(1e-4));
-      if (level.opacity->opacity[entry] == 0) continue;
+      CHECK(s.alpha == doctest::Approx(level.opacity()[entry]).epsilon(1e-4));
+      if (level.opacity()[entry] == 0) continue;
       // Equations (1) and (2), written out with the frame's three axes.
-      const V3d n(level.frame->normal[t]);
-      const V3d x(level.frame->tangent[t]);
+      const V3d n(level.frame()[t].normal);
+      const V3d x(level.frame()[t].tangent);
       const V3d y = n.cross(x);
       const V3d l(V3d(light).dot(x), V3d(light).dot(y), V3d(light).dot(n));
       const V3d e(V3d(view).dot(x), V3d(view).dot(y), V3d(view).dot(n));
       for (int c = 0; c < 3; ++c) {
-        const float* p = &level.lobes->parameters[(t * 3 + static_cast<std::size_t>(c)) * 9];
+        const float* p = &level.lobes()[(t * 3 + static_cast<std::size_t>(c)) * 9];
         double sum = p[0];
         for (int j = 0; j < 2; ++j) {
           const float* q = p + 1 + 4 * j;
           const double base = q[0] * l.x * e.x + q[1] * l.y * e.y + q[2] * l.z * e.z;
           if (base > 0) sum += std::pow(base, static_cast<double>(q[3]));
         }
-        const double expected = level.view_table->colour[entry][c] * sum * std::max(0.0, l.z);
+        const double expected = level.view_table()[entry][c] * sum * std::max(0.0, l.z);
         // The neighbours' weights at a cell's own direction are rounding only (1e-6 of the square).
         CHECK(s.radiance[c] == doctest::Approx(expected).epsilon(1e-4).scale(0.01));
       }
@@ -66,8 +66,8 @@ TEST_CASE("the colour of a hole takes no part in the interpolation of the table"
   Fabric fabric = test::lambert_fabric(1, 1, {1, 1, 1});
   fabric.views = {2, 1};
   FabricLevel& level = fabric.levels[0];
-  level.opacity = OpacityLayer{{1, 0}};
-  level.view_table = ViewTableLayer{{V3f(1, 1, 1), V3f(9, 9, 9)}};
+  level.set(LayerKind::opacity, {2, {1, 0}});
+  level.set(LayerKind::table, {6, {1, 1, 1, 9, 9, 9}});
   // Half way between the two cells.
   const Shading s = evaluate(fabric, 0, 0, 0, {0, 0, 1}, {0, 0, 1});
   CHECK(s.alpha == doctest::Approx(0.5));
@@ -95,9 +95,9 @@ TEST_CASE("no weights turn the largest number into an infinity") {
   FabricLevel level;
   level.width = 1;
   level.height = 1;
-  level.lobes = LobeLayer{0, {0, 1, most}};
-  level.view_table = ViewTableLayer{std::vector<V3f>(4, V3f(most, most, most))};
-  level.opacity = OpacityLayer{{0.1F, 0.7F, 0.3F, 0.9F}};
+  level.set(LayerKind::lobes, {3, {0, 1, most}});
+  level.add(LayerKind::table, 12, most);
+  level.set(LayerKind::opacity, {4, {0.1F, 0.7F, 0.3F, 0.9F}});
   fabric.levels.push_back(level);
   for (const DirectionPair& pair : random_pairs(1000, 0.05, 3)) {
     const Shading s = evaluate(fabric, 0, 0, 0, pair.light, pair.view);

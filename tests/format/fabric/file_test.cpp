@@ -23,32 +23,12 @@ void check_equal(const Fabric& a, const Fabric& b) {
     const FabricLevel& y = b.levels[k];
     CHECK(x.width == y.width);
     CHECK(x.height == y.height);
-    REQUIRE(x.lobes.has_value() == y.lobes.has_value());
-    REQUIRE(x.frame.has_value() == y.frame.has_value());
-    REQUIRE(x.view_table.has_value() == y.view_table.has_value());
-    REQUIRE(x.opacity.has_value() == y.opacity.has_value());
-    if (x.lobes) CHECK(x.lobes->lobes == y.lobes->lobes);
-    if (x.lobes) CHECK(x.lobes->parameters == y.lobes->parameters);
-    if (x.frame) CHECK(x.frame->normal == y.frame->normal);
-    if (x.frame) CHECK(x.frame->tangent == y.frame->tangent);
-    if (x.view_table) CHECK(x.view_table->colour == y.view_table->colour);
-    if (x.opacity) CHECK(x.opacity->opacity == y.opacity->opacity);
-    REQUIRE(x.light_table.has_value() == y.light_table.has_value());
-    REQUIRE(x.heights.has_value() == y.heights.has_value());
-    REQUIRE(x.products.has_value() == y.products.has_value());
-    if (x.light_table) CHECK(x.light_table->value == y.light_table->value);
-    if (x.heights) {
-      CHECK(x.heights->shape() == y.heights->shape());
-      CHECK(x.heights->top() == y.heights->top());
-      CHECK(x.heights->bottom() == y.heights->bottom());
-    }
-    if (x.products) {
-      CHECK(x.products->entries == y.products->entries);
-      CHECK(x.products->pairs == y.products->pairs);
-      CHECK(x.products->coefficient == y.products->coefficient);
-      CHECK(x.bases->view == y.bases->view);
-      CHECK(x.bases->light == y.bases->light);
-    }
+    for (const LayerKind kind : all_layers) CHECK(x[kind] == y[kind]);
+    if (x.has(LayerKind::heights)) CHECK(x.cells == y.cells);
+    if (!x.has(LayerKind::products)) continue;
+    CHECK(x.pairs == y.pairs);
+    CHECK(x.bases->view == y.bases->view);
+    CHECK(x.bases->light == y.bases->light);
   }
 }
 
@@ -74,9 +54,9 @@ TEST_CASE("a fabric comes back from its file bit by bit") {
 TEST_CASE("layers and levels that a fabric lacks stay absent") {
   const Folder folder;
   Fabric fabric = test::random_fabric(8, 8, {2, 2}, 1, 5);
-  fabric.levels[1].view_table.reset();
-  fabric.levels[2].lobes.reset();
-  for (FabricLevel& level : fabric.levels) level.frame.reset();
+  fabric.levels[1].remove(LayerKind::table);
+  fabric.levels[2].remove(LayerKind::lobes);
+  for (FabricLevel& level : fabric.levels) level.remove(LayerKind::frame);
   fabric.levels.pop_back();
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const auto read = read_fabric(folder / "a.exr");
@@ -138,7 +118,7 @@ TEST_CASE("a changed pixel is found by its digest") {
 TEST_CASE("values that half precision cannot hold are refused with their place, and nothing is left") {
   const Folder folder;
   Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 4);
-  fabric.levels[0].view_table->colour[5].y = 1e6F;
+  fabric.levels[0].view_table()[5].y = 1e6F;
   const auto written = write_fabric(folder / "a.exr", fabric);
   REQUIRE_FALSE(written);
   CHECK(written.error().code == Code::fabric_not_finite);
@@ -152,10 +132,14 @@ TEST_CASE("values that half precision cannot hold are refused with their place, 
 TEST_CASE("an invalid fabric is not written") {
   const Folder folder;
   Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 4);
-  SUBCASE("NaN in a lobe") { fabric.levels[1].lobes->parameters[3] = std::nanf(""); }
-  SUBCASE("opacity above 1") { fabric.levels[0].opacity->opacity[7] = 1.5F; }
+  SUBCASE("NaN in a lobe") { fabric.levels[1].lobes()[3] = std::nanf(""); }
+  SUBCASE("opacity above 1") { fabric.levels[0].opacity()[7] = 1.5F; }
   SUBCASE("a level of the wrong size") { fabric.levels[1].width = 3; }
-  SUBCASE("a table with an entry missing") { fabric.levels[0].view_table->colour.pop_back(); }
+  SUBCASE("a table with an entry missing") {
+    Layer table = fabric.levels[0][LayerKind::table];
+    table.values.pop_back();
+    fabric.levels[0].set(LayerKind::table, table);
+  }
   SUBCASE("no levels") { fabric.levels.clear(); }
   SUBCASE("no size") { fabric.period_mm.x = 0; }
   CHECK_FALSE(write_fabric(folder / "a.exr", fabric));
@@ -166,11 +150,11 @@ TEST_CASE("a lobe that overflows is finite where it is evaluated, and nothing wh
   Fabric fabric = test::random_fabric(1, 1, {1, 1}, 1, 4);
   FabricLevel& level = fabric.levels[0];
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t k = 1; k <= 3; ++k) level.lobes->parameters[c * 5 + k] = 3;
-    level.lobes->parameters[c * 5 + 4] = 200;
+    for (std::size_t k = 1; k <= 3; ++k) level.lobes()[c * 5 + k] = 3;
+    level.lobes()[c * 5 + 4] = 200;
   }
-  level.view_table->colour[0] = V3f(0, 1, 2);
-  level.opacity->opacity[0] = 1;
+  level.view_table()[0] = V3f(0, 1, 2);
+  level.opacity()[0] = 1;
   const Shading s = evaluate(fabric, 0, 0, 0, {0, 0, 1}, {0, 0, 1});
   CHECK(s.radiance.x == 0);
   CHECK(std::isfinite(s.radiance.y));
@@ -183,7 +167,7 @@ TEST_CASE("in any precision and codec a fabric that is read and written again ha
   const Folder folder;
   const Fabric fabric = test::random_slab_fabric(13, 8, {3, 2}, 2, 9);
   FabricWriteOptions options;
-  for (const LayerSet& half : {LayerSet(), table_layers, LayerSet{Layer::lobes}, LayerSet::all()}) {
+  for (const LayerSet& half : {LayerSet(), table_layers, LayerSet{LayerKind::lobes}, LayerSet::all()}) {
     options.half = half;
     for (const char* codec : {"none", "rle", "zips", "zip", "piz"}) {
       CAPTURE(codec);
@@ -196,7 +180,7 @@ TEST_CASE("in any precision and codec a fabric that is read and written again ha
       const auto once = reader->read();
       REQUIRE_MESSAGE(once, to_line(once.error()));
       // 32 bits hold all; 16 bits what random_fabric makes exact in them, and lobes once they are rounded.
-      if (!half.contains(Layer::lobes)) check_equal(fabric, *once);
+      if (!half.contains(LayerKind::lobes)) check_equal(fabric, *once);
       REQUIRE(write_fabric(folder / "b.exr", *once, options));
       CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
       check_equal(*once, *read_fabric(folder / "b.exr"));
@@ -221,14 +205,13 @@ TEST_CASE("functions of levels that begin after level 0 are stored as they are r
   Fabric fabric = test::random_slab_fabric(16, 16, {4, 4}, 1, 3);
   // The last level alone has products: one texel, fewer than there are values of functions.
   for (FabricLevel& level : fabric.levels) {
-    level.heights.reset();
+    level.remove(LayerKind::heights);
     if (level.texels() == 1) continue;
-    level.products.reset();
+    level.remove(LayerKind::products);
     level.bases.reset();
   }
   FabricLevel& last = fabric.levels.back();
-  last.products->entries = 1;
-  last.products->coefficient.resize(last.products->pairs.size());
+  last.add(LayerKind::products, static_cast<int>(last.pairs.size()), 0.25F);
   const ProductBases before = *last.bases;
   const Fabric stored = as_stored(fabric, LayerSet::all());
   const ProductBases& after = *stored.levels.back().bases;

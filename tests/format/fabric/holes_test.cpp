@@ -1,4 +1,4 @@
-#include "format/fabric/holes.h"
+#include "format/fabric/evaluate.h"
 
 #include <doctest/doctest.h>
 
@@ -14,18 +14,17 @@ Fabric with_holes(int open) {
   fabric.period_mm = {5, 5};
   for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
     FabricLevel& level = fabric.levels[k];
-    level.opacity.emplace();
-    level.opacity->opacity.assign(level.texels(), k == 0 ? 1.0F : 0.0F);
+    level.add(LayerKind::opacity, 1, k == 0 ? 1.0F : 0.0F);
     for (int y = 0; k > 0 && y < level.height; ++y) {
       for (int x = 0; x < level.width; ++x) {
         const FabricLevel& finer = fabric.levels[k - 1];
         float sum = 0;
         for (const int at : {0, 1, finer.width, finer.width + 1})
-          sum += finer.opacity->opacity[2 * y * finer.width + 2 * x + at];
-        level.opacity->opacity[y * level.width + x] = sum / 4;
+          sum += finer.opacity()[2 * y * finer.width + 2 * x + at];
+        level.opacity()[y * level.width + x] = sum / 4;
       }
     }
-    if (k == 0) std::fill_n(level.opacity->opacity.begin(), open, 0.0F);
+    if (k == 0) std::fill_n(level.opacity().begin(), open, 0.0F);
   }
   return fabric;
 }
@@ -45,9 +44,9 @@ TEST_CASE("all levels of a fabric have holes, or none has") {
 
 TEST_CASE("what is open by less than one part in two thousand is closed") {
   Fabric fabric = with_holes(0);
-  fabric.levels[0].opacity->opacity[7] = 0.6F;  // 0.04 %
+  fabric.levels[0].opacity()[7] = 0.6F;  // 0.04 %
   CHECK_FALSE(has_holes(fabric, 0));
-  fabric.levels[0].opacity->opacity[8] = 0.8F;  // 0.06 %
+  fabric.levels[0].opacity()[8] = 0.8F;  // 0.06 %
   CHECK(has_holes(fabric, 0));
 }
 

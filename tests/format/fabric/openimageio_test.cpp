@@ -61,7 +61,7 @@ std::size_t compare_with_openimageio(const std::string& path) {
 TEST_CASE("OpenImageIO reads every part and level of a fabric bit by bit as we do") {
   const Folder folder;
   Fabric fabric = test::random_slab_fabric(70, 9, {2, 2}, 2, 12);
-  fabric.levels[1].view_table.reset();  // a level of zeros
+  fabric.levels[1].remove(LayerKind::table);  // a level of zeros
   FabricWriteOptions options;
   for (const LayerSet& half : {LayerSet(), table_layers, LayerSet::all()}) {
     options.half = half;

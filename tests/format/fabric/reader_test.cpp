@@ -42,13 +42,8 @@ TEST_CASE("a level read by itself is that of the whole") {
     const FabricLevel& expected = fabric.levels[k];
     CHECK(level->width == expected.width);
     CHECK(level->height == expected.height);
-    CHECK(level->lobes->parameters == expected.lobes->parameters);
-    CHECK(level->frame->tangent == expected.frame->tangent);
-    CHECK(level->view_table->colour == expected.view_table->colour);
-    CHECK(level->opacity->opacity == expected.opacity->opacity);
-    CHECK(level->light_table->value == expected.light_table->value);
-    CHECK(level->heights->top() == expected.heights->top());
-    CHECK(level->products->coefficient == expected.products->coefficient);
+    for (const LayerKind kind : all_layers) CHECK((*level)[kind] == expected[kind]);
+    CHECK(level->pairs == expected.pairs);
     CHECK(level->bases->light == expected.bases->light);
   }
 }
@@ -57,12 +52,12 @@ TEST_CASE("layers that were not asked for are not there") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(4, 4, {2, 2}, 1, 8)));
   FabricReader reader = open_reader(folder / "a.exr");
-  const auto level = reader.read_level(1, {Layer::lobes, Layer::opacity});
+  const auto level = reader.read_level(1, {LayerKind::lobes, LayerKind::opacity});
   REQUIRE(level);
-  CHECK(level->lobes);
-  CHECK(level->opacity);
-  CHECK_FALSE(level->frame);
-  CHECK_FALSE(level->view_table);
+  CHECK(level->has(LayerKind::lobes));
+  CHECK(level->has(LayerKind::opacity));
+  CHECK_FALSE(level->has(LayerKind::frame));
+  CHECK_FALSE(level->has(LayerKind::table));
 }
 
 TEST_CASE("a range of levels is a fabric whose level 0 is its first") {
@@ -75,7 +70,7 @@ TEST_CASE("a range of levels is a fabric whose level 0 is its first") {
   CHECK(upper->levels[0].width == 5);
   CHECK(upper->levels[1].height == 1);
   CHECK(upper->period_mm == fabric.period_mm);
-  CHECK(upper->levels[1].lobes->parameters == fabric.levels[2].lobes->parameters);
+  CHECK(upper->levels[1][LayerKind::lobes] == fabric.levels[2][LayerKind::lobes]);
   CHECK(validate(*upper));
   CHECK(upper->whole == WholeFabric{V2i(11, 5), 1, 4});
   CHECK(open_reader(folder / "a.exr").read_levels(0, 1)->whole == WholeFabric{V2i(11, 5), 0, 4});
@@ -92,11 +87,11 @@ TEST_CASE("a part of a fabric says in its file what it is a part of, and parts o
   CHECK(reader.header().whole == WholeFabric{V2i(44, 21), 2, 6});
   CHECK(reader.read()->whole == reader.header().whole);
   CHECK(whole_texels(reader.header()) == V2i(44, 21));
-  CHECK(first_level(reader.header()) == 2);
+  CHECK(reader.header().first_level() == 2);
   const auto again = reader.read_levels(1, 2);
   REQUIRE(again);
   CHECK(again->whole == WholeFabric{V2i(44, 21), 3, 6});
-  CHECK(first_level(*again) == 3);
+  CHECK(again->first_level() == 3);
   CHECK(V2i(again->levels[0].width, again->levels[0].height) == V2i(5, 2));
   Fabric wrong = *part;
   for (const WholeFabric& whole : {WholeFabric{V2i(44, 21), 3}, WholeFabric{V2i(44, 21), 0},
@@ -148,7 +143,7 @@ TEST_CASE("levels of a whole survive reading and writing, and so does that nothi
     const auto cut = open_reader(folder / "b.exr").read_levels(0, 1);
     REQUIRE(cut);
     REQUIRE(cut->whole);
-    CHECK(cut->whole->levels == std::max(whole ? whole->levels : 0, first_level(part) + 3));
+    CHECK(cut->whole->levels == std::max(whole ? whole->levels : 0, part.first_level() + 3));
   }
   for (const WholeFabric& whole :
        {WholeFabric{V2i(44, 21), 0, 0}, WholeFabric{V2i(44, 21), 0, 3}, WholeFabric{V2i(44, 21), 0, 7},
@@ -165,7 +160,8 @@ TEST_CASE("level 3 of a large fabric costs a fiftieth of its bytes, its lobes le
   const auto whole = static_cast<double>(std::filesystem::file_size(path));
   const auto all = cost(path, [](FabricReader& reader) { REQUIRE(reader.read()); });
   const auto level = cost(path, [](FabricReader& reader) { REQUIRE(reader.read_level(3)); });
-  const auto lobes = cost(path, [](FabricReader& reader) { REQUIRE(reader.read_level(3, {Layer::lobes})); });
+  const auto lobes =
+      cost(path, [](FabricReader& reader) { REQUIRE(reader.read_level(3, {LayerKind::lobes})); });
   CHECK(static_cast<double>(all) > 0.9 * whole);  // all but the preview
   // Level 3 has a 64th of the texels of level 0.
   CHECK(static_cast<double>(level) < 0.02 * whole);
@@ -183,7 +179,7 @@ TEST_CASE("damage to one level is an error of that level and of no other") {
   FabricReader reader = open_reader(folder / "bad.exr");
   CHECK(reader.read_level(0));
   CHECK(reader.read_level(2));
-  CHECK(reader.read_level(1, {Layer::lobes, Layer::frame, Layer::opacity}));
+  CHECK(reader.read_level(1, {LayerKind::lobes, LayerKind::frame, LayerKind::opacity}));
   const auto bad = reader.read_level(1);
   REQUIRE_FALSE(bad);
   CHECK(bad.error().code == Code::fabric_digest);

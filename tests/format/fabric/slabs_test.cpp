@@ -21,7 +21,7 @@ Fabric slab_fabric(int width, int height, float top, float bottom, const SlabSha
   level.width = width;
   level.height = height;
   const auto entries = static_cast<std::size_t>(level.texels() * shape.entries());
-  level.heights.emplace(shape, std::vector<float>(entries, top), std::vector<float>(entries, bottom));
+  level.set_heights({shape, std::vector<float>(entries, top), std::vector<float>(entries, bottom)});
   fabric.levels.push_back(level);
   return fabric;
 }
@@ -31,7 +31,7 @@ Fabric rib(int width, int first) {
   Fabric fabric = slab_fabric(width, 1, 1, 0);
   std::vector<float> top;
   for (int i = 0; i < width; ++i) top.push_back(i < first ? 1.0F : 0.25F);
-  fabric.levels[0].heights.emplace(SlabShape{}, top, std::vector<float>(top.size(), 0.0F));
+  fabric.levels[0].set_heights({{}, top, std::vector<float>(top.size(), 0.0F)});
   return fabric;
 }
 
@@ -100,8 +100,7 @@ TEST_CASE("a rib hides what lies behind it as far as its height reaches") {
 TEST_CASE("a ray passes under yarn that ends above it, and through gaps") {
   Fabric fabric = slab_fabric(4, 1, 1, 0.8F, {1, 1, 2});
   // The lower slab is there in texel 3 only.
-  fabric.levels[0].heights.emplace(SlabShape{1, 1, 2}, std::vector<float>{0, 0, 1, 0, 0, 0, 0, 0.2F},
-                                   std::vector<float>{0, 0, 0.8F, 0, 0, 0, 0, 0.1F});
+  fabric.levels[0].set_heights({{1, 1, 2}, {0, 0, 1, 0, 0, 0, 0, 0.2F}, {0, 0, 0.8F, 0, 0, 0, 0, 0.1F}});
   const SlabMarch march(fabric.levels[0], fabric);
   const auto above = march(V2d(1.5 / 4, 0.5), {0, 0, 1});
   REQUIRE(above);
@@ -123,8 +122,7 @@ TEST_CASE("a ray passes under yarn that ends above it, and through gaps") {
 
 TEST_CASE("of slabs in one cell the ray takes the one it comes to first") {
   Fabric fabric = slab_fabric(1, 1, 1, 0, {1, 1, 3});
-  fabric.levels[0].heights.emplace(SlabShape{1, 1, 3}, std::vector<float>{0.3F, 0.9F, 0.6F},
-                                   std::vector<float>{0.2F, 0.8F, 0.5F});
+  fabric.levels[0].set_heights({{1, 1, 3}, {0.3F, 0.9F, 0.6F}, {0.2F, 0.8F, 0.5F}});
   const SlabMarch march(fabric.levels[0], fabric);
   CHECK(march(V2d(0.5, 0.5), {0, 0, 1})->entry == 1);
 }
@@ -137,7 +135,7 @@ TEST_CASE("marches end, whatever the numbers are") {
       fabric.reference_height = -height;
       std::vector<float> top(6, 0.0F);
       top[4] = height;
-      fabric.levels[0].heights.emplace(SlabShape{}, top, std::vector<float>(6, 0.0F));
+      fabric.levels[0].set_heights({{}, top, std::vector<float>(6, 0.0F)});
       for (const V3f& view : {V3f(1, 0, 0), V3f(0, -1, 0), V3f(0.6F, 0.8F, -0.1F), V3f(0, 0, 1)}) {
         const Shading s = evaluate(fabric, 0, 1, 1, {0, 0, 1}, view);
         CHECK(std::isfinite(s.alpha));
@@ -158,10 +156,11 @@ TEST_CASE("a texel is the mean over its cells") {
   // Two of four cells have yarn.
   Fabric fabric = slab_fabric(1, 1, 1, 0, {2, 2, 1});
   FabricLevel& level = fabric.levels[0];
-  level.heights.emplace(SlabShape{2, 2, 1}, std::vector<float>{1, 0, 0, 1}, std::vector<float>(4, 0.0F));
+  level.set_heights({{2, 2, 1}, {1, 0, 0, 1}, std::vector<float>(4, 0.0F)});
   fabric.lights = {1, 1};
   level.bases = std::make_shared<ProductBases>(ProductBases{{}, {V3f(0.25F, 0.5F, 1)}});
-  level.products = ProductLayer{4, {{0, 0}}, {1, 100, 100, 3}};
+  level.pairs = {{0, 0}};
+  level.set(LayerKind::products, {4, {1, 100, 100, 3}});
   REQUIRE(validate(fabric));
   const Shading s = evaluate(fabric, 0, 0, 0, {0, 0, 1}, {0, 0, 1});
   CHECK(s.alpha == doctest::Approx(0.5));
@@ -184,7 +183,8 @@ TEST_CASE("products add up to a polynomial of the directions' functions") {
   FabricLevel level;
   level.width = level.height = 1;
   level.bases = std::make_shared<ProductBases>(bases);
-  level.products = ProductLayer{1, {{0, 0}, {1, 0}, {1, 1}}, {0.5F, 0.25F, 2}};
+  level.pairs = {{0, 0}, {1, 0}, {1, 1}};
+  level.set(LayerKind::products, {3, {0.5F, 0.25F, 2}});
   fabric.levels = {level};
   REQUIRE(validate(fabric));
   for (const V3f& v : views) {
@@ -198,14 +198,17 @@ TEST_CASE("products add up to a polynomial of the directions' functions") {
     }
   }
   SUBCASE("a light table is a term of its own") {
-    fabric.levels[0].light_table = LightTableLayer{std::vector<V3f>(15, V3f(1, 2, 3))};
+    fabric.levels[0].add(LayerKind::light, 45);
+    for (V3f& s : fabric.levels[0].light_table()) s = V3f(1, 2, 3);
     const Shading s = evaluate(fabric, 0, 0, 0, lights[7], views[5]);
     CHECK(s.radiance.y == doctest::Approx(2.5F + 0.25F * (views[5].x + 2)).epsilon(1e-4));
   }
   SUBCASE("a light table alone multiplies the view table") {
-    fabric.levels[0].products.reset();
-    fabric.levels[0].light_table = LightTableLayer{std::vector<V3f>(15, V3f(1, 2, 3))};
-    fabric.levels[0].view_table = ViewTableLayer{std::vector<V3f>(16, V3f(2, 2, 0.5F))};
+    fabric.levels[0].remove(LayerKind::products);
+    fabric.levels[0].add(LayerKind::light, 45);
+    for (V3f& s : fabric.levels[0].light_table()) s = V3f(1, 2, 3);
+    fabric.levels[0].add(LayerKind::table, 48);
+    for (V3f& t : fabric.levels[0].view_table()) t = V3f(2, 2, 0.5F);
     const Shading s = evaluate(fabric, 0, 0, 0, lights[7], views[5]);
     CHECK(s.radiance.x == doctest::Approx(2));
     CHECK(s.radiance.z == doctest::Approx(1.5));
@@ -216,22 +219,21 @@ TEST_CASE("products that do not fit their bases and heights are refused") {
   Fabric fabric = test::random_slab_fabric(4, 2, {2, 2}, 1, 3);
   REQUIRE(validate(fabric));
   FabricLevel& level = fabric.levels[1];
-  SUBCASE("a function that is not there") { level.products->pairs[0].y = 2; }
-  SUBCASE("entries that are not the heights'") { level.products->entries = 1; }
+  SUBCASE("a function that is not there") { level.pairs[0].y = 2; }
+  SUBCASE("entries that are not the heights'") { level.add(LayerKind::products, 1); }
   SUBCASE("no bases") { level.bases = nullptr; }
   SUBCASE("other bases than the other levels'") {
     ProductBases other = *level.bases;
     other.view[0] += 1;
     level.bases = std::make_shared<ProductBases>(other);
   }
-  SUBCASE("a coefficient too few") { level.products->coefficient.pop_back(); }
-  SUBCASE("no products") {
-    level.products->pairs.clear();
-    level.products->coefficient.clear();
+  SUBCASE("a coefficient too few") {
+    Layer layer = level[LayerKind::products];
+    layer.values.pop_back();
+    level.set(LayerKind::products, layer);
   }
-  SUBCASE("other cells than the other levels'") {
-    level.heights.emplace(SlabShape{1, 1, 4}, level.heights->top(), level.heights->bottom());
-  }
+  SUBCASE("no products") { level.pairs.clear(); }
+  SUBCASE("other cells than the other levels'") { level.cells = {1, 1, 4}; }
   const auto valid = validate(fabric);
   REQUIRE_FALSE(valid);
   CHECK(valid.error().code == Code::fabric_malformed);

@@ -32,10 +32,7 @@ FabricLevel phong(float rho, float c, float n) {
   FabricLevel level;
   level.width = 1;
   level.height = 1;
-  level.lobes = LobeLayer{1, {}};
-  for (int channel = 0; channel < 3; ++channel) {
-    for (const float p : {rho, -c, -c, c, n}) level.lobes->parameters.push_back(p);
-  }
+  level.set(LayerKind::lobes, {15, {rho, -c, -c, c, n, rho, -c, -c, c, n, rho, -c, -c, c, n}});
   return level;
 }
 
@@ -118,7 +115,7 @@ TEST_CASE("the energy of a mirror lobe is the closed form for small and large ex
 TEST_CASE("a single texel that is too bright is found among many, where all are tried") {
   FabricLevel level = test::lambert_fabric(16, 16, {0.5F, 0.5F, 0.5F}).levels[0];
   CHECK(warnings_of(level).empty());
-  level.lobes->parameters[3 * (16 * 5 + 3) + 2] = 1;
+  level.lobes()[3 * (16 * 5 + 3) + 2] = 1;
   const Issues issues = warnings_of(level);
   REQUIRE(issues.size() == 1);
   CHECK(issues[0].place == "level 0/blue/3,5");

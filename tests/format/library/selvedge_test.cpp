@@ -7,6 +7,7 @@
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
+#include "format/fabric/gpu_words.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
 
@@ -39,13 +40,103 @@ TEST_CASE("the library tells what the fabric holds") {
     CHECK(data.width == level.width);
     CHECK(data.lobes == 2);
     REQUIRE(data.parameters.size() == texels * 27);
-    REQUIRE(data.normals.size() == texels * 3);
+    REQUIRE(data.frames.size() == texels * 6);
     REQUIRE(data.view_table.size() == texels * 18);
     REQUIRE(data.opacity.size() == texels * 6);
-    CHECK(std::equal(data.parameters.begin(), data.parameters.end(), level.lobes->parameters.begin()));
-    CHECK(data.view_table[17] == level.view_table->colour[5].z);
-    CHECK(data.tangents[2] == level.frame->tangent[0].z);
+    CHECK(std::equal(data.parameters.begin(), data.parameters.end(), level.lobes().begin()));
+    CHECK(data.view_table[17] == level.view_table()[5].z);
+    CHECK(data.frames[5] == level.frame()[0].tangent.z);
   }
+}
+
+TEST_CASE("the library gives every layer of a fabric of slabs, as it was written") {
+  const Folder folder;
+  Fabric fabric = random_slab_fabric(6, 5, {2, 3}, 2, 7);
+  // As `make --quality standard` chooses them: some levels with lobes, others with slabs alone.
+  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light}) {
+    fabric.levels[0].remove(kind);
+  }
+  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
+  const auto file = FabricFile::open(folder / "f.exr");
+  REQUIRE(file);
+  CHECK(file->facts().light_columns == fabric.lights.columns);
+  CHECK(file->facts().light_rows == fabric.lights.rows);
+  const auto same = [](auto given, const auto& expected) {
+    return !expected.empty() && std::equal(given.begin(), given.end(), expected.begin(), expected.end());
+  };
+  for (int k = 0; k < file->facts().levels; ++k) {
+    CAPTURE(k);
+    const FabricLevel& level = fabric.levels[k];
+    const FabricLevelData data = file->level(k);
+    CHECK(data.parameters.empty() == (k == 0));
+    CHECK(data.frames.empty() == (k == 0));
+    CHECK(data.view_table.empty() == (k == 0));
+    CHECK(same(data.opacity, level.opacity()));
+    if (k > 0) CHECK(same(data.light_table, level[LayerKind::light].values));
+    CHECK(SlabShape{data.columns, data.rows, data.slabs} == level.cells);
+    CHECK(same(data.heights, level[LayerKind::heights].values));
+    CHECK(data.products == static_cast<int>(level.pairs.size()));
+    CHECK(data.entries == level.cells.entries());
+    for (int m = 0; m < data.products; ++m) {
+      CHECK(V2i(data.pairs[2 * m], data.pairs[2 * m + 1]) == level.pairs[m]);
+    }
+    CHECK(same(data.coefficients, level.coefficients()));
+    CHECK(same(data.view_basis, level.bases->view));
+    REQUIRE(data.light_basis.size() == 3 * level.bases->light.size());
+    CHECK(data.light_basis[4] == level.bases->light[1].y);
+  }
+  CHECK(file->gpu_words() == gpu_words({&fabric, 1}));
+}
+
+TEST_CASE("a part of a fabric says what it is a part of") {
+  const Folder folder;
+  Fabric fabric = random_fabric(5, 2, {1, 1}, 1, 3);
+  fabric.whole = WholeFabric{{20, 9}, 2, 5};
+  REQUIRE(write_fabric(folder / "part.exr", fabric));
+  const auto part = FabricFile::open(folder / "part.exr");
+  REQUIRE(part);
+  CHECK(part->facts().whole_texels == std::array{20, 9});
+  CHECK(part->facts().whole_level == 2);
+  CHECK(part->facts().whole_levels == 5);
+  const Written written;
+  const auto whole = FabricFile::open(written.path);
+  REQUIRE(whole);
+  CHECK(whole->facts().whole_texels == std::array{6, 5});
+  CHECK(whole->facts().whole_level == 0);
+  CHECK(whole->facts().whole_levels == whole->facts().levels);
+}
+
+TEST_CASE("many directions at once give what each gives alone") {
+  const Folder folder;
+  REQUIRE(write_fabric(folder / "f.exr", random_slab_fabric(6, 5, {2, 3}, 2, 7)));
+  const auto file = FabricFile::open(folder / "f.exr");
+  REQUIRE(file);
+  std::vector<std::array<float, 3>> lights;
+  std::vector<std::array<float, 3>> views;
+  for (const DirectionPair& pair : random_pairs(20, 0.05, 4)) {
+    lights.push_back({pair.light.x, pair.light.y, pair.light.z});
+    views.push_back({pair.view.x, pair.view.y, pair.view.z});
+  }
+  std::vector<FabricRadiance> texel(lights.size());
+  std::vector<FabricRadiance> place(lights.size());
+  REQUIRE(file->evaluate(1, 2, 1, lights, views, texel));
+  REQUIRE(file->evaluate_at(0.4, 3.3, -0.2, lights, views, place));
+  float brightest = 0;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const auto one = file->evaluate(1, 2, 1, lights[i], views[i]);
+    REQUIRE(one);
+    CHECK(texel[i].rgb == one->rgb);
+    CHECK(texel[i].alpha == one->alpha);
+    CHECK(place[i].rgb == file->evaluate_at(0.4, 3.3, -0.2, lights[i], views[i])->rgb);
+    brightest = std::max(brightest, one->rgb[0]);
+  }
+  CHECK(brightest > 0);
+  texel[0].alpha = 7;
+  views[19][1] = std::numeric_limits<float>::infinity();
+  CHECK_FALSE(file->evaluate(1, 2, 1, lights, views, texel));
+  CHECK_FALSE(file->evaluate(1, 2, 1, lights, std::span(views).first(19), texel));
+  CHECK_FALSE(file->evaluate(99, 2, 1, lights, lights, texel));
+  CHECK(texel[0].alpha == 7);
 }
 
 TEST_CASE("the library evaluates as the reference does, and says nothing where there is nothing") {

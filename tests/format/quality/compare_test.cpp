@@ -28,10 +28,9 @@ PairSamples constant_truth(int count, float radiance, float alpha) {
 Fabric constant_fabric(float radiance, float opacity) {
   Fabric fabric = test::lambert_fabric(4, 4, {1, 1, 1});
   for (FabricLevel& level : fabric.levels) {
-    const auto texels = static_cast<std::size_t>(level.texels());
-    level.lobes.reset();
-    level.view_table = ViewTableLayer{std::vector<V3f>(texels, V3f(radiance))};
-    level.opacity = OpacityLayer{std::vector<float>(texels, opacity)};
+    level.remove(LayerKind::lobes);
+    level.add(LayerKind::table, 3, radiance);
+    level.add(LayerKind::opacity, 1, opacity);
   }
   return fabric;
 }

@@ -94,8 +94,8 @@ TEST_CASE("a fabric file says of every level what compare finds in it, and how m
     CHECK(std::abs(level.training->relative_l2 - of_training->levels[k].relative_l2) < 0.0000501);
     CHECK(level.layers == layers_text(read->levels[k]));
     std::uint64_t bytes = 0;
-    for (const Layer layer : all_layers) {
-      if (layer != Layer::bases) bytes += reader->packed_bytes(layer, static_cast<int>(k));
+    for (const LayerKind layer : all_layers) {
+      if (layer != LayerKind::bases) bytes += reader->packed_bytes(layer, static_cast<int>(k));
     }
     CHECK(level.bytes == bytes);
     CHECK(bytes > 0);
@@ -132,18 +132,18 @@ TEST_CASE("a fabric as stored is the fabric that is read") {
   const Folder folder;
   Fabric fabric = test::random_slab_fabric(4, 4, {2, 2}, 1, 9);
   for (FabricLevel& level : fabric.levels) {
-    for (float& alpha : level.opacity->opacity) alpha *= 0.7F;  // no half any more
+    for (float& alpha : level.opacity()) alpha *= 0.7F;  // no half any more
   }
   const FabricWriteOptions options;
   const Fabric stored = as_stored(fabric, options.half);
-  CHECK(stored.levels[0].opacity->opacity != fabric.levels[0].opacity->opacity);
+  CHECK(stored.levels[0][LayerKind::opacity] != fabric.levels[0][LayerKind::opacity]);
   REQUIRE(write_fabric(folder / "f.exr", fabric, options));
   const auto read = read_fabric(folder / "f.exr");
   REQUIRE(read);
   for (std::size_t k = 0; k < read->levels.size(); ++k) {
-    CHECK(stored.levels[k].opacity->opacity == read->levels[k].opacity->opacity);
-    CHECK(stored.levels[k].lobes->parameters == read->levels[k].lobes->parameters);
-    CHECK(stored.levels[k].products->coefficient == read->levels[k].products->coefficient);
+    CHECK(stored.levels[k][LayerKind::opacity] == read->levels[k][LayerKind::opacity]);
+    CHECK(stored.levels[k][LayerKind::lobes] == read->levels[k][LayerKind::lobes]);
+    CHECK(stored.levels[k][LayerKind::products] == read->levels[k][LayerKind::products]);
     CHECK(stored.levels[k].bases == stored.levels[0].bases);
   }
   REQUIRE(write_fabric(folder / "s.exr", stored, options));

@@ -97,24 +97,25 @@ TEST_CASE("sixteen pixels at once agree with the reference evaluation, whatever 
     Fabric fabric =
         layers < 4 ? test::random_fabric(8, 4, {4, 6}, 2, 3) : test::random_slab_fabric(8, 4, {4, 6}, 2, 3);
     for (FabricLevel& level : fabric.levels) {
-      if (layers == 1) level.view_table.reset();
-      if (layers == 2) level.opacity.reset();
+      if (layers == 1) level.remove(LayerKind::table);
+      if (layers == 2) level.remove(LayerKind::opacity);
       if (layers == 2) fabric.radiance_scale = 0.25F;
       if (layers == 3) {
-        level.view_table.reset();
-        level.opacity.reset();
-        level.frame.reset();
+        level.remove(LayerKind::table);
+        level.remove(LayerKind::opacity);
+        level.remove(LayerKind::frame);
       }
-      if (layers == 5) level.heights.reset();
-      if (layers == 5 && level.products) {
-        level.products->entries = 1;
-        level.products->coefficient.resize(static_cast<std::size_t>(level.texels()) *
-                                           level.products->pairs.size());
+      if (layers == 5) level.remove(LayerKind::heights);
+      if (layers == 5 && level.has(LayerKind::products)) {
+        const int products = static_cast<int>(level.pairs.size());
+        std::vector<float> coefficients = level[LayerKind::products].values;
+        coefficients.resize(level.texels() * products);
+        level.set(LayerKind::products, {products, std::move(coefficients)});
       }
       if (layers == 6) {
-        level.lobes.reset();
-        level.view_table.reset();
-        level.light_table.reset();
+        level.remove(LayerKind::lobes);
+        level.remove(LayerKind::table);
+        level.remove(LayerKind::light);
       }
     }
     const Differences worst = compare(fabric, 2, 2, 7);
@@ -143,9 +144,10 @@ TEST_CASE("with fast powers radiance is within their error of the reference, and
 
 TEST_CASE("levels with other layers stand side by side in one block") {
   Fabric fabric = test::random_fabric(8, 8, {4, 4}, 2, 9);
-  fabric.levels[1].view_table.reset();
-  fabric.levels[2].lobes->lobes = 1;
-  fabric.levels[2].lobes->parameters.resize(static_cast<std::size_t>(fabric.levels[2].texels()) * 3 * 5);
+  fabric.levels[1].remove(LayerKind::table);
+  std::vector<float> lobes = fabric.levels[2][LayerKind::lobes].values;
+  lobes.resize(fabric.levels[2].texels() * 15);
+  fabric.levels[2].set(LayerKind::lobes, {15, std::move(lobes)});
   CHECK(compare(fabric, 3, 2, 5).radiance < bound);
 }
 

@@ -147,15 +147,16 @@ TEST_CASE("the picture is within 1/255 of the reference evaluation over the same
   const std::vector<Light> lights = default_lights(*camera);
   Fabric no_heights = test::random_slab_fabric(16, 16, {8, 8}, 2, 4);
   for (FabricLevel& level : no_heights.levels) {
-    level.heights.reset();
-    level.products->entries = 1;
-    level.products->coefficient.resize(static_cast<std::size_t>(level.texels()) *
-                                       level.products->pairs.size());
+    level.remove(LayerKind::heights);
+    const int products = static_cast<int>(level.pairs.size());
+    std::vector<float> coefficients = level[LayerKind::products].values;
+    coefficients.resize(level.texels() * products);
+    level.set(LayerKind::products, {products, std::move(coefficients)});
   }
   Fabric lobes_alone = test::random_fabric(16, 16, {8, 8}, 3, 5);
   for (FabricLevel& level : lobes_alone.levels) {
-    level.view_table.reset();
-    level.opacity.reset();
+    level.remove(LayerKind::table);
+    level.remove(LayerKind::opacity);
   }
   const std::vector<std::vector<Fabric>> sets{
       {test::random_fabric(32, 32, {8, 8}, 2, 1), test::random_fabric(9, 7, {4, 6}, 1, 2)},
@@ -201,10 +202,8 @@ TEST_CASE("rays through slabs agree with the reference but where they pass withi
 TEST_CASE("a lobe that overflows stays finite") {
   Fabric fabric = test::lambert_fabric(2, V3f(1, 1, 1));
   for (FabricLevel& level : fabric.levels) {
-    level.lobes->lobes = 1;
-    level.lobes->parameters.clear();
-    for (int i = 0; i < level.texels() * 3; ++i)
-      level.lobes->parameters.insert(level.lobes->parameters.end(), {0.0F, 1e4F, 1e4F, 1e4F, 1e4F});
+    level.add(LayerKind::lobes, 15, 1e4F);
+    for (int i = 0; i < level.texels() * 3; ++i) level.lobes()[5 * i] = 0;
   }
   Scene scene;
   test::add(scene, test::square(1), test::material(0));

@@ -413,8 +413,7 @@ TEST_CASE("the paper's path refuses what 8 bits and its model do not have, and s
   names(refused(scene, {test::random_slab_fabric(16, 16, {4, 4}, 1, 3)}, options), "paper's model");
   Fabric lit = test::random_fabric(4, 4, 1);
   lit.lights = {1, 1};
-  lit.levels[0].light_table.emplace();
-  lit.levels[0].light_table->value.resize(16, V3f(1));
+  lit.levels[0].add(LayerKind::light, 3, 1);
   names(refused(scene, {lit}, options), "light table");
 
   RenderOptions near = options;

@@ -9,12 +9,12 @@
 
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"
+#include "format/fabric/gpu_words.h"
 #include "tests/format/fabrics.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
 #include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
-#include "viewer/shader/buffers.h"
 
 namespace selvedge {
 using test::random_fabric;
@@ -79,7 +79,7 @@ void main() {
   GLuint framebuffer = 0;
   gl.CreateFramebuffers(1, &framebuffer);
   gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, target, 0);
-  const std::vector<std::uint32_t> words = shader_words(fabrics);
+  const std::vector<std::uint32_t> words = gpu_words(fabrics);
   std::array<GLuint, 2> buffers{};
   gl.CreateBuffers(2, buffers.data());
   gl.NamedBufferStorage(buffers[0], static_cast<GLsizeiptr>(words.size() * 4), words.data(), 0);
@@ -154,8 +154,8 @@ TEST_CASE("the shader evaluates lobes, frames, table and opacity as the referenc
                               random_fabric(1, 1, {1, 1}, 4, 3)};
   fabrics[1].radiance_scale = 0.25F;
   for (FabricLevel& level : fabrics[0].levels) {
-    if (level.width == 2) level.lobes.reset();
-    if (level.width == 1) level.view_table.reset();
+    if (level.width == 2) level.remove(LayerKind::lobes);
+    if (level.width == 1) level.remove(LayerKind::table);
   }
   CHECK(share_beyond(fabrics, 1e-3, 5, osmesa()) == 0);
 }

@@ -261,7 +261,7 @@ TEST_CASE("a long zoom reads each level once, and none before it is asked for") 
       if (i == 2 && readings < 3) CHECK(picture.bytes_read() < picture.file_bytes() / 4);
       bytes = picture.bytes_read();
     }
-    CHECK(first_level(picture.fabrics()[0]) == 0);
+    CHECK(picture.fabrics()[0].first_level() == 0);
   }
   CHECK(readings >= 3);
   CHECK(readings <= 7);
@@ -280,7 +280,7 @@ TEST_CASE("a long zoom reads each level once, and none before it is asked for") 
   test::require((*forced)->update(*state, Change::scene, V2i(60, 60), 1));
   test::require(whole->update(*state, Change::frame, V2i(60, 60), 1));
   CHECK((*forced)->bytes() == whole->bytes());
-  CHECK(first_level((*forced)->fabrics()[0]) == 2);
+  CHECK((*forced)->fabrics()[0].first_level() == 2);
   const auto probe = (*forced)->probe(V2d(0.5, 0.5));
   test::require(probe);
   REQUIRE(probe->has_value());

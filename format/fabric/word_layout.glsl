@@ -1,4 +1,4 @@
-// Where things stand in the words of packed fabrics (shader_words()): the same names in GLSL and in C++, which includes this
+// Where things stand in the words of packed fabrics (gpu_words.h): the same names in GLSL and in C++, which includes this
 // file. Word i of the whole is the place where fabric i begins. A place is a word's number in the whole; place 0 means that
 // there is no such layer. Numbers are 32-bit floats; two values of a table share a word where half precision holds all of
 // them exactly (`_halves` is then 1).

@@ -1,0 +1,117 @@
+#include "format/fabric/gpu_words.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "format/fabric/level_values.h"
+
+namespace selvedge {
+namespace {
+
+using uint = std::uint32_t;
+#include "format/fabric/word_layout.glsl"
+
+/// The words of a fabric or of a level, at their places after `base`.
+class Words {
+ public:
+  /// Adds `count` words of value 0.
+  Words(std::vector<uint>& words, std::size_t count) : words_(words), base_(words.size()) {
+    words.resize(base_ + count);
+  }
+  uint& operator[](uint at) { return words_[base_ + at]; }
+  void set(uint at, int value) { (*this)[at] = static_cast<uint>(value); }
+  void set(uint at, float value) { (*this)[at] = std::bit_cast<uint>(value); }
+  /// Appends the values, and sets their place.
+  void set(uint at, std::span<const float> values) {
+    if (values.empty()) return;
+    (*this)[at] = static_cast<uint>(words_.size());
+    for (const float value : values) words_.push_back(std::bit_cast<uint>(value));
+  }
+  /// In halves, two in a word, where half precision holds all values; the next word says whether it does.
+  void set_table(uint at, std::span<const float> values) {
+    const bool halves = std::all_of(values.begin(), values.end(), [](float value) {
+      return static_cast<float>(Imath::half(value)) == value;
+    });
+    if (values.empty() || !halves) return set(at, values);
+    (*this)[at] = static_cast<uint>(words_.size());
+    (*this)[at + 1] = 1;
+    for (std::size_t i = 0; i < values.size(); i += 2) {
+      const uint low = Imath::half(values[i]).bits();
+      const uint high = i + 1 < values.size() ? Imath::half(values[i + 1]).bits() : 0;
+      words_.push_back(low | high << 16U);
+    }
+  }
+
+ private:
+  std::vector<uint>& words_;
+  std::size_t base_;
+};
+
+void add_level(const FabricLevel& level, std::vector<uint>& result) {
+  Words words(result, level_words);
+  words.set(level_width, level.width);
+  words.set(level_height, level.height);
+  words.set(level_lobe_count, level.lobe_count());
+  words.set(level_lobes, level.lobes());
+  words.set(level_frames, level[LayerKind::frame].values);
+  words.set_table(level_view_table, level[LayerKind::table].values);
+  words.set_table(level_opacity, level.opacity());
+  words.set_table(level_light_table, level[LayerKind::light].values);
+  words.set(level_entries, level.entries());
+  if (level.has(LayerKind::products)) {
+    words.set(level_products, static_cast<int>(level.pairs.size()));
+    words.set(level_pairs, static_cast<int>(result.size()));
+    for (const V2i& pair : level.pairs) {
+      result.push_back(static_cast<uint>(pair.x));
+      result.push_back(static_cast<uint>(pair.y));
+    }
+    words.set(level_coefficients, level.coefficients());
+  }
+  if (level.has(LayerKind::heights)) {
+    words.set(level_heights, level[LayerKind::heights].values);
+    words.set(level_columns, level.cells.columns);
+    words.set(level_rows, level.cells.rows);
+    words.set(level_slabs, level.cells.slabs);
+    words.set(level_highest, level.height_range().highest);
+    words.set(level_lowest, level.height_range().lowest);
+  }
+}
+
+void add_fabric(const Fabric& fabric, std::vector<uint>& result) {
+  Words words(result, fabric_level_places + fabric.levels.size());
+  words.set(fabric_level_count, static_cast<int>(fabric.levels.size()));
+  words.set(fabric_view_columns, fabric.views.columns);
+  words.set(fabric_view_rows, fabric.views.rows);
+  words.set(fabric_light_columns, fabric.lights.columns);
+  words.set(fabric_light_rows, fabric.lights.rows);
+  words.set(fabric_radiance_scale, fabric.radiance_scale);
+  words.set(fabric_repeats_per_mm_u, 1 / fabric.period_mm.x);
+  words.set(fabric_repeats_per_mm_v, -1 / fabric.period_mm.y);
+  words.set(fabric_reference_height, fabric.reference_height);
+  words.set(fabric_width, whole_texels(fabric).x);
+  words.set(fabric_height, whole_texels(fabric).y);
+  words.set(fabric_first_level, fabric.first_level());
+  if (const auto bases = bases_of(fabric)) {
+    words.set(fabric_view_basis, bases->view);
+    words.set(fabric_light_basis, floats_of(bases->light));
+  }
+  for (uint k = 0; k < fabric.levels.size(); ++k) {
+    words.set(fabric_level_places + k, static_cast<int>(result.size()));
+    add_level(fabric.levels[k], result);
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> gpu_words(std::span<const Fabric> fabrics) {
+  std::vector<uint> result(std::max<std::size_t>(fabrics.size(), 1), 0);
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    result[i] = static_cast<uint>(result.size());
+    add_fabric(fabrics[i], result);
+  }
+  return result;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,121 @@
+#include "format/fabric/level_values.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+std::vector<float> values_of(const ProductBases& bases) {
+  std::vector<float> values = bases.view;
+  const std::span<const float> light = floats_of(bases.light);
+  values.insert(values.end(), light.begin(), light.end());
+  return values;
+}
+
+/// The bases' values fill channel after channel of level 0.
+std::shared_ptr<const ProductBases> bases_of(const std::vector<const std::vector<float>*>& planes,
+                                             const LayerShape& shape) {
+  std::vector<float> values;
+  for (const std::vector<float>* plane : planes) values.insert(values.end(), plane->begin(), plane->end());
+  const auto colours = values.begin() + shape.view_functions * shape.views;
+  ProductBases bases;
+  bases.view.assign(values.begin(), colours);
+  for (int i = 0; i < shape.light_functions * shape.lights; ++i) {
+    bases.light.emplace_back(colours[3 * i], colours[3 * i + 1], colours[3 * i + 2]);
+  }
+  return std::make_shared<const ProductBases>(std::move(bases));
+}
+
+/// Half precision leaves 3 digits; a frame worse than this was not written as a frame.
+constexpr float frame_tolerance = 0.01F;
+
+bool is_frame(const V3f& n, const V3f& t) {
+  return std::abs(n.length() - 1) <= frame_tolerance && std::abs(t.length() - 1) <= frame_tolerance &&
+         std::abs(n.dot(t)) <= frame_tolerance;
+}
+
+}  // namespace
+
+ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
+  const auto texels = static_cast<std::size_t>(level.texels());
+  ExrPixels pixels{level.width, level.height,
+                   std::vector<std::vector<float>>(channel_count(kind, shape), std::vector<float>(texels))};
+  if (kind == LayerKind::bases && level.bases) {
+    const std::vector<float> values = values_of(*level.bases);
+    for (std::size_t i = 0; i < values.size(); ++i) pixels.planes[i / texels][i % texels] = values[i];
+  }
+  const Layer& layer = level[kind];
+  const float* value = layer.values.data();
+  for (std::size_t texel = 0; layer.channels > 0 && texel < texels; ++texel) {
+    for (int i = 0; i < layer.channels; ++i) pixels.planes[i][texel] = *value++;
+  }
+  return pixels;
+}
+
+void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
+                const std::vector<const std::vector<float>*>& planes, int entries) {
+  if (kind == LayerKind::bases) {
+    level.bases = bases_of(planes, shape);
+    return;
+  }
+  if (kind == LayerKind::heights) level.cells = shape.cells;
+  Layer layer;
+  layer.channels =
+      static_cast<int>(kind == LayerKind::products ? entries * level.pairs.size() : planes.size());
+  layer.values.reserve(static_cast<std::size_t>(level.texels()) * layer.channels);
+  for (int texel = 0; texel < level.texels(); ++texel) {
+    for (int i = 0; i < layer.channels; ++i) layer.values.push_back((*planes[i])[texel]);
+  }
+  level.set(kind, std::move(layer));
+}
+
+std::string place_of(LayerKind kind, int level, const std::string& channel, std::size_t texel, int width) {
+  return fmt::format("{}/level {}/{}/{},{}", name_of(kind), level, channel, texel % width, texel / width);
+}
+
+void check_values(const FabricLevel& level, int level_index, LayerKind kind, const LayerShape& shape,
+                  IssueSink& sink) {
+  constexpr int named = 8;
+  int count = 0;
+  const auto add = [&](const std::string& channel, std::size_t texel, std::string message) {
+    sink.add(Code::fabric_not_finite, place_of(kind, level_index, channel, texel, level.width),
+             std::move(message));
+  };
+  const auto check = [&](const ValueRange& range, int channel, std::size_t texel, float value) {
+    if (range.holds(value) || ++count > named) return;
+    add(channel_name(kind, shape, channel), texel, fmt::format("{} {}", value, range.fault));
+  };
+  const auto texels = static_cast<std::size_t>(level.texels());
+  if (kind == LayerKind::bases) {
+    const std::vector<float> values = values_of(*level.bases);
+    // Texel by texel, as in all layers.
+    for (std::size_t texel = 0; texel < texels; ++texel) {
+      for (std::size_t i = texel; i < values.size(); i += texels) {
+        check(range_of(kind, shape, 0), static_cast<int>(i / texels), texel, values[i]);
+      }
+    }
+  }
+  const Layer& layer = level[kind];
+  std::vector<ValueRange> ranges;
+  for (int i = 0; i < layer.channels; ++i) ranges.push_back(range_of(kind, shape, i));
+  const float* value = layer.values.data();
+  for (std::size_t texel = 0; texel < texels; ++texel) {
+    for (int i = 0; i < layer.channels; ++i) check(ranges[i], i, texel, *value++);
+  }
+  if (kind == LayerKind::frame) {
+    for (std::size_t texel = 0; texel < texels; ++texel) {
+      const auto& [n, t] = level.frame()[texel];
+      // Those that are not finite have been named.
+      if (!std::isfinite(n.length2() + t.length2()) || is_frame(n, t) || ++count > named) continue;
+      add("frame", texel, "normal and tangent are not unit and perpendicular");
+    }
+  }
+  if (count > named) {
+    sink.add(Code::fabric_not_finite, fmt::format("{}/level {}", name_of(kind), level_index),
+             fmt::format("{} more values break the rules", count - named));
+  }
+}
+
+}  // namespace selvedge
