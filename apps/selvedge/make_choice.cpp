@@ -1,77 +1,19 @@
 #include "apps/selvedge/make_choice.h"
 
-#include <fmt/format.h>
-
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <optional>
 #include <vector>
 
-#include "apps/selvedge/option_groups.h"
 #include "converter/presets/presets.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
 namespace {
 
-/// Options of the knobs that a quality or limits choose.
-constexpr std::array knob_options{"--texels",  "--views",      "--lights",       "--samples",     "--noise",
-                                  "--bounces", "--lobes",      "--no-table",     "--light-table", "--slabs",
-                                  "--budget",  "--half-lobes", "--float-tables", "--time-budget"};
-
-/// A number of the range; neither NaN nor infinite.
-CLI::Validator is_between(double low, double high) {
-  return CLI::Validator(
-      [low, high](const std::string& text) {
-        double value = 0;
-        const bool good = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-        return good ? std::string() : fmt::format("{} is not a number in {} to {}", text, low, high);
-      },
-      fmt::format("in [{} - {}]", low, high));
-}
-
-}  // namespace
-
-void add_choice(CLI::App& app, std::string& quality, MakeLimits& limits) {
-  const char* group = "Speed against accuracy";
-  app.add_option("--quality", quality,
-                 "Settings that are worth their cost; options given beside it stay as given. A budget of "
-                 "theirs grows "
-                 "with the texels")
-      ->type_name("draft|standard|high|reference")
-      ->check(CLI::IsMember(std::vector<std::string>(quality_names.begin(), quality_names.end())))
-      ->group(group);
-  app.add_option("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)")
-      ->transform(byte_count())
-      ->type_name("N")
-      ->group(group);
-  app.add_option(
-         "--min-db", limits.held_out,
-         "Choose the settings: at least so many dB on held-out directions at 64x64 texels; the cheapest")
-      ->type_name("X")
-      ->check(is_between(0, 200))
-      ->group(group);
-  app.add_option("--max-seconds", limits.seconds, "Choose the settings: at most so long to bake and fit")
-      ->type_name("S")
-      ->check(is_between(1e-3, 1e9))
-      ->group(group);
-}
-
-void check_choice(const CLI::App& make, const MakeLimits& limits) {
-  if (!limits.any()) return;
-  for (const char* option : knob_options) {
-    if (make.count(option) > 0)
-      throw CLI::ValidationError(option, "is chosen by --max-bytes, --min-db and --max-seconds");
-  }
-  // What a plan leaves out is not in the measured sizes and times.
-  for (const char* option : {"--quality", "--keep-samples", "--for", "--products", "--frames",
-                             "--glossy-slabs", "--slab-lobes", "--cells"}) {
-    if (make.count(option) > 0)
-      throw CLI::ValidationError(option, "excludes --max-bytes, --min-db and --max-seconds");
-  }
-}
-
+/// MakeCommand::given of what the command line has.
 std::string given_options(const CLI::App& make) {
   // What is chosen, where things go, and how they are told; threads do not change a byte.
   constexpr std::array others{"--max-bytes", "--min-db", "--max-seconds", "--output",
@@ -86,6 +28,50 @@ std::string given_options(const CLI::App& make) {
       text += " " + name + (is_flag ? "" : " " + shell_word(value));
   }
   return text;
+}
+
+/// Refuses options that the limits choose or do not know of.
+void check_limits(const Options& options) {
+  options.refuse_if(
+      true, "is chosen by --max-bytes, --min-db and --max-seconds",
+      {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes", "--no-table",
+       "--light-table", "--slabs", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
+  // What a plan leaves out is not in the measured sizes and times.
+  options.refuse_if(true, "excludes --max-bytes, --min-db and --max-seconds",
+                    {"--quality", "--keep-samples", "--for", "--products", "--frames", "--glossy-slabs",
+                     "--slab-lobes", "--cells"});
+}
+
+}  // namespace
+
+void add_choice(Options& options, MakeCommand& command) {
+  MakeLimits& limits = command.limits;
+  options.group("Speed against accuracy");
+  options.choice(
+      "--quality", quality_names,
+      "Settings that are worth their cost; options given beside it stay as given. A budget of theirs "
+      "grows with the texels",
+      [&command](std::size_t index) { command.quality = quality_names[index]; });
+  options.bytes("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)");
+  options
+      .number("--min-db", limits.held_out, "X",
+              "Choose the settings: at least so many dB on held-out directions at 64x64 texels; the cheapest")
+      .in(0, 200);
+  options.number("--max-seconds", limits.seconds, "S", "Choose the settings: at most so long to bake and fit")
+      .in(1e-3, 1e9);
+  options.check([&options, &command] {
+    if (command.limits.any()) {
+      check_limits(options);
+      command.given = given_options(options.app());
+    }
+    const auto chosen = quality_named(command.quality);
+    if (!chosen) return;
+    const TradePoint point = point_of(*chosen);
+    set_knobs(
+        point, [&options](const char* option) { return options.given(option); }, command);
+    // Yarns that need more texels have as many bytes for each.
+    if (!options.given("--budget")) command.fit.budget_texels = point.texels * point.texels;
+  });
 }
 
 void set_knobs(const TradePoint& point, const std::function<bool(const char*)>& given, MakeCommand& command) {

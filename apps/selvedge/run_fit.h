@@ -24,7 +24,12 @@ struct MadeFabric {
 /// Mesh, bake and fit; the command's limits do not count.
 Result<MadeFabric> make_fabric(const MakeCommand& command);
 
-/// make with limits: the exit status.
-int run_within_limits(const MakeCommand& command);
+/// make with limits.
+Result<int> run_within_limits(const MakeCommand& command);
+
+// The verbs.
+Result<int> run(const FitCommand& command);
+Result<int> run(const MakeCommand& command);
+Result<int> run(const TradeCommand& command);
 
 }  // namespace selvedge

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "apps/common/distinct_paths.h"
-#include "apps/selvedge/commands.h"
+#include "apps/common/paths.h"
+#include "apps/selvedge/bake.h"
 #include "apps/selvedge/fit_report.h"
-#include "apps/selvedge/run_bake.h"
 #include "apps/selvedge/run_fit.h"
 #include "converter/bake/for_plan.h"
 #include "converter/plan/plan_file.h"
@@ -191,13 +190,12 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
   return outcome;
 }
 
-int run(const FitCommand& command) {
-  apply(command.common);
+Result<int> run(const FitCommand& command) {
   const auto result = fit_file(command.input, command);
-  if (!result) return report_error(result.error());
+  if (!result) return tl::unexpected(result.error());
   const Json json = fit_json(*result);
   if (!command.report.empty()) {
-    if (auto ok = write_report(command.report, "fit", json, *result); !ok) return report_error(ok.error());
+    if (auto ok = write_report(command.report, "fit", json, *result); !ok) return tl::unexpected(ok.error());
   }
   report(command.common, "fit", json, fit_text(*result));
   return 0;
@@ -255,14 +253,13 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
   return made;
 }
 
-int run(const MakeCommand& command) {
-  apply(command.fit.common);
+Result<int> run(const MakeCommand& command) {
   if (command.limits.any()) return run_within_limits(command);
   const auto made = make_fabric(command);
-  if (!made) return report_error(made.error());
+  if (!made) return tl::unexpected(made.error());
   if (!command.fit.report.empty()) {
     if (auto ok = write_report(command.fit.report, "make", made->json, made->fitted); !ok)
-      return report_error(ok.error());
+      return tl::unexpected(ok.error());
   }
   report(command.fit.common, "make", made->json, made->text);
   return 0;

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "apps/common/distinct_paths.h"
-#include "apps/selvedge/commands.h"
+#include "apps/common/paths.h"
 #include "apps/selvedge/run_fit.h"
 #include "converter/presets/make_within.h"
 #include "format/base/atomic_file.h"
@@ -122,24 +121,23 @@ std::string line_of(const MakeCommand& command, const TradePoint& point) {
 
 }  // namespace
 
-int run_within_limits(const MakeCommand& command) {
+Result<int> run_within_limits(const MakeCommand& command) {
   // Each try is made beside the output: what the user named is compared here.
   const auto distinct = check_distinct({{"the input", command.bake.input},
                                         {"--output", command.fit.output},
                                         {"--report", command.fit.report}});
-  if (!distinct) return report_error(distinct.error());
+  if (!distinct) return tl::unexpected(distinct.error());
   Search search(command);
   const auto chosen = search.run();
-  if (!chosen) return report_error(chosen.error());
+  if (!chosen) return tl::unexpected(chosen.error());
   if (!chosen->kept) {
-    return report_error(
-        {Code::option_out_of_range, command.bake.input, "limits",
-         fmt::format("are met by no setting ({} made); the nearest is {}: {} {}", chosen->tried.size(),
-                     line_of(command, chosen->nearest), chosen->nearest_made ? "made" : "expected",
-                     figures_text(chosen->nearest_figures))});
+    return fail(Code::option_out_of_range, command.bake.input, "limits",
+                fmt::format("are met by no setting ({} made); the nearest is {}: {} {}", chosen->tried.size(),
+                            line_of(command, chosen->nearest), chosen->nearest_made ? "made" : "expected",
+                            figures_text(chosen->nearest_figures)));
   }
   const std::size_t kept = *chosen->kept;
-  if (auto ok = search.commit(kept); !ok) return report_error(ok.error());
+  if (auto ok = search.commit(kept); !ok) return tl::unexpected(ok.error());
   Json json = {{"chosen", line_of(command, chosen->tried[kept].point)},
                {"expected", to_json(chosen->tried[kept].expected)},
                {"made", to_json(chosen->tried[kept].made)},
@@ -162,7 +160,7 @@ int run_within_limits(const MakeCommand& command) {
   json["fit"] = fit;
   if (!command.fit.report.empty()) {
     if (auto ok = write_report(command.fit.report, "make", json, made.fitted); !ok)
-      return report_error(ok.error());
+      return tl::unexpected(ok.error());
   }
   text += fmt::format("chosen: {}\n{}", line_of(command, chosen->tried[kept].point), fit_text(made.fitted));
   report(command.fit.common, "make", json, text);

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "apps/report/median.h"
-#include "apps/selvedge/run_bake.h"
+#include "apps/selvedge/bake.h"
 #include "apps/selvedge/run_fit.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"

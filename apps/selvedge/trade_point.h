@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/selvedge/report.h"
+#include "apps/common/report.h"
+#include "apps/selvedge/command_line.h"
 #include "converter/presets/settings.h"
 #include "format/quality/compare.h"
 #include "format/quality/picture_error.h"
