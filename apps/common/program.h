@@ -1,49 +1,60 @@
-// What every program of ours begins and ends with.
+// A program of verbs: each is one function that declares options into a struct, and one that runs with it.
 #pragma once
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <exception>
-#include <variant>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
 
-#include "format/base/atomic_file.h"
+#include "apps/common/options.h"
+#include "apps/common/report.h"
 #include "format/base/error.h"
 
 namespace selvedge {
 
-/// The command of a line that leaves nothing to do: help, version, or a usage error. All has been said.
-struct ExitNow {
-  int status = 0;  ///< 0 after help or version, 2 after a usage error
+/// A verb as the help presents it.
+struct VerbText {
+  const char* name;
+  const char* help;      ///< one line
+  const char* examples;  ///< one a line
+  const char* notes = "";
 };
 
-inline int run(const ExitNow& exit) { return exit.status; }
+class Program {
+ public:
+  Program(const char* name, const char* help, const char* footer);
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
 
-/// A line on standard error, and 1, where something for standard output could not be written; else `status`.
-inline int check_output(const char* name, int status) {
-  // Whatever fits into the buffer is written here.
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
-  const Error error{Code::file_unwritable, "standard output", "", std::strerror(errno)};
-  std::fprintf(stderr, "%s: %s\n", name, to_line(error).c_str());
-  return 1;
-}
-
-/// Parses the command line into a variant of commands, runs the one that comes out (by its `run`), and gives
-/// back its exit status; 1 where standard output could not be written. Unfinished files go when a signal ends
-/// the program. Errors are values everywhere; the only exceptions that arrive here are such as running out of
-/// memory: one line, status 1.
-template <class Parse>
-int run_program(const char* name, const Parse& parse, int argc, const char* const* argv) {
-  remove_unfinished_files_on_signal();
-  try {
-    return check_output(name,
-                        std::visit([](const auto& command) { return run(command); }, parse(argc, argv)));
-  } catch (const std::exception& error) {
-    // Texts that do not fit into the buffer are found here.
-    if (std::ferror(stdout) != 0) return check_output(name, 1);
-    std::fprintf(stderr, "%s: %s\n", name, error.what());
-    return 1;
+  /// `declare` begins with Options::common(). `work` gives the exit status where it is not an error's.
+  template <class Command>
+  void add(const VerbText& text, void (*declare)(Options&, Command&), Result<int> (*work)(const Command&)) {
+    auto command = std::make_shared<Command>();
+    Verb& verb = add_verb(text);
+    declare(*verb.options, *command);
+    verb.work = [command, work] { return work(*command); };
   }
-}
+
+  /// Parses the command line, runs its verb, and gives back the exit status: 0 good, 1 bad input or a failed
+  /// check, 2 usage. With --json an error is a JSON report with a member "error" on standard output; else one
+  /// line on standard error. Unfinished files go when a signal ends the program. The only exceptions that
+  /// arrive here are such as running out of memory: one line, status 1. `--man` and `--completion` alone
+  /// print the manual page and the completion of bash.
+  int run(int argc, const char* const* argv);
+
+ private:
+  struct Verb {
+    std::unique_ptr<Options> options;
+    std::function<Result<int>()> work;
+  };
+  Verb& add_verb(const VerbText& text);
+  int parse_and_run(int argc, const char* const* argv);
+  int run_verb(const Verb& verb);
+  std::string usage_fault(const std::string& fault) const;
+
+  std::unique_ptr<CLI::App> app_;
+  std::vector<std::unique_ptr<Verb>> verbs_;
+};
 
 }  // namespace selvedge

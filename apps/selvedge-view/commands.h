@@ -1,15 +1,14 @@
-// What the verbs of selvedge-view do. Reports go to standard output, errors and remarks to standard error.
+// The verbs of selvedge-view: each function declares one with its options and what runs it.
 #pragma once
 
-#include "apps/selvedge-view/command_line.h"
+#include "apps/common/program.h"
 
 namespace selvedge {
 
-/// The exit status: 0 good, 1 bad input, 2 usage.
-int run(const RenderCommand& command);
-int run(const ShowCommand& command);
-int run(const CompareCommand& command);
-int run(const TradeCommand& command);
+void add_render_verb(Program& program);
+void add_show_verb(Program& program);
+void add_compare_verb(Program& program);
+void add_trade_verb(Program& program);
 
 /// Mesa's rasteriser has threads of its own, which are limited here unless whoever set their number knows
 /// better. 0: as many as it likes.

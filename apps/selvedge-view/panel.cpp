@@ -17,17 +17,12 @@ namespace {
 constexpr float panel_width = 330;
 constexpr float label_width = 92;
 
-template <class... Arguments>
-void text(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-  ImGui::TextUnformatted(fmt::format(format, std::forward<Arguments>(arguments)...).c_str());
-}
-
 /// One line of a list: what it is on the left in grey, its value beside it.
 template <class... Arguments>
 void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
   ImGui::TextDisabled("%s", name);
   ImGui::SameLine(label_width);
-  text(format, std::forward<Arguments>(arguments)...);
+  ImGui::TextUnformatted(fmt::format(format, std::forward<Arguments>(arguments)...).c_str());
 }
 
 /// The name of a widget on its left; the widget itself follows over the rest of the line.
@@ -40,6 +35,19 @@ void label(const char* name) {
 
 void raise(Change& change, bool changed, Change to) {
   if (changed) change = std::max(change, to);
+}
+
+/// Lines of the panel that edit a value of the frame.
+void slider(Change& change, const char* name, int& value, int min, int max, const char* format = "%d") {
+  label(name);
+  raise(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format), Change::frame);
+}
+
+bool box(Change& change, const char* name, bool& value) {
+  label("");
+  const bool changed = ImGui::Checkbox(name, &value);
+  raise(change, changed, Change::frame);
+  return changed;
 }
 
 V3f each(const V3f& v, float (*function)(float)) { return {function(v.x), function(v.y), function(v.z)}; }
@@ -118,27 +126,20 @@ void show_times(const PanelInfo& info) {
   const double frame = info.picture.draw_seconds();
   row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.frame().width, info.picture.frame().height,
       info.divisor > 1 ? " (moving)" : "");
-  struct Part {
-    const char* name;
-    double seconds;
-  };
-  const std::array parts{Part{"project", s.project},
-                         Part{"shadows", s.shadows},
-                         Part{"geometry", s.geometry},
-                         Part{"read back", s.read_back},
-                         Part{"evaluation", s.evaluation},
-                         Part{"texel edges", info.picture.overlay_seconds()},
-                         Part{"display", info.picture.display_seconds()},
-                         Part{"window", info.window_seconds}};
+  const std::initializer_list<std::pair<const char*, double>> parts{
+      {"project", s.project},          {"shadows", s.shadows},
+      {"geometry", s.geometry},        {"read back", s.read_back},
+      {"evaluation", s.evaluation},    {"texel edges", info.picture.overlay_seconds()},
+      {"window", info.window_seconds}, {"display", info.picture.display_seconds()}};
   const double all =
       frame + info.picture.overlay_seconds() + info.picture.display_seconds() + info.window_seconds;
-  for (const Part& part : parts) {
-    if (part.seconds <= 0) continue;
-    ImGui::TextDisabled("%s", part.name);
+  for (const auto& [name, seconds] : parts) {
+    if (seconds <= 0) continue;
+    ImGui::TextDisabled("%s", name);
     ImGui::SameLine(label_width);
-    ImGui::ProgressBar(static_cast<float>(part.seconds / std::max(all, 1e-9)),
+    ImGui::ProgressBar(static_cast<float>(seconds / std::max(all, 1e-9)),
                        ImVec2(-1, ImGui::GetTextLineHeight()),
-                       fmt::format("{:.1f} ms", 1e3 * part.seconds).c_str());
+                       fmt::format("{:.1f} ms", 1e3 * seconds).c_str());
   }
   row("triangles", "{}", s.triangles);
   row("pixels", "{} seen, {} evaluated", s.covered_pixels, s.evaluated_pixels);
@@ -162,11 +163,7 @@ void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& ce
                     centre.y - radius * static_cast<float>(d.dot(camera.up)));
     const ImU32 colour = i == state.held_light ? IM_COL32(255, 214, 90, 255) : IM_COL32(230, 230, 230, 200);
     constexpr float size = 4;
-    if (d.dot(camera.back()) >= 0) {
-      draw.AddCircleFilled(at, size, colour);
-    } else {
-      draw.AddCircle(at, size, colour);
-    }
+    d.dot(camera.back()) >= 0 ? draw.AddCircleFilled(at, size, colour) : draw.AddCircle(at, size, colour);
   }
 }
 
@@ -270,19 +267,12 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish) 
   std::size_t levels = 1;
   for (const Fabric& fabric : info.picture.fabrics())
     levels = std::max(levels, static_cast<std::size_t>(fabric.first_level()) + fabric.levels.size());
-  label("level");
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
-  raise(wish.change,
-        ImGui::SliderInt("##level", &state.levels.forced, -1, static_cast<int>(levels) - 1, shown.c_str()),
-        Change::frame);
-  label("");
-  raise(wish.change, ImGui::Checkbox("blend two levels", &state.levels.blend), Change::frame);
-  label("taps");
-  raise(wish.change, ImGui::SliderInt("##taps", &state.levels.taps, 1, max_taps), Change::frame);
-  label("layers");
-  raise(wish.change, ImGui::SliderInt("##layers", &state.layers, 1, max_layers), Change::frame);
-  label("");
-  raise(wish.change, ImGui::Checkbox("texel edges (E)", &state.texel_edges), Change::frame);
+  slider(wish.change, "level", state.levels.forced, -1, static_cast<int>(levels) - 1, shown.c_str());
+  box(wish.change, "blend two levels", state.levels.blend);
+  slider(wish.change, "taps", state.levels.taps, 1, max_taps);
+  slider(wish.change, "layers", state.layers, 1, max_layers);
+  box(wish.change, "texel edges (E)", state.texel_edges);
   ImGui::SameLine();
   if (ImGui::Button("first view (R)")) wish.resets_camera = true;
 }
@@ -296,10 +286,8 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
   }
   auto tone = static_cast<int>(state.display.tone);
   label("tone curve");
-  if (choose("##tone", tone_curve_names, tone, false)) {
-    state.display.tone = static_cast<ToneCurve>(tone);
-    raise(wish.change, true, Change::display);
-  }
+  raise(wish.change, choose("##tone", tone_curve_names, tone, false), Change::display);
+  state.display.tone = static_cast<ToneCurve>(tone);
   label("background");
   V3f background = each(state.display.background.value_or(V3f(0, 0, 0)), linear_to_srgb);
   if (ImGui::ColorEdit3("##background", &background.x,
@@ -313,10 +301,10 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
     ImGui::AlignTextToFramePadding();
     if (ImGui::RadioButton(fmt::format("light {}", i + 1).c_str(), state.held_light == i))
       state.held_light = i;
-    const bool turns = light.kind == LightKind::directional;
     if (ImGui::IsItemHovered())
-      ImGui::SetTooltip("%s",
-                        turns ? "the light that drags turn" : "stands in the scene: drags do not turn it");
+      ImGui::SetTooltip("%s", light.kind == LightKind::directional
+                                  ? "the light that drags turn"
+                                  : "stands in the scene: drags do not turn it");
     ImGui::SameLine(label_width);
     ImGui::SetNextItemWidth(-1);
     float strength = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
@@ -333,12 +321,8 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
     label("all around");
     raise(wish.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
   }
-  label("");
   bool casts = state.shadows > 0;
-  if (ImGui::Checkbox("shadows", &casts)) {
-    state.shadows = casts ? default_shadow_size : 0;
-    raise(wish.change, true, Change::frame);
-  }
+  if (box(wish.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
   label("");
   bool follows = state.lights_in_camera_frame;
   if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(info.picture.camera(), state);
@@ -375,13 +359,10 @@ PanelWish Panel::edit(const PanelInfo& info, ShowState& state) {
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                    ImGuiWindowFlags_NoMove);
-  const auto warn = [](const std::string& text) {
-    ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.55F, 0.4F, 1));
-    ImGui::TextWrapped("%s", text.c_str());
-    ImGui::PopStyleColor();
-  };
-  if (!info.message.empty()) warn(info.message);
-  for (const Error& warning : info.picture.warnings()) warn(to_line(warning));
+  ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.55F, 0.4F, 1));
+  if (!info.message.empty()) ImGui::TextWrapped("%s", info.message.c_str());
+  for (const Error& warning : info.picture.warnings()) ImGui::TextWrapped("%s", to_line(warning).c_str());
+  ImGui::PopStyleColor();
   const auto opens = [](const char* title, bool open) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
   };

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/panel.h"
+#include "apps/selvedge-view/picture_options.h"
 #include "apps/selvedge-view/screen_texture.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
@@ -18,7 +18,6 @@
 namespace selvedge {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 /// A frame that takes longer than this is drawn smaller while something moves.
@@ -34,20 +33,43 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-int report(const Error& error) {
-  fmt::print(stderr, "selvedge-view: {}\n", to_line(error));
-  return 1;
+struct ShowCommand {
+  CommonOptions common;
+  PictureOptions picture;
+  std::vector<std::string> fabrics;  ///< files, to choose from
+  V2i size{1280, 800};
+  bool texel_edges = false;
+  std::string screenshot;  ///< of the window as it was when it closed, .png; empty: none
+};
+
+void declare(Options& options, ShowCommand& command) {
+  PictureOptions& picture = command.picture;
+  options.common(command.common);
+  add_input(options, picture);
+  options.list("--fabric", command.fabrics, "FILE", "A fabric file to choose from; may be repeated");
+  options.size("--size", command.size, "Size of the window", 1, 1'000'000);
+  options.flag("--texel-edges", command.texel_edges, "Begin with lines where texels end");
+  options.text("--screenshot", command.screenshot, "FILE", "Write the window as it was when it closed")
+      .ends_in({".png"});
+  options.group("Camera (scenes)");
+  add_camera(options, picture.camera);
+  options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
+  options.group("Swatch (fabric files)");
+  picture.swatch.repeats = V2i(4, 4);
+  add_repeats(options, picture.swatch);
+  add_light(options, picture);
+  options.check([&options, &picture] { check_picture(options, picture); });
 }
 
 /// A flat piece of a fabric as a scene.
 Result<LoadedScene> load_swatch(const ShowCommand& command) {
-  Result<Fabric> fabric = read_fabric(command.input);
+  Result<Fabric> fabric = read_fabric(command.picture.input);
   if (!fabric) return tl::unexpected(fabric.error());
-  Result<Swatch> swatch = make_swatch(*fabric, command.swatch);
+  Result<Swatch> swatch = make_swatch(*fabric, command.picture.swatch);
   if (!swatch) return tl::unexpected(swatch.error());
   LoadedScene loaded{std::move(swatch->scene), {}};
   SceneFabric source;
-  source.name = command.input.substr(command.input.find_last_of('/') + 1);
+  source.name = command.picture.input.substr(command.picture.input.find_last_of('/') + 1);
   loaded.scene.fabrics.push_back(source);
   loaded.fabrics.push_back(std::move(*fabric));
   return loaded;
@@ -123,11 +145,7 @@ class Show {
 
   Json to_json() const {
     const V3d look_at = state_.camera.look_at.value_or(V3d(0, 0, 0));
-    Json all = {{"program", "selvedge-view"},
-                {"version", SELVEDGE_VERSION},
-                {"report", 1},
-                {"verb", "show"},
-                {"input", command_.input},
+    Json all = {{"input", command_.picture.input},
                 {"window", {window_size_.x, window_size_.y}},
                 {"width", picture_.frame().width},
                 {"height", picture_.frame().height},
@@ -301,17 +319,17 @@ class Show {
 
 Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& picture) {
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
-  Result<ShowState> state = picture.first_state(command.camera, aspect);
+  Result<ShowState> state = picture.first_state(command.picture.camera, aspect);
   if (!state) return state;
-  state->display = command.display;
-  state->ambient = command.ambient;
-  state->shadows = command.shadows;
-  state->levels = command.levels;
-  state->layers = command.layers;
+  state->display = command.picture.display;
+  state->ambient = command.picture.ambient;
+  state->shadows = command.picture.shadows;
+  state->levels = command.picture.levels;
+  state->layers = command.picture.layers;
   state->texel_edges = command.texel_edges;
-  if (!command.lights.empty()) {
-    state->lights = command.lights;
-    state->lights_in_camera_frame = command.lights_in_camera_frame;
+  if (!command.picture.lights.empty()) {
+    state->lights = command.picture.lights;
+    state->lights_in_camera_frame = command.picture.lights_in_camera_frame;
   } else if (!picture.scene().lights.empty()) {
     state->lights = lights_of(picture.scene());
     state->lights_in_camera_frame = false;
@@ -327,38 +345,48 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   return state;
 }
 
-}  // namespace
-
-int run(const ShowCommand& command) {
-  set_threads(command.threads);
-  limit_mesa_threads(command.threads);
-  const bool is_fabric = has_ending(command.input, ".exr");
+Result<int> run(const ShowCommand& command) {
+  limit_mesa_threads(command.common.threads);
+  const bool is_fabric = has_ending(command.picture.input, ".exr");
   Result<LoadedScene> swatch = is_fabric ? load_swatch(command) : LoadedScene{};
-  if (!swatch) return report(swatch.error());
-  Result<OpenScene> scene = is_fabric ? OpenScene{} : open_scene(command.input);
-  if (!scene) return report(scene.error());
-  if (!command.quiet) {
+  if (!swatch) return tl::unexpected(swatch.error());
+  Result<OpenScene> scene = is_fabric ? OpenScene{} : open_scene(command.picture.input);
+  if (!scene) return tl::unexpected(scene.error());
+  if (!command.common.quiet) {
     for (const std::string& remark : scene->scene.remarks)
       fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
   }
-  Result<std::unique_ptr<Window>> window = Window::open("Selvedge: " + command.input, command.size);
-  if (!window) return report(window.error());
+  Result<std::unique_ptr<Window>> window = Window::open("Selvedge: " + command.picture.input, command.size);
+  if (!window) return tl::unexpected(window.error());
   const Result<GlFunctions> gl = load_gl_functions(*(*window)->context());
-  if (!gl) return report(gl.error());
+  if (!gl) return tl::unexpected(gl.error());
   const auto context = [&] { return (*window)->context(); };
   Result<std::unique_ptr<ShowPicture>> picture =
       is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics), context)
                 : ShowPicture::create(std::move(*scene), context);
-  if (!picture) return report(picture.error());
+  if (!picture) return tl::unexpected(picture.error());
   for (const std::string& path : command.fabrics) {
-    if (const auto good = (*picture)->add_fabric(path); !good) return report(good.error());
+    if (const auto good = (*picture)->add_fabric(path); !good) return tl::unexpected(good.error());
   }
   const Result<ShowState> state = first_state(command, **picture);
-  if (!state) return report(state.error());
+  if (!state) return tl::unexpected(state.error());
   Show show(command, **window, **picture, *gl, *state);
-  if (const auto good = show.run(); !good) return report(good.error());
-  if (command.json) fmt::print("{}\n", show.to_json().dump(2, ' ', false, Json::error_handler_t::replace));
+  if (const auto good = show.run(); !good) return tl::unexpected(good.error());
+  report(command.common, "show", show.to_json(), "");
   return 0;
+}
+
+}  // namespace
+
+void add_show_verb(Program& program) {
+  program.add<ShowCommand>(
+      {"show", "Open a window in which a scene can be handled",
+       "selvedge-view show sweater.glb\n"
+       "selvedge-view show sweater.glb --fabric rib.fabric.exr --azimuth 30",
+       "Mouse: left drag turns around the garment, middle drag (or Shift + left) moves it, right drag (or\n"
+       "Ctrl + left) turns the light, the wheel comes nearer. Keys: E texel edges, P probe, F next\n"
+       "fabric, R first view, H panel, Escape closes. Without a display the exit status is 1.\n"},
+      declare, run);
 }
 
 }  // namespace selvedge

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "apps/report/machine.h"
 #include "apps/report/median.h"
@@ -14,7 +13,6 @@
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/trade_settings.h"
 #include "format/base/atomic_file.h"
-#include "format/base/parallel.h"
 #include "format/base/printable.h"
 #include "format/base/progress.h"
 #include "format/fabric/file.h"
@@ -25,7 +23,23 @@
 namespace selvedge {
 namespace {
 
-using Json = nlohmann::ordered_json;
+struct TradeCommand {
+  CommonOptions common;
+  std::string folder;  ///< of a sweep by `selvedge trade`
+  int repeats = 5;     ///< times are medians of so many
+  V2i size{640, 480};  ///< of the frames that are timed
+};
+
+void declare(Options& options, TradeCommand& command) {
+  options.common(command.common);
+  options.text("folder", command.folder, "DIR", "The folder of selvedge trade").required();
+  options.number("--repeats", command.repeats, "N", "Times are medians of so many frames").in(1, 999);
+  options.size("--size", command.size, "Of the frames that are timed", 1, 8192);
+  options.check([&command] {
+    if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
+  });
+}
+
 using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point start) {
@@ -116,7 +130,7 @@ Result<Loaded> load(const std::string& path, int repeats) {
 class FrameSweep {
  public:
   explicit FrameSweep(const TradeCommand& command)
-      : command_(command), progress_("trade", command.quiet), bar_(progress_.callback()) {}
+      : command_(command), progress_("trade", command.common.quiet), bar_(progress_.callback()) {}
 
   Result<void> run() {
     made_by_ = made_by(command_);
@@ -268,7 +282,7 @@ class FrameSweep {
         {"pictures", *pictures}};
     if (auto ok = write_file(record_path(name), record.dump(2) + "\n"); !ok) return ok;
     ++measured_;
-    if (!command_.quiet && !command_.json)
+    if (!command_.common.quiet && !command_.common.json)
       fmt::print(stderr, "{}: {:.2f} dB, SSIM {:.4f}, {:.2f} ms a frame\n", name,
                  number_at(record, "/pictures/all/psnr"), number_at(record, "/pictures/all/ssim"),
                  sum.frame / places);
@@ -279,7 +293,7 @@ class FrameSweep {
   Result<void> leave_out(const std::string& name, const Error& why) const {
     std::error_code none;
     std::filesystem::remove(record_path(name), none);
-    if (!command_.quiet && !command_.json)
+    if (!command_.common.quiet && !command_.common.json)
       fmt::print(stderr, "{} is left out: {}\n", name, printable(why.message));
     return {};
   }
@@ -334,28 +348,26 @@ class FrameSweep {
   int measured_ = 0;
 };
 
-}  // namespace
-
-int run(const TradeCommand& command) {
-  set_threads(command.threads);
-  limit_mesa_threads(command.threads);
+Result<int> run(const TradeCommand& command) {
+  limit_mesa_threads(command.common.threads);
   const auto start = Clock::now();
   FrameSweep sweep(command);
-  if (auto ok = sweep.run(); !ok) {
-    fmt::print(stderr, "selvedge-view: {}\n", to_line(ok.error()));
-    return 1;
-  }
+  if (auto ok = sweep.run(); !ok) return tl::unexpected(ok.error());
   const double seconds = ms_since(start) / 1000;
-  if (command.json) {
-    const Json all = {
-        {"program", "selvedge-view"}, {"version", SELVEDGE_VERSION},  {"report", 1},       {"verb", "trade"},
-        {"folder", command.folder},   {"measured", sweep.measured()}, {"seconds", seconds}};
-    fmt::print("{}\n", all.dump(2, ' ', false, Json::error_handler_t::replace));
-  } else if (!command.quiet) {
-    fmt::print("{} settings measured in {:.1f} s -> {}/index.html\n", sweep.measured(), seconds,
-               command.folder);
-  }
+  report(command.common, "trade",
+         {{"folder", command.folder}, {"measured", sweep.measured()}, {"seconds", seconds}},
+         fmt::format("{} settings measured in {:.1f} s -> {}/index.html\n", sweep.measured(), seconds,
+                     command.folder));
   return 0;
+}
+
+}  // namespace
+
+void add_trade_verb(Program& program) {
+  program.add<TradeCommand>(
+      {"trade", "Add the viewer's settings and times to a sweep over speed and accuracy",
+       "selvedge trade plain-knit -o trade-knit && selvedge-view trade trade-knit"},
+      declare, run);
 }
 
 }  // namespace selvedge

@@ -1,26 +1,13 @@
-// What the verbs of selvedge do, one source file per verb or pair of verbs. Reports go to standard output,
-// errors and progress to standard error. Each returns the exit status: 0 good, 1 bad input, 2 usage.
+// The verbs of selvedge: each function declares one with its options and what runs it.
 #pragma once
 
-#include "apps/selvedge/command_line.h"
+#include "apps/common/program.h"
 
 namespace selvedge {
 
-int run(const StitchCommand& command);
-int run(const BakeCommand& command);
-int run(const MergeCommand& command);
-int run(const FitCommand& command);
-int run(const MakeCommand& command);
-int run(const DressCommand& command);
-int run(const ReattachCommand& command);
-int run(const CheckCommand& command);
-int run(const InfoCommand& command);
-int run(const EvaluateCommand& command);
-int run(const AnswerCommand& command);
-int run(const RepackCommand& command);
-int run(const CompareCommand& command);
-int run(const SwatchCommand& command);
-int run(const TradeCommand& command);
-int run(const PlanCommand& command);
+using AddVerb = void(Program& program);
+AddVerb add_stitch_verb, add_bake_verb, add_merge_verb, add_fit_verb, add_make_verb, add_plan_verb,
+    add_dress_verb, add_repack_verb, add_reattach_verb, add_check_verb, add_info_verb, add_evaluate_verb,
+    add_answer_verb, add_compare_verb, add_swatch_verb, add_trade_verb;
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// Which of our files a path is.
+// Which of our files a path is, and every broken rule of it.
 #pragma once
 
 #include <string>
@@ -13,5 +13,8 @@ enum class FileKind { fabric, samples, gltf };
 Result<FileKind> kind_of(const std::string& path);
 
 const char* name_of(FileKind kind);
+
+/// A fabric, a samples file (only its first error) or a glTF, as `kind` says.
+Issues check_file(const std::string& path, FileKind kind);
 
 }  // namespace selvedge

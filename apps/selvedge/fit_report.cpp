@@ -197,7 +197,7 @@ std::string fit_markdown(const FitOutcome& outcome) {
 
 Result<void> write_report(const std::string& path, const char* verb, const Json& json,
                           const FitOutcome& outcome) {
-  return write_file(path, path.ends_with(".json") ? wrapped(verb, json) : fit_markdown(outcome));
+  return write_file(path, path.ends_with(".json") ? framed(verb, json) : fit_markdown(outcome));
 }
 
 }  // namespace selvedge

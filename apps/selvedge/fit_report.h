@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/selvedge/report.h"
+#include "apps/common/report.h"
+#include "apps/selvedge/command_line.h"
 #include "fitter/fit.h"
 #include "format/quality/fit_record.h"
 

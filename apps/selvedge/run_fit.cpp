@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "apps/common/distinct_paths.h"
-#include "apps/selvedge/commands.h"
+#include "apps/common/paths.h"
 #include "fitter/budget/file_budget.h"
 
 namespace selvedge {
@@ -106,13 +105,12 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
   return outcome;
 }
 
-int run(const FitCommand& command) {
-  apply(command.common);
+Result<int> run(const FitCommand& command) {
   const auto result = fit_file(command.input, command);
-  if (!result) return report_error(result.error());
+  if (!result) return tl::unexpected(result.error());
   const Json json = fit_json(*result);
   if (!command.report.empty()) {
-    if (auto ok = write_report(command.report, "fit", json, *result); !ok) return report_error(ok.error());
+    if (auto ok = write_report(command.report, "fit", json, *result); !ok) return tl::unexpected(ok.error());
   }
   report(command.common, "fit", json, fit_text(*result));
   return 0;

@@ -9,4 +9,9 @@ namespace selvedge {
 /// With progress. Messages call the samples command.input.
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command);
 
+// The verbs.
+Result<int> run(const FitCommand& command);
+Result<int> run(const MakeCommand& command);
+Result<int> run(const TradeCommand& command);
+
 }  // namespace selvedge

@@ -1,9 +1,8 @@
 // make: mesh, bake and fit in one.
 #include "apps/selvedge/run_make.h"
 
-#include "apps/common/distinct_paths.h"
-#include "apps/selvedge/commands.h"
-#include "apps/selvedge/run_bake.h"
+#include "apps/common/paths.h"
+#include "apps/selvedge/bake.h"
 #include "apps/selvedge/run_fit.h"
 #include "converter/bake/for_plan.h"
 #include "converter/plan/plan_file.h"
@@ -72,14 +71,13 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
   return made;
 }
 
-int run(const MakeCommand& command) {
-  apply(command.common);
+Result<int> run(const MakeCommand& command) {
   if (command.limits.any()) return run_within_limits(command);
   const auto made = make_fabric(command);
-  if (!made) return report_error(made.error());
+  if (!made) return tl::unexpected(made.error());
   if (!command.report.empty()) {
     if (auto ok = write_report(command.report, "make", made->json, made->fitted); !ok)
-      return report_error(ok.error());
+      return tl::unexpected(ok.error());
   }
   report(command.common, "make", made->json, made->text);
   return 0;

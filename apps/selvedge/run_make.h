@@ -20,7 +20,7 @@ Result<MadeFabric> make_fabric(const MakeCommand& command);
 /// one of them that a user has named.
 Error naming_output(Error error, const AtomicFile& beside, const std::string& output);
 
-/// make with limits: the exit status.
-int run_within_limits(const MakeCommand& command);
+/// make with limits.
+Result<int> run_within_limits(const MakeCommand& command);
 
 }  // namespace selvedge

@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-#include "apps/common/distinct_paths.h"
-#include "apps/selvedge/report.h"
+#include "apps/common/paths.h"
 #include "apps/selvedge/run_make.h"
 #include "converter/presets/held_out.h"
 #include "converter/presets/within_limits.h"
@@ -97,21 +96,21 @@ class Search {
 
 }  // namespace
 
-int run_within_limits(const MakeCommand& command) {
+Result<int> run_within_limits(const MakeCommand& command) {
   // Each try is made beside the output: what the user named is compared here.
   const auto distinct = check_distinct(
       {{"the input", command.input}, {"--output", command.output}, {"--report", command.report}});
-  if (!distinct) return report_error(distinct.error());
+  if (!distinct) return tl::unexpected(distinct.error());
   Search search(command);
   const auto result = search.run();
-  if (!result) return report_error(result.error());
+  if (!result) return tl::unexpected(result.error());
   const TriedSetting& nearest = result->tried[result->nearest];
   if (!result->met) {
-    return report_error({Code::option_out_of_range, command.input, "limits",
-                         fmt::format("are met by none of {} settings made; the nearest is {}: {}",
-                                     result->tried.size(), options_of(nearest), figures_text(nearest.made))});
+    return fail(Code::option_out_of_range, command.input, "limits",
+                fmt::format("are met by none of {} settings made; the nearest is {}: {}",
+                            result->tried.size(), options_of(nearest), figures_text(nearest.made)));
   }
-  if (auto ok = search.commit(result->nearest); !ok) return report_error(ok.error());
+  if (auto ok = search.commit(result->nearest); !ok) return tl::unexpected(ok.error());
   const MadeFabric& made = search.made(result->nearest);
   Json json = to_json(nearest);
   json["tried"] = Json::array();
@@ -125,7 +124,7 @@ int run_within_limits(const MakeCommand& command) {
   json["fit"] = fit_json(made.fitted);
   if (!command.report.empty()) {
     if (auto ok = write_report(command.report, "make", json, made.fitted); !ok)
-      return report_error(ok.error());
+      return tl::unexpected(ok.error());
   }
   report(command.common, "make", json,
          fmt::format("{}chosen: {}\n{}", text, options_of(nearest), fit_text(made.fitted)));

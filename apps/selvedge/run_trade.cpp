@@ -8,9 +8,9 @@
 #include "apps/report/machine.h"
 #include "apps/report/trade_page.h"
 #include "apps/report/trade_records.h"
-#include "apps/selvedge/commands.h"
 #include "apps/selvedge/trade_point.h"
 #include "converter/bake/setup.h"
+#include "converter/bake/truth_swatch.h"
 #include "converter/presets/held_out.h"
 #include "converter/presets/presets.h"
 #include "format/base/atomic_file.h"
@@ -324,11 +324,10 @@ class Sweep {
 
 }  // namespace
 
-int run(const TradeCommand& command) {
-  apply(command.common);
+Result<int> run(const TradeCommand& command) {
   const auto start = std::chrono::steady_clock::now();
   Sweep sweep(command);
-  if (auto ok = sweep.run(); !ok) return report_error(ok.error());
+  if (auto ok = sweep.run(); !ok) return tl::unexpected(ok.error());
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report(command.common, "trade",
          {{"input", command.input},

@@ -9,7 +9,7 @@
 
 #include "apps/report/median.h"
 #include "apps/report/trade_records.h"
-#include "apps/selvedge/run_bake.h"
+#include "apps/selvedge/bake.h"
 #include "apps/selvedge/run_fit.h"
 #include "format/base/atomic_file.h"
 #include "format/base/option_text.h"

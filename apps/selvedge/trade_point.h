@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/report.h"
 #include "apps/selvedge/command_line.h"
-#include "apps/selvedge/report.h"
 #include "format/picture/frame.h"
 #include "format/samples/samples.h"
 

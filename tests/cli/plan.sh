@@ -247,9 +247,9 @@ test_a_part_without_coarser_levels_says_so() {
   [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line: $(cat "$scratch/err")"
   grep -q 'has levels 1-2 of the whole, and levels 1-4 may be asked for.*\[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
   # Swatches say the same line.
-  exits 0 selvedge swatch part.fabric.exr -o far.png --view far --size 64x48
+  exits 0 selvedge swatch part.fabric.exr -o far.png --place far --size 64x48
   grep -q 'has levels 1-2 of the whole.*\[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
-  exits 0 selvedge swatch part.fabric.exr -o far.png --view far --size 64x48 --json
+  exits 0 selvedge swatch part.fabric.exr -o far.png --place far --size 64x48 --json
   holds 'r.warnings.length === 1 && r.warnings[0].code === "FABRIC_LEVELS"'
   exits 0 selvedge-view render part.fabric.exr --place far -o far.png --size 64x48
   grep -q 'has levels 1-2 of the whole.*\[FABRIC_LEVELS\]$' "$scratch/err" || fail "$(cat "$scratch/err")"

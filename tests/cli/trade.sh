@@ -7,10 +7,10 @@ test_a_swatch_of_a_lambert_plane_is_the_same_traced_fitted_and_drawn() {
   make_plane_fabric
   # A plane's held-out directions are met to half precision; so are these pictures, in steps of 8 bits.
   for view in near grazing; do
-    exits 0 selvedge swatch --truth plane.obj --period 2x2 --albedo 0.8,0.4,0.2 --view "$view" --size 40x30 --samples 4 \
+    exits 0 selvedge swatch --truth plane.obj --period 2x2 --albedo 0.8,0.4,0.2 --place "$view" --size 40x30 --samples 4 \
       -o truth.png --json
     holds 'r.verb === "swatch" && r.truth === true && r.samples === 4 && r.noise < 1e-6 && r.alphaNoise === 0'
-    exits 0 selvedge swatch plane.fabric.exr --view "$view" --size 40x30 -o fabric.png
+    exits 0 selvedge swatch plane.fabric.exr --place "$view" --size 40x30 -o fabric.png
     exits 0 selvedge-view render plane.fabric.exr --place "$view" --size 40x30 -o viewer.png
     exits 0 selvedge-view compare truth.png fabric.png --json
     holds '(r.psnr === null || r.psnr > 40) && r.ssim > 0.99'
@@ -33,7 +33,7 @@ test_a_swatch_refuses_what_it_cannot_draw() {
   refuses OPTION_OUT_OF_RANGE samples selvedge swatch --truth plain-knit --samples 1 -o a.png
   refuses FILE_UNWRITABLE nowhere selvedge swatch --truth plain-knit -o nowhere/a.png
   exits 2 selvedge swatch --truth plain-knit -o a.jpg
-  exits 2 selvedge swatch --truth plain-knit -o a.png --view far-away
+  exits 2 selvedge swatch --truth plain-knit -o a.png --place far-away
   exits 2 selvedge swatch --truth plain-knit -o a.png --size 500x100
   exits 2 selvedge-view render a.glb -o a.png --place near
 }
@@ -199,7 +199,7 @@ test_what_is_damaged_in_a_sweep_is_measured_again() {
   echo '{"noisePsnr": "loud"}' >sweep/truth/middle.json
   cp sweep/pictures/truth.png sweep/truth/far.exr
   # Another size is another picture.
-  selvedge swatch --truth plain-knit --view grazing --size 24x24 --samples 2 -o sweep/truth/grazing.exr --quiet
+  selvedge swatch --truth plain-knit --place grazing --size 24x24 --samples 2 -o sweep/truth/grazing.exr --quiet
   cut_short sweep/truth/held-out.samples.exr short && cp short sweep/truth/held-out.samples.exr
   rm sweep/fabrics/t4-*
   exits 0 sweep --json

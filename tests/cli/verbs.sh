@@ -202,16 +202,110 @@ test_usage_errors_exit_with_2_and_write_nothing() {
   [ "$before" = "$(snapshot)" ] || fail "left something behind"
 }
 
+test_a_mistyped_word_names_the_nearest() {
+  says() {
+    exits 2 "${@:2}"
+    [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line: ${*:2}: $(cat "$scratch/err")"
+    grep -qF -- "$1" "$scratch/err" || fail "no \"$1\" from ${*:2}: $(cat "$scratch/err")"
+  }
+  says 'selvedge: unknown option --qualty; did you mean --quality?; see selvedge make --help' \
+    selvedge make plain-knit --qualty draft
+  says 'selvedge: unknown verb bkae; did you mean bake?; see --help' selvedge bkae plain-knit
+  says 'unknown option --sise; did you mean --size?' selvedge-view render k.exr -o k.png --sise=3x4
+  says 'selvedge-view: unknown option --xyzzy; see selvedge-view render --help' selvedge-view render k.exr --xyzzy
+  says 'selvedge: --place: "top" is none of near|middle|far|grazing' selvedge swatch k.exr -o k.png --place top
+}
+
+test_an_error_is_json_where_the_report_would_be() {
+  exits 1 selvedge info none.exr --json
+  holds "r.verb === 'info' && r.error.code === 'FILE_MISSING' && r.error.file === 'none.exr' && r.error.message !== ''"
+  [ ! -s "$scratch/err" ] || fail "also says: $(cat "$scratch/err")"
+  exits 1 selvedge-view render none.glb -o o.png --json
+  holds "r.program === 'selvedge-view' && r.error.code === 'FILE_MISSING'"
+  exits 2 selvedge make plain-knit --json --lobes 99
+  holds "r.verb === 'make' && r.error.code === 'USAGE' && r.error.message.includes('--lobes')"
+}
+
+test_a_dash_as_output_is_standard_output_or_refused() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge repack plane.fabric.exr -o r.fabric.exr --levels 1-2 --quiet
+  selvedge repack plane.fabric.exr -o - --levels 1-2 >piped.exr
+  same r.fabric.exr piped.exr
+  selvedge fit plane.samples.exr -o fitted.exr --quiet
+  selvedge fit plane.samples.exr -o - | cmp - fitted.exr
+  selvedge dress quad.gltf plane.fabric.exr -o dressed.glb --all --quiet
+  selvedge dress quad.gltf plane.fabric.exr -o - --all | cmp - dressed.glb
+  refuses FILE_MISSING none.exr selvedge fit none.exr -o -
+  local command
+  for command in 'selvedge stitch plain-knit -o -' 'selvedge trade plain-knit -o -' 'selvedge-view render k.exr -o -' \
+    'selvedge dress quad.gltf plane.fabric.exr --all -o - --external'; do
+    # shellcheck disable=SC2086
+    exits 2 $command
+    [ "$(wc -l <"$scratch/err")" = 1 ] && [ ! -s "$scratch/out" ] || fail "$command: $(cat "$scratch/err")"
+  done
+  exits 2 selvedge repack plane.fabric.exr -o - --json
+  holds "r.error.code === 'USAGE'"
+  [ ! -e ./- ] || fail "made a file named -"
+}
+
+test_manual_page_and_completion_have_every_verb_and_option() {
+  local program verb option
+  for program in selvedge selvedge-view; do
+    $program --man >page.1
+    $program --completion >completion
+    if command -v groff >/dev/null; then
+      groff -man -ww -Tutf8 page.1 2>"$scratch/err" >/dev/null
+      [ ! -s "$scratch/err" ] || fail "$program: $(cat "$scratch/err")"
+    fi
+    for verb in $($program --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]*\) .*/\1/p'); do
+      grep -qF ".SS ${program/-/\\-} $verb" page.1 || fail "no page of $program $verb"
+      for option in $($program "$verb" --help | sed -n 's/^  \(-o,\)\{0,1\}\(--[a-z-]*\).*/\2/p'); do
+        grep -qF -- "${option//-/\\-}" page.1 || fail "no $option in the page of $program"
+        grep "^    $verb) words=" completion | grep -q -- "[\" ]$option " || fail "no $option in the completion of $program"
+      done
+    done
+  done
+  # completes WORDS WORD...: WORDS are what the last word can become.
+  completes() {
+    COMP_WORDS=("${@:2}")
+    COMP_CWORD=$(($# - 2))
+    _selvedge
+    [ "${COMPREPLY[*]}" = "$1" ] || fail "${*:2}: ${COMPREPLY[*]}"
+  }
+  # shellcheck disable=SC1090
+  source <(selvedge --completion)
+  completes 'merge make' selvedge m
+  completes '--quiet' selvedge make --qui
+  completes 'standard' selvedge make --quality st
+  completes '' selvedge info ./
+}
+
+test_info_is_a_table_that_fits_a_screen() {
+  selvedge make plain-knit -o k.fabric.exr --quality standard --keep-samples k.samples.exr --quiet "${small[@]}"
+  write_quad quad.gltf
+  selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
+  local file
+  for file in k.fabric.exr k.samples.exr quad.glb; do
+    exits 0 selvedge info $file
+    [ "$(wc -l <"$scratch/out")" -le 40 ] || fail "$file: $(wc -l <"$scratch/out") lines"
+    [ "$(wc -L <"$scratch/out")" -le 100 ] || fail "$file: wider than 100: $(cat "$scratch/out")"
+  done
+  exits 0 selvedge info k.fabric.exr
+  grep -q '^made of .*plain-knit, [0-9]* triangles$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  grep -qE '^ +0 +[0-9.]+ +[0-9.]+ +[0-9.]+ +[0-9]+  ' "$scratch/out" || fail "no row of level 0: $(cat "$scratch/out")"
+}
+
 test_options_that_count_for_nothing_are_usage_errors() {
   local option
   for option in '--slab-lobes 1' '--slabs 1' '--cells 3'; do
     # shellcheck disable=SC2086
     exits 2 selvedge make plain-weave --quality paper -o none.fabric.exr $option
-    grep -q -- "^${option% *}: counts for nothing without --" "$scratch/err" || fail "$option: $(cat "$scratch/err")"
+    grep -q -- "^selvedge: ${option% *}: counts for nothing without --" "$scratch/err" || fail "$option: $(cat "$scratch/err")"
   done
   idle() {
     exits 2 selvedge "${@:2}"
-    grep -q -- "^$1" "$scratch/err" || fail "${*:2}: $(cat "$scratch/err")"
+    grep -q -- "^selvedge: $1" "$scratch/err" || fail "${*:2}: $(cat "$scratch/err")"
   }
   idle '--cells: counts for nothing without --slabs' make plain-weave -o none.fabric.exr --budget 64K --cells 3
   idle '--slab-lobes: counts for nothing without --slabs' make plain-weave -o none.fabric.exr --budget 64K --slab-lobes 1

@@ -113,7 +113,7 @@ test_render_refuses_options_that_would_count_for_nothing() {
   exits 2 selvedge-view render quad.glb -o s.png --repeats 2x2
   idle() {
     exits 2 selvedge-view render "${@:2}" -o s.png
-    grep -q -- "^selvedge-view: $1 .*see --help$" "$scratch/err" || fail "$*: $(cat "$scratch/err")"
+    grep -q -- "^selvedge-view: $1: .*--help$" "$scratch/err" || fail "$*: $(cat "$scratch/err")"
   }
   local option
   for option in '--turntable 2' '--compare quad.glb' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20' --shadows; do
@@ -187,10 +187,10 @@ test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
 test_lights_of_any_intensity_make_numbers() {
   make_scene
   local size=(--place near --size 32x24 --quiet) of largest
-  selvedge swatch k.fabric.exr --view near --size 32x24 -o dark.exr --quiet --light 0.3,0.2,1,0
+  selvedge swatch k.fabric.exr --place near --size 32x24 -o dark.exr --quiet --light 0.3,0.2,1,0
   for of in '1' '1e-3' '1e-6' '1e9' '1e12'; do
     selvedge-view render k.fabric.exr -o "view$of.exr" "${size[@]}" --light "0.3,0.2,1,$of" --exposure "$(node -p "3/$of")" -o "view$of.png"
-    selvedge swatch k.fabric.exr --view near --size 32x24 -o "swatch$of.exr" --quiet --light "0.3,0.2,1,$of"
+    selvedge swatch k.fabric.exr --place near --size 32x24 -o "swatch$of.exr" --quiet --light "0.3,0.2,1,$of"
     exits 0 selvedge-view compare "swatch$of.exr" dark.exr --json
     largest=$(node -p 'JSON.parse(require("fs").readFileSync(process.argv[1])).maxAbsolute' "$scratch/out")
     exits 0 selvedge-view compare "view$of.exr" "swatch$of.exr" --json

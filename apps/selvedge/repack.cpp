@@ -2,13 +2,62 @@
 // layers.
 #include <fmt/format.h>
 
+#include <sstream>
+
+#include "apps/common/paths.h"
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/report.h"
-#include "format/base/atomic_file.h"
 #include "format/quality/fit_record.h"
 
 namespace selvedge {
 namespace {
+
+struct RepackCommand {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  LayerSet to_half;   ///< layers to be stored in 16 bits
+  LayerSet to_float;  ///< in 32 bits; layers in neither stay as they are
+  LayerSet layers = LayerSet::all();
+  std::optional<V2i> levels;  ///< first and last; all where it is not given
+  std::string codec = FabricWriteOptions{}.codec;
+};
+
+LayerSet layers_from(const std::string& text) {
+  LayerSet layers;
+  std::stringstream names(text);
+  for (std::string name; std::getline(names, name, ',');) {
+    const auto layer = layer_named(name);
+    if (!layer) refuse("--layers", fmt::format("\"{}\" is not a layer", name));
+    layers.insert(*layer);
+  }
+  return layers;
+}
+
+void declare(Options& options, RepackCommand& command) {
+  options.common(command.common);
+  options.text("fabric", command.input, "FILE", "The fabric file; what it has that is not known is left out")
+      .required();
+  options.output(command.output, "The fabric file to write", ".fabric.exr").required();
+  const auto add_precision = [&](const char* half, const char* whole, const LayerSet& layers,
+                                 const char* names) {
+    const Option flag = options.flag(
+        half, [&command, layers] { command.to_half.insert(layers); }, fmt::format("{} in 16 bits", names));
+    options
+        .flag(
+            whole, [&command, layers] { command.to_float.insert(layers); },
+            fmt::format("{} in 32 bits", names))
+        .excludes(flag);
+  };
+  add_precision("--half-lobes", "--float-lobes", {LayerKind::lobes}, "Lobes");
+  add_precision("--half-tables", "--float-tables", table_layers, "Tables and frames");
+  options.text("--codec", command.codec, "NAME", "none, rle, zips, zip or piz");
+  options.text("--levels", "A-B", "Only these levels; A becomes level 0", [&command](const std::string& t) {
+    const auto n = whole_numbers_from("--levels", t, '-', 1, 2, "1-3");
+    command.levels = V2i(n.front(), n.back());
+  });
+  options.text("--layers", "NAMES", "Only these layers: lobes,frame,table,opacity",
+               [&command](const std::string& t) { command.layers = layers_from(t); });
+}
 
 /// The levels to keep, which have to exist.
 Result<V2i> levels_to_keep(const RepackCommand& command, int levels) {
@@ -49,33 +98,23 @@ Result<void> write_recorded(const RepackCommand& command, const FabricReader& re
                       options);
 }
 
-}  // namespace
-
-int run(const RepackCommand& command) {
-  apply(command.common);
-  // Said before the work, not after it.
-  if (const auto writable = AtomicFile::create(command.output); !writable) {
-    return report_error(writable.error());
-  }
+Result<int> run(const RepackCommand& command) {
+  if (auto good = check_writable({command.output}); !good) return tl::unexpected(good.error());
   auto reader = FabricReader::open(command.input);
-  if (!reader) return report_error(reader.error());
+  if (!reader) return tl::unexpected(reader.error());
   const auto levels = levels_to_keep(command, reader->header().levels);
-  if (!levels) return report_error(levels.error());
+  if (!levels) return tl::unexpected(levels.error());
   FabricWriteOptions options;
   options.codec = command.codec;
   options.half = reader->half();
   options.half.insert(command.to_half);
   options.half.erase(command.to_float);
   const auto fabric = reader->read_levels(levels->x, levels->y, command.layers);
-  if (!fabric) return report_error(fabric.error());
+  if (!fabric) return tl::unexpected(fabric.error());
   if (auto ok = write_recorded(command, *reader, *levels, *fabric, options); !ok) {
-    return report_error(ok.error());
+    return tl::unexpected(ok.error());
   }
-  Json warnings = Json::array();
-  for (const Error& warning : precision_warnings(command.output, *fabric, options)) {
-    warnings.push_back(to_json(warning));
-    if (!(command.common.quiet || command.common.json)) report_issue(warning);
-  }
+  const Json warnings = report_warnings(command.common, precision_warnings(command.output, *fabric, options));
   const FabricLevel& base = fabric->levels.front();
   const auto before = size_of_file(command.input);
   const auto after = size_of_file(command.output);
@@ -90,6 +129,15 @@ int run(const RepackCommand& command) {
           {"warnings", warnings}},
          fmt::format("{} bytes -> {} ({} bytes)\n", before, command.output, after));
   return 0;
+}
+
+}  // namespace
+
+void add_repack_verb(Program& program) {
+  program.add<RepackCommand>(
+      {"repack", "Write a fabric again: other precision, codec, levels or layers",
+       "selvedge repack k.fabric.exr -o small.fabric.exr --levels 1-3 --layers lobes,opacity"},
+      declare, run);
 }
 
 }  // namespace selvedge

@@ -3,10 +3,9 @@
 #include <iostream>
 #include <map>
 
-#include "apps/selvedge/check_file.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/fabric_query.h"
-#include "apps/selvedge/report.h"
+#include "apps/selvedge/file_kind.h"
 #include "format/base/json_text.h"
 #include "format/base/option_text.h"
 
@@ -95,7 +94,7 @@ class Answerer {
   }
 
   static Result<Json> check(const std::string& file) {
-    // What is so broken that it is of no kind goes by its name.
+    // Unrecognisable content: the name decides.
     const bool named_gltf = has_ending(file, ".gltf") || has_ending(file, ".glb");
     const FileKind kind = kind_of(file).value_or(named_gltf ? FileKind::gltf : FileKind::fabric);
     Json issues = Json::array();
@@ -112,18 +111,21 @@ class Answerer {
     auto fabric = QueriedFabric::open(file);
     if (!fabric) return tl::unexpected(fabric.error());
     // Each holds a file and its levels: not more than a few at a time.
-    constexpr std::size_t most = 16;
-    if (open_.size() >= most) open_.clear();
+    constexpr std::size_t max_open = 16;
+    if (open_.size() >= max_open) open_.clear();
     return &open_.emplace(file, std::move(*fabric)).first->second;
   }
 
   std::map<std::string, QueriedFabric> open_;
 };
 
-}  // namespace
+struct AnswerCommand {
+  CommonOptions common;  ///< its answers are JSON in any case
+};
 
-int run(const AnswerCommand& command) {
-  apply(command.common);
+void declare(Options& options, AnswerCommand& command) { options.common(command.common); }
+
+Result<int> run(const AnswerCommand& /*command*/) {
   Answerer answerer;
   for (std::string line; std::getline(std::cin, line);) {
     const auto answer = answerer.answer(line);
@@ -134,6 +136,14 @@ int run(const AnswerCommand& command) {
     std::cout << said.dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
   }
   return 0;
+}
+
+}  // namespace
+
+void add_answer_verb(Program& program) {
+  program.add<AnswerCommand>({"answer", "Answer queries on standard input, one JSON object per line",
+                              "selvedge answer < queries.jsonl"},
+                             declare, run);
 }
 
 }  // namespace selvedge

@@ -1,8 +1,10 @@
-#include "apps/common/distinct_paths.h"
+#include "apps/common/paths.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
+
+#include "format/base/atomic_file.h"
 
 namespace selvedge {
 
@@ -22,6 +24,14 @@ Result<void> check_distinct(const std::vector<std::pair<std::string, std::string
       return fail(Code::option_out_of_range, path, name,
                   fmt::format("is the file of {} as well", other_name));
     }
+  }
+  return {};
+}
+
+Result<void> check_writable(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    if (path.empty()) continue;
+    if (const auto file = AtomicFile::create(path); !file) return tl::unexpected(file.error());
   }
   return {};
 }

@@ -2,8 +2,9 @@
 
 #include <cmath>
 
+#include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/report.h"
+#include "apps/selvedge/option_groups.h"
 #include "converter/stitch/find_cell.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
@@ -14,6 +15,28 @@
 namespace selvedge {
 namespace {
 
+struct StitchCommand {
+  CommonOptions common;
+  bool list = false;
+  bool show = false;   ///< the description on standard output
+  std::string input;   ///< built-in name, stitch description, weaving draft or mesh file
+  std::string output;  ///< .obj, .ply or .json; empty: report only
+  CellOptions cell;
+};
+
+void declare(Options& options, StitchCommand& command) {
+  options.common(command.common);
+  add_cell(options, command.input, command.cell).required(false);
+  options.flag("--list", command.list, "The built-in stitches, or the parameters of one");
+  options.flag("--show", command.show, "The stitch description (JSON) on standard output");
+  options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)", "");
+  options.check([&command] {
+    if (command.input.empty() && (command.show || !command.list))
+      refuse("stitch", command.show ? "--show needs a stitch" : "a stitch or --list is required");
+    if (command.show && command.list) refuse("--show", "has no meaning with --list");
+  });
+}
+
 /// 1.5 or 0.5,0.4,0.3, as --set takes it.
 std::string text_of(const std::vector<double>& value) {
   std::string text;
@@ -21,7 +44,7 @@ std::string text_of(const std::vector<double>& value) {
   return text;
 }
 
-int list_parameters(const StitchCommand& command, const StitchInfo& info) {
+Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info) {
   Json list = Json::array();
   std::string text = fmt::format("{}: {}\n", info.name, info.description);
   for (const StitchParameter& p : info.parameters) {
@@ -35,7 +58,7 @@ int list_parameters(const StitchCommand& command, const StitchInfo& info) {
   return 0;
 }
 
-int list_stitches(const StitchCommand& command) {
+Result<int> list_stitches(const StitchCommand& command) {
   Json list = Json::array();
   std::string text;
   for (const StitchInfo& info : built_in_stitches()) {
@@ -44,7 +67,7 @@ int list_stitches(const StitchCommand& command) {
     text += fmt::format("{:14} {}\n", info.name, info.description);
   }
   if (!command.input.empty()) {
-    return report_error({Code::stitch_unknown, command.input, "--list", "is no built-in stitch"});
+    return fail(Code::stitch_unknown, command.input, "--list", "is no built-in stitch");
   }
   report(command.common, "stitch", {{"stitches", list}}, text);
   return 0;
@@ -56,15 +79,15 @@ std::string lines_of(const std::vector<std::string>& remarks) {
   return text;
 }
 
-int write_description(const StitchCommand& command) {
+Result<int> write_description(const StitchCommand& command) {
   const auto stitch = find_stitch(command.input, command.cell.settings);
-  if (!stitch) return report_error(stitch.error());
+  if (!stitch) return tl::unexpected(stitch.error());
   const std::string json = to_json(stitch->pattern);
   if (command.output.empty()) {
     fmt::print("{}", json);
     return 0;
   }
-  if (auto ok = write_file(command.output, json); !ok) return report_error(ok.error());
+  if (auto ok = write_file(command.output, json); !ok) return tl::unexpected(ok.error());
   const StitchPattern& pattern = stitch->pattern;
   report(command.common, "stitch",
          {{"stitch", pattern.name},
@@ -76,16 +99,14 @@ int write_description(const StitchCommand& command) {
   return 0;
 }
 
-}  // namespace
-
-int run(const StitchCommand& command) {
+Result<int> run(const StitchCommand& command) {
   if (command.list) return list_stitches(command);
   if (command.show || has_ending(command.output, ".json")) return write_description(command);
   const auto cell = find_cell(command.input, command.cell);
-  if (!cell) return report_error(cell.error());
+  if (!cell) return tl::unexpected(cell.error());
   const CellMesh& mesh = cell->mesh;
   if (!command.output.empty()) {
-    if (auto ok = write_mesh(command.output, mesh); !ok) return report_error(ok.error());
+    if (auto ok = write_mesh(command.output, mesh); !ok) return tl::unexpected(ok.error());
   }
   const Box box = bounds_of(mesh);
   const float height = box.max.z - box.min.z;
@@ -99,7 +120,7 @@ int run(const StitchCommand& command) {
                   mesh.positions.size(), mesh.triangles.size(), mesh.period.x, mesh.period.y, height);
   if (cell->stitch) {
     const auto clearance = minimum_clearance(cell->stitch->pattern, command.input);
-    if (!clearance) return report_error(clearance.error());
+    if (!clearance) return tl::unexpected(clearance.error());
     json["yarns"] = cell->stitch->pattern.yarns.size();
     json["clearanceMm"] = *clearance;
     json["thicknessShare"] = cell->stitch->thickness_share;
@@ -119,6 +140,14 @@ int run(const StitchCommand& command) {
   text += lines_of(remarks_of(*cell));
   report(command.common, "stitch", json, text);
   return 0;
+}
+
+}  // namespace
+
+void add_stitch_verb(Program& program) {
+  program.add<StitchCommand>({"stitch", "Mesh one cell of a stitch, or show its description",
+                              "selvedge stitch plain-knit -o plain-knit.ply"},
+                             declare, run);
 }
 
 }  // namespace selvedge

@@ -3,17 +3,61 @@
 
 #include <chrono>
 
-#include "apps/common/distinct_paths.h"
+#include "apps/common/paths.h"
+#include "apps/common/shared_options.h"
+#include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/report.h"
+#include "apps/selvedge/option_groups.h"
+#include "converter/bake/truth_swatch.h"
 #include "converter/stitch/find_cell.h"
-#include "format/base/atomic_file.h"
 #include "format/picture/display.h"
 #include "format/picture/swatch_picture.h"
 #include "format/scene/level_bounds.h"
 
 namespace selvedge {
 namespace {
+
+struct SwatchCommand {
+  CommonOptions common;
+  bool truth = false;  ///< the input is a stitch and is traced; else it is a fabric file
+  std::string input;
+  std::string output;  ///< .png or .exr
+  CellOptions cell;    ///< with `truth`
+  TruthOptions trace;
+  SwatchView place = SwatchView::near;
+  V2i size{320, 240};
+  std::vector<Light> lights;          ///< empty: those of the place
+  LevelOptions levels = best_levels;  ///< without `truth`
+};
+
+void declare(Options& options, SwatchCommand& command) {
+  options.common(command.common);
+  add_cell(options, command.input, command.cell)
+      .help("A fabric file; with --truth a stitch, as bake takes it");
+  options.group("");
+  options.flag("--truth", command.truth, "Trace the stitch's geometry, repeat beside repeat");
+  options
+      .output(command.output, "The picture: .png as people see it, .exr linear with opacity", ".png",
+              {".png", ".exr"})
+      .required();
+  add_place(options, "Where it is seen from [near]", [&command](SwatchView place) { command.place = place; });
+  options.size("--size", command.size, "Of the picture, in pixels", 1, 8192);
+  add_lights(
+      options, command.lights,
+      "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
+      "and a fill light of 0.3)");
+  options.group("With --truth");
+  TruthOptions& trace = command.trace;
+  options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
+  add_transport(options, {trace.bounces, trace.indirect, trace.ground, trace.reference});
+  options.number("--seed", trace.seed, "N", "Same seed, same picture");
+  options.check([&options, &command] {
+    if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
+    options.refuse_if(!command.truth, "is for --truth, not for a fabric file",
+                      {"--set", "--grid", "--period", "--unit", "--up", "--albedo", "--samples", "--bounces",
+                       "--indirect", "--ground", "--reference-height", "--seed"});
+  });
+}
 
 struct Drawn {
   Frame frame;
@@ -23,7 +67,7 @@ struct Drawn {
 };
 
 SwatchShot shot_of(const SwatchCommand& command, const V2d& period_mm) {
-  SwatchShot shot = swatch_shot(command.view, period_mm, command.size.x, command.size.y);
+  SwatchShot shot = swatch_shot(command.place, period_mm, command.size.x, command.size.y);
   if (!command.lights.empty()) shot.lights = command.lights;
   return shot;
 }
@@ -74,9 +118,7 @@ Result<Drawn> draw(const SwatchCommand& command) {
 Result<Drawn> make(const SwatchCommand& command) {
   const auto distinct = check_distinct({{"the input", command.input}, {"--output", command.output}});
   if (!distinct) return tl::unexpected(distinct.error());
-  // Said before the work, not after it.
-  if (const auto writable = AtomicFile::create(command.output); !writable)
-    return tl::unexpected(writable.error());
+  if (auto good = check_writable({command.output}); !good) return tl::unexpected(good.error());
   auto drawn = command.truth ? trace(command) : draw(command);
   if (!drawn) return drawn;
   const auto written = command.output.ends_with(".exr")
@@ -86,21 +128,14 @@ Result<Drawn> make(const SwatchCommand& command) {
   return drawn;
 }
 
-}  // namespace
-
-int run(const SwatchCommand& command) {
-  apply(command.common);
+Result<int> run(const SwatchCommand& command) {
   const auto drawn = make(command);
-  if (!drawn) return report_error(drawn.error());
-  Json warnings = Json::array();
-  for (const Error& warning : drawn->warnings) {
-    warnings.push_back(to_json(warning));
-    if (!(command.common.quiet || command.common.json)) report_issue(warning);
-  }
-  Json json = {{"input", command.input},    {"output", command.output}, {"view", name_of(command.view)},
+  if (!drawn) return tl::unexpected(drawn.error());
+  const Json warnings = report_warnings(command.common, drawn->warnings);
+  Json json = {{"input", command.input},    {"output", command.output}, {"place", name_of(command.place)},
                {"width", command.size.x},   {"height", command.size.y}, {"truth", command.truth},
                {"seconds", drawn->seconds}, {"warnings", warnings}};
-  std::string text = fmt::format("{} swatch, {}x{} pixels, in {:.2f} s", name_of(command.view),
+  std::string text = fmt::format("{} swatch, {}x{} pixels, in {:.2f} s", name_of(command.place),
                                  command.size.x, command.size.y, drawn->seconds);
   if (drawn->truth) {
     json["samples"] = command.trace.samples / 2 * 2;
@@ -115,6 +150,15 @@ int run(const SwatchCommand& command) {
   report(command.common, "swatch", json,
          fmt::format("{} -> {} ({} bytes)\n", text, command.output, size_of_file(command.output)));
   return 0;
+}
+
+}  // namespace
+
+void add_swatch_verb(Program& program) {
+  program.add<SwatchCommand>(
+      {"swatch", "Draw a flat swatch: of a fabric, or with --truth of the stitch itself",
+       "selvedge swatch --truth plain-knit --place middle -o truth.exr"},
+      declare, run);
 }
 
 }  // namespace selvedge

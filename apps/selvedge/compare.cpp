@@ -1,33 +1,36 @@
-// evaluate and compare: what a fabric says, and how far it is from the truth.
+// compare: how far fabrics are from samples that took no part in their fits.
+#include "format/quality/compare.h"
+
 #include <fmt/format.h>
 
+#include "apps/common/paths.h"
 #include "apps/report/compare_plot.h"
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/fabric_query.h"
-#include "apps/selvedge/report.h"
 #include "fitter/training_pairs.h"
 #include "format/base/atomic_file.h"
-#include "format/quality/compare.h"
+#include "format/fabric/file.h"
 
 namespace selvedge {
 namespace {
 
-Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
+struct CompareCommand {
+  CommonOptions common;
+  std::vector<std::string> files;  ///< fabrics, then the samples
+  std::string plot;                ///< .png or .svg of the one fabric; empty: none
+};
 
-/// The level that was asked for must exist, here with texture coordinates too: a wrong number is a slip.
-Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
-  auto fabric = QueriedFabric::open(command.fabric);
-  if (!fabric) return tl::unexpected(fabric.error());
-  const int last = fabric->levels() - 1;
-  if (!(query.level >= 0 && query.level <= last)) {
-    return fail(Code::option_out_of_range, command.fabric, "--level",
-                fmt::format("{} is outside of 0 to {}", query.level, last));
-  }
-  auto shading = fabric->shade(query);
-  if (!shading && shading.error().code == Code::option_out_of_range) {
-    shading.error().place.insert(0, "--");
-  }
-  return shading;
+void declare(Options& options, CompareCommand& command) {
+  options.common(command.common);
+  options.list("files", command.files, "FABRIC... SAMPLES", "Fabric files, then the samples file")
+      .required()
+      .count(2, 1000);
+  options
+      .text("--plot", command.plot, "FILE",
+            "Draw truth, fit and difference, and the error over angles and levels (.png .svg)")
+      .ends_in({".png", ".svg"});
+  options.check([&command] {
+    if (!command.plot.empty() && command.files.size() != 2) refuse("--plot", "draws one fabric");
+  });
 }
 
 Json comparison_json(const Comparison& c) {
@@ -76,39 +79,15 @@ Result<void> draw(const std::string& output, const Fabric& fabric, const PairSam
   return png ? write_file(output, *png) : failed(png.error());
 }
 
-}  // namespace
-
-int run(const EvaluateCommand& command) {
-  apply(command.common);
-  const FabricQuery query{command.level, command.texel, command.uv, V3f(command.light.normalized()),
-                          V3f(command.view.normalized())};
-  const auto shading = shading_at(command, query);
-  if (!shading) return report_error(shading.error());
-  Json json = {{"level", command.level}};
-  if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
-  if (command.uv) json["uv"] = {command.uv->x, command.uv->y};
-  json["light"] = list_of(query.light);
-  json["view"] = list_of(query.view);
-  json["rgb"] = list_of(shading->radiance);
-  json["alpha"] = shading->alpha;
-  // The answer is JSON in any case; --json adds the frame that all reports have.
-  report(command.common, "evaluate", json, json.dump() + "\n");
-  return 0;
-}
-
-int run(const CompareCommand& command) {
-  apply(command.common);
-  if (!command.plot.empty()) {  // said before the work, not after it
-    if (const auto writable = AtomicFile::create(command.plot); !writable)
-      return report_error(writable.error());
-  }
+Result<int> run(const CompareCommand& command) {
+  if (auto good = check_writable({command.plot}); !good) return tl::unexpected(good.error());
   const std::string& samples = command.files.back();
   auto reader = SamplesReader::open(samples);
-  if (!reader) return report_error(reader.error());
+  if (!reader) return tl::unexpected(reader.error());
   std::array<PairSamples, 3> truth;
   for (const PairKind kind : all_pair_kinds) {
     auto pairs = reader->read_pairs(kind);
-    if (!pairs) return report_error(pairs.error());
+    if (!pairs) return tl::unexpected(pairs.error());
     truth[static_cast<std::size_t>(kind)] = std::move(*pairs);
   }
   Json fabrics = Json::array();
@@ -116,7 +95,7 @@ int run(const CompareCommand& command) {
   for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
     const std::string& path = command.files[i];
     const auto fabric = read_fabric(path);
-    if (!fabric) return report_error(fabric.error());
+    if (!fabric) return tl::unexpected(fabric.error());
     Json entry = {{"fabric", path}, {"bytes", size_of_file(path)}};
     text += fmt::format("{} ({} bytes)\n", path, size_of_file(path));
     double peak = 0;
@@ -127,7 +106,7 @@ int run(const CompareCommand& command) {
       if (!comparison) {
         Error error = comparison.error();
         error.file = path;
-        return report_error(error);
+        return tl::unexpected(error);
       }
       peak = comparison->peak;
       entry[name_of(kind)] = comparison_json(*comparison);
@@ -137,12 +116,20 @@ int run(const CompareCommand& command) {
       if (auto ok =
               draw(command.plot, *fabric, truth[static_cast<std::size_t>(PairKind::held_out)], *reader, path);
           !ok)
-        return report_error(ok.error());
+        return tl::unexpected(ok.error());
     }
     fabrics.push_back(entry);
   }
   report(command.common, "compare", {{"samples", samples}, {"fabrics", fabrics}}, text);
   return 0;
+}
+
+}  // namespace
+
+void add_compare_verb(Program& program) {
+  program.add<CompareCommand>({"compare", "Error of fabrics against held-out samples, per level",
+                               "selvedge compare k.fabric.exr k.samples.exr"},
+                              declare, run);
 }
 
 }  // namespace selvedge

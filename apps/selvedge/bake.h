@@ -1,7 +1,8 @@
 // What bake and make share.
 #pragma once
 
-#include "apps/selvedge/report.h"
+#include "apps/selvedge/cell_report.h"
+#include "apps/selvedge/command_line.h"
 
 namespace selvedge {
 

@@ -1,5 +1,5 @@
 // bake and merge, and the bake of make.
-#include "apps/selvedge/run_bake.h"
+#include "apps/selvedge/bake.h"
 
 #include <fmt/format.h>
 
@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "apps/selvedge/commands.h"
+#include "apps/selvedge/option_groups.h"
 #include "converter/bake/for_plan.h"
 #include "converter/bake/pairs_file.h"
 #include "converter/stitch/find_cell.h"
@@ -113,18 +114,47 @@ std::string bake_text(const BakeReport& r, const std::string& output) {
       100 * r.noise, output.empty() ? "" : fmt::format(" -> {} ({} bytes)", output, size_of_file(output)));
 }
 
-int run(const BakeCommand& command) {
-  apply(command.common);
+namespace {
+
+void declare(Options& options, BakeCommand& command) {
+  options.common(command.common);
+  add_cell(options, command.input, command.cell);
+  add_bake(options, command.bake, command.pairs);
+  options.text("--shard", "I/N", "Bake part I (from 0) of N, for selvedge merge",
+               [&command](const std::string& t) {
+                 const auto n = whole_numbers_from("--shard", t, '/', 2, 2, "0/8");
+                 command.shard = BakeShard{n[0], n[1]};
+               });
+  options.group("");
+  options.output(command.output, "The samples file, or with --shard the part", ".samples.exr").required();
+  options.check([&options, &command] {
+    command.texels_given = options.given("--texels");
+    options.refuse_if(command.bake.slabs == 0, "counts for nothing without --slabs", {"--cells"});
+  });
+}
+
+Result<int> run(const BakeCommand& command) {
   const auto result = bake_cell(command, command.common);
-  if (!result) return report_error(result.error());
+  if (!result) return tl::unexpected(result.error());
   report(command.common, "bake", bake_json(*result, command.output), bake_text(*result, command.output));
   return 0;
 }
 
-int run(const MergeCommand& command) {
-  apply(command.common);
+struct MergeCommand {
+  CommonOptions common;
+  std::vector<std::string> shards;
+  std::string output;
+};
+
+void declare(Options& options, MergeCommand& command) {
+  options.common(command.common);
+  options.list("shards", command.shards, "SHARD...", "What bake --shard wrote, in any order").required();
+  options.output(command.output, "The samples file", ".samples.exr").required();
+}
+
+Result<int> run(const MergeCommand& command) {
   const auto result = merge_shards(command.shards, command.output);
-  if (!result) return report_error(result.error());
+  if (!result) return tl::unexpected(result.error());
   report(command.common, "merge",
          {{"output", command.output},
           {"bytes", size_of_file(command.output)},
@@ -136,6 +166,20 @@ int run(const MergeCommand& command) {
          fmt::format("{} shards -> {} ({} bytes), noise {:.2g} %\n", command.shards.size(), command.output,
                      size_of_file(command.output), 100 * result->noise));
   return 0;
+}
+
+}  // namespace
+
+void add_bake_verb(Program& program) {
+  program.add<BakeCommand>(
+      {"bake", "Light a cell from all sides: stitch -> samples", "selvedge bake plain-knit -o k.samples.exr"},
+      declare, run);
+}
+
+void add_merge_verb(Program& program) {
+  program.add<MergeCommand>({"merge", "Join the parts of a bake: shards -> samples",
+                             "selvedge merge k.0.shard k.1.shard -o k.samples.exr"},
+                            declare, run);
 }
 
 }  // namespace selvedge

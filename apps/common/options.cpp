@@ -1,0 +1,269 @@
+#include "apps/common/options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "format/base/option_text.h"
+
+namespace selvedge {
+namespace {
+
+/// A check that gives the fault of a text, or nothing where it is good.
+CLI::Validator validator(std::function<std::string(const std::string&)> fault) {
+  return CLI::Validator([fault = std::move(fault)](std::string& text) { return fault(text); }, "");
+}
+
+/// The whole text as a number from 0 to 2^64 - 1 and what follows it.
+std::optional<std::pair<std::uint64_t, std::string>> whole_number(const std::string& text) {
+  std::uint64_t number = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc()) return std::nullopt;
+  return std::pair(number, std::string(rest, end));
+}
+
+std::string fault_of_ending(const std::string& file, const std::vector<std::string>& endings) {
+  const auto fits = [&](const std::string& ending) { return has_ending(file, ending); };
+  if (std::any_of(endings.begin(), endings.end(), fits)) return {};
+  return fmt::format("\"{}\" does not end in {}", file, fmt::join(endings, " or "));
+}
+
+std::uint64_t bytes_from(const std::string& option, const std::string& text) {
+  if (const auto parsed = whole_number(text); parsed && parsed->first > 0) {
+    const auto& [number, unit] = *parsed;
+    for (int i = 0; i < 5; ++i) {
+      const char letter = "bkmgt"[i];
+      const std::string lower = CLI::detail::to_lower(unit);
+      const bool is_unit =
+          lower == std::string(1, letter) || (i == 0 && lower.empty()) ||
+          (i > 0 && (lower == fmt::format("{}b", letter) || lower == fmt::format("{}ib", letter)));
+      if (is_unit && number <= UINT64_MAX >> (10 * i)) return number << (10 * i);
+    }
+  }
+  refuse(option, fmt::format("\"{}\" is not a number of bytes above 0, such as 60000 or 64K", text));
+}
+
+}  // namespace
+
+void refuse(const std::string& option, const std::string& why) { throw CLI::ValidationError(option, why); }
+
+std::vector<double> numbers_from(const std::string& option, const std::string& text, char separator,
+                                 std::size_t min, std::size_t max, const char* example) {
+  const auto parsed = parse_numbers(text, separator, min, max);
+  if (!parsed) refuse(option, fmt::format("\"{}\" is not of the form {}", text, example));
+  return *parsed;
+}
+
+std::vector<int> whole_numbers_from(const std::string& option, const std::string& text, char separator,
+                                    std::size_t min, std::size_t max, const char* example) {
+  std::vector<int> whole;
+  for (const double n : numbers_from(option, text, separator, min, max, example)) {
+    if (n != std::floor(n) || std::abs(n) > 1e9)
+      refuse(option, fmt::format("\"{}\" is not of the form {}", text, example));
+    whole.push_back(static_cast<int>(n));
+  }
+  return whole;
+}
+
+const Option& Option::required(bool is_required) const {
+  option_->required(is_required);
+  return *this;
+}
+
+const Option& Option::in(double min, double max) const {
+  // A default that cannot be given stands for none.
+  double usual = 0;
+  if (CLI::detail::lexical_cast(option_->get_default_str(), usual) && !(usual >= min && usual <= max))
+    option_->default_str("");
+  option_->check(validator([min, max](const std::string& text) {
+    double value = 0;
+    const bool good = CLI::detail::lexical_cast(text, value) && value >= min && value <= max;
+    return good ? std::string() : fmt::format("{} is not a number in {} to {}", text, min, max);
+  }));
+  return *this;
+}
+
+const Option& Option::ends_in(std::vector<std::string> endings) const {
+  option_->check(validator(
+      [endings = std::move(endings)](const std::string& file) { return fault_of_ending(file, endings); }));
+  return *this;
+}
+
+const Option& Option::excludes(const Option& other) const {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+const Option& Option::needs(const Option& other) const {
+  option_->needs(other.option_);
+  return *this;
+}
+
+const Option& Option::help(const std::string& text) const {
+  option_->description(text);
+  return *this;
+}
+
+const Option& Option::count(int min, int max) const {
+  option_->expected(min, max);
+  return *this;
+}
+
+void Options::group(const char* heading) { group_ = *heading == '\0' ? "Options" : heading; }
+
+void Options::common(CommonOptions& common) {
+  common_ = &common;
+  flag("--json", common.json, "The report, or the error, as JSON on standard output");
+  flag("--quiet", common.quiet, "No progress, no table, no remarks");
+  number("--threads", common.threads, "N", "0: all cores; the bytes are the same for any number").in(0, 4096);
+}
+
+Option Options::add(CLI::Option* option, const char* type) {
+  option->group(group_);
+  if (*type != '\0') option->type_name(type);
+  return Option(option);
+}
+
+template <class T>
+Option Options::number(const char* name, T& value, const char* type, const std::string& help) {
+  CLI::Option* option = app_.add_option(name, value, help)->capture_default_str();
+  // CLI11 takes a negative number for a large one.
+  if constexpr (std::is_same_v<T, std::uint64_t>) {
+    option->check(validator([](const std::string& text) {
+      const auto parsed = whole_number(text);
+      const bool good = parsed && parsed->second.empty();
+      return good ? std::string() : fmt::format("\"{}\" is not a whole number from 0 to 2^64 - 1", text);
+    }));
+  }
+  return add(option, type);
+}
+template Option Options::number(const char*, int&, const char*, const std::string&);
+template Option Options::number(const char*, float&, const char*, const std::string&);
+template Option Options::number(const char*, double&, const char*, const std::string&);
+template Option Options::number(const char*, std::uint64_t&, const char*, const std::string&);
+template Option Options::number(const char*, std::optional<int>&, const char*, const std::string&);
+template Option Options::number(const char*, std::optional<double>&, const char*, const std::string&);
+
+Option Options::bytes(const char* name, std::optional<std::uint64_t>& value, const std::string& help) {
+  return text(name, "BYTES", help, [name, &value](const std::string& t) { value = bytes_from(name, t); });
+}
+
+Option Options::size(const char* name, V2i& value, const std::string& help, int min, int max) {
+  return text(name, "WxH", fmt::format("{} [{}x{}]", help, value.x, value.y),
+              [name, &value, min, max](const std::string& t) {
+                const auto n = whole_numbers_from(name, t, 'x', 2, 2, "320x240");
+                if (std::min(n[0], n[1]) < min || std::max(n[0], n[1]) > max)
+                  refuse(name, fmt::format("must lie in {} to {}", min, max));
+                value = V2i(n[0], n[1]);
+              });
+}
+
+Option Options::flag(const char* name, bool& value, const std::string& help) {
+  return add(app_.add_flag(name, value, help), "");
+}
+
+Option Options::flag(const char* name, std::function<void()> set, const std::string& help) {
+  return add(app_.add_flag_callback(name, std::move(set), help), "");
+}
+
+Option Options::flag(const char* name, int& value, int otherwise, const std::string& help) {
+  return add(app_.add_flag(fmt::format("{}{{{}}}", name, otherwise), value, help), "");
+}
+
+Option Options::text(const char* name, std::string& value, const char* type, const std::string& help) {
+  return add(app_.add_option(name, value, help)->capture_default_str(), type);
+}
+
+Option Options::text(const char* name, const char* type, const std::string& help,
+                     std::function<void(const std::string&)> read) {
+  return add(app_.add_option_function<std::string>(name, std::move(read), help), type);
+}
+
+Option Options::numbers(const char* name, std::size_t count, const char* type, const std::string& help,
+                        std::function<void(const std::vector<double>&)> read) {
+  return text(name, type, help, [name, count, type, read = std::move(read)](const std::string& t) {
+    read(numbers_from(name, t, ',', count, count, type));
+  });
+}
+
+template <class T>
+Option Options::vector(const char* name, T& value, const char* type, const std::string& help) {
+  constexpr bool has_three = std::is_same_v<T, V3d> || std::is_same_v<T, std::optional<V3d>>;
+  return numbers(name, has_three ? 3 : 2, type, help, [&value](const std::vector<double>& n) {
+    if constexpr (has_three) {
+      value = V3d(n[0], n[1], n[2]);
+    } else {
+      value = V2d(n[0], n[1]);
+    }
+  });
+}
+template Option Options::vector(const char*, V2d&, const char*, const std::string&);
+template Option Options::vector(const char*, V3d&, const char*, const std::string&);
+template Option Options::vector(const char*, std::optional<V2d>&, const char*, const std::string&);
+template Option Options::vector(const char*, std::optional<V3d>&, const char*, const std::string&);
+
+Option Options::choice(const char* name, std::span<const std::string_view> names, const std::string& help,
+                       std::function<void(std::size_t)> read) {
+  const std::string type = fmt::format("{}", fmt::join(names, "|"));
+  return text(name, type.c_str(), help, [name, names, type, read = std::move(read)](const std::string& t) {
+    const auto found = std::find(names.begin(), names.end(), t);
+    if (found == names.end()) refuse(name, fmt::format("\"{}\" is none of {}", t, type));
+    read(static_cast<std::size_t>(found - names.begin()));
+  });
+}
+
+Option Options::list(const char* name, std::vector<std::string>& values, const char* type,
+                     const std::string& help) {
+  return list(name, type, help, [&values](const std::vector<std::string>& texts) { values = texts; });
+}
+
+Option Options::list(const char* name, const char* type, const std::string& help,
+                     std::function<void(const std::vector<std::string>&)> read) {
+  CLI::Option* option = app_.add_option_function<std::vector<std::string>>(name, std::move(read), help);
+  // One value for each time that an option is named, else its values would swallow the arguments behind them.
+  if (*name == '-') option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  return add(option, type);
+}
+
+Option Options::output(std::string& path, const std::string& help, const char* piped,
+                       std::vector<std::string> endings) {
+  output_ = &path;
+  piped_ending_ = piped;
+  Option option = text("-o,--output", path, "FILE", help);
+  check([this, endings = std::move(endings)] {
+    if (*output_ != "-") {
+      const std::string fault = fault_of_ending(*output_, endings);
+      if (!output_->empty() && !endings.empty() && !fault.empty()) refuse("--output", fault);
+      return;
+    }
+    if (piped_ending_.empty()) refuse("--output", "cannot be standard output here; name a file");
+    refuse_if(true, "has no place on standard output beside -o -", {"--json"});
+  });
+  return option;
+}
+
+std::string* Options::piped_output() const {
+  return output_ != nullptr && *output_ == "-" ? output_ : nullptr;
+}
+
+void Options::check(std::function<void()> check) {
+  checks_.push_back(std::move(check));
+  app_.final_callback([this] {
+    for (const auto& each : checks_) each();
+  });
+}
+
+bool Options::given(const char* name) const { return app_.count(name) > 0; }
+
+void Options::refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const {
+  for (const char* name : names) {
+    if (here && given(name)) refuse(name, why);
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,188 @@
+#include "apps/common/program.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+
+#include "apps/common/manual.h"
+#include "format/base/atomic_file.h"
+#include "format/base/parallel.h"
+#include "format/base/printable.h"
+
+namespace selvedge {
+namespace {
+
+/// A line on standard error, and 1, where something for standard output could not be written; else `status`.
+int check_output(int status) {
+  // Whatever fits into the buffer is written here.
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  report_error({Code::file_unwritable, "standard output", "", std::strerror(errno)});
+  return 1;
+}
+
+/// Changes of one letter that make one word of another (Levenshtein distance).
+std::size_t distance(const std::string& from, const std::string& to) {
+  std::vector<std::size_t> row(to.size() + 1);
+  for (std::size_t k = 0; k < row.size(); ++k) row[k] = k;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t k = 0; k < to.size(); ++k) {
+      const std::size_t replaced = diagonal + (from[i] == to[k] ? 0 : 1);
+      diagonal = row[k + 1];
+      row[k + 1] = std::min({replaced, row[k] + 1, row[k + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// "unknown KIND TYPED; did you mean NAME?", where a name is near.
+std::string unknown(const char* kind, const std::string& typed, const std::vector<std::string>& names) {
+  const std::string fault = fmt::format("unknown {} {}", kind, typed);
+  const auto nearest = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
+    return distance(typed, a) < distance(typed, b);
+  });
+  if (nearest == names.end() || distance(typed, *nearest) > std::max<std::size_t>(2, typed.size() / 3))
+    return fault;
+  return fmt::format("{}; did you mean {}?", fault, *nearest);
+}
+
+/// With --json on the command line, whether or not it was parsed.
+bool wants_json(int argc, const char* const* argv) {
+  return std::any_of(argv + 1, argv + argc,
+                     [](const char* word) { return std::strcmp(word, "--json") == 0; });
+}
+
+/// Copies a finished file to standard output and removes it.
+void pipe_out(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> bytes(1 << 16);
+  while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), file.gcount() > 0)
+    std::fwrite(bytes.data(), 1, static_cast<std::size_t>(file.gcount()), stdout);
+  std::filesystem::remove(path);
+}
+
+}  // namespace
+
+Program::Program(const char* name, const char* help, const char* footer)
+    : app_(std::make_unique<CLI::App>(help, name)) {
+  program_name = name;
+  app_->set_version_flag("--version", fmt::format("{} " SELVEDGE_VERSION, name));
+  app_->require_subcommand(1);
+  app_->footer(footer);
+}
+
+Program::~Program() = default;
+
+Program::Verb& Program::add_verb(const VerbText& text) {
+  CLI::App* verb = app_->add_subcommand(text.name, text.help);
+  std::string examples = "  ";
+  for (const char* c = text.examples; *c != '\0'; ++c)
+    examples += *c == '\n' ? std::string("\n  ") : std::string(1, *c);
+  verb->footer(
+      fmt::format("Example{}:\n{}\n\n{}Exit status: 0 good, 1 the input is bad or a check failed, 2 usage.",
+                  examples.find('\n') == std::string::npos ? "" : "s", examples, text.notes));
+  verbs_.push_back(std::make_unique<Verb>());
+  verbs_.back()->options = std::make_unique<Options>(*verb);
+  return *verbs_.back();
+}
+
+std::string Program::usage_fault(const std::string& fault) const {
+  const auto verbs = app_->get_subcommands();
+  if (verbs.empty()) {
+    const std::vector<std::string> words = app_->remaining();
+    std::vector<std::string> names;
+    for (const CLI::App* verb : app_->get_subcommands({})) names.push_back(verb->get_name());
+    if (words.empty()) return fault + "; see --help";
+    return unknown(words.front().starts_with('-') ? "option" : "verb", words.front(), names) + "; see --help";
+  }
+  const CLI::App& verb = *verbs.front();
+  std::string said = fault;
+  for (const std::string& word : verb.remaining()) {
+    if (!word.starts_with('-')) continue;
+    std::vector<std::string> names;
+    for (const CLI::Option* option : verb.get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+    said = unknown("option", word.substr(0, word.find('=')), names);
+    break;
+  }
+  return fmt::format("{}; see {} {} --help", said, app_->get_name(), verb.get_name());
+}
+
+int Program::parse_and_run(int argc, const char* const* argv) {
+  const std::string_view only = argc == 2 ? argv[1] : "";
+  if (only == "--man" || only == "--completion") {
+    fmt::print("{}", only == "--man" ? manual_page(*app_) : bash_completion(*app_));
+    return 0;
+  }
+  try {
+    app_->parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // CLI11 has statuses of its own above 100, and messages of several lines.
+    if (error.get_exit_code() == 0) return app_->exit(error);
+    std::string fault = usage_fault(error.what());
+    std::replace(fault.begin(), fault.end(), '\n', ' ');
+    if (wants_json(argc, argv)) {
+      const auto verbs = app_->get_subcommands();
+      fmt::print(
+          "{}",
+          framed(verbs.empty() ? "" : verbs.front()->get_name().c_str(),
+                 {{"error", {{"code", "USAGE"}, {"file", ""}, {"place", ""}, {"message", as_utf8(fault)}}}}));
+    } else {
+      fmt::print(stderr, "{}: {}\n", app_->get_name(), printable(fault));
+    }
+    return 2;
+  }
+  for (const auto& verb : verbs_) {
+    if (verb->options->app().parsed()) return run_verb(*verb);
+  }
+  return 2;
+}
+
+int Program::run_verb(const Verb& verb) {
+  CommonOptions& common = verb.options->common();
+  set_threads(common.threads);
+  std::string* piped = verb.options->piped_output();
+  if (piped != nullptr) {
+    *piped = (std::filesystem::temp_directory_path() /
+              fmt::format("{}-{}{}", app_->get_name(), getpid(), verb.options->piped_ending()))
+                 .string();
+    common.piped = true;
+  }
+  const Result<int> status = verb.work();
+  if (status) {
+    if (piped != nullptr) pipe_out(*piped);
+    return *status;
+  }
+  Error error = status.error();
+  if (piped != nullptr && error.file == *piped) error.file = "standard output";
+  if (common.json) {
+    fmt::print("{}", framed(verb.options->app().get_name().c_str(), {{"error", to_json(error)}}));
+  } else {
+    report_error(error);
+  }
+  return 1;
+}
+
+int Program::run(int argc, const char* const* argv) {
+  remove_unfinished_files_on_signal();
+  try {
+    return check_output(parse_and_run(argc, argv));
+  } catch (const std::exception& error) {
+    // Texts that do not fit into the buffer are found here.
+    if (std::ferror(stdout) != 0) return check_output(1);
+    fmt::print(stderr, "{}: {}\n", program_name, error.what());
+    return 1;
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,74 @@
+#include "apps/common/shared_options.h"
+
+#include <fmt/format.h>
+
+namespace selvedge {
+namespace {
+
+/// Three numbers and an intensity; `add` tells whether they make a light.
+void add_light_list(Options& options, const char* name, const std::string& help,
+                    std::function<bool(const V3d&, float)> add) {
+  options.list(name, "X,Y,Z[,I]", help, [name, add = std::move(add)](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) {
+      const auto n = numbers_from(name, text, ',', 3, 4, "0,0.6,0.8 or 0,0.6,0.8,2");
+      const double intensity = n.size() > 3 ? n[3] : 1;
+      if (!(intensity >= 0 && intensity <= max_intensity) ||
+          !add(V3d(n[0], n[1], n[2]), static_cast<float>(intensity)))
+        refuse(name, fmt::format("\"{}\" has no direction or no intensity in 0 to 1e12", text));
+    }
+  });
+}
+
+}  // namespace
+
+void add_camera(Options& options, CameraOptions& camera) {
+  options.number("--azimuth", camera.azimuth, "DEGREES", "0 faces the scene's front (+z), 90 its +x side");
+  options.number("--elevation", camera.elevation, "DEGREES", "Above the horizon");
+  options.number("--fov", camera.field_of_view, "DEGREES", "Vertical field of view");
+  options.set_flag("--orthographic", camera.projection, Projection::parallel,
+                   "Parallel instead of perspective projection");
+  options.number("--distance-factor", camera.distance_factor, "FACTOR",
+                 "Times the distance that just shows everything");
+  options.vector("--look-at", camera.look_at, "X,Y,Z",
+                 "Point in metres that is shown in the middle (default: the scene's centre)");
+  options.number("--zoom", camera.zoom, "FACTOR", "Narrow the frame by this factor");
+  options.vector("--focus", camera.focus, "X,Y",
+                 "Around this point of the frame; 0,0 is its top left, 1,1 its bottom right");
+}
+
+void add_scene_choice(Options& options, SceneChoice& choice) {
+  options.text("--scene", choice.scene, "NAME|N", "A scene of the file (default: the one it names)");
+  options.text("--variant", choice.variant, "NAME|N", "A variant of its materials (default: none)");
+}
+
+void add_lights(Options& options, std::vector<Light>& lights, const std::string& help) {
+  add_light_list(options, "--light", help, [&lights](const V3d& direction, float irradiance) {
+    if (!(direction.length() > 0)) return false;
+    Light light;
+    light.direction = direction.normalized();
+    light.irradiance = V3f(irradiance);
+    lights.push_back(light);
+    return true;
+  });
+}
+
+void add_point_lights(Options& options, std::vector<Light>& lights) {
+  add_light_list(options, "--point-light",
+                 "Place of a light in metres, in the scene's axes, and its intensity at a distance of 1 m "
+                 "(default 1); may be repeated",
+                 [&lights](const V3d& position, float irradiance) {
+                   Light light;
+                   light.kind = LightKind::point;
+                   light.position = position;
+                   light.irradiance = V3f(irradiance);
+                   lights.push_back(light);
+                   return true;
+                 });
+}
+
+void add_place(Options& options, const std::string& help, std::function<void(SwatchView)> read) {
+  options.choice("--place", swatch_view_names, help,
+                 [read = std::move(read)](std::size_t index) { read(static_cast<SwatchView>(index)); });
+}
+
+}  // namespace selvedge

@@ -1,0 +1,100 @@
+#include "apps/selvedge-view/picture_options.h"
+
+#include <algorithm>
+#include <array>
+
+#include "apps/common/shared_options.h"
+#include "format/base/option_text.h"
+#include "viewer/light/shadows.h"
+
+namespace selvedge {
+namespace {
+
+constexpr std::array<std::string_view, 2> on_off{"on", "off"};
+constexpr std::array<std::string_view, 2> filter_names{"nearest", "linear"};
+constexpr std::array<std::string_view, 2> frame_names{"world", "camera"};
+
+}  // namespace
+
+void add_input(Options& options, PictureOptions& picture) {
+  options.text("input", picture.input, "FILE", "A glTF scene (.gltf, .glb) or a fabric (.exr)").required();
+  LevelOptions& levels = picture.levels;
+  options.number("--layers", picture.layers, "N",
+                 "Surfaces behind each other that show through holes (1 to 64)");
+  options.choice("--level-blend", on_off, "Blend between two mip levels (default on)",
+                 [&levels](std::size_t index) { levels.blend = index == 0; });
+  options
+      .number("--level", levels.forced, "K",
+              "Mip level of the whole fabric to show everywhere (default: by the pixel's footprint)")
+      .in(0, 30);
+  options.choice("--filter", filter_names,
+                 "Between the texels of coarser levels: linear (default), or the nearest: faster, rougher",
+                 [&levels](std::size_t index) {
+                   levels.linear = index == 1;
+                   levels.bias = levels.linear ? best_levels.bias : 0.0F;
+                 });
+  options.number(
+      "--anisotropy", levels.taps, "N",
+      "Taps along a pixel's footprint where the cloth is seen at a grazing angle, at most N (1 to 4; "
+      "with nearest texels to 16)");
+}
+
+void add_repeats(Options& options, SwatchOptions& swatch) {
+  options.size("--repeats", swatch.repeats, "Repeats of the fabric across and down", 1, 1'000'000);
+}
+
+void add_light(Options& options, PictureOptions& picture) {
+  options.group("Light and picture");
+  add_lights(options, picture.lights,
+             "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
+             "Without any: the lights of the scene, or else a key light from the upper left of the camera, a "
+             "weaker one from the right");
+  add_point_lights(options, picture.lights);
+  options.choice("--light-frame", frame_names,
+                 "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)",
+                 [&picture](std::size_t index) { picture.lights_in_camera_frame = index == 1; });
+  // A flag: a number that stood apart could be the input.
+  options
+      .flag("--shadows", picture.shadows, default_shadow_size,
+            "Shadows of lights far away and of spots, by maps; --shadows=SIZE sets their texels a side")
+      .in(min_shadow_size, max_shadow_size);
+  options
+      .number("--ambient", picture.ambient, "SHARE",
+              "Light from all sides on materials without a fabric: white ones show so much of what they show "
+              "facing a light of intensity 1")
+      .in(0, 1e6);
+  options
+      .number(
+          "--exposure", picture.display.exposure, "FACTOR",
+          "Factor on radiance in PNG files (default pi: white that faces a light of intensity 1 becomes 1)")
+      .in(0, 1e9);
+  options.text("--background", "R,G,B|transparent", "Of PNG files, linear (default 0.18,0.18,0.18)",
+               [&picture](const std::string& t) {
+                 picture.display.background.reset();
+                 if (t == "transparent") return;
+                 const auto n = numbers_from("--background", t, ',', 3, 3, "0.18,0.18,0.18 or transparent");
+                 picture.display.background = V3f(V3d(n[0], n[1], n[2]));
+               });
+  options.choice("--tone-map", tone_curve_names, picture.display.tone,
+                 "Curve over exposed colours in PNG files (default none)");
+}
+
+void check_picture(const Options& options, const PictureOptions& picture) {
+  const auto is_far_away = [](const Light& light) { return light.kind == LightKind::directional; };
+  const bool has_distance = picture.camera.distance.has_value();
+  options.refuse_if(has_ending(picture.input, ".exr"), "counts for nothing with a swatch, which is flat",
+                    {"--shadows"});
+  options.refuse_if(std::none_of(picture.lights.begin(), picture.lights.end(), is_far_away),
+                    "counts for nothing without --light", {"--light-frame"});
+  // A parallel camera shows everything, or what a perspective one shows at the distance.
+  options.refuse_if(picture.camera.projection == Projection::parallel && !has_distance,
+                    "counts for nothing with --orthographic, without --distance", {"--fov"});
+  options.refuse_if(has_distance, "counts for nothing with --distance", {"--distance-factor"});
+}
+
+std::vector<Light> lights_for(const PictureOptions& picture, const Scene& scene, const Camera& camera) {
+  if (picture.lights.empty()) return scene.lights.empty() ? default_lights(camera) : lights_of(scene);
+  return picture.lights_in_camera_frame ? from_camera_frame(camera, picture.lights) : picture.lights;
+}
+
+}  // namespace selvedge

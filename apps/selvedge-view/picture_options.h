@@ -1,0 +1,39 @@
+// Options of pictures that `render` and `show` share: lights, levels, display, swatches.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/common/options.h"
+#include "format/picture/display.h"
+#include "viewer/render.h"
+#include "viewer/swatch.h"
+
+namespace selvedge {
+
+struct PictureOptions {
+  std::string input;
+  CameraOptions camera;                 ///< scenes
+  SwatchOptions swatch;                 ///< fabric files
+  std::vector<Light> lights;            ///< empty: those of the scene, else the default lights
+  bool lights_in_camera_frame = false;  ///< of the lights above, those that are far away
+  DisplayOptions display = default_display();
+  float ambient = RenderOptions{}.ambient;
+  int shadows = RenderOptions{}.shadows;
+  LevelOptions levels = best_levels;
+  int layers = RenderOptions{}.layers;
+};
+
+/// The input, levels and layers.
+void add_input(Options& options, PictureOptions& picture);
+/// --repeats of a swatch.
+void add_repeats(Options& options, SwatchOptions& swatch);
+/// Lights, and how radiance becomes colours.
+void add_light(Options& options, PictureOptions& picture);
+/// Refuses options of these that would change nothing beside the others.
+void check_picture(const Options& options, const PictureOptions& picture);
+
+/// The lights of the options, else those of the scene, else the default ones.
+std::vector<Light> lights_for(const PictureOptions& picture, const Scene& scene, const Camera& camera);
+
+}  // namespace selvedge

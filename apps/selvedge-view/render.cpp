@@ -1,0 +1,265 @@
+// render: a scene, or a swatch of a fabric, into PNG and EXR files.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "apps/common/paths.h"
+#include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/shot.h"
+#include "format/base/atomic_file.h"
+#include "format/base/option_text.h"
+#include "format/base/parallel.h"
+#include "format/base/printable.h"
+#include "viewer/renderer.h"
+#include "viewer/turntable.h"
+
+namespace selvedge {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Files that one run may make: they are all open until the last is there.
+constexpr std::size_t max_files = 720;
+/// Pixels between two pictures side by side.
+constexpr int divider_width = 4;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Two frames of one size with an opaque black line between them.
+Frame side_by_side(const Frame& left, const Frame& right) {
+  Frame both{left.width + divider_width + right.width, left.height, {}};
+  both.pixels.reserve(static_cast<std::size_t>(both.width) * both.height);
+  for (int y = 0; y < left.height; ++y) {
+    const auto add_row = [&](const Frame& from) {
+      const auto row = from.pixels.begin() + static_cast<std::ptrdiff_t>(y) * from.width;
+      both.pixels.insert(both.pixels.end(), row, row + from.width);
+    };
+    add_row(left);
+    both.pixels.insert(both.pixels.end(), divider_width, V4f(0, 0, 0, 1));
+    add_row(right);
+  }
+  return both;
+}
+
+Result<void> write(const RenderCommand& command, const Frame& frame, const std::string& like,
+                   const std::string& path) {
+  if (has_ending(like, ".exr")) return write_exr(path, to_linear_image(frame));
+  return write_png(path, to_display_image(frame, command.picture.display));
+}
+
+void add(const RenderStats& one, RenderStats& sum) {
+  sum.prepare = one.prepare;
+  sum.project += one.project;
+  sum.shadows += one.shadows;
+  sum.geometry += one.geometry;
+  sum.read_back += one.read_back;
+  sum.evaluation += one.evaluation;
+  sum.filter += one.filter;
+  sum.shader.geometry += one.shader.geometry;
+  sum.shader.shading += one.shader.shading;
+  sum.triangles = one.triangles;
+  sum.covered_pixels += one.covered_pixels;
+  sum.evaluated_pixels += one.evaluated_pixels;
+  sum.layers = std::max(sum.layers, one.layers);
+  sum.remarks = one.remarks;
+}
+
+/// All frames, into files that are not yet in their places.
+class Series {
+ public:
+  Series(const RenderCommand& command, const Shot& shot) : command_(command), shot_(shot) {}
+
+  /// So that an unwritable folder is found before the work begins.
+  Result<void> open_files() {
+    for (std::size_t frame = 0; frame < shot_.cameras.size(); ++frame) {
+      for (const std::string& path : command_.outputs) {
+        Result<AtomicFile> file =
+            AtomicFile::create(command_.turntable > 0 ? frame_path(path, static_cast<int>(frame)) : path);
+        if (!file) return tl::unexpected(file.error());
+        files_.push_back(std::move(*file));
+      }
+    }
+    return {};
+  }
+
+  Result<void> draw() {
+    std::vector<std::unique_ptr<Renderer>> renderers;
+    for (const Subject& subject : shot_.subjects) {
+      Result<std::unique_ptr<Renderer>> renderer =
+          Renderer::create(subject.scene, subject.fabrics, shot_.options);
+      if (!renderer) return tl::unexpected(renderer.error());
+      renderers.push_back(std::move(*renderer));
+    }
+    stats_.resize(renderers.size());
+    std::array<Frame, 2> frames;
+    std::size_t file = 0;
+    for (const Camera& camera : shot_.cameras) {
+      RenderOptions options = shot_.options;
+      options.lights = command_.picture.lights.empty() && !shot_.lights.empty()
+                           ? shot_.lights
+                           : lights_for(command_.picture, shot_.subjects.front().scene, camera);
+      for (std::size_t i = 0; i < renderers.size(); ++i) {
+        RenderStats stats;
+        if (auto good = renderers[i]->draw(camera, options, frames[i], stats); !good) return good;
+        add(stats, stats_[i]);
+      }
+      const Clock::time_point start = Clock::now();
+      if (renderers.size() > 1) frames[0] = side_by_side(frames[0], frames[1]);
+      for (const std::string& path : command_.outputs) {
+        if (auto good = write(command_, frames[0], path, files_[file].temporary()); !good) {
+          Error error = good.error();
+          error.file = files_[file].path();
+          return tl::unexpected(error);
+        }
+        ++file;
+      }
+      write_seconds_ += seconds_since(start);
+    }
+    return {};
+  }
+
+  /// Moves all of them to their places.
+  Result<void> commit() {
+    for (AtomicFile& file : files_) {
+      if (auto good = file.commit(); !good) return good;
+    }
+    return {};
+  }
+
+  const std::vector<RenderStats>& stats() const { return stats_; }
+  double write_seconds() const { return write_seconds_; }
+
+ private:
+  const RenderCommand& command_;
+  const Shot& shot_;
+  std::vector<AtomicFile> files_;
+  std::vector<RenderStats> stats_;  ///< of the subjects, over all frames
+  double write_seconds_ = 0;
+};
+
+Json to_json(const RenderStats& stats) {
+  return {{"prepare", stats.prepare},
+          {"project", stats.project},
+          {"shadows", stats.shadows},
+          {"geometry", stats.geometry},
+          {"readBack", stats.read_back},
+          {"evaluation", stats.evaluation},
+          {"filter", stats.filter},
+          {"shaderGeometry", 1e-9 * static_cast<double>(stats.shader.geometry)},
+          {"shaderShading", 1e-9 * static_cast<double>(stats.shader.shading)}};
+}
+
+Json to_json(const Subject& subject, const RenderStats& stats) {
+  Json warnings = Json::array();
+  for (const Error& issue : subject.issues) warnings.push_back(to_line(issue));
+  Json levels = Json::array();
+  for (const LevelRange& range : subject.levels) levels.push_back({range.first, range.last});
+  return {{"fabrics", subject.fabrics.size()},
+          {"fabricLevels", levels},
+          {"fabricBytes", {{"read", subject.bytes_read}, {"inFiles", subject.file_bytes}}},
+          {"triangles", stats.triangles},
+          {"layers", stats.layers},
+          {"coveredPixels", stats.covered_pixels},
+          {"evaluatedPixels", stats.evaluated_pixels},
+          {"remarks", stats.remarks},
+          {"warnings", warnings},
+          {"seconds", to_json(stats)}};
+}
+
+Json to_json(const RenderCommand& command, const Shot& shot, const Series& series) {
+  Json all = {{"input", command.picture.input},
+              {"outputs", command.outputs},
+              {"width", shot.options.width},
+              {"height", shot.options.height},
+              {"frames", shot.cameras.size()},
+              {"supersample", shot.options.supersample},
+              {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
+              {"threads", thread_count()}};
+  all.update(to_json(shot.subjects.front(), series.stats().front()));
+  if (shot.subjects.size() > 1) {
+    all["compare"] = {{"input", command.compare}};
+    all["compare"].update(to_json(shot.subjects[1], series.stats()[1]));
+  }
+  return all;
+}
+
+void print_remarks(const Shot& shot, const Series& series) {
+  for (std::size_t i = 0; i < shot.subjects.size(); ++i) {
+    for (const Error& issue : shot.subjects[i].issues) report_issue(issue);
+    for (const std::vector<std::string>& remarks :
+         {shot.subjects[i].scene.remarks, series.stats()[i].remarks}) {
+      for (const std::string& remark : remarks)
+        fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
+    }
+  }
+}
+
+Result<void> check_paths(const RenderCommand& command) {
+  std::vector<std::pair<std::string, std::string>> paths{{"the input", command.picture.input},
+                                                         {"--compare", command.compare}};
+  if (command.stats != "-") paths.emplace_back("--stats", command.stats);
+  for (const std::string& output : command.outputs) paths.emplace_back("--output", output);
+  // The same scene may be compared with itself.
+  if (command.compare == command.picture.input) paths.erase(paths.begin() + 1);
+  return check_distinct(paths);
+}
+
+Result<void> render_all(const RenderCommand& command) {
+  if (command.outputs.size() * static_cast<std::size_t>(std::max(command.turntable, 1)) > max_files) {
+    return fail(Code::option_out_of_range, "", "--turntable",
+                fmt::format("makes more than {} files at once", max_files));
+  }
+  if (auto good = check_paths(command); !good) return good;
+  const std::string stats_file = command.stats == "-" ? "" : command.stats;
+  if (auto good = check_writable({stats_file}); !good) return good;
+  const Clock::time_point start = Clock::now();
+  // Said before a large garment is read.
+  if (command.turntable == 0) {
+    if (auto good = check_writable(command.outputs); !good) return good;
+  }
+  const Result<Shot> shot = read_shot(command);
+  if (!shot) return tl::unexpected(shot.error());
+  const double read = seconds_since(start);
+  Series series(command, *shot);
+  if (auto good = series.open_files(); !good) return good;
+  if (auto good = series.draw(); !good) return good;
+  if (auto good = series.commit(); !good) return good;
+  if (!command.common.quiet) print_remarks(*shot, series);
+  Json all = to_json(command, *shot, series);
+  all["seconds"]["read"] = read;
+  all["seconds"]["write"] = series.write_seconds();
+  all["seconds"]["total"] = seconds_since(start);
+  const std::string text = framed("render", all);
+  if (command.common.json || command.stats == "-") fmt::print("{}", text);
+  if (stats_file.empty()) return {};
+  return write_file(stats_file, text);
+}
+
+Result<int> run(const RenderCommand& command) {
+  limit_mesa_threads(command.common.threads);
+  if (auto good = render_all(command); !good) return tl::unexpected(good.error());
+  return 0;
+}
+
+}  // namespace
+
+void limit_mesa_threads(int threads) {
+  if (threads > 0) setenv("LP_NUM_THREADS", fmt::format("{}", threads).c_str(), 0);
+}
+
+void add_render_verb(Program& program) {
+  program.add<RenderCommand>(
+      {"render", "Draw a scene, or a swatch of a fabric, into PNG and EXR files",
+       "selvedge-view render sweater.glb -o sweater.png --size 1280x960 --azimuth 30 --supersample 2\n"
+       "selvedge-view render knit.fabric.exr -o knit.exr --repeats 4x4 --light 0,0.5,1 --view 0,-1,1",
+       "PNG: radiance * exposure, tone curve, over the background, clipped, sRGB.\n"
+       "EXR: linear radiance * opacity, and opacity.\n"
+       "Tone curves of an exposed colour c: reinhard is c / (1 + Y), Y its luminance (Reinhard et al. 2002,\n"
+       "equation 3); aces is c (2.51 c + 0.03) / (c (2.43 c + 0.59) + 0.14) per channel (Narkowicz 2016).\n"},
+      declare, run);
+}
+
+}  // namespace selvedge

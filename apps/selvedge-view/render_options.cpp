@@ -1,0 +1,137 @@
+#include "apps/selvedge-view/render_options.h"
+
+#include <algorithm>
+
+#include "apps/common/shared_options.h"
+#include "apps/selvedge-view/trade_settings.h"
+#include "format/base/option_text.h"
+
+namespace selvedge {
+namespace {
+
+constexpr std::array<std::string_view, 3> context_names{"auto", "osmesa", "egl"};
+constexpr std::array contexts{ContextKind::automatic, ContextKind::osmesa, ContextKind::egl};
+
+/// Levels and samples a pixel at once; those of their options that are given stay.
+void set_quality(const Options& options, std::size_t quality, RenderCommand& command) {
+  const RenderOptions wanted = quality_setting(quality).render;
+  LevelOptions& levels = command.picture.levels;
+  if (!options.given("--supersample")) command.render.supersample = wanted.supersample;
+  if (!options.given("--power") && command.render.path != RenderPath::shader)
+    command.render.power = wanted.power;
+  if (!options.given("--level")) levels.forced = wanted.levels.forced;
+  if (!options.given("--level-blend")) levels.blend = wanted.levels.blend;
+  if (!options.given("--anisotropy")) levels.taps = wanted.levels.taps;
+  if (options.given("--filter")) return;
+  levels.linear = wanted.levels.linear;
+  levels.bias = wanted.levels.bias;
+}
+
+/// Refuses options that would change nothing with this input, or beside the others.
+void check_render(const Options& options, const RenderCommand& command) {
+  const bool swatch = has_ending(command.picture.input, ".exr");
+  options.refuse_if(swatch, "is for scenes, not for a swatch",
+                    {"--azimuth", "--elevation", "--fov", "--distance", "--distance-factor", "--look-at",
+                     "--zoom", "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable",
+                     "--compare", "--layers", "--ambient"});
+  options.refuse_if(!command.camera_of_file.empty(), "counts for nothing with --camera",
+                    {"--azimuth", "--elevation", "--fov", "--orthographic", "--distance", "--distance-factor",
+                     "--look-at"});
+  check_picture(options, command.picture);
+  options.refuse_if(!swatch, "is for fabrics, not for a scene",
+                    {"--place", "--repeats", "--view", "--pixels-per-texel"});
+  options.refuse_if(command.place.has_value(), "counts for nothing with --place",
+                    {"--repeats", "--view", "--pixels-per-texel"});
+  options.refuse_if(swatch && !command.place,
+                    "counts for nothing with a swatch of whole texels, without --place", {"--size"});
+  options.refuse_if(options.given("--level"),
+                    "counts for nothing with --level, which shows the nearest texels of one level",
+                    {"--filter", "--anisotropy", "--level-blend"});
+  options.refuse_if(command.render.path == RenderPath::paper,
+                    "counts for nothing with --path paper, which draws fabrics alone", {"--ambient"});
+  options.refuse_if(command.render.path == RenderPath::shader,
+                    "counts for nothing with --path shader: OpenGL has its own powers", {"--power"});
+}
+
+void add_drawing(Options& options, RenderCommand& command) {
+  options.choice(
+      "--path", path_names, command.render.path,
+      "Who evaluates the fabrics: the processor (default) or OpenGL. paper: as published in 2001, in "
+      "colours of 8 bits, nearest texels");
+  options.choice(
+      "--power", power_names, command.render.power,
+      "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4");
+  options.choice("--context", context_names,
+                 "Whose OpenGL: Mesa's software rasteriser, or EGL's first device (default auto: EGL for the "
+                 "shader path, if it is there)",
+                 [&command](std::size_t index) { command.render.context = contexts[index]; });
+}
+
+void add_swatch(Options& options, RenderCommand& command) {
+  options.group("Swatch (fabric files)");
+  SwatchOptions& swatch = command.picture.swatch;
+  add_repeats(options, swatch);
+  options.number("--pixels-per-texel", swatch.pixels_per_texel, "N", "Size of a texel of the level");
+  options.vector("--view", swatch.view, "X,Y,Z",
+                 "Direction towards the viewer, in the fabric's frame (default 0,0,1)");
+  add_place(options,
+            "Instead: in perspective from a place and under the lights of `selvedge swatch`; --size counts",
+            [&command](SwatchView place) { command.place = place; });
+}
+
+}  // namespace
+
+void declare(Options& options, RenderCommand& command) {
+  PictureOptions& picture = command.picture;
+  options.common(command.common);
+  options.list("-o,--output", command.outputs, "FILE", "The picture, .png or .exr; may be repeated")
+      .required()
+      .ends_in({".png", ".exr"});
+  options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
+  options.number("--supersample", command.render.supersample, "N",
+                 "Draw N times larger per side, and average");
+  add_input(options, picture);
+  options.choice(
+      "--quality", frame_quality_names,
+      "Filter, taps, powers and samples a pixel that are worth their time (standard: the default with "
+      "fast powers); options given beside it stay as given. With --path paper powers and samples count",
+      [&command](std::size_t index) { command.quality = index; });
+  add_drawing(options, command);
+  options
+      .number("--turntable", command.turntable, "N",
+              "Draw N frames once around a scene: name-0001.png and so on, all of them or none")
+      .in(1, 9999);
+  options.text(
+      "--compare", command.compare, "FILE",
+      "Draw beside it another scene (.gltf, .glb), or the same in another fabric (.exr), by the same "
+      "camera and lights; a black line lies between them");
+  options.text("--stats", command.stats, "FILE|-",
+               "Report sizes, times and bytes as JSON into a file; - is --json");
+  options.group("Camera (scenes)");
+  add_camera(options, picture.camera);
+  options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
+  options.group("Choices (scenes)");
+  options.text("--camera", command.camera_of_file, "NAME|N",
+               "A camera of the file, by name or number (default: one that shows everything)");
+  add_scene_choice(options, command.choice);
+  add_swatch(options, command);
+  add_light(options, picture);
+  options.check([&options, &command] {
+    check_render(options, command);
+    if (command.quality) set_quality(options, *command.quality, command);
+    LevelOptions& levels = command.picture.levels;
+    if (command.render.path == RenderPath::paper) {
+      // Refused where they were asked for.
+      if (!options.given("--filter")) {
+        levels.linear = false;
+        levels.bias = 0;
+      }
+      if (!options.given("--anisotropy")) levels.taps = 1;
+    }
+    command.picture.swatch.level = levels.forced;
+    // A level by itself is looked at for its texels.
+    if (levels.forced >= 0) levels.linear = false;
+  });
+}
+
+}  // namespace selvedge

@@ -1,0 +1,32 @@
+// The options of `render` as plain data.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/common/options.h"
+#include "apps/selvedge-view/picture_options.h"
+#include "format/gltf/read_scene.h"
+#include "format/scene/swatch.h"
+
+namespace selvedge {
+
+struct RenderCommand {
+  CommonOptions common;
+  PictureOptions picture;
+  std::vector<std::string> outputs;  ///< .png or .exr
+  V2i size{800, 600};
+  RenderOptions render;                ///< path, power, context and supersampling
+  std::string camera_of_file;          ///< scenes: name or number; empty: PictureOptions::camera
+  SceneChoice choice;                  ///< scenes
+  std::optional<SwatchView> place;     ///< fabric files: instead of PictureOptions::swatch
+  std::optional<std::size_t> quality;  ///< index of frame_quality_names
+  int turntable = 0;                   ///< frames once around the scene; 0: one frame
+  std::string compare;  ///< scenes: what is drawn beside it, a scene or a fabric; empty: nothing
+  std::string stats;    ///< file for the report; "-": standard output; empty: none
+};
+
+void declare(Options& options, RenderCommand& command);
+
+}  // namespace selvedge

@@ -1,0 +1,201 @@
+#include "apps/selvedge-view/shot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "format/base/option_text.h"
+#include "viewer/paper/limits.h"
+#include "viewer/scene/change_fabrics.h"
+#include "viewer/scene/surfaces.h"
+#include "viewer/turntable.h"
+
+namespace selvedge {
+namespace {
+
+RenderOptions options_of(const RenderCommand& command) {
+  RenderOptions options = command.render;
+  options.width = command.size.x;
+  options.height = command.size.y;
+  options.levels = command.picture.levels;
+  options.layers = command.picture.layers;
+  options.ambient = command.picture.ambient;
+  options.shadows = command.picture.shadows;
+  return options;
+}
+
+/// The levels that the frames can ask for; a forced one alone. Issues: what they ask for and no file has.
+std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, Issues& issues) {
+  const LevelOptions& levels = shot.options.levels;
+  std::vector<const FabricHeader*> headers;
+  std::vector<LevelRange> needed;
+  for (const FabricReader& reader : open.readers) {
+    headers.push_back(&reader.header());
+    const int last = reader.header().levels - 1;
+    const int forced = std::clamp(levels.forced - reader.header().first_level(), 0, last);
+    needed.push_back(levels.forced >= 0 ? LevelRange{forced, forced} : LevelRange{last, 0});
+  }
+  if (levels.forced >= 0) {
+    for (std::size_t i = 0; i < headers.size(); ++i) {
+      if (auto issue = lacking_issue(open.scene.fabrics[i].name, *headers[i], levels.forced))
+        issues.push_back(std::move(*issue));
+    }
+    return needed;
+  }
+  const int height = shot.options.height * shot.options.supersample;
+  std::vector<LackingLevels> max_lacking(needed.size());
+  for (const Camera& camera : shot.cameras) {
+    // A swatch is rounded to whole pixels: they are as high as those of one height, as wide as those of
+    // another.
+    const double by_width =
+        shot.options.width * shot.options.supersample * camera.window_half.y / camera.window_half.x;
+    std::vector<int> heights{height};
+    if (std::abs(by_width - height) > 1e-6 * height)
+      heights.insert(heights.end(), {std::max(1, static_cast<int>(std::floor(by_width))),
+                                     static_cast<int>(std::ceil(by_width))});
+    for (const int rows : heights) {
+      std::vector<LackingLevels> lacking;
+      const std::vector<LevelRange> asked = levels_asked(open.scene, camera, rows, levels, headers, &lacking);
+      for (std::size_t i = 0; i < needed.size(); ++i) {
+        needed[i] = {std::min(needed[i].first, asked[i].first), std::max(needed[i].last, asked[i].last)};
+        max_lacking[i] |= lacking[i];
+      }
+    }
+  }
+  for (std::size_t i = 0; i < needed.size(); ++i) {
+    if (max_lacking[i].any())
+      issues.push_back(lacking_issue(open.scene.fabrics[i].name, *headers[i], max_lacking[i]));
+  }
+  if (shot.options.path != RenderPath::paper) return needed;
+  for (std::size_t i = 0; i < needed.size(); ++i) {
+    needed[i].first = finest_for_paper(needed[i].first);
+    needed[i].last = coarsest_for_paper(needed[i].last, headers[i]->levels);
+  }
+  return needed;
+}
+
+/// Reads what the frames need of the fabrics.
+Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot& shot) {
+  Subject subject;
+  subject.file = file;
+  subject.levels = needed_levels(open, shot, subject.issues);
+  Result<std::vector<Fabric>> fabrics = read_fabrics(open, subject.levels);
+  if (!fabrics) return tl::unexpected(fabrics.error());
+  subject.fabrics = std::move(*fabrics);
+  subject.bytes_read = bytes_read(open);
+  subject.file_bytes = open.file_bytes;
+  subject.scene = std::move(open.scene);
+  return subject;
+}
+
+Result<Shot> read_swatch(const RenderCommand& command) {
+  Result<FabricReader> reader = FabricReader::open(command.picture.input);
+  if (!reader) return tl::unexpected(reader.error());
+  // The sizes are all that a swatch is made of.
+  Fabric sizes{reader->header(), {}};
+  for (int k = 0; k < reader->header().levels; ++k) {
+    FabricLevel& level = sizes.levels.emplace_back();
+    level.width = level_size(reader->header().width, k);
+    level.height = level_size(reader->header().height, k);
+  }
+  Shot shot;
+  Result<Swatch> swatch = Swatch();
+  if (command.place) {
+    const V2d period(sizes.period_mm);
+    SwatchShot place = swatch_shot(*command.place, period, command.size.x, command.size.y);
+    swatch = Swatch{swatch_scene(period, place), place.camera, place.width, place.height};
+    shot.lights = std::move(place.lights);
+  } else {
+    swatch = make_swatch(sizes, command.picture.swatch);
+  }
+  if (!swatch) return tl::unexpected(swatch.error());
+  OpenScene open{std::move(swatch->scene), {}, 0};
+  open.scene.file = command.picture.input;
+  open.scene.fabrics.emplace_back().name = command.picture.input;
+  open.readers.push_back(std::move(*reader));
+  std::error_code unknown;
+  open.file_bytes = std::filesystem::file_size(command.picture.input, unknown);
+  shot.options = options_of(command);
+  shot.options.width = swatch->width;
+  shot.options.height = swatch->height;
+  shot.options.layers = 1;
+  shot.cameras = {swatch->camera};
+  Result<Subject> subject = read_subject(command.picture.input, std::move(open), shot);
+  if (!subject) return tl::unexpected(subject.error());
+  shot.subjects.push_back(std::move(*subject));
+  return shot;
+}
+
+/// The same scene with another fabric on all that has one.
+Result<OpenScene> dress_in(const RenderCommand& command, const std::string& path) {
+  Result<OpenScene> open = open_scene(command.picture.input, command.choice);
+  if (!open) return open;
+  Result<FabricReader> reader = FabricReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  // Their periods are all that the change looks at.
+  std::vector<Fabric> fabrics(open->readers.size() + 1);
+  for (std::size_t i = 0; i < open->readers.size(); ++i)
+    fabrics[i].period_mm = open->readers[i].header().period_mm;
+  fabrics.back().period_mm = reader->header().period_mm;
+  std::vector<int> choice = fabrics_of(open->scene);
+  for (int& fabric : choice) {
+    if (fabric >= 0) fabric = static_cast<int>(fabrics.size()) - 1;
+  }
+  open->scene = change_fabrics(open->scene, fabrics, choice);
+  for (SceneMaterial& material : open->scene.materials) {
+    if (material.fabric) material.fabric->fabric = 0;
+  }
+  SceneFabric source;
+  source.name = source.path = path;
+  open->scene.fabrics = {source};
+  open->readers.clear();
+  open->readers.push_back(std::move(*reader));
+  std::error_code unknown;
+  open->file_bytes = std::filesystem::file_size(path, unknown);
+  return open;
+}
+
+Result<Shot> read_scene_shot(const RenderCommand& command) {
+  Result<OpenScene> open = open_scene(command.picture.input, command.choice);
+  if (!open) return tl::unexpected(open.error());
+  const Result<std::vector<V3d>> points = world_points(open->scene);
+  if (!points) return tl::unexpected(points.error());
+  Shot shot;
+  shot.options = options_of(command);
+  const double aspect = static_cast<double>(command.size.x) / command.size.y;
+  if (command.camera_of_file.empty()) {
+    Result<std::vector<Camera>> cameras =
+        turntable(*points, aspect, command.picture.camera, command.turntable);
+    if (!cameras) return tl::unexpected(cameras.error());
+    shot.cameras = std::move(*cameras);
+  } else if (command.turntable > 0) {
+    return fail(Code::option_out_of_range, "", "--camera",
+                "a camera of the file does not turn: no --turntable");
+  } else {
+    Result<Camera> camera =
+        camera_of(open->scene, command.camera_of_file, *points, aspect, command.picture.camera);
+    if (!camera) return tl::unexpected(camera.error());
+    shot.cameras = {*camera};
+  }
+  Result<Subject> subject = read_subject(command.picture.input, std::move(*open), shot);
+  if (!subject) return tl::unexpected(subject.error());
+  shot.subjects.push_back(std::move(*subject));
+  if (command.compare.empty()) return shot;
+  Result<OpenScene> other =
+      has_ending(command.compare, ".exr") ? dress_in(command, command.compare) : open_scene(command.compare);
+  if (!other) return tl::unexpected(other.error());
+  Result<Subject> second = read_subject(command.compare, std::move(*other), shot);
+  if (!second) return tl::unexpected(second.error());
+  shot.subjects.push_back(std::move(*second));
+  return shot;
+}
+
+}  // namespace
+
+Result<Shot> read_shot(const RenderCommand& command) {
+  return has_ending(command.picture.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
+}
+
+}  // namespace selvedge

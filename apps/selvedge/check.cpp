@@ -1,0 +1,67 @@
+// check: every broken rule of files.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/selvedge/commands.h"
+#include "apps/selvedge/file_kind.h"
+#include "format/base/printable.h"
+
+namespace selvedge {
+namespace {
+
+struct CheckCommand {
+  CommonOptions common;
+  std::vector<std::string> files;
+  bool warnings_as_errors = false;
+};
+
+void declare(Options& options, CheckCommand& command) {
+  options.common(command.common);
+  options.list("files", command.files, "FILE...", "Files").required();
+  options.flag("--warnings-as-errors", command.warnings_as_errors, "Exit status 1 for a warning, too");
+}
+
+std::string praise(std::size_t warnings) {
+  if (warnings == 0) return "good";
+  return fmt::format("good, {} warning{}", warnings, warnings == 1 ? "" : "s");
+}
+
+Result<int> run(const CheckCommand& command) {
+  Json files = Json::array();
+  std::string text;
+  bool all_good = true;
+  for (const std::string& path : command.files) {
+    const Result<FileKind> kind = kind_of(path);
+    const Issues issues = kind ? check_file(path, *kind) : Issues{kind.error()};
+    const auto warnings =
+        static_cast<std::size_t>(std::count_if(issues.begin(), issues.end(), [](const Error& e) {
+          return severity_of(e.code) == Severity::warning;
+        }));
+    const bool good = command.warnings_as_errors ? issues.empty() : warnings == issues.size();
+    all_good = all_good && good;
+    Json list = Json::array();
+    for (const Error& issue : issues) {
+      list.push_back(to_json(issue));
+      // In a report and in quiet, only what makes the status 1 is said as well.
+      const bool failing = command.warnings_as_errors || severity_of(issue.code) == Severity::error;
+      if (failing || !(command.common.quiet || command.common.json)) report_issue(issue);
+    }
+    Json entry = {{"file", as_utf8(path)}, {"good", good}, {"issues", std::move(list)}};
+    if (kind) entry["kind"] = name_of(*kind);
+    files.push_back(std::move(entry));
+    if (good) text += fmt::format("{}: {}, {}\n", path, name_of(*kind), praise(warnings));
+  }
+  report(command.common, "check", {{"good", all_good}, {"files", files}}, text);
+  return all_good ? 0 : 1;
+}
+
+}  // namespace
+
+void add_check_verb(Program& program) {
+  program.add<CheckCommand>(
+      {"check", "Check fabric, samples and glTF files", "selvedge check k.fabric.exr dressed.glb"}, declare,
+      run);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,83 @@
+// evaluate: the reflectance of a fabric at one place, for one light and one view.
+#include <fmt/format.h>
+
+#include "apps/selvedge/commands.h"
+#include "apps/selvedge/fabric_query.h"
+
+namespace selvedge {
+namespace {
+
+struct EvaluateCommand {
+  CommonOptions common;
+  std::string fabric;
+  double level = 0;
+  std::optional<V2i> texel;
+  std::optional<V2d> uv;
+  V3d light{0, 0, 1};
+  V3d view{0, 0, 1};
+};
+
+void declare(Options& options, EvaluateCommand& command) {
+  options.common(command.common);
+  options.text("fabric", command.fabric, "FILE", "The fabric file").required();
+  options.number("--level", command.level, "K", "Mip level; with --uv a fraction blends two");
+  const Option texel = options.text("--texel", "X,Y", "Texel of the level, 0,0 at the top left",
+                                    [&command](const std::string& t) {
+                                      const auto n = whole_numbers_from("--texel", t, ',', 2, 2, "3,4");
+                                      command.texel = V2i(n[0], n[1]);
+                                    });
+  options.vector("--uv", command.uv, "U,V", "Texture coordinates; they repeat").excludes(texel);
+  options.vector("--light", command.light, "X,Y,Z",
+                 "Towards the light, in the fabric's frame; made a unit vector (default 0,0,1)");
+  options.vector("--view", command.view, "X,Y,Z", "Towards the viewer (default 0,0,1)");
+  options.check([&command] {
+    if (!command.texel && !command.uv) refuse("evaluate", "--texel or --uv is required");
+    if (!(command.light.length() > 0)) refuse("--light", "has no length");
+    if (!(command.view.length() > 0)) refuse("--view", "has no length");
+  });
+}
+
+Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
+
+/// The level that was asked for must exist, here with texture coordinates too: a wrong number is a slip.
+Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
+  auto fabric = QueriedFabric::open(command.fabric);
+  if (!fabric) return tl::unexpected(fabric.error());
+  const int last = fabric->levels() - 1;
+  if (!(query.level >= 0 && query.level <= last)) {
+    return fail(Code::option_out_of_range, command.fabric, "--level",
+                fmt::format("{} is outside of 0 to {}", query.level, last));
+  }
+  auto shading = fabric->shade(query);
+  if (!shading && shading.error().code == Code::option_out_of_range) {
+    shading.error().place.insert(0, "--");
+  }
+  return shading;
+}
+
+Result<int> run(const EvaluateCommand& command) {
+  const FabricQuery query{command.level, command.texel, command.uv, V3f(command.light.normalized()),
+                          V3f(command.view.normalized())};
+  const auto shading = shading_at(command, query);
+  if (!shading) return tl::unexpected(shading.error());
+  Json json = {{"level", command.level}};
+  if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
+  if (command.uv) json["uv"] = {command.uv->x, command.uv->y};
+  json["light"] = list_of(query.light);
+  json["view"] = list_of(query.view);
+  json["rgb"] = list_of(shading->radiance);
+  json["alpha"] = shading->alpha;
+  // The answer is JSON in any case; --json adds the frame that all reports have.
+  report(command.common, "evaluate", json, json.dump() + "\n");
+  return 0;
+}
+
+}  // namespace
+
+void add_evaluate_verb(Program& program) {
+  program.add<EvaluateCommand>({"evaluate", "Reflectance and opacity at a texel, as JSON",
+                                "selvedge evaluate k.fabric.exr --texel 3,4 --light 0,0.6,0.8 --view 0,0,1"},
+                               declare, run);
+}
+
+}  // namespace selvedge

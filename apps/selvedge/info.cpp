@@ -1,0 +1,221 @@
+// info: what is in a file, as a table or as JSON.
+#include <Imath/ImathBox.h>
+#include <fmt/format.h>
+
+#include "apps/selvedge/commands.h"
+#include "apps/selvedge/file_kind.h"
+#include "format/fabric/file.h"
+#include "format/gltf/read_scene.h"
+#include "format/samples/samples.h"
+
+namespace selvedge {
+namespace {
+
+struct InfoCommand {
+  CommonOptions common;
+  std::string file;
+};
+
+void declare(Options& options, InfoCommand& command) {
+  options.common(command.common);
+  options.text("file", command.file, "FILE", "A fabric, samples or glTF file").required();
+}
+
+Result<Json> fabric_info(const std::string& path) {
+  const auto header = read_fabric_header(path);
+  if (!header) return tl::unexpected(header.error());
+  return Json::parse(*header);
+}
+
+Result<Json> samples_info(const std::string& path) {
+  const auto reader = SamplesReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  const SamplesHeader& h = reader->header();
+  Json pairs = Json::object();
+  for (const PairKind kind : all_pair_kinds) {
+    pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();
+  }
+  return Json{{"texels", {h.width, h.height}},
+              {"mmPerRepeat", {h.period_mm.x, h.period_mm.y}},
+              {"referenceHeight", h.reference_height},
+              {"thickness", h.thickness_mm},
+              {"views", {h.views.columns, h.views.rows}},
+              {"lights", {h.lights.columns, h.lights.rows}},
+              {"samplesPerTexel", h.samples_per_texel},
+              {"truthSamples", h.truth_samples},
+              {"pairs", pairs},
+              {"provenance", Json::parse(h.provenance)}};
+}
+
+Result<Json> gltf_info(const std::string& path) {
+  const auto scene = read_scene(path);
+  if (!scene) return tl::unexpected(scene.error());
+  std::size_t triangles = 0;
+  Imath::Box3d bounds;
+  for (const SceneInstance& instance : scene->instances) {
+    const ScenePrimitive& primitive = scene->primitives[instance.primitive];
+    triangles += primitive.indices.size() / 3;
+    for (const std::uint32_t index : primitive.indices)
+      bounds.extendBy(V3d(primitive.positions[index]) * instance.world);
+  }
+  const auto numbers = [](const V3d& v) { return Json{v.x, v.y, v.z}; };
+  Json materials = Json::array();
+  for (const SceneMaterial& m : scene->materials) {
+    Json entry = {{"name", m.name}};
+    if (m.fabric) {
+      entry["fabric"] = m.fabric->fabric;
+      entry["repeats"] = {m.fabric->transform.scale.x, m.fabric->transform.scale.y};
+    }
+    materials.push_back(entry);
+  }
+  Json fabrics = Json::array();
+  for (const SceneFabric& f : scene->fabrics) {
+    fabrics.push_back({{"name", f.name}, {"path", f.path}, {"embeddedBytes", f.bytes.size()}});
+  }
+  return Json{{"primitives", scene->primitives.size()},
+              {"instances", scene->instances.size()},
+              {"triangles", triangles},
+              {"bounds", bounds.isEmpty() ? Json() : Json{numbers(bounds.min), numbers(bounds.max)}},
+              {"materials", materials},
+              {"fabrics", fabrics},
+              {"remarks", scene->remarks}};
+}
+
+/// Lines of a list beyond this are counted and left out: the table fits a screen.
+constexpr std::size_t max_lines = 12;
+
+std::string line(const char* name, const std::string& value) {
+  return fmt::format("{:18}{:.80}\n", name, value);
+}
+
+/// Members of a file's JSON, which another program may have written; "-" for what is not there.
+std::string text_at(const Json& json, const char* pointer) {
+  const Json::json_pointer at(pointer);
+  if (!json.contains(at)) return "-";
+  const Json& value = json[at];
+  return value.is_number_float() ? fmt::format("{:.4g}", value.get<double>())
+         : value.is_string()     ? value.get<std::string>()
+                                 : value.dump();
+}
+
+std::string pair_at(const Json& json, const std::string& pointer) {
+  return text_at(json, (pointer + "/0").c_str()) + " x " + text_at(json, (pointer + "/1").c_str());
+}
+
+std::string provenance_table(const Json& content) {
+  return line("made of", fmt::format("{}, {} triangles", text_at(content, "/provenance/stitch"),
+                                     text_at(content, "/provenance/triangles"))) +
+         line("made by",
+              fmt::format("{}, seed {}, {} bounces, {} samples a texel and view",
+                          text_at(content, "/provenance/software"), text_at(content, "/provenance/bake/seed"),
+                          text_at(content, "/provenance/bake/bounces"),
+                          text_at(content, "/provenance/bake/samples")));
+}
+
+std::string fabric_table(const Json& content) {
+  std::string text = line("model", text_at(content, "/model"));
+  text += line("texels", pair_at(content, "/texels"));
+  if (content.contains("whole"))
+    text += line("part of", fmt::format("{} texels, from level {} on", pair_at(content, "/whole/texels"),
+                                        text_at(content, "/whole/level")));
+  text += line("mm per repeat", pair_at(content, "/mmPerRepeat"));
+  text += line("thickness", fmt::format("{} mm, reference height {} mm", text_at(content, "/thickness"),
+                                        text_at(content, "/referenceHeight")));
+  text += line("views",
+               fmt::format("{} x {}", text_at(content, "/views/columns"), text_at(content, "/views/rows")));
+  text += provenance_table(content);
+  const Json layers = content.value("layers", Json::object());
+  for (const auto& [name, layer] : layers.items()) {
+    const Json numbers = layer.value("levels", Json::array());
+    std::string levels;
+    for (const Json& level : numbers) levels += fmt::format(" {}", level.dump());
+    text +=
+        line(("layer " + name).c_str(), fmt::format("{:5} level{}", text_at(layer, "/precision"), levels));
+  }
+  const Json::json_pointer record("/provenance/fit/levels");
+  if (!content.contains(record) || !content[record].is_array()) return text;
+  const Json& levels = content[record];
+  text += "\nlevel  held-out dB  rel. L2  training dB    bytes  layers\n";
+  for (std::size_t k = 0; k < std::min(levels.size(), max_lines); ++k) {
+    const Json& level = levels[k];
+    text += fmt::format("{:5}  {:>11}  {:>7}  {:>11}  {:>7}  {:.50}\n", k, text_at(level, "/heldOut/psnr"),
+                        text_at(level, "/heldOut/relativeL2"), text_at(level, "/training/psnr"),
+                        text_at(level, "/bytes"), text_at(level, "/layers"));
+  }
+  return text;
+}
+
+std::string samples_table(const Json& content) {
+  std::string text = line("texels", pair_at(content, "/texels"));
+  text += line("mm per repeat", pair_at(content, "/mmPerRepeat"));
+  text += line("thickness", fmt::format("{} mm, reference height {} mm", text_at(content, "/thickness"),
+                                        text_at(content, "/referenceHeight")));
+  text += line("views, lights", pair_at(content, "/views") + ", " + pair_at(content, "/lights"));
+  text += line("samples", text_at(content, "/samplesPerTexel") + " a texel and view");
+  std::string pairs;
+  for (const auto& [kind, count] : content["pairs"].items())
+    pairs += fmt::format("{}{} {}", pairs.empty() ? "" : ", ", count.dump(), kind);
+  text += line("pairs", fmt::format("{}; {} samples each", pairs, text_at(content, "/truthSamples")));
+  return text + provenance_table(content);
+}
+
+/// The lines of a list, and how many there are beyond those that are shown.
+template <class Line>
+std::string list_table(const char* name, const Json& list, Line line_of) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(list.size(), max_lines); ++i)
+    text += line(fmt::format("{} {}", name, i).c_str(), line_of(list[i]));
+  if (list.size() > max_lines) text += line("", fmt::format("and {} more", list.size() - max_lines));
+  return text;
+}
+
+std::string gltf_table(const Json& content) {
+  std::string text = line(
+      "geometry", fmt::format("{} triangles, {} primitives, {} instances", text_at(content, "/triangles"),
+                              text_at(content, "/primitives"), text_at(content, "/instances")));
+  if (content["bounds"].is_array()) {
+    for (int end : {0, 1}) {
+      const Json& corner = content["bounds"][end];
+      text += line(end == 0 ? "from (m)" : "to (m)",
+                   fmt::format("{:.4g}, {:.4g}, {:.4g}", corner[0].get<double>(), corner[1].get<double>(),
+                               corner[2].get<double>()));
+    }
+  }
+  text += list_table("material", content["materials"], [](const Json& m) {
+    return m.contains("fabric") ? fmt::format("{}: fabric {}, {} repeats", text_at(m, "/name"),
+                                              text_at(m, "/fabric"), pair_at(m, "/repeats"))
+                                : text_at(m, "/name");
+  });
+  text += list_table("fabric", content["fabrics"], [](const Json& f) {
+    return fmt::format(
+        "{}, {}", text_at(f, "/name"),
+        f["path"] == "" ? text_at(f, "/embeddedBytes") + " bytes embedded" : text_at(f, "/path"));
+  });
+  return text + list_table("remark", content["remarks"], [](const Json& r) { return r.get<std::string>(); });
+}
+
+Result<int> run(const InfoCommand& command) {
+  const auto kind = kind_of(command.file);
+  if (!kind) return tl::unexpected(kind.error());
+  const auto info = *kind == FileKind::fabric    ? fabric_info(command.file)
+                    : *kind == FileKind::samples ? samples_info(command.file)
+                                                 : gltf_info(command.file);
+  if (!info) return tl::unexpected(info.error());
+  const std::uint64_t bytes = size_of_file(command.file);
+  std::string text = line(name_of(*kind), fmt::format("{}, {} bytes", command.file, bytes));
+  text += *kind == FileKind::fabric    ? fabric_table(*info)
+          : *kind == FileKind::samples ? samples_table(*info)
+                                       : gltf_table(*info);
+  report(command.common, "info",
+         {{"file", command.file}, {"kind", name_of(*kind)}, {"bytes", bytes}, {"content", *info}}, text);
+  return 0;
+}
+
+}  // namespace
+
+void add_info_verb(Program& program) {
+  program.add<InfoCommand>(
+      {"info", "What is in a fabric, samples or glTF file", "selvedge info k.fabric.exr"}, declare, run);
+}
+
+}  // namespace selvedge

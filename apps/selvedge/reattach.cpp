@@ -1,0 +1,80 @@
+// reattach: fabrics that an optimiser has dropped from a garment are put back.
+#include "converter/dress/reattach.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/selvedge/commands.h"
+
+namespace selvedge {
+namespace {
+
+struct ReattachCommand {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  ReattachOptions reattach;
+};
+
+void declare(Options& options, ReattachCommand& command) {
+  options.common(command.common);
+  options.text("garment", command.input, "FILE", "A glTF file (.gltf .glb) whose materials kept their extras")
+      .required();
+  options.output(command.output, "The garment with its fabrics (.gltf .glb)", ".glb").required();
+  ReattachOptions& reattach = command.reattach;
+  options.list("--fabric", reattach.fabrics, "[NAME=]FILE",
+               "A fabric file that is not where it was, such as one that was embedded; may be repeated");
+  const Option embed = options.set_flag("--embed", reattach.embed, true,
+                                        "The fabrics inside of the glTF (default for those that were)");
+  options.set_flag("--external", reattach.embed, false, "The fabrics beside the glTF").excludes(embed);
+  options.check([&options] {
+    options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",
+                      {"--external"});
+  });
+}
+
+Result<int> run(const ReattachCommand& command) {
+  const auto restored = reattach(command.input, command.output, command.reattach);
+  if (!restored) return tl::unexpected(restored.error());
+  for (const std::string& warning : restored->warnings) {
+    if (!command.common.quiet) report_remark(command.input, warning);
+  }
+  Json materials = Json::array();
+  std::string text;
+  for (const ReattachedMaterial& m : restored->materials) {
+    const UvTransform& t = m.transform;
+    materials.push_back({{"index", m.index},
+                         {"name", m.name},
+                         {"fabric", m.fabric},
+                         {"texCoord", m.tex_coord},
+                         {"offset", {t.offset.x, t.offset.y}},
+                         {"rotation", t.rotation},
+                         {"scale", {t.scale.x, t.scale.y}}});
+    text += fmt::format("#{} {}: {}, {:.5g} x {:.5g} repeats per unit of uv\n", m.index, m.name, m.fabric,
+                        t.scale.x, t.scale.y);
+  }
+  if (!restored->attached.empty()) {
+    text += fmt::format("left alone, with a fabric already: #{}\n", fmt::join(restored->attached, ", #"));
+  }
+  text += fmt::format("{} fabrics embedded -> {} ({} bytes)\n", restored->embedded, command.output,
+                      restored->bytes);
+  report(command.common, "reattach",
+         {{"output", command.output},
+          {"bytes", restored->bytes},
+          {"embedded", restored->embedded},
+          {"materials", materials},
+          {"attached", restored->attached},
+          {"warnings", restored->warnings}},
+         text);
+  return 0;
+}
+
+}  // namespace
+
+void add_reattach_verb(Program& program) {
+  program.add<ReattachCommand>({"reattach", "Restore the fabrics that an optimiser has dropped",
+                                "selvedge reattach packed.glb -o restored.glb --fabric k.fabric.exr"},
+                               declare, run);
+}
+
+}  // namespace selvedge
