@@ -149,7 +149,8 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
             "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
       .ends_in({".json", ".md", ".txt"});
   options.flag(
-      "--half-lobes", [&make] { make.write.half.insert(LayerKind::lobes); }, "Lobes in 16 instead of 32 bits");
+      "--half-lobes", [&make] { make.write.half.insert(LayerKind::lobes); },
+      "Lobes in 16 instead of 32 bits");
   options.flag(
       "--float-tables", [&make] { make.write.half.erase(table_layers); },
       "Tables and frames in 32 instead of 16 bits");

@@ -21,7 +21,8 @@ std::vector<std::string> all_pages() {
   std::vector<std::string> found{"README.md", "CONTRIBUTING.md", "CHANGELOG.md"};
   for (const char* folder : {"spec", "docs"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
-      if (entry.path().extension() == ".md" && entry.path().string().find("node_modules") == std::string::npos)
+      if (entry.path().extension() == ".md" &&
+          entry.path().string().find("node_modules") == std::string::npos)
         found.push_back(fs::relative(entry.path(), root).string());
     }
   }

@@ -23,8 +23,7 @@ TEST_CASE("on the front is what nothing else beats in cost and quality") {
 }
 
 TEST_CASE("the plot's line steps along the front, from the cheapest to the best") {
-  const Drawing drawing =
-      trade_plot({"title", "bytes", "dB", {{1000, 30}, {10, 10}, {100, 20}, {100, 5}}});
+  const Drawing drawing = trade_plot({"title", "bytes", "dB", {{1000, 30}, {10, 10}, {100, 20}, {100, 5}}});
   const DrawnLine* line = nullptr;
   for (const Drawn& shape : drawing.shapes) {
     const auto* of = std::get_if<DrawnLine>(&shape);
