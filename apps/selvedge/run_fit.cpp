@@ -8,6 +8,7 @@
 
 #include "apps/common/paths.h"
 #include "fitter/budget/file_budget.h"
+#include "format/base/atomic_file.h"
 
 namespace selvedge {
 namespace {
