@@ -180,8 +180,8 @@ Option Options::text(const char* name, std::string& value, const char* type, con
 }
 
 Option Options::text(const char* name, const char* type, const std::string& help,
-                     std::function<void(const std::string&)> read) {
-  return add(app_.add_option_function<std::string>(name, std::move(read), help), type);
+                     const std::function<void(const std::string&)>& read) {
+  return add(app_.add_option_function<std::string>(name, read, help), type);
 }
 
 Option Options::numbers(const char* name, std::size_t count, const char* type, const std::string& help,
@@ -223,8 +223,8 @@ Option Options::list(const char* name, std::vector<std::string>& values, const c
 }
 
 Option Options::list(const char* name, const char* type, const std::string& help,
-                     std::function<void(const std::vector<std::string>&)> read) {
-  CLI::Option* option = app_.add_option_function<std::vector<std::string>>(name, std::move(read), help);
+                     const std::function<void(const std::vector<std::string>&)>& read) {
+  CLI::Option* option = app_.add_option_function<std::vector<std::string>>(name, read, help);
   // One value for each time that an option is named, else its values would swallow the arguments behind them.
   if (*name == '-') option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   return add(option, type);

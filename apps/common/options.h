@@ -16,7 +16,7 @@
 #include "apps/common/report.h"
 #include "format/base/vec.h"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): that of CLI11
 class App;
 class Option;
 }  // namespace CLI
@@ -84,7 +84,7 @@ class Options {
   Option text(const char* name, std::string& value, const char* type, const std::string& help);
   /// The text becomes a value while parsing; `read` may refuse() it.
   Option text(const char* name, const char* type, const std::string& help,
-              std::function<void(const std::string&)> read);
+              const std::function<void(const std::string&)>& read);
   /// `count` numbers with commas between them.
   Option numbers(const char* name, std::size_t count, const char* type, const std::string& help,
                  std::function<void(const std::vector<double>&)> read);
@@ -102,7 +102,7 @@ class Options {
   /// May be repeated.
   Option list(const char* name, std::vector<std::string>& values, const char* type, const std::string& help);
   Option list(const char* name, const char* type, const std::string& help,
-              std::function<void(const std::vector<std::string>&)> read);
+              const std::function<void(const std::vector<std::string>&)>& read);
 
   /// -o, --output, with one of the endings unless there are none. Where `piped` is an ending such as
   /// ".fabric.exr", "-" stands for standard output, to which a file with such a name is copied when it is

@@ -46,7 +46,7 @@ std::size_t distance(const std::string& from, const std::string& to) {
 
 /// "unknown KIND TYPED; did you mean NAME?", where a name is near.
 std::string unknown(const char* kind, const std::string& typed, const std::vector<std::string>& names) {
-  const std::string fault = fmt::format("unknown {} {}", kind, typed);
+  std::string fault = fmt::format("unknown {} {}", kind, typed);
   const auto nearest = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
     return distance(typed, a) < distance(typed, b);
   });

@@ -314,8 +314,9 @@ class FrameSweep {
     options.width = size.x;
     options.height = size.y;
     options.lights = shot.lights;
+    const std::vector<Fabric> fabrics{fabric};
     const auto start = Clock::now();
-    auto renderer = Renderer::create(swatch_scene(period, shot), std::vector<Fabric>{fabric}, options);
+    auto renderer = Renderer::create(swatch_scene(period, shot), fabrics, options);
     if (!renderer) return tl::unexpected(renderer.error());
     if (timing != nullptr) timing->prepare += ms_since(start);
     Frame frame;

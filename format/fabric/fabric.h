@@ -117,15 +117,16 @@ struct FabricLevel {
 
  private:
   // A layer's numbers as structs of floats: Imath's vectors have no padding.
+  static constexpr std::size_t float_size = sizeof(float);
   template <class T>
   std::span<const T> values(LayerKind kind) const {
     const std::vector<float>& floats = (*this)[kind].values;
-    return {reinterpret_cast<const T*>(floats.data()), floats.size() / (sizeof(T) / sizeof(float))};
+    return {reinterpret_cast<const T*>(floats.data()), floats.size() * float_size / sizeof(T)};
   }
   template <class T>
   std::span<T> values(LayerKind kind) {
     std::vector<float>& floats = layers_[index_of(kind)].values;
-    return {reinterpret_cast<T*>(floats.data()), floats.size() / (sizeof(T) / sizeof(float))};
+    return {reinterpret_cast<T*>(floats.data()), floats.size() * float_size / sizeof(T)};
   }
 
   std::array<Layer, all_layers.size()> layers_;

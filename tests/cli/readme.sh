@@ -10,7 +10,7 @@ readme=$2
 for entry in "$root"/*; do
   case ${entry##*/} in build | out) ;; *) ln -s "$entry" . ;; esac
 done
-mkdir -p build/release
+mkdir -p build/release out
 ln -s "$bin" build/release/bin
 
 # Commands, one a line: continued lines are joined; a console block's commands are those after "$ ".
