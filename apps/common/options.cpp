@@ -45,7 +45,7 @@ std::uint64_t bytes_from(const std::string& option, const std::string& text) {
       if (is_unit && number <= UINT64_MAX >> (10 * i)) return number << (10 * i);
     }
   }
-  refuse(option, fmt::format("\"{}\" is not a number of bytes above 0, such as 60000 or 64K", text));
+  refuse(option, fmt::format("\"{}\" is not a number of bytes such as 64K", text));
 }
 
 }  // namespace
