@@ -246,7 +246,7 @@ Result<std::string> plots_of(const Json& all) {
     const Drawing drawing = trade_plot(
         {plot.title, plot.cost_text, plot.quality_text, figures(all[plot.rows], plot.cost, plot.quality)});
     if (drawing.shapes.empty()) continue;
-    const auto svg = svg_of(drawing);
+    auto svg = svg_of(drawing);
     if (!svg) return svg;
     text += *svg;
   }
@@ -254,7 +254,7 @@ Result<std::string> plots_of(const Json& all) {
 }
 
 Result<std::string> html_of(const std::string& folder, const Json& all) {
-  const auto plots = plots_of(all);
+  auto plots = plots_of(all);
   if (!plots) return plots;
   const std::string title =
       escaped("Speed against accuracy: " + text_at(object_at(all, "identity"), "stitch"));

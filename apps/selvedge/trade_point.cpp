@@ -65,7 +65,7 @@ Result<Seconds> ensure_samples(const TradeCommand& command, const MakeOptions& p
   bake.bake.resumable = false;  // else a part may have been made in another run, whose time is not known
   bake.texels_given = true;
   bake.output = folder.samples(point);
-  const auto seconds = timed(command.repeats, [&] {
+  auto seconds = timed(command.repeats, [&] {
     return bake_cell(bake, silent(command)).map([](const BakeReport& report) { return report.seconds; });
   });
   if (!seconds) return seconds;

@@ -177,7 +177,7 @@ std::string text_of(const Attribute& attribute) { return {attribute.value.begin(
 
 Box2i window_of(const Attributes& attributes, const char* name, const std::string& place) {
   ExrBytes value = value_of(attributes, name);
-  const Box2i window{V2i{value.i32(), value.i32()}, V2i{value.i32(), value.i32()}};
+  Box2i window{V2i{value.i32(), value.i32()}, V2i{value.i32(), value.i32()}};
   // Within half the range of 32 bits, as OpenEXR demands: sizes cannot overflow.
   constexpr std::int32_t limit = std::numeric_limits<std::int32_t>::max() / 2;
   for (const std::int32_t side : {window.min.x, window.min.y, window.max.x, window.max.y}) {

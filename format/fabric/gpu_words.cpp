@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-using uint = std::uint32_t;
+using uint = std::uint32_t;  // NOLINT(readability-identifier-naming): the name that GLSL has
 #include "format/fabric/word_layout.glsl"
 
 /// The words of a fabric or of a level, at their places after `base`.

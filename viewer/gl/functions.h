@@ -30,6 +30,7 @@ struct GlFunctions {
   F(VertexArrayAttribBinding) F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) \
   F(VertexArrayVertexBuffer) F(Viewport)
 // clang-format on
+// NOLINTNEXTLINE(bugprone-macro-parentheses): the name of a member
 #define SELVEDGE_GL_MEMBER(name) decltype(&gl##name) name = nullptr;
   SELVEDGE_GL_FUNCTIONS(SELVEDGE_GL_MEMBER)
 #undef SELVEDGE_GL_MEMBER
