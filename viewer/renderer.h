@@ -15,9 +15,8 @@ namespace selvedge {
 
 class Renderer {
  public:
-  /// `fabrics[i]` is scene.fabrics[i]; they must
-  /// outlive the object, the scene need not. Draws with `context`, or with one of its own where that is null.
-  /// Errors as render() (render.h).
+  /// `fabrics[i]` is scene.fabrics[i]; they must outlive the object, the scene need not. Draws with
+  /// `context`, or with one of its own where that is null. Errors as render() (render.h).
   static Result<std::unique_ptr<Renderer>> create(const Scene& scene, const std::vector<Fabric>& fabrics,
                                                   const RenderOptions& options,
                                                   std::unique_ptr<GraphicsContext> context = nullptr);
