@@ -100,7 +100,7 @@ Result<double> best_reference_height(const CellMesh& mesh, const std::string& na
   o.pairs.reset();
   o.validation_pairs = 48;
   o.held_out_pairs = o.rim_pairs = 0;
-  // Pairs of their own: no choice may depend on the pairs that measure its result.
+  // Separate pairs: no choice may depend on the pairs that measure its result.
   o.seed = mix(options.seed);
   const auto cell = trace_cell(mesh, name, o.ground);
   if (!cell) return tl::unexpected(cell.error());
@@ -109,7 +109,7 @@ Result<double> best_reference_height(const CellMesh& mesh, const std::string& na
   const auto thickness = static_cast<double>(cell->scene.bounds().max.z);
   double best = thickness;
   double best_psnr = -1e300;
-  // From the top down: among equally good heights, as those of a flat cell, the paper's is chosen.
+  // From the top down, so that a tie (a flat cell) gives the top, as in the paper.
   for (const double share : {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}) {
     SmallBake small = bake_small(mesh, o, *cell, cache ? &*cache : nullptr, share * thickness);
     const auto fitted = fit(small.level, small.header);

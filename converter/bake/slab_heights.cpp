@@ -13,7 +13,7 @@ struct Interval {
 /// The yarns that a vertical line at (x, y) passes through, from the uppermost on.
 std::vector<Interval> intervals_at(const RayScene& scene, double x, double y, std::size_t most) {
   const double height = static_cast<double>(scene.bounds().max.z);
-  const double step = 1e-5 * height;  // past a surface that was met
+  const double step = 1e-5 * height;  // moves the ray past a surface that it met
   constexpr int max_surfaces = 256;
   std::vector<Interval> found;
   int depth = 0;
@@ -38,7 +38,7 @@ std::vector<Interval> intervals_at(const RayScene& scene, double x, double y, st
 }  // namespace
 
 HeightLayer cell_heights(const RayScene& scene, int width, int height, const SlabShape& shape) {
-  constexpr int lines = 3;  // a side of a cell
+  constexpr int lines = 3;  // per side of a column
   const V2d period = scene.period();
   const auto entries = static_cast<std::size_t>(shape.entries());
   const auto slabs = static_cast<std::size_t>(shape.slabs);

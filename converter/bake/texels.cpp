@@ -14,12 +14,13 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// target += weight * source. Element by element: the same for any width of the machine's registers.
+/// target += weight * source. Element by element, so the result does not depend on the width of vector
+/// registers.
 SELVEDGE_WIDE void add_row(const float* source, float weight, std::size_t count, float* target) {
   for (std::size_t i = 0; i < count; ++i) target[i] += weight * source[i];
 }
 
-/// The direct light of a packet: how its points reflect, as one array per quantity.
+/// Reflectance of a packet's points under direct light, as one array per quantity.
 struct Reflecting {
   alignas(64) std::array<float, packet_size> nx{}, ny{}, nz{};
   std::array<V3f, packet_size> diffuse;  // (1 - w) albedo / pi
@@ -42,7 +43,7 @@ struct TexelBaker::Gather {
   int hits = 0;
   V3d normal{0, 0, 0};
   std::vector<double> radiance;  // sum over hits: [channel][light]
-  std::vector<float> recent;     // what has not been added to it yet
+  std::vector<float> recent;     // partial sums in single precision that are still to be added to `radiance`
 
   explicit Gather(std::size_t lights) : radiance(3 * lights), recent(3 * lights) {}
   void clear() {
@@ -56,7 +57,7 @@ struct TexelBaker::Gather {
   }
 };
 
-/// Up to 16 rays, and where what they see goes.
+/// Up to 16 rays, and the sums that receive their radiance.
 struct TexelBaker::Packet {
   std::size_t size = 0;
   std::array<V3d, packet_size> origin;
@@ -67,7 +68,7 @@ struct TexelBaker::Packet {
 
 struct TexelBaker::TexelRays {
   int x, y;
-  std::uint32_t count, split;  // those before `split` belong to the early half
+  std::uint32_t count, split;  // rays before `split` belong to the first half
   std::uint64_t seed;
   Gather* early;
   Gather* late;
@@ -76,7 +77,7 @@ struct TexelBaker::TexelRays {
 void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const {
   const V3d towards(view);
   const V2d period = scene_.period();
-  // From above everything: the plane may lie within the yarn.
+  // Rays begin above the cell, because the reference plane may lie within the yarn.
   const double above =
       (static_cast<double>(scene_.bounds().max.z) - plane_z_ + period.x) / static_cast<double>(view.z);
   Packet packet;
@@ -87,19 +88,19 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
       texel.late->settle();
     }
   };
-  // Single precision sums no more than this many packets.
+  // Number of packets that are summed in single precision before they are added in double.
   constexpr int packets_between = 8;
   for (const TexelRays& texel : texels) {
     texel.early->rays += static_cast<int>(texel.split);
     texel.late->rays += static_cast<int>(texel.count - texel.split);
-    // Points whose indices are the same modulo a power of two lie in one strip of the texel: rays of a packet
-    // then meet the same few triangles.
+    // Points whose indices are equal modulo a power of two lie in one strip of the texel, so the rays of a
+    // packet meet the same few triangles.
     constexpr auto lanes = static_cast<std::uint32_t>(packet_size);
     const std::uint32_t packets_of_its_own = texel.count % lanes == 0 ? texel.count / lanes : 0;
     for (std::uint32_t k = 0; k < texel.count; ++k) {
       const std::uint32_t i = packets_of_its_own > 0 ? k % lanes * packets_of_its_own + k / lanes : k;
       const V2d within = spread_point(i, texel.seed);
-      // y points up, rows of texels run down.
+      // y points up, rows of texels go down.
       const V3d on_plane((texel.x + within.x) / texels_.x * period.x,
                          (1 - (texel.y + within.y) / texels_.y) * period.y, plane_z_);
       packet.origin[packet.size] = on_plane + towards * above;
@@ -122,7 +123,7 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
   std::uint64_t rays = packet.size;
   for (std::uint32_t left = hits; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    // The ground shows through a hole; it is not yarn.
+    // A ray that meets the ground passed through a hole.
     if (scene_.is_ground(points[i])) {
       hits &= ~(1U << i);
       continue;
@@ -185,7 +186,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     std::array<float, packet_size> gloss{};
     if (glossy) r.gloss.reflectance(light, gloss);
     for (std::uint32_t left = lit; left != 0;) {
-      // Lanes of one texel's half lie side by side: their sum goes there at once.
+      // Lanes of the same half of a texel are adjacent and are summed before they are added to it.
       Gather* const owner = packet.gather[std::countr_zero(left)];
       V3f sum(0, 0, 0);
       for (; left != 0; left &= left - 1) {
@@ -208,7 +209,7 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
     const float* row = &lights.indirect[static_cast<std::size_t>(taps.point[k]) * 3 * n];
     for (std::size_t c = 0; c < 3; ++c) {
       const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
-      if (n == 1) {  // a pair's: nine calls would cost more than their work
+      if (n == 1) {  // a pair has one light: nine calls would cost more than their work
         gather.recent[c] += weight * row[c];
       } else {
         add_row(row + c * n, weight, n, &gather.recent[c * n]);
@@ -224,7 +225,7 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
   ViewSamples out{std::vector<float>(texels), std::vector<V3f>(texels, V3f(0, 0, 0)),
                   std::vector<V3f>(texels * n, V3f(0, 0, 0))};
   std::vector<NoiseSum> row_noise(static_cast<std::size_t>(texels_.y));
-  // As many texels at a time as fill whole packets.
+  // The number of texels that fill whole packets.
   const int at_once = static_cast<int>(packet_size) / std::gcd(static_cast<int>(packet_size), samples);
   parallel_for(0, texels_.y, [&](int y) {
     std::vector<Gather> gathers(static_cast<std::size_t>(2 * at_once), Gather(n));
@@ -249,7 +250,8 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
         if (hits == 0) continue;
         out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(samples);
         out.normal[texel] = V3f((early.normal + late.normal) / samples);
-        // The halves' means differ by d; the error of the mean of both is d/2 where they are equally large.
+        // If the means of the halves differ by d, the error of the mean of both is d/2 for halves of equal
+        // size.
         const double share =
             static_cast<double>(early.rays) * late.rays / (static_cast<double>(samples) * samples);
         for (std::size_t l = 0; l < n; ++l) {

@@ -16,7 +16,7 @@
 namespace selvedge {
 namespace {
 
-// Independent uses of the seed.
+// Independent streams of random numbers.
 constexpr std::uint64_t stream_pixels = 101;
 constexpr std::uint64_t stream_paths = 102;
 constexpr std::uint64_t stream_cache = 103;
@@ -49,7 +49,7 @@ class SwatchTracer {
     irradiance_of_points_ = cache.solve(scene_, lights_, options_.bounces);
   }
 
-  /// One half of the rays of a pixel.
+  /// Traces one half of the rays of a pixel.
   Gather trace(int x, int y, std::uint64_t half) const {
     const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(shot_.width) +
                        static_cast<std::uint64_t>(x);
@@ -84,7 +84,7 @@ class SwatchTracer {
   std::uint64_t rays() const { return rays_; }
 
  private:
-  /// Where a ray begins: in the cell's own repeat, above everything, but not behind the camera.
+  /// The origin of a ray: within the cell's own repeat, above all yarn, but not behind the camera.
   V3d origin(const SwatchRay& ray) const {
     const V2d period = scene_.period();
     V2d at = ray.point / metres_;
@@ -131,11 +131,11 @@ class SwatchTracer {
   double metres_;
   std::vector<V3f> lights_;
   std::vector<V3d> irradiance_;
-  std::vector<float> irradiance_of_points_;  ///< as IrradianceCache::solve() gives it
+  std::vector<float> irradiance_of_points_;  ///< the result of IrradianceCache::solve()
   mutable std::atomic<std::uint64_t> rays_{0};
 };
 
-/// The bake's own rules for what the two have in common.
+/// Checks the options that a bake has, too, by the bake's own rules.
 BakeOptions as_bake(const TruthOptions& o) {
   BakeOptions bake;
   bake.samples = o.samples;
@@ -148,7 +148,7 @@ BakeOptions as_bake(const TruthOptions& o) {
 
 Result<void> check(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
   if (auto ok = check_options(as_bake(o), name); !ok) return ok;
-  // Half of them tell the noise of the other half.
+  // The noise is estimated from two halves.
   if (o.samples < 2 || o.samples % 2 != 0)
     return fail(Code::option_out_of_range, name, "samples", "must be even, and 2 at least");
   for (const Light& light : shot.lights) {
@@ -183,7 +183,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
   const auto width = static_cast<std::size_t>(shot.width);
   const auto rows = static_cast<std::size_t>(shot.height);
   result.frame = {shot.width, shot.height, std::vector<V4f>(width * rows)};
-  std::vector<V2d> errors(rows, V2d(0, 0));  // squared, of colours and of opacity
+  std::vector<V2d> errors(rows, V2d(0, 0));  // squared, of colours (x) and opacity (y)
   constexpr int rows_at_once = 8;
   for (int first = 0; first < shot.height; first += rows_at_once) {
     parallel_for(first, std::min(first + rows_at_once, shot.height), [&](int y) {

@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-// Independent uses of the seed.
+// Independent streams of random numbers.
 constexpr std::uint64_t stream_views = 1;
 constexpr std::uint64_t stream_pairs = 2;
 
@@ -88,7 +88,7 @@ UnitBaker::UnitBaker(const RayScene& scene, double mm, std::optional<IrradianceC
 
 UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) {
   if (unit.kind == BakeUnit::Kind::view) return bake_view(unit.index, samples, noise);
-  irradiance_ = {};  // the views are done
+  irradiance_ = {};  // not needed after the views: frees its memory
   if (unit.kind == BakeUnit::Kind::pair) return bake_pair(unit.pairs, unit.index, samples, noise);
   const HeightLayer heights = cell_heights(scene_, options_.width, options_.height, *header_.slabs);
   HeightSamples in_mm{heights.top, heights.bottom};

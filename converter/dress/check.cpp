@@ -16,14 +16,14 @@
 namespace selvedge {
 namespace {
 
-/// A mean over the repeat needs no more.
+/// Small, as only the mean over a repeat is needed.
 constexpr FallbackOptions coarse{.largest_side = 64, .lights = 64};
-/// Linear; a mean of 8-bit colours and of a level that was fitted by itself is well within it.
+/// Tolerance of linear colours; rounding to 8 bits and the separate fit of a level stay well within it.
 constexpr float color_tolerance = 0.05F;
-/// Stretched cloth; beyond that the scale is another one.
+/// Stretched cloth stays within this factor.
 constexpr double size_tolerance = 1.25;
 
-/// What the checks need to know of a fabric.
+/// The properties of a fabric that the checks compare.
 struct Known {
   V2f period_mm;
   V3f albedo;
@@ -84,7 +84,7 @@ class DressedCheck {
       if (scene_.primitives[i].material == material) primitives.insert(static_cast<int>(i));
     }
     const UvSize size = measure_uv(scene_, primitives, reference.tex_coord);
-    // A rotation by any but a right angle mixes the axes; the two sizes are compared as an area then.
+    // A rotation that is not by a right angle mixes the axes: compare the sizes as an area.
     const V2d scale(std::abs(reference.transform.scale.x), std::abs(reference.transform.scale.y));
     const V2d millimetres(size.metres.x * 1000 / scale.x, size.metres.y * 1000 / scale.y);
     const auto off = [](double ratio) {

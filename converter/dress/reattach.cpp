@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 struct Lost {
   int material = 0;
   Mirror mirror;
-  std::string file;  ///< the fabric on disk; empty: not there
-  int entry = -1;    ///< the fabric's entry in the document, if that has survived
+  std::string file;  ///< the fabric on disk; empty if missing
+  int entry = -1;    ///< the fabric's entry in the document; -1 if dropped
 
   bool found() const { return entry >= 0 || !file.empty(); }
 };
@@ -41,7 +41,7 @@ std::string place_of(int material) {
   return fmt::format("/materials/{}/extras/{}", material, names::gltf::fabric_extension);
 }
 
-/// "NAME=FILE" or "FILE". A file whose own name has a "=" in it is taken as it is.
+/// "NAME=FILE" or "FILE". An existing file with "=" in its name is a FILE.
 Result<Offer> offer_of(const std::string& text) {
   Offer offer;
   offer.file = text;
@@ -102,7 +102,7 @@ class Restorer {
                                   report_.attached.size(), count));
   }
 
-  /// The fabric may still be in the document, or lie beside it.
+  /// Looks for the fabric in the document, then beside it.
   void look_around(Lost& lost, const std::vector<SceneFabric>& present) const {
     for (std::size_t i = 0; i < present.size(); ++i) {
       if (present[i].bytes.empty() || lost.mirror.digest.empty()) continue;
@@ -115,8 +115,7 @@ class Restorer {
     if (path && fs::is_regular_file(*path, ignored)) lost.file = *path;
   }
 
-  /// Gives each of the offered files to the materials that it is for. An offer by name wins over what was
-  /// found beside the glTF.
+  /// Assigns each offered file to its materials. An offer by name overrides a fabric found beside the glTF.
   Result<void> find_fabrics() {
     for (const std::string& text : options_.fabrics) {
       const Result<Offer> offer = offer_of(text);
@@ -186,7 +185,7 @@ class Restorer {
     return {};
   }
 
-  /// The fabric's file into the document, once it has proved to be one.
+  /// Checks the fabric's file and adds it to the document.
   Result<int> add(const Lost& lost, const std::string& label) {
     if (!digests_.contains(lost.file)) {
       const Result<Fabric> fabric = read_fabric(lost.file);
@@ -223,7 +222,7 @@ Result<ReattachReport> reattach(const std::string& input_path, const std::string
   Result<GltfDocument> document = load_gltf(input_path);
   if (!document) return tl::unexpected<Error>(std::move(document.error()));
   try {
-    // First, so that the URIs of all fabrics are relative to the same folder.
+    // Moved first, so that the URIs of all fabrics are relative to the same folder.
     move_document(*document, fs::path(output_path).parent_path().string());
     Result<ReattachReport> report = Restorer(*document, output_path, options).restore();
     if (!report) return report;
@@ -232,7 +231,7 @@ Result<ReattachReport> reattach(const std::string& input_path, const std::string
     report->bytes = *bytes;
     return report;
   } catch (const nlohmann::json::exception& error) {
-    // An array where glTF wants an object, or the like, in a part that nobody has checked.
+    // A wrong JSON type in an unchecked part of the document.
     return fail(Code::gltf_malformed, input_path, "", error.what());
   }
 }

@@ -15,17 +15,18 @@
 namespace selvedge {
 namespace {
 
-/// Directions per point: side x side. More make no visible difference, as neighbours' errors even out.
+/// Directions per point: side x side. More make no visible difference, as the errors of neighbouring points
+/// average out.
 constexpr int side = 8;
 constexpr double patches_per_period = 20;
-/// Least cosine between a vertex's normal and a triangle's for which the vertex may stand for the triangle.
+/// Smallest cosine between a vertex's normal and a triangle's for which the vertex may stand for the
+/// triangle.
 constexpr float smooth = 0.8F;
 /// Share of rays that may meet backs of triangles before both sides count as outside.
 constexpr double max_backs = 0.005;
 
-/// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are 0 altogether
-/// have no mark in `marked`. Element by element in the same order whatever the width of the machine's
-/// registers.
+/// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are all 0 are not
+/// marked in `marked`. Element by element, so the result does not depend on the width of vector registers.
 SELVEDGE_WIDE void sum_rows(const float* source, const char* marked, const int* column, const float* weight,
                             std::size_t count, std::size_t width, float* target) {
   std::fill(target, target + width, 0.0F);
@@ -42,8 +43,8 @@ std::size_t lattice_size(int parts) { return static_cast<std::size_t>((parts + 1
 /// Row j of a lattice has parts + 1 - j points.
 int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
 
-/// Whether light from above comes to backs of triangles: those of open sheets, or wound at random. A few are
-/// met where closed yarns run into each other.
+/// Whether light from above reaches backs of triangles, as with open sheets or random winding. Intersecting
+/// closed yarns show a few backs as well.
 bool shows_backs(const RayScene& scene) {
   constexpr std::uint32_t count = 4096;
   constexpr int bounces = 3;
@@ -92,13 +93,13 @@ std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std
 void IrradianceCache::place_points(const RayScene& scene) {
   const CellMesh& mesh = scene.mesh();
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
-  std::vector<SurfacePoint> at;  // of which albedo and gloss are taken
+  std::vector<SurfacePoint> at;  // points at which albedo and gloss are taken
   std::vector<V3f> normals;
   std::vector<V3f> positions;
   const auto corner_of = [&](std::size_t t, int k) { return static_cast<std::size_t>(triangles_[t][k]); };
 
   patches_.resize(triangles_.size());
-  // Vertices first; those of small triangles stand for all of these.
+  // Vertices first; small triangles need no further points.
   at.resize(mesh.positions.size());
   normals = mesh.normals;
   positions = mesh.positions;
@@ -118,7 +119,7 @@ void IrradianceCache::place_points(const RayScene& scene) {
     const V3f normal = (b - a).cross(c - a).normalized();
     const int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
     bool own = parts > 1;
-    // Where yarns touch a vertex has one yarn's normal and triangles of both.
+    // A vertex where yarns touch has the normal of one yarn and triangles of both.
     for (int k = 0; k < 3; ++k) own |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
     if (!own) continue;
     patches_[t] = {static_cast<int>(positions.size()), parts};
@@ -135,7 +136,7 @@ void IrradianceCache::place_points(const RayScene& scene) {
         point.face_normal = normal;
         at.push_back(point);
         normals.push_back(normal);
-        // A little inwards: the point on the edge may lie in the next triangle's wall.
+        // Slightly inwards: a point on the edge may lie in the wall of the next triangle.
         const float inwards = 0.1F / static_cast<float>(parts);
         const float u = point.u * (1 - inwards) + inwards / 3;
         const float v = point.v * (1 - inwards) + inwards / 3;
@@ -189,7 +190,7 @@ bool IrradianceCache::taps(const SurfacePoint& at, CacheTaps& taps) const {
 }
 
 void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
-  // Squares of 4 x 4 neighbouring directions make a packet; each is jittered in its cell.
+  // Blocks of 4 x 4 neighbouring directions form a packet; each direction is jittered in its cell.
   const auto count = static_cast<std::size_t>(points());
   std::vector<std::vector<std::pair<int, float>>> rows(count);
   parallel_for(0, points(), [&](int p) {
@@ -250,7 +251,7 @@ void IrradianceCache::order_points(const RayScene& scene) {
       const double share = static_cast<double>(position_[p][axis]) / size[axis];
       const auto cell = static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * 1023);
       for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
-      // Points that look the same way see the same lights.
+      // Points with similar normals see the same lights.
       key |= (normal_[p][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
     }
     return key;
@@ -261,7 +262,7 @@ void IrradianceCache::order_points(const RayScene& scene) {
   for (const auto& [key, point] : keys) order_.push_back(point);
 }
 
-/// Cosine towards the light where nothing is in its way: [point][light].
+/// Cosine towards the light, 0 where it is occluded: [point][light].
 std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::span<const V3f> lights) {
   const std::size_t n = lights.size();
   std::vector<float> direct(order_.size() * n, 0.0F);
@@ -296,7 +297,7 @@ std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::s
 }
 
 std::vector<float> IrradianceCache::solve(const RayScene& scene, std::span<const V3f> lights, int bounces) {
-  // More lights would not stay in the processor's caches.
+  // As many lights as stay in the processor's caches.
   constexpr std::size_t at_once = 64;
   const std::size_t n = lights.size();
   if (n <= at_once) return solve_some(scene, lights, bounces);
@@ -324,7 +325,7 @@ std::vector<float> IrradianceCache::solve_some(const RayScene& scene, std::span<
   std::vector<char> sends(count);
   std::vector<float> next(count * width);
 
-  // Done where a further reflection adds less than this share.
+  // Converged if a further reflection adds less than this share.
   constexpr double min_change = 1e-4;
   constexpr int max_rounds = 1000;
   constexpr std::size_t block_size = 256;
@@ -354,7 +355,7 @@ std::vector<float> IrradianceCache::solve_some(const RayScene& scene, std::span<
       sum_rows(sent.data(), sends.data(), column_.data() + start, weight_.data() + start,
                row_start_[point + 1] - start, width, &next[point * width]);
     });
-    // Each light ends by itself: what the others are does not matter to it.
+    // Each light converges by itself, so that its result does not depend on the other lights.
     parallel_for(0, static_cast<int>(blocks), [&](int block) {
       Sums& own = sums[block];
       own.changed.assign(n, 0);

@@ -6,9 +6,9 @@
 namespace selvedge {
 namespace {
 
-/// Paths this short are never ended early: they carry most of the light.
+/// Russian roulette spares paths this short: they carry most of the light.
 constexpr int min_depth = 3;
-/// Even a path that lost nothing ends one day: it may be caught in a pocket.
+/// Less than 1, so that a path caught in a pocket ends.
 constexpr double max_survival = 0.98;
 
 }  // namespace

@@ -11,14 +11,14 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Share of the way through the block after which a ray is shifted back. Less than all: a wall that stands
-/// exactly where the block ends then lies ahead of the ray, not under its feet.
+/// Share of the way through the block after which a ray is shifted back. Less than 1, so that a wall exactly
+/// at the end of the block lies ahead of the shifted ray.
 constexpr double turn = 1 - 1e-4;
 
-/// A ray within 1e-5 of level could be shifted for ever.
+/// Minimum slope: a horizontal ray would be shifted for ever.
 constexpr int max_pieces = 4096;
 
-/// Distance along the ray to where it leaves the interval, or infinity.
+/// Distance along the ray to the end of the interval, or infinity.
 template <class Real>
 Real leave_interval(Real origin, Real direction, Real low, Real high) {
   const Real distance = ((direction > 0 ? high : low) - origin) / direction;
@@ -45,8 +45,8 @@ RTCRay ray_from(const V3d& origin, const V3d& direction, double far) {
   return ray;
 }
 
-/// Moves the origin onto the slab: a ray from far above starts where there may be something. False where the
-/// ray never comes to it.
+/// Moves the origin of a ray from above or below onto the slab that holds the cell. False if the ray misses
+/// it.
 bool onto_slab(double z_low, double z_high, V3d& origin, const V3d& direction) {
   if (origin.z > z_high) {
     if (direction.z >= 0) return false;
@@ -59,7 +59,7 @@ bool onto_slab(double z_low, double z_high, V3d& origin, const V3d& direction) {
   return true;
 }
 
-/// Walks a ray block by block. `step(origin, far)` looks at one piece and says whether to stop.
+/// Walks a ray block by block. `step(origin, far)` traces one piece and returns whether to stop.
 template <class Step>
 bool walk(const RaySceneState& s, V3d origin, const V3d& direction, const Step& step) {
   if (!onto_slab(s.z_low, s.z_high, origin, direction)) return false;
@@ -89,7 +89,7 @@ SurfacePoint point_from(const RaySceneState& s, const V3d& at, const V3d& direct
   return point;
 }
 
-/// Up to 16 rays on their way.
+/// Up to 16 rays while they are traced.
 struct alignas(64) RayPacket {
   std::array<float, packet_size> x, y, z;     // origins, in the block
   std::array<float, packet_size> dx, dy, dz;  // unit directions
@@ -97,8 +97,8 @@ struct alignas(64) RayPacket {
 
 using PacketLanes = std::array<float, packet_size>;
 
-/// Distances to where each ray leaves the slab, and the sides of the block. Lane by lane: the same for any
-/// width of the machine's registers.
+/// Distances at which each ray leaves the slab and the block. Lane by lane, so the result does not depend on
+/// the width of vector registers.
 SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& high, PacketLanes& out,
                                PacketLanes& side, PacketLanes& far) {
   for (std::size_t i = 0; i < packet_size; ++i) {
@@ -109,8 +109,8 @@ SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& hi
   }
 }
 
-/// Walks the rays of a packet block by block. `step(packet, far, active)` looks at one piece of each active
-/// ray and gives back those that are done.
+/// Walks the rays of a packet block by block. `step(packet, far, active)` traces one piece of each active ray
+/// and returns the rays that are finished.
 template <class Step>
 void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, const Step& step) {
   const V3f low(V3d(s.block_min.x, s.block_min.y, s.z_low));
@@ -139,7 +139,7 @@ void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, con
   }
 }
 
-/// Every lane holds a ray, or the tracer would read what nobody wrote: lanes without one repeat the first.
+/// Fills unused lanes with the first ray: Embree reads all lanes.
 void set_lane(RayPacket& p, std::size_t i, const V3d& origin, const V3d& direction) {
   p.x[i] = static_cast<float>(origin.x);
   p.y[i] = static_cast<float>(origin.y);
@@ -171,7 +171,7 @@ struct alignas(64) Valid {
   }
 };
 
-/// For rays that lie close together the tracer goes through its tree once for all of them.
+/// Coherent rays share one traversal of Embree's tree.
 RTCIntersectContext coherent_context() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -206,7 +206,7 @@ std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint3
   return met;
 }
 
-/// As many rays as there are origins or directions; a single one of either is that of all.
+/// The number of rays is that of origins or of directions; a single one of either is shared by all rays.
 std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
                          std::span<const V3d> directions, PointPacket& points) {
   const std::size_t count = std::max(origins.size(), directions.size());
@@ -286,7 +286,7 @@ V3d RayScene::leave(const SurfacePoint& point) const {
 }
 
 V3f RayScene::vertex_normal(const SurfacePoint& point) const {
-  // Not turned towards the ray one by one: at a silhouette the smooth normal may lean away a little.
+  // Not flipped towards the ray per vertex: at a silhouette the smooth normal may lean away slightly.
   const V3f smooth = interpolate(mesh().normals, point).normalized();
   return smooth.dot(point.face_normal) < 0 ? -smooth : smooth;
 }

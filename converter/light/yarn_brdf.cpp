@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Sharper highlights than this are drawn this wide: single precision has no finer directions.
+/// Minimum width: single precision cannot resolve the directions of sharper highlights.
 constexpr double min_width = 0.01;
 
 double width_of(const Gloss& gloss) { return std::max(min_width, static_cast<double>(gloss.roughness)); }
@@ -37,7 +37,7 @@ double gloss_local(const V3d& l, const V3d& v, double r) {
   return d / (1 + smith_lambda(l, r) + smith_lambda(v, r)) / (4 * l.z * v.z);
 }
 
-/// A facet's normal, distributed as facets are seen from v (Heitz 2018).
+/// Samples the distribution of visible normals (Heitz 2018).
 V3d visible_normal(const V3d& v, double r, const V2d& random) {
   const V3d stretched = V3d(r * v.x, v.y, v.z).normalized();
   const double planar2 = stretched.x * stretched.x + stretched.y * stretched.y;
@@ -52,7 +52,7 @@ V3d visible_normal(const V3d& v, double r, const V2d& random) {
   return V3d(r * n.x, n.y, std::max(1e-12, n.z)).normalized();
 }
 
-/// Light for a view in the local frame, and the share of it that is neither masked nor shadowed.
+/// A sampled light for a view in the local frame, and the share of it that is neither masked nor shadowed.
 double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
   const V3d h = visible_normal(v, r, random);
   l = h * (2 * v.dot(h)) - v;
@@ -100,7 +100,7 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
   for (std::size_t i = 0; i < 3; ++i) {
     s.gloss.weight += share[i] * mesh.gloss[at[i]].weight;
     s.gloss.roughness += share[i] * mesh.gloss[at[i]].roughness;
-    // A fibre has no sign: corners that say the opposite mean the same.
+    // The sign of a fibre has no meaning: corners are flipped to agree.
     fibre += aligned(mesh.fibres[at[i]], mesh.fibres[at[0]]) * share[i];
   }
   V3d in_plane = V3d(fibre) - s.normal * V3d(fibre).dot(s.normal);

@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-/// Size of the bounding box of all vertices that a face uses, in the file's own axes and units.
+/// Size of the bounding box of all used vertices, in the file's axes and units.
 V3d extent_of(const RawMesh& raw) {
   V3d low(std::numeric_limits<double>::max());
   V3d high(std::numeric_limits<double>::lowest());
@@ -49,8 +49,8 @@ const char* name_of(UpAxis axis) { return axis == UpAxis::x ? "x" : (axis == UpA
 
 MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::optional<V2d>& period,
                    const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis) {
-  constexpr double clearly = 0.9;      // flatter
-  constexpr double smallest_mm = 0.1;  // a cell that is smaller was meant in metres
+  constexpr double clearly = 0.9;      // ratio of extents
+  constexpr double smallest_mm = 0.1;  // a smaller cell must be in metres
   const V3d extent = extent_of(raw);
   MeshChoices choices;
   choices.up_axis_from = choices.scale_from = choices.period_from = "given";

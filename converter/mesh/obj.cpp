@@ -10,8 +10,8 @@
 namespace selvedge {
 namespace {
 
-/// Plain lines: no byte order mark, no comments, continued lines joined (line numbers stay: joined lines
-/// leave empty ones behind), every kind of line end as \n.
+/// The text without byte order mark and comments, line ends as \n, continued lines joined; empty lines after
+/// them keep the line numbers.
 std::string plain_text(std::string_view text) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   std::string plain;
@@ -40,7 +40,7 @@ std::string plain_text(std::string_view text) {
 constexpr int absent = -1;
 
 /// Index from 0 of a corner's vertex or normal, of which `count` have been read: OBJ counts from 1, or
-/// backwards from -1. False where there is no number.
+/// backwards from -1. False if it is not a number.
 bool to_index(std::string_view word, std::size_t count, int& index) {
   const char* end = word.data() + word.size();
   int number = 0;
@@ -83,7 +83,7 @@ class ObjReader {
 
  private:
   Result<void> read_vertex(const Words& words, int number) {
-    // x y z, with a weight, with a colour, or with both: anything else was cut.
+    // x y z, with a weight, a colour or both: any other count means a damaged line.
     if (words.size() == 6) return damaged(number, "a vertex with 5 numbers");
     const auto point = position_at(words, 1, file_, number);
     if (!point) return tl::unexpected(point.error());

@@ -28,13 +28,13 @@ std::size_t triangles_said(const std::string& bytes) {
   return bytes.size() < header_size ? 0 : value_at<std::uint32_t>(bytes, header_size - 4);
 }
 
-/// A binary STL says its size; texts begin with "solid", but so do the headers of some binary ones.
+/// A binary STL states its size; "solid" begins texts, but also the headers of some binary files.
 bool is_binary(const std::string& bytes) {
   return !bytes.starts_with("solid") ||
          (bytes.size() >= header_size && bytes.size() == header_size + triangle_size * triangles_said(bytes));
 }
 
-/// Gives equal positions one vertex.
+/// Merges equal positions into one vertex.
 class Welder {
  public:
   explicit Welder(std::vector<V3d>& positions) : positions_(positions) {}

@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
-/// Not negative; null is infinite.
+/// A number >= 0; null stands for infinity.
 std::optional<double> length_of(const nlohmann::json& value) {
   if (value.is_null()) return HUGE_VAL;
   if (!value.is_number()) return std::nullopt;
@@ -42,7 +42,7 @@ Result<TexelDemand> demand_of(const std::string& path, const std::string& place,
   return TexelDemand{*least, *most, bias};
 }
 
-/// Levels do not count for what is made; a file that has impossible ones is no plan.
+/// Levels are not used, but impossible ones show that the file is not a plan.
 Result<void> check_levels(const std::string& path, const std::string& place, const nlohmann::json& material) {
   const auto levels = material.find("levels");
   if (levels == material.end()) return {};
@@ -57,7 +57,7 @@ Result<void> check_levels(const std::string& path, const std::string& place, con
   return {};
 }
 
-/// All that was asked for and changes the plan, and nothing that has no meaning beside it.
+/// Exactly the options that the plan depends on.
 Json sight_json(const PlanOptions& o) {
   const CameraOptions& camera = o.camera;
   Json sight = Json::object();
@@ -78,7 +78,7 @@ Json sight_json(const PlanOptions& o) {
   if (single || o.distances) {
     const bool perspective = camera.projection == Projection::perspective;
     sight["projection"] = perspective ? "perspective" : "parallel";
-    // A parallel camera that shows everything has none.
+    // A parallel camera that shows everything has no distance.
     if (perspective || camera.distance || o.distances) sight["fov"] = camera.field_of_view;
   }
   sight["zoom"] = camera.zoom;

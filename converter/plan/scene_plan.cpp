@@ -46,8 +46,8 @@ std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoin
   return covers;
 }
 
-/// Whether some texel of these levels of the file may let something through. Between slabs of yarn a slanted
-/// ray finds its way where none does from above: they count as open.
+/// Whether some texel of these levels may have holes. Slabs count as open, because slanted rays may pass
+/// between them where vertical ones do not.
 Result<bool> has_openings(FabricReader& reader, const LevelRange& levels) {
   for (int k = levels.first; k <= levels.last; ++k) {
     const auto level = reader.read_level(k, {LayerKind::opacity, LayerKind::heights});
@@ -134,7 +134,7 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     }
     plan.materials.push_back(std::move(entry));
   }
-  // Materials without a fabric are not examined: they may be seen.
+  // Materials without a fabric are not examined: all of them may be seen.
   for (std::size_t i = 0; i < scene->materials.size(); ++i) {
     if (!scene->materials[i].fabric) seen.push_back(static_cast<int>(i));
   }

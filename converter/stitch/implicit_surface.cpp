@@ -9,11 +9,11 @@
 namespace selvedge {
 namespace {
 
-/// Spans short and straight enough, in radii, for one nearest point each and for tight bounds.
+/// Length and sag of spans, in radii, that allow one nearest point each and tight bounds.
 constexpr double span_length_radii = 0.5;
 constexpr double span_sag_radii = 0.02;
 
-/// Stated limits: 200 MB of index at most.
+/// Limits of the index, about 200 MB.
 constexpr double max_pieces = 1e6;
 constexpr std::size_t max_entries = 1 << 24;
 constexpr int max_bins_per_axis = 96;
@@ -56,7 +56,7 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
   surface.period_ = pattern.period_mm;
   surface.reach_ = reach;
   surface.cut(pattern);
-  // Bins much smaller than the reach would hold the same pieces over and over.
+  // Bins much smaller than the reach would repeat the same pieces.
   if (!surface.index(std::max(0.5 * min_radius, 0.25 * reach))) {
     return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
   }
@@ -105,7 +105,7 @@ bool ImplicitSurface::for_each_entry(std::size_t p, const Visit& visit) const {
       const Entry entry{static_cast<std::int32_t>(p), static_cast<std::int16_t>(sx),
                         static_cast<std::int16_t>(sy)};
       for (int z = z0; z <= z1; ++z) {
-        // Bins at the bottom and the top stand for all that lies beyond them.
+        // Bins at the bottom and the top extend to infinity.
         const bool outermost = z == 0 || z == bins_.z - 1;
         for (int y = y0; y <= y1; ++y) {
           for (int x = x0; x <= x1; ++x) {
@@ -191,7 +191,7 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
 Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file) {
   double largest = 0;
   for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, yarn.radius_mm);
-  // From a centre line, so one radius more is needed.
+  // The reach counts from a centre line, so it is one radius larger.
   auto built = ImplicitSurface::build(pattern, 2 * largest, file);
   if (!built) return tl::unexpected(built.error());
   const ImplicitSurface& surface = *built;

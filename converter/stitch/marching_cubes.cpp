@@ -6,8 +6,8 @@
 namespace selvedge {
 namespace {
 
-/// Where along an edge the function changes sign, in (0, 1): regula falsi (Illinois), which keeps its
-/// bracket.
+/// The place along an edge, in (0, 1), where the function changes sign: regula falsi (Illinois), which keeps
+/// its bracket.
 template <class F>
 double crossing(const F& at, double value0, double value1) {
   double low = 0;
@@ -81,7 +81,7 @@ class Marcher {
     }
   }
 
-  /// The vertex on the edge from grid point `at` along `axis`, made when first asked for.
+  /// The vertex on the edge from grid point `at` along `axis`, created on first use.
   int vertex(const V3i& at, int axis) {
     int& index = index_[node(at) * 3 + static_cast<std::size_t>(axis)];
     if (index >= 0) return index;

@@ -48,7 +48,7 @@ std::array<int, edge_count> contours_of(unsigned inside) {
     for (int side = 0; side < 2; ++side) {
       const std::array<int, 4> corner = face_corners(axis, side);
       for (std::size_t k = 0; k < 4; ++k) {
-        // Where a run of inside corners begins, the contour leads to where this run ends.
+        // From the begin of a run of inside corners the contour leads to its end.
         if (is_inside(corner[k]) || !is_inside(corner[(k + 1) % 4])) continue;
         std::size_t last = (k + 1) % 4;
         while (is_inside(corner[(last + 1) % 4])) last = (last + 1) % 4;
@@ -60,7 +60,7 @@ std::array<int, edge_count> contours_of(unsigned inside) {
   return next;
 }
 
-/// Fills the contour's part from vertex `first` to `last`; false if that needs a diagonal within a face.
+/// Triangulates the part of the contour from `first` to `last`; false if that needs a diagonal within a face.
 bool fill(const std::vector<int>& contour, std::size_t first, std::size_t last, std::vector<Triangle>& out) {
   if (last - first < 2) return true;
   const auto allowed = [&](std::size_t a, std::size_t b) {

@@ -13,7 +13,7 @@
 namespace selvedge {
 namespace {
 
-constexpr int max_shafts = 4096;  // treadles and colours as well
+constexpr int max_shafts = 4096;  // also of treadles and colours
 constexpr double texels_per_yarn = 4;
 constexpr double default_spacing_mm = 1;
 
@@ -61,7 +61,7 @@ struct System {
   std::vector<double> room_mm;
 };
 
-/// Millimetres in the unit of a section's lengths.
+/// Millimetres per unit of a section's lengths.
 double unit_of(const WifSections& draft, const std::string& section) {
   const std::string name = lower(draft.find(section, "UNITS").value_or("centimeters"));
   if (name.starts_with("decipoint")) return 25.4 / 720;
@@ -110,7 +110,7 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
     const double room = system.room_mm[k];
     system.yarns[k].name = fmt::format("{} {}", lower(section), k + 1);
     system.yarns[k].albedo = colours[k];
-    // Round yarns of more than their room would lie on top of each other.
+    // Round yarns wider than their lane would lie on top of each other.
     system.yarns[k].radius_mm = 0.5 * std::min(wanted[k].value_or(room), room);
     if (wanted[k].value_or(room) > room) {
       remarks.insert(fmt::format("{} thicker than its spacing: as thick as that", lower(section)));
@@ -170,7 +170,7 @@ std::vector<bool> drawdown_of(const WifSections& draft, int warps, int wefts,
   return over;
 }
 
-/// A number for each of `count` things, the same for those of the same description.
+/// A number for each of `count` items, equal for equal descriptions.
 template <class Describe>
 std::vector<std::size_t> kinds_of(std::size_t count, const Describe& describe) {
   std::map<std::string, std::size_t> known;
@@ -180,7 +180,7 @@ std::vector<std::size_t> kinds_of(std::size_t count, const Describe& describe) {
   return kinds;
 }
 
-/// The least number of first elements that all others repeat, at least twice over; else their count.
+/// The length of the shortest prefix that the others repeat, at least twice; else their count.
 std::size_t repeat_of(const std::vector<std::size_t>& kinds) {
   for (std::size_t period = 1; 2 * period <= kinds.size(); ++period) {
     if (std::equal(kinds.begin() + static_cast<long>(period), kinds.end(), kinds.begin())) return period;

@@ -10,26 +10,26 @@ namespace {
 
 using std::numbers::pi;
 
-/// Length of the pieces that a chain is cut into, in radii: short enough that a bend as tight as the radius
-/// leaves its chords by 1/50 of it.
+/// Length of the pieces that a chain is cut into, in radii: a bend with the yarn's own radius deviates from
+/// such chords by 1/50 of it.
 constexpr double piece_radii = 0.4;
 constexpr int projections = 8;         // of the contacts, per step
-constexpr int steps_per_search = 4;    // between looking for neighbours
-constexpr double search_margin = 0.3;  // what may come near until then, in radii
+constexpr int steps_per_search = 4;    // between searches for neighbours
+constexpr double search_margin = 0.3;  // distance, in radii, up to which pairs are kept until the next search
 constexpr int steps_between_distributions = 20;
 constexpr int settling_steps = 60;  // at the end, contacts alone
 constexpr int max_settling_steps = 400;
-constexpr double rest = 2e-3;            // overlap that counts as none, in radii
+constexpr double rest = 2e-3;            // overlap, in radii, that ends the settling
 constexpr double over_relaxation = 1.4;  // of projections that are averaged
 
 /// A yarn as a polyline. Point `size` is point 0 moved by `way`.
 struct Chain {
   std::vector<V3d> points;
   V3d way;
-  V3d across{0, 0, 0};  ///< unit, in the plane across the way; zero of a ring
-  double home = 0;      ///< where it was drawn, along `across`
+  V3d across{0, 0, 0};  ///< unit, in the plane, perpendicular to `way`; zero for a ring
+  double home = 0;      ///< its drawn position along `across`
   double radius = 0;
-  std::size_t begin = 0;  ///< index of its first point among all
+  std::size_t begin = 0;  ///< index of its first point among those of all chains
   double spacing = 0;     ///< of its points, mm, within a factor of two of each
   double length() const {
     double sum = 0;
@@ -144,14 +144,14 @@ class Relaxation {
     distribute();
   }
 
-  /// Gives back the part of the radii that there was room for.
+  /// Returns the share of the radii for which there is room.
   double run() {
     const int growing = options_.steps / 2;
     const double growth = (1 - options_.start) / (0.8 * growing);
     grown_ = options_.start;
     for (int step = 0; step < options_.steps; ++step) {
       if (step % steps_between_distributions == 0) distribute();
-      // Long steps while the yarns grow, then ever shorter ones.
+      // Long steps while the yarns grow, then shrinking ones.
       const double left =
           step < growing ? 1.0 : static_cast<double>(options_.steps - step) / (options_.steps - growing);
       const double time = 0.03 * left * left + 1e-4;
@@ -166,7 +166,7 @@ class Relaxation {
       if (jammed) grown_ *= 1 - 0.5 * growth;
       if (!jammed && step < growing) grown_ = std::min(1.0, grown_ + growth);
     }
-    // Contacts alone; where they do not come to rest, thinner yarns.
+    // Contacts alone; the yarns become thinner if they do not settle.
     for (int step = 0; step < max_settling_steps; ++step) {
       const double overlap = push_apart(step);
       if (overlap < rest) break;
@@ -179,7 +179,7 @@ class Relaxation {
     const Chain& chain = chains_[index];
     const auto count = static_cast<long>(chain.points.size());
     const double wanted = std::round(chain.length() / (options_.segment_radii * chain.radius));
-    // Some of the points are kept, with the tangents that the points around them give.
+    // Keeps some of the points, with tangents from their neighbours.
     const auto kept = static_cast<long>(std::clamp(wanted, 4.0, static_cast<double>(count)));
     const auto at = [&](long i) {
       const long turn = i >= 0 ? i / count : -((count - 1 - i) / count);
@@ -217,7 +217,7 @@ class Relaxation {
   }
 
  private:
-  /// Projects all contacts some times; the largest overlap that is left, in radii.
+  /// Projects all contacts repeatedly; returns the largest remaining overlap, in radii.
   double push_apart(int step) {
     if (step % steps_per_search == 0) search();
     double overlap = 0;
@@ -244,7 +244,7 @@ class Relaxation {
     return grown_ * (a + b + options_.gap * std::max(a, b));
   }
 
-  /// Whether the pieces follow each other in one chain so closely that they are no contact.
+  /// Whether the pieces are so close along one chain that they do not count as a contact.
   bool follow(const Contact& c) const {
     if (c.chain_a != c.chain_b) return false;
     const Chain& chain = chains_[c.chain_a];
@@ -321,7 +321,7 @@ class Relaxation {
     if (!follow(contact)) contacts_.push_back(contact);
   }
 
-  /// Moves all pieces that overlap apart, once; the largest overlap before, in radii.
+  /// Moves overlapping pieces apart once; returns the largest overlap before, in radii.
   double project() {
     double largest = 0;
     const std::size_t total = chains_.back().begin + chains_.back().points.size();
@@ -364,7 +364,7 @@ class Relaxation {
     return largest;
   }
 
-  /// Keeps all yarns between the plates.
+  /// Clamps all yarns to max_thickness.
   void press() {
     if (options_.max_thickness == 0) return;
     for (Chain& chain : chains_) {
