@@ -13,7 +13,7 @@ constexpr double degrees_per_height = 180;
 constexpr double radians_per_degree = std::numbers::pi / 180;
 constexpr double factor_per_step = 0.9;
 
-/// The camera's axes without its position: right, up.
+/// The camera's right and up axes.
 struct Axes {
   V3d right;
   V3d up;
@@ -27,7 +27,7 @@ Axes axes_of(const CameraOptions& orbit) {
   return {right, back.cross(right)};
 }
 
-/// Half the height of what is seen at the distance of the orbit's point, m.
+/// Half the height of the view at the distance of the orbit's point, m.
 double half_height(const CameraOptions& orbit) {
   return *orbit.distance * std::tan(orbit.field_of_view * radians_per_degree / 2) / orbit.zoom;
 }

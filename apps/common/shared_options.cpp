@@ -5,7 +5,7 @@
 namespace selvedge {
 namespace {
 
-/// Three numbers and an intensity; `add` tells whether they make a light.
+/// Three numbers and an intensity; `add` returns whether they are a valid light.
 void add_light_list(Options& options, const char* name, const std::string& help,
                     std::function<bool(const V3d&, float)> add) {
   options.list(name, "X,Y,Z[,I]", help, [name, add = std::move(add)](const std::vector<std::string>& texts) {

@@ -17,7 +17,7 @@ namespace {
 constexpr float panel_width = 330;
 constexpr float label_width = 92;
 
-/// One line of a list: what it is on the left in grey, its value beside it.
+/// One line of a list: a grey label on the left, its value beside it.
 template <class... Arguments>
 void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
   ImGui::TextDisabled("%s", name);
@@ -25,7 +25,7 @@ void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&.
   ImGui::TextUnformatted(fmt::format(format, std::forward<Arguments>(arguments)...).c_str());
 }
 
-/// The name of a widget on its left; the widget itself follows over the rest of the line.
+/// A label; the widget that follows takes the rest of the line.
 void label(const char* name) {
   ImGui::AlignTextToFramePadding();
   ImGui::TextDisabled("%s", name);
@@ -37,7 +37,7 @@ void raise(Change& change, bool changed, Change to) {
   if (changed) change = std::max(change, to);
 }
 
-/// Lines of the panel that edit a value of the frame.
+/// Lines of the panel that edit values of the frame.
 void slider(Change& change, const char* name, int& value, int min, int max, const char* format = "%d") {
   label(name);
   raise(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format), Change::frame);
@@ -69,14 +69,14 @@ void set_style() {
   style.Colors[ImGuiCol_HeaderHovered] = ImVec4(0.26F, 0.29F, 0.33F, 1);
   style.Colors[ImGuiCol_FrameBg] = ImVec4(0.19F, 0.20F, 0.22F, 1);
   style.Colors[ImGuiCol_TextDisabled] = ImVec4(0.62F, 0.64F, 0.67F, 1);
-  // Easier to read than the built-in one, where it is there.
+  // Easier to read than the built-in font, if installed.
   constexpr const char* font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
   constexpr float font_size = 14;
   std::error_code missing;
   if (std::filesystem::exists(font, missing)) ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size);
 }
 
-/// A drop-down list. Gives whether another one was chosen.
+/// A drop-down list. Returns whether the choice changed.
 template <class Names>
 bool choose(const char* id, const Names& names, int& chosen, bool with_none) {
   const std::string none = "(core material)";
@@ -146,7 +146,7 @@ void show_times(const PanelInfo& info) {
   row("layers", "{}", s.layers);
 }
 
-/// Where the lights are, as seen from the camera: a hemisphere from the front, lights behind it hollow.
+/// Draws the lights' directions seen from the camera: a hemisphere from the front, lights behind it hollow.
 void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& centre, float radius) {
   ImDrawList& draw = *ImGui::GetForegroundDrawList();
   draw.AddCircleFilled(centre, radius, IM_COL32(0, 0, 0, 90));
@@ -154,7 +154,7 @@ void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& ce
   const Camera& camera = info.picture.camera();
   const std::vector<Light>& lights = info.picture.lights();
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    // A light that stands somewhere: as it is seen from what the camera turns around.
+    // A point or spot light, seen from the centre of the orbit.
     const V3d towards = lights[i].kind == LightKind::directional
                             ? lights[i].direction
                             : lights[i].position - state.camera.look_at.value_or(V3d(0, 0, 0));
@@ -183,7 +183,7 @@ void show_help() {
 Panel::Panel(const Window& window) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  // No file with the panel's places beside the garment.
+  // ImGui's settings file would appear beside the garment.
   ImGui::GetIO().IniFilename = nullptr;
   set_style();
   ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
@@ -237,7 +237,7 @@ ShowInput Panel::input(const WindowDrags& drags) const {
 std::optional<V2d> Panel::cursor() const {
   const ImGuiIO& io = ImGui::GetIO();
   if (io.WantCaptureMouse || !ImGui::IsMousePosValid()) return std::nullopt;
-  // The middle of the pixel that the mouse is on.
+  // The centre of the pixel under the mouse.
   const V2d size(static_cast<double>(io.DisplaySize.x - width()), static_cast<double>(io.DisplaySize.y));
   const V2d mouse(std::floor(static_cast<double>(io.MousePos.x)),
                   std::floor(static_cast<double>(io.MousePos.y)));

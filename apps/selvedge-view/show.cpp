@@ -20,13 +20,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A frame that takes longer than this is drawn smaller while something moves.
+/// Seconds above which a frame is drawn smaller while the view moves.
 constexpr double moving_budget = 0.05;
-/// After so long without a movement the picture is sharp again.
+/// Seconds without movement after which the picture is drawn in full again.
 constexpr double still_after = 0.15;
-/// How long the window sleeps while nothing happens.
+/// Seconds that the window sleeps without events.
 constexpr double idle = 0.5;
-/// Frames that the panel needs to come to rest after an event.
+/// Frames that the panel needs to settle after an event.
 constexpr int frames_to_settle = 3;
 
 double seconds_since(Clock::time_point start) {
@@ -36,7 +36,7 @@ double seconds_since(Clock::time_point start) {
 struct ShowCommand {
   CommonOptions common;
   PictureOptions picture;
-  std::vector<std::string> fabrics;  ///< files, to choose from
+  std::vector<std::string> fabrics;  ///< files to choose from
   V2i size{1280, 800};
   bool texel_edges = false;
   std::string screenshot;  ///< of the window as it was when it closed, .png; empty: none
@@ -61,7 +61,7 @@ void declare(Options& options, ShowCommand& command) {
   options.check([&options, &picture] { check_picture(options, picture); });
 }
 
-/// A flat piece of a fabric as a scene.
+/// A swatch of a fabric as a scene.
 Result<LoadedScene> load_swatch(const ShowCommand& command) {
   Result<Fabric> fabric = read_fabric(command.picture.input);
   if (!fabric) return tl::unexpected(fabric.error());
@@ -103,7 +103,7 @@ Json json_of(const PixelProbe& probe, const ShowPicture& picture) {
           {"alpha", probe.alpha}};
 }
 
-/// What the window shows and how it is made, from event to event.
+/// The loop of `show`: state, picture and window, from event to event.
 class Show {
  public:
   Show(const ShowCommand& command, Window& window, ShowPicture& picture, const GlFunctions& gl,
@@ -181,7 +181,7 @@ class Show {
   }
 
  private:
-  /// One frame of the window, all but its swap. Gives whether somebody wants to close it.
+  /// One frame of the window without its swap. Returns whether the user wants to close it.
   Result<bool> step() {
     panel_.begin();
     size_ = panel_.picture_size(window_size_);
@@ -213,7 +213,7 @@ class Show {
     return wish.close;
   }
 
-  /// Steps towards the scene are steps towards what lies under the cursor.
+  /// Steps of the wheel move towards the point under the cursor.
   Result<void> aim(ShowInput& input) {
     const std::optional<V2d> cursor = input.wheel > 0 ? panel_.cursor() : std::nullopt;
     if (!cursor) return {};
@@ -223,11 +223,11 @@ class Show {
     return {};
   }
 
-  /// The picture after a change, on its way to the screen.
+  /// Updates the picture after a change and uploads it.
   Result<void> draw(Change change) {
     if (change == Change::none) return {};
     if (auto good = picture_.update(state_, change, size_, divisor_); !good) {
-      // As before, which was good: not every path draws everything.
+      // Back to the last good state, as not every path draws everything.
       if (frames_ == 0) return good;
       message_ = to_line(good.error());
       state_ = good_;
@@ -245,10 +245,10 @@ class Show {
     return {};
   }
 
-  /// The probe, where it may have changed.
+  /// Updates the probe if it may have changed.
   Result<void> look(Change change) {
     const std::optional<V2d> cursor = state_.probes ? panel_.cursor() : std::nullopt;
-    // What was seen last stays while the mouse is on the panel.
+    // The last probe stays while the mouse is on the panel.
     if (!cursor || panel_.holds() || (cursor == probed_ && change < Change::frame)) return {};
     probed_ = cursor;
     const auto probe = picture_.probe(*cursor);
@@ -297,7 +297,7 @@ class Show {
   const GlFunctions& gl_;
   ShowState first_;
   ShowState state_;
-  ShowState good_;  ///< the last that could be drawn
+  ShowState good_;  ///< the last state that could be drawn
   Panel panel_;
   ScreenTexture shown_;
   ScreenTexture overlay_;
@@ -334,11 +334,11 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
     state->lights = lights_of(picture.scene());
     state->lights_in_camera_frame = false;
   } else {
-    // Of a camera that looks along -z the axes are the world's.
+    // A camera that looks along -z has the world's axes.
     state->lights = default_lights(Camera{});
     state->lights_in_camera_frame = true;
   }
-  // The first that drags can turn.
+  // The first directional light, which drags can turn.
   const auto turns = [](const Light& light) { return light.kind == LightKind::directional; };
   const auto held = std::find_if(state->lights.begin(), state->lights.end(), turns);
   if (held != state->lights.end()) state->held_light = static_cast<std::size_t>(held - state->lights.begin());

@@ -21,7 +21,7 @@ class WindowContext final : public GraphicsContext {
   GLFWwindow* window_;
 };
 
-/// What GLFW says of its last error.
+/// GLFW's message on its last error.
 std::string reason(const char* otherwise) {
   const char* text = nullptr;
   glfwGetError(&text);

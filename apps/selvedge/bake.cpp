@@ -16,7 +16,7 @@
 namespace selvedge {
 namespace {
 
-/// As many texels as the stitch demands: taken by themselves, refused where fewer were asked for.
+/// Uses the number of texels that the stitch demands by default, and refuses fewer.
 Result<void> ensure_texels(const Cell& cell, const std::string& input, bool given, BakeOptions& options) {
   constexpr int max_texels = 4096;
   if (!cell.stitch) return {};
@@ -81,7 +81,7 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
                     : bake(*mesh, command.input, options, text, command.output, watcher);
   if (result && command.demand && std::isinf(command.demand->min_mm))
     result->remarks.emplace_back("no frame of the plan sees its materials: the coarsest level alone is made");
-  // Behind the work: a refusal is one line.
+  // After the work, so that an error is a single line.
   if (result) report_remarks(common, command.input, *cell, result->remarks);
   return result;
 }
@@ -104,7 +104,7 @@ Json bake_json(const BakeReport& r, const std::string& output) {
           {"remarks", r.remarks}};
 }
 
-/// Without an output nothing is said of it.
+/// Without an output its line is left out.
 std::string bake_text(const BakeReport& r, const std::string& output) {
   const double rays = static_cast<double>(r.rays) * 1e-6;
   return fmt::format(

@@ -1,4 +1,4 @@
-// dress: a fabric on materials of a glTF garment.
+// dress: attaches a fabric to materials of a glTF garment.
 #include "converter/dress/dress.h"
 
 #include <fmt/format.h>

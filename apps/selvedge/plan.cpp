@@ -1,4 +1,4 @@
-// plan: what a scene requires of its fabrics.
+// plan: the mip levels that a scene needs.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

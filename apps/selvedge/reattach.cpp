@@ -1,4 +1,4 @@
-// reattach: fabrics that an optimiser has dropped from a garment are put back.
+// reattach: restores fabrics that an optimiser has dropped from a garment.
 #include "converter/dress/reattach.h"
 
 #include <fmt/format.h>

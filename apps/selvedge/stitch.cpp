@@ -18,7 +18,7 @@ namespace {
 struct StitchCommand {
   CommonOptions common;
   bool list = false;
-  bool show = false;   ///< the description on standard output
+  bool show = false;   ///< print the description on standard output
   std::string input;   ///< built-in name, stitch description, weaving draft or mesh file
   std::string output;  ///< .obj, .ply or .json; empty: report only
   CellOptions cell;
@@ -37,7 +37,7 @@ void declare(Options& options, StitchCommand& command) {
   });
 }
 
-/// 1.5 or 0.5,0.4,0.3, as --set takes it.
+/// "1.5" or "0.5,0.4,0.3", the form of --set.
 std::string text_of(const std::vector<double>& value) {
   std::string text;
   for (const double number : value) text += fmt::format("{}{:g}", text.empty() ? "" : ",", number);

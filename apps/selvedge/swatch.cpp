@@ -1,4 +1,4 @@
-// swatch: a picture of a fabric by the reference evaluation, or of its stitch by tracing.
+// swatch: draws a fabric by the reference evaluation, or its stitch by ray tracing.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -19,7 +19,7 @@ namespace {
 
 struct SwatchCommand {
   CommonOptions common;
-  bool truth = false;  ///< the input is a stitch and is traced; else it is a fabric file
+  bool truth = false;  ///< the input is a stitch to be traced, else a fabric file
   std::string input;
   std::string output;  ///< .png or .exr
   CellOptions cell;    ///< with `truth`
@@ -90,7 +90,7 @@ Result<Drawn> trace(const SwatchCommand& command) {
   return drawn;
 }
 
-/// What the picture may ask for and a partial fabric does not have.
+/// Levels that the picture may need but a partial fabric lacks.
 Issues missing_levels_of(const SwatchCommand& command, const FabricHeader& header, const SwatchShot& shot) {
   if (command.levels.forced >= 0) return {};
   const FabricHeader* const headers[] = {&header};

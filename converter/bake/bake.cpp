@@ -47,9 +47,7 @@ void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& head
   constexpr double seconds_per_value = 60e-9;
   NoiseSum ignored;
   const auto views = static_cast<std::size_t>(header.views.count());
-  baker.bake_view(
-      views / 2, 1,
-      ignored);  // computes what all views share, so that the next call measures the cost of a view alone
+  baker.bake_view(views / 2, 1, ignored);  // computes what all views share, which is not timed
   const auto before_view = Clock::now();
   baker.bake_view(views / 2, pilot_samples, ignored);
   double seconds = seconds_since(before_view) / pilot_samples * o.samples * static_cast<double>(views);

@@ -66,8 +66,7 @@ struct BakeOptions {
   std::optional<double> time_budget;
   int bounces = 2;  ///< indirect bounces, 0 to 64, or unlimited_bounces
   IndirectLight indirect = IndirectLight::cached;
-  /// Albedo of a Lambertian plane at the cell's lowest point; without it, light that leaves downwards is
-  /// lost.
+  /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
   std::optional<double> ground;
   ReferencePlane reference;
   int validation_pairs = 96;
@@ -108,8 +107,7 @@ struct BakeProgress {
 };
 using BakeWatcher = std::function<void(const BakeProgress&)>;
 
-/// Boundary between the sets of held-out directions: the main sets have z >= rim_z, the rim set has z <
-/// rim_z.
+/// Boundary between the sets of held-out directions: z >= rim_z in the main sets, below it in the rim set.
 inline constexpr double rim_z = 0.15;
 
 /// Bakes `mesh` and writes a samples file. `name` stands for the mesh in messages; `provenance` is a JSON
@@ -120,8 +118,7 @@ Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const Bak
                         const std::string& provenance, const std::string& output,
                         const BakeWatcher& watcher = {});
 
-/// Bakes one shard; `output` is its finished journal, an input of merge_shards(). Precondition: no time
-/// budget.
+/// Bakes one shard to `output`, a finished journal for merge_shards(). Precondition: no time budget.
 Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                               const std::string& provenance, const BakeShard& shard,
                               const std::string& output, const BakeWatcher& watcher = {});

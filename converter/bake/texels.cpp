@@ -14,8 +14,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// target += weight * source. Element by element, so the result does not depend on the width of vector
-/// registers.
+/// target += weight * source. Element by element: the same for any width of registers.
 SELVEDGE_WIDE void add_row(const float* source, float weight, std::size_t count, float* target) {
   for (std::size_t i = 0; i < count; ++i) target[i] += weight * source[i];
 }
@@ -250,8 +249,7 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
         if (hits == 0) continue;
         out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(samples);
         out.normal[texel] = V3f((early.normal + late.normal) / samples);
-        // If the means of the halves differ by d, the error of the mean of both is d/2 for halves of equal
-        // size.
+        // If the means of the halves differ by d, the error of their mean is d/2 for equally large halves.
         const double share =
             static_cast<double>(early.rays) * late.rays / (static_cast<double>(samples) * samples);
         for (std::size_t l = 0; l < n; ++l) {

@@ -32,8 +32,7 @@ struct TruthSwatch {
   double alpha_noise = 0;  ///< the same for the opacity
   std::uint64_t rays = 0;
   double seconds = 0;
-  IndirectLight indirect =
-      IndirectLight::traced;  ///< the method used: `traced` if the mesh is too large for a cache
+  IndirectLight indirect = IndirectLight::traced;  ///< the method used: see BakeReport
 };
 
 /// The same mesh, shot and options give the same values for any number of threads. Refuses lights that are

@@ -25,8 +25,7 @@ struct DressOptions {
   std::vector<std::string> materials = {};  ///< names (every material of that name) or "#index"
   bool all = false;                         ///< every material; triangles without one get a material "fabric"
   std::optional<V2d> repeats = {};          ///< per unit of the raw UVs, instead of the physical size
-  std::optional<bool> embed =
-      {};  ///< store the fabric inside of the glTF; default: yes for .glb, no for .gltf
+  std::optional<bool> embed = {};  ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
   bool fallback = true;
   int tex_coord = 0;     ///< 0 or 1
   std::string usd = {};  ///< also write this .usda layer and its files beside it (usd.h)

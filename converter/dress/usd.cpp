@@ -41,8 +41,7 @@ class Identifiers {
   std::set<std::string> taken_;
 };
 
-/// Asset paths of pictures and fabrics: external files keep their places, embedded ones are written beside
-/// the layer.
+/// Asset paths: external pictures and fabrics keep their places, embedded ones are written beside the layer.
 class Assets : public UsdAssets {
  public:
   Assets(const GltfDocument& document, const Scene& scene, const std::string& layer)

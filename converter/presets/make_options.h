@@ -22,8 +22,7 @@ struct MakeOptions {
   FabricWriteOptions write;
   /// Bytes of the file, within which the layers of every level are chosen (fitter/budget/candidates.h).
   std::optional<std::uint64_t> budget;
-  int budget_texels =
-      0;  ///< level-0 texels that `budget` is meant for; it grows with more texels; 0: it is fixed
+  int budget_texels = 0;  ///< level-0 texels of `budget`, which grows with more texels; 0: it is fixed
 
   /// The budget for `texels` at level 0. Precondition: there is a budget.
   double budget_for(int texels) const;

@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t triangles_per_task = 1024;
 static_assert(tile_side == 8, "a tile's pixels are the bits of a number");
 
-/// What of the frame is asked for.
+/// The wanted pixels of the frame.
 struct Wanted {
   int width;
   int first_row;
@@ -21,7 +21,7 @@ struct Wanted {
   std::span<const std::uint64_t> tiles;
 };
 
-/// Where a triangle's edges run, in the frame.
+/// Edge functions of a projected triangle.
 class Edges {
  public:
   Edges(const MergedTriangle& triangle, const ProjectedVertices& projected) {
@@ -45,26 +45,26 @@ class Edges {
     sign_ = corner[0].dot(edge_[0]) > 0 ? 1 : -1;
   }
 
-  /// The depth at a pixel's centre, where the triangle covers it; else 1. Two triangles that share an edge
-  /// never cover the same centre: the edge's number is the same with opposite sign, and 0 counts for one.
+  /// The depth at a pixel's centre if the triangle covers it, else 1. Two triangles that share an edge never
+  /// cover the same centre: their edge functions differ only in sign, and 0 counts for one of them.
   double depth_at(int x, int y) const {
     const V3d centre(x + 0.5, y + 0.5, 1);
     const std::array<double, 3> e{sign_ * edge_[0].dot(centre), sign_ * edge_[1].dot(centre),
                                   sign_ * edge_[2].dot(centre)};
-    // One branch for all three, which are as likely one way as the other.
+    // One branch for all three edges, since each alone is unpredictable.
     if (std::min(std::min(e[0], e[1]), e[2]) < 0) return 1;
     for (std::size_t k = 0; k < 3; ++k) {
       if (e[k] == 0 && !owns_[k]) return 1;
     }
     const double depth = z_.dot(centre) / w_.dot(centre);
-    // As OpenGL clips.
+    // Clipped as by OpenGL.
     return depth >= -1 ? depth : 1;
   }
 
  private:
   std::array<V3d, 3> edge_;  ///< times (x, y, 1): twice the area of the triangle of pixel and edge, times w's
   std::array<bool, 3> owns_{};
-  double sign_ = 1;  ///< below 0 where the back is seen
+  double sign_ = 1;  ///< negative if the back is visible
   V3d z_{0, 0, 0};   ///< clip space's, weighted as w_
   V3d w_{0, 0, 0};
 };
@@ -72,7 +72,7 @@ class Edges {
 /// Bits low ... high of eight.
 std::uint64_t bits_between(int low, int high) { return 0xffU >> (7 - (high - low)) << low; }
 
-/// hit(pixel of the band, depth) for every wanted pixel whose centre the triangle covers.
+/// Calls hit(pixel of the band, depth) for every wanted pixel whose centre the triangle covers.
 template <class Hit>
 void each_pixel_of(const MergedTriangle& triangle, const ProjectedVertices& projected, const Wanted& wanted,
                    const Hit& hit) {
@@ -83,7 +83,7 @@ void each_pixel_of(const MergedTriangle& triangle, const ProjectedVertices& proj
     const V2f middle(0.5F * static_cast<float>(projected.width), 0.5F * static_cast<float>(projected.height));
     const auto place = [&](std::size_t k) { return V2f(at(k)[0], at(k)[1]) / at(k)[2] + middle; };
     const std::array corners{place(0), place(1), place(2)};
-    // A pixel more on each side than the centres need: positions are rounded here.
+    // One extra pixel on each side, since positions are rounded here.
     for (int axis = 0; axis < 2; ++axis) {
       const auto [least, most] = std::minmax({corners[0][axis], corners[1][axis], corners[2][axis]});
       low[axis] = std::max(low[axis], least - 1);
@@ -184,7 +184,7 @@ void DeepPixels::cast(const MergedSurfaces& mesh, const ProjectedVertices& proje
 }
 
 DeepLayers DeepPixels::sorted() const {
-  // By counting: where each tile's pixels begin, then how many surfaces each pixel has.
+  // A counting sort: the begin of each tile's pixels, then the number of surfaces of each pixel.
   std::vector<std::uint32_t> first(tiles_.size() + 1);
   for (std::size_t i = 0; i < tiles_.size(); ++i)
     first[i + 1] = first[i] + static_cast<std::uint32_t>(std::popcount(tiles_[i]));

@@ -11,11 +11,11 @@
 namespace selvedge {
 namespace {
 
-/// Lights whose lookups are kept at a time.
+/// Number of lights whose lookups are computed together.
 constexpr std::size_t lights_at_once = 8;
 constexpr std::size_t max_lobes = 16;
 
-/// Texels of one layout, evaluated together: what each lane reads.
+/// Texels of one layout that are evaluated together: the data of each lane.
 struct LaneBatch {
   explicit LaneBatch(const PackedLayout& layout_of_all) : layout(layout_of_all) {}
 
@@ -27,7 +27,7 @@ struct LaneBatch {
   alignas(64) LaneFloats weight;
 };
 
-/// What is the same for all texels.
+/// Inputs that all texels share.
 struct Surroundings {
   const PackedFabric& fabric;
   const LaneDirections& view;
@@ -114,7 +114,7 @@ SELVEDGE_INLINE void add_products(const Surroundings& s, const LaneBatch& batch,
   }
 }
 
-/// The lookups of one set of directions, the same for all texels of a fabric.
+/// Lookups for one set of directions, which all texels of a fabric share.
 template <std::size_t N>
 struct Lookups {
   WideTaps<N> view;
@@ -134,8 +134,8 @@ SELVEDGE_INLINE void fill(const Surroundings& s, std::size_t first, Lookups<N>& 
   }
 }
 
-/// The texels of one batch; `with_alpha`: opacity is added as well. `Known`: how many lobes the layout has,
-/// 0 where only the layout knows.
+/// Evaluates the texels of one batch; `with_alpha`: adds opacity as well. `Known` is the number of lobes if
+/// it is known at compile time, else 0.
 template <std::size_t N, int Known, class Power>
 SELVEDGE_INLINE void evaluate(const Surroundings& s, const LaneBatch& batch, const Lookups<N>& lookups,
                               std::size_t first, bool with_alpha, LaneShading& result) {
@@ -222,12 +222,13 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const LaneBatch& batch, con
   if (with_alpha) add(&result.alpha[first], share);
 }
 
-/// Cuts texels into batches. With heights a texel is the mean over the rays of its cells: `ray` says which.
+/// Cuts texels into batches. With heights, a texel is the mean over the rays of its cells, of which `ray` is
+/// one.
 class BatchMaker {
  public:
   BatchMaker(const PackedFabric& fabric, const LaneDirections& view) : fabric_(fabric), view_(view) {}
 
-  /// Calls body(batch) until all lanes of `texels` have been in one.
+  /// Calls body(batch) for batches that together hold all lanes of `texels`.
   template <class Body>
   void for_each_batch(const LaneTexels& texels, const Body& body) const {
     std::uint32_t left = 0;
@@ -272,7 +273,7 @@ class BatchMaker {
   template <class Body>
   void each_ray(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group, std::size_t leader,
                 const Body& body) const {
-    // Levels of one layout may still divide their texels differently.
+    // Levels of one layout may have different cells per texel.
     for (int ray = 0;; ++ray) {
       LaneBatch batch(layout);
       batch.weight.fill(0);
@@ -307,7 +308,7 @@ class BatchMaker {
                                              V3f(view_.x[lane], view_.y[lane], view_.z[lane]));
   }
 
-  /// What a lane reads: the groups of an entry of a texel.
+  /// Sets the pointers of a lane to an entry of a texel.
   void point(LaneBatch& batch, std::size_t lane, const PackedLevel& level, std::size_t texel,
              std::size_t entry) const {
     const PackedLayout& layout = batch.layout;
@@ -322,7 +323,7 @@ class BatchMaker {
   const LaneDirections& view_;
 };
 
-/// Memory for lookups of any width.
+/// Storage for lookups of any width.
 struct AllLookups {
   alignas(64) std::array<std::byte, lane_count / 4 * sizeof(Lookups<4>)> bytes;
 };
@@ -340,7 +341,7 @@ SELVEDGE_INLINE void evaluate_by(const Surroundings& s, const LaneBatch& batch, 
                                  bool with_alpha, LaneShading& result) {
   for (std::size_t i = 0; i < lane_count / N; ++i) {
     const Lookups<N>& of = reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i];
-    // The number of lobes that fabrics mostly have.
+    // The most frequent number of lobes.
     if (batch.layout.lobes == 2)
       evaluate<N, 2, Power>(s, batch, of, i * N, with_alpha, result);
     else

@@ -9,27 +9,27 @@
 namespace selvedge {
 namespace {
 
-/// Per pixel, what choosing the texels needs.
+/// Inputs for the choice of texels, per pixel.
 struct Footprints {
   alignas(64) LaneFloats u;  ///< in [0, 1]
   alignas(64) LaneFloats v;
   alignas(64) LaneFloats lower;   ///< the finer of the two levels
   alignas(64) LaneFloats upper;   ///< the coarser
   alignas(64) LaneFloats weight;  ///< of the coarser
-  alignas(64) LaneFloats taps;    ///< into which the footprint is cut
+  alignas(64) LaneFloats taps;    ///< number of taps along the footprint
   alignas(64) LaneFloats axis_u;  ///< in texture coordinates
   alignas(64) LaneFloats axis_v;
 };
 
-/// What the pixels' triangles are made of.
+/// Data of the pixels' triangles.
 struct Corners {
   std::array<std::array<const Group*, lane_count>, 3> screen;
   std::array<std::array<const Group*, lane_count>, 3> attributes;
   alignas(64) LaneFloats width;  ///< of level 0 of the whole fabric
   alignas(64) LaneFloats height;
-  alignas(64) LaneFloats first_level;  ///< of the whole fabric that is there; the others are counted from it
+  alignas(64) LaneFloats first_level;  ///< first level that is present; others count from it
   alignas(64) LaneFloats last_level;
-  alignas(64) LaneFloats counts;  ///< 1 where there is a fabric to look at, else 0
+  alignas(64) LaneFloats counts;  ///< 1 if the pixel shows a fabric, else 0
 };
 
 /// A value at the three corners, interpolated.
@@ -43,7 +43,7 @@ struct Interpolation {
   }
 };
 
-/// Homogeneous: works for corners behind the viewer, and is right in perspective (after Olano and Greer
+/// Homogeneous coordinates: correct in perspective and for corners behind the viewer (after Olano and Greer
 /// 1997).
 template <std::size_t N>
 SELVEDGE_INLINE Interpolation<N> interpolation(const Corners& corners, const PixelBlock& block,
@@ -85,8 +85,7 @@ SELVEDGE_INLINE Interpolation<N> interpolation(const Corners& corners, const Pix
   return result;
 }
 
-/// Texture coordinate from those of the corners: its value with whole repeats of the first corner taken off,
-/// and its change per pixel.
+/// Interpolates a texture coordinate without whole repeats of the first corner; also its change per pixel.
 template <std::size_t N>
 struct Coordinate {
   WideFloat<N> value, right, up;
@@ -97,7 +96,7 @@ SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideF
   using Wide = WideFloat<N>;
   const Wide one = corner[1] - corner[0];
   const Wide two = corner[2] - corner[0];
-  // Exact: what is left has no more digits than before.
+  // This subtraction is exact.
   const Wide start = corner[0] - floor(corner[0]);
   return {start + (at.l1 * one + at.l2 * two), at.l1_right * one + at.l2_right * two,
           at.l1_up * one + at.l2_up * two};
@@ -109,7 +108,7 @@ SELVEDGE_INLINE WideFloat<N> size_of_level(const WideFloat<N>& size0, const Wide
   return max(floor(size0 * scale), WideFloat<N>(1));
 }
 
-/// The texel of `size` that holds the coordinate c, which repeats; the first for NaN.
+/// The texel, of `size`, at the repeating coordinate c; the first for NaN.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> wrap(const WideFloat<N>& c, const WideFloat<N>& size) {
   using Wide = WideFloat<N>;
@@ -165,7 +164,7 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     lower.store(&footprints.lower[first]);
     min(lower + Wide(1), last).store(&footprints.upper[first]);
     (level - lower).store(&footprints.weight[first]);
-    // Parts that are smaller than a texel of level 0 need no tap of their own.
+    // Taps closer than a texel of level 0 would be redundant.
     const Wide long_axis = sqrt(of.axis_x * of.axis_x + of.axis_y * of.axis_y) + Wide(1);
     const Wide parts = min(of.ratio, long_axis);
     const Wide most(options.forced >= 0 ? 1.0F : static_cast<float>(options.taps));
@@ -181,11 +180,11 @@ SELVEDGE_THREE_BODIES(interpolate_lanes,
                        Footprints& footprints),
                       (corners, options, block, footprints))
 
-/// Which of a pixel's texels are meant.
+/// Selects texels of a pixel.
 struct Slot {
   int tap = 0;
   bool coarser = false;  ///< of the two levels
-  bool linear = false;   ///< the four texels around where the level is above 0, else the nearest alone
+  bool linear = false;   ///< the four nearest texels if the level is above 0, else the nearest alone
 };
 
 /// Fills one list of texels, or four where `slot.linear`.
@@ -231,8 +230,8 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, con
     const Wide upper = floor(from_y);
     const Wide part_x = from_x - left;
     const Wide part_y = from_y - upper;
-    // Level 0 has weight only on the way to level 1: its texels' edges fade with it. Level 0 of a
-    // partial fabric is a coarser level of the whole, so it is filtered.
+    // Level 0 is not filtered, since its texels fade out towards level 1. But level 0 of a partial fabric is
+    // a coarser level of the whole, so it is filtered.
     const auto choose = [&](const Wide& linear, const Wide& nearest) __attribute__((always_inline)) {
       return if_greater(of_whole, zero, linear, nearest);
     };
@@ -252,7 +251,8 @@ SELVEDGE_THREE_BODIES(fill_slot,
                       (const Corners& corners, const Footprints& at, const Slot& slot, LaneTexels* to),
                       (corners, at, slot, to))
 
-/// Whether any pixel with a fabric has weight in one of the levels, and whether linear taps matter there.
+/// Whether any pixel with a fabric has weight in one of the levels, and whether bilinear filtering matters
+/// there.
 struct LevelUse {
   bool seen = false;
   bool linear = false;
@@ -267,8 +267,8 @@ LevelUse use_of(const Corners& corners, const Footprints& at, bool coarser) {
   return use;
 }
 
-/// Lists the texels of all pixels, over taps along the footprint's longer axis and over the texels around
-/// each, where the options and the footprints want it.
+/// Lists the texels of all pixels: taps along the footprint's longer axis, and bilinear neighbours of each
+/// tap if options and footprints require them.
 void list_texels(const Corners& corners, const Footprints& at, const LevelOptions& options,
                  PixelBlock& block) {
   static const auto fill = fill_slot_for_this_processor();
@@ -298,7 +298,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   Corners corners;
   const float middle_x = 0.5F * static_cast<float>(scene.projected.width) - 0.5F;
   const float middle_y = 0.5F * static_cast<float>(scene.projected.height) - 0.5F;
-  // Neighbours mostly lie on one surface.
+  // Neighbouring pixels are mostly on one surface.
   std::uint32_t known_surface = ~0U;
   float width = 1;
   float height = 1;
@@ -306,7 +306,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   float last_level = 0;
   float counts = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    // Inactive lanes repeat the first.
+    // Inactive lanes repeat the first lane.
     const std::size_t from = lane < pixels.count ? lane : 0;
     const MergedTriangle& triangle = scene.mesh.triangles[pixels.triangle[from]];
     for (std::size_t k = 0; k < 3; ++k) {

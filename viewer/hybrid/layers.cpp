@@ -9,11 +9,11 @@
 namespace selvedge {
 namespace {
 
-/// Rows that one task shades.
+/// Number of rows that one task shades.
 constexpr int rows_per_task = 4;
 constexpr std::size_t deep_pixels_per_task = 1024;
 
-/// Lays what comes in sixteens behind what the pixels have.
+/// Collects sixteen pixels at a time, shades them, and composites them behind the pixels' colours.
 class Painter {
  public:
   Painter(const IndexScene& index, const ShadingScene& shading, bool has_pbr, const BandPixels& pixels)
@@ -31,7 +31,7 @@ class Painter {
     if (waiting_.count == lane_count) paint();
   }
 
-  /// Those that still wait. A pixel must not be added again before.
+  /// Shades the remaining pixels. A pixel must not be added again before.
   void paint() {
     if (waiting_.count == 0) return;
     find_texels(index_, waiting_, block_);
@@ -56,7 +56,7 @@ class Painter {
   std::int64_t count_ = 0;
 };
 
-/// Whether a row's next sixteen depths are all 1.
+/// Whether the next sixteen depths of a row are all 1.
 bool are_empty(const float* depth) {
   constexpr auto one = std::bit_cast<std::uint32_t>(1.0F);
   std::array<std::uint32_t, lane_count> bits;
@@ -66,7 +66,7 @@ bool are_empty(const float* depth) {
   return other == 0;
 }
 
-/// Some rows of a band: what one task does.
+/// Shades some rows of a band, the work of one task.
 class RowShader {
  public:
   RowShader(const IndexScene& index, const ShadingScene& shading, const std::array<DrawnSide, 2>& sides,
@@ -95,7 +95,7 @@ class RowShader {
   const std::vector<DeepPixels::Pixel>& deep() const { return deep_; }
 
  private:
-  /// What may be seen behind a pixel's nearest surface.
+  /// The surfaces that may show behind a pixel's nearest one.
   struct Second {
     int x, y;
     std::size_t side;
@@ -186,7 +186,7 @@ LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, cons
     const std::size_t end = std::min(first + deep_pixels_per_task, count);
     LayerCount& of = counts[task];
     Painter painter(index, shading, true, pixels);
-    // Layer by layer: a pixel must have been painted before it is asked whether it is still open.
+    // Layer by layer, since a pixel must be composited before it is tested for being opaque.
     for (std::size_t layer = 0; layer < static_cast<std::size_t>(layers); ++layer) {
       const std::int64_t before = painter.count();
       for (std::size_t k = first; k < end; ++k) {

@@ -36,7 +36,7 @@ V2d coordinates(const IndexScene& index, std::uint32_t triangle, const V2d& at) 
 
 double fraction(double x) { return x - std::floor(x); }
 
-/// Texture coordinates of a pixel's centre and how far they move per pixel, along u and v.
+/// Texture coordinates of a pixel's centre, and their change per pixel along u and v.
 struct PixelCoordinates {
   V2d uv;
   V2d slope;
@@ -49,11 +49,11 @@ PixelCoordinates coordinates_of(const IndexScene& index, std::uint32_t triangle,
   return {V2d(fraction(uv.x), fraction(uv.y)), V2d(std::hypot(right.x, up.x), std::hypot(right.y, up.y))};
 }
 
-/// Texels with fewer pixels than the first have no lines, from the second on the lines are full.
+/// Pixels per texel at which lines begin to appear, and at which they are opaque.
 constexpr double smallest_texel = 2.5;
 constexpr double large_texel = 6;
 
-/// How much of a pixel a line covers that runs where `coordinate` (in texels) is whole.
+/// Coverage of a pixel by a line along integer values of `coordinate` (in texels).
 double line(double coordinate, double texels_per_pixel) {
   if (!(texels_per_pixel > 0)) return 0;
   const double size = 1 / texels_per_pixel;

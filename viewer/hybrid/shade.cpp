@@ -37,12 +37,12 @@ SELVEDGE_INLINE WideVec3<N> choose(const WideFloat<N>& a, const WideFloat<N>& b,
   return {if_greater(a, b, yes.x, no.x), if_greater(a, b, yes.y, no.y), if_greater(a, b, yes.z, no.z)};
 }
 
-/// `v` made unit; `otherwise` where it has no direction.
+/// `v` normalised; `otherwise` if it has no direction.
 template <std::size_t N>
 SELVEDGE_INLINE WideVec3<N> unit_or(const WideVec3<N>& v, const WideVec3<N>& otherwise) {
   using Wide = WideFloat<N>;
   const Wide length2 = v.dot(v);
-  // NaN is not greater than anything, nor is anything greater than it.
+  // Comparisons with NaN are false.
   const Wide usable = if_greater(Wide(1e36F), length2, length2, Wide(0));
   return choose(usable, Wide(1e-36F), v * (Wide(1) / sqrt(length2)), otherwise);
 }
@@ -60,7 +60,7 @@ SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelBlock& block, LaneF
     const Wide cosine = normal.dot(view);
     const Wide least(horizon);
     normal = choose(least, cosine, unit_or(normal + view * (least - cosine), view), normal);
-    // The fixed axis: x, or y where the normal lies along x (tangent_of()).
+    // The fixed axis: x, or y if the normal is along x (tangent_of()).
     const Wide zero(0);
     const Vec axis = choose(Wide(1) - normal.x * normal.x, Wide(1e-6F), Vec{Wide(1), zero, zero},
                             Vec{zero, Wide(1), zero});
@@ -89,10 +89,10 @@ SELVEDGE_INLINE void light_lanes(const LaneFrames& frame, const V3f& direction, 
 SELVEDGE_THREE_BODIES(light_lanes, (const LaneFrames& frame, const V3f& direction, LaneDirections& result),
                       (frame, direction, result))
 
-/// Keeps a lobe that overflowed from spreading as NaN through sums and filters.
+/// Prevents NaN in sums and filters from lobes that overflowed.
 float tame(float radiance) { return radiance >= 0 ? std::min(radiance, 1e30F) : 0.0F; }
 
-/// What a fabric gave as the picture needs it: opaque where the material says so.
+/// The fabric's result in the picture's form: opaque if the material requires it.
 template <std::size_t N>
 SELVEDGE_INLINE void finish(const LaneFloats& keeps_opacity, LaneShading& shading) {
   using Wide = WideFloat<N>;
@@ -106,7 +106,7 @@ SELVEDGE_INLINE void finish(const LaneFloats& keeps_opacity, LaneShading& shadin
     for (LaneFloats* channel : {&shading.red, &shading.green, &shading.blue}) {
       float* at = channel->data() + first;
       const Wide radiance = Wide::load(at) * scale;
-      // NaN is not greater than 0.
+      // False for NaN.
       if_greater(radiance, zero, min(radiance, most), zero).store(at);
     }
     if_greater(keeps, zero, alpha, one).store(&shading.alpha[first]);
@@ -122,7 +122,7 @@ void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha)
   shading.alpha[lane] = alpha;
 }
 
-/// Whether the material beneath a fabric gives light itself.
+/// Whether the material of a fabric has emission.
 bool shines(const ShadingScene& scene, std::uint32_t surface) {
   return surface < scene.pbr.size() && scene.pbr[surface].emissive != V3f(0, 0, 0);
 }
@@ -162,7 +162,7 @@ V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& 
 
 namespace {
 
-/// A light that stands somewhere: from each point of the block another.
+/// A point or spot light, which has another direction at each point of the block.
 void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
                  const Light& light, LaneLight& result) {
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -178,11 +178,11 @@ void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneF
   }
 }
 
-/// Takes from the lights what does not reach the pixels.
+/// Reduces the lights by shadows.
 void cast_shadow(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
                  const ShadowMap& map, LaneLight& light) {
   for (std::size_t lane = 0; lane < block.count; ++lane) {
-    // Its cosine: fabrics give no light from behind, and a share of 0 stays 0.
+    // direction.z is the cosine: fabrics reflect no light from behind, and a share of 0 stays 0.
     if (!(light.direction.z[lane] > 0) && scene.materials[block.surface[lane]].fabric >= 0) continue;
     const V3f tangent(frames.tangent.x[lane], frames.tangent.y[lane], frames.tangent.z[lane]);
     const V3f up(frames.up.x[lane], frames.up.y[lane], frames.up.z[lane]);

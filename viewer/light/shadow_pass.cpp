@@ -7,7 +7,7 @@
 namespace selvedge {
 namespace {
 
-// As written in shadow_vertex.glsl.
+// Locations in shadow_vertex.glsl.
 enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size };
 
 }  // namespace
@@ -54,7 +54,7 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
   gl_.Disable(GL_BLEND);
   gl_.Disable(GL_STENCIL_TEST);
   gl_.Enable(GL_DEPTH_TEST);
-  // What stands before a spot's near plane casts its shadow, too.
+  // Surfaces in front of a spot's near plane cast shadows, too.
   gl_.Enable(GL_DEPTH_CLAMP);
   gl_.DepthFunc(GL_LESS);
   gl_.Viewport(0, 0, size, size);

@@ -7,14 +7,14 @@
 namespace selvedge {
 namespace {
 
-/// Texels around what a map holds, for taps beyond it.
+/// Margin in texels, for taps beyond the scene.
 constexpr double margin = 4;
-/// Widest half angle of a spot that a flat map can hold.
+/// Maximum half angle of a spot with a shadow map.
 constexpr double widest_cone = 80 * 3.14159265358979 / 180;
-/// A spot sees nothing nearer than this share of what is farthest.
+/// Near plane of a spot as a share of its far plane.
 constexpr double nearest_share = 1e-3;
 
-/// Two directions across `d`.
+/// Two directions perpendicular to `d`.
 std::array<V3d, 2> across(const V3d& d) {
   const V3d axis = std::abs(d.y) < 0.9 ? V3d(0, 1, 0) : V3d(1, 0, 0);
   const V3d right = axis.cross(d).normalized();
@@ -51,7 +51,7 @@ ShadowView parallel_view(const V3d& towards_light, std::span<const V3f> position
   const double extent = std::max({x.length(), y.length(), 1e-9});
   const double texel = extent / (size - 2 * margin);
   const double range = std::max(depth.length(), 1e-9);
-  // Nothing lies right on the near or the far plane.
+  // A margin keeps surfaces off the near and far planes.
   const double near = depth.low - 0.01 * range;
   ShadowView view;
   view.size = size;

@@ -8,13 +8,13 @@
 namespace selvedge {
 namespace {
 
-/// Rows that one task shades.
+/// Number of rows that one task shades.
 constexpr int rows_per_task = 4;
 
-/// Shorter than any unit vector in 8 bits: there was none.
+/// Shorter vectors are not 8-bit unit vectors: the tangent was missing.
 constexpr float min_tangent2 = 0.25F;
 
-/// The coordinate's texel in a level of `to` texels, by the centre of texel `i` of `from`.
+/// The texel of a level with `to` texels at the centre of texel `i` of `from`.
 int texel_in(int i, int from, int to) { return (2 * i + 1) * to / (2 * from); }
 
 void set_texel(LaneTexels& to, std::size_t lane, int level, int texel, float weight) {
@@ -52,7 +52,7 @@ void add_pixel(const PaperFrames& frames, std::size_t i, const PaperKinds& kinds
   const Coded& texel = frames.texels[i];
   const float wanted = decode_level(texel[2]);
   const auto last = static_cast<int>(levels.size()) - 1;
-  // Rounded to 8 bits blue may be that of another level than red and green.
+  // By rounding to 8 bits, blue may give another level than red and green.
   const int number = blend ? texel[3] : static_cast<int>(std::lround(wanted));
   const int second = std::min(number + 1, last);
   const float part = blend ? std::clamp(wanted - static_cast<float>(number), 0.0F, 1.0F) : 0.0F;

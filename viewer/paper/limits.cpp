@@ -14,7 +14,7 @@ tl::unexpected<Error> refuse(const std::string& file, const std::string& reason)
               fmt::format("paper: {}; --path hybrid draws it", reason));
 }
 
-/// What of a fabric the paper's path cannot draw; empty: nothing.
+/// The reason why the paper's path cannot draw a fabric; empty if it can.
 std::string beyond_paper(const Fabric& fabric) {
   const FabricLevel& finest = fabric.levels.front();
   if (finest.width > paper_side_limit || finest.height > paper_side_limit) {
@@ -81,7 +81,7 @@ Result<void> check_paper_lights(std::span<const Light> lights) {
 }
 
 int finest_for_paper(int finest) {
-  // OpenGL's level may be half of one from the formula's; the rest is for what its drivers round.
+  // OpenGL's level may differ by half a level from the formula's; the rest allows for rounding in drivers.
   const int level = std::max(finest - 1, 0);
   return level - level % 2;
 }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t chunk_size = 4096;
 
-/// body(chunk, first, end) for [0, count) in chunks, on all cores.
+/// Calls body(chunk, first, end) for the chunks of [0, count) on all cores.
 template <class Body>
 void in_chunks(std::size_t count, const Body& body) {
   const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
@@ -23,7 +23,8 @@ void in_chunks(std::size_t count, const Body& body) {
 /// Pixels by which a rasteriser may round a corner.
 constexpr float rounding = 1.0F / 64;
 
-/// The pixels whose centres lie within [low, high], a coordinate of the frame; first > last where none do.
+/// The pixels whose centres lie within [low, high], a coordinate of the frame; first > last if there are
+/// none.
 struct PixelRange {
   int first = 0;
   int last = -1;
@@ -46,7 +47,7 @@ class TriangleSieve {
     return x.first <= x.last ? y : PixelRange{};
   }
 
-  /// Whether the triangle may cover the centre of a pixel that is of interest.
+  /// Whether the triangle may cover the centre of a selected pixel.
   bool keeps(const MergedTriangle& triangle) const {
     auto [x, y] = ranges(triangle);
     y.first = std::max(y.first, where_.first_row);
@@ -63,7 +64,7 @@ class TriangleSieve {
     return false;
   }
 
-  /// Twice the signed area, above 0 where the front is seen; corners behind the viewer are no special case.
+  /// Twice the signed area, positive if the front is visible; also valid for corners behind the viewer.
   double facing(const MergedTriangle& triangle) const {
     const auto at = [&](std::size_t k) {
       const Group& c = corner(triangle, k);
@@ -169,7 +170,7 @@ ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int widt
 
 namespace {
 
-/// Puts a triangle on the list of the side that is seen, if any is.
+/// Adds a triangle to the list of its visible side, if there is one.
 void add_by_side(const TriangleSieve& sieve, const MergedSurfaces& mesh,
                  std::span<const SurfaceMaterial> materials, std::size_t triangle,
                  std::span<TriangleLists> to) {

@@ -29,7 +29,7 @@ vec2 hemisphere_to_square(vec3 d) {
   float z = clamp(d.z, 0.0, 1.0);
   float whole = length(vec2(planar, z));
   float r = planar / whole / sqrt(1.0 + z / whole);
-  // The angle from the nearest axis, of at most an eighth of a turn.
+  // The angle from the nearest axis, at most an eighth of a turn.
   vec2 s = abs(d.x) > abs(d.y) ? vec2(d.x, d.y) : vec2(d.y, d.x);
   float turn = atan(s.y / s.x) / quarter;
   vec2 p = vec2(s.x > 0.0 ? r : -r, 0.0);
@@ -67,7 +67,7 @@ vec3 lobes_at(uint place, uint lobes, vec3 l, vec3 v) {
   return held(sum * l.z);
 }
 
-// One entry of a texel under all lights, as it is seen from `view`: adds weight * alpha * (radiance, 1).
+// Evaluates one entry of a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).
 void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat3 frame, float weight,
                  inout vec4 sum) {
   uint views = word(fabric + fabric_view_columns) * word(fabric + fabric_view_rows);
@@ -144,7 +144,7 @@ void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat
         }
         bracket += factor * psi;
       }
-      // Not max(): NaN becomes 0 as well.
+      // Unlike max(), this turns NaN into 0.
       for (int c = 0; c < 3; ++c) bracket[c] = bracket[c] > 0.0 ? min(bracket[c], largest) : 0.0;
     }
     vec3 g = own_lobes == 0u ? vec3(1.0) : lobes_at(own_lobes, lobes, l * local, local_view);

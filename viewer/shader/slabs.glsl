@@ -1,6 +1,7 @@
-// Rays through the slabs of a fabric (format/fabric/slabs.h), in double, and shade_texel(), which evaluates the entries
-// that they meet, or the only entry of a texel without slabs.
-// format/fabric/slabs.h: the walk of a ray along one axis of the cells, by the depth below the top.
+// Marches rays through the slabs of a fabric (the GLSL twin of format/fabric/slabs.h) in double precision.
+// shade_texel() evaluates the entries that they meet, or the only entry of a texel without slabs.
+//
+// The walk of a ray along one axis of the cells, by the depth below the top.
 struct Walk {
   float slope;
   float edge;
@@ -9,7 +10,7 @@ struct Walk {
   int cells;
 };
 Walk walk_from(double start, float slope, int cells) {
-  // Single precision would lose the place within the cell.
+  // Single precision would lose the position within the cell.
   double repeated = start - floor(start / double(cells)) * double(cells);
   Walk walk;
   walk.slope = slope;
@@ -30,7 +31,7 @@ void step_on(inout Walk walk) {
   if (walk.cell < 0) walk.cell = walk.cells - 1;
 }
 
-// Texel and entry of the yarn that a ray meets; false: none.
+// Finds texel and entry of the yarn that a ray meets; false if there is none.
 bool march(uint fabric, uint level, dvec2 uv, vec3 view, out uvec2 hit) {
   hit = uvec2(0u);
   int columns = int(word(level + level_columns));
