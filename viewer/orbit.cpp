@@ -81,9 +81,9 @@ void pan(CameraOptions& orbit, const V2d& drag) {
 
 void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect, double size) {
   const Axes axes = axes_of(orbit);
-  const double before = half_height(orbit);
+  const double old_height = half_height(orbit);
   orbit.distance = std::clamp(*orbit.distance * std::pow(factor_per_step, steps), 1e-4 * size, 100 * size);
-  const double lost = before - half_height(orbit);
+  const double lost = old_height - half_height(orbit);
   *orbit.look_at += axes.right * (cursor.x * aspect * lost) + axes.up * (cursor.y * lost);
 }
 

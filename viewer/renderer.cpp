@@ -56,7 +56,7 @@ struct Renderer::State {
         shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadows);
     // A map is stored twice, by OpenGL and by the program.
     constexpr std::size_t max_texels = std::size_t{1} << 28;
-    const auto side = static_cast<std::size_t>(options.shadows);
+    const std::size_t side = options.shadows;
     if (views.size() * side * side > max_texels) {
       return fail(
           Code::option_out_of_range, "", "--shadows",
@@ -145,7 +145,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   }
   frame.width = s.size.width;
   frame.height = s.size.height;
-  frame.pixels.resize(static_cast<std::size_t>(frame.width) * frame.height);
+  frame.pixels.resize(frame.width * frame.height);
   return s.path->draw({camera, options, *shadows}, frame, stats);
 }
 

@@ -77,8 +77,9 @@ const Option& Option::required(bool is_required) const {
 
 const Option& Option::in(double min, double max) const {
   // A default out of range means "not set" and is not shown.
-  double usual = 0;
-  if (CLI::detail::lexical_cast(option_->get_default_str(), usual) && !(usual >= min && usual <= max))
+  double default_value = 0;
+  if (CLI::detail::lexical_cast(option_->get_default_str(), default_value) &&
+      !(default_value >= min && default_value <= max))
     option_->default_str("");
   option_->check(validator([min, max](const std::string& text) {
     double value = 0;
@@ -213,7 +214,7 @@ Option Options::choice(const char* name, std::span<const std::string_view> names
   return text(name, type.c_str(), help, [name, names, type, read = std::move(read)](const std::string& t) {
     const auto found = std::find(names.begin(), names.end(), t);
     if (found == names.end()) refuse(name, fmt::format("\"{}\" is none of {}", t, type));
-    read(static_cast<std::size_t>(found - names.begin()));
+    read(found - names.begin());
   });
 }
 

@@ -20,8 +20,8 @@ struct CompareCommand {
 void declare(Options& options, CompareCommand& command) {
   options.common(command.common);
   options.text("first", command.first, "FILE", "A picture").required();
-  options.text("second", command.second, "FILE", "Another of the same size").required();
-  options.number("--max", command.max, "BOUND", "Largest absolute difference of a value that is still good")
+  options.text("second", command.second, "FILE", "Another picture of the same size").required();
+  options.number("--max", command.max, "BOUND", "Largest absolute difference of a value that passes")
       .in(0, 1e30);
 }
 

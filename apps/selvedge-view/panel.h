@@ -23,7 +23,7 @@ struct PanelInfo {
 };
 
 /// Requests of the user, beside changes of the state.
-struct PanelWish {
+struct PanelRequest {
   Change change = Change::none;
   bool close = false;
   bool resets_camera = false;
@@ -49,15 +49,15 @@ class Panel {
   /// Whether a mouse button is down over the picture.
   bool holds() const;
   /// Lays the panel out, if it is shown, and edits `state`.
-  PanelWish edit(const PanelInfo& info, ShowState& state);
+  PanelRequest edit(const PanelInfo& info, ShowState& state);
   /// Draws the picture's texture, an overlay unless that is 0, then the panel.
   void end(unsigned picture, unsigned overlay);
 
  private:
-  void edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish);
-  void edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish);
-  void edit_fabrics(const PanelInfo& info, ShowState& state, PanelWish& wish);
-  void take_keys(const PanelInfo& info, ShowState& state, PanelWish& wish);
+  void edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request);
+  void edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request);
+  void edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request);
+  void handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& request);
 
   float width() const;  ///< of the panel in the window
 

@@ -56,12 +56,12 @@ void add_light(Options& options, PictureOptions& picture) {
   // A flag, since a separate number could be the input.
   options
       .flag("--shadows", picture.shadows, default_shadow_size,
-            "Shadows of lights far away and of spots, by maps; --shadows=SIZE sets their texels a side")
+            "Shadow maps of directional lights and spots; --shadows=SIZE sets their texels per side")
       .in(min_shadow_size, max_shadow_size);
   options
       .number("--ambient", picture.ambient, "SHARE",
-              "Light from all sides on materials without a fabric: white ones show so much of what they show "
-              "facing a light of intensity 1")
+              "Ambient light on materials without a fabric, as a share of what white reflects that faces a "
+              "light of intensity 1")
       .in(0, 1e6);
   options
       .number(

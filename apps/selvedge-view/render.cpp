@@ -31,7 +31,7 @@ double seconds_since(Clock::time_point start) {
 /// Two frames of one size with an opaque black line between them.
 Frame side_by_side(const Frame& left, const Frame& right) {
   Frame both{left.width + divider_width + right.width, left.height, {}};
-  both.pixels.reserve(static_cast<std::size_t>(both.width) * both.height);
+  both.pixels.reserve(both.width * both.height);
   for (int y = 0; y < left.height; ++y) {
     const auto add_row = [&](const Frame& from) {
       const auto row = from.pixels.begin() + static_cast<std::ptrdiff_t>(y) * from.width;

@@ -54,10 +54,9 @@ void check_render(const Options& options, const RenderCommand& command) {
 }
 
 void add_drawing(Options& options, RenderCommand& command) {
-  options.choice(
-      "--path", path_names, command.render.path,
-      "Who evaluates the fabrics: the processor (default) or OpenGL. paper: as published in 2001, in "
-      "colours of 8 bits, nearest texels");
+  options.choice("--path", path_names, command.render.path,
+                 "Evaluate fabrics on the processor (default) or by OpenGL. paper: as published in 2001, in "
+                 "colours of 8 bits, nearest texels");
   options.choice(
       "--power", power_names, command.render.power,
       "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4");
@@ -103,7 +102,7 @@ void declare(Options& options, RenderCommand& command) {
       .in(1, 9999);
   options.text(
       "--compare", command.compare, "FILE",
-      "Draw beside it another scene (.gltf, .glb), or the same in another fabric (.exr), by the same "
+      "Draw beside it another scene (.gltf, .glb), or the same scene in another fabric (.exr), with the same "
       "camera and lights; a black line lies between them");
   options.text("--stats", command.stats, "FILE|-",
                "Report sizes, times and bytes as JSON into a file; - is --json");

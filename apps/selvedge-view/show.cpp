@@ -124,7 +124,7 @@ class Show {
     while (!closing) {
       window_size_ = window_.size();
       if (window_size_.x == 0 || window_size_.y == 0) {
-        window_.take_events(idle);
+        window_.wait_for_events(idle);
         closing = window_.wants_to_close();
         continue;
       }
@@ -138,7 +138,7 @@ class Show {
       if (closing) break;
       const double wait = divisor_ > 1 ? still_after / 3 : idle;
       if (settling_ > 0) --settling_;
-      if (window_.take_events(settling_ > 0 ? 0 : wait)) settling_ = frames_to_settle;
+      if (window_.wait_for_events(settling_ > 0 ? 0 : wait)) settling_ = frames_to_settle;
     }
     return {};
   }
@@ -185,7 +185,7 @@ class Show {
   Result<bool> step() {
     panel_.begin();
     size_ = panel_.picture_size(window_size_);
-    ShowInput input = panel_.input(window_.take_drags());
+    ShowInput input = panel_.input(window_.poll_drags());
     if (const auto good = aim(input); !good) return tl::unexpected(good.error());
     const double aspect = static_cast<double>(size_.x) / size_.y;
     Change change = std::max(pending_, apply(input, aspect, picture_.size(), state_));
@@ -201,16 +201,16 @@ class Show {
     if (const auto good = look(change); !good) return tl::unexpected(good.error());
 
     const Clock::time_point start = Clock::now();
-    const PanelInfo info{picture_, probe_, window_seconds_, divisor_, window_.take_keys(), message_};
-    const PanelWish wish = panel_.edit(info, state_);
-    take(wish);
+    const PanelInfo info{picture_, probe_, window_seconds_, divisor_, window_.poll_keys(), message_};
+    const PanelRequest request = panel_.edit(info, state_);
+    handle(request);
     constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
     gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
     panel_.end(shown_.name(), picture_.overlay().empty() ? 0 : overlay_.name());
     gl_.Finish();
     window_seconds_ = seconds_since(start);
-    return wish.close;
+    return request.close;
   }
 
   /// Steps of the wheel move towards the point under the cursor.
@@ -257,14 +257,14 @@ class Show {
     return {};
   }
 
-  void take(const PanelWish& wish) {
-    pending_ = wish.change;
-    if (wish.resets_camera) {
+  void handle(const PanelRequest& request) {
+    pending_ = request.change;
+    if (request.resets_camera) {
       state_.camera = first_.camera;
       pending_ = std::max(pending_, Change::frame);
     }
-    if (!wish.add_fabric.empty()) {
-      const auto added = picture_.add_fabric(wish.add_fabric);
+    if (!request.add_fabric.empty()) {
+      const auto added = picture_.add_fabric(request.add_fabric);
       message_ = added ? "" : to_line(added.error());
       if (added) pending_ = Change::scene;
     }
@@ -272,8 +272,7 @@ class Show {
   }
 
   Result<void> write_screenshot() const {
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(window_size_.x) *
-                                    static_cast<std::size_t>(window_size_.y) * 4);
+    std::vector<std::uint8_t> bytes(window_size_.x * window_size_.y * 4);
     gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
@@ -282,9 +281,7 @@ class Show {
     Image image{window_size_.x, window_size_.y, 3, {}};
     for (int y = window_size_.y - 1; y >= 0; --y) {
       for (int x = 0; x < window_size_.x; ++x) {
-        const std::size_t from = (static_cast<std::size_t>(y) * static_cast<std::size_t>(window_size_.x) +
-                                  static_cast<std::size_t>(x)) *
-                                 4;
+        const std::size_t from = (y * window_size_.x + x) * 4;
         for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(bytes[from + c]) / 255);
       }
     }
@@ -340,8 +337,8 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   }
   // The first directional light, which drags can turn.
   const auto turns = [](const Light& light) { return light.kind == LightKind::directional; };
-  const auto held = std::find_if(state->lights.begin(), state->lights.end(), turns);
-  if (held != state->lights.end()) state->held_light = static_cast<std::size_t>(held - state->lights.begin());
+  const auto found = std::find_if(state->lights.begin(), state->lights.end(), turns);
+  if (found != state->lights.end()) state->held_light = found - state->lights.begin();
   return state;
 }
 

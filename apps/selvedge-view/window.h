@@ -35,12 +35,12 @@ class Window {
   bool wants_to_close() const;
   void close();
   /// Waits for events, at most `seconds`, and handles them. Returns whether there were any.
-  bool take_events(double seconds);
+  bool wait_for_events(double seconds);
   void swap();
   /// The keys pressed since the last call: upper case letters and escape_key. Includes keys already released.
-  std::string take_keys();
+  std::string poll_keys();
   /// Drags since the last call.
-  WindowDrags take_drags();
+  WindowDrags poll_drags();
 
   GLFWwindow* handle() const { return handle_; }
 

@@ -46,10 +46,10 @@ void declare(Options& options, MakeCommand& command) {
   options.group("");
   const Option plan =
       options.text("--for", command.plan, "PLAN",
-                   "Make no more than this plan needs (selvedge plan): coarser texels, fewer levels");
+                   "Make only what this plan needs (selvedge plan): coarser texels, fewer levels");
   options
       .list("--material", command.materials, "NAME",
-            "Of the plan: name of a material, or #index; may be repeated (default: all of them)")
+            "A material of the plan, by name or #index; may be repeated (default: all)")
       .needs(plan);
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file");
   options.output(command.output, "The fabric file", ".fabric.exr").required();

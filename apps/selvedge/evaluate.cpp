@@ -28,7 +28,7 @@ void declare(Options& options, EvaluateCommand& command) {
                                     });
   options.vector("--uv", command.uv, "U,V", "Texture coordinates; they repeat").excludes(texel);
   options.vector("--light", command.light, "X,Y,Z",
-                 "Towards the light, in the fabric's frame; made a unit vector (default 0,0,1)");
+                 "Towards the light, in the fabric's frame; normalised (default 0,0,1)");
   options.vector("--view", command.view, "X,Y,Z", "Towards the viewer (default 0,0,1)");
   options.check([&command] {
     if (!command.texel && !command.uv) refuse("evaluate", "--texel or --uv is required");

@@ -53,12 +53,14 @@ void add_choice(Options& options, MakeCommand& command) {
       "Settings that are worth their cost, or those of the paper; options given beside it stay as given. "
       "Its budget grows with the texels [standard]",
       [&command](std::size_t index) { command.quality = names[index]; });
-  options.bytes("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)");
+  options.bytes("--max-bytes", limits.bytes, "Choose settings for at most this many bytes (K, M: KiB, MiB)");
   options
       .number("--min-db", limits.held_out, "X",
-              "Choose the settings: at least so many dB on held-out directions at 64x64 texels; the cheapest")
+              "Choose the cheapest settings for at least this many dB on held-out directions at 64x64 texels")
       .in(0, 200);
-  options.number("--max-seconds", limits.seconds, "S", "Choose the settings: at most so long to bake and fit")
+  options
+      .number("--max-seconds", limits.seconds, "S",
+              "Choose settings for at most this many seconds to bake and fit")
       .in(1e-3, 1e9);
   options.check([&options, &command] {
     if (command.limits.any()) {

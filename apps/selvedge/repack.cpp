@@ -34,7 +34,7 @@ LayerSet layers_from(const std::string& text) {
 
 void declare(Options& options, RepackCommand& command) {
   options.common(command.common);
-  options.text("fabric", command.input, "FILE", "The fabric file; what it has that is not known is left out")
+  options.text("fabric", command.input, "FILE", "The fabric file; unknown parts and attributes are left out")
       .required();
   options.output(command.output, "The fabric file to write", ".fabric.exr").required();
   const auto add_precision = [&](const char* half, const char* whole, const LayerSet& layers,

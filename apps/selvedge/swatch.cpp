@@ -35,13 +35,13 @@ void declare(Options& options, SwatchCommand& command) {
   add_cell(options, command.input, command.cell)
       .help("A fabric file; with --truth a stitch, as bake takes it");
   options.group("");
-  options.flag("--truth", command.truth, "Trace the stitch's geometry, repeat beside repeat");
+  options.flag("--truth", command.truth, "Ray-trace the stitch itself, repeated");
   options
       .output(command.output, "The picture: .png as people see it, .exr linear with opacity", ".png",
               {".png", ".exr"})
       .required();
-  add_place(options, "Where it is seen from [near]", [&command](SwatchView place) { command.place = place; });
-  options.size("--size", command.size, "Of the picture, in pixels", 1, 8192);
+  add_place(options, "Camera of the swatch [near]", [&command](SwatchView place) { command.place = place; });
+  options.size("--size", command.size, "Size of the picture in pixels", 1, 8192);
   add_lights(
       options, command.lights,
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "

@@ -46,7 +46,7 @@ void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& head
   // Seconds to compress and write one value, measured on one slow core.
   constexpr double seconds_per_value = 60e-9;
   NoiseSum ignored;
-  const auto views = static_cast<std::size_t>(header.views.count());
+  const std::size_t views = header.views.count();
   baker.bake_view(views / 2, 1, ignored);  // computes what all views share, which is not timed
   const auto before_view = Clock::now();
   baker.bake_view(views / 2, pilot_samples, ignored);
@@ -61,8 +61,8 @@ void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& head
         seconds_since(before_pair) / pilot_samples * o.truth_samples * static_cast<double>(pairs.size());
   }
   const double values = 3.0 * header.texels() * header.views.count() * header.lights.count();
-  const double left = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
-  const double scale = std::max(0.0, left / seconds);
+  const double remaining = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
+  const double scale = std::max(0.0, remaining / seconds);
   const auto scaled = [&](int count, int min_count) {
     return static_cast<int>(std::clamp(std::floor(count * scale), static_cast<double>(min_count), 65536.0));
   };
@@ -132,9 +132,9 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   for (std::size_t u = shard.index; u < units.size(); u += shard.count) {
     const bool resumed = journal.has(u);
     if (!resumed) {
-      NoiseSum own;
-      UnitSamples samples = baker.bake(units[u], samples_of(units[u]), own);
-      if (auto ok = journal.write(u, planes_of(samples), own); !ok) return ok;
+      NoiseSum unit_noise;
+      UnitSamples samples = baker.bake(units[u], samples_of(units[u]), unit_noise);
+      if (auto ok = journal.write(u, planes_of(samples), unit_noise); !ok) return ok;
     }
     ++(resumed ? report.resumed : report.units);
     if (units[u].kind == BakeUnit::Kind::view) noise += journal.noise(u);
@@ -180,7 +180,7 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
       o.truth_samples = begun->truth_samples;
     }
     if (!begun || text_of(header_now()) != text_of(*begun)) {
-      if (o.noise) o.samples = samples_for_noise(baker, static_cast<std::size_t>(o.views), *o.noise);
+      if (o.noise) o.samples = samples_for_noise(baker, o.views, *o.noise);
       if (o.time_budget) scale_to_budget(baker, o, header_now(), start);
     }
   }

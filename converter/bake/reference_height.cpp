@@ -29,7 +29,7 @@ SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const TracedCel
   const std::vector<V3f> views = directions_of(small.header.views);
   std::vector<float> indirect;
   if (cache != nullptr) indirect = cache->solve(scene, lights, o.bounces);
-  const auto texels = static_cast<std::size_t>(o.width * o.height);
+  const std::size_t texels = o.width * o.height;
   SampleLevel& level = small.level;
   level.width = o.width;
   level.height = o.height;
@@ -58,9 +58,9 @@ SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const TracedCel
   all.height = o.height;
   all.pairs = pairs;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const std::vector<float> own = light_column(indirect, pairs.size(), p);
-    const PairSamples truth =
-        baker.bake_pair(pairs[p], {{&pairs[p].light, 1}, own, false}, o.truth_samples, mix(~p), ignored);
+    const std::vector<float> pair_indirect = light_column(indirect, pairs.size(), p);
+    const PairSamples truth = baker.bake_pair(pairs[p], {{&pairs[p].light, 1}, pair_indirect, false},
+                                              o.truth_samples, mix(~p), ignored);
     all.alpha.insert(all.alpha.end(), truth.alpha.begin(), truth.alpha.end());
     all.alpha_noise.insert(all.alpha_noise.end(), truth.alpha_noise.begin(), truth.alpha_noise.end());
     all.radiance.insert(all.radiance.end(), truth.radiance.begin(), truth.radiance.end());

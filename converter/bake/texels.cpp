@@ -120,8 +120,8 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
   PointPacket points;
   std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
   std::uint64_t rays = packet.size;
-  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
+    const int i = std::countr_zero(remaining);
     // A ray that meets the ground passed through a hole.
     if (scene_.is_ground(points[i])) {
       hits &= ~(1U << i);
@@ -132,8 +132,8 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
   }
   rays += light_directly(packet, points, hits, view, lights.directions);
   const std::size_t n = lights.directions.size();
-  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
+    const int i = std::countr_zero(remaining);
     Gather& gather = *packet.gather[i];
     if (!lights.indirect.empty()) {
       light_indirectly(points[i], lights, gather);
@@ -154,8 +154,8 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
   if (hits == 0) return 0;
   Reflecting r;
   const bool glossy = !scene_.mesh().gloss.empty();
-  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
+    const int i = std::countr_zero(remaining);
     r.nx[i] = points[i].face_normal.x;
     r.ny[i] = points[i].face_normal.y;
     r.nz[i] = points[i].face_normal.z;
@@ -184,12 +184,12 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     const std::uint32_t lit = facing & ~scene_.occluded(leaving, light, facing);
     std::array<float, packet_size> gloss{};
     if (glossy) r.gloss.reflectance(light, gloss);
-    for (std::uint32_t left = lit; left != 0;) {
+    for (std::uint32_t remaining = lit; remaining != 0;) {
       // Lanes of the same half of a texel are adjacent and are summed before they are added to it.
-      Gather* const owner = packet.gather[std::countr_zero(left)];
+      Gather* const owner = packet.gather[std::countr_zero(remaining)];
       V3f sum(0, 0, 0);
-      for (; left != 0; left &= left - 1) {
-        const auto i = static_cast<std::size_t>(std::countr_zero(left));
+      for (; remaining != 0; remaining &= remaining - 1) {
+        const int i = std::countr_zero(remaining);
         if (packet.gather[i] != owner) break;
         sum += (r.diffuse[i] + V3f(gloss[i])) * cosine[i];
       }
@@ -205,7 +205,7 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
   const V3f albedo = albedo_with_gloss(scene_, point);
   const std::size_t n = lights.directions.size();
   for (std::size_t k = 0; k < 3; ++k) {
-    const float* row = &lights.indirect[static_cast<std::size_t>(taps.point[k]) * 3 * n];
+    const float* row = &lights.indirect[taps.point[k] * 3 * n];
     for (std::size_t c = 0; c < 3; ++c) {
       const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
       if (n == 1) {  // a pair has one light: nine calls would cost more than their work
@@ -219,30 +219,30 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
 
 ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
                                   NoiseSum& noise) const {
-  const auto texels = static_cast<std::size_t>(texels_.x * texels_.y);
+  const std::size_t texels = texels_.x * texels_.y;
   const std::size_t n = lights.directions.size();
   ViewSamples out{std::vector<float>(texels), std::vector<V3f>(texels, V3f(0, 0, 0)),
                   std::vector<V3f>(texels * n, V3f(0, 0, 0))};
-  std::vector<NoiseSum> row_noise(static_cast<std::size_t>(texels_.y));
+  std::vector<NoiseSum> row_noise(texels_.y);
   // The number of texels that fill whole packets.
   const int at_once = static_cast<int>(packet_size) / std::gcd(static_cast<int>(packet_size), samples);
   parallel_for(0, texels_.y, [&](int y) {
-    std::vector<Gather> gathers(static_cast<std::size_t>(2 * at_once), Gather(n));
+    std::vector<Gather> gathers(2 * at_once, Gather(n));
     std::vector<TexelRays> rays;
     NoiseSum& sum = row_noise[y];
     for (int first = 0; first < texels_.x; first += at_once) {
       rays.clear();
       for (int x = first; x < std::min(first + at_once, texels_.x); ++x) {
-        Gather* const own = &gathers[2 * (x - first)];
-        own[0].clear();
-        own[1].clear();
+        Gather* const halves = &gathers[2 * (x - first)];
+        halves[0].clear();
+        halves[1].clear();
         const auto count = static_cast<std::uint32_t>(samples);
         const auto texel = static_cast<std::uint64_t>(y * texels_.x + x);
-        rays.push_back({x, y, count, count / 2, mix(seed ^ mix(texel)), own, own + 1});
+        rays.push_back({x, y, count, count / 2, mix(seed ^ mix(texel)), halves, halves + 1});
       }
       sample(rays, view, lights);
       for (const TexelRays& r : rays) {
-        const auto texel = static_cast<std::size_t>(y * texels_.x + r.x);
+        const std::size_t texel = y * texels_.x + r.x;
         const Gather& early = *r.early;
         const Gather& late = *r.late;
         const int hits = early.hits + late.hits;
@@ -272,7 +272,7 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
 
 PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights, int samples,
                                   std::uint64_t seed, NoiseSum& noise) const {
-  const auto texels = static_cast<std::size_t>(texels_.x * texels_.y);
+  const std::size_t texels = texels_.x * texels_.y;
   PairSamples out;
   out.width = texels_.x;
   out.height = texels_.y;
@@ -284,7 +284,7 @@ PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights
   parallel_for(0, texels_.y, [&](int y) {
     std::array<Gather, 2> half{Gather(1), Gather(1)};
     for (int x = 0; x < texels_.x; ++x) {
-      const auto texel = static_cast<std::size_t>(y * texels_.x + x);
+      const std::size_t texel = y * texels_.x + x;
       for (Gather& h : half) h.clear();
       const auto count = static_cast<std::uint32_t>(samples / 2);
       sample(std::array{TexelRays{x, y, count, count, mix(seed ^ mix(2 * texel)), &half[0], &half[1]},

@@ -27,7 +27,8 @@ Planes arrays_of(HeightSamples& s) { return {s[0], s[1]}; }
 
 std::vector<BakeUnit> units_of(const SamplesHeader& header) {
   std::vector<BakeUnit> units;
-  for (std::size_t v = 0; v < static_cast<std::size_t>(header.views.count()); ++v) {
+  const std::size_t views = header.views.count();
+  for (std::size_t v = 0; v < views; ++v) {
     units.push_back({BakeUnit::Kind::view, PairKind::validation, v});
   }
   for (const PairKind kind : all_pair_kinds) {
@@ -40,13 +41,13 @@ std::vector<BakeUnit> units_of(const SamplesHeader& header) {
 }
 
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit) {
-  const auto texels = static_cast<std::size_t>(header.texels());
+  const std::size_t texels = header.texels();
   if (unit.kind == BakeUnit::Kind::view) return texels * (4 + 3 * header.lights.count());
   return texels * (unit.kind == BakeUnit::Kind::pair ? 8 : 2 * header.slabs->entries());
 }
 
 UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
-  const auto texels = static_cast<std::size_t>(header.texels());
+  const std::size_t texels = header.texels();
   const auto floats = [](std::size_t count) { return std::vector<float>(count); };
   const auto vectors = [](std::size_t count) { return std::vector<V3f>(count); };
   switch (unit.kind) {

@@ -24,16 +24,16 @@ constexpr float color_tolerance = 0.05F;
 constexpr double size_tolerance = 1.25;
 
 /// The properties of a fabric that the checks compare.
-struct Known {
+struct FabricFacts {
   V2f period_mm;
   V3f albedo;
 };
 
-std::optional<Known> known_of(const SceneFabric& source) {
+std::optional<FabricFacts> known_of(const SceneFabric& source) {
   const Result<Fabric> fabric =
       source.path.empty() ? read_fabric(source.bytes, source.name) : read_fabric(source.path);
   if (!fabric) return std::nullopt;
-  return Known{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
+  return FabricFacts{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
 }
 
 class DressedCheck {
@@ -44,7 +44,7 @@ class DressedCheck {
     for (std::size_t m = 0; m < scene_.materials.size(); ++m) {
       const SceneMaterial& material = scene_.materials[m];
       if (!material.fabric) continue;
-      const auto index = static_cast<std::size_t>(material.fabric->fabric);
+      const std::size_t index = material.fabric->fabric;
       if (index >= scene_.fabrics.size()) continue;
       const auto [entry, fresh] = fabrics_.try_emplace(index);
       if (fresh) entry->second = known_of(scene_.fabrics[index]);
@@ -57,7 +57,7 @@ class DressedCheck {
   }
 
  private:
-  void check_color(const SceneMaterial& material, const Known& fabric, const std::string& place) {
+  void check_color(const SceneMaterial& material, const FabricFacts& fabric, const std::string& place) {
     const int index = material.base_color_texture.image;
     if (index < 0) return;
     const SceneImage& encoded = scene_.images[index];
@@ -76,7 +76,7 @@ class DressedCheck {
     }
   }
 
-  void check_size(int material, const FabricReference& reference, const Known& fabric,
+  void check_size(int material, const FabricReference& reference, const FabricFacts& fabric,
                   const std::string& place) {
     if (reference.tex_coord > 1) return;
     std::set<int> primitives;
@@ -101,7 +101,7 @@ class DressedCheck {
   }
 
   const Scene& scene_;
-  std::map<std::size_t, std::optional<Known>> fabrics_;
+  std::map<std::size_t, std::optional<FabricFacts>> fabrics_;
   Issues issues_;
 };
 

@@ -55,16 +55,16 @@ Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& opti
   const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
   std::set<int> chosen;
   for (int i = 0; options.all && i < count; ++i) chosen.insert(i);
-  for (const std::string& wanted : options.materials) {
+  for (const std::string& selector : options.materials) {
     int number = -1;
-    if (wanted.starts_with('#')) {
-      const char* end = wanted.data() + wanted.size();
-      if (std::from_chars(wanted.data() + 1, end, number).ptr != end) number = -1;
+    if (selector.starts_with('#')) {
+      const char* end = selector.data() + selector.size();
+      if (std::from_chars(selector.data() + 1, end, number).ptr != end) number = -1;
     }
     bool found = number >= 0 && number < count;
     if (found) chosen.insert(number);
     for (int i = 0; i < count; ++i) {
-      if (name_of(materials[i]) != wanted) continue;
+      if (name_of(materials[i]) != selector) continue;
       chosen.insert(i);
       found = true;
     }
@@ -74,7 +74,7 @@ Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& opti
       names.push_back(fmt::format("#{} \"{}\"", i, name_of(materials[i])));
     }
     return fail(Code::material_missing, document.file, "/materials",
-                fmt::format("no material \"{}\"; there are: {}", wanted,
+                fmt::format("no material \"{}\"; there are: {}", selector,
                             names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
   if (chosen.empty()) {

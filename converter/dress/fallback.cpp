@@ -45,11 +45,11 @@ double charlie_albedo(const std::vector<V3f>& lights, const V3f& view, double ro
 }
 
 V3f mean_albedo(const Fabric& fabric, int level, const std::vector<V3f>& lights, const V3f& view) {
-  const FabricLevel& of = fabric.levels[level];
+  const FabricLevel& source = fabric.levels[level];
   V3d sum(0, 0, 0);
   double weight = 0;
-  for (int y = 0; y < of.height; ++y) {
-    for (int x = 0; x < of.width; ++x) {
+  for (int y = 0; y < source.height; ++y) {
+    for (int x = 0; x < source.width; ++x) {
       const double alpha = evaluate(fabric, level, x, y, view, view).alpha;
       sum += V3d(albedo(fabric, level, x, y, lights, view)) * alpha;
       weight += alpha;
@@ -102,7 +102,7 @@ Image normals_of(const FabricLevel& level) {
 V3f mean_color(const Image& image) {
   V3d sum(0, 0, 0);
   double weight = 0;
-  const auto channels = static_cast<std::size_t>(image.channels);
+  const std::size_t channels = image.channels;
   for (std::size_t i = 0; i + channels <= image.pixels.size(); i += channels) {
     const double alpha = channels == 4 ? image.pixels[i + 3] : 1.0;
     sum += V3d(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]) * alpha;
@@ -117,15 +117,15 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
          std::max(fabric.levels[level].width, fabric.levels[level].height) > options.largest_side) {
     ++level;
   }
-  const FabricLevel& of = fabric.levels[level];
+  const FabricLevel& source = fabric.levels[level];
   const std::vector<V3f> lights = directions_of(grid_of(options.lights));
   Fallback fallback;
-  fallback.base_color = Image{of.width, of.height, 4, {}};
-  fallback.base_color.pixels.resize(static_cast<std::size_t>(of.texels()) * 4);
+  fallback.base_color = Image{source.width, source.height, 4, {}};
+  fallback.base_color.pixels.resize(source.texels() * 4);
   const V3f up(0, 0, 1);
-  parallel_for(0, of.height, [&](int y) {
-    for (int x = 0; x < of.width; ++x) {
-      float* pixel = fallback.base_color.pixels.data() + static_cast<std::size_t>(y * of.width + x) * 4;
+  parallel_for(0, source.height, [&](int y) {
+    for (int x = 0; x < source.width; ++x) {
+      float* pixel = fallback.base_color.pixels.data() + (y * source.width + x) * 4;
       const V3f color = albedo(fabric, level, x, y, lights, up);
       for (int c = 0; c < 3; ++c) pixel[c] = std::clamp(color[c], 0.0F, 1.0F);
       pixel[3] = evaluate(fabric, level, x, y, up, up).alpha;
@@ -133,7 +133,7 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
   });
   fallback.holes = has_holes(fabric, level);
   fill_holes(fallback.base_color);
-  if (of.has(LayerKind::frame)) fallback.normal = normals_of(of);
+  if (source.has(LayerKind::frame)) fallback.normal = normals_of(source);
   estimate_sheen(fabric, lights, fallback);
   return fallback;
 }

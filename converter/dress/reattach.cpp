@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A material to be restored.
-struct Lost {
+struct LostMaterial {
   int material = 0;
   Mirror mirror;
   std::string file;  ///< the fabric on disk; empty if missing
@@ -66,7 +66,7 @@ class Restorer {
     if (Result<void> good = find_lost(); !good) return tl::unexpected<Error>(std::move(good.error()));
     if (Result<void> good = find_fabrics(); !good) return tl::unexpected<Error>(std::move(good.error()));
     const Uses uses = uses_of(document_.json);
-    for (const Lost& lost : lost_) {
+    for (const LostMaterial& lost : lost_) {
       if (Result<void> good = restore(lost, uses); !good)
         return tl::unexpected<Error>(std::move(good.error()));
     }
@@ -89,7 +89,7 @@ class Restorer {
       Result<std::optional<Mirror>> mirror = read_mirror(document_, i);
       if (!mirror) return tl::unexpected<Error>(std::move(mirror.error()));
       if (!*mirror) continue;
-      Lost lost{i, std::move(**mirror), {}, -1};
+      LostMaterial lost{i, std::move(**mirror), {}, -1};
       look_around(lost, *present);
       lost_.push_back(std::move(lost));
     }
@@ -103,7 +103,7 @@ class Restorer {
   }
 
   /// Looks for the fabric in the document, then beside it.
-  void look_around(Lost& lost, const std::vector<SceneFabric>& present) const {
+  void look_around(LostMaterial& lost, const std::vector<SceneFabric>& present) const {
     for (std::size_t i = 0; i < present.size(); ++i) {
       if (present[i].bytes.empty() || lost.mirror.digest.empty()) continue;
       const Result<std::string> digest = digest_of_fabric(present[i].bytes, present[i].name);
@@ -121,13 +121,13 @@ class Restorer {
       const Result<Offer> offer = offer_of(text);
       if (!offer) return tl::unexpected<Error>(offer.error());
       bool taken = false;
-      for (Lost& lost : lost_) taken |= take(lost, *offer);
+      for (LostMaterial& lost : lost_) taken |= take(lost, *offer);
       if (!taken) {
         return fail(Code::gltf_reference, offer->file, "",
                     fmt::format("no material of {} has lost this fabric", document_.file));
       }
     }
-    for (const Lost& lost : lost_) {
+    for (const LostMaterial& lost : lost_) {
       if (lost.found()) continue;
       const Mirror& mirror = lost.mirror;
       const std::string what = mirror.uri.empty()
@@ -139,15 +139,15 @@ class Restorer {
     return {};
   }
 
-  bool take(Lost& lost, const Offer& offer) const {
+  bool take(LostMaterial& lost, const Offer& offer) const {
     const std::string stem = fs::path(offer.file).stem().string();
-    const auto fits = [&](const Lost& other) {
+    const auto fits = [&](const LostMaterial& other) {
       return offer.name.empty() ? other.mirror.digest == offer.digest || other.mirror.name == stem
                                 : other.mirror.name == offer.name;
     };
     bool any_fits = false;
     std::set<std::string> missing;
-    for (const Lost& other : lost_) {
+    for (const LostMaterial& other : lost_) {
       any_fits |= fits(other);
       if (!other.found()) missing.insert(other.mirror.name + '\n' + other.mirror.digest);
     }
@@ -158,7 +158,7 @@ class Restorer {
     return true;
   }
 
-  Result<void> restore(const Lost& lost, const Uses& uses) {
+  Result<void> restore(const LostMaterial& lost, const Uses& uses) {
     const std::string name = string_of(member(document_.json["materials"][lost.material], names::gltf::name));
     const std::string label = fmt::format("material #{} \"{}\"", lost.material, name);
     const Result<int> fabric = lost.entry >= 0 ? Result<int>(lost.entry) : add(lost, label);
@@ -186,7 +186,7 @@ class Restorer {
   }
 
   /// Checks the fabric's file and adds it to the document.
-  Result<int> add(const Lost& lost, const std::string& label) {
+  Result<int> add(const LostMaterial& lost, const std::string& label) {
     if (!digests_.contains(lost.file)) {
       const Result<Fabric> fabric = read_fabric(lost.file);
       if (!fabric) return tl::unexpected<Error>(fabric.error());
@@ -209,7 +209,7 @@ class Restorer {
   GltfDocument& document_;
   const std::string& output_;
   const ReattachOptions& options_;
-  std::vector<Lost> lost_;
+  std::vector<LostMaterial> lost_;
   std::map<std::string, std::string> digests_;  ///< of the files that were read
   std::set<std::string> embedded_;
   ReattachReport report_;

@@ -211,8 +211,7 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path) {
   for (const SceneInstance& instance : scene->instances) {
     const ScenePrimitive& primitive = scene->primitives[instance.primitive];
     if (primitive.positions.empty()) continue;
-    const auto index = static_cast<std::size_t>(primitive.material);
-    const SceneMaterial* material = primitive.material < 0 ? nullptr : &scene->materials[index];
+    const SceneMaterial* material = primitive.material < 0 ? nullptr : &scene->materials[primitive.material];
     std::string binding;
     if (material != nullptr) {
       const auto [entry, fresh] = bindings.try_emplace(primitive.material);
@@ -220,8 +219,8 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path) {
         const std::string name = material_names.make(material->name, "material");
         entry->second = fmt::format("/Garment/{}/{}", materials_name, name);
         if (!materials.empty()) materials += "\n";
-        materials +=
-            usd_material(document, document.json["materials"][index], *material, name, entry->second, assets);
+        materials += usd_material(document, document.json["materials"][primitive.material], *material, name,
+                                  entry->second, assets);
       }
       binding = entry->second;
     }

@@ -35,8 +35,9 @@ class IrradianceCache {
   /// Rays of build() and solve() so far.
   std::uint64_t rays() const { return rays_; }
 
-  /// The points around `at` and their weights; false on the inside of closed yarn, where there is no light.
-  bool taps(const SurfacePoint& at, CacheTaps& taps) const;
+  /// The points around `point` and their weights; false on the inside of closed yarn, where there is no
+  /// light.
+  bool taps(const SurfacePoint& point, CacheTaps& taps) const;
 
   /// Indirect irradiance of all points per unit perpendicular irradiance of each light, after 1 to `bounces`
   /// reflections (or until convergence): [point][channel][light].
@@ -50,7 +51,7 @@ class IrradianceCache {
   void place_points(const RayScene& scene);
   void order_points(const RayScene& scene);
   void gather(const RayScene& scene, std::uint64_t seed);
-  std::vector<float> solve_some(const RayScene& scene, std::span<const V3f> lights, int bounces);
+  std::vector<float> solve_block(const RayScene& scene, std::span<const V3f> lights, int bounces);
   std::vector<float> light_directly(const RayScene& scene, std::span<const V3f> lights);
 
   std::vector<V3i> triangles_;

@@ -26,7 +26,7 @@ class PathTracer {
 
   /// Continues a path after `depth` reflections from `at`, seen from `view`: multiplies `throughput` and
   /// returns the next direction, or nothing if the path ends.
-  std::optional<V3d> reflect(const SurfacePoint& at, const V3d& view, int depth, PathSampler& sampler,
+  std::optional<V3d> reflect(const SurfacePoint& point, const V3d& view, int depth, PathSampler& sampler,
                              V3d& throughput) const;
 
  private:

@@ -76,10 +76,10 @@ bool walk(const RaySceneState& s, V3d origin, const V3d& direction, const Step& 
   return false;
 }
 
-SurfacePoint point_from(const RaySceneState& s, const V3d& at, const V3d& direction,
+SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& direction,
                         const V3f& geometric_normal, unsigned primitive, float u, float v) {
   SurfacePoint point;
-  point.position = V3f(V3d(wrap(at.x, s.mesh.period.x), wrap(at.y, s.mesh.period.y), at.z));
+  point.position = V3f(V3d(wrap(position.x, s.mesh.period.x), wrap(position.y, s.mesh.period.y), position.z));
   point.face_normal = geometric_normal.normalized();
   point.back = point.face_normal.dot(V3f(direction)) > 0;
   if (point.back) point.face_normal = -point.face_normal;
@@ -121,8 +121,8 @@ void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, con
     alignas(64) PacketLanes far;
     leave_block(p, low, high, out, side, far);
     active &= ~step(p, far, active);
-    for (std::uint32_t left = active; left != 0; left &= left - 1) {
-      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    for (std::uint32_t remaining = active; remaining != 0; remaining &= remaining - 1) {
+      const int i = std::countr_zero(remaining);
       if (out[i] <= side[i] || std::isinf(side[i])) {
         active &= ~(1U << i);
         continue;
@@ -182,23 +182,24 @@ RTCIntersectContext coherent_context() {
 std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active,
                            std::span<const V3d> directions, PointPacket& points) {
   std::uint32_t met = 0;
-  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
+  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t lanes) {
     RTCRayHit16 query;
     set_rays(query.ray, p, far);
     std::fill_n(query.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
     std::fill_n(query.hit.instID[0], packet_size, RTC_INVALID_GEOMETRY_ID);
     RTCIntersectContext context = coherent_context();
-    const Valid valid(now);
+    const Valid valid(lanes);
     rtcIntersect16(valid.lane.data(), s.scene, &context, &query);
     std::uint32_t done = 0;
-    for (std::uint32_t left = now; left != 0; left &= left - 1) {
-      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    for (std::uint32_t remaining = lanes; remaining != 0; remaining &= remaining - 1) {
+      const int i = std::countr_zero(remaining);
       if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       done |= 1U << i;
       const V3d& direction = directions[directions.size() == 1 ? 0 : i];
-      const V3d at = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
-      points[i] = point_from(s, at, direction, V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
-                             query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
+      const V3d position = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
+      points[i] =
+          point_from(s, position, direction, V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
+                     query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
     }
     met |= done;
     return done;
@@ -226,17 +227,17 @@ std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
 
 std::uint32_t occluded_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active) {
   std::uint32_t blocked = 0;
-  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
+  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t lanes) {
     RTCRay16 rays;
     set_rays(rays, p, far);
     RTCIntersectContext context = coherent_context();
-    const Valid valid(now);
+    const Valid valid(lanes);
     rtcOccluded16(valid.lane.data(), s.scene, &context, &rays);
     std::uint32_t done = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       done |= (rays.tfar[i] < 0 ? 1U : 0U) << i;
     }
-    done &= now;
+    done &= lanes;
     blocked |= done;
     return done;
   });
@@ -258,16 +259,16 @@ bool RayScene::is_ground(const SurfacePoint& point) const {
 
 bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const {
   const RaySceneState& s = *state_;
-  return walk(s, origin, direction, [&](const V3d& from, double far) {
+  return walk(s, origin, direction, [&](const V3d& start, double far) {
     RTCRayHit query{};
-    query.ray = ray_from(from, direction, far);
+    query.ray = ray_from(start, direction, far);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcIntersect1(s.scene, &context, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    const V3d at = from + direction * static_cast<double>(query.ray.tfar);
-    point = point_from(s, at, direction, V3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z),
+    const V3d position = start + direction * static_cast<double>(query.ray.tfar);
+    point = point_from(s, position, direction, V3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z),
                        query.hit.primID, query.hit.u, query.hit.v);
     return true;
   });
@@ -294,8 +295,8 @@ V3f RayScene::vertex_normal(const SurfacePoint& point) const {
 bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
   const RaySceneState& s = *state_;
   const V3d towards(direction);
-  return walk(s, leave(point), towards, [&](const V3d& from, double far) {
-    RTCRay ray = ray_from(from, towards, far);
+  return walk(s, leave(point), towards, [&](const V3d& start, double far) {
+    RTCRay ray = ray_from(start, towards, far);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcOccluded1(s.scene, &context, &ray);
@@ -304,7 +305,7 @@ bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
 }
 
 LeavingPacket RayScene::leave(const PointPacket& points, std::uint32_t active) const {
-  const auto first = static_cast<std::size_t>(std::countr_zero(active));
+  const int first = std::countr_zero(active);
   LeavingPacket packet;
   for (std::size_t i = 0; i < packet_size; ++i) {
     const V3d origin = leave(points[(active >> i & 1U) != 0 ? i : first]);

@@ -47,9 +47,9 @@ V3f albedo_of(const V3f& colour, bool coded, const V3f& fallback) {
 /// Area-weighted mean of the face normals around each vertex; +z if they cancel or there are no faces.
 std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector<V3i>& triangles) {
   std::vector<V3d> sums(positions.size(), V3d(0));
-  const auto at = [&](int v) { return V3d(positions[v]); };
+  const auto position = [&](int v) { return V3d(positions[v]); };
   for (const V3i& t : triangles) {
-    const V3d twice_area = (at(t.y) - at(t.x)).cross(at(t.z) - at(t.x));
+    const V3d twice_area = (position(t.y) - position(t.x)).cross(position(t.z) - position(t.x));
     for (int k = 0; k < 3; ++k) sums[t[k]] += twice_area;
   }
   std::vector<V3f> normals;
@@ -106,12 +106,12 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
   };
   std::vector<Copy> copies;
   std::vector<int> first(mesh.positions.size(), none);
-  const std::vector<V3f> own = mesh.albedo;
+  const std::vector<V3f> vertex_albedo = mesh.albedo;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
       int& vertex = mesh.triangles[t][k];
-      const auto original = static_cast<std::size_t>(vertex);
-      const V3f colour = albedo[t] ? *albedo[t] : own[original];
+      const int original = vertex;
+      const V3f colour = albedo[t] ? *albedo[t] : vertex_albedo[original];
       int copy = first[original];
       while (copy != none && copies[copy].albedo != colour) {
         copy = copies[copy].next;

@@ -15,7 +15,7 @@ namespace {
 std::string plain_text(std::string_view text) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   std::string plain;
-  std::string owed;  // line ends of continued lines
+  std::string pending_ends;  // line ends of continued lines
   bool comment = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     char c = text[i];
@@ -23,18 +23,18 @@ std::string plain_text(std::string_view text) {
     if (c == '\r') c = '\n';
     if (c == '\n' && plain.ends_with('\\') && !comment) {
       plain.back() = ' ';
-      owed += '\n';
+      pending_ends += '\n';
       continue;
     }
     if (c == '#') comment = true;
     if (c == '\n') {
       comment = false;
-      plain += owed;
-      owed.clear();
+      plain += pending_ends;
+      pending_ends.clear();
     }
     if (!comment) plain += c;
   }
-  return plain + owed;
+  return plain + pending_ends;
 }
 
 constexpr int absent = -1;
@@ -123,9 +123,9 @@ class ObjReader {
     if (vertex < 0 || vertex >= static_cast<int>(mesh_.positions.size())) return;
     if (normal < 0 || normal >= static_cast<int>(normals_.size())) return;
     normal_of_.resize(mesh_.positions.size(), absent);
-    int& before = normal_of_[vertex];
-    split_normals_ = split_normals_ || (before != absent && normals_[before] != normals_[normal]);
-    before = normal;
+    int& previous = normal_of_[vertex];
+    split_normals_ = split_normals_ || (previous != absent && normals_[previous] != normals_[normal]);
+    previous = normal;
   }
 
   tl::unexpected<Error> damaged(int number, std::string why) const {

@@ -141,8 +141,8 @@ class Body {
     if (bytes_.size() < type.size) return false;
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < type.size; ++i) {
-      const std::size_t at = form_ == Form::little ? type.size - 1 - i : i;
-      bits = bits << 8 | static_cast<std::uint8_t>(bytes_[at]);
+      const std::size_t byte = form_ == Form::little ? type.size - 1 - i : i;
+      bits = bits << 8 | static_cast<std::uint8_t>(bytes_[byte]);
     }
     bytes_.remove_prefix(type.size);
     if (type.kind == 'u') {
@@ -223,13 +223,14 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
       }
       if (!body.read(*property.length, number)) return false;
       if (!(number >= 0) || number > static_cast<double>(body.bytes_left())) return false;
-      const bool wanted = faces && (property.name == "vertex_indices" || property.name == "vertex_index");
+      const bool is_face_list =
+          faces && (property.name == "vertex_indices" || property.name == "vertex_index");
       std::vector<int> indices;
-      for (auto left = static_cast<std::size_t>(number); left > 0; --left) {
+      for (auto remaining = static_cast<std::size_t>(number); remaining > 0; --remaining) {
         if (!body.read(property.type, number)) return false;
-        if (wanted) indices.push_back(index_of(number));
+        if (is_face_list) indices.push_back(index_of(number));
       }
-      if (wanted) mesh.faces.push_back(std::move(indices));
+      if (is_face_list) mesh.faces.push_back(std::move(indices));
     }
     if (faces && colours) mesh.face_colours.push_back(vector_at(values, 6));
     if (!vertices) continue;

@@ -29,17 +29,17 @@ Result<TexelDemand> demand_of(const std::string& path, const std::string& place,
   const auto found = material.find("pixelMm");
   if (found == material.end() || !found->is_array() || found->size() != 2)
     return fail(Code::json_malformed, path, place + "/pixelMm", "is not an array of two lengths");
-  const auto least = length_of((*found)[0]);
-  const auto most = length_of((*found)[1]);
-  if (!least || !most)
+  const auto min_mm = length_of((*found)[0]);
+  const auto max_mm = length_of((*found)[1]);
+  if (!min_mm || !max_mm)
     return fail(Code::json_malformed, path, place + "/pixelMm", "is not an array of two lengths");
-  const bool is_unseen = std::isinf(*least);
-  if (*least > *most && !(is_unseen && *most == 0))
-    return fail(Code::json_malformed, path, place + "/pixelMm", "has more at least than at most");
+  const bool is_unseen = std::isinf(*min_mm);
+  if (*min_mm > *max_mm && !(is_unseen && *max_mm == 0))
+    return fail(Code::json_malformed, path, place + "/pixelMm", "has a minimum above its maximum");
   const auto seen = material.find("seen");
   if (seen != material.end() && (!seen->is_boolean() || seen->get<bool>() == is_unseen))
     return fail(Code::json_malformed, path, place + "/seen", "does not go with pixelMm");
-  return TexelDemand{*least, *most, bias};
+  return TexelDemand{*min_mm, *max_mm, bias};
 }
 
 /// Levels are not used, but impossible ones show that the file is not a plan.
@@ -86,11 +86,12 @@ Json sight_json(const PlanOptions& o) {
   return sight;
 }
 
-bool is_meant(const nlohmann::json& material, const std::string& wanted) {
+bool matches(const nlohmann::json& material, const std::string& selector) {
   const auto name = material.find("name");
-  if (name != material.end() && name->is_string() && name->get<std::string>() == wanted) return true;
+  if (name != material.end() && name->is_string() && name->get<std::string>() == selector) return true;
   const auto index = material.find("index");
-  return index != material.end() && index->is_number_integer() && fmt::format("#{}", index->dump()) == wanted;
+  return index != material.end() && index->is_number_integer() &&
+         fmt::format("#{}", index->dump()) == selector;
 }
 
 }  // namespace
@@ -156,7 +157,7 @@ Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::st
     if (!material.is_object()) return fail(Code::json_malformed, path, place, "is not an object");
     bool meant = materials.empty();
     for (std::size_t k = 0; k < materials.size(); ++k) {
-      if (!is_meant(material, materials[k])) continue;
+      if (!matches(material, materials[k])) continue;
       meant = found[k] = true;
     }
     if (!meant) continue;

@@ -59,8 +59,8 @@ class Chart {
   const std::vector<std::string>& rows_;
 };
 
-double ease(double from, double to, double low, double high, double at) {
-  const double part = std::clamp((at - low) / (high - low), 0.0, 1.0);
+double ease(double from, double to, double low, double high, double t) {
+  const double part = std::clamp((t - low) / (high - low), 0.0, 1.0);
   return from + (to - from) * 0.5 * (1 - std::cos(pi * part));
 }
 
@@ -85,7 +85,7 @@ StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
   pattern.period_mm = {chart.wale_mm * loops.columns(), chart.course_mm * loops.courses()};
   constexpr int per_loop = 32;
   for (int course = 0; course < loops.courses(); ++course) {
-    Yarn yarn = chart.yarns[static_cast<std::size_t>(course) % chart.yarns.size()];
+    Yarn yarn = chart.yarns[course % chart.yarns.size()];
     const double depth = 1.3 * yarn.radius_mm;
     const auto point = [&](int step) {
       const int column = static_cast<int>(std::floor(static_cast<double>(step) / per_loop));

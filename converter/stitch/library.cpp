@@ -41,8 +41,8 @@ StitchParameter slack_parameter() {
   return {"slack", {0}, 0, 2, false, "air between neighbouring yarns, in radii: yarns lie looser and longer"};
 }
 
-void append(std::vector<StitchParameter>& to, const std::vector<StitchParameter>& more) {
-  to.insert(to.end(), more.begin(), more.end());
+void append(std::vector<StitchParameter>& parameters, const std::vector<StitchParameter>& more) {
+  parameters.insert(parameters.end(), more.begin(), more.end());
 }
 
 /// Default radii scale with the gauge.

@@ -69,10 +69,10 @@ bool fill(const std::vector<int>& contour, std::size_t first, std::size_t last, 
   };
   for (std::size_t middle = first + 1; middle < last; ++middle) {
     if (!allowed(first, middle) || !allowed(middle, last)) continue;
-    const std::size_t kept = out.size();
+    const std::size_t size_before = out.size();
     out.push_back({contour[first], contour[middle], contour[last]});
     if (fill(contour, first, middle, out) && fill(contour, middle, last, out)) return true;
-    out.resize(kept);
+    out.resize(size_before);
   }
   return false;
 }
@@ -82,11 +82,11 @@ std::vector<Triangle> build_case(unsigned inside) {
   std::vector<Triangle> triangles;
   for (std::size_t e = 0; e < edge_count; ++e) {
     std::vector<int> contour;
-    for (auto at = e; next[at] >= 0;) {
-      contour.push_back(static_cast<int>(at));
-      const auto following = static_cast<std::size_t>(next[at]);
-      next[at] = -1;
-      at = following;
+    for (auto edge = e; next[edge] >= 0;) {
+      contour.push_back(static_cast<int>(edge));
+      const std::size_t following = next[edge];
+      next[edge] = -1;
+      edge = following;
     }
     if (!contour.empty() && !fill(contour, 0, contour.size() - 1, triangles)) {
       throw std::logic_error("a contour of Marching Cubes cannot be filled");

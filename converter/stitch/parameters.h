@@ -12,8 +12,8 @@ namespace selvedge {
 struct StitchParameter {
   std::string name;
   std::vector<double> value;  ///< the default: one number, or three for a colour
-  double least = 0;           ///< range of every number
-  double most = 1;
+  double min = 0;             ///< range of every number
+  double max = 1;
   bool whole = false;   ///< whole numbers only
   std::string meaning;  ///< one line
 };

@@ -6,12 +6,12 @@ namespace selvedge {
 namespace {
 
 /// Centres of adjacent lanes of these widths, followed by the total width.
-std::vector<double> middles_of(const std::vector<double>& rooms) {
+std::vector<double> middles_of(const std::vector<double>& widths) {
   std::vector<double> middles;
   double sum = 0;
-  for (const double room : rooms) {
-    middles.push_back(sum + 0.5 * room);
-    sum += room;
+  for (const double width : widths) {
+    middles.push_back(sum + 0.5 * width);
+    sum += width;
   }
   middles.push_back(sum);
   return middles;

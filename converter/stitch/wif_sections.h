@@ -50,16 +50,16 @@ class WifSections {
   /// Throws unless the text is a number >= 0; nothing for 0, which some programs write for "not given".
   static std::optional<double> positive_in(const std::string& text, const std::string& place);
 
-  /// The values of entries 1 to `count` of a section; `usual` if there is no entry or parse(text, place)
-  /// returns nothing.
+  /// The values of entries 1 to `count` of a section; `default_value` if there is no entry or parse(text,
+  /// place) returns nothing.
   template <class Value, class Parse>
-  std::vector<Value> values(const std::string& section, int count, const Value& usual,
+  std::vector<Value> values(const std::string& section, int count, const Value& default_value,
                             const Parse& parse) const {
-    std::vector<Value> values(count, usual);
+    std::vector<Value> values(count, default_value);
     for (const auto& [key, text] : all(section)) {
       const int index = whole_in(key, place(section, key), 1, count);
       if (text.empty()) continue;
-      if (const auto own = parse(text, place(section, key))) values[index - 1] = *own;
+      if (const auto parsed = parse(text, place(section, key))) values[index - 1] = *parsed;
     }
     return values;
   }

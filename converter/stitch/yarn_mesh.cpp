@@ -113,7 +113,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
                                   [](const Yarn& yarn) { return yarn.gloss.weight > 0; });
   for (std::size_t v = 0; v < marched.positions.size(); ++v) {
     mesh.positions.emplace_back(marched.positions[v]);
-    const auto original = static_cast<std::size_t>(marched.original[v]);
+    const std::size_t original = marched.original[v];
     if (original != v) {  // an original precedes its copies
       mesh.normals.push_back(mesh.normals[original]);
       mesh.albedo.push_back(mesh.albedo[original]);

@@ -25,7 +25,7 @@ FrameBands bands_of(const FrameSize& size) {
 BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large) {
   BandPixels pixels{first_row, bands.width, bands.rows_from(first_row), nullptr, bands.width};
   if (bands.supersample > 1) {
-    large.resize(static_cast<std::size_t>(pixels.width) * pixels.rows);
+    large.resize(pixels.width * pixels.rows);
     pixels.bottom = large.data();
   } else {
     // The frame's first row is at the top.

@@ -180,7 +180,7 @@ Result<void> HybridPath::texel_edges(const FrameView& view, std::vector<OverlayP
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
   const IndexScene index = this->index(projected, view);
   std::array<DrawnSide, 2>& sides = in_flight_[0].sides;
-  overlay.resize(static_cast<std::size_t>(bands_.width) * bands_.height);
+  overlay.resize(bands_.width * bands_.height);
   for (std::size_t i = 0; i < lists.size(); ++i) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     const FrameTiles where{first_row, bands_.rows_from(first_row), {}};

@@ -111,9 +111,8 @@ Result<void> VisibilityPass::draw(int side, int round, int first_row,
     std::size_t end = triangles.size();
     if (pbr_.needed()) {
       const auto other = [&](std::uint32_t t) { return mesh_.triangles[t].surface != surface; };
-      end = static_cast<std::size_t>(
-          std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
-          triangles.begin());
+      end = std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
+            triangles.begin();
     }
     draw_surface(surface, first, end);
     first = end;
@@ -123,7 +122,7 @@ Result<void> VisibilityPass::draw(int side, int round, int first_row,
 
 void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const {
   const TriangleTarget& target = targets_[side][round % 2];
-  const std::size_t start = static_cast<std::size_t>(rectangle.y) * bands_.width + rectangle.x;
+  const std::size_t start = rectangle.y * bands_.width + rectangle.x;
   const auto read = [&](GLenum format, GLenum type, void* data) {
     gl_.ReadPixels(rectangle.x, rectangle.y, rectangle.width, rectangle.rows, format, type, data);
   };
@@ -140,7 +139,7 @@ void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle
 }
 
 void VisibilityPass::read(int side, int round, const FrameTiles& where, VisibleSide& to) const {
-  const std::size_t count = static_cast<std::size_t>(bands_.width) * bands_.rows;
+  const std::size_t count = bands_.width * bands_.rows;
   to.triangles.resize(count);
   to.depth.resize(count);
   to.counts.resize(count);

@@ -91,7 +91,7 @@ std::span<const ShadowMap> ShadowPass::read() {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, static_cast<GLint>(i));
     ShadowMap map{views_[i], {}};
-    const auto size = static_cast<std::size_t>(map.view.size);
+    const std::size_t size = map.view.size;
     map.depths.resize(size * size);
     gl_.ReadPixels(0, 0, map.view.size, map.view.size, GL_DEPTH_COMPONENT, GL_FLOAT, map.depths.data());
     maps_.push_back(std::move(map));

@@ -120,21 +120,21 @@ float shadow_share(const ShadowMap& map, const V3f& point, const V3f& normal, co
       point + normal * (texel * shadow_normal_offset * sine) + light * (texel * shadow_light_offset);
   const float w = along(view.rows[3], p);
   if (!(w > 0)) return 1;
-  const V3f at = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;
-  const V2f corner(at.x - 0.5F, at.y - 0.5F);
+  const V3f in_map = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;
+  const V2f corner(in_map.x - 0.5F, in_map.y - 0.5F);
   const V2f first(std::floor(corner.x), std::floor(corner.y));
   const auto last = static_cast<float>(view.size - 3);
   if (!(first.x >= 1 && first.y >= 1 && first.x <= last && first.y <= last)) return 1;
   const V2f part = corner - first;
   const std::array<float, 4> columns{1 - part.x, 1, 1, part.x};
   const std::array<float, 4> rows{1 - part.y, 1, 1, part.y};
-  const auto size = static_cast<std::size_t>(view.size);
+  const std::size_t size = view.size;
   const float* depths =
       &map.depths[(static_cast<std::size_t>(first.y) - 1) * size + static_cast<std::size_t>(first.x) - 1];
   float sum = 0;
   for (std::size_t j = 0; j < 4; ++j) {
     float row = 0;
-    for (std::size_t i = 0; i < 4; ++i) row += depths[j * size + i] >= at.z ? columns[i] : 0.0F;
+    for (std::size_t i = 0; i < 4; ++i) row += depths[j * size + i] >= in_map.z ? columns[i] : 0.0F;
     sum += row * rows[j];
   }
   return sum / 9;

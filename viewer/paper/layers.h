@@ -6,10 +6,10 @@
 
 namespace selvedge {
 
-/// Adds pixel i of `frames` to a block. `size` is that of the whole frame, `at` the pixel with y from the
+/// Adds pixel i of `frames` to a block. `size` is that of the whole frame, `pixel` the pixel with y from the
 /// frame's bottom. Precondition: the pixel is not empty.
 void add_pixel(const PaperFrames& frames, std::size_t i, const PaperKinds& kinds,
-               std::span<const PackedFabric> fabrics, bool blend, const V2i& size, const V2i& at,
+               std::span<const PackedFabric> fabrics, bool blend, const V2i& size, const V2i& pixel,
                PixelBlock& block);
 
 /// Composites a round behind the band's pixels. The `materials` of `shading` are the kinds, its lights

@@ -46,17 +46,17 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
     SurfaceMaterial kind;
     kind.fabric = material.fabric;
     kind.keeps_opacity = material.keeps_opacity;
-    const auto known =
+    const auto found =
         std::find_if(result.kinds.begin(), result.kinds.end(), [&](const SurfaceMaterial& other) {
           return other.fabric == kind.fabric && other.keeps_opacity == kind.keeps_opacity;
         });
-    result.of_surfaces.push_back(static_cast<int>(known - result.kinds.begin()));
-    if (known == result.kinds.end()) result.kinds.push_back(kind);
+    result.of_surfaces.push_back(static_cast<int>(found - result.kinds.begin()));
+    if (found == result.kinds.end()) result.kinds.push_back(kind);
     const PbrMaterial& pbr = materials.pbr[i];
     const std::string line = fmt::format("{}: {}: --path paper draws neither its occlusion nor its emission",
                                          scene.file, material_name(surfaces[i]));
-    const bool more = pbr.occlusion.image >= 0 || pbr.emissive != V3f(0, 0, 0);
-    if (more && std::find(remarks.begin(), remarks.end(), line) == remarks.end()) remarks.push_back(line);
+    const bool has_more = pbr.occlusion.image >= 0 || pbr.emissive != V3f(0, 0, 0);
+    if (has_more && std::find(remarks.begin(), remarks.end(), line) == remarks.end()) remarks.push_back(line);
   }
   if (result.kinds.size() > static_cast<std::size_t>(paper_kind_limit)) {
     return refuse(scene.file, fmt::format("{} kinds of cloth; an alpha of 8 bits tells {} apart",

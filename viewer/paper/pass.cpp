@@ -36,7 +36,7 @@ Result<std::unique_ptr<PaperPass>> PaperPass::create(const GlFunctions& gl, cons
   pass->level_counts_.resize(fabrics.size(), 1);
   pass->first_levels_.resize(fabrics.size(), 0);
   for (const SurfaceMaterial& kind : kinds.kinds) {
-    const auto i = static_cast<std::size_t>(kind.fabric);
+    const std::size_t i = kind.fabric;
     if (pass->index_textures_[i] != 0) continue;
     pass->level_counts_[i] = static_cast<int>(fabrics[i].levels.size());
     pass->first_levels_[i] = fabrics[i].first_level();
@@ -139,7 +139,7 @@ void PaperPass::draw_cloth(Target target, int round, float bias) {
 }
 
 Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const LevelOptions& levels) {
-  drawn_into_ = static_cast<std::size_t>(round % 2);
+  drawn_into_ = round % 2;
   const GLuint target = framebuffers_[drawn_into_];
   clip_ = gl_matrix(clip);
   const auto filter_levels = [&](GLint filter) {
@@ -196,7 +196,7 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
 }
 
 void PaperPass::read(PaperFrames& frames) const {
-  const std::size_t count = static_cast<std::size_t>(bands_.width) * bands_.rows;
+  const std::size_t count = bands_.width * bands_.rows;
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffers_[drawn_into_]);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);

@@ -99,8 +99,8 @@ Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive
   const V2d period(period_of(mapping.wrap_u), period_of(mapping.wrap_v));
   std::vector<V2d> low(uvs.size(), V2d(HUGE_VAL, HUGE_VAL));
   for (std::size_t v = 0; v < uvs.size(); ++v) {
-    V2d& least = low[charts[v]];
-    least = V2d(std::min(least.x, uvs[v].x), std::min(least.y, uvs[v].y));
+    V2d& chart_low = low[charts[v]];
+    chart_low = V2d(std::min(chart_low.x, uvs[v].x), std::min(chart_low.y, uvs[v].y));
   }
   for (std::size_t v = 0; v < uvs.size(); ++v) {
     for (int c = 0; c < 2; ++c) {

@@ -14,7 +14,7 @@ float table_number(uint place, bool halves, uint i) {
 vec3 table_vector(uint place, bool halves, uint i) {
   return vec3(table_number(place, halves, i), table_number(place, halves, i + 1u), table_number(place, halves, i + 2u));
 }
-vec3 held(vec3 x) { return min(x, vec3(largest)); }
+vec3 clamp_to_finite(vec3 x) { return min(x, vec3(largest)); }
 
 struct Taps {
   uvec4 cell;
@@ -64,7 +64,7 @@ vec3 lobes_at(uint place, uint lobes, vec3 l, vec3 v) {
     }
     sum[c] = one;
   }
-  return held(sum * l.z);
+  return clamp_to_finite(sum * l.z);
 }
 
 // Evaluates one entry of a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).
@@ -90,7 +90,7 @@ void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat
       if (table != 0u) colour += share * table_vector(table, word(level + level_view_table_halves) != 0u, 3u * at);
     }
     if (opacity != 0u) alpha = min(total, 1.0);
-    if (table != 0u) of_view = total > 0.0 ? held(colour / total) : vec3(0.0);
+    if (table != 0u) of_view = total > 0.0 ? clamp_to_finite(colour / total) : vec3(0.0);
   }
   sum.a += weight * alpha;
   if (!(view.z > 0.0) || !(alpha > 0.0)) return;
@@ -148,7 +148,7 @@ void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat
       for (int c = 0; c < 3; ++c) bracket[c] = bracket[c] > 0.0 ? min(bracket[c], largest) : 0.0;
     }
     vec3 g = own_lobes == 0u ? vec3(1.0) : lobes_at(own_lobes, lobes, l * local, local_view);
-    radiance += held(scale * held(bracket * g)) * irradiance;
+    radiance += clamp_to_finite(scale * clamp_to_finite(bracket * g)) * irradiance;
   }
   for (int c = 0; c < 3; ++c) radiance[c] = radiance[c] >= 0.0 ? min(radiance[c], 1e30) : 0.0;
   sum.rgb += weight * alpha * radiance;

@@ -90,15 +90,15 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
                                              (pbr.emissive != V3f(0, 0, 0) ? shines_flag : 0)});
   }
 
-  GLint64 room = 0;
-  gl_.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &room);
+  GLint64 max_bytes = 0;
+  gl_.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_bytes);
   const std::size_t largest =
       std::max({words.size() * sizeof(words[0]), vertices.size() * sizeof(V4f), triangles.size() * 16});
-  if (largest > static_cast<std::size_t>(room)) {
+  if (largest > static_cast<std::size_t>(max_bytes)) {
     return fail(Code::option_out_of_range, {}, "--path",
                 fmt::format("shader: {} bytes in one buffer; this OpenGL allows {}. The hybrid path has no "
                             "such limit",
-                            largest, room));
+                            largest, max_bytes));
   }
   spans_ = spans_of(mesh);
   buffers_ = {objects_.buffer(words), objects_.buffer(vertices), objects_.buffer(triangles),
@@ -154,12 +154,12 @@ Result<void> ShaderPath::resize(const FrameSize& size) {
 
 /// Draws the triangle numbers of a round.
 void ShaderPath::draw_round(int round, const std::array<GLfloat, 16>& clip) {
-  const GLuint to = rounds_[round % 2].framebuffer;
+  const GLuint framebuffer = rounds_[round % 2].framebuffer;
   constexpr std::array<GLuint, 4> nothing{0, 0, 0, 0};
   constexpr GLfloat farthest = 1;
-  gl_.ClearNamedFramebufferuiv(to, GL_COLOR, 0, nothing.data());
-  gl_.ClearNamedFramebufferfv(to, GL_DEPTH, 0, &farthest);
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, to);
+  gl_.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, 0, nothing.data());
+  gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   gl_.Disable(GL_BLEND);
   gl_.Enable(GL_DEPTH_TEST);
   gl_.DepthFunc(GL_LESS);
@@ -284,7 +284,7 @@ Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     return good;
   gl_.Finish();
   watch.add_to(stats.geometry);
-  large_.resize(static_cast<std::size_t>(width_) * height_);
+  large_.resize(width_ * height_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, result_);
   gl_.NamedFramebufferReadBuffer(result_, GL_COLOR_ATTACHMENT0);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);

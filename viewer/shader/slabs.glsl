@@ -46,29 +46,29 @@ bool march(uint fabric, uint level, dvec2 uv, vec3 view, out uvec2 hit) {
   double above = double(highest) - double(number(fabric + fabric_reference_height));
   Walk x = walk_from(uv.x * double(cells.x) + above * up.x, float(-up.x), cells.x);
   Walk y = walk_from(uv.y * double(cells.y) + above * up.y, float(-up.y), cells.y);
-  float entered = 0.0;
+  float entry_depth = 0.0;
   for (int visited = 0; visited < 16384; ++visited) {
-    float left = min(min(leaves(x), leaves(y)), deepest);
-    float from = highest - entered;
-    float to = highest - left;
+    float exit_depth = min(min(leaves(x), leaves(y)), deepest);
+    float ray_top = highest - entry_depth;
+    float ray_bottom = highest - exit_depth;
     uint texel = uint(y.cell / rows) * word(level + level_width) + uint(x.cell / columns);
     uint cell = uint((y.cell % rows) * columns + x.cell % columns);
     float best = -largest;
     bool met = false;
     for (int slab = 0; slab < slabs; ++slab) {
       uint entry = uint(slab * columns * rows) + cell;
-      uint at = word(level + level_heights) + 2u * (texel * uint(slabs * columns * rows) + entry);
-      float top = number(at);
-      float bottom = number(at + 1u);
-      if (!(top > bottom) || to > top || from < bottom || min(top, from) <= best) continue;
-      best = min(top, from);
+      uint heights = word(level + level_heights) + 2u * (texel * uint(slabs * columns * rows) + entry);
+      float top = number(heights);
+      float bottom = number(heights + 1u);
+      if (!(top > bottom) || ray_bottom > top || ray_top < bottom || min(top, ray_top) <= best) continue;
+      best = min(top, ray_top);
       hit = uvec2(texel, entry);
       met = true;
     }
     if (met) return true;
-    if (left >= deepest) return false;
-    entered = left;
-    if (leaves(x) <= left) {
+    if (exit_depth >= deepest) return false;
+    entry_depth = exit_depth;
+    if (leaves(x) <= exit_depth) {
       step_on(x);
     } else {
       step_on(y);

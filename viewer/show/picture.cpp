@@ -180,9 +180,9 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
   return {};
 }
 
-Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& at) {
-  if (!renderer_ || !(at.x >= 0 && at.x < 1 && at.y >= 0 && at.y < 1)) return std::nullopt;
-  const V2i pixel(static_cast<int>(at.x * frame_.width), static_cast<int>(at.y * frame_.height));
+Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& point) {
+  if (!renderer_ || !(point.x >= 0 && point.x < 1 && point.y >= 0 && point.y < 1)) return std::nullopt;
+  const V2i pixel(static_cast<int>(point.x * frame_.width), static_cast<int>(point.y * frame_.height));
   return renderer_->probe(camera_, options_, pixel);
 }
 

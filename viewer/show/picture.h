@@ -36,7 +36,7 @@ class ShowPicture {
   Result<void> update(const ShowState& state, Change change, const V2i& size, int divisor);
 
   /// The nearest surface at a point of [0, 1)^2, from the top left, of the last picture, if there is one.
-  Result<std::optional<PixelProbe>> probe(const V2d& at);
+  Result<std::optional<PixelProbe>> probe(const V2d& point);
 
   const Scene& scene() const { return scene_; }
   const std::vector<std::string>& fabric_names() const { return fabric_names_; }
