@@ -51,7 +51,7 @@ ExrPart completed(ExrPart part) {
 }
 
 /// `display` is the first part's: OpenEXR wants one display window in the whole file.
-Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
+Imf::Header exr_header(const ExrPart& part, const ExrPart& display) {
   Imf::Header header(part.width, part.height);
   header.displayWindow() = Imath::Box2i({0, 0}, {display.width - 1, display.height - 1});
   header.setName(part.name);
@@ -158,7 +158,7 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
     // Compression is most of the work of writing; the bytes do not depend on who does it.
     if (Imf::globalThreadCount() != thread_count()) Imf::setGlobalThreadCount(thread_count());
     std::vector<Imf::Header> headers;
-    for (const ExrPart& part : parts) headers.push_back(header_of(part, parts.front()));
+    for (const ExrPart& part : parts) headers.push_back(exr_header(part, parts.front()));
     auto stream = std::make_unique<std::ofstream>(file->temporary(), std::ios::binary);
     auto named = std::make_unique<Imf::StdOFStream>(*stream, path.c_str());
     auto out =
@@ -236,7 +236,7 @@ bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const 
     Imf::StdOSStream file;
     write_number<std::uint32_t>(file, 20000630);
     write_number<std::uint32_t>(file, 2 | 0x200 | 0x400);  // version 2, tiled, long names
-    header_of(one, one).writeTo(file, true);
+    exr_header(one, one).writeTo(file, true);
     write_number<std::uint64_t>(file, file.tellp() + 8);
     for (int i = 0; i < 4; ++i) write_number<std::uint32_t>(file, 0);  // tile 0,0 of level 0,0
     write_number<std::uint32_t>(file, static_cast<std::uint32_t>(packed.size()));

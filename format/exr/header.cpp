@@ -173,7 +173,9 @@ ExrBytes value_of(const Attributes& attributes, const char* name) {
   return ExrBytes(attributes.at(name).value);
 }
 
-std::string text_of(const Attribute& attribute) { return {attribute.value.begin(), attribute.value.end()}; }
+std::string string_value(const Attribute& attribute) {
+  return {attribute.value.begin(), attribute.value.end()};
+}
 
 Box2i window_of(const Attributes& attributes, const char* name, const std::string& place) {
   ExrBytes value = value_of(attributes, name);
@@ -246,7 +248,7 @@ std::map<std::string, ExrValue> user_values(Attributes attributes) {
   std::map<std::string, ExrValue> values;
   for (const auto& [name, attribute] : attributes) {
     ExrBytes value(attribute.value);
-    if (attribute.type == "string") values[name] = text_of(attribute);
+    if (attribute.type == "string") values[name] = string_value(attribute);
     if (attribute.type == "int") values[name] = value.i32();
     if (attribute.type == "float") values[name] = value.f32();
     if (attribute.type == "v2f") values[name] = V2f{value.f32(), value.f32()};
@@ -282,7 +284,7 @@ bool is_tiled(const Attributes& attributes, const FileFlags& flags, const std::s
   const auto type = attributes.find("type");
   bool tiled = flags.tiled;
   if (type != attributes.end()) {
-    const std::string text = text_of(type->second);
+    const std::string text = string_value(type->second);
     tiled = text == "tiledimage";
     if (!tiled && text != "scanlineimage") {
       unsupported(place, is_printable(text) ? fmt::format("parts of type '{}' are not read", text)
@@ -307,7 +309,8 @@ ScannedPart read_part(Head& head, const FileFlags& flags, std::size_t index, con
   ExrPart& part = scanned.part;
   const std::string unnamed = flags.multipart ? fmt::format("part {}", index) : std::string();
   const Attributes attributes = read_attributes(head, flags.longest_name, unnamed, limits);
-  if (const auto name = attributes.find("name"); name != attributes.end()) part.name = text_of(name->second);
+  if (const auto name = attributes.find("name"); name != attributes.end())
+    part.name = string_value(name->second);
   if (!is_printable(part.name) || (flags.multipart && part.name.empty()))
     malformed(unnamed, "the part has no printable name");
   const std::string& place = part.name;

@@ -19,7 +19,7 @@ std::string model_of(const Fabric& fabric) {
 
 }  // namespace
 
-FabricHeader header_of(const Fabric& fabric) {
+FabricHeader header_without_layers(const Fabric& fabric) {
   FabricHeader header;
   static_cast<FabricInfo&>(header) = fabric;
   header.model = model_of(fabric);

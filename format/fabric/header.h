@@ -37,7 +37,7 @@ struct FabricHeader : FabricInfo {
 };
 
 /// What a file of the fabric would say of it, as yet without its layers. Precondition: it has a level.
-FabricHeader header_of(const Fabric& fabric);
+FabricHeader header_without_layers(const Fabric& fabric);
 
 /// Number of levels of the whole fabric as far as it is known.
 int whole_levels(const FabricHeader& header);

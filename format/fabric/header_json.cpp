@@ -268,7 +268,7 @@ void complete_shape(FabricHeader& header) {
 
 }  // namespace
 
-std::string text_of(const FabricHeader& header) {
+std::string header_to_json(const FabricHeader& header) {
   json layers = json::object();
   json digests = json::object();
   for (const LayerKind kind : all_layers) {
@@ -321,7 +321,8 @@ std::optional<json> parse_fabric_text(const std::string& text, IssueSink& sink) 
   return parsed;
 }
 
-std::optional<FabricHeader> header_of(const json& members, const FabricLimits& limits, IssueSink& sink) {
+std::optional<FabricHeader> header_from_json(const json& members, const FabricLimits& limits,
+                                             IssueSink& sink) {
   FabricHeader header;
   const Member text{&members, {}, &sink};
   const json& minor = members[member::version][1];

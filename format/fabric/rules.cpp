@@ -70,7 +70,7 @@ std::optional<FabricHeader> check_header(const ExrReader& file, const FabricLimi
     sink.add(Code::fabric_digest, names::attribute_digest,
              "does not match the attributes, part and channel names");
   }
-  return header_of(*members, limits, sink);
+  return header_from_json(*members, limits, sink);
 }
 
 void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {

@@ -135,7 +135,7 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
     return tl::unexpected(std::move(error));
   };
   if (auto ok = validate(fabric); !ok) return named(ok.error());
-  FabricHeader header = header_of(fabric);
+  FabricHeader header = header_without_layers(fabric);
   const LayerShape& shape = header.shape;
   std::vector<ExrPart> parts{preview_part(fabric, options)};
   std::vector<LayerKind> layers;
@@ -154,7 +154,7 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
     parts.push_back(data_part(fabric, kind, shape, options));
     header.layer(kind) = entry_for(fabric, kind, shape, parts.back());
   }
-  const std::string text = text_of(header);
+  const std::string text = header_to_json(header);
   const std::string digest = header_digest(text, parts);
   auto& attributes = parts.front().attributes;
   attributes[names::attribute_fabric] = text;

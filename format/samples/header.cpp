@@ -118,7 +118,7 @@ SamplesHeader header_from(const json& text) {
 
 const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 
-std::string text_of(const SamplesHeader& header) {
+std::string samples_header_to_json(const SamplesHeader& header) {
   json pairs = json::object();
   for (const PairKind kind : all_pair_kinds) {
     json list = json::array();
@@ -149,7 +149,7 @@ std::string text_of(const SamplesHeader& header) {
   return text.dump();
 }
 
-Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file) {
+Result<SamplesHeader> samples_header_from_json(const std::string& text, const std::string& file) {
   const json members = parse_json(text);
   if (!members.is_object())
     return fail(Code::samples_malformed, file, names::attribute_samples, "is not a JSON object");

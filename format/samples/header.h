@@ -35,7 +35,7 @@ struct SamplesHeader : FabricInfo {
 
 /// The header as the file's attribute has it, and back; `file` is for messages. Refuses (samples_malformed)
 /// what is not as spec/samples.md has it.
-std::string text_of(const SamplesHeader& header);
-Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file);
+std::string samples_header_to_json(const SamplesHeader& header);
+Result<SamplesHeader> samples_header_from_json(const std::string& text, const std::string& file);
 
 }  // namespace selvedge

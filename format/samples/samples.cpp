@@ -89,7 +89,7 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
     parts.push_back(scanline_part(names::part_slabs, header.width * header.slabs->columns,
                                   header.height * header.slabs->rows, slab_channels(*header.slabs)));
   }
-  parts.front().attributes[names::attribute_samples] = text_of(header);
+  parts.front().attributes[names::attribute_samples] = samples_header_to_json(header);
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
   return SamplesWriter(std::move(*writer), header);
@@ -230,7 +230,7 @@ Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
   if (text == nullptr) {
     return malformed(path, names::attribute_samples, "attribute is missing: not a samples file");
   }
-  auto header = samples_header_of(*text, path);
+  auto header = samples_header_from_json(*text, path);
   if (!header) return tl::unexpected(header.error());
   return SamplesReader(std::move(*reader), std::move(*header));
 }
