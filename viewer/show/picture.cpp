@@ -132,7 +132,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
     renderer_.reset();
     std::vector<FabricLevel>& levels = fabrics_[i].levels;
     levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
-    fabrics_[i].whole = part_of(readers_[i].header(), first, last).whole;
+    fabrics_[i].whole = partial_fabric(readers_[i].header(), first, last).whole;
     more = true;
   }
   return more ? load(state) : Result<void>();
