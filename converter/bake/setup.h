@@ -26,8 +26,8 @@ Result<void> check_options(const BakeOptions& options, const std::string& name);
 /// XXH3-128 of all members of the mesh that light depends on.
 std::string digest_of(const CellMesh& mesh);
 
-/// The header without the noise, which is known only after the bake.
-SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& options, double plane_mm,
-                        double thickness_mm, const std::string& provenance);
+/// The header without the noise, which is known only after the bake. `plane_mm`, `thickness_mm`: mm.
+SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& options, double plane_mm,
+                             double thickness_mm, const std::string& provenance);
 
 }  // namespace selvedge

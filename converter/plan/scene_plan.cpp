@@ -117,7 +117,7 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     entry.texels = whole_texels(header);
     entry.whole_levels = whole_levels(header);
     entry.levels = levels_asked(in_texels[index], options.levels, entry.whole_levels);
-    entry.demand = {in_mm[index].least, in_mm[index].most, static_cast<double>(options.levels.bias)};
+    entry.demand = {in_mm[index].min_size, in_mm[index].max_size, static_cast<double>(options.levels.bias)};
     entry.seen = in_texels[index].fronts || in_texels[index].backs;
     entry.fronts = in_texels[index].fronts;
     entry.backs = in_texels[index].backs;
