@@ -27,7 +27,7 @@ void check_pictures(const GltfDocument& document, IssueSink& issues) {
   const Json& images = array_of(document.json, "images");
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
     if (!images[i].contains("uri") && !images[i].contains("bufferView")) continue;  // an extension has it
-    const auto bytes = read_image(document, i, max_picture_bytes);
+    const auto bytes = read_image_bytes(document, i, max_picture_bytes);
     if (!bytes) issues.add(Code::image_unreadable, fmt::format("/images/{}", i), bytes.error().message);
   }
 }
@@ -48,7 +48,7 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   Scene read = read_everything(*document, issues);
   if (!issues.has_error()) check_views(*document, issues);  // else it would repeat the same faults
   check_pictures(*document, issues);
-  check_fabrics(*document, read, issues);
+  check_fabric_extension(*document, read, issues);
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);
   return issues.take();
 }

@@ -24,6 +24,6 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
 
 /// The rules of SELVEDGE_materials_fabric, and the fabrics themselves. `scene` is the document as
 /// read_everything reads it.
-void check_fabrics(const GltfDocument& document, const Scene& scene, IssueSink& issues);
+void check_fabric_extension(const GltfDocument& document, const Scene& scene, IssueSink& issues);
 
 }  // namespace selvedge

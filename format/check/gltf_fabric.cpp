@@ -99,7 +99,7 @@ class FabricCheck {
   Entry check_entry(int number) {
     const Json& json = entry(number);
     const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
-    const Result<SceneFabric> fabric = read_fabric(document_, number);
+    const Result<SceneFabric> fabric = read_fabric_entry(document_, number);
     if (!json.is_object()) return {};
     if (member(json, mime_type) != fabric_mime_type)
       wrong(place + "/" + mime_type, fmt::format("has to be \"{}\"", fabric_mime_type));
@@ -292,7 +292,7 @@ class FabricCheck {
 
 }  // namespace
 
-void check_fabrics(const GltfDocument& document, const Scene& scene, IssueSink& issues) {
+void check_fabric_extension(const GltfDocument& document, const Scene& scene, IssueSink& issues) {
   FabricCheck(document, scene, issues).check();
 }
 

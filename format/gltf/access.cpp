@@ -227,7 +227,8 @@ Bytes GltfReader::elements(int accessor, const std::string& place) {
   }
   const Json& sparse = member(json, "sparse");
   if (!fault && !sparse.is_null()) apply_sparse(sparse, shape, where + "/sparse", elements);
-  return fault ? Bytes() : elements;
+  if (fault) return {};
+  return elements;
 }
 
 std::vector<double> GltfReader::numbers(int accessor, const std::string& place) {

@@ -70,7 +70,7 @@ class GltfReader {
   /// Sets `fault` unless there is one.
   void fail(Code code, std::string place, std::string message);
 
-  /// The value of a result; an empty one if there is a fault in it, which then is the reader's.
+  /// The value of a result; if it holds an error, that becomes the fault, and the value is empty.
   template <class T>
   T take(Result<T> result) {
     if (!result) fail(result.error().code, result.error().place, result.error().message);
@@ -87,24 +87,26 @@ class GltfReader {
   /// entry_of; GLTF_ACCESSOR if there is none.
   const Json& entry(const char* array, int index, const std::string& place);
 
-  /// A buffer view, checked against the declared size of its buffer.
+  /// A buffer view; GLTF_ACCESSOR if it reaches beyond the declared size of its buffer.
   const Json& view(int index, const std::string& place);
 
-  /// The bytes of a buffer view.
+  /// The bytes of a buffer view; GLTF_ACCESSOR if the buffer does not have them.
   std::span<const std::uint8_t> bytes(int view, const std::string& place);
 
+  /// GLTF_MALFORMED for a wrong count, type or componentType.
   AccessorShape accessor_shape(int accessor, const std::string& place);
 
   /// Elements without gaps, in the component type of the accessor, sparse values applied: the form in which
   /// vertices are copied. Nothing is allocated before elements and replacements are known to lie within their
-  /// views; an accessor without a view has at most `unbacked_elements`.
+  /// views (else GLTF_ACCESSOR); an accessor without a view has at most `unbacked_elements` (FILE_TOO_LARGE).
   Bytes elements(int accessor, const std::string& place);
 
   /// All elements as numbers, accessor_shape().components each: sparse values applied, normalised integers
-  /// mapped as glTF 2.0 section 3.11 says, plain integers unchanged. Vectors, and 4 x 4 matrices of floats.
+  /// mapped as glTF 2.0 section 3.11 says, plain integers unchanged. Vectors, and 4 x 4 matrices of floats;
+  /// GLTF_MALFORMED for other matrices.
   std::vector<double> numbers(int accessor, const std::string& place);
 
-  /// All elements of an unsigned integer SCALAR accessor.
+  /// All elements of an unsigned integer SCALAR accessor; GLTF_MALFORMED for other types.
   std::vector<std::uint32_t> indices(int accessor, const std::string& place);
 
   /// The elements of the accessor that the member `semantic` of `attributes` names, as vectors; empty without

@@ -71,7 +71,7 @@ Json texture_info(int number, int set, const UvTransform& transform) {
 
 int fabric_count(const GltfDocument& document) { return static_cast<int>(entries_of(document).size()); }
 
-Result<SceneFabric> read_fabric(const GltfDocument& document, int number) {
+Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int number) {
   GltfReader reader(document);
   const Json& entry = entries_of(document)[number];
   const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
@@ -96,14 +96,12 @@ Result<SceneFabric> read_fabric(const GltfDocument& document, int number) {
   return reader.result(std::move(read));
 }
 
-Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document) {
+Result<std::vector<SceneFabric>> read_fabric_entries(const GltfDocument& document) {
+  GltfReader reader(document);
   std::vector<SceneFabric> read;
-  for (int i = 0; i < fabric_count(document); ++i) {
-    Result<SceneFabric> one = read_fabric(document, i);
-    if (!one) return tl::unexpected<Error>(std::move(one.error()));
-    read.push_back(std::move(*one));
-  }
-  return read;
+  for (int i = 0; i < fabric_count(document); ++i)
+    read.push_back(reader.take(read_fabric_entry(document, i)));
+  return reader.result(std::move(read));
 }
 
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
@@ -111,9 +109,9 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
   GltfReader reader(document);
   const std::string place = fmt::format("/materials/{}/extensions/{}", material, fabric_extension);
   const Json& json = reader.entry("materials", material, place);
-  const Json& info = member(member(member(json, "extensions"), fabric_extension), fabric);
-  if (member(member(json, "extensions"), fabric_extension).is_null())
-    return reader.result(std::optional<FabricReference>());
+  const Json& extension = member(member(json, "extensions"), fabric_extension);
+  if (extension.is_null()) return reader.result(std::optional<FabricReference>());
+  const Json& info = member(extension, fabric);
   FabricReference reference;
   reference.fabric = index_of(member(info, index));
   reference.tex_coord = std::max(0, index_of(member(info, tex_coord)));
@@ -132,7 +130,7 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
 }
 
 Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
-  const Result<std::vector<SceneFabric>> present = read_fabrics(document);
+  const Result<std::vector<SceneFabric>> present = read_fabric_entries(document);
   if (!present) return tl::unexpected<Error>(present.error());
   for (std::size_t i = 0; i < present->size(); ++i) {
     const std::string address = string_of(member(entries_of(document)[i], uri));

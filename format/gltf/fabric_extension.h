@@ -23,10 +23,10 @@ int fabric_count(const GltfDocument& document);
 
 /// An entry of the root array: the path of an external fabric, whether or not the file exists, or the bytes
 /// of an embedded one. GLTF_EXTENSION for a malformed entry.
-Result<SceneFabric> read_fabric(const GltfDocument& document, int index);
+Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int index);
 
 /// All of them in their order.
-Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document);
+Result<std::vector<SceneFabric>> read_fabric_entries(const GltfDocument& document);
 
 /// The material's reference; nothing if it has none. GLTF_EXTENSION for an index beyond `fabrics` and for a
 /// transform with a fault.

@@ -96,7 +96,7 @@ class Reader {
     const auto known = images_.find(index);
     if (known != images_.end()) return known->second;
     int result = -1;
-    if (auto bytes = read_image(document_, index, image_bytes_)) {
+    if (auto bytes = read_image_bytes(document_, index, image_bytes_)) {
       const Json& json = document_.json["images"][index];
       SceneImage image{string_of(member(json, "name")), string_of(member(json, "mimeType")), {}};
       const std::string uri = string_of(member(json, "uri"));
@@ -124,7 +124,7 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, Sce
                     IssueSink& issues) {
   const int fabrics = fabric_count(document);
   for (int i = 0; i < fabrics; ++i) {
-    Result<SceneFabric> fabric = read_fabric(document, i);
+    Result<SceneFabric> fabric = read_fabric_entry(document, i);
     if (!fabric) issues.add(fabric.error());
     scene.fabrics.push_back(fabric ? std::move(*fabric) : SceneFabric());
   }

@@ -15,10 +15,8 @@ namespace selvedge {
 namespace {
 
 std::string name_of(const Json& json, const Json& node) {
-  for (const Json* named : {&json, &node}) {
-    if (std::string name = string_of(member(*named, "name")); !name.empty()) return name;
-  }
-  return "";
+  const std::string name = string_of(member(json, "name"));
+  return name.empty() ? string_of(member(node, "name")) : name;
 }
 
 V3d row(const M44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }

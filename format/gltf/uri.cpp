@@ -80,7 +80,7 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
     if (!uri.substr(0, comma).ends_with(";base64")) return {text.begin(), text.end()};
     std::optional<Bytes> bytes = base64_decoded(text);
     if (!bytes) reader.fail(Code::gltf_malformed, place, "a data URI with broken base64");
-    return bytes.value_or(Bytes());
+    return std::move(bytes).value_or(Bytes());
   }
   const std::string path = reader.take(resolve_uri(reader.document, uri, place));
   if (!reader.document.external_files)
@@ -92,7 +92,7 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
   return {};
 }
 
-Result<Bytes> read_image(const GltfDocument& document, int image, std::uint64_t limit) {
+Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit) {
   GltfReader reader(document);
   const std::string place = fmt::format("/images/{}", image);
   const Json& json = reader.entry("images", image, place);

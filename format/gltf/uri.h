@@ -18,7 +18,7 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
                std::uint64_t limit = max_uri_bytes);
 
 /// The encoded bytes of an entry of "images", from its URI or its buffer view.
-Result<Bytes> read_image(const GltfDocument& document, int image, std::uint64_t limit = max_uri_bytes);
+Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit = max_uri_bytes);
 
 /// The path of the file that a relative URI names: percent-decoded and resolved against the document's
 /// folder. GLTF_UNSUPPORTED for data URIs and for schemes such as http.
