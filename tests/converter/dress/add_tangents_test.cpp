@@ -121,14 +121,14 @@ TEST_CASE("tangents: duplicated vertices take every attribute and morph target a
     CAPTURE(semantic);
     CHECK(document->json["accessors"][accessor.get<std::size_t>()]["count"] == 8);
   }
-  const auto moved = read_numbers(*document, index_of(json["targets"][0]["POSITION"]), "");
-  REQUIRE(moved);
-  CHECK((*moved)[18] == 3);  // the copy of vertex 1
-  CHECK((*moved)[21] == 6);  // and of vertex 2
-  const auto ids = read_numbers(*document, index_of(json["attributes"]["_ID"]), "");
-  REQUIRE(ids);
-  CHECK((*ids)[6] == 1);
-  CHECK((*ids)[7] == 2);
+  GltfReader reader(*document);
+  const auto moved = reader.numbers(index_of(json["targets"][0]["POSITION"]), "");
+  const auto ids = reader.numbers(index_of(json["attributes"]["_ID"]), "");
+  REQUIRE_FALSE(reader.fault);
+  CHECK(moved[18] == 3);  // the copy of vertex 1
+  CHECK(moved[21] == 6);  // and of vertex 2
+  CHECK(ids[6] == 1);
+  CHECK(ids[7] == 2);
   CHECK(read_scene(*document)->primitives[0].tangents.size() == 8);
 }
 

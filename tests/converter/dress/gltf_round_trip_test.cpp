@@ -72,7 +72,7 @@ TEST_CASE("tinygltf keeps extension, embedded fabric, transforms and mirror") {
         CHECK(nlohmann::json::parse(after->json[at].dump()) ==
               nlohmann::json::parse(before->json[at].dump()));
       }
-      const auto fabrics = read_fabrics(*after);
+      const auto fabrics = read_fabric_entries(*after);
       REQUIRE(fabrics);
       REQUIRE(fabrics->size() == 1);
       if (embed) {

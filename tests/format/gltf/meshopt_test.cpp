@@ -70,10 +70,11 @@ struct Compressed {
 
 template <class T>
 std::vector<T> values_of(const GltfDocument& document, int view) {
-  const auto bytes = bytes_of_view(document, view, "");
-  REQUIRE(bytes.has_value());
-  std::vector<T> values(bytes->size() / sizeof(T));
-  std::memcpy(values.data(), bytes->data(), bytes->size());
+  GltfReader reader(document);
+  const auto bytes = reader.bytes(view, "");
+  REQUIRE_FALSE(reader.fault);
+  std::vector<T> values(bytes.size() / sizeof(T));
+  std::memcpy(values.data(), bytes.data(), bytes.size());
   return values;
 }
 

@@ -1,4 +1,4 @@
-#include "format/gltf/draco_header.h"
+#include "format/gltf/draco.h"
 
 #include <doctest/doctest.h>
 #include <draco/compression/decode.h>
@@ -102,7 +102,7 @@ TEST_CASE("draco header: files of all bitstream versions of the field say what t
 }
 
 TEST_CASE("draco header: a mesh that claims more than its bytes can hold is refused before it is decoded") {
-  const test::Folder folder("draco_header_test");
+  const test::Folder folder("draco_test");
   for (const bool edgebreaker : {true, false}) {
     std::string bytes = strip(40, edgebreaker);
     test::put(folder / "case.glb", glb_of(bytes, 40));
