@@ -78,18 +78,18 @@ void declare(Options& options, TradeCommand& command) {
       .number("--truth-samples", command.truth_samples, "N",
               "Rays a pixel of the true pictures, a multiple of 4")
       .in(4, 1 << 20);
-  options.number("--held-out-pairs", command.held_out_pairs, "N", "Pairs of directions to measure errors by")
+  options.number("--held-out-pairs", command.held_out.pairs, "N", "Pairs of directions to measure errors by")
       .in(1, 65536);
   options
-      .number("--held-out-samples", command.held_out_samples, "N", "Rays per texel and pair, an even number")
+      .number("--held-out-samples", command.held_out.samples, "N", "Rays per texel and pair, an even number")
       .in(2, 1 << 20);
   options.size("--size", command.size, "Of the pictures", 22, 2048);
   options.flag("--keep-samples", command.keep_samples, "Keep the points' samples: large");
   options.check([&command] {
     if (command.truth_samples % 4 != 0)
       refuse("--truth-samples", fmt::format("{} is no multiple of 4", command.truth_samples));
-    if (command.held_out_samples % 2 != 0)
-      refuse("--held-out-samples", fmt::format("{} is no multiple of 2", command.held_out_samples));
+    if (command.held_out.samples % 2 != 0)
+      refuse("--held-out-samples", fmt::format("{} is no multiple of 2", command.held_out.samples));
     if (command.output == "-") refuse("--output", "is a folder");
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
   });
