@@ -134,6 +134,7 @@ class FrameSweep {
       return fail(Code::file_missing, folder_.record(), "points",
                   "none of them has been made: `selvedge trade` does that");
     trade_["frames"] = std::move(frames);
+    trade_["framePresets"] = Json::object();
     for (std::size_t i = 0; i < frame_quality_names.size(); ++i)
       trade_["framePresets"][std::string(frame_quality_names[i])] =
           Work{text_at(points[0], "name"), quality_setting(i), true, 0}.name();

@@ -53,7 +53,7 @@ Result<PairSamples> bake_pairs(const MakeCommand& command, const CellMesh& mesh)
   if (!file) return tl::unexpected(file.error());
   BakeOptions base = command.options.bake;
   base.resumable = false;
-  auto pairs = bake_held_out(mesh, command.input, HeldOutOptions(), base, file->temporary());
+  auto pairs = ensure_held_out(mesh, command.input, HeldOutOptions(), base, file->temporary());
   if (!pairs) return tl::unexpected(naming_output(pairs.error(), *file, command.output));
   return pairs;
 }

@@ -68,7 +68,7 @@ class Sweep {
     for (const MakeOptions& point : points_) texels = std::max(texels, point.bake.width);
     if (auto ok = claim(cell->mesh, texels); !ok) return ok;
     // Those that an earlier run could not make.
-    leave_out([&](const MakeOptions& point) { return text_at(records_[name_of(point)], "leftOut"); });
+    leave_out([&](const MakeOptions& point) { return text_at(known(point), "leftOut"); });
     if (points_.empty()) return nothing_to_make();
     if (auto ok = find_truth(cell->mesh, texels); !ok) return ok;
     if (auto ok = measure(); !ok) return ok;
@@ -116,11 +116,11 @@ class Sweep {
       auto there = read_trade(folder_);
       if (!there) return tl::unexpected(there.error());
       trade_ = std::move(*there);
-      const Json known = object_at(trade_, "identity");
-      if (known.empty())
+      const Json begun_as = object_at(trade_, "identity");
+      if (begun_as.empty())
         return fail(Code::file_damaged, folder_.record(), "", "is not the record of a sweep");
       for (const auto& [name, value] : identity.items()) {
-        if (known.value(name, Json()) != value)
+        if (begun_as.value(name, Json()) != value)
           return fail(Code::option_out_of_range, folder_.record(), name,
                       "is another than that of the sweep in this folder: take a new one");
       }
@@ -138,10 +138,11 @@ class Sweep {
                  {"trade", 1},
                  {"identity", identity},
                  {"periodMm", {mesh.period.x, mesh.period.y}},
-                 {"truth", object_at(trade_, "truth")}};
-    for (const char* kept : {"bakes", "frames", "usualFrames", "framePresets"}) {
-      if (trade_.contains(kept)) head[kept] = trade_[kept];
-    }
+                 {"truth", object_at(trade_, "truth")},
+                 {"bakes", object_at(trade_, "bakes")},
+                 {"frames", array_at(trade_, "frames")},
+                 {"usualFrames", array_at(trade_, "usualFrames")},
+                 {"framePresets", object_at(trade_, "framePresets")}};
     trade_ = std::move(head);
     // Before anything is made: the files in the folder belong to this sweep from now on.
     return save();
@@ -153,7 +154,7 @@ class Sweep {
     trade_["points"] = trade_["others"] = Json::array();
     Json others = records_;
     for (const MakeOptions& point : points_) {
-      if (const Json record = object_at(others, name_of(point).c_str()); !record.empty()) {
+      if (const Json record = known(point); !record.empty()) {
         trade_["points"].push_back(record);
         others.erase(name_of(point));
       }
@@ -167,10 +168,10 @@ class Sweep {
   /// The true picture from one place, from its file if it is there; its noise goes into the record.
   Result<Frame> true_picture(const CellMesh& mesh, SwatchView view) {
     const std::string path = folder_.truth(name_of(view));
-    Json& known = trade_["truth"][std::string(name_of(view))];
+    Json& noise = trade_["truth"][std::string(name_of(view))];
     // A picture without noise has infinitely many decibels, which JSON has as null.
-    const bool has_noise = known.is_object() && known.contains("noisePsnr") &&
-                           (known["noisePsnr"].is_number() || known["noisePsnr"].is_null());
+    const bool has_noise = noise.is_object() && noise.contains("noisePsnr") &&
+                           (noise["noisePsnr"].is_number() || noise["noisePsnr"].is_null());
     if (const auto image = has_noise ? read_image(path + ".exr", Transfer::keep) : Image();
         image && image->width == command_.size.x && image->height == command_.size.y)
       return to_frame(*image);
@@ -189,7 +190,7 @@ class Sweep {
     for (std::size_t i = 0; i < frame.pixels.size(); ++i)
       frame.pixels[i] = (frame.pixels[i] + b->frame.pixels[i]) * 0.5F;
     // Two pictures of variance s^2 differ by 2 s^2; their mean has s^2 / 2.
-    known = {{"noisePsnr", psnr_of(between->mean_square / 4)}};
+    noise = {{"noisePsnr", psnr_of(between->mean_square / 4)}};
     if (auto ok = write_exr(path + ".exr", to_linear_image(frame)); !ok) return tl::unexpected(ok.error());
     if (auto ok = write_png(path + ".png", to_display_image(frame, default_display())); !ok)
       return tl::unexpected(ok.error());
@@ -206,16 +207,12 @@ class Sweep {
       pictures_.push_back(std::move(*picture));
     }
     progress_.note("the held-out pairs");
-    const std::string path = folder_.truth("held-out.samples.exr");
-    const HeldOutOptions options{texels, command_.held_out.pairs, command_.held_out.samples};
+    HeldOutOptions options = command_.held_out;
+    options.texels = texels;
     BakeOptions base;
     base.seed = command_.common.seed;
-    auto pairs = read_held_out(path, options);
-    if (!pairs) {
-      auto baked = bake_held_out(mesh, command_.input, options, base, path);
-      if (!baked) return tl::unexpected(baked.error());
-      pairs = std::move(*baked);
-    }
+    auto pairs = ensure_held_out(mesh, command_.input, options, base, folder_.truth("held-out.samples.exr"));
+    if (!pairs) return tl::unexpected(pairs.error());
     held_out_ = std::move(*pairs);
     trade_["peak"] = peak_of(held_out_);
     if (auto ok = write_png(folder_.picture(trade_truth_picture), thumbnail_of(pictures_)); !ok) return ok;
@@ -226,13 +223,15 @@ class Sweep {
     return fmt::format("{}/bakes/{}.samples.exr", folder_.path, bake_name_of(point));
   }
 
+  /// The point's record, or an empty object.
+  Json known(const MakeOptions& point) const { return object_at(records_, name_of(point).c_str()); }
+
   /// Whether the point's fabric and a record of it are there and whole; else it is measured again.
-  bool is_measured(const MakeOptions& point) {
-    const std::string name = name_of(point);
-    const std::string fabric = folder_.fabric(name);
-    return is_whole(records_[name], TradeKind::point) &&
-           number_at(records_[name], "/bytes") == static_cast<double>(size_of_file(fabric)) &&
-           read_fabric(fabric);
+  bool is_measured(const MakeOptions& point) const {
+    const std::string fabric = folder_.fabric(name_of(point));
+    const Json record = known(point);
+    return is_whole(record, TradeKind::point) &&
+           number_at(record, "/bytes") == static_cast<double>(size_of_file(fabric)) && read_fabric(fabric);
   }
 
   Result<void> measure() {
@@ -250,7 +249,10 @@ class Sweep {
       if (record) {
         ++measured_;
         records_[name] = *record;
-        report_point(*record, i + 1, left.size());
+        if (!command_.common.quiet && !command_.common.json)
+          fmt::print(stderr, "{}/{} {}: {:.2f} dB, SSIM {:.4f}, {:.0f} bytes, {:.2f} s\n", i + 1, left.size(),
+                     name, number_at(*record, trade_psnr), number_at(*record, "/pictures/all/ssim"),
+                     number_at(*record, "/bytes"), number_at(*record, "/seconds/make"));
       } else {
         // One that cannot be made does not end the sweep.
         const std::string why = record.error().message;
@@ -277,24 +279,24 @@ class Sweep {
 
   /// The samples of the point in their file; the seconds that it took when they were baked.
   Result<Seconds> ensure_samples(const MakeOptions& point) {
-    Json& known = trade_["bakes"][bake_name_of(point)];
+    Json& time = trade_["bakes"][bake_name_of(point)];
     BakeCommand bake;
     bake.output = samples_of(point);
     std::error_code none;
-    if (const Seconds there{number_at(known, "/seconds"), number_at(known, "/processorSeconds")};
+    if (const Seconds there{number_at(time, "/seconds"), number_at(time, "/processorSeconds")};
         std::filesystem::exists(bake.output, none) && there.wall > 0 && there.processor > 0)
       return there;
     bake.input = command_.input;
     bake.cell = command_.cell;
     bake.bake = point.bake;
     bake.bake.seed = command_.common.seed;
-    bake.bake.resumable = false;  // else a part may have been made in another run, whose time is not known
+    bake.bake.resumable = false;  // else a part may have been made in another run, whose time is not time
     bake.texels_given = true;
     auto seconds = timed(command_.repeats, [&] {
       return bake_cell(bake, silent_).map([](const BakeReport& report) { return report.seconds; });
     });
     if (!seconds) return seconds;
-    known = {{"seconds", seconds->wall}, {"processorSeconds", seconds->processor}};
+    time = {{"seconds", seconds->wall}, {"processorSeconds", seconds->processor}};
     return save().map([&] { return *seconds; });
   }
 
@@ -360,14 +362,6 @@ class Sweep {
         {"loadMs", 1000 * loaded->wall},
         {"heldOut", *held_out},
         {"pictures", *pictures}};
-  }
-
-  void report_point(const Json& record, std::size_t done, std::size_t all) const {
-    if (command_.common.quiet || command_.common.json) return;
-    fmt::print(stderr, "{}/{} {}: {:.2f} dB, SSIM {:.4f}, {:.0f} bytes, {:.2f} s\n", done, all,
-               text_at(record, "name"), number_at(record, trade_psnr),
-               number_at(record, "/pictures/all/ssim"), number_at(record, "/bytes"),
-               number_at(record, "/seconds/make"));
   }
 
   const TradeCommand& command_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <nlohmann/json.hpp>
 
 #include "format/base/json_text.h"
@@ -172,10 +173,8 @@ Result<void> check_points(const std::vector<MakeOptions>& points, const std::str
   for (const MakeOptions& point : points) largest = std::max(largest, point.bake.width);
   for (const MakeOptions& point : points) {
     const int texels = point.bake.width;
-    int size = largest;
-    while (size > texels && size % 2 == 0) size /= 2;
     // The finest size has the held-out pairs, which are pooled for the others.
-    if (size != texels)
+    if (largest % texels != 0 || !std::has_single_bit(static_cast<unsigned>(largest / texels)))
       return refusal(
           file, "",
           fmt::format("texels of the point {}: {} is not {} halved", name_of(point), texels, largest));
