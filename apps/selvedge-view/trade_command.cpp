@@ -113,7 +113,7 @@ class FrameSweep {
   Result<void> list_work() {
     const Json known = trade_frames(trade_);
     Json frames = Json::array();
-    const Json& points = trade_["points"];
+    const Json points = trade_["points"];
     for (const Json& point : points) {
       Work work{text_at(point, "name"), {}, &point == &points.front(), 0};
       const auto reader = FabricReader::open(folder_.fabric(work.point));
@@ -134,6 +134,7 @@ class FrameSweep {
       return fail(Code::file_missing, folder_.record(), "points",
                   "none of them has been made: `selvedge trade` does that");
     trade_["frames"] = std::move(frames);
+    trade_["usualFrames"] = Json::array();
     trade_["framePresets"] = Json::object();
     for (std::size_t i = 0; i < frame_quality_names.size(); ++i)
       trade_["framePresets"][std::string(frame_quality_names[i])] =

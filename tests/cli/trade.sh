@@ -72,6 +72,11 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   holds 'r.frames.filter(f => f.usual).every(f =>
     Math.abs(f.pictures.all.psnr - r.points.find(p => p.name === f.fabric).pictures.all.psnr) < 0.05)' sweep/trade.json
   [ "$(grep -c '<svg xmlns' sweep/index.html)" = 6 ]
+  # Nothing is measured twice, and nothing stands there twice.
+  cp sweep/trade.json before.json
+  exits 0 selvedge-view trade sweep --repeats 1 --size 32x24 --json
+  holds 'r.measured === 0'
+  same sweep/trade.json before.json
   # Beside each picture the truth, which is in the page once.
   [ "$(grep -c '<use href="#truth"/>' sweep/index.html)" = "$(grep -c '<img alt=' sweep/index.html)" ]
   holds 'r.frames.length === 32 && require("fs").readFileSync("sweep/trade.csv", "utf8").split("\n").length === 1 + 3 + 32 + 1' \
