@@ -10,6 +10,7 @@
 #include "fitter/training_pairs.h"
 #include "format/quality/compare.h"
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -54,12 +55,10 @@ TEST_CASE("plot: three tiles a pair, and the numbers are those of compare") {
   const Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
   const PairSamples held_out = random_truth(20, 1);
   const PairSamples training = random_truth(30, 2);
-  const auto drawing = plot(fabric, held_out, training, names);
-  REQUIRE_MESSAGE(drawing, to_line(drawing.error()));
-  const auto svg = svg_of(*drawing);
-  REQUIRE(svg);
+  const auto drawing = test::need(plot(fabric, held_out, training, names));
+  const auto svg = test::need(svg_of(drawing));
   OIIO::pugi::xml_document document;
-  REQUIRE(document.load_string(svg->c_str()));
+  REQUIRE(document.load_string(svg.c_str()));
   std::vector<std::string> pictures;
   std::multiset<std::string> texts;
   for (const auto& node : document.child("svg").children()) {
@@ -92,24 +91,21 @@ TEST_CASE("plot: the PNG has the SVG's size, its tiles the truth's colours, and 
   PairSamples held_out = random_truth(1, 1);
   // Half of the texels at the peak, half at a quarter of it.
   for (std::size_t t = 0; t < 16; ++t) held_out.radiance[t] = V3f(t % 4 < 2 ? 0.5F : 0.125F);
-  const auto drawing = plot(fabric, held_out, random_truth(4, 2), names);
-  REQUIRE(drawing);
-  const auto png = png_of(*drawing);
-  REQUIRE_MESSAGE(png, to_line(png.error()));
-  CHECK(*png == *png_of(*plot(fabric, held_out, random_truth(4, 2), names)));
-  const auto image = decode_image(*png, "plot", Transfer::keep);
-  REQUIRE(image);
-  CHECK(image->width == drawing->width);
-  CHECK(image->height == drawing->height);
-  const auto first = std::find_if(drawing->shapes.begin(), drawing->shapes.end(), [](const Drawn& shape) {
+  const auto drawing = test::need(plot(fabric, held_out, random_truth(4, 2), names));
+  const auto png = test::need(png_of(drawing));
+  CHECK(png == *png_of(*plot(fabric, held_out, random_truth(4, 2), names)));
+  const auto image = test::need(decode_image(png, "plot", Transfer::keep));
+  CHECK(image.width == drawing.width);
+  CHECK(image.height == drawing.height);
+  const auto first = std::find_if(drawing.shapes.begin(), drawing.shapes.end(), [](const Drawn& shape) {
     return std::holds_alternative<DrawnPicture>(shape);
   });
-  REQUIRE(first != drawing->shapes.end());
+  REQUIRE(first != drawing.shapes.end());
   const DrawnPicture& truth = std::get<DrawnPicture>(*first);
   const auto red_at = [&](double u, double v) {
     const auto x = static_cast<std::size_t>(truth.corner.x + u * truth.image.width);
     const auto y = static_cast<std::size_t>(truth.corner.y + v * truth.image.height);
-    return image->pixels[4 * (y * static_cast<std::size_t>(image->width) + x)];
+    return image.pixels[4 * (y * static_cast<std::size_t>(image.width) + x)];
   };
   CHECK(red_at(0.3, 0.7) == 1);
   CHECK(red_at(0.8, 0.2) == doctest::Approx(linear_to_srgb(0.25F)).epsilon(0.005));
@@ -119,21 +115,18 @@ TEST_CASE("plot: a cell of any shape gives a page that can be drawn") {
   for (const V2f& period : {V2f(1, 1e5F), V2f(1e5F, 1), V2f(1, 30)}) {
     Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
     fabric.period_mm = period;
-    const auto drawing = plot(fabric, random_truth(20, 1), random_truth(30, 2), names);
-    REQUIRE(drawing);
-    CHECK(drawing->height < 4000);
-    CHECK(svg_of(*drawing));
+    const auto drawing = test::need(plot(fabric, random_truth(20, 1), random_truth(30, 2), names));
+    CHECK(drawing.height < 4000);
+    CHECK(svg_of(drawing));
   }
 }
 
 TEST_CASE("plot: refuses samples without held-out pairs, and those of another cell") {
   const Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
-  const auto none = plot(fabric, PairSamples(), random_truth(4, 2), names);
-  REQUIRE_FALSE(none);
-  CHECK(none.error().code == Code::samples_malformed);
-  CHECK(none.error().file == "k.samples.exr");
-  const auto other =
-      plot(test::random_fabric(8, 4, {2, 2}, 1, 3), random_truth(2, 1), random_truth(4, 2), names);
-  REQUIRE_FALSE(other);
-  CHECK(other.error().code == Code::fabric_mismatch);
+  const Error error = test::error_of(plot(fabric, PairSamples(), random_truth(4, 2), names));
+  CHECK(error.code == Code::samples_malformed);
+  CHECK(error.file == "k.samples.exr");
+  CHECK(test::error_of(
+            plot(test::random_fabric(8, 4, {2, 2}, 1, 3), random_truth(2, 1), random_truth(4, 2), names))
+            .code == Code::fabric_mismatch);
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "apps/report/colour_map.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -24,11 +25,8 @@ Drawing on_white(int width, int height, std::vector<Drawn> shapes) {
 }
 
 Image drawn(const Drawing& drawing) {
-  const auto png = png_of(drawing);
-  REQUIRE_MESSAGE(png, to_line(png.error()));
-  const auto image = decode_image(*png, "drawing", Transfer::keep);
-  REQUIRE(image);
-  return *image;
+  const auto png = test::need(png_of(drawing));
+  return test::need(decode_image(png, "drawing", Transfer::keep));
 }
 
 float red_at(const Image& image, int x, int y) {
@@ -107,10 +105,9 @@ TEST_CASE("drawing: the SVG is XML that has every shape, and texts as they are")
                {DrawnText{{1, 2}, "a < b & \"c\" > 8°\x1b", 13, black, DrawnText::Anchor::end, true},
                 DrawnLine{{{1, 2}, {3, 4.125}}, 1.5, {1, 2, 255}}, DrawnDisc{{4, 5}, 6, black},
                 DrawnPicture{{7, 8}, one, "one <pixel>"}});
-  const auto svg = svg_of(drawing);
-  REQUIRE(svg);
+  const auto svg = test::need(svg_of(drawing));
   OIIO::pugi::xml_document document;
-  REQUIRE(document.load_string(svg->c_str()));
+  REQUIRE(document.load_string(svg.c_str()));
   const auto root = document.child("svg");
   CHECK(std::string(root.attribute("viewBox").value()) == "0 0 30 20");
   CHECK(std::string(root.child_value("title")) == "a drawing");
@@ -122,7 +119,7 @@ TEST_CASE("drawing: the SVG is XML that has every shape, and texts as they are")
   const auto picture = root.child("image");
   CHECK(std::string(picture.child_value("title")) == "one <pixel>");
   CHECK(std::string(picture.attribute("href").value()).starts_with("data:image/png;base64,iVBORw0KGgo"));
-  CHECK(*svg == *svg_of(drawing));
+  CHECK(svg == *svg_of(drawing));
 }
 
 TEST_CASE("drawing: colours of differences are as light on both sides, and lightness falls evenly") {

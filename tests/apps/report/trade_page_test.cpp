@@ -10,6 +10,7 @@
 #include "format/base/atomic_file.h"
 #include "format/quality/picture_error.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 namespace selvedge {
 namespace {
@@ -45,9 +46,8 @@ TEST_CASE("picture errors are those of what a display shows") {
   const float white = 1 / 3.14159265F;
   const Frame a{2, 1, {V4f(white, white, white, 1), V4f(0, 0, 0, 1)}};
   const Frame b{2, 1, {V4f(white, white, white, 1), V4f(9, 9, 9, 1)}};
-  const auto error = picture_error(a, b);
-  REQUIRE(error);
-  CHECK(error->mean_square == doctest::Approx(0.5).epsilon(1e-5));
+  const auto error = test::need(picture_error(a, b));
+  CHECK(error.mean_square == doctest::Approx(0.5).epsilon(1e-5));
   CHECK(psnr_of(0.01) == doctest::Approx(20));
   CHECK(psnr_of(0) == 200);
   CHECK_FALSE(picture_error(a, Frame{1, 2, a.pixels}));
@@ -119,12 +119,10 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
       {"presets", {{"standard", "good--usual"}}},
       {"frames", {"good--slow", "other--usual", "bad--usual", "good--usual", "good--missing"}}};
   REQUIRE(write_file(folder / "frames.json", list.dump()));
-  const auto written = write_trade_page(folder / ".");
-  REQUIRE_MESSAGE(written, to_line(written.error()));
+  test::need(write_trade_page(folder / "."));
 
-  const auto json = read_file(folder / "trade.json");
-  REQUIRE(json);
-  const Json all = Json::parse(*json);
+  const auto json = test::need(read_file(folder / "trade.json"));
+  const Json all = Json::parse(json);
   REQUIRE(all["points"].size() == 2);
   CHECK(all["points"][0]["name"] == "good");
   CHECK(all["points"][0]["front"]["bytes"] == true);
@@ -138,20 +136,18 @@ TEST_CASE("a page has the points of its sweep, the front marked, times per frame
   CHECK(all["presets"] == sweep["presets"]);
   CHECK(all["framePresets"] == list["presets"]);
 
-  const auto csv = read_file(folder / "trade.csv");
-  REQUIRE(csv);
-  CHECK(std::count(csv->begin(), csv->end(), '\n') == 4);  // a header, two fabrics, one setting of the viewer
-  CHECK(csv->find(",\"a, \"\"b\"\"\",8,") != std::string::npos);
+  const auto csv = test::need(read_file(folder / "trade.csv"));
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 4);  // a header, two fabrics, one setting of the viewer
+  CHECK(csv.find(",\"a, \"\"b\"\"\",8,") != std::string::npos);
 
-  const auto page = read_file(folder / "index.html");
-  REQUIRE(page);
-  CHECK(page->find("selvedge make &lt;stitch&gt;") != std::string::npos);
-  CHECK(page->find(">bytes, time to make, work of all cores, frame</td>") != std::string::npos);
-  CHECK(page->find("far 40.0 dB, grazing 42.0 dB, middle 41.0 dB, near none.") != std::string::npos);
-  CHECK(page->find("<polyline") != std::string::npos);
+  const auto page = test::need(read_file(folder / "index.html"));
+  CHECK(page.find("selvedge make &lt;stitch&gt;") != std::string::npos);
+  CHECK(page.find(">bytes, time to make, work of all cores, frame</td>") != std::string::npos);
+  CHECK(page.find("far 40.0 dB, grazing 42.0 dB, middle 41.0 dB, near none.") != std::string::npos);
+  CHECK(page.find("<polyline") != std::string::npos);
   // The name of SVG's language is no address that anything is loaded from.
   for (const char* loads : {"src=\"http", "href=\"http", "url(", "<script", "@import"})
-    CHECK(page->find(loads) == std::string::npos);
+    CHECK(page.find(loads) == std::string::npos);
 }
 
 /// A sweep of the point "a" with a record, and folders for what else there is.
@@ -169,10 +165,9 @@ TEST_CASE("a damaged record of a sweep or of its points is refused by its name")
     CAPTURE(text);
     const auto before = read_file(folder / file);
     REQUIRE(write_file(folder / file, text));
-    const auto written = write_trade_page(folder / ".");
-    REQUIRE_FALSE(written);
-    CHECK(written.error().code == Code::file_damaged);
-    CHECK(written.error().file == folder / ("./" + file));
+    const Error error = test::error_of(write_trade_page(folder / "."));
+    CHECK(error.code == Code::file_damaged);
+    CHECK(error.file == folder / ("./" + file));
     CHECK_FALSE(std::filesystem::exists(folder / "index.html"));
     REQUIRE(write_file(folder / file, *before));
   };
@@ -207,10 +202,9 @@ TEST_CASE("a figure that is none is damage, wherever it stands in the record of 
       Json point = record("a", 1000, 30);
       point[Json::json_pointer(member)] = Json::parse(wrong);
       REQUIRE(write_file(folder / "points/a.json", point.dump()));
-      const auto written = write_trade_page(folder / ".");
-      REQUIRE_FALSE(written);
-      CHECK(written.error().code == Code::file_damaged);
-      CHECK(written.error().file == folder / "./points/a.json");
+      const Error error = test::error_of(write_trade_page(folder / "."));
+      CHECK(error.code == Code::file_damaged);
+      CHECK(error.file == folder / "./points/a.json");
     }
   }
 }
@@ -226,11 +220,9 @@ TEST_CASE("members that no figure hangs on leave their cells empty where they ar
     Json sweep = sweep_record(Json::array({"a"}));
     for (const char* member : {"identity", "presets"}) sweep[member] = Json::parse(wrong);
     REQUIRE(write_file(folder / "sweep.json", sweep.dump()));
-    const auto written = write_trade_page(folder / ".");
-    REQUIRE_MESSAGE(written, to_line(written.error()));
-    const auto json = read_file(folder / "trade.json");
-    REQUIRE(json);
-    CHECK(Json::parse(*json)["points"][0]["pictures"]["all"]["psnr"] == 30);
+    test::need(write_trade_page(folder / "."));
+    const auto json = test::need(read_file(folder / "trade.json"));
+    CHECK(Json::parse(json)["points"][0]["pictures"]["all"]["psnr"] == 30);
   }
 }
 
@@ -240,11 +232,9 @@ TEST_CASE("what nothing asks for, and what is damaged of the viewer's, leaves th
   REQUIRE(write_file(folder / "points/junk.json", std::string("{")));
   REQUIRE(write_file(folder / "frames/junk.json", std::string("[]")));
   const auto frames_on_page = [&] {
-    const auto written = write_trade_page(folder / ".");
-    REQUIRE_MESSAGE(written, to_line(written.error()));
-    const auto json = read_file(folder / "trade.json");
-    REQUIRE(json);
-    const Json all = Json::parse(*json);
+    test::need(write_trade_page(folder / "."));
+    const auto json = test::need(read_file(folder / "trade.json"));
+    const Json all = Json::parse(json);
     CHECK(all["points"].size() == 1);
     return all["frames"].size();
   };
@@ -279,8 +269,7 @@ TEST_CASE("a name too long for a file is that of a point that is not there") {
   const test::Folder folder;
   write_small_sweep(folder);
   REQUIRE(write_file(folder / "sweep.json", sweep_record(Json::array({"a", std::string(300, 'b')})).dump()));
-  const auto written = write_trade_page(folder / ".");
-  REQUIRE_MESSAGE(written, to_line(written.error()));
+  test::need(write_trade_page(folder / "."));
 }
 
 }  // namespace
