@@ -43,7 +43,7 @@ TEST_CASE("tinygltf keeps extension, embedded fabric, transforms and mirror") {
         CHECK(Json::diff(before.json[at], after.json[at]).empty());
       }
       const auto fabrics = test::need(read_fabric_entries(after));
-      REQUIRE(fabrics->size() == 1);
+      REQUIRE(fabrics.size() == 1);
       if (embed) {
         const std::string whole = *read_file(folder / "net.exr");
         CHECK(std::equal(whole.begin(), whole.end(), fabrics[0].bytes.begin(), fabrics[0].bytes.end(),
