@@ -375,7 +375,7 @@ test_a_sweep_leaves_nothing_of_one_that_was_killed() {
   }
   begin &
   # Killed as soon as its bake has begun.
-  for _ in $(seq 300); do
+  for _ in $(seq 1200); do
     if [ -n "$(find sweep/bakes -name '*.journal*' 2>/dev/null)" ]; then break; fi
     sleep 0.05
   done
