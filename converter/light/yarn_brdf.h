@@ -1,12 +1,5 @@
-// The reflectance of yarn at one point of its surface: Lambert, and a highlight of its fibres.
-//
-//   f(l, v) = (1 - w) albedo / pi + w D(h) G(l, v) / (4 l.n v.n),   h = (l + v) / |l + v|
-//
-// D and G are those of Walter et al.'s GGX microfacets with Smith's height-correlated masking (Heitz 2014),
-// with the width r (the roughness) along the fibre and 1 across it. Across, that is a round fibre exactly:
-// the normals of a cylinder have the slope density (1 + s^2)^(-3/2) / 2, which is GGX's of width 1. The
-// facets reflect all light. f is symmetric in l and v; the gloss reflects at most 1 (light that facets block
-// is lost, not reflected twice), so f reflects at most (1 - w) albedo + w <= 1.
+// The reflectance of yarn (format/fabric/yarn_reflectance.h) at points that rays met, in packets, and as a
+// distribution that directions are drawn from.
 #pragma once
 
 #include <optional>

@@ -10,15 +10,9 @@
 
 #include "format/base/error.h"
 #include "format/base/vec.h"
+#include "format/fabric/yarns.h"
 
 namespace selvedge {
-
-/// The highlight of fibres, added to the diffuse light of a yarn.
-struct Gloss {
-  float weight = 0;  ///< share of the light that the fibres' surface reflects, in [0, 1]; 0: Lambert alone
-  float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
-  bool operator==(const Gloss&) const = default;
-};
 
 struct CellMesh {
   V2d period{1, 1};            ///< mm
@@ -28,6 +22,7 @@ struct CellMesh {
   std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (sign free); empty: nothing is glossy
   std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
+  YarnData yarns;              ///< that the surface is of, without its light; empty: not known
 };
 
 struct Box {

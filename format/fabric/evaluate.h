@@ -2,14 +2,9 @@
 #pragma once
 
 #include "format/fabric/fabric.h"
+#include "format/fabric/shading.h"
 
 namespace selvedge {
-
-/// What a texel sends towards the viewer. Not premultiplied: the picture shows alpha * radiance.
-struct Shading {
-  V3f radiance{0, 0, 0};  ///< 1/sr; radiance under unit perpendicular irradiance
-  float alpha = 0;        ///< opacity in [0, 1]
-};
 
 /// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame. With
 /// heights: the mean over one ray through the centre of every cell (slabs.h), alpha being the plain mean.

@@ -1,0 +1,47 @@
+// The reflectance of yarn at a point of its surface, as a template: Lambert, and the highlight of its fibres.
+//
+//   f(l, v) = (1 - w) albedo / pi + w D(h) G(l, v) / (4 l.n v.n),   h = (l + v) / |l + v|
+//
+// D and G are those of Walter et al.'s GGX microfacets with Smith's height-correlated masking (Heitz 2014),
+// with the width r (the roughness) along the fibre and 1 across it. Across, that is a round fibre exactly:
+// the normals of a cylinder have the slope density (1 + s^2)^(-3/2) / 2, which is GGX's of width 1. The
+// facets reflect all light. f is symmetric in l and v; the gloss reflects at most 1 (light that facets block
+// is lost, not reflected twice), so f reflects at most (1 - w) albedo + w <= 1.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// The highlight of fibres, added to the diffuse light of a yarn.
+struct Gloss {
+  float weight = 0;  ///< share of the light that the fibres' surface reflects, in [0, 1]; 0: Lambert alone
+  float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
+  bool operator==(const Gloss&) const = default;
+};
+
+/// Sharper highlights than this are drawn this wide: single precision has no finer directions.
+inline constexpr double min_gloss_width = 0.01;
+
+/// Smith's Lambda for widths (r, 1). `d`: in the frame (fibre, across, normal), d.z > 0.
+template <class T>
+T smith_lambda(const Imath::Vec3<T>& d, T r) {
+  return (std::sqrt(1 + (r * r * d.x * d.x + d.y * d.y) / (d.z * d.z)) - 1) / 2;
+}
+
+/// The gloss without its weight, 1/sr. Unit directions in the frame (fibre, across, normal); 0 below it.
+template <class T>
+T gloss_reflectance(const Imath::Vec3<T>& l, const Imath::Vec3<T>& v, T roughness) {
+  if (!(l.z > 0) || !(v.z > 0)) return 0;
+  const T r = std::max(static_cast<T>(min_gloss_width), roughness);
+  const Imath::Vec3<T> h = l + v;
+  const T q = (h.x * h.x / (r * r) + h.y * h.y + h.z * h.z) / h.length2();
+  return 1 /
+         (std::numbers::pi_v<T> * r * q * q * (1 + smith_lambda(l, r) + smith_lambda(v, r)) * 4 * l.z * v.z);
+}
+
+}  // namespace selvedge
