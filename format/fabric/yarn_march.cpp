@@ -1,4 +1,4 @@
-// The march of a ray through the cells of Yarns: a cell's segments are tested 16 at a time.
+// The march of a ray through the cells of Yarns: a cell's segments are tested in blocks.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -30,19 +30,23 @@ struct LocalRay {
   V3f origin;  ///< in the cell's frame
   V3f direction;
   float from = 0;  ///< entries before this distance do not count
+  float to = 0;    ///< nor those beyond this one
 };
 
-/// The distances at which a ray enters 16 round segments, their sides and first ends, `none` where it does
-/// not. The other end is the next segment's.
+/// The distances at which a ray enters the round segments, their sides and first ends, in `entries`; `none`
+/// where it does not. The other end is the next segment's. `entered`: whether it enters any.
 template <std::size_t N>
-void enter_segments(const float* block, const LocalRay& ray, float* entries) {
-  using Wide = WideFloat<N>;
-  for (std::size_t i = 0; i < 16; i += N) {
-    const auto lane = [&](std::size_t row) { return Wide::load(block + 16 * row + i); };
-    const WideVec3<N> from{Wide(ray.origin.x) - lane(0), Wide(ray.origin.y) - lane(1),
-                           Wide(ray.origin.z) - lane(2)};
-    const WideVec3<N> axis{lane(3), lane(4), lane(5)};
-    const WideVec3<N> d{Wide(ray.direction.x), Wide(ray.direction.y), Wide(ray.direction.z)};
+SELVEDGE_INLINE void enter_segments(const float* block, const LocalRay& ray, float* entries, bool& entered) {
+  // GCC 12 takes comparisons of 16 numbers apart.
+  constexpr std::size_t width = std::min(N, yarn_block);
+  using Wide = WideFloat<width>;
+  entered = false;
+  for (std::size_t i = 0; i < yarn_block; i += width) {
+    const auto lane = [&](std::size_t row) { return Wide::load(block + yarn_block * row + i); };
+    const WideVec3<width> from{Wide(ray.origin.x) - lane(0), Wide(ray.origin.y) - lane(1),
+                               Wide(ray.origin.z) - lane(2)};
+    const WideVec3<width> axis{lane(3), lane(4), lane(5)};
+    const WideVec3<width> d{Wide(ray.direction.x), Wide(ray.direction.y), Wide(ray.direction.z)};
     const Wide length = lane(6);
     const Wide r2 = lane(7) * lane(7);
     const Wide zero(0);
@@ -53,7 +57,7 @@ void enter_segments(const float* block, const LocalRay& ray, float* entries) {
     const Wide slope = axis.dot(d);
     const Wide back = d.dot(from);
     // The side: between the lines lie |gap| / |normal|.
-    const WideVec3<N> normal = d.cross(axis);
+    const WideVec3<width> normal = d.cross(axis);
     const Wide a = normal.dot(normal);
     const Wide gap = from.dot(normal);
     const Wide h = a * r2 - gap * gap;
@@ -64,27 +68,31 @@ void enter_segments(const float* block, const LocalRay& ray, float* entries) {
     entry = if_greater(length, at, entry, nothing);
     entry = if_greater(entry, start, entry, nothing);
     // The round end.
-    const WideVec3<N> off = from.cross(d);
+    const WideVec3<width> off = from.cross(d);
     const Wide g = r2 - off.dot(off);
     Wide end = if_greater(g, zero, -back - sqrt(max(g, zero)), nothing);
     end = if_greater(end, start, end, nothing);
-    min(entry, end).store(entries + i);
+    entry = min(entry, end);
+    entry.store(entries + i);
+    entered |= any_greater(Wide(ray.to), entry);
   }
 }
 
-SELVEDGE_THREE_BODIES(enter_segments, (const float* block, const LocalRay& ray, float* entries),
-                      (block, ray, entries))
+SELVEDGE_THREE_BODIES(enter_segments,
+                      (const float* block, const LocalRay& ray, float* entries, bool& entered),
+                      (block, ray, entries, entered))
 
-/// Depths of a point below the surfaces of 16 round segments, as squares of radii: negative outside.
+/// Depths of a point below the surfaces of round segments, as squares of radii: negative outside.
 template <std::size_t N>
-void depth_in_segments(const float* block, const LocalRay& ray, float* depths) {
-  using Wide = WideFloat<N>;
-  for (std::size_t i = 0; i < 16; i += N) {
-    const auto lane = [&](std::size_t row) { return Wide::load(block + 16 * row + i); };
-    const WideVec3<N> from{Wide(ray.origin.x) - lane(0), Wide(ray.origin.y) - lane(1),
-                           Wide(ray.origin.z) - lane(2)};
-    const WideVec3<N> axis{lane(3), lane(4), lane(5)};
-    const WideVec3<N> off = from - axis * max(Wide(0), min(axis.dot(from), lane(6)));
+SELVEDGE_INLINE void depth_in_segments(const float* block, const LocalRay& ray, float* depths) {
+  constexpr std::size_t width = std::min(N, yarn_block);
+  using Wide = WideFloat<width>;
+  for (std::size_t i = 0; i < yarn_block; i += width) {
+    const auto lane = [&](std::size_t row) { return Wide::load(block + yarn_block * row + i); };
+    const WideVec3<width> from{Wide(ray.origin.x) - lane(0), Wide(ray.origin.y) - lane(1),
+                               Wide(ray.origin.z) - lane(2)};
+    const WideVec3<width> axis{lane(3), lane(4), lane(5)};
+    const WideVec3<width> off = from - axis * max(Wide(0), min(axis.dot(from), lane(6)));
     (lane(7) * lane(7) - off.dot(off)).store(depths + i);
   }
 }
@@ -134,7 +142,7 @@ void Yarns::place_in_cells() {
   radius /= static_cast<double>(segments_.size());
   const V2d period(period_);
   const double size =
-      std::max({1.5 * radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});
+      std::max({radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});
   cells_ = {std::max(1, static_cast<int>(period.x / size)), std::max(1, static_cast<int>(period.y / size))};
   cell_size_ = {period_.x / static_cast<float>(cells_.x), period_.y / static_cast<float>(cells_.y)};
   const V2d cell(period.x / cells_.x, period.y / cells_.y);
@@ -173,7 +181,7 @@ void Yarns::place_in_cells() {
       Cell placed{static_cast<std::uint32_t>(blocks_.size()), 0, none, -none};
       const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
-        if (i % 16 == 0) blocks_.emplace_back(Block{});
+        if (i % yarn_block == 0) blocks_.emplace_back(Block{});
         Block& block = blocks_.back();
         const Segment& s = segments_[list[i].segment];
         const float r = data_.curves[s.curve].radius;
@@ -184,12 +192,12 @@ void Yarns::place_in_cells() {
                                            static_cast<double>(list[i].shift.y) - middle.y),
                         s.start.z);
         for (int k = 0; k < 3; ++k) {
-          block.start[k][i % 16] = start[k];
-          block.axis[k][i % 16] = axis[k];
+          block.start[k][i % yarn_block] = start[k];
+          block.axis[k][i % yarn_block] = axis[k];
         }
-        block.length[i % 16] = s.along.length();
-        block.radius[i % 16] = r;
-        block.segment[i % 16] = list[i].segment;
+        block.length[i % yarn_block] = s.along.length();
+        block.radius[i % yarn_block] = r;
+        block.segment[i % yarn_block] = list[i].segment;
         placed.low = std::min(placed.low, std::min(s.start.z, s.start.z + s.along.z) - r);
         placed.high = std::max(placed.high, std::max(s.start.z, s.start.z + s.along.z) + r);
       }
@@ -207,7 +215,7 @@ std::optional<Yarns::Met> Yarns::march(V3f origin, const V3f& direction, bool an
   static const auto enter = enter_segments_for_this_processor();
   static const auto depth_in = depth_in_segments_for_this_processor();
   Met met;
-  alignas(64) std::array<float, 16> entries;
+  alignas(64) std::array<float, yarn_block> entries;
   for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
     const float left = std::min({x.next(), y.next(), end});
     const Cell& cell = grid_[static_cast<std::size_t>(y.cell) * cells_.x + x.cell];
@@ -216,21 +224,24 @@ std::optional<Yarns::Met> Yarns::march(V3f origin, const V3f& direction, bool an
     if (cell.blocks > 0 && std::min(from, to) <= cell.high && std::max(from, to) >= cell.low) {
       const V3f middle((static_cast<float>(x.cell) + 0.5F) * cell_size_.x,
                        (static_cast<float>(y.cell) + 0.5F) * cell_size_.y, 0);
-      const LocalRay ray{origin + direction * entered - middle, direction, -entered};
+      LocalRay ray{origin + direction * entered - middle, direction, -entered, met.distance - entered};
       for (std::uint32_t b = cell.first; b < cell.first + cell.blocks; ++b) {
         const Block& block = blocks_[b];
         if (any && visited == 0) {
           depth_in(block.start[0].data(), ray, entries.data());
           if (*std::max_element(entries.begin(), entries.end()) > 0) return Met{};
         }
-        enter(block.start[0].data(), ray, entries.data());
-        for (std::size_t i = 0; i < 16; ++i) {
-          if (entries[i] == none || !(entered + entries[i] < met.distance)) continue;
+        bool enters = false;
+        enter(block.start[0].data(), ray, entries.data(), enters);
+        if (!enters) continue;
+        if (any) return Met{};
+        for (std::size_t i = 0; i < yarn_block; ++i) {
+          if (!(entries[i] < ray.to)) continue;
           met.distance = entered + entries[i];
           met.segment = block.segment[i];
           met.from_start = ray.origin + direction * entries[i] -
                            V3f(block.start[0][i], block.start[1][i], block.start[2][i]);
-          if (any) return met;
+          ray.to = entries[i];
         }
       }
     }

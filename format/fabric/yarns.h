@@ -84,6 +84,9 @@ struct YarnFrame {
   V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
 };
 
+/// Segments that are tested together.
+inline constexpr std::size_t yarn_block = 8;
+
 /// Yarn that rays can be traced through. Immutable: for any number of threads.
 class Yarns {
  public:
@@ -119,12 +122,12 @@ class Yarns {
     float stations = 0;  ///< over its length
     int curve = 0;
   };
-  /// Up to 16 segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
+  /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
   /// have radius 0.
   struct Block {
-    std::array<std::array<float, 16>, 3> start, axis;  ///< axis: unit
-    std::array<float, 16> length, radius;
-    std::array<int, 16> segment;
+    std::array<std::array<float, yarn_block>, 3> start, axis;  ///< axis: unit
+    std::array<float, yarn_block> length, radius;
+    std::array<int, yarn_block> segment;
   };
   struct Cell {
     std::uint32_t first = 0;
