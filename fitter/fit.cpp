@@ -85,8 +85,8 @@ Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& head
   return {};
 }
 
-/// Warnings of information that the samples lack.
-void warn(const SamplesHeader& header, FitResult& result) {
+/// Adds SAMPLES_SPARSE for views, lights and texels with too few samples.
+void warn_of_sparse_samples(const SamplesHeader& header, FitResult& result) {
   const auto warning = [&](std::string place, std::string message) {
     result.warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
   };
@@ -95,32 +95,32 @@ void warn(const SamplesHeader& header, FitResult& result) {
   }
   for (std::size_t k = 0; k < result.levels.size(); ++k) {
     const LevelReport& level = result.levels[k];
-    const auto say = [&](int texels, const char* what) {
+    const auto warn_of_texels = [&](int texels, const char* fault) {
       if (texels == 0) return;
       warning(fmt::format("level {}", k),
-              fmt::format("{} of {} texels {}", texels, level.width * level.height, what));
+              fmt::format("{} of {} texels {}", texels, level.width * level.height, fault));
     };
-    say(level.unseen, "are holes from every view");
-    say(level.one_view, "are seen from one view only");
-    say(level.sparse, "have fewer samples than parameters and table entries");
+    warn_of_texels(level.unseen, "are holes from every view");
+    warn_of_texels(level.one_view, "are seen from one view only");
+    warn_of_texels(level.sparse, "have fewer samples than parameters and table entries");
   }
 }
 
-/// The whole that a fabric of `levels` levels is a part of, if it is not whole itself.
+/// The whole fabric of a result with `levels` levels; nothing if the result is whole.
 std::optional<WholeFabric> whole_of(const SamplesHeader& header, int levels, bool partial) {
   WholeFabric whole = header.whole.value_or(WholeFabric{V2i(header.width, header.height), 0});
   whole.levels = partial ? level_count(whole.texels.x, whole.texels.y) : whole.level + levels;
   return whole.levels > levels ? std::optional(whole) : std::nullopt;
 }
 
-/// The last steps, when all levels are fitted.
-FitResult finished(FitResult result, TrainingPairs& training, const SamplesHeader& header,
+/// Completes the result after all levels are fitted.
+FitResult complete(FitResult result, TrainingPairs& training, const SamplesHeader& header,
                    const FitOptions& options, std::chrono::steady_clock::time_point start) {
   set_radiance_scale(result.fabric);
   result.training = training.finish();
   result.fabric.provenance = provenance_of(header, options);
   result.fabric.whole = whole_of(header, static_cast<int>(result.fabric.levels.size()), options.partial);
-  warn(header, result);
+  warn_of_sparse_samples(header, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
@@ -136,14 +136,14 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
   TrainingPairs training(header);
   training.add(samples);
   rows.add(samples);
-  return finished(rows.finish(), training, header, options, start);
+  return complete(rows.finish(), training, header, options, start);
 }
 
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   const SamplesHeader& header = samples.header();
-  const int count = rows_within(header, options.rows_bytes);
+  const int count = max_rows(header, options.rows_bytes);
   RowFit rows(header, options, progress);
   TrainingPairs training(header);
   for (int first = 0; first < header.height; first += count) {
@@ -152,7 +152,7 @@ Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const P
     training.add(*read);
     rows.add(std::move(*read));
   }
-  return finished(rows.finish(), training, header, options, start);
+  return complete(rows.finish(), training, header, options, start);
 }
 
 }  // namespace selvedge

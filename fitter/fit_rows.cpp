@@ -16,7 +16,7 @@
 namespace selvedge {
 namespace {
 
-/// As the file will hold it, so that the lobes are fitted in the very frame they are evaluated in.
+/// Rounded as in the file, so that lobes are fitted in the frame in which they are evaluated.
 V3f in_half_precision(const V3f& v) { return {Imath::half(v.x), Imath::half(v.y), Imath::half(v.z)}; }
 
 template <class T>
@@ -28,7 +28,7 @@ void append(std::vector<T>& to, std::vector<T>&& more) {
   }
 }
 
-/// Joins rows to those that are there.
+/// Appends rows.
 void append(SampleLevel& to, SampleLevel&& more) {
   to.width = more.width;
   to.height += more.height;
@@ -50,7 +50,6 @@ void drop_rows(SampleLevel& from, int rows) {
   from.height -= rows;
 }
 
-/// Beyond the largest float lies no radiance that a sample can have.
 float clamp_to_finite(double value) {
   constexpr auto largest = static_cast<double>(std::numeric_limits<float>::max());
   return static_cast<float>(std::clamp(value, -largest, largest));
@@ -63,7 +62,7 @@ LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
   options.channel.table = from.table;
   options.lobes = from.lobes;
   options.starts = from.starts;
-  // Where a level is small its minima cost nothing to search, and its errors are seen from afar.
+  // Small levels take little time, and distant views show their errors.
   constexpr int small = 16;
   constexpr int tiny = 4;
   if (texels_of_level <= small) {
@@ -101,8 +100,8 @@ struct RowFit::TexelTotals {
   double averaged_error = 0;  ///< in the frame of the averaged normal
   int iterations = 0;
   bool converged = true;
-  std::size_t views = 0;    ///< that see it
-  std::size_t samples = 0;  ///< above its horizon
+  std::size_t views = 0;    ///< that see the texel
+  std::size_t samples = 0;  ///< above the texel's horizon
 };
 
 RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Progress& progress,
@@ -150,7 +149,7 @@ void RowFit::add(std::size_t k, SampleLevel rows) {
   const auto coarse = overlaps(height, level_size(height, 1));
   append(level.waiting, std::move(rows));
   const int end = level.first + level.waiting.height;
-  auto ready = static_cast<std::size_t>(level.next_coarse);
+  std::size_t ready = level.next_coarse;
   while (ready < coarse.size() && coarse[ready].back().fine < end) ++ready;
   const int count = static_cast<int>(ready) - level.next_coarse;
   if (count == 0) return;
@@ -162,13 +161,14 @@ void RowFit::add(std::size_t k, SampleLevel rows) {
   add(k + 1, std::move(pooled));
 }
 
-RowFit::TexelTotals RowFit::fit_one(const SampleLevel& rows, std::size_t from, const LobeFitOptions& options,
-                                    std::size_t texel, FabricLevel& level) const {
+RowFit::TexelTotals RowFit::fit_row_texel(const SampleLevel& rows, std::size_t from,
+                                          const LobeFitOptions& options, std::size_t texel,
+                                          FabricLevel& level) const {
   const std::size_t views = directions_.views.size();
   const float* alpha = &rows.alpha[from * views];
   const V3f* radiance = &rows.radiance[from * views * directions_.lights.size()];
   std::copy_n(alpha, views, &level.opacity()[texel * views]);
-  // Normals that cancel, and texels never seen, take the cloth's own normal.
+  // If normals cancel or the texel is never seen, the cloth's normal is used.
   const V3f sum = rows.normal[from];
   auto& [normal, tangent] = level.frame()[texel];
   normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
@@ -206,11 +206,11 @@ void RowFit::fit_texels(std::size_t k, const SampleLevel& rows, int first) {
   std::mutex guard;
   std::vector<TexelTotals> totals(rows.texels());
   parallel_for(0, rows.texels(), [&](std::size_t from) {
-    const std::size_t texel = static_cast<std::size_t>(first) * level.width + from;
-    totals[from] = fit_one(rows, from, options, texel, level);
+    const std::size_t texel = first * level.width + from;
+    totals[from] = fit_row_texel(rows, from, options, texel, level);
     const std::lock_guard lock(guard);
-    done_ += 1;
-    if (progress_) progress_(done_ / texels_);
+    fitted_texels_ += 1;
+    if (progress_) progress_(fitted_texels_ / texels_);
   });
   report_texels(k, totals);
   result_.levels[k].seconds +=

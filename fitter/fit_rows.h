@@ -1,5 +1,5 @@
-// Fits the levels of a fabric from rows of texels as they come: a row of a coarser level is pooled and fitted
-// as soon as the finer rows that it overlaps are there, and no row is kept longer.
+// A fit of all levels that gets its samples row by row: a row of a coarser level is pooled and fitted as soon
+// as the finer rows that it overlaps are known, and no row is kept longer.
 #pragma once
 
 #include <array>
@@ -21,16 +21,16 @@ class RowFit {
   /// The next rows of level 0. `rows` is of the header's width, views and lights.
   void add(SampleLevel rows) { add(0, std::move(rows)); }
 
-  /// After all rows.
+  /// To be called after all rows.
   FitResult finish() { return std::move(result_); }
 
  private:
   struct TexelTotals;
   struct Level {
     SampleLevel waiting;  ///< rows that a coarser row still needs
-    int first = 0;        ///< index of the first of them
-    int next_coarse = 0;  ///< rows of the next level made so far
-    double error = 0;     ///< sums for the report
+    int first = 0;        ///< index of the first waiting row
+    int next_coarse = 0;  ///< number of rows of the next level so far
+    double error = 0;     ///< this and the next three: sums for the report
     double cost = 0;
     double energy = 0;
     double averaged_error = 0;
@@ -39,8 +39,8 @@ class RowFit {
   void add(std::size_t k, SampleLevel rows);
   void fit_texels(std::size_t k, const SampleLevel& rows, int first);
   /// Fits texel `from` of the rows into `texel` of the level.
-  TexelTotals fit_one(const SampleLevel& rows, std::size_t from, const LobeFitOptions& options,
-                      std::size_t texel, FabricLevel& level) const;
+  TexelTotals fit_row_texel(const SampleLevel& rows, std::size_t from, const LobeFitOptions& options,
+                            std::size_t texel, FabricLevel& level) const;
   void report_texels(std::size_t k, const std::vector<TexelTotals>& totals);
 
   FitOptions options_;
@@ -50,7 +50,7 @@ class RowFit {
   std::vector<Level> levels_;
   FitResult result_;
   double texels_ = 0;  ///< of all levels
-  double done_ = 0;
+  double fitted_texels_ = 0;
 };
 
 }  // namespace selvedge

@@ -9,16 +9,17 @@
 namespace selvedge {
 namespace {
 
-std::vector<std::size_t> cells_drawn(std::size_t count) {
-  constexpr auto wanted = static_cast<std::size_t>(TrainingPairs::most);
-  if (count <= wanted) {
+/// Random cells of `count`, ascending; all of them if they are few.
+std::vector<std::size_t> draw_cells(std::size_t count) {
+  constexpr std::size_t max_pairs = TrainingPairs::max_pairs;
+  if (count <= max_pairs) {
     std::vector<std::size_t> all(count);
-    std::iota(all.begin(), all.end(), std::size_t{0});
+    std::iota(all.begin(), all.end(), 0);
     return all;
   }
   std::set<std::size_t> drawn;
   Random random(count);
-  while (drawn.size() < wanted) {
+  while (drawn.size() < max_pairs) {
     drawn.insert(static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
   }
   return {drawn.begin(), drawn.end()};
@@ -28,7 +29,7 @@ std::vector<std::size_t> cells_drawn(std::size_t count) {
 
 TrainingPairs::TrainingPairs(const SamplesHeader& header) {
   const std::size_t lights = header.lights.count();
-  cells_ = cells_drawn(static_cast<std::size_t>(header.views.count()) * lights);
+  cells_ = draw_cells(header.views.count() * lights);
   const std::vector<V3f> view_directions = directions_of(header.views);
   const std::vector<V3f> light_directions = directions_of(header.lights);
   for (const std::size_t cell : cells_) {
@@ -39,16 +40,16 @@ TrainingPairs::TrainingPairs(const SamplesHeader& header) {
   }
   pairs_.width = header.width;
   pairs_.height = header.height;
-  const std::size_t values = cells_.size() * static_cast<std::size_t>(header.texels());
+  const std::size_t values = cells_.size() * header.texels();
   pairs_.alpha.resize(values);
   pairs_.alpha_noise.resize(values);
-  // Vectors are not zero by themselves.
+  // V3f has no default value.
   pairs_.radiance.resize(values, V3f(0));
   pairs_.noise.resize(values, V3f(0));
 }
 
 void TrainingPairs::add(const SampleLevel& rows) {
-  const auto texels = static_cast<std::size_t>(pairs_.width) * static_cast<std::size_t>(pairs_.height);
+  const std::size_t texels = pairs_.width * pairs_.height;
   const std::size_t views = rows.views;
   const std::size_t lights = rows.lights;
   const std::size_t count = rows.texels();
@@ -65,7 +66,7 @@ void TrainingPairs::add(const SampleLevel& rows) {
 Result<PairSamples> read_training_pairs(SamplesReader& reader) {
   const SamplesHeader& header = reader.header();
   TrainingPairs training(header);
-  const int count = rows_within(header, std::size_t{96} << 20);
+  const int count = max_rows(header, std::size_t{96} << 20);
   for (int first = 0; first < header.height; first += count) {
     const auto rows = reader.read_rows(first, std::min(count, header.height - first));
     if (!rows) return tl::unexpected(rows.error());

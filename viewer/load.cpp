@@ -43,7 +43,7 @@ Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelR
     FabricReader& reader = open.readers[i];
     const FabricHeader& header = reader.header();
     const LevelRange range = ranges.empty() ? LevelRange{0, header.levels - 1} : ranges[i];
-    Fabric fabric = part_of(header, range.first, range.last);
+    Fabric fabric = partial_fabric(header, range.first, range.last);
     for (int k = range.first; k <= range.last; ++k) {
       Result<FabricLevel> level =
           reader.read_level(k, ranges.empty() ? LayerSet::all() : seen_layers(header, k));

@@ -131,7 +131,7 @@ Result<Frame> true_picture(const TradeCommand& command, const CellMesh& mesh, Sw
 /// Whether the point's fabric and a record of it are there and whole; else it is measured again.
 bool is_measured(const TradeFolder& folder, const MakeOptions& point) {
   const auto record = read_trade_record(folder.record(point));
-  return record && is_point_record(*record, name_of(point)) &&
+  return record && is_point_record(*record, settings_name(point)) &&
          number_at(*record, "/bytes") == static_cast<double>(size_of_file(folder.fabric(point))) &&
          read_fabric(folder.fabric(point));
 }
@@ -139,7 +139,7 @@ bool is_measured(const TradeFolder& folder, const MakeOptions& point) {
 /// Why an earlier run could not make the point; empty where it was not tried.
 std::string why_left_out(const TradeFolder& folder, const MakeOptions& point) {
   const auto record = read_trade_record(folder.record(point));
-  return record && text_at(*record, "name") == name_of(point) ? text_at(*record, "leftOut") : "";
+  return record && text_at(*record, "name") == settings_name(point) ? text_at(*record, "leftOut") : "";
 }
 
 /// Whether no fabric of the point is as small as its budget, or none can be chosen at all.
@@ -197,7 +197,7 @@ class Sweep {
 
   void report_left_out(const MakeOptions& point, const std::string& why) const {
     if (!command_.common.quiet)
-      report_remark(command_.input, fmt::format("{} is left out: {}", name_of(point), why));
+      report_remark(command_.input, fmt::format("{} is left out: {}", settings_name(point), why));
   }
 
   Result<void> find_truth(const CellMesh& mesh, int texels) {
@@ -228,10 +228,10 @@ class Sweep {
 
   Result<void> write_sweep() const {
     Json names = Json::array();
-    for (const MakeOptions& point : points_) names.push_back(name_of(point));
+    for (const MakeOptions& point : points_) names.push_back(settings_name(point));
     Json preset_names = Json::object();
     for (const Preset& preset : presets)
-      preset_names[std::string(preset.name)] = name_of(with_knobs(preset.knobs));
+      preset_names[std::string(preset.name)] = settings_name(with_knobs(preset.knobs));
     const Json sweep = {{"trade", 1},
                         {"identity", identity_},
                         {"periodMm", {truth_.period_mm.x, truth_.period_mm.y}},
@@ -248,7 +248,7 @@ class Sweep {
     std::erase_if(left, [&](const MakeOptions& point) { return is_measured(folder_, point); });
     const auto first_of_bake = [&, all = left](const MakeOptions& point) {
       return std::find_if(all.begin(), all.end(),
-                          [&](const auto& other) { return bake_name_of(other) == bake_name_of(point); }) -
+                          [&](const auto& other) { return bake_name(other) == bake_name(point); }) -
              all.begin();
     };
     std::stable_sort(left.begin(), left.end(), [&](const MakeOptions& a, const MakeOptions& b) {
@@ -263,11 +263,11 @@ class Sweep {
     const Progress bar = progress_.callback();
     for (std::size_t i = 0; i < left.size(); ++i) {
       const MakeOptions& point = left[i];
-      progress_.note(name_of(point));
+      progress_.note(settings_name(point));
       const auto record = measure_point(command_, point, folder_, truth_);
       if (!record && !is_refused_budget(point, record.error())) return tl::unexpected(record.error());
       std::error_code none;
-      const bool last_of_bake = i + 1 == left.size() || bake_name_of(left[i + 1]) != bake_name_of(point);
+      const bool last_of_bake = i + 1 == left.size() || bake_name(left[i + 1]) != bake_name(point);
       if (last_of_bake && !command_.keep_samples) std::filesystem::remove(folder_.samples(point), none);
       if (bar) bar(static_cast<double>(i + 1) / static_cast<double>(left.size()));
       if (record) {
@@ -282,9 +282,9 @@ class Sweep {
 
   /// The point is no longer one of the sweep's; one that cannot be made does not end it.
   Result<void> leave_out(const MakeOptions& point, const std::string& why) {
-    const std::string name = name_of(point);
+    const std::string name = settings_name(point);
     report_left_out(point, why);
-    std::erase_if(points_, [&](const MakeOptions& other) { return name_of(other) == name; });
+    std::erase_if(points_, [&](const MakeOptions& other) { return settings_name(other) == name; });
     if (auto ok = write_sweep(); !ok) return ok;
     return write_file(folder_.record(point), Json{{"name", name}, {"leftOut", why}}.dump(2) + "\n");
   }

@@ -101,16 +101,16 @@ Result<Json> pictures_json(const Fabric& fabric, const TradeTruth& truth, const 
 }  // namespace
 
 std::string TradeFolder::samples(const MakeOptions& p) const {
-  return fmt::format("{}/bakes/{}.samples.exr", path, bake_name_of(p));
+  return fmt::format("{}/bakes/{}.samples.exr", path, bake_name(p));
 }
 std::string TradeFolder::bake_record(const MakeOptions& p) const {
-  return fmt::format("{}/bakes/{}.json", path, bake_name_of(p));
+  return fmt::format("{}/bakes/{}.json", path, bake_name(p));
 }
 std::string TradeFolder::fabric(const MakeOptions& p) const {
-  return fmt::format("{}/fabrics/{}.fabric.exr", path, name_of(p));
+  return fmt::format("{}/fabrics/{}.fabric.exr", path, settings_name(p));
 }
 std::string TradeFolder::record(const MakeOptions& p) const {
-  return fmt::format("{}/points/{}.json", path, name_of(p));
+  return fmt::format("{}/points/{}.json", path, settings_name(p));
 }
 std::string TradeFolder::picture(const std::string& name) const {
   return fmt::format("{}/pictures/{}.png", path, name);
@@ -141,7 +141,7 @@ Result<Json> measure_point(const TradeCommand& command, const MakeOptions& point
   if (!loaded) return tl::unexpected(loaded.error());
   const auto held_out = held_out_json(fabric, truth);
   if (!held_out) return tl::unexpected(held_out.error());
-  const std::string name = name_of(point);
+  const std::string name = settings_name(point);
   const auto pictures = pictures_json(fabric, truth, folder.picture(name));
   if (!pictures) return tl::unexpected(pictures.error());
   std::string settings;

@@ -170,7 +170,7 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
                       max_cache_points));
     }
   }
-  const auto header_now = [&] { return header_of(mesh, o, *plane, cell->thickness_mm(), provenance); };
+  const auto header_now = [&] { return samples_header(mesh, o, *plane, cell->thickness_mm(), provenance); };
   UnitBaker baker(cell->scene, cell->mm, std::move(cache), o, header_now(), *plane);
   if (o.noise || o.time_budget) {
     // The samples that a journal of the same bake was begun with count, however fast the machine is now.
@@ -179,7 +179,7 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
       o.samples = begun->samples_per_texel;
       o.truth_samples = begun->truth_samples;
     }
-    if (!begun || text_of(header_now()) != text_of(*begun)) {
+    if (!begun || samples_header_to_json(header_now()) != samples_header_to_json(*begun)) {
       if (o.noise) o.samples = samples_for_noise(baker, static_cast<std::size_t>(o.views), *o.noise);
       if (o.time_budget) scale_to_budget(baker, o, header_now(), start);
     }
@@ -241,7 +241,8 @@ Result<BakeReport> merge_shards(std::span<const std::string> shards, const std::
   for (const std::string& path : shards) {
     auto journal = BakeJournal::read(path);
     if (!journal) return tl::unexpected(journal.error());
-    if (!journals.empty() && text_of(journal->header()) != text_of(journals.front().header())) {
+    if (!journals.empty() &&
+        samples_header_to_json(journal->header()) != samples_header_to_json(journals.front().header())) {
       return fail(Code::samples_malformed, path, "journal",
                   fmt::format("is of another bake than {}", journals.front().path()));
     }

@@ -27,7 +27,7 @@ tl::unexpected<Error> malformed(const std::string& path, std::string message) {
 }
 
 std::string head_of(const SamplesHeader& header, const BakeShard& shard) {
-  const std::string text = text_of(header);
+  const std::string text = samples_header_to_json(header);
   return fmt::format("{} {} {} {} {}\n{}", magic, shard.index, shard.count, digest_of(text), text.size(),
                      text);
 }
@@ -63,7 +63,7 @@ Result<Head> read_head(std::FILE* file, const std::string& path) {
   const auto text = length > max_text ? std::nullopt : read_bytes(file, length);
   const bool sound = head.shard.count > 0 && head.shard.index >= 0 && head.shard.index < head.shard.count;
   if (!text || digest_of(*text) != digest || !sound) return malformed(path, "its header is damaged");
-  auto header = samples_header_of(*text, path);
+  auto header = samples_header_from_json(*text, path);
   if (!header) return tl::unexpected(header.error());
   head.header = std::move(*header);
   return head;

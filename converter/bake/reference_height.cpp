@@ -22,7 +22,7 @@ struct SmallBake {
 SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const TracedCell& cell,
                      IrradianceCache* cache, double plane) {
   SmallBake small;
-  small.header = header_of(mesh, o, plane * cell.mm, cell.thickness_mm(), {});
+  small.header = samples_header(mesh, o, plane * cell.mm, cell.thickness_mm(), {});
   const RayScene& scene = cell.scene;
   const TexelBaker baker(scene, cache, o.bounces, {o.width, o.height}, plane);
   const std::vector<V3f> lights = directions_of(small.header.lights);

@@ -120,8 +120,8 @@ std::string digest_of(const CellMesh& mesh) {
   return digest_of(bytes);
 }
 
-SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& o, double plane_mm, double thickness_mm,
-                        const std::string& provenance) {
+SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double plane_mm, double thickness_mm,
+                             const std::string& provenance) {
   SamplesHeader header;
   header.width = o.width;
   header.height = o.height;

@@ -28,7 +28,7 @@ Result<void> check_options(const BakeOptions& options, const std::string& name);
 std::string digest_of(const CellMesh& mesh);
 
 /// Everything but the noise, which is known afterwards. `plane_mm`, `thickness_mm`: mm.
-SamplesHeader header_of(const CellMesh& mesh, const BakeOptions& options, double plane_mm,
-                        double thickness_mm, const std::string& provenance);
+SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& options, double plane_mm,
+                             double thickness_mm, const std::string& provenance);
 
 }  // namespace selvedge

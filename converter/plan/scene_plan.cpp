@@ -118,7 +118,7 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     entry.texels = whole_texels(header);
     entry.whole_levels = whole_levels(header);
     entry.levels = levels_asked(in_texels[i], options.levels, entry.whole_levels);
-    entry.demand = {in_mm[i].least, in_mm[i].most, static_cast<double>(options.levels.bias)};
+    entry.demand = {in_mm[i].min_size, in_mm[i].max_size, static_cast<double>(options.levels.bias)};
     entry.seen = in_texels[i].fronts || in_texels[i].backs;
     entry.fronts = in_texels[i].fronts;
     entry.backs = in_texels[i].backs;

@@ -173,9 +173,10 @@ class Grid {
   Result<void> add(const Json& point, const std::string& place, bool varied = false) {
     MakeOptions options;
     if (auto ok = set_knobs(point, file_, place, options); !ok) return ok;
-    const std::string name = name_of(options);
-    if (varied && name == name_of(points.front())) return {};
-    if (std::any_of(points.begin(), points.end(), [&](const auto& other) { return name_of(other) == name; }))
+    const std::string name = settings_name(options);
+    if (varied && name == settings_name(points.front())) return {};
+    if (std::any_of(points.begin(), points.end(),
+                    [&](const auto& other) { return settings_name(other) == name; }))
       return refusal(file_, place, "is a point already");
     points.push_back(std::move(options));
     return {};
@@ -231,11 +232,12 @@ class Grid {
       // The finest size has the held-out pairs, which are pooled for the others.
       if (size != point.bake.width)
         return refusal(file_, "",
-                       fmt::format("texels of the point {}: {} is not {} halved", name_of(point),
+                       fmt::format("texels of the point {}: {} is not {} halved", settings_name(point),
                                    point.bake.width, largest));
       if (point.budget == 0)
-        return refusal(file_, "",
-                       fmt::format("the point {} has no budget to choose its layers within", name_of(point)));
+        return refusal(
+            file_, "",
+            fmt::format("the point {} has no budget to choose its layers within", settings_name(point)));
     }
     return {};
   }
@@ -303,14 +305,14 @@ std::string options_text(const MakeOptions& options) {
   return text;
 }
 
-std::string bake_name_of(const MakeOptions& o) {
+std::string bake_name(const MakeOptions& o) {
   const Json knobs = knobs_of(o);
   return fmt::format("t{}-v{}-l{}-s{}-b{}{}", o.bake.width, o.bake.views, o.bake.lights, o.bake.samples,
                      text_of(knobs["bounces"]), layers_of(o).slabs ? "-slabs" : "");
 }
 
-std::string name_of(const MakeOptions& o) {
-  return fmt::format("{}-{}-{}lobes{}-{}", bake_name_of(o), layers_of(o).name, o.fit.lobes,
+std::string settings_name(const MakeOptions& o) {
+  return fmt::format("{}-{}-{}lobes{}-{}", bake_name(o), layers_of(o).name, o.fit.lobes,
                      o.budget ? fmt::format("-{}B", *o.budget) : "", storage_of(o).name);
 }
 

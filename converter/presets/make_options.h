@@ -49,9 +49,9 @@ nlohmann::ordered_json knobs_of(const MakeOptions& options);
 std::string options_text(const MakeOptions& options);
 
 /// The knobs as a name that is fit for a file.
-std::string name_of(const MakeOptions& options);
+std::string settings_name(const MakeOptions& options);
 /// The part of it that the samples depend on: options with the same name share a bake.
-std::string bake_name_of(const MakeOptions& options);
+std::string bake_name(const MakeOptions& options);
 
 /// Points of a sweep. `text` is a JSON object with any of
 ///   "centre": knobs; those left out have their defaults

@@ -61,7 +61,7 @@ Result<WithinLimits> make_within(std::span<const MeasuredSetting> table, const M
     for (const MeasuredSetting& other : table) {
       TriedSetting setting = setting_of(other, limits, base, correction);
       if (setting.options.bake.width < min_texels) continue;
-      if (turn > 0 && name_of(setting.options) == name_of(result.tried.front().options)) continue;
+      if (turn > 0 && settings_name(setting.options) == settings_name(result.tried.front().options)) continue;
       if (row != nullptr && rank_of(limits, setting.expected) >= rank_of(limits, best.expected)) continue;
       row = &other;
       best = std::move(setting);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fitter/budget/level_error.h"
 #include "fitter/gloss/slab_lobes.h"
@@ -17,17 +18,17 @@ namespace selvedge {
 namespace {
 
 constexpr int max_lights = 512;
-/// Functions of the view that slabs are fitted with: gloss needs the second degree.
+/// Number of functions of the view for slabs; gloss needs those of degree 2.
 constexpr int slab_view_functions = 6;
 constexpr std::size_t slab_light_functions = 24;
-/// And with lobes, which know of gloss.
+/// Numbers of functions of the view for slabs with lobes, which already have gloss.
 constexpr std::array glossy_view_functions{1, 6};
-/// Lobes that leave more of the error are not tried further.
+/// Lobes that leave more than this share of the error are not used.
 constexpr double max_left_by_gloss = 0.95;
 constexpr std::size_t level_view_functions = 12;
 constexpr std::size_t level_light_functions = 16;
-/// Steps of the coefficients that are tried, as shares of the power of two below the strongest product's
-/// scale, numbers whose multiples have few bits; and the price of a bit.
+/// Quantisations to try: steps as shares of the power of two below the strongest product's scale, so that
+/// multiples have few bits; and the price of a bit.
 struct Coarseness {
   float step;
   float price;
@@ -36,21 +37,22 @@ constexpr std::array coarseness{
     Coarseness{0.25F, 0.5F},     Coarseness{0.125F, 0.2F},     Coarseness{0.125F, 0.5F},
     Coarseness{0.0625F, 0.3F},   Coarseness{0.0625F, 0.8F},    Coarseness{0.03125F, 0.5F},
     Coarseness{0.015625F, 0.3F}, Coarseness{0.0078125F, 0.3F}, Coarseness{0.00390625F, 0.3F}};
-/// Pairs of functions are left out if their coefficients' root mean square is below so much of that power.
+/// Thresholds to try for the root mean square of a pair's coefficients, as shares of the same power of two.
 constexpr std::array min_shares{0.00390625F, 0.0078125F, 0.015625F, 0.03125F, 0.0625F, 0.125F};
-/// Slabs gain nothing from steps below this: their cells limit them.
+/// Smaller steps do not improve slabs, whose error is due to their cells.
 constexpr float min_step_of_slabs = 0.015625F;
-/// Cells along a texel's side that are tried, as far as the samples have them.
+/// Numbers of cells along a texel's side to try, up to those of the samples.
 constexpr std::array cells_tried{2, 3};
-/// More coefficients in a texel than this never pay.
+/// More coefficients in a texel than this were never chosen.
 constexpr std::size_t max_coefficients = 640;
-/// A level with fewer cells than this along a side is no place for slabs.
+/// Levels with fewer cells along a side get no slabs.
 constexpr int min_cells = 16;
 
-/// Bytes of a pair of functions in the file beside its coefficients.
+/// Bytes per pair of functions in the file in addition to its coefficients.
 constexpr double bytes_per_pair = 8;
 
-/// Heights as multiples of a step that half precision has exactly: 1/256 of the thickness or a little less.
+/// Heights rounded to multiples of a power of two, at most 1/256 of the thickness, which half precision holds
+/// exactly.
 HeightLayer stored_heights(const HeightLayer& heights, float thickness) {
   const float step = std::exp2(std::floor(std::log2(std::max(thickness, 1e-30F) / 256)));
   const auto rounded = [&](std::vector<float> values) {
@@ -69,7 +71,7 @@ double bytes_of(const FabricLevel& level, LayerKind kind) {
   return coded_bytes(level[kind].values, level[kind].channels, level.width);
 }
 
-/// Normals and tangents apart.
+/// Normals and tangents separately, as in the file.
 double bytes_of_frame(const FabricLevel& level) {
   std::vector<float> normals;
   std::vector<float> tangents;
@@ -80,18 +82,18 @@ double bytes_of_frame(const FabricLevel& level) {
   return coded_bytes(normals, 3, level.width) + coded_bytes(tangents, 3, level.width);
 }
 
-/// Lobes are stored in 32 bits; their mantissas do not compress.
+/// Lobes are stored in 32 bits, whose mantissas hardly compress.
 double bytes_of_lobes(const FabricLevel& level) {
   return 3.6 * static_cast<double>(level.lobes().size()) + bytes_of_frame(level);
 }
 
-/// Lobes of few kinds do compress.
+/// Lobes of few kinds of texels compress well.
 double bytes_of_gloss(const FabricLevel& level) {
   const Layer& lobes = level[LayerKind::lobes];
   return coded_bytes(lobes.values, lobes.channels, level.width, false) + bytes_of_frame(level);
 }
 
-/// The shapes to try for heights of a shape: the uppermost slab alone and all, over fewer cells and more.
+/// The shapes to try: the uppermost slab or all slabs, with few or many cells.
 std::vector<SlabShape> shapes_of(const SlabShape& finest) {
   std::vector<SlabShape> shapes;
   for (const int slabs : {1, finest.slabs}) {
@@ -105,7 +107,7 @@ std::vector<SlabShape> shapes_of(const SlabShape& finest) {
 
 }  // namespace
 
-/// The texels of a level with the heights of a shape and nothing else.
+/// A level with the heights of a shape as its only layer.
 FabricLevel LayerFitter::heights_alone(const Level& level, std::size_t shape) {
   FabricLevel result;
   result.width = level.paper.width;
@@ -114,9 +116,9 @@ FabricLevel LayerFitter::heights_alone(const Level& level, std::size_t shape) {
   return result;
 }
 
-void LayerFitter::add_candidates(std::size_t level, const BasisFit& basis, const LevelCandidate& like,
+void LayerFitter::add_candidates(std::size_t level, const BasisFit& basis, const LevelCandidate& prototype,
                                  const SlabOverlaps* overlaps) {
-  const float scale = scale_of(basis);
+  const float scale = coefficient_scale(basis);
   if (!(scale > 0)) return;
   const std::size_t texels = levels_[level].paper.texels();
   const float unit = std::exp2(std::floor(std::log2(scale)));
@@ -125,22 +127,22 @@ void LayerFitter::add_candidates(std::size_t level, const BasisFit& basis, const
   for (const Coarseness& coarse : coarseness) {
     if (overlaps != nullptr && coarse.step < min_step_of_slabs) continue;
     std::size_t last = 0;
-    for (const float least : min_shares) {
-      if (least < 0.25F * coarse.step || least > 2 * coarse.step) continue;
-      Quantisation how;
-      how.step = unit * coarse.step;
-      how.least = least / coarse.step;
-      how.price = coarse.price;
-      how.width = width;
-      how.entries = entries;
-      const std::size_t pairs = pairs_kept(basis, how);
-      if (pairs == last || pairs > static_cast<std::size_t>(FabricLimits{}.products) ||
+    for (const float share : min_shares) {
+      if (share < 0.25F * coarse.step || share > 2 * coarse.step) continue;
+      Quantisation quantisation;
+      quantisation.step = unit * coarse.step;
+      quantisation.min_rms = share / coarse.step;
+      quantisation.price = coarse.price;
+      quantisation.width = width;
+      quantisation.entries = entries;
+      const std::size_t pairs = kept_pair_count(basis, quantisation);
+      if (pairs == last || std::cmp_greater(pairs, FabricLimits{}.products) ||
           pairs * entries > max_coefficients) {
         continue;
       }
       last = pairs;
-      LevelCandidate candidate = like;
-      candidate.basis = quantised(basis, how, overlaps);
+      LevelCandidate candidate = prototype;
+      candidate.basis = quantise(basis, quantisation, overlaps);
       candidate.bytes += coded_bytes(candidate.basis.coefficient, entries * pairs, width) +
                          bytes_per_pair * static_cast<double>(pairs);
       levels_[level].candidates.push_back(std::move(candidate));
@@ -148,17 +150,17 @@ void LayerFitter::add_candidates(std::size_t level, const BasisFit& basis, const
   }
 }
 
-void LayerFitter::look_for_gloss(std::size_t k, const SampleLevel& samples, const SlabRays& rays,
-                                 std::size_t entries, const FitOptions& options) {
+void LayerFitter::fit_gloss(std::size_t k, const SampleLevel& samples, const SlabRays& rays,
+                            std::size_t entries, const FitOptions& options) {
   if (options.slab_lobes == 0 || (k > 0 && !has_gloss_)) return;
-  SlabLobeOptions how;
-  how.lobes = options.slab_lobes;
-  SlabLobeFit fit = fit_slab_lobes(samples, rays, entries, shell_.views, shell_.lights, how);
+  SlabLobeOptions lobe_options;
+  lobe_options.lobes = options.slab_lobes;
+  SlabLobeFit fit = fit_slab_lobes(samples, rays, entries, fabric_.views, fabric_.lights, lobe_options);
   if (k == 0) {
     has_gloss_ = options.glossy_slabs || fit.errors.back() < max_left_by_gloss * fit.errors.front();
   }
   if (!has_gloss_) return;
-  // In the same units at all levels, so that levels share functions.
+  // All levels have the same units, so that they share functions.
   if (k > 0) fit.gloss.unit = levels_[0].gloss->unit;
   Level& level = levels_[k];
   level.glossy.width = level.paper.width;
@@ -169,7 +171,7 @@ void LayerFitter::look_for_gloss(std::size_t k, const SampleLevel& samples, cons
 
 void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, HeightLayer heights,
                             const FitOptions& options) {
-  const auto views = smooth_view_functions(shell_.views, slab_view_functions);
+  const auto views = smooth_view_functions(fabric_.views, slab_view_functions);
   std::vector<SlabTables> tables;
   std::array<std::vector<SlabTables>, glossy_view_functions.size()> glossy;
   std::vector<SlabOverlaps> overlaps;
@@ -180,33 +182,33 @@ void LayerFitter::add_slabs(std::size_t shape, const std::vector<SampleLevel>& p
     if (std::min(samples.width * cells.columns, samples.height * cells.rows) < min_cells) break;
     const std::size_t entries = samples.texels() * cells.entries();
     Level& level = levels_[k];
-    level.heights[shape] = stored_heights(heights, shell_.thickness_mm);
-    const SlabRays rays = slab_rays(heights_alone(level, shape), shell_, directions_of(shell_.views));
+    level.heights[shape] = stored_heights(heights, fabric_.thickness_mm);
+    const SlabRays rays = slab_rays(heights_alone(level, shape), fabric_, directions_of(fabric_.views));
     tables.push_back(fit_slabs(samples, rays, entries, views));
     overlaps.push_back(overlaps_of(rays, entries));
-    if (shape == 0) look_for_gloss(k, samples, rays, entries, options);
+    if (shape == 0) fit_gloss(k, samples, rays, entries, options);
     if (!level.gloss) continue;
-    const SlabFactors factors = factors_of(*level.gloss, gloss_directions(shell_.views, shell_.lights));
+    const SlabFactors factors = factors_of(*level.gloss, gloss_directions(fabric_.views, fabric_.lights));
     for (std::size_t i = 0; i < glossy.size(); ++i) {
-      const auto functions = smooth_view_functions(shell_.views, glossy_view_functions[i]);
+      const auto functions = smooth_view_functions(fabric_.views, glossy_view_functions[i]);
       glossy[i].push_back(fit_slabs(samples, rays, entries, functions, &factors));
     }
   }
   if (tables.empty()) return;
   const auto add = [&](LevelCandidate::Kind kind, const std::vector<BasisFit>& basis) {
     for (std::size_t k = 0; k < basis.size(); ++k) {
-      LevelCandidate like;
-      like.kind = kind;
-      like.shape = shape;
-      like.bytes = bytes_of(*levels_[k].heights[shape], pooled[k].width);
-      if (kind == LevelCandidate::Kind::glossy_slabs) like.bytes += bytes_of_gloss(levels_[k].glossy);
-      add_candidates(k, basis[k], like, &overlaps[k]);
+      LevelCandidate prototype;
+      prototype.kind = kind;
+      prototype.shape = shape;
+      prototype.bytes = bytes_of(*levels_[k].heights[shape], pooled[k].width);
+      if (kind == LevelCandidate::Kind::glossy_slabs) prototype.bytes += bytes_of_gloss(levels_[k].glossy);
+      add_candidates(k, basis[k], prototype, &overlaps[k]);
     }
   };
   add(LevelCandidate::Kind::slabs, slab_basis(tables, views, slab_light_functions));
   for (std::size_t i = 0; i < glossy.size(); ++i) {
     if (glossy[i].empty()) continue;
-    const auto functions = smooth_view_functions(shell_.views, glossy_view_functions[i]);
+    const auto functions = smooth_view_functions(fabric_.views, glossy_view_functions[i]);
     add(LevelCandidate::Kind::glossy_slabs,
         slab_basis(glossy[i], functions, slab_light_functions, &levels_[0].gloss->unit));
   }
@@ -218,26 +220,26 @@ void LayerFitter::keep_glossy_slabs() {
     for (const LevelCandidate& candidate : level.candidates) {
       if (candidate.kind == LevelCandidate::Kind::glossy_slabs) glossy.push_back(candidate);
     }
-    // All levels share a shape, and with the first one at least such a fabric exists.
+    // All levels share a shape; with shape 0 a combination of all levels exists.
     const bool in_first = std::any_of(glossy.begin(), glossy.end(),
                                       [](const LevelCandidate& candidate) { return candidate.shape == 0; });
     if (in_first) level.candidates = std::move(glossy);
   }
 }
 
-/// A factor that makes the largest radiance about 1, for sums of its squares in single precision. Samples
-/// that are not finite stay so: fit() names their place.
+/// Scales the largest radiance to about 1, for sums of squares in single precision. Samples that are not
+/// finite remain so, and fit() reports their place.
 void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs) {
   float largest = 0;
   for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
-  scale_ = scale_for(static_cast<double>(largest));
+  scale_ = choose_radiance_scale(static_cast<double>(largest));
   const auto inverse = static_cast<float>(1 / scale_);
   for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance}) {
     for (V3f& r : *radiance) r *= inverse;
   }
 }
 
-/// The paper's model with and without view table.
+/// Fits the paper's model with and without view table.
 Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHeader& header,
                                     const FitOptions& options, const Progress& progress) {
   const auto part = [&](double from, double size) -> Progress {
@@ -262,16 +264,16 @@ Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHea
     level.plain = std::move(plain->fabric.levels[k]);
     level.plain_report = std::move(plain->levels[k]);
   }
-  shell_ = std::move(paper->fabric);
-  shell_.levels.clear();
-  shell_.lights = header.lights;
+  fabric_ = std::move(paper->fabric);
+  fabric_.levels.clear();
+  fabric_.lights = header.lights;
   training_ = std::move(paper->training);
   for (V3f& r : training_.radiance) r *= static_cast<float>(scale_);
   warnings_ = std::move(paper->warnings);
   return {};
 }
 
-/// A shared basis for the texels of all levels, and the paper's model.
+/// Adds candidates with a basis that all levels share, and with the paper's model.
 void LayerFitter::add_texel_candidates(const std::vector<SampleLevel>& pooled) {
   const std::vector<BasisFit> basis = texel_basis(pooled, level_view_functions, level_light_functions);
   for (std::size_t k = 0; k < levels_.size(); ++k) {
@@ -313,7 +315,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   std::vector<SampleLevel> pooled{std::move(samples)};
   while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
   if (heights) {
-    if (heights->top.size() != static_cast<std::size_t>(header.texels() * heights->shape.entries())) {
+    if (std::cmp_not_equal(heights->top.size(), header.texels() * heights->shape.entries())) {
       return fail(Code::samples_malformed, {}, "slabs", "the heights are not those of the texels");
     }
     const std::vector<SlabShape> shapes = shapes_of(heights->shape);

@@ -1,11 +1,10 @@
-// The best fabric for a budget of bytes: per level the set of layers with the least error on the validation
-// pairs.
+// Chooses the layers of every level, for the smallest error on the validation pairs within a budget of bytes.
 //
 // Candidates of a level are the paper's model (lobes, with and without the view table), coefficients in a
-// basis that all texels share, and, where the samples have heights, slabs with such coefficients, with and
-// without lobes: of several shapes, one of which all levels share, and with coefficients coarser or finer.
+// basis that all texels share, and, if the samples have heights, slabs with these coefficients, with and
+// without lobes: in several shapes, one of which all levels share, and with several steps of quantisation.
 // The chosen combination minimises the sum over levels of log(error) for its bytes (a Lagrange multiplier by
-// bisection). The held-out pairs take no part.
+// bisection). The held-out pairs are not used.
 #pragma once
 
 #include <optional>
@@ -26,10 +25,10 @@ namespace selvedge {
 struct LevelCandidate {
   enum class Kind { lobes, lobes_and_table, basis, slabs, glossy_slabs };
   Kind kind = Kind::basis;
-  std::size_t shape = 0;  ///< of slabs: which of the fit's shapes
+  std::size_t shape = 0;  ///< of slabs: index among the fit's shapes
   BasisFit basis;         ///< of `basis` and slabs
   double error = 0;       ///< mean squared error of alpha f on the validation pairs
-  double bytes = 0;       ///< in the file, estimated; without the shared functions
+  double bytes = 0;       ///< estimated size in the file, without the shared functions
 };
 
 inline bool has_slabs(const LevelCandidate& candidate) {
@@ -43,26 +42,24 @@ inline bool has_basis(const LevelCandidate& candidate) {
 
 struct LayerFit {
   Fabric fabric;
-  std::vector<LevelReport> levels;  ///< those with lobes of the paper's model have the figures of their fit
-  double bytes = 0;                 ///< of the file, estimated
+  std::vector<LevelReport> levels;  ///< levels with the paper's model have the figures of their fit
+  double bytes = 0;                 ///< estimated size of the file
 };
 
 class LayerFitter {
  public:
-  /// Fits all candidates. `heights`: of level 0, mm. Refuses what
-  /// fit() refuses, heights of another size, more than 512 lights, and a header without validation pairs
-  /// (samples_malformed).
+  /// Fits all candidates. `heights`: of level 0, mm. Errors are those of fit(), OPTION_OUT_OF_RANGE for more
+  /// than 512 lights, and SAMPLES_MALFORMED for heights of another size or without validation pairs.
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
                                     const std::optional<HeightLayer>& heights, const PairSamples& validation,
                                     const FitOptions& options, const Progress& progress = {});
 
-  /// The best fabric whose estimated size is within `bytes`; otherwise the smallest. `overhead`:
-  /// bytes of the file beside the values of its layers; a first guess, for the caller to improve by the size
-  /// of a written file.
+  /// The best fabric with an estimated size of at most `bytes`, or else the smallest. `overhead`: bytes of
+  /// the file beside the values of its layers, which the caller can correct by the size of a written file.
   LayerFit choose(double bytes, double overhead = typical_overhead) const;
   static constexpr double typical_overhead = 12000;
 
-  /// As those of FitResult.
+  /// As in FitResult.
   const PairSamples& training() const { return training_; }
   const Issues& warnings() const { return warnings_; }
 
@@ -70,11 +67,11 @@ class LayerFitter {
   struct Level {
     FabricLevel paper;  ///< lobes, frame, table, opacity
     LevelReport report;
-    FabricLevel plain;  ///< the same fitted without a table, where `paper` has one
+    FabricLevel plain;  ///< fitted without a table; the same as `paper` if that has no table
     LevelReport plain_report;
-    std::vector<std::optional<HeightLayer>> heights;  ///< by shape, where the level has cells enough for it
-    std::optional<SlabGloss> gloss;                   ///< where slabs have lobes worth a look
-    FabricLevel glossy;                               ///< that gloss as layers, lobes and frame
+    std::vector<std::optional<HeightLayer>> heights;  ///< by shape; empty if the level has too few cells
+    std::optional<SlabGloss> gloss;                   ///< if lobes lower the error of slabs enough
+    FabricLevel glossy;                               ///< the gloss as layers: lobes and frame
     std::vector<LevelCandidate> candidates;
   };
   using Chosen = std::vector<const LevelCandidate*>;  ///< by level
@@ -82,28 +79,29 @@ class LayerFitter {
   void scale_radiance(SampleLevel& samples, PairSamples& pairs);
   Result<void> fit_lobes(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
                          const Progress& progress);
-  /// `like`: kind, shape, and the bytes of the layers beside the coefficients. `overlaps`: of slabs.
-  void add_candidates(std::size_t level, const BasisFit& basis, const LevelCandidate& like,
+  /// `prototype`: kind, shape, and bytes of the other layers than coefficients. `overlaps`: null without
+  /// slabs.
+  void add_candidates(std::size_t level, const BasisFit& basis, const LevelCandidate& prototype,
                       const SlabOverlaps* overlaps);
   void add_texel_candidates(const std::vector<SampleLevel>& pooled);
   void add_slabs(std::size_t shape, const std::vector<SampleLevel>& pooled, HeightLayer heights,
                  const FitOptions& options);
-  void look_for_gloss(std::size_t level, const SampleLevel& samples, const SlabRays& rays,
-                      std::size_t entries, const FitOptions& options);
-  /// Of levels that have candidates of slabs with lobes, these alone.
+  void fit_gloss(std::size_t level, const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
+                 const FitOptions& options);
+  /// Removes the other candidates of levels that have slabs with lobes.
   void keep_glossy_slabs();
   static FabricLevel heights_alone(const Level& level, std::size_t shape);
   void measure_errors(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
-  /// `shape`: of slabs; beyond the last one: lobes alone. Empty where a level has no candidate with it.
+  /// `shape`: of slabs; shapes_ stands for lobes alone. Empty if a level has no candidate with this shape.
   Chosen best_of_shape(std::size_t shape, double bytes, double overhead) const;
   double size_of(const Chosen& chosen, double overhead) const;
   double cost_of(const Chosen& chosen) const;
   double bytes_of_bases(const Chosen& chosen) const;
-  /// `functions`: gets those of the candidate; bases are left to the caller.
+  /// Adds the functions of the candidate to `functions`; the caller sets the bases.
   FabricLevel level_of(std::size_t level, const LevelCandidate& candidate, BasisList& functions) const;
 
-  Fabric shell_;      ///< everything but the levels
-  double scale_ = 1;  ///< by which samples and pairs were divided
+  Fabric fabric_;     ///< without levels
+  double scale_ = 1;  ///< samples and pairs were divided by it
   bool has_gloss_ = false;
   PairSamples training_;
   Issues warnings_;

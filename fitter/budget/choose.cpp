@@ -1,4 +1,4 @@
-// The choice among the candidates of the levels (candidates.h).
+// LayerFitter::choose(): the choice among the candidates of the levels (candidates.h).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,31 +10,31 @@
 namespace selvedge {
 namespace {
 
-/// Weight of a decibel at level 0; 1 at any other level. Cloth that is near shows level 0.
+/// Weight of log(error) at level 0, which near views show; 1 at the other levels.
 constexpr double weight_of_level_0 = 5;
-/// Bytes of a channel in the file beside its values.
+/// Bytes per channel in the file in addition to its values.
 constexpr double bytes_per_channel = 30;
 
 double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
 
-/// All levels of a file have the same number of lobes: those that have fewer get some of no size.
-void even_lobes(std::vector<FabricLevel>& levels) {
-  int most = 0;
+/// Adds lobes of size 0 where needed, as all levels of a file must have the same number of lobes.
+void pad_lobes(std::vector<FabricLevel>& levels) {
+  int max_lobes = 0;
   for (const FabricLevel& level : levels) {
-    if (level.has(LayerKind::lobes)) most = std::max(most, level.lobe_count());
+    if (level.has(LayerKind::lobes)) max_lobes = std::max(max_lobes, level.lobe_count());
   }
   for (FabricLevel& level : levels) {
-    if (!level.has(LayerKind::lobes) || level.lobe_count() == most) continue;
+    if (!level.has(LayerKind::lobes) || level.lobe_count() == max_lobes) continue;
     const std::size_t count = parameter_count(level.lobe_count());
-    Layer even{3 * parameter_count(most), {}};
+    Layer padded{3 * parameter_count(max_lobes), {}};
     for (std::size_t i = 0; i < level.lobes().size(); i += count) {
-      const float* from = &level.lobes()[i];
-      even.values.insert(even.values.end(), from, from + count);
-      for (int j = level.lobe_count(); j < most; ++j) {
-        even.values.insert(even.values.end(), {0, 0, 0, 1});
+      const float* parameters = &level.lobes()[i];
+      padded.values.insert(padded.values.end(), parameters, parameters + count);
+      for (int j = level.lobe_count(); j < max_lobes; ++j) {
+        padded.values.insert(padded.values.end(), {0, 0, 0, 1});
       }
     }
-    level.set(LayerKind::lobes, std::move(even));
+    level.set(LayerKind::lobes, std::move(padded));
   }
 }
 
@@ -67,10 +67,10 @@ double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
   const FabricLevel& base = levels_.front().paper;
   channels += coefficients;
   channels += 2 * entries;
-  if (opacity) channels += shell_.views.count();
-  if (table) channels += 3 * shell_.views.count();
+  if (opacity) channels += fabric_.views.count();
+  if (table) channels += 3 * fabric_.views.count();
   if (lobes >= 0) channels += 6 + 3 * parameter_count(lobes);
-  if (lobes >= 0 && base.has(LayerKind::light)) channels += 3 * shell_.lights.count();
+  if (lobes >= 0 && base.has(LayerKind::light)) channels += 3 * fabric_.lights.count();
   return functions.bytes() + bytes_per_channel * channels;
 }
 
@@ -115,24 +115,24 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, 
   for (const Level& level : levels_) {
     if (std::none_of(level.candidates.begin(), level.candidates.end(), allowed)) return {};
   }
-  // Of each level the candidate with the least log(error) + lambda * bytes.
+  // For each level the candidate with the smallest log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
     Chosen chosen;
     for (std::size_t k = 0; k < levels_.size(); ++k) {
       const LevelCandidate* best = nullptr;
-      double least = std::numeric_limits<double>::infinity();
+      double min_cost = std::numeric_limits<double>::infinity();
       for (const LevelCandidate& candidate : levels_[k].candidates) {
         const double cost =
             weight_of(k) * std::log(std::max(candidate.error, 1e-30)) + lambda * candidate.bytes;
-        if (cost >= least || !allowed(candidate)) continue;
-        least = cost;
+        if (cost >= min_cost || !allowed(candidate)) continue;
+        min_cost = cost;
         best = &candidate;
       }
       chosen.push_back(best);
     }
     return chosen;
   };
-  double low = 1e-9;  // too large a file, unless the best of all fits
+  double low = 1e-9;  // gives too large a file, unless the best candidates fit
   double high = 1e3;
   Chosen chosen = best_at(low);
   if (size_of(chosen, overhead) > bytes) {
@@ -149,7 +149,7 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, 
     }
   }
 
-  // Bytes that are left over go, step by step, to the level that gains most for its bytes.
+  // Spends the remaining bytes, step by step, on the candidate with the largest gain per byte.
   for (bool better = true; better;) {
     better = false;
     const double left = bytes - size_of(chosen, overhead);
@@ -192,7 +192,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   }
 
   LayerFit result;
-  result.fabric = shell_;
+  result.fabric = fabric_;
   result.bytes = size_of(chosen, overhead);
   BasisList functions;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
@@ -209,7 +209,7 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   for (FabricLevel& level : result.fabric.levels) {
     if (level.has(LayerKind::products)) level.bases = bases;
   }
-  even_lobes(result.fabric.levels);
+  pad_lobes(result.fabric.levels);
   set_radiance_scale(result.fabric);
   result.fabric.radiance_scale *= static_cast<float>(scale_);
   return result;

@@ -11,7 +11,8 @@
 namespace selvedge {
 namespace {
 
-/// The size of a file with the fabric and a record whose errors are not known yet: in text longer than any.
+/// Writes the fabric with a record that is as long as any can be, as its errors are not known yet. Returns
+/// the size.
 Result<double> written_size(const LayerFit& chosen, const Issues& warnings, const FabricWriteOptions& options,
                             const std::string& path) {
   constexpr FitError unknown{1'000'000, -1000, -1000};
@@ -42,14 +43,14 @@ Result<LayerFit> choose_for_file(const LayerFitter& fitter, double budget, const
       return tl::unexpected(size.error());
     }
     smallest = std::min(smallest, *size);
-    // Where the file is too large, a little more than the estimate missed.
-    const double missed = *size - chosen.bytes + (*size > budget ? 0.002 * budget : 0);
+    // If the file is too large, the correction has a small margin.
+    const double correction = *size - chosen.bytes + (*size > budget ? 0.002 * budget : 0);
     if (*size <= budget && *size > best_size) {
       best_size = *size;
       best = std::move(chosen);
     }
-    if (best_size > 0.98 * budget || missed == 0) break;
-    overhead += missed;
+    if (best_size > 0.98 * budget || correction == 0) break;
+    overhead += correction;
   }
   if (best_size > 0) return best;
   return fail(Code::option_out_of_range, output, "--budget",

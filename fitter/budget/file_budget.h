@@ -1,4 +1,4 @@
-// Layers for a budget of bytes of the whole file, headers and compression included.
+// Chooses layers for a budget of bytes of the whole file, including headers and compression.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace selvedge {
 
-/// The largest of the tried fabrics whose file has at most `budget` bytes. LayerFitter estimates sizes, so up
-/// to six files are written beside `output` to learn what the estimate misses. OPTION_OUT_OF_RANGE with the
-/// smallest size that was found where no file is small enough.
+/// The largest fabric found with a file of at most `budget` bytes. LayerFitter only estimates sizes, so up to
+/// six temporary files are written beside `output` to correct the estimate. OPTION_OUT_OF_RANGE, with the
+/// smallest size found, if no file is small enough.
 Result<LayerFit> choose_for_file(const LayerFitter& fitter, double budget, const FabricWriteOptions& options,
                                  const std::string& output);
 

@@ -1,5 +1,4 @@
-// The mean squared error of a level of a fabric on some random pairs of directions: what candidates for the
-// level are compared by.
+// The mean squared error of a level on random pairs of directions, by which its candidates are compared.
 #pragma once
 
 #include <functional>
@@ -17,16 +16,16 @@ struct LevelTruth {
   std::vector<std::vector<V3d>> pairs;  ///< [pair][texel]
 };
 
-/// Of all levels, the finest first, down to 1 x 1.
+/// The truth of all levels down to 1 x 1, the finest first.
 std::vector<LevelTruth> level_truths(const PairSamples& truth);
 
-/// Of alpha f, channels and texels together. `image`: alpha f of every texel for a pair; called from several
-/// threads.
+/// Mean over pairs, texels and channels. `image` returns alpha f of every texel for a pair; it is called from
+/// several threads.
 double mean_squared_error(const LevelTruth& truth,
                           const std::function<std::vector<V3f>(std::size_t pair)>& image);
 
-/// The same of a level by the reference evaluation. `fabric`: the one that the level belongs to; its own
-/// levels do not count.
+/// mean_squared_error() of a level by the reference evaluation. `fabric`: the level's; its levels are not
+/// used.
 double level_error(const FabricLevel& level, const Fabric& fabric, const std::vector<DirectionPair>& pairs,
                    const LevelTruth& truth);
 

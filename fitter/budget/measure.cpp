@@ -1,4 +1,4 @@
-// The errors of all candidates of a level (candidates.h).
+// LayerFitter::measure_errors(): the errors of all candidates of a level (candidates.h).
 #include <algorithm>
 
 #include "fitter/budget/candidates.h"
@@ -7,9 +7,9 @@
 namespace selvedge {
 namespace {
 
-/// max(0, sum over m of c_m phi_m(v) psi_m(l)) of every owner of coefficients. What the owners share is
-/// computed once for all of them, which evaluate() cannot do: by that, the choice among slabs takes three
-/// times as long. `fabric`: grids of views and lights.
+/// max(0, sum over m of c_m phi_m(v) psi_m(l)) of every owner of coefficients. The products of functions are
+/// computed once for all owners; with evaluate(), the choice among slabs takes three times as long. `fabric`:
+/// for the grids of views and lights.
 std::vector<V3f> radiance_of_owners(const BasisFit& basis, const Fabric& fabric, const DirectionPair& pair) {
   const DirectionTaps views = interpolate(fabric.views, pair.view);
   const DirectionTaps lights = interpolate(fabric.lights, pair.light);
@@ -21,8 +21,8 @@ std::vector<V3f> radiance_of_owners(const BasisFit& basis, const Fabric& fabric,
     V3f colour(0, 0, 0);
     for (std::size_t tap = 0; tap < 4; ++tap) {
       factor += views.weight[tap] * phi[views.cell[tap]];
-      const float* of_light = &psi[3 * lights.cell[tap]];
-      colour += lights.weight[tap] * V3f(of_light[0], of_light[1], of_light[2]);
+      const float* rgb = &psi[3 * lights.cell[tap]];
+      colour += lights.weight[tap] * V3f(rgb[0], rgb[1], rgb[2]);
     }
     values.push_back(factor * colour);
   }
@@ -46,16 +46,15 @@ float interpolated(std::span<const float> opacity, std::size_t texel, std::size_
   return alpha;
 }
 
-/// Means over the rays of each texel. `radiance`: of the entries, for direction `direction` of those of
-/// `rays`.
+/// Means over the rays of each texel for direction number `direction` of `rays`. `radiance`: by entry.
 std::vector<V3f> seen_by_texels(const std::vector<V3f>& radiance, const SlabRays& rays, std::size_t texels,
                                 std::size_t direction, std::size_t directions) {
   const float share = 1.0F / static_cast<float>(rays.rays);
   std::vector<V3f> seen(texels, V3f(0, 0, 0));
   for (std::size_t t = 0; t < texels; ++t) {
-    const std::uint32_t* met = &rays.met[(t * directions + direction) * rays.rays];
+    const std::uint32_t* entries = &rays.entries[(t * directions + direction) * rays.rays];
     for (int ray = 0; ray < rays.rays; ++ray) {
-      if (met[ray] != SlabRays::nothing) seen[t] += share * radiance[met[ray]];
+      if (entries[ray] != SlabRays::no_entry) seen[t] += share * radiance[entries[ray]];
     }
   }
   return seen;
@@ -70,12 +69,13 @@ void LayerFitter::measure_errors(std::size_t k, const LevelTruth& truth,
   for (const DirectionPair& pair : pairs) views.push_back(pair.view);
   std::vector<SlabRays> rays;
   for (std::size_t shape = 0; shape < level.heights.size(); ++shape) {
-    rays.push_back(level.heights[shape] ? slab_rays(heights_alone(level, shape), shell_, views) : SlabRays{});
+    rays.push_back(level.heights[shape] ? slab_rays(heights_alone(level, shape), fabric_, views)
+                                        : SlabRays{});
   }
   const auto gloss_of = [&](std::size_t texel, const DirectionPair& pair) {
     const int width = level.glossy.width;
     const int t = static_cast<int>(texel);
-    return evaluate(level.glossy, shell_, t % width, t / width, pair.light, pair.view).radiance;
+    return evaluate(level.glossy, fabric_, t % width, t / width, pair.light, pair.view).radiance;
   };
   std::vector<V3f> gloss;  // [pair][texel]
   for (std::size_t i = 0; level.gloss && i < pairs.size() * level.glossy.texels(); ++i) {
@@ -84,16 +84,16 @@ void LayerFitter::measure_errors(std::size_t k, const LevelTruth& truth,
   for (LevelCandidate& candidate : level.candidates) {
     if (!has_basis(candidate)) {
       const bool table = candidate.kind == LevelCandidate::Kind::lobes_and_table;
-      candidate.error = level_error(table ? level.paper : level.plain, shell_, pairs, truth);
+      candidate.error = level_error(table ? level.paper : level.plain, fabric_, pairs, truth);
       continue;
     }
     candidate.error = mean_squared_error(truth, [&](std::size_t pair) {
-      std::vector<V3f> radiance = radiance_of_owners(candidate.basis, shell_, pairs[pair]);
+      std::vector<V3f> radiance = radiance_of_owners(candidate.basis, fabric_, pairs[pair]);
       const std::size_t texels = level.paper.texels();
       if (!has_slabs(candidate)) {
-        const DirectionTaps at = interpolate(shell_.views, pairs[pair].view);
+        const DirectionTaps at = interpolate(fabric_.views, pairs[pair].view);
         for (std::size_t t = 0; t < texels; ++t) {
-          radiance[t] *= interpolated(level.paper.opacity(), t, shell_.views.count(), at);
+          radiance[t] *= interpolated(level.paper.opacity(), t, fabric_.views.count(), at);
         }
         return radiance;
       }

@@ -13,17 +13,17 @@ GlossForm::GlossForm(const SampleLevel& samples, const SlabRays& rays, const Sla
   const std::size_t views = samples.views;
   const std::size_t lights = samples.lights;
   const std::size_t per_row = rays.rays;
-  const std::size_t entries = tables.seen.size() / gloss.kind_of.size();
+  const std::size_t entries = tables.visibility.size() / gloss.kind_of.size();
   const std::size_t count = views * tables.values;
   cross_.assign(kinds, std::vector<double>(count, 0));
   square_.resize(kinds * (kinds + 1) / 2);
   for (std::size_t a = 0; a < kinds; ++a) square_[pair(a, a)].assign(count, 0);
-  std::vector<std::uint16_t> kind(rays.met.size(), 0);
-  for (std::size_t i = 0; i < rays.met.size(); ++i) {
-    if (rays.met[i] == SlabRays::nothing) continue;
-    kind[i] = gloss.kind_of[rays.met[i] / entries];
+  std::vector<std::uint16_t> kind(rays.entries.size(), 0);
+  for (std::size_t i = 0; i < rays.entries.size(); ++i) {
+    if (rays.entries[i] == SlabRays::no_entry) continue;
+    kind[i] = gloss.kind_of[rays.entries[i] / entries];
     for (std::size_t j = i / per_row * per_row; j < i; ++j) {
-      if (rays.met[j] == SlabRays::nothing) continue;
+      if (rays.entries[j] == SlabRays::no_entry) continue;
       std::vector<double>& both = square_[pair(kind[i], kind[j])];
       if (both.empty()) both.assign(count, 0);
     }
@@ -36,12 +36,12 @@ GlossForm::GlossForm(const SampleLevel& samples, const SlabRays& rays, const Sla
     for (std::size_t row = 0; row < samples.alpha.size(); ++row) {
       seen.clear();
       for (std::size_t i = row * per_row; i < (row + 1) * per_row; ++i) {
-        if (rays.met[i] == SlabRays::nothing) continue;
+        if (rays.entries[i] == SlabRays::no_entry) continue;
         if (std::find(seen.begin(), seen.end(), kind[i]) == seen.end()) {
           seen.push_back(kind[i]);
           sum[kind[i]] = V3f(0, 0, 0);
         }
-        const float* x = &tables.value[rays.met[i] * tables.functions * tables.values + 3 * l];
+        const float* x = &tables.value[rays.entries[i] * tables.functions * tables.values + 3 * l];
         sum[kind[i]] += share * V3f(x[0], x[1], x[2]);
       }
       const V3f shown = samples.alpha[row] * samples.radiance[row * lights + l];
@@ -75,7 +75,7 @@ double GlossForm::error(const std::vector<std::vector<double>>& g) const {
   return sum;
 }
 
-std::vector<double> GlossForm::rest(std::size_t a, const std::vector<std::vector<double>>& g) const {
+std::vector<double> GlossForm::linear(std::size_t a, const std::vector<std::vector<double>>& g) const {
   std::vector<double> rest = cross_[a];
   for (std::size_t b = 0; b < g.size(); ++b) {
     if (b == a) continue;
@@ -91,12 +91,12 @@ TexelForms::TexelForms(const SampleLevel& samples, const SlabRays& rays, const S
       rays_(rays),
       tables_(tables),
       factors_(factors),
-      entries_(tables.seen.size() / factors.kind.size()),
+      entries_(tables.visibility.size() / factors.kind.size()),
       rows_(factors.kind.size()) {
   const std::size_t per_row = rays.rays;
-  for (std::size_t i = 0; i < rays.met.size(); ++i) {
-    if (rays.met[i] == SlabRays::nothing) continue;
-    std::vector<std::size_t>& rows = rows_[rays.met[i] / entries_];
+  for (std::size_t i = 0; i < rays.entries.size(); ++i) {
+    if (rays.entries[i] == SlabRays::no_entry) continue;
+    std::vector<std::size_t>& rows = rows_[rays.entries[i] / entries_];
     if (rows.empty() || rows.back() != i / per_row) rows.push_back(i / per_row);
   }
 }
@@ -109,7 +109,7 @@ TexelForm TexelForms::operator()(std::size_t texel) const {
   const float share = 1.0F / static_cast<float>(per_row);
   TexelForm form;
   form.square.assign(views * values, 0);
-  form.rest.assign(views * values, 0);
+  form.linear.assign(views * values, 0);
   std::vector<float> own(values);
   std::vector<float> rest(values);
   for (const std::size_t row : rows_[texel]) {
@@ -120,18 +120,18 @@ TexelForm TexelForms::operator()(std::size_t texel) const {
     }
     std::fill(own.begin(), own.end(), 0.0F);
     for (std::size_t i = row * per_row; i < (row + 1) * per_row; ++i) {
-      if (rays_.met[i] == SlabRays::nothing) continue;
-      const std::size_t met = rays_.met[i] / entries_;
-      const float* x = &tables_.value[rays_.met[i] * tables_.functions * values];
-      if (met == texel) {
+      if (rays_.entries[i] == SlabRays::no_entry) continue;
+      const std::size_t hit_texel = rays_.entries[i] / entries_;
+      const float* x = &tables_.value[rays_.entries[i] * tables_.functions * values];
+      if (hit_texel == texel) {
         for (std::size_t k = 0; k < values; ++k) own[k] += share * x[k];
       } else {
-        const float* g = &factors_.value[(factors_.kind[met] * views + view) * values];
+        const float* g = &factors_.value[(factors_.kind[hit_texel] * views + view) * values];
         for (std::size_t k = 0; k < values; ++k) rest[k] -= share * g[k] * x[k];
       }
     }
     double* square = &form.square[view * values];
-    double* into = &form.rest[view * values];
+    double* into = &form.linear[view * values];
     for (std::size_t k = 0; k < values; ++k) {
       square[k] += static_cast<double>(own[k] * own[k]);
       into[k] += static_cast<double>(own[k] * rest[k]);

@@ -15,7 +15,7 @@ std::vector<V3d> in_frame(const GlossKind& kind, const std::vector<V3d>& directi
   return result;
 }
 
-/// g in no units.
+/// g without units.
 std::vector<double> values_of(const GlossKind& kind, const GlossDirections& directions) {
   const std::vector<V3d> lights = in_frame(kind, directions.lights);
   std::vector<double> g(directions.count(), 0);
@@ -72,12 +72,12 @@ void normalise(SlabGloss& gloss, const GlossDirections& directions) {
     }
     for (double& p : power) p *= factor * factor;
   }
-  // A light under which there is next to nothing to see keeps a unit that its noise cannot fill.
+  // A minimum, so that noise is not scaled up for lights with almost no radiance.
   constexpr double min_share = 1e-6;
-  const double least = min_share * *std::max_element(power.begin(), power.end());
+  const double min_power = min_share * *std::max_element(power.begin(), power.end());
   gloss.unit.clear();
   for (const double p : power) {
-    const double unit = std::sqrt(std::max(p, least) / all);
+    const double unit = std::sqrt(std::max(p, min_power) / all);
     gloss.unit.push_back(unit > 0 ? static_cast<float>(unit) : 1);
   }
 }
@@ -96,8 +96,8 @@ SlabFactors factors_of(const SlabGloss& gloss, const GlossDirections& directions
 void set_gloss(const SlabGloss& gloss, FabricLevel& level) {
   Layer lobes{3 * parameter_count(static_cast<int>(gloss.kinds.front().shapes.size())), {}};
   Layer frame{6, {}};
-  for (const std::uint16_t of_texel : gloss.kind_of) {
-    const GlossKind& kind = gloss.kinds[of_texel];
+  for (const std::uint16_t index : gloss.kind_of) {
+    const GlossKind& kind = gloss.kinds[index];
     for (const V3f& axis : {V3f(kind.normal), V3f(kind.tangent)}) {
       frame.values.insert(frame.values.end(), {axis.x, axis.y, axis.z});
     }

@@ -2,8 +2,8 @@
 //
 //   f(l, v) = g(l', v') F(entry, l, v),   g = max(0, l'_z) (rho + sum_j size_j max(0, d_j . (l' * v'))^n_j ),
 //
-// one g for every kind of texel. Few kinds take few bytes, and how their tables change with the view is known
-// from all their texels together.
+// with one g for every kind of texel. Few kinds take few bytes, and the texels of a kind together determine
+// how their tables change with the view.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct GlossKind {
 struct SlabGloss {
   std::vector<GlossKind> kinds;
   std::vector<std::uint16_t> kind_of;  ///< [texel]
-  /// [3 light + channel]: tables are fitted in the inverse of these units, in which g is of the order of 1.
+  /// [3 light + channel]: units in which g is of the order of 1; tables are fitted in their inverse.
   std::vector<float> unit;
 };
 
@@ -44,14 +44,14 @@ struct SlabGloss {
 std::vector<double> gloss_values(const GlossKind& kind, const GlossDirections& directions,
                                  const std::vector<float>& unit);
 
-/// Makes the root mean square of g 1, of all texels, and the units those in which g, of all texels and views
-/// together, is 1 for every light and channel.
+/// Scales g to a root mean square of 1 over all texels, and sets the units so that g in these units has a
+/// root mean square of 1 over texels and views for every light and channel.
 void normalise(SlabGloss& gloss, const GlossDirections& directions);
 
-/// As fit_slabs() takes it.
+/// The gloss as factors for fit_slabs().
 SlabFactors factors_of(const SlabGloss& gloss, const GlossDirections& directions);
 
-/// The layers lobes and frame of a level with that gloss.
+/// Sets the layers lobes and frame of a level.
 void set_gloss(const SlabGloss& gloss, FabricLevel& level);
 
 }  // namespace selvedge

@@ -11,27 +11,27 @@
 namespace selvedge {
 namespace {
 
-/// A lobe may be so many times the root mean square of g.
+/// Bound of a lobe's size, in units of the root mean square of g.
 constexpr LobeBounds bounds{64};
-/// A frame may turn away from the cloth so far that its normal's z is this.
+/// Smallest z of a frame's normal.
 constexpr double min_normal_z = 0.5;
 
-/// Mirrors, and the cones of fibres along and across the tangent, in its frame.
+/// Directions of lobes in the frame: mirrors, and the cones of fibres along and across the tangent.
 constexpr std::array<std::array<double, 3>, 6> shapes{
     {{-1, -1, 1}, {-1, 0.5, 0.5}, {0.5, -1, 0.5}, {-1, 1, 1}, {1, -1, 1}, {-0.5, -0.5, 1}}};
 constexpr std::array<double, 5> exponents{1.5, 3, 6, 12, 24};
 
 using Values = std::vector<double>;
 
-/// The effect on the error of a lobe that is added.
-struct Added {
-  double gain = 0;  ///< but for a constant
-  double old = 1;   ///< factor on the old rho and lobes
+/// A lobe to add, and its effect.
+struct AddedLobe {
+  double gain = 0;   ///< decrease of the error, up to a constant
+  double scale = 1;  ///< factor on rho and the other lobes
   LobeShape shape{shapes[0], exponents[1]};
   double size = 0;
 };
 
-/// Unknowns of a kind: rho of the channels; a LobeStep for every lobe; turns about tangent, binormal and
+/// Unknowns of a kind: rho of the channels; a LobeStep for every lobe; rotations about tangent, binormal and
 /// normal.
 constexpr std::size_t first_lobe = 3;
 constexpr std::size_t of_lobe = LobeStep::unknowns;
@@ -46,7 +46,7 @@ std::vector<Values> derivatives(const GlossKind& kind, const GlossDirections& di
   const auto local = [&](const V3d& d) {
     return V3d(d.dot(kind.tangent), d.dot(binormal), d.dot(kind.normal));
   };
-  // Derivatives of a direction's coordinates by turns of the frame about each of its axes.
+  // Derivatives of a direction's coordinates by rotations of the frame about each of its axes.
   const auto turned = [](const V3d& d) {
     return std::array<V3d, 3>{V3d(0, d.z, -d.y), V3d(-d.z, 0, d.x), V3d(d.y, -d.x, 0)};
   };
@@ -99,7 +99,7 @@ std::vector<Values> derivatives(const GlossKind& kind, const GlossDirections& di
   return result;
 }
 
-/// The kind a step away, within the bounds.
+/// The kind after a step within the bounds.
 GlossKind moved(const GlossKind& from, const std::vector<double>& step) {
   GlossKind kind = from;
   for (std::size_t c = 0; c < 3; ++c) kind.rho[c] = std::max(0.0, kind.rho[c] + step[c]);
@@ -118,7 +118,7 @@ GlossKind moved(const GlossKind& from, const std::vector<double>& step) {
   return kind;
 }
 
-/// Whether a step along an unknown is impossible: at a bound and pushed outwards, or without effect.
+/// Whether an unknown cannot move: it is at a bound and descent would move it outwards, or it has no effect.
 bool is_fixed(const GlossKind& kind, std::size_t u, double gradient, double curvature) {
   if (!(curvature > 0)) return true;
   if (u < first_lobe) return kind.rho[u] <= 0 && gradient >= 0;
@@ -127,17 +127,17 @@ bool is_fixed(const GlossKind& kind, std::size_t u, double gradient, double curv
   return is_at_bound((u - first_lobe) % of_lobe, gradient, bounds, kind.shapes[j], kind.sizes[j]);
 }
 
-/// For one kind, the others fixed.
+/// The normal equations of one kind with the others fixed.
 NormalEquations block_of(const GlossForm& form, std::size_t k, const std::vector<Values>& g,
                          const std::vector<Values>& by) {
   const std::size_t n = by.size();
   const Values& square = form.square(k);
-  Values rest = form.rest(k, g);
-  for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= square[i] * g[k][i];
+  Values residual = form.linear(k, g);
+  for (std::size_t i = 0; i < residual.size(); ++i) residual[i] -= square[i] * g[k][i];
   NormalEquations block{std::vector<double>(n * n), std::vector<double>(n)};
   Values weighted(square.size());
   for (std::size_t u = 0; u < n; ++u) {
-    block.gradient[u] = -std::inner_product(rest.begin(), rest.end(), by[u].begin(), 0.0);
+    block.gradient[u] = -std::inner_product(residual.begin(), residual.end(), by[u].begin(), 0.0);
     for (std::size_t i = 0; i < square.size(); ++i) weighted[i] = square[i] * by[u][i];
     for (std::size_t w = 0; w <= u; ++w) {
       block.matrix[u * n + w] = std::inner_product(weighted.begin(), weighted.end(), by[w].begin(), 0.0);
@@ -147,14 +147,13 @@ NormalEquations block_of(const GlossForm& form, std::size_t k, const std::vector
   return block;
 }
 
-/// Steps of all kinds at a damping, with the same step for the lobes of all; no steps where the equations
-/// have no solution.
+/// Damped steps of all kinds, with the same step for the lobes of all; 0 if the equations have no solution.
 std::vector<std::vector<double>> steps_of(const std::vector<NormalEquations>& blocks,
                                           const std::vector<GlossKind>& kinds, double lambda, double energy) {
   const std::size_t n = blocks.front().gradient.size();
   const std::size_t lobes = n - 6;
   const std::size_t all = lobes + 6 * kinds.size();
-  // Lobes come first; then rho and turns of each kind.
+  // Lobes come first, then rho and rotations of each kind.
   const auto index = [&](std::size_t k, std::size_t u) {
     if (u < first_lobe) return lobes + 6 * k + u;
     return u < first_lobe + lobes ? u - first_lobe : 6 * k + u;
@@ -170,11 +169,11 @@ std::vector<std::vector<double>> steps_of(const std::vector<NormalEquations>& bl
     }
   }
   std::vector<double> step(all);
-  std::vector<char> held(all);
+  std::vector<char> fixed(all);
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     for (std::size_t u = 0; u < n; ++u) {
       const std::size_t i = index(k, u);
-      held[i] = is_fixed(kinds[k], u, gradient[i], matrix[i * all + i]) ? 1 : 0;
+      fixed[i] = is_fixed(kinds[k], u, gradient[i], matrix[i * all + i]) ? 1 : 0;
     }
   }
   for (std::size_t i = 0; i < all; ++i) {
@@ -182,7 +181,7 @@ std::vector<std::vector<double>> steps_of(const std::vector<NormalEquations>& bl
     matrix[i * all + i] += lambda * matrix[i * all + i] + 1e-14 * energy;
   }
   std::vector<std::vector<double>> steps(kinds.size(), std::vector<double>(n, 0));
-  if (!solve_symmetric(matrix, step, held)) return steps;
+  if (!solve_symmetric(matrix, step, fixed)) return steps;
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     for (std::size_t u = 0; u < n; ++u) {
       const double s = step[index(k, u)];
@@ -197,27 +196,26 @@ std::vector<std::vector<double>> steps_of(const std::vector<NormalEquations>& bl
 void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGloss& gloss) {
   std::vector<Values> g;
   for (const GlossKind& kind : gloss.kinds) g.push_back(gloss_values(kind, directions, gloss.unit));
-  // The samples less the other kinds, for every kind.
   const auto inner = [](const Values& square, const Values& x, const Values& y) {
     double sum = 0;
     for (std::size_t i = 0; i < square.size(); ++i) sum += square[i] * x[i] * y[i];
     return sum;
   };
-  std::vector<Values> left(gloss.kinds.size());
+  std::vector<Values> linear(gloss.kinds.size());
   double old_own = 0;
   double old_right = 0;
-  for (std::size_t k = 0; k < left.size(); ++k) {
-    left[k] = form.rest(k, g);
+  for (std::size_t k = 0; k < linear.size(); ++k) {
+    linear[k] = form.linear(k, g);
     old_own += inner(form.square(k), g[k], g[k]);
-    old_right += std::inner_product(g[k].begin(), g[k].end(), left[k].begin(), 0.0);
+    old_right += std::inner_product(g[k].begin(), g[k].end(), linear[k].begin(), 0.0);
   }
-  std::vector<Added> added(shapes.size() * exponents.size());
+  std::vector<AddedLobe> added(shapes.size() * exponents.size());
   parallel_for(0, static_cast<int>(added.size()), [&](std::size_t i) {
     const LobeShape shape{shapes[i / exponents.size()], exponents[i % exponents.size()]};
     double own = 0;
     double both = 0;
     double right = 0;
-    for (std::size_t k = 0; k < left.size(); ++k) {
+    for (std::size_t k = 0; k < linear.size(); ++k) {
       GlossKind alone = gloss.kinds[k];
       alone.rho = {0, 0, 0};
       alone.shapes = {shape};
@@ -225,21 +223,21 @@ void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGlos
       const Values lobe = gloss_values(alone, directions, gloss.unit);
       own += inner(form.square(k), lobe, lobe);
       both += inner(form.square(k), lobe, g[k]);
-      right += std::inner_product(lobe.begin(), lobe.end(), left[k].begin(), 0.0);
+      right += std::inner_product(lobe.begin(), lobe.end(), linear[k].begin(), 0.0);
     }
     const double determinant = old_own * own - both * both;
     if (!(determinant > 1e-9 * old_own * own)) return;
-    const double old = (own * old_right - both * right) / determinant;
+    const double scale = (own * old_right - both * right) / determinant;
     const double size = (old_own * right - both * old_right) / determinant;
-    if (!(old > 0) || !(size > 0) || size > bounds.max_size) return;
-    added[i] = {old * old_right + size * right, old, shape, size};
+    if (!(scale > 0) || !(size > 0) || size > bounds.max_size) return;
+    added[i] = {scale * old_right + size * right, scale, shape, size};
   });
-  const Added best = *std::max_element(added.begin(), added.end(),
-                                       [](const Added& a, const Added& b) { return a.gain < b.gain; });
+  const AddedLobe best = *std::max_element(
+      added.begin(), added.end(), [](const AddedLobe& a, const AddedLobe& b) { return a.gain < b.gain; });
   for (GlossKind& kind : gloss.kinds) {
     if (best.size > 0) {
-      for (double& rho : kind.rho) rho *= best.old;
-      for (double& size : kind.sizes) size *= best.old;
+      for (double& rho : kind.rho) rho *= best.scale;
+      for (double& size : kind.sizes) size *= best.scale;
     }
     kind.shapes.push_back(best.shape);
     kind.sizes.push_back(best.size);
@@ -258,9 +256,9 @@ double search_gloss(const GlossForm& form, const GlossDirections& directions, in
   double error = form.error(g);
   double lambda = 1e-2;
   std::vector<NormalEquations> blocks(kinds);
-  bool fresh = true;
+  bool accepted = true;
   for (int step = 0; step < steps; ++step) {
-    if (fresh) {
+    if (accepted) {
       parallel_for(0, static_cast<int>(kinds), [&](std::size_t i) {
         blocks[i] = block_of(form, i, g, derivatives(gloss.kinds[i], directions, gloss.unit));
       });
@@ -270,8 +268,8 @@ double search_gloss(const GlossForm& form, const GlossDirections& directions, in
     for (std::size_t k = 0; k < kinds; ++k) tried.push_back(moved(gloss.kinds[k], by[k]));
     std::vector<Values> tried_g = all_values(tried);
     const double tried_error = form.error(tried_g);
-    fresh = tried_error < error;
-    if (fresh) {
+    accepted = tried_error < error;
+    if (accepted) {
       constexpr double tolerance = 1e-4;
       const bool done = error - tried_error < tolerance * error;
       gloss.kinds = std::move(tried);

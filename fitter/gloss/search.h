@@ -1,4 +1,4 @@
-// The lobes, diffuse terms and frames of the kinds of texels, for given tables.
+// Searches for lobes, diffuse terms and frames of the kinds of texels, for given tables.
 #pragma once
 
 #include <vector>
@@ -7,12 +7,12 @@
 
 namespace selvedge {
 
-/// Gives every kind the lobe of a dictionary that lowers the error most, one kind after the other; one of no
-/// size where none does. The error never rises.
+/// Adds the lobe of a dictionary that lowers the error most, with the same shape and size for all kinds; of
+/// size 0 if no lobe lowers the error.
 void add_lobe(const GlossForm& form, const GlossDirections& directions, SlabGloss& gloss);
 
-/// Levenberg-Marquardt over all kinds, at most so many steps. Returns the error, which never rises. Tables
-/// that are kept fixed hold the other kinds' gloss in place: blocks of one kind are enough of the matrix.
+/// At most `steps` steps of Levenberg-Marquardt over all kinds. Returns the error, which never rises. As the
+/// tables are fixed, kinds depend on each other little: only the matrix's blocks of one kind are used.
 double search_gloss(const GlossForm& form, const GlossDirections& directions, int steps, SlabGloss& gloss);
 
 }  // namespace selvedge

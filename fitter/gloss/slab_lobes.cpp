@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
+#include <numbers>
 
 #include "fitter/gloss/search.h"
 #include "format/base/parallel.h"
@@ -12,7 +13,8 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// Unit; the cloth's own where a texel has none that lights could reach.
+/// Unit mean normals of the texels; the cloth's for texels that mostly face away from lights or are never
+/// seen.
 std::vector<V3d> mean_normals(const SampleLevel& samples) {
   std::vector<V3d> normals;
   for (const V3f& sum : samples.normal) {
@@ -22,14 +24,14 @@ std::vector<V3d> mean_normals(const SampleLevel& samples) {
   return normals;
 }
 
-/// Which of the centres is nearest to each point, and the point that is farthest from its own.
+/// The nearest centre of each point, and the point that is farthest from its centre.
 struct Assignment {
   std::vector<std::uint16_t> kind_of;
   std::size_t farthest = 0;
-  double distance = 0;  // of that, squared
+  double distance = 0;  // squared distance of the farthest point
 };
 
-Assignment assigned(const std::vector<V3d>& points, const std::vector<V3d>& centres) {
+Assignment assign(const std::vector<V3d>& points, const std::vector<V3d>& centres) {
   Assignment result;
   for (std::size_t t = 0; t < points.size(); ++t) {
     std::size_t nearest = 0;
@@ -50,16 +52,16 @@ V3d tangent_along(const V3d& normal, double angle) {
   return (along - normal * along.dot(normal)).normalized();
 }
 
-/// By the texels' mean normals: Lloyd's algorithm, from the points farthest apart.
-SlabGloss kinds_of_normals(const SampleLevel& samples, int most) {
-  constexpr double near = 1e-3;
+/// Clusters texels by their mean normals: Lloyd's algorithm, from the points farthest apart.
+SlabGloss kinds_of_normals(const SampleLevel& samples, int max_kinds) {
+  constexpr double min_distance = 1e-3;
   constexpr int passes = 20;
   const std::vector<V3d> normals = mean_normals(samples);
   std::vector<V3d> centres{V3d(0, 0, 1)};
-  Assignment found = assigned(normals, centres);
-  while (static_cast<int>(centres.size()) < most && found.distance > near) {
+  Assignment found = assign(normals, centres);
+  while (std::ssize(centres) < max_kinds && found.distance > min_distance) {
     centres.push_back(normals[found.farthest]);
-    found = assigned(normals, centres);
+    found = assign(normals, centres);
   }
   for (int pass = 0; pass < passes; ++pass) {
     std::vector<V3d> sums(centres.size(), V3d(0, 0, 0));
@@ -67,7 +69,7 @@ SlabGloss kinds_of_normals(const SampleLevel& samples, int most) {
     for (std::size_t k = 0; k < centres.size(); ++k) {
       if (sums[k].length() > 0) centres[k] = sums[k].normalized();
     }
-    found = assigned(normals, centres);
+    found = assign(normals, centres);
   }
   SlabGloss gloss;
   gloss.kind_of = found.kind_of;
@@ -80,7 +82,7 @@ SlabGloss kinds_of_normals(const SampleLevel& samples, int most) {
   return gloss;
 }
 
-/// How much less the error of a texel is with a diffuse term and a lobe than with the diffuse term alone.
+/// Decrease of a texel's error from a diffuse term alone to a diffuse term and a lobe.
 double gain_of(const TexelForm& form, const Values& diffuse, const Values& lobe) {
   double dd = 0;
   double dl = 0;
@@ -91,8 +93,8 @@ double gain_of(const TexelForm& form, const Values& diffuse, const Values& lobe)
     dd += form.square[i] * diffuse[i] * diffuse[i];
     dl += form.square[i] * diffuse[i] * lobe[i];
     ll += form.square[i] * lobe[i] * lobe[i];
-    dr += form.rest[i] * diffuse[i];
-    lr += form.rest[i] * lobe[i];
+    dr += form.linear[i] * diffuse[i];
+    lr += form.linear[i] * lobe[i];
   }
   const double determinant = dd * ll - dl * dl;
   if (!(determinant > 1e-9 * dd * ll)) return 0;
@@ -101,20 +103,19 @@ double gain_of(const TexelForm& form, const Values& diffuse, const Values& lobe)
   return rho > 0 && size > 0 ? std::max(0.0, rho * dr + size * lr - dr * dr / dd) : 0;
 }
 
-/// Divides the kinds by the direction in which fibres run, as far as the gloss says it: those of the divided
-/// that gain most are kept.
-void divide_by_fibres(const TexelForms& forms, const GlossDirections& directions, int most,
+/// Divides each kind by the direction of fibres that fits the gloss of its texels best, and keeps the parts
+/// with the largest gains.
+void divide_by_fibres(const TexelForms& forms, const GlossDirections& directions, int max_kinds,
                       SlabGloss& gloss) {
-  constexpr std::size_t ways = 4;
-  constexpr double pi = 3.14159265358979323846;
-  const auto angle_of = [&](std::size_t way) { return pi * static_cast<double>(way) / ways; };
+  constexpr std::size_t angles = 4;
+  const auto angle_of = [](std::size_t i) { return std::numbers::pi * static_cast<double>(i) / angles; };
   std::vector<Values> diffuse;
   std::vector<Values> lobes;
   for (const GlossKind& kind : gloss.kinds) {
     diffuse.push_back(gloss_values(kind, directions, gloss.unit));
-    for (std::size_t way = 0; way < ways; ++way) {
+    for (std::size_t angle = 0; angle < angles; ++angle) {
       GlossKind fibre = kind;
-      fibre.tangent = tangent_along(kind.normal, angle_of(way));
+      fibre.tangent = tangent_along(kind.normal, angle_of(angle));
       fibre.rho = {0, 0, 0};
       fibre.shapes = {{{-1, 0.5, 0.5}, 4}};
       fibre.sizes = {1};
@@ -122,61 +123,61 @@ void divide_by_fibres(const TexelForms& forms, const GlossDirections& directions
     }
   }
   const std::size_t texels = gloss.kind_of.size();
-  std::vector<std::array<double, ways>> gains(texels);
+  std::vector<std::array<double, angles>> gains(texels);
   parallel_for(0, static_cast<int>(texels), [&](std::size_t t) {
     const TexelForm form = forms(t);
-    for (std::size_t way = 0; way < ways; ++way) {
-      gains[t][way] = gain_of(form, diffuse[gloss.kind_of[t]], lobes[gloss.kind_of[t] * ways + way]);
+    for (std::size_t angle = 0; angle < angles; ++angle) {
+      gains[t][angle] = gain_of(form, diffuse[gloss.kind_of[t]], lobes[gloss.kind_of[t] * angles + angle]);
     }
   });
   struct Group {
     std::size_t kind = 0;
-    std::size_t way = 0;
+    std::size_t angle = 0;
     double gain = 0;
   };
   std::vector<Group> groups;
   for (std::size_t k = 0; k < gloss.kinds.size(); ++k) {
-    for (std::size_t way = 0; way < ways; ++way) groups.push_back({k, way, 0});
+    for (std::size_t angle = 0; angle < angles; ++angle) groups.push_back({k, angle, 0});
   }
   for (std::size_t t = 0; t < texels; ++t) {
-    const auto best =
-        static_cast<std::size_t>(std::max_element(gains[t].begin(), gains[t].end()) - gains[t].begin());
-    groups[gloss.kind_of[t] * ways + best].gain += gains[t][best];
+    const std::size_t best = std::max_element(gains[t].begin(), gains[t].end()) - gains[t].begin();
+    groups[gloss.kind_of[t] * angles + best].gain += gains[t][best];
   }
   std::stable_sort(groups.begin(), groups.end(),
                    [](const Group& a, const Group& b) { return a.gain > b.gain; });
-  // Every normal keeps a direction.
+  // Every kind keeps at least one direction.
   std::vector<Group> kept;
   for (const bool first : {true, false}) {
     for (const Group& group : groups) {
       const bool there = std::any_of(kept.begin(), kept.end(), [&](const Group& other) {
-        return other.kind == group.kind && (first || other.way == group.way);
+        return other.kind == group.kind && (first || other.angle == group.angle);
       });
-      if (there || static_cast<int>(kept.size()) >= most || (!first && !(group.gain > 0))) continue;
+      if (there || std::ssize(kept) >= max_kinds || (!first && !(group.gain > 0))) continue;
       kept.push_back(group);
     }
   }
   std::vector<GlossKind> kinds;
   for (const Group& group : kept) {
     kinds.push_back(gloss.kinds[group.kind]);
-    kinds.back().tangent = tangent_along(kinds.back().normal, angle_of(group.way));
+    kinds.back().tangent = tangent_along(kinds.back().normal, angle_of(group.angle));
   }
   for (std::size_t t = 0; t < texels; ++t) {
     std::size_t best = kept.size();
     for (std::size_t k = 0; k < kept.size(); ++k) {
       if (kept[k].kind != gloss.kind_of[t]) continue;
-      if (best == kept.size() || gains[t][kept[k].way] > gains[t][kept[best].way]) best = k;
+      if (best == kept.size() || gains[t][kept[k].angle] > gains[t][kept[best].angle]) best = k;
     }
     gloss.kind_of[t] = static_cast<std::uint16_t>(best);
   }
   gloss.kinds = std::move(kinds);
 }
 
-/// Every texel to the kind whose g, times any factor (the tables' affair), explains most of it. Where others
-/// explain nearly as much, that of its left neighbour or its own: few changes take few bytes.
+/// Moves every texel to the kind with the g that explains most of its samples, up to a factor, which the
+/// tables have. Prefers the kind of its left neighbour or its own if they are nearly as good: few changes
+/// take few bytes.
 void reassign(const TexelForms& forms, const GlossDirections& directions, std::size_t width,
               SlabGloss& gloss) {
-  constexpr double nearly = 0.002;
+  constexpr double tolerance = 0.002;
   const std::size_t kinds = gloss.kinds.size();
   std::vector<Values> g;
   for (const GlossKind& kind : gloss.kinds) g.push_back(gloss_values(kind, directions, gloss.unit));
@@ -185,20 +186,20 @@ void reassign(const TexelForms& forms, const GlossDirections& directions, std::s
     const TexelForm form = forms(t);
     for (std::size_t k = 0; k < kinds; ++k) {
       double square = 0;
-      double rest = 0;
+      double linear = 0;
       for (std::size_t i = 0; i < g[k].size(); ++i) {
         square += form.square[i] * g[k][i] * g[k][i];
-        rest += form.rest[i] * g[k][i];
+        linear += form.linear[i] * g[k][i];
       }
-      if (square > 0 && rest > 0) explained[t * kinds + k] = rest * rest / square;
+      if (square > 0 && linear > 0) explained[t * kinds + k] = linear * linear / square;
     }
   });
   for (std::size_t t = 0; t < gloss.kind_of.size(); ++t) {
-    const double* of_texel = &explained[t * kinds];
-    const double* best = std::max_element(of_texel, of_texel + kinds);
+    const double* by_kind = &explained[t * kinds];
+    const double* best = std::max_element(by_kind, by_kind + kinds);
     std::uint16_t chosen = gloss.kind_of[t];
-    if (of_texel[chosen] < (1 - nearly) * *best) chosen = static_cast<std::uint16_t>(best - of_texel);
-    if (t % width > 0 && of_texel[gloss.kind_of[t - 1]] >= (1 - nearly) * *best)
+    if (by_kind[chosen] < (1 - tolerance) * *best) chosen = static_cast<std::uint16_t>(best - by_kind);
+    if (t % width > 0 && by_kind[gloss.kind_of[t - 1]] >= (1 - tolerance) * *best)
       chosen = gloss.kind_of[t - 1];
     gloss.kind_of[t] = chosen;
   }
@@ -212,9 +213,9 @@ SlabLobeFit fit_slab_lobes(const SampleLevel& samples, const SlabRays& rays, std
   const GlossDirections directions = gloss_directions(views, lights);
   const std::vector<std::vector<float>> constant{std::vector<float>(directions.views.size(), 1)};
   SlabLobeFit fit;
-  SlabGloss tried = kinds_of_normals(samples, std::max(1, options.kinds / 2));
+  SlabGloss tried = kinds_of_normals(samples, std::max(1, options.max_kinds / 2));
   normalise(tried, directions);
-  for (int turn = 0; turn <= options.turns; ++turn) {
+  for (int turn = 0; turn <= options.max_turns; ++turn) {
     const SlabFactors factors = factors_of(tried, directions);
     const SlabTables tables = fit_slabs(samples, rays, entries, constant, &factors);
     GlossForm form(samples, rays, tables, tried);
@@ -224,19 +225,19 @@ SlabLobeFit fit_slab_lobes(const SampleLevel& samples, const SlabRays& rays, std
     if (!fit.errors.empty() && !(error < fit.errors.back())) break;
     fit.errors.push_back(error);
     fit.gloss = tried;
-    if (!(error > 0) || turn == options.turns) break;
+    if (!(error > 0) || turn == options.max_turns) break;
     const TexelForms forms(samples, rays, tables, factors);
     if (turn == 0) {
-      divide_by_fibres(forms, directions, options.kinds, tried);
+      divide_by_fibres(forms, directions, options.max_kinds, tried);
     } else {
       reassign(forms, directions, samples.width, tried);
     }
     form = GlossForm(samples, rays, tables, tried);
     if (turn < options.lobes) add_lobe(form, directions, tried);
-    search_gloss(form, directions, options.steps, tried);
+    search_gloss(form, directions, options.max_steps, tried);
     normalise(tried, directions);
   }
-  // A search that ended early, or samples that are black.
+  // The search ended early, or the samples are black.
   for (GlossKind& kind : fit.gloss.kinds) {
     kind.shapes.resize(options.lobes);
     kind.sizes.resize(kind.shapes.size(), 0);

@@ -1,5 +1,5 @@
-// Lobes in slabs, fitted by turns with the tables: kinds of texels, and for each its frame, diffuse term and
-// lobes (gloss.h).
+// Gloss of slabs (gloss.h), fitted alternately with the tables: kinds of texels, and the frame, diffuse term
+// and lobes of each kind.
 #pragma once
 
 #include <vector>
@@ -10,22 +10,22 @@
 namespace selvedge {
 
 struct SlabLobeOptions {
-  int lobes = 1;   ///< 1 and more
-  int kinds = 8;   ///< of texels, at most
-  int turns = 5;   ///< at most
-  int steps = 10;  ///< of a search in a turn, at most
+  int lobes = 1;       ///< at least 1
+  int max_kinds = 8;   ///< of texels
+  int max_turns = 5;   ///< alternations between tables and gloss
+  int max_steps = 10;  ///< of a search in a turn
 };
 
 struct SlabLobeFit {
   SlabGloss gloss;
-  /// Relative L2 errors of the training samples with tables of one function of the view: that of the cosine
+  /// Relative L2 errors on the training samples with tables of one function of the view: with the cosine
   /// alone, then after every turn; strictly falling.
   std::vector<double> errors;
 };
 
-/// Texels are of a kind whose mean normals are alike and whose gloss lies along the same direction; then
-/// every texel moves to the kind whose g explains it best. A turn that does not lower the error is taken back
-/// and ends the search. Deterministic for any number of threads; finite whatever the samples.
+/// Kinds begin as clusters of texels by mean normal and direction of fibres; later turns move each texel to
+/// the kind that fits it best. A turn that does not lower the error is undone and ends the search. Does not
+/// depend on the number of threads; finite for any samples.
 SlabLobeFit fit_slab_lobes(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
                            const DirectionGrid& views, const DirectionGrid& lights,
                            const SlabLobeOptions& options);

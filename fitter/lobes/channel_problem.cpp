@@ -37,7 +37,7 @@ double peak_of(const TexelSamples& samples, int channel) {
   return static_cast<double>(largest);
 }
 
-/// Damping and smoothness are in units of the mean over views, or over lights, of the squared radiance.
+/// Damping and smoothness are in units of the mean over directions of the squared radiance.
 DirectionTableSystem view_table_system(const TexelSamples& samples, double energy,
                                        const DirectionTableOptions& options) {
   const double weight = std::accumulate(samples.weight.begin(), samples.weight.end(), 0.0);
@@ -48,10 +48,11 @@ DirectionTableSystem view_table_system(const TexelSamples& samples, double energ
 DirectionTableSystem light_table_system(const TexelSamples& samples, double energy,
                                         const DirectionTableOptions& options) {
   const double unit = samples.lights.empty() ? 0 : energy / static_cast<double>(samples.lights.size());
-  return {samples.all_lights, samples.light_grid, options.damping * unit, options.smoothness * unit};
+  return {samples.light_count, samples.light_grid, options.damping * unit, options.smoothness * unit};
 }
 
-/// The derivative of the model by an unknown, as a sum of the columns from `first` on of LobeMoments.
+/// The derivative of the model by an unknown, as a combination of `count` columns of LobeMoments from `first`
+/// on.
 struct Derivative {
   std::size_t first = 0;
   std::size_t count = 1;
@@ -59,18 +60,18 @@ struct Derivative {
 };
 
 std::vector<Derivative> derivatives_of(const ChannelState& state) {
-  std::vector<Derivative> by(1);  // by rho: the cosine
+  std::vector<Derivative> derivatives(1);  // by rho: the cosine
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {
     const LobeShape& shape = state.shapes[j];
     const double scale = state.sizes[j + 1] * shape.exponent;
     const std::size_t first = 1 + 4 * j;
     const std::size_t kept = longest(shape);
-    by.push_back({first, 3, shape.direction});
+    derivatives.push_back({first, 3, shape.direction});
     for (const std::size_t column : {(kept + 1) % 3, (kept + 2) % 3, std::size_t{3}}) {
-      by.push_back({first + column, 1, {scale}});
+      derivatives.push_back({first + column, 1, {scale}});
     }
   }
-  return by;
+  return derivatives;
 }
 
 }  // namespace
@@ -91,7 +92,7 @@ ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, const C
   for (std::size_t k = 0; k < 3; ++k) factor_[k + 1].assign(samples.view[k].begin(), samples.view[k].end());
 }
 
-/// A lobe without its size is the combination sum_k d_k v_k of its three first columns.
+/// The basis function of a lobe is the combination sum_k d_k v_k of its first three columns.
 void ChannelProblem::gather_bases(const ChannelState& state) {
   const std::size_t n = samples_.stride();
   const std::size_t bases = state.shapes.size() + 1;
@@ -122,26 +123,26 @@ void ChannelProblem::gather_bases(const ChannelState& state) {
   }
 }
 
-/// Least squares within 0 <= size <= peak. Sizes that leave their range are held at its end and the others
-/// solved again; the exact minimiser within the bounds is not needed, as shapes move on anyway.
+/// Least squares within 0 <= size <= peak: sizes beyond a bound are fixed there and the others solved again.
+/// This is not the exact minimiser within the bounds, which is not needed as long as shapes change.
 void ChannelProblem::solve_sizes(ChannelState& state) {
   const std::size_t n = samples_.stride();
   const std::size_t bases = state.sizes.size();
-  double* once = weights_.data();
-  double* twice = once + n;
+  double* weight_t = weights_.data();  // w T
+  double* weight_tt = weight_t + n;    // w T^2
   for (std::size_t v = 0; v < n; ++v) {
     const double t = v < samples_.views ? state.table[v] : 0;
-    once[v] = samples_.weight[v] * t;
-    twice[v] = once[v] * t;
+    weight_t[v] = samples_.weight[v] * t;
+    weight_tt[v] = weight_t[v] * t;
   }
   std::vector<double> gram(bases * bases);
   std::vector<double> cross(bases);
   for (std::size_t i = 0; i < bases; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
-      gram[i * bases + j] = gram[j * bases + i] = dot(twice, &basis_gram_[(i * bases + j) * n], n);
+      gram[i * bases + j] = gram[j * bases + i] = dot(weight_tt, &basis_gram_[(i * bases + j) * n], n);
     }
     gram[i * bases + i] += i > 0 ? ridge_ : 0;
-    cross[i] = dot(once, &basis_cross_[i * n], n);
+    cross[i] = dot(weight_t, &basis_cross_[i * n], n);
   }
   const auto value = [&](const std::vector<double>& x) {
     double sum = 0;
@@ -166,15 +167,15 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
     bool inside = true;
     for (std::size_t i = 0; i < bases; ++i) {
       if (fixed[i]) continue;
-      const double most = i > 0 ? peak_ : std::numeric_limits<double>::max();
-      found[i] = std::clamp(x[i], 0.0, most);
+      const double max_size = i > 0 ? peak_ : std::numeric_limits<double>::max();
+      found[i] = std::clamp(x[i], 0.0, max_size);
       if (found[i] == x[i]) continue;
       fixed[i] = 1;
       inside = false;
     }
     if (inside) break;
   }
-  // Sizes from outside, of a start or of another frame, may lie beyond the bounds.
+  // The given sizes, of a start or of another frame, may be beyond the bounds.
   for (std::size_t i = 0; i < bases; ++i) {
     state.sizes[i] = std::clamp(state.sizes[i], 0.0, i > 0 ? peak_ : std::numeric_limits<double>::max());
   }
@@ -198,7 +199,7 @@ void ChannelProblem::sum_model(const ChannelState& state) {
 void ChannelProblem::set_cosines(const ChannelState& state) {
   cosine_.clear();
   for (std::size_t l = 0; l < samples_.lights.size(); ++l) {
-    const double s = state.light_table.empty() ? 1 : state.light_table[samples_.light_of[l]];
+    const double s = state.light_table.empty() ? 1 : state.light_table[samples_.light_index[l]];
     cosine_.push_back(samples_.lights[l].z * static_cast<float>(s));
   }
 }
@@ -207,7 +208,7 @@ void ChannelProblem::fit_light_table(ChannelState& state) const {
   const LightSums sums = light_sums(samples_, channel_, state.shapes, state.sizes, state.table);
   DirectionTableSystem system = light_system_;
   system.factor(sums.square.data());
-  state.light_table.resize(samples_.all_lights);
+  state.light_table.resize(samples_.light_count);
   system.solve(sums.cross.data(), state.light_table.data());
   for (double& s : state.light_table) s = std::max(s, 0.0);
 }
@@ -241,7 +242,8 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
   if (!state.light_table.empty()) state.cost += light_system_.penalty(state.light_table.data());
 }
 
-/// For unknown factors of the columns of LobeMoments, each times its factor of the view.
+/// The normal equations for factors of the columns of LobeMoments, each multiplied by its function of the
+/// view.
 NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
   const std::size_t n = samples_.stride();
   const std::size_t columns = moments_.columns();
@@ -250,7 +252,7 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
   std::copy_n(state.table.begin(), samples_.views, table.begin());
   const auto factor_of = [&](std::size_t column) { return factor_[column % 4].data(); };
 
-  // w T^2 and the factors of two columns, for every pair of factors.
+  // w T^2 times the functions of the view of two columns, for every pair of functions.
   const auto weights_of = [&](std::size_t a, std::size_t b) {
     return &weights_[(4 * std::min(a % 4, b % 4) + std::max(a % 4, b % 4)) * n];
   };
@@ -290,7 +292,7 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
   return raw;
 }
 
-/// With D the derivatives of the unknowns by columns: D^T matrix D and D^T gradient.
+/// With D the derivatives by the unknowns in terms of the columns: D^T matrix D and D^T gradient.
 NormalEquations ChannelProblem::normal_equations(const ChannelState& state) {
   const NormalEquations raw = column_equations(state);
   const std::vector<Derivative> derivatives = derivatives_of(state);

@@ -2,8 +2,8 @@
 //
 //   f(l, v) = T(v) S(l) l_z ( rho + sum_j size_j max(0, d_j . (l * v))^n_j ),   max |d_j| = 1
 //
-// is the paper's model (lafortune.h) with C_j = size_j^(1 / n_j) d_j, and on request a table over lights. For
-// given shapes (d, n) the sizes and the table are each a linear problem; only the shapes are searched
+// is the paper's model (lafortune.h) with C_j = size_j^(1 / n_j) d_j and an optional table S over lights. For
+// given shapes (d, n) sizes and table are linear least-squares problems; only the shapes are searched
 // (variable projection, Golub & Pereyra 1973).
 #pragma once
 
@@ -23,23 +23,23 @@ struct ChannelOptions {
   DirectionTableOptions table;
   double min_exponent = 1;
   double max_exponent = LobeBounds().max_exponent;
-  /// The most that a lobe may reach anywhere, in units of the largest radiance over cosine (cosine taken as
-  /// at least 0.25: near the texel's horizon the ratio says nothing). As l and v are unit vectors the base of
-  /// a lobe is at most max |d| = 1: the bound holds in every direction, seen or not.
+  /// Upper bound of a lobe, in units of the largest radiance over cosine (with a cosine of at least 0.25, as
+  /// the ratio has no meaning near the texel's horizon). As l and v are unit vectors, the base of a lobe is
+  /// at most max |d| = 1, and the bound holds in every direction, sampled or not.
   double peak = 1;
-  /// Penalty on (size / peak)^2, in units of the channel's squared radiance. It decides only where the data
-  /// say nothing: a lobe without evidence fades.
+  /// Penalty on (size / peak)^2, in units of the channel's squared radiance. So small that it affects only
+  /// lobes that the data do not determine.
   double ridge = 1e-6;
 };
 
-/// A point of the search. In units of the samples' scale.
+/// A point of the search, in units of the samples' scale.
 struct ChannelState {
   std::vector<LobeShape> shapes;
   std::vector<double> sizes;        ///< rho, then each lobe's; >= 0
   std::vector<double> table;        ///< [view]
   std::vector<double> light_table;  ///< S of all lights; empty: 1
   double error = 0;                 ///< sum over views and lights of w (f - r)^2
-  double cost = 0;                  ///< the error and all penalties, which is minimised
+  double cost = 0;                  ///< error plus penalties, which is minimised
 };
 
 /// Gauss-Newton's matrix (row by row) and half the gradient of the cost. Unknowns: rho, then a LobeStep each.
@@ -56,17 +56,17 @@ class ChannelProblem {
   LobeBounds bounds() const { return {peak_, options_.min_exponent, options_.max_exponent}; }
   /// sum over views and lights of w r^2
   double energy() const { return energy_; }
-  /// The most that a lobe may reach.
+  /// Upper bound of a lobe.
   double peak() const { return peak_; }
 
-  /// Improves the sizes and the table of a state by turns, for its shapes, and computes its error and cost.
-  /// With `turns` = 0 sizes and table stay.
+  /// Solves for the sizes and the table of a state alternately, `turns` times, and computes its error and
+  /// cost. With `turns` = 0 sizes and table are kept.
   void evaluate(ChannelState& state, int turns);
 
-  /// Gives the state the light table that is best with its lobes and view table; its cost is not computed.
+  /// Sets the light table that is best for the state's lobes and view table; does not update the cost.
   void fit_light_table(ChannelState& state) const;
 
-  /// At the state that was evaluated last, with the table eliminated.
+  /// The normal equations with the table eliminated. Precondition: `state` was evaluated last.
   NormalEquations normal_equations(const ChannelState& state);
 
  private:
@@ -85,7 +85,7 @@ class ChannelProblem {
   DirectionTableSystem system_;
   DirectionTableSystem light_system_;
   std::vector<float> cosine_;                  ///< of each light, times S
-  std::array<std::vector<double>, 4> factor_;  ///< of a column, by view: 1, x, y, z
+  std::array<std::vector<double>, 4> factor_;  ///< [column % 4][view]: 1, x, y, z
   LobeMoments moments_;
   // Of the shapes evaluated last. Bases: the cosine, then each lobe.
   std::vector<double> products_;     ///< [column * bases + basis][view]

@@ -7,11 +7,11 @@ namespace selvedge {
 DirectionTableSystem::DirectionTableSystem(std::size_t directions, const DirectionGrid& grid, double d,
                                            double s)
     : count_(directions),
-      columns_(s > 0 ? static_cast<std::size_t>(grid.columns) : 0),
+      columns_(s > 0 ? grid.columns : 0),
       damping_(d),
       smoothness_(s),
       penalties_(count_, d),
-      // Rows below the last one let the loops run without a look at the end.
+      // Padded by rows of zeros, so that loops need no check of the end.
       band_((count_ + columns_) * (columns_ + 1)) {
   for (std::size_t v = 0; v < count_ && columns_ > 0; ++v) {
     const std::size_t neighbours = (v % columns_ > 0 ? 1U : 0U) + (v % columns_ + 1 < columns_ ? 1U : 0U) +
@@ -60,7 +60,7 @@ void DirectionTableSystem::solve(const double* cross, double* table) const {
 }
 
 void DirectionTableSystem::subtract_eliminated(std::vector<double>& b, std::size_t count,
-                                               std::vector<double>& from) const {
+                                               std::vector<double>& matrix) const {
   const std::size_t width = columns_ + 1;
   b.resize((count_ + columns_) * count, 0);
   for (std::size_t v = 0; v < count_; ++v) {
@@ -73,7 +73,7 @@ void DirectionTableSystem::subtract_eliminated(std::vector<double>& b, std::size
     }
     for (std::size_t k = 0; k < count; ++k) {
       const double c = column[0] * own[k];
-      for (std::size_t j = k; j < count; ++j) from[k * count + j] -= c * own[j];
+      for (std::size_t j = k; j < count; ++j) matrix[k * count + j] -= c * own[j];
     }
   }
 }

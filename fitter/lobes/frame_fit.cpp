@@ -19,10 +19,10 @@ struct Axes {
   V3d normal;
 };
 
-/// The axes turned about (tangent, binormal, normal) by the components of `turn`, rad.
+/// The axes rotated about (tangent, binormal, normal) by the components of `turn`, rad.
 Axes turned(const Axes& axes, const V3d& turn) {
   const V3d binormal = axes.normal.cross(axes.tangent);
-  // The frame moves against the directions that are seen in it.
+  // `turn` rotates directions in the frame, so the frame rotates backwards.
   const V3d axis = -(axes.tangent * turn.x + binormal * turn.y + axes.normal * turn.z);
   const double angle = axis.length();
   if (!(angle > 0)) return axes;
@@ -35,7 +35,7 @@ Axes turned(const Axes& axes, const V3d& turn) {
   return {(tangent - normal * normal.dot(tangent)).normalized(), normal};
 }
 
-/// As the file will hold them.
+/// The axes rounded as in the file.
 Axes stored(const Axes& axes) {
   const auto half = [](const V3d& d) {
     const auto rounded = [](double x) { return static_cast<double>(Imath::half(static_cast<float>(x))); };
@@ -57,11 +57,11 @@ class FrameSearch {
               const LobeFitOptions& options)
       : alpha_(alpha), radiance_(radiance), directions_(directions), options_(options) {}
 
-  /// Fitted from the beginning, or from the fit in a frame near.
-  Point at(const Axes& axes, const std::array<ChannelFit, 3>* near) {
+  /// Fits lobes in this frame, from `initial`, a fit in a similar frame, unless it is null.
+  Point fit_at(const Axes& axes, const std::array<ChannelFit, 3>* initial) {
     Point point{axes, gather(axes), {}, 0};
-    point.fits =
-        near == nullptr ? fit_texel(point.samples, options_) : refit_texel(point.samples, *near, options_);
+    point.fits = initial == nullptr ? fit_texel(point.samples, options_)
+                                    : refit_texel(point.samples, *initial, options_);
     for (std::size_t c = 0; c < 3; ++c) iterations_[c] += point.fits[c].iterations;
     point.cost = cost_in_frame(point.samples, point.fits);
     return point;
@@ -86,10 +86,10 @@ using Rows = std::array<V3d, 3>;
 
 V3d product(const Rows& m, const V3d& x) { return {m[0].dot(x), m[1].dot(x), m[2].dot(x)}; }
 
-/// Of an inverse Hessian, after a step s that changed the gradient by y (BFGS).
+/// BFGS update of an inverse Hessian after a step s that changed the gradient by y.
 void update(Rows& inverse, const V3d& s, const V3d& y) {
   const double sy = s.dot(y);
-  // Without curvature along the step there is nothing to learn from it.
+  // The update needs positive curvature along the step.
   if (!(sy > 1e-12 * std::sqrt(s.dot(s) * y.dot(y)))) return;
   const V3d hy = product(inverse, y);
   const double yhy = y.dot(hy);
@@ -98,20 +98,20 @@ void update(Rows& inverse, const V3d& s, const V3d& y) {
   }
 }
 
-/// Down to the nearest minimum. Turns about axes that turn themselves are taken for those of one space: exact
-/// to the first order, and steps get short.
+/// Descends to the nearest minimum. Rotations about the axes of different frames are added like vectors,
+/// which is exact to first order, and steps become short.
 void descend(FrameSearch& search, Point& point, double tolerance) {
   constexpr int max_steps = 20;
   constexpr int max_halvings = 6;
   constexpr double first_step = 0.1;
-  constexpr double longest_step = 0.4;
+  constexpr double max_step_size = 0.4;
   V3d gradient = turning_gradient(point.samples, point.fits);
   Rows inverse;
-  bool fresh = true;  // nothing is known of the curvature
+  bool is_reset = true;  // the inverse Hessian has no curvature yet
   for (int step = 0; step < max_steps; ++step) {
     const double length = std::sqrt(gradient.dot(gradient));
     if (!(length > 0) || !std::isfinite(length)) return;
-    if (fresh) {
+    if (is_reset) {
       const double h = first_step / length;
       inverse = {V3d(h, 0, 0), V3d(0, h, 0), V3d(0, 0, h)};
     }
@@ -119,13 +119,13 @@ void descend(FrameSearch& search, Point& point, double tolerance) {
     double slope = turn.dot(gradient);
     const double size = std::sqrt(turn.dot(turn));
     if (!(slope < 0) || !std::isfinite(size)) return;
-    if (size > longest_step) {
-      turn *= longest_step / size;
-      slope *= longest_step / size;
+    if (size > max_step_size) {
+      turn *= max_step_size / size;
+      slope *= max_step_size / size;
     }
     std::optional<Point> next;
     for (int halving = 0; halving < max_halvings && !next; ++halving) {
-      Point trial = search.at(turned(point.axes, turn), &point.fits);
+      Point trial = search.fit_at(turned(point.axes, turn), &point.fits);
       if (trial.cost < point.cost + 1e-4 * slope) {
         next = std::move(trial);
         break;
@@ -134,15 +134,15 @@ void descend(FrameSearch& search, Point& point, double tolerance) {
       slope /= 2;
     }
     if (!next) {
-      // The curvature may be from the other side of a jump, where a light came over the horizon.
-      if (fresh) return;
-      fresh = true;
+      // The curvature may be invalid, because the cost jumps when a light rises above the horizon.
+      if (is_reset) return;
+      is_reset = true;
       continue;
     }
-    const V3d there = turning_gradient(next->samples, next->fits);
-    update(inverse, turn, there - gradient);
-    fresh = false;
-    gradient = there;
+    const V3d next_gradient = turning_gradient(next->samples, next->fits);
+    update(inverse, turn, next_gradient - gradient);
+    is_reset = false;
+    gradient = next_gradient;
     const bool done = point.cost - next->cost <= tolerance * point.cost;
     point = std::move(*next);
     if (done) return;
@@ -180,7 +180,7 @@ V3d turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3
     }
     for (std::size_t index = 0; index < samples.lights.size(); ++index) {
       const V3f& l = samples.lights[index];
-      // l turned about each axis.
+      // Derivatives of l by rotations about each axis.
       const std::array<V3f, 3> dl{V3f(0, -l.z, l.y), V3f(l.z, 0, -l.x), V3f(-l.y, l.x, 0)};
       V3d sum(0, 0, 0);
       for (std::size_t v = 0; v < stride; v += L::count) {
@@ -197,7 +197,7 @@ V3d turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3
         L::load(&weighted[v], wt);
         L::load(&samples.radiance[c][index * stride + v], r);
         L::Floats model = L::Floats{} + rho;
-        std::array<L::Floats, 3> turns{};  // derivatives of the model by base, times the base's by the turn
+        std::array<L::Floats, 3> turns{};  // derivatives of the lobes by rotations
         for (std::size_t j = 0; j < state.shapes.size(); ++j) {
           const LobeShape& shape = state.shapes[j];
           const V3f d(static_cast<float>(shape.direction[0]), static_cast<float>(shape.direction[1]),
@@ -219,8 +219,8 @@ V3d turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3
         }
         const L::Floats residual = wt * (t * l.z * model - r);
         for (int k = 0; k < 3; ++k) {
-          const L::Floats one = residual * (dl[k].z * model + l.z * turns[k]);
-          for (std::size_t lane = 0; lane < L::count; ++lane) sum[k] += static_cast<double>(one[lane]);
+          const L::Floats part = residual * (dl[k].z * model + l.z * turns[k]);
+          for (std::size_t lane = 0; lane < L::count; ++lane) sum[k] += static_cast<double>(part[lane]);
         }
       }
       gradient += 2 * scale * scale * sum;
@@ -231,22 +231,22 @@ V3d turning_gradient(const TexelSamples& samples, const std::array<ChannelFit, 3
 
 FrameFit fit_frame(const float* alpha, const V3f* radiance, const TexelDirections& directions,
                    const V3f& normal, const V3f& tangent, const LobeFitOptions& options) {
-  LobeFitOptions on_the_way = options;
-  on_the_way.channel.light_table = false;
-  FrameSearch search(alpha, radiance, directions, on_the_way);
+  LobeFitOptions search_options = options;
+  search_options.channel.light_table = false;
+  FrameSearch search(alpha, radiance, directions, search_options);
   const Axes given{V3d(tangent), V3d(normal)};
-  std::vector<Point> points{search.at(given, nullptr)};
+  std::vector<Point> points{search.fit_at(given, nullptr)};
   FrameFit result;
   result.averaged_error = error_of(
       points[0].samples,
       options.channel.light_table ? refit_texel(points[0].samples, points[0].fits, options) : points[0].fits);
 
-  // Lobes are products along the axes: a lobe between two axes needs a frame turned by half their angle.
+  // Lobes are aligned with the axes: a lobe between two axes needs a frame rotated by half their angle.
   const V3d eighth(0, 0, std::numbers::pi / 4);
   const V3d up(0, 0, 1);
   const Axes upright{V3d(tangent_of(V3f(up))), up};
   for (const Axes& axes : {turned(given, eighth), upright, turned(upright, eighth)}) {
-    points.push_back(search.at(axes, nullptr));
+    points.push_back(search.fit_at(axes, nullptr));
   }
   const auto cheaper = [](const Point& a, const Point& b) { return a.cost < b.cost; };
   std::stable_sort(points.begin(), points.end(), cheaper);

@@ -7,7 +7,7 @@
 namespace selvedge {
 namespace {
 
-/// rho + sum_j size_j max(0, d_j . (l * v))^n_j for one light and every view: `to` is [stride].
+/// Sets `to`, [stride], to rho + sum_j size_j max(0, d_j . (l * v))^n_j for one light and every view.
 template <std::size_t Count>
 SELVEDGE_INLINE void add_lobes(const TexelSamples& samples, const V3f& light,
                                std::span<const LobeShape> shapes, std::span<const double> sizes, float* to) {
@@ -50,7 +50,7 @@ LightSums light_sums(const TexelSamples& samples, int channel, std::span<const L
                      std::span<const double> sizes, std::span<const double> table) {
   const std::size_t stride = samples.stride();
   const std::vector<float>& radiance = samples.radiance[channel];
-  LightSums sums{std::vector<double>(samples.all_lights, 0), std::vector<double>(samples.all_lights, 0)};
+  LightSums sums{std::vector<double>(samples.light_count, 0), std::vector<double>(samples.light_count, 0)};
   static const auto lobe_values = add_lobes_for_this_processor();
   std::vector<float> model(stride);
   for (std::size_t index = 0; index < samples.lights.size(); ++index) {
@@ -63,8 +63,8 @@ LightSums light_sums(const TexelSamples& samples, int channel, std::span<const L
       square += samples.weight[v] * g * g;
       cross += samples.weight[v] * g * static_cast<double>(radiance[index * stride + v]);
     }
-    sums.square[samples.light_of[index]] = square;
-    sums.cross[samples.light_of[index]] = cross;
+    sums.square[samples.light_index[index]] = square;
+    sums.cross[samples.light_index[index]] = cross;
   }
   return sums;
 }

@@ -9,7 +9,7 @@
 
 namespace selvedge {
 
-/// For all lights; 0 for those below the horizon. With g = T(v) l_z (rho + sum_j size_j base_j^n_j):
+/// Sums for all lights, 0 for lights below the horizon; g = T(v) l_z (rho + sum_j size_j base_j^n_j).
 struct LightSums {
   std::vector<double> square;  ///< sum over views of w g^2
   std::vector<double> cross;   ///< sum over views of w g r

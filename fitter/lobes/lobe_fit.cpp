@@ -11,11 +11,11 @@
 namespace selvedge {
 namespace {
 
-/// Alternations between sizes and table per evaluation: cheap beside the sums over the samples.
+/// Alternations between sizes and table per evaluation; cheap compared with the sums over the samples.
 constexpr int turns = 3;
 
-/// Whether a step along an unknown of the normal equations is impossible: at a bound and pushed outwards, or
-/// without effect.
+/// Whether an unknown of the normal equations cannot move: it is at a bound and descent would move it
+/// outwards, or it has no effect.
 bool is_fixed(const LobeBounds& bounds, const ChannelState& state, std::size_t unknown, double gradient,
               double curvature) {
   if (!(curvature > 0)) return true;
@@ -28,12 +28,12 @@ bool is_fixed(const LobeBounds& bounds, const ChannelState& state, std::size_t u
 void move_state(const LobeBounds& bounds, const std::vector<double>& step, ChannelState& state) {
   state.sizes[0] = std::max(0.0, state.sizes[0] + step[0]);
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {
-    const LobeStep of_lobe = LobeStep::from(&step[1 + LobeStep::unknowns * j]);
-    move_lobe(of_lobe, bounds, state.shapes[j], state.sizes[j + 1]);
+    const LobeStep lobe_step = LobeStep::from(&step[1 + LobeStep::unknowns * j]);
+    move_lobe(lobe_step, bounds, state.shapes[j], state.sizes[j + 1]);
   }
 }
 
-/// Diffuse alone, in closed form: where nothing else is left to explain.
+/// A state with lobes of size 0.
 ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
   ChannelState state;
   state.shapes.resize(lobes);
@@ -42,29 +42,30 @@ ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
   return state;
 }
 
-/// Several starts go a little way, and the best of them to the end. More than two lobes begin with the best
-/// of one less: with each lobe more the dictionary finds fewer of the good minima.
-SearchEnd search_lobes(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
-                       const LobeFitOptions& options, ChannelState& best) {
-  constexpr int first_leg = 6;
-  constexpr int found_by_dictionary = 2;
-  SearchEnd end;
+/// Searches from several starts for a few iterations, and continues the best of them to the end. Searches for
+/// more than two lobes start from the best result with one lobe less, because with more lobes the dictionary
+/// finds fewer of the good minima.
+SearchResult search_lobes(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
+                          const LobeFitOptions& options, ChannelState& best) {
+  constexpr int start_iterations = 6;
+  constexpr int max_dictionary_lobes = 2;
+  SearchResult end;
   std::vector<ChannelState> states;
-  if (lobes > found_by_dictionary) {
+  if (lobes > max_dictionary_lobes) {
     end = search_lobes(problem, search, channel, lobes - 1, options, best);
-    states = StartSearch::grown(problem, best, options.starts);
+    states = StartSearch::with_added_lobe(problem, best, options.starts);
   } else {
     states = search.starts(channel, lobes, options.starts);
   }
   for (ChannelState& state : states) {
-    end.evaluations += minimise(problem, state, 1e-3, states.size() > 1 ? first_leg : 1).evaluations;
+    end.evaluations += minimise(problem, state, 1e-3, states.size() > 1 ? start_iterations : 1).evaluations;
   }
   const auto cheaper = [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; };
   std::stable_sort(states.begin(), states.end(), cheaper);
   states.resize(std::min<std::size_t>(states.size(), options.finalists));
   best = states.front();
   for (ChannelState& state : states) {
-    const SearchEnd finished = minimise(problem, state, options.tolerance, options.max_iterations);
+    const SearchResult finished = minimise(problem, state, options.tolerance, options.max_iterations);
     end.evaluations += finished.evaluations;
     if (cheaper(best, state)) continue;
     best = state;
@@ -73,11 +74,12 @@ SearchEnd search_lobes(ChannelProblem& problem, StartSearch& search, int channel
   return end;
 }
 
-/// The light table and all else by turns, from a state that is good with S = 1. A turn goes further than the
-/// minimum over the light table alone, as the minimum over all lies beyond it, as long as that pays.
-void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptions& options, SearchEnd& end) {
+/// Fits the light table and the other parameters alternately, from a state that was fitted with S = 1. Steps
+/// of the light table are longer than to its own minimum (over-relaxation) as long as that lowers the cost.
+void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptions& options,
+                SearchResult& end) {
   constexpr int max_rounds = 60;
-  constexpr double longest_step = 4;
+  constexpr double max_step = 4;
   double step = 1;
   end.converged = false;
   for (int round = 0; round < max_rounds && !end.converged; ++round) {
@@ -87,19 +89,19 @@ void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptio
       const double from = state.light_table[l];
       next.light_table[l] = std::max(0.0, from + step * (next.light_table[l] - from));
     }
-    const SearchEnd searched = minimise(problem, next, options.tolerance, options.max_iterations);
+    const SearchResult searched = minimise(problem, next, options.tolerance, options.max_iterations);
     end.evaluations += searched.evaluations;
     const double gain = state.cost - next.cost;
-    // The first round has a penalty more than the state before it.
+    // The first round is always kept, as its cost has one more penalty.
     if (round == 0 || gain > 0) state = std::move(next);
     end.converged = searched.converged && round > 0 && step == 1 && gain <= options.tolerance * state.cost;
-    step = round == 0 || gain > options.tolerance * state.cost ? std::min(1.5 * step, longest_step) : 1;
+    step = round == 0 || gain > options.tolerance * state.cost ? std::min(1.5 * step, max_step) : 1;
   }
 }
 
-/// The light table if there is to be one, and the result.
+/// Fits the light table, if the options have one, and returns the result.
 ChannelFit finish(ChannelProblem& problem, const TexelSamples& samples, int channel, ChannelState& state,
-                  const LobeFitOptions& options, SearchEnd end) {
+                  const LobeFitOptions& options, SearchResult end) {
   if (options.channel.light_table) fit_lights(problem, state, options, end);
   ChannelFit fit = channel_fit(samples, channel, state, problem);
   fit.iterations = end.evaluations;
@@ -117,7 +119,7 @@ ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelSt
   fit.cost = state.cost * scale * scale;
   fit.energy = problem.energy() * scale * scale;
   fit.table = state.table;
-  // T and S to mean 1, lobes by the inverse: their product is unchanged.
+  // Scales T and S to mean 1, and lobes by the inverse: their product is unchanged.
   double sum = 0;
   double weight = 0;
   for (std::size_t v = 0; v < samples.views; ++v) {
@@ -127,11 +129,11 @@ ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelSt
   double mean = sum > 0 ? sum / weight : 1;
   for (double& t : fit.table) t /= mean;
   fit.light_table = state.light_table;
-  const double of_lights = std::accumulate(fit.light_table.begin(), fit.light_table.end(), 0.0) /
-                           std::max(1.0, static_cast<double>(fit.light_table.size()));
-  if (of_lights > 0) {
-    for (double& s : fit.light_table) s /= of_lights;
-    mean *= of_lights;
+  const double light_mean = std::accumulate(fit.light_table.begin(), fit.light_table.end(), 0.0) /
+                            std::max(1.0, static_cast<double>(fit.light_table.size()));
+  if (light_mean > 0) {
+    for (double& s : fit.light_table) s /= light_mean;
+    mean *= light_mean;
   }
   fit.parameters.push_back(state.sizes[0] * mean * scale);
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {
@@ -144,9 +146,9 @@ ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelSt
   return fit;
 }
 
-SearchEnd minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations) {
+SearchResult minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations) {
   problem.evaluate(state, turns);
-  SearchEnd end{1, state.shapes.empty()};
+  SearchResult end{1, state.shapes.empty()};
   NormalEquations equations;
   double lambda = 1e-3;
   bool moved = true;
@@ -190,7 +192,7 @@ SearchEnd minimise(ChannelProblem& problem, ChannelState& state, double toleranc
       lambda = std::max(1e-9, lambda * (ratio > 0.75 ? 0.2 : ratio > 0.25 ? 0.5 : 2));
     } else {
       lambda = std::max(lambda * 8, 1e-3);
-      // Steps this short change nothing that single precision shows.
+      // Steps so short have no effect in single precision.
       end.converged = lambda > 1e8;
     }
   }
@@ -215,13 +217,13 @@ ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit
   return state;
 }
 
-std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& near,
+std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& initial,
                                       const LobeFitOptions& options) {
   std::array<ChannelFit, 3> fits;
   for (int c = 0; c < 3; ++c) {
     ChannelProblem problem(samples, c, options.channel);
-    ChannelState state = state_of(samples, c, near[c]);
-    const SearchEnd end = minimise(problem, state, options.tolerance, options.max_iterations);
+    ChannelState state = state_of(samples, c, initial[c]);
+    const SearchResult end = minimise(problem, state, options.tolerance, options.max_iterations);
     fits[c] = finish(problem, samples, c, state, options, end);
   }
   return fits;
@@ -234,7 +236,7 @@ std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOp
     ChannelProblem problem(samples, c, options.channel);
     ChannelState best = diffuse_state(samples, options.lobes);
     problem.evaluate(best, turns);
-    SearchEnd end{1, true};
+    SearchResult end{1, true};
     if (options.lobes > 0 && best.error > 1e-6 * problem.energy()) {
       end = search_lobes(problem, search, c, options.lobes, options, best);
       ++end.evaluations;

@@ -1,4 +1,4 @@
-// Lobes and view table of one texel, by a search of our own (Daubert et al. 2001, section 5).
+// The fit of lobes and view table of one texel (Daubert et al. 2001, section 5).
 #pragma once
 
 #include <array>
@@ -11,46 +11,45 @@ namespace selvedge {
 struct LobeFitOptions {
   ChannelOptions channel;
   int lobes = 2;
-  int starts = 3;           ///< searches that go a little way
-  int finalists = 1;        ///< the best of them, which go to the end
+  int starts = 3;           ///< short searches
+  int finalists = 1;        ///< the best of the starts, which are continued to the end
   int max_iterations = 60;  ///< of each search
-  /// A search ends where an iteration lowers the cost by less than this share, and where the next one is
-  /// expected to.
+  /// A search ends if an iteration lowers the cost by less than this share, or the next one is expected to.
   double tolerance = 1e-4;
 };
 
-/// One channel of one texel, fitted.
+/// Fitted parameters of one channel of a texel.
 struct ChannelFit {
   std::vector<double> parameters;   ///< as in lafortune.h
-  std::vector<double> table;        ///< [view]; mean 1, weighted by opacity; without a table all 1
-  std::vector<double> light_table;  ///< [light]; mean 1; empty without one
+  std::vector<double> table;        ///< [view]; mean 1, weighted by opacity; all 1 without a view table
+  std::vector<double> light_table;  ///< [light]; mean 1; empty without a light table
   double error = 0;                 ///< sum over views and lights above the horizon of w (f - r)^2
-  double cost = 0;                  ///< the error and the penalties
+  double cost = 0;                  ///< error plus penalties
   double energy = 0;                ///< sum of w r^2
   int iterations = 0;
   bool converged = false;
 };
 
-struct SearchEnd {
-  int evaluations = 0;     ///< of all samples
-  bool converged = false;  ///< ended by the tolerance
+struct SearchResult {
+  int evaluations = 0;     ///< each over all samples
+  bool converged = false;  ///< ended by the tolerance, not by the limit of iterations
 };
 
 /// Levenberg-Marquardt from a state to the nearest minimum.
-SearchEnd minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations);
+SearchResult minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations);
 
-/// A state in the parameters of the fabric, unscaled and with the table normalised.
+/// Converts a state to parameters of the fabric, unscaled and with normalised tables.
 ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
                        const ChannelProblem& problem);
 
-/// The inverse of channel_fit(): lobes of no size have lost their directions.
+/// The inverse of channel_fit(), except for the directions of lobes of size 0, which are lost.
 ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit);
 
-/// All three channels. Parameters and table are finite whatever the data.
+/// Fits all three channels. Parameters and tables are finite for any samples.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);
 
-/// The same from the fit of the texel in a frame near, or without a light table: one search a channel.
-std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& near,
+/// Fits with one search per channel from `initial`, a fit in a similar frame or without a light table.
+std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& initial,
                                       const LobeFitOptions& options);
 
 }  // namespace selvedge

@@ -7,7 +7,7 @@
 namespace selvedge {
 namespace {
 
-/// Lights whose sum is kept in single precision: 16 additions lose at most 4 bits of 24.
+/// Number of lights that are summed in single precision: 16 additions lose at most 4 bits of 24.
 constexpr std::size_t block = 16;
 
 struct Job {
@@ -23,7 +23,7 @@ struct Job {
   std::size_t index(std::size_t a, std::size_t b) const { return a * (2 * columns + 3 - a) / 2 + b - a; }
 };
 
-// GCC 12 converts no vectors of dependent types: an overload for each width.
+// GCC 12 cannot convert vectors of dependent types: hence an overload for each width.
 #define SELVEDGE_ADD(count)                                                \
   typedef float Floats##count __attribute__((vector_size(4 * (count))));   \
   typedef double Doubles##count __attribute__((vector_size(8 * (count)))); \
@@ -65,7 +65,7 @@ struct Body {
     }
   }
 
-  /// BasisFit of a lobe's columns with the cosine and the radiance.
+  /// Adds products of a lobe's columns with the cosine and the radiance.
   static SELVEDGE_INLINE void with_data(const Job& job, std::size_t j, std::size_t view, std::size_t first,
                                         std::size_t count, const float* a) {
     std::array<Floats, 4> cosine{};
@@ -87,7 +87,7 @@ struct Body {
     }
   }
 
-  /// BasisFit of a lobe's columns among themselves.
+  /// Adds products of a lobe's columns with each other.
   static SELVEDGE_INLINE void with_itself(const Job& job, std::size_t j, std::size_t view, std::size_t count,
                                           const float* a) {
     std::array<Floats, 10> sum{};
@@ -107,7 +107,7 @@ struct Body {
     }
   }
 
-  /// BasisFit of two of a lobe's columns, from `p` on, with another lobe's.
+  /// Adds products of columns `p` and `p` + 1 of a lobe with another lobe's columns.
   static SELVEDGE_INLINE void with_other(const Job& job, std::size_t i, std::size_t p, std::size_t j,
                                          std::size_t view, std::size_t count, const float* a,
                                          const float* b) {
@@ -169,7 +169,7 @@ void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<co
   double* cross = sums_.data() + index(0, columns_) * stride_;
   static const auto sum = sum_columns_for_this_processor();
   sum(job);
-  // The cosine is the same for all views.
+  // The product of the cosine with itself is the same for all views.
   double cosines = 0;
   for (std::size_t light = 0; light < cosine.size(); ++light) {
     const auto c = static_cast<double>(cosine[light]);

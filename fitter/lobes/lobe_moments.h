@@ -1,5 +1,5 @@
-// Sums over the lights, view by view, of products of a model's columns: least squares needs no more of the
-// samples. The only loops of a fit that touch the samples.
+// Sums over the lights, view by view, of products of a model's columns, from which all least squares of a
+// search are computed. Only these loops of a search read the samples.
 #pragma once
 
 #include <array>
@@ -17,17 +17,16 @@ struct LobeShape {
   double exponent = 1;
 };
 
-/// Per view, sums over lights. Columns of the light's factor c (its cosine, times S(l) where there is a table
-/// over lights) and of each lobe with base
-/// b = d . (l * v) > 0:
+/// Per view, sums over lights of products of columns. With c the factor of a light (its cosine, times S(l) if
+/// there is a light table) and b = d . (l * v) > 0 the base of lobe j, the columns are:
 ///   column 0           c
 ///   column 1 + 4 j + k c b^(n-1) l_k,  k = x, y, z;  times n v_k it is the derivative by d_k
 ///   column 4 + 4 j     c b^n ln b,                   the derivative by n
 /// Every sum is [stride] long.
 class LobeMoments {
  public:
-  /// `cosine`: c of every light of the samples. Sums are of single precision over 16 lights at a time and of
-  /// double precision over those; any number of threads, any width of vectors: the same bits.
+  /// `cosine`: c of every light of the samples. Sums are in single precision over 16 lights at a time, and in
+  /// double precision over these, with the same bits for any number of threads and any width of vectors.
   void compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
                std::span<const LobeShape> shapes);
 

@@ -10,14 +10,14 @@
 namespace selvedge {
 namespace {
 
-/// Exponents are powers of 4: a power is two squarings away from the one before.
+/// Number of exponents: 1, 4, 16, so that each power is two squarings of the one before.
 constexpr std::size_t exponents = 3;
 
 struct Direction {
   int x, y, z;
 };
 
-/// Each component -1, 0 or 1. Below -z lies nothing that a light can reach.
+/// Each component is -1, 0 or 1; -z alone is left out, as no light reaches it.
 const std::vector<Direction>& dictionary() {
   static const std::vector<Direction> entries = [] {
     std::vector<Direction> list;
@@ -39,7 +39,7 @@ LobeShape shape_of(std::size_t entry) {
           std::pow(4.0, static_cast<double>((entry - 1) % exponents))};
 }
 
-/// Sixteen partial sums, then those: the same bits for any width of vectors.
+/// Sixteen partial sums, then their sum: the same bits for any width of vectors.
 SELVEDGE_WIDE
 float inner_product(const float* a, const float* b, std::size_t count) {
   std::array<float, 16> sum{};
@@ -51,7 +51,7 @@ float inner_product(const float* a, const float* b, std::size_t count) {
   return total;
 }
 
-/// weight base^(1, 4, 16) for one light, all views; `to` of one entry is `size` apart from the next's.
+/// weight * base^(1, 4, 16) for one light and all views, at to[0], to[size] and to[2 * size].
 SELVEDGE_WIDE
 void fill_powers(const float* x, const float* y, const float* z, const V3f& d, const float* weight,
                  std::size_t views, std::size_t size, float* to) {
@@ -66,7 +66,7 @@ void fill_powers(const float* x, const float* y, const float* z, const V3f& d, c
   }
 }
 
-/// A set of entries with its least squares.
+/// A set of dictionary entries with its least-squares solution.
 struct Candidate {
   std::vector<std::size_t> entries;
   std::vector<double> sizes;  ///< rho first
@@ -90,7 +90,7 @@ bool same_directions(const Candidate& a, const Candidate& b) {
 }  // namespace
 
 StartSearch::StartSearch(const TexelSamples& samples) : samples_(samples) {
-  // Every second light, in a pattern without a direction (Thue and Morse's).
+  // Half of the lights, in a pattern without a direction (Thue-Morse).
   std::vector<std::size_t> lights;
   for (std::size_t l = 0; l < samples.lights.size(); ++l) {
     if (samples.lights.size() < 16 || std::popcount(l) % 2 == 0) lights.push_back(l);
@@ -158,7 +158,7 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
         for (std::size_t i = 0; i < n; ++i) {
           x[i] = cross[at(i)];
           for (std::size_t j = 0; j < i; ++j) {
-            // Rows of the sets that are kept, so that few are ever made.
+            // Rows of entries in kept sets, so that few rows are computed.
             matrix[i * n + j] = matrix[j * n + i] = product(at(j), at(i));
           }
           matrix[i * n + i] = square[at(i)] * (1 + 1e-6);
@@ -178,7 +178,7 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
       }
     }
     std::sort(next.begin(), next.end());
-    // The same set is found once for each order of its entries.
+    // Every set occurs once for each order of its entries.
     next.erase(std::unique(next.begin(), next.end(),
                            [](const Candidate& a, const Candidate& b) {
                              return same_directions(a, b) && a.value == b.value;
@@ -194,9 +194,9 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
       if (!known) kept.push_back(std::move(candidate));
     }
     if (kept.empty()) {
-      // Nothing of the dictionary helps: lobes of no size, which the search may wake.
+      // No entry lowers the error: lobes of size 0, which the search may enlarge.
       for (Candidate& candidate : best) {
-        candidate.entries.push_back(1 + static_cast<std::size_t>(lobe) * exponents % (entries - 1));
+        candidate.entries.push_back(1 + lobe * exponents % (entries - 1));
         candidate.sizes.push_back(0);
       }
       if (last) best.resize(1);
@@ -215,16 +215,15 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
   return result;
 }
 
-std::vector<ChannelState> StartSearch::grown(ChannelProblem& problem, const ChannelState& from,
-                                             std::size_t count) {
+std::vector<ChannelState> StartSearch::with_added_lobe(ChannelProblem& problem, const ChannelState& state,
+                                                       std::size_t count) {
   std::vector<ChannelState> states;
-  constexpr std::size_t middle = 2;  // of the exponents: a search soon finds its own
+  constexpr std::size_t middle = 2;  // the entries with the middle exponent, which the search adapts
   for (std::size_t entry = middle; entry <= dictionary().size() * exponents; entry += exponents) {
-    ChannelState state = from;
-    state.shapes.push_back(shape_of(entry));
-    state.sizes.push_back(0);
-    problem.evaluate(state, 1);
-    states.push_back(std::move(state));
+    ChannelState& next = states.emplace_back(state);
+    next.shapes.push_back(shape_of(entry));
+    next.sizes.push_back(0);
+    problem.evaluate(next, 1);
   }
   std::stable_sort(states.begin(), states.end(),
                    [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });

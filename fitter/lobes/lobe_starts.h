@@ -1,8 +1,8 @@
-// Where the search for a texel's lobes begins.
+// Start values of the search for a texel's lobes.
 //
-// The cost has many local minima; which one a search ends in depends on the directions it begins with more
-// than on anything else. Here all sums of a diffuse term and lobes of a small dictionary are tried (as far as
-// a beam search goes), without a table, and the best few are handed out.
+// The cost has many local minima; in which one a search ends depends mostly on the directions with which it
+// begins. Here sums of a diffuse term and lobes of a small dictionary, without a table, are compared by beam
+// search, and the best few are returned.
 #pragma once
 
 #include <vector>
@@ -19,20 +19,19 @@ class StartSearch {
   /// least one.
   std::vector<ChannelState> starts(int channel, int lobes, std::size_t count);
 
-  /// The `count` best of all states with one more lobe, of any direction of the dictionary, judged by the
-  /// problem itself.
-  static std::vector<ChannelState> grown(ChannelProblem& problem, const ChannelState& from,
-                                         std::size_t count);
+  /// The `count` cheapest states with one more lobe than `state`, over all directions of the dictionary.
+  static std::vector<ChannelState> with_added_lobe(ChannelProblem& problem, const ChannelState& state,
+                                                   std::size_t count);
 
  private:
   const float* column(std::size_t i) const { return &columns_[i * size_]; }
   double product(std::size_t a, std::size_t b);
 
   const TexelSamples& samples_;
-  std::size_t size_ = 0;        ///< samples of a column
+  std::size_t size_ = 0;        ///< of a column
   std::vector<float> columns_;  ///< [entry, the diffuse term first][sample], weighted
   std::array<std::vector<float>, 3> radiance_;
-  std::vector<std::vector<double>> products_;  ///< rows made when they are first asked for
+  std::vector<std::vector<double>> products_;  ///< rows are computed at their first use
 };
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// The functions that a fabric stores: each once, whichever levels use it.
+// The list of shared functions that a fabric stores, without duplicates.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@ namespace selvedge {
 
 class BasisList {
  public:
-  /// Numbers of the functions of a pair of `basis` in the list, added where they are new; the constant
-  /// function of the view is 0.
+  /// Indices in the list of the functions of a pair of `basis`, which are added if they are new; the constant
+  /// function of the view has index 0.
   V2i add(const BasisFit& basis, const V2i& pair);
-  /// An estimate of the bytes in the file.
+  /// Estimated size in the file.
   double bytes() const;
   ProductBases bases() const;
 

@@ -1,4 +1,4 @@
-// How many bytes a layer will take in the file, before it is written.
+// Size of a layer in the file, computed without writing it.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,8 @@
 
 namespace selvedge {
 
-/// Bytes of `values` ([texel][channel], rows of `width` texels) in half precision, or in single, in the
-/// writer's tiles and ZIP, without the chunks' heads.
+/// Bytes of `values` ([texel][channel], rows of `width` texels) in half or single precision, in the writer's
+/// tiles and ZIP, without the headers of chunks.
 double coded_bytes(const std::vector<float>& values, std::size_t channels, std::size_t width,
                    bool half = true);
 

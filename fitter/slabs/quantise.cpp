@@ -10,18 +10,18 @@
 namespace selvedge {
 namespace {
 
-/// Differences beyond this cost as much as this.
+/// Larger differences have the cost of this one.
 constexpr int max_difference = 128;
-/// Half precision has so many multiples of a step.
+/// Half precision holds multiples of a step exactly up to this.
 constexpr float max_steps = 2048;
-/// Numbers that are tried for a coefficient, those from the nearest towards 0 and one beyond.
+/// Numbers that are tried for a coefficient: those from the nearest towards 0, and one beyond.
 constexpr int max_tried = 7;
 constexpr int passes = 2;
 
-/// The cost of differences: price times information, counted in the numbers of the pass before.
+/// The cost of differences: price times information, by their frequency in the previous pass.
 class Costs {
  public:
-  /// `numbers`: [texel * channels + channel], in the order in which a row is coded.
+  /// `numbers`: [texel * channels + channel].
   Costs(const std::vector<int>& numbers, std::size_t channels, std::size_t width, float price) {
     cost_.assign(2 * max_difference + 1, 0);
     std::vector<double> count(cost_.size(), 0.5);
@@ -45,19 +45,19 @@ class Costs {
 
  private:
   static std::size_t index(int difference) {
-    return static_cast<std::size_t>(std::clamp(difference, -max_difference, max_difference) + max_difference);
+    return std::clamp(difference, -max_difference, max_difference) + max_difference;
   }
   std::vector<float> cost_;
 };
 
-/// One coefficient of a row: its best value, in steps, and the cost of a squared step of error.
+/// A coefficient of a row: its best value, in steps, and the cost of a squared step of error.
 struct Target {
   float value = 0;
   float weight = 0;
 };
 
-/// The cheapest numbers of a row.
-void cheapest(const std::vector<Target>& targets, const Costs& costs, std::vector<int>& numbers) {
+/// Finds the numbers of a row with the smallest sum of rate and error.
+void find_cheapest(const std::vector<Target>& targets, const Costs& costs, std::vector<int>& numbers) {
   struct Tried {
     int first = 0;
     int count = 0;
@@ -76,30 +76,29 @@ void cheapest(const std::vector<Target>& targets, const Costs& costs, std::vecto
     std::array<float, max_tried> next{};
     for (int k = 0; k < here.count; ++k) {
       const int number = here.first + k;
-      float least = std::numeric_limits<float>::infinity();
+      float min_sum = std::numeric_limits<float>::infinity();
       for (int j = 0; j < before_count; ++j) {
         const float sum = cost[j] + costs(number - before - j);
-        if (sum >= least) continue;
-        least = sum;
+        if (sum >= min_sum) continue;
+        min_sum = sum;
         here.from[k] = static_cast<std::uint8_t>(j);
       }
       const float error = target.value - static_cast<float>(number);
-      next[k] = least + target.weight * error * error;
+      next[k] = min_sum + target.weight * error * error;
     }
     cost = next;
     before = here.first;
     before_count = here.count;
   }
-  auto k =
-      static_cast<std::size_t>(std::min_element(cost.begin(), cost.begin() + before_count) - cost.begin());
+  std::size_t k = std::min_element(cost.begin(), cost.begin() + before_count) - cost.begin();
   for (std::size_t i = targets.size(); i-- > 0;) {
     numbers[i] = tried[i].first + static_cast<int>(k);
     k = tried[i].from[k];
   }
 }
 
-std::vector<std::size_t> strong_pairs(const BasisFit& basis, const Quantisation& how) {
-  const double least = static_cast<double>(how.least) * static_cast<double>(how.step);
+std::vector<std::size_t> strong_pairs(const BasisFit& basis, const Quantisation& options) {
+  const double min_rms = static_cast<double>(options.min_rms) * static_cast<double>(options.step);
   const std::size_t count = basis.pairs.size();
   std::vector<double> power(count, 0);
   double used = 0;
@@ -110,16 +109,16 @@ std::vector<std::size_t> strong_pairs(const BasisFit& basis, const Quantisation&
   }
   std::vector<std::size_t> kept;
   for (std::size_t m = 0; m < count; ++m) {
-    if (std::sqrt(power[m] / std::max(used, 1.0)) >= least) kept.push_back(m);
+    if (std::sqrt(power[m] / std::max(used, 1.0)) >= min_rms) kept.push_back(m);
   }
   if (kept.empty()) kept.push_back(0);
   return kept;
 }
 
-/// The coefficients of one product as they are shaped: all owners, in steps.
-class Shaping {
+/// The errors of one product's coefficients for all owners, in steps, which later owners compensate.
+class ErrorShaping {
  public:
-  Shaping(const SlabOverlaps* overlaps, std::size_t owners) : overlaps_(overlaps), error_(owners, 0) {
+  ErrorShaping(const SlabOverlaps* overlaps, std::size_t owners) : overlaps_(overlaps), error_(owners, 0) {
     if (overlaps == nullptr) return;
     double sum = 0;
     double seen = 0;
@@ -129,7 +128,7 @@ class Shaping {
     }
     scale_ = static_cast<float>(sum > 0 ? seen / sum : 1);
   }
-  /// Where the number of an owner should be, given the errors of those that are seen with it.
+  /// The best value of an owner, given the errors of the owners that are seen together with it.
   Target target(std::size_t owner, float value) const {
     if (overlaps_ == nullptr) return {value, 1};
     const float own = overlaps_->own[owner];
@@ -152,16 +151,16 @@ class Shaping {
 
 SlabOverlaps overlaps_of(const SlabRays& rays, std::size_t entries) {
   const std::size_t per_row = rays.rays;
-  // Of each entry the rows of the matrix in which it is, row by row, to go through its neighbours alone.
+  // For each entry the rows of the matrix that contain it, so that only its neighbours are visited.
   std::vector<std::size_t> first(entries + 1, 0);
-  for (const std::uint32_t entry : rays.met) {
-    if (entry != SlabRays::nothing) ++first[entry + 1];
+  for (const std::uint32_t entry : rays.entries) {
+    if (entry != SlabRays::no_entry) ++first[entry + 1];
   }
   for (std::size_t e = 0; e < entries; ++e) first[e + 1] += first[e];
   std::vector<std::size_t> row_of(first.back());
   std::vector<std::size_t> end(first.begin(), first.end() - 1);
-  for (std::size_t i = 0; i < rays.met.size(); ++i) {
-    if (rays.met[i] != SlabRays::nothing) row_of[end[rays.met[i]]++] = i / per_row;
+  for (std::size_t i = 0; i < rays.entries.size(); ++i) {
+    if (rays.entries[i] != SlabRays::no_entry) row_of[end[rays.entries[i]]++] = i / per_row;
   }
   SlabOverlaps result;
   result.own.assign(entries, 0);
@@ -173,8 +172,8 @@ SlabOverlaps overlaps_of(const SlabRays& rays, std::size_t entries) {
     touched.clear();
     for (std::size_t i = first[e]; i < first[e + 1]; ++i) {
       for (std::size_t ray = row_of[i] * per_row; ray < (row_of[i] + 1) * per_row; ++ray) {
-        const std::uint32_t other = rays.met[ray];
-        if (other == SlabRays::nothing) continue;
+        const std::uint32_t other = rays.entries[ray];
+        if (other == SlabRays::no_entry) continue;
         if (shared[other] == 0) touched.push_back(other);
         shared[other] += unit;
       }
@@ -193,17 +192,17 @@ SlabOverlaps overlaps_of(const SlabRays& rays, std::size_t entries) {
   return result;
 }
 
-std::size_t pairs_kept(const BasisFit& basis, const Quantisation& how) {
-  return strong_pairs(basis, how).size();
+std::size_t kept_pair_count(const BasisFit& basis, const Quantisation& options) {
+  return strong_pairs(basis, options).size();
 }
 
-BasisFit quantised(const BasisFit& basis, const Quantisation& how, const SlabOverlaps* overlaps) {
-  const std::vector<std::size_t> kept = strong_pairs(basis, how);
+BasisFit quantise(const BasisFit& basis, const Quantisation& options, const SlabOverlaps* overlaps) {
+  const std::vector<std::size_t> kept = strong_pairs(basis, options);
   const std::size_t all = basis.pairs.size();
   const std::size_t count = kept.size();
   const std::size_t owners = basis.owners();
   const auto steps_of = [&](std::size_t owner, std::size_t m) {
-    return basis.coefficient[owner * all + kept[m]] / how.step;
+    return basis.coefficient[owner * all + kept[m]] / options.step;
   };
   std::vector<int> numbers(owners * count);
   for (std::size_t o = 0; o < owners; ++o) {
@@ -212,21 +211,21 @@ BasisFit quantised(const BasisFit& basis, const Quantisation& how, const SlabOve
           static_cast<int>(std::lround(std::clamp(steps_of(o, m), -max_steps, max_steps)));
     }
   }
-  std::vector<Shaping> shaping(count, Shaping(overlaps, owners));
+  std::vector<ErrorShaping> shaping(count, ErrorShaping(overlaps, owners));
   for (int pass = 0; pass < passes; ++pass) {
-    const Costs costs(numbers, how.entries * count, how.width, how.price);
+    const Costs costs(numbers, options.entries * count, options.width, options.price);
     parallel_for(0, static_cast<int>(count), [&](std::size_t m) {
-      std::vector<Target> targets(how.width);
-      std::vector<int> row(how.width);
-      for (std::size_t entry = 0; entry < how.entries; ++entry) {
-        for (std::size_t first = entry; first < owners; first += how.width * how.entries) {
-          for (std::size_t x = 0; x < how.width; ++x) {
-            const std::size_t owner = first + x * how.entries;
+      std::vector<Target> targets(options.width);
+      std::vector<int> row(options.width);
+      for (std::size_t entry = 0; entry < options.entries; ++entry) {
+        for (std::size_t first = entry; first < owners; first += options.width * options.entries) {
+          for (std::size_t x = 0; x < options.width; ++x) {
+            const std::size_t owner = first + x * options.entries;
             targets[x] = shaping[m].target(owner, steps_of(owner, m));
           }
-          cheapest(targets, costs, row);
-          for (std::size_t x = 0; x < how.width; ++x) {
-            const std::size_t owner = first + x * how.entries;
+          find_cheapest(targets, costs, row);
+          for (std::size_t x = 0; x < options.width; ++x) {
+            const std::size_t owner = first + x * options.entries;
             numbers[owner * count + m] = row[x];
             shaping[m].set(owner, static_cast<float>(row[x]) - steps_of(owner, m));
           }
@@ -238,7 +237,7 @@ BasisFit quantised(const BasisFit& basis, const Quantisation& how, const SlabOve
   result.view = basis.view;
   result.light = basis.light;
   for (const std::size_t m : kept) result.pairs.push_back(basis.pairs[m]);
-  for (const int number : numbers) result.coefficient.push_back(how.step * static_cast<float>(number));
+  for (const int number : numbers) result.coefficient.push_back(options.step * static_cast<float>(number));
   return result;
 }
 

@@ -31,8 +31,8 @@ float dot(const float* a, const std::vector<float>& b) {
   return static_cast<float>(sum);
 }
 
-/// Functions as the file will hold them: multiples of a step, a power of two, that half precision has exactly
-/// for values up to 2048 steps. So the error that is measured is that of the file, and the file is smaller.
+/// Functions rounded to multiples of a power of two, which half precision holds exactly up to 2048 steps. So
+/// measured errors are those of the file, and the file is smaller.
 std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& vectors, double scale,
                                        double step) {
   std::vector<std::vector<float>> result;
@@ -45,13 +45,14 @@ std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& v
   return result;
 }
 
-/// The nearest number that the file can hold.
+/// The nearest number in half precision.
 float in_half(float value) {
-  constexpr float most = 65504;
-  return Imath::half(std::clamp(value, -most, most));
+  constexpr float max_half = 65504;
+  return Imath::half(std::clamp(value, -max_half, max_half));
 }
 
-/// A matrix that is a sum over many items, by blocks that are added in their order whatever the threads do.
+/// A matrix that is a sum over items, by blocks that are added in a fixed order, so that it does not depend
+/// on the number of threads.
 template <class AddItem>
 std::vector<double> summed(std::size_t items, std::size_t size, const AddItem& add) {
   const std::size_t blocks = std::clamp<std::size_t>(items / 64, 1, 16);
@@ -88,7 +89,7 @@ std::vector<float> premultiplied(const SampleLevel& level, std::size_t texel) {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The coefficients of one texel, one row for each phi_a and one column for each psi_b.
+/// Fits the coefficients of one texel, one row for each phi_a and one column for each psi_b.
 RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vector<std::vector<float>>& phi,
                    const std::vector<std::vector<float>>& psi) {
   const std::vector<float> seen = premultiplied(level, texel);
@@ -119,8 +120,8 @@ RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vecto
 }  // namespace
 
 std::vector<BasisFit> slab_basis(const std::vector<SlabTables>& levels,
-                                 const std::vector<std::vector<float>>& view_functions, std::size_t most,
-                                 const std::vector<float>* unit) {
+                                 const std::vector<std::vector<float>>& view_functions,
+                                 std::size_t max_functions, const std::vector<float>* unit) {
   const std::size_t functions = view_functions.size();
   const std::size_t values = levels.front().values;
   BasisFit shared;
@@ -128,13 +129,15 @@ std::vector<BasisFit> slab_basis(const std::vector<SlabTables>& levels,
   for (std::size_t a = 0; a < functions; ++a) {
     std::vector<double> covariance(values * values, 0);
     for (const SlabTables& level : levels) {
-      const std::vector<double> of_level = summed(level.seen.size(), values, [&](std::size_t e, auto& sum) {
-        if (level.seen[e] > 0)
-          add_outer(&level.value[(e * functions + a) * values], values, level.seen[e], sum);
-      });
+      const std::vector<double> of_level =
+          summed(level.visibility.size(), values, [&](std::size_t e, auto& sum) {
+            if (level.visibility[e] > 0)
+              add_outer(&level.value[(e * functions + a) * values], values, level.visibility[e], sum);
+          });
       for (std::size_t i = 0; i < covariance.size(); ++i) covariance[i] += of_level[i];
     }
-    const Principal components = principal_components(covariance, values, a == 0 ? most : most / 4);
+    const Principal components =
+        principal_components(covariance, values, a == 0 ? max_functions : max_functions / 4);
     for (auto& function : stored(components.vectors, 1, light_step)) {
       shared.pairs.emplace_back(static_cast<int>(a), static_cast<int>(shared.light.size()));
       shared.light.push_back(std::move(function));
@@ -144,9 +147,9 @@ std::vector<BasisFit> slab_basis(const std::vector<SlabTables>& levels,
   for (const SlabTables& level : levels) {
     BasisFit basis = shared;
     const std::size_t count = shared.pairs.size();
-    basis.coefficient.assign(level.seen.size() * count, 0);
-    parallel_for(0, static_cast<int>(level.seen.size()), [&](std::size_t e) {
-      if (!(level.seen[e] > 0)) return;
+    basis.coefficient.assign(level.visibility.size() * count, 0);
+    parallel_for(0, static_cast<int>(level.visibility.size()), [&](std::size_t e) {
+      if (!(level.visibility[e] > 0)) return;
       for (std::size_t m = 0; m < count; ++m) {
         const V2i& pair = shared.pairs[m];
         basis.coefficient[e * count + m] =
@@ -213,7 +216,7 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::s
   return result;
 }
 
-float scale_of(const BasisFit& basis) {
+float coefficient_scale(const BasisFit& basis) {
   const std::size_t count = basis.pairs.size();
   double largest = 0;
   for (std::size_t m = 0; m < count; ++m) {

@@ -1,8 +1,8 @@
-// BasisFit of shared functions: a level's samples, or its slabs' tables, as few coefficients per texel.
+// Fits of samples, or of tables of slabs, by few coefficients per texel of products of shared functions.
 //
 // The functions of the light are principal components of the texels' radiance; at levels without slabs
-// those of the view are too, so that f(l, v) = sum_ab G_ab phi_a(v) psi_b(l) is the texel's table of all
-// samples in a separable basis (a truncated higher-order singular value decomposition).
+// so are those of the view: f(l, v) = sum_ab G_ab phi_a(v) psi_b(l) is a truncated higher-order singular
+// value decomposition of the samples.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace selvedge {
 
-/// The functions of a basis and, for every texel or entry (its owner), the coefficients of their products.
+/// Shared functions, and coefficients of their products for every owner: a texel, or an entry of slabs.
 struct BasisFit {
   std::vector<std::vector<float>> view;   ///< phi_a, [a][view], mean square 1; the first may be constant
   std::vector<std::vector<float>> light;  ///< psi_b, [b][3 * light + channel], unit
@@ -22,21 +22,21 @@ struct BasisFit {
   std::size_t owners() const { return pairs.empty() ? 0 : coefficient.size() / pairs.size(); }
 };
 
-/// Slabs of some levels: every phi_a has functions of the light of its own, at most `most` for phi_0 and a
-/// quarter as many for each other. One result per level, with the same functions and pairs. `view_functions`
-/// are those the tables were fitted with. `unit`, [3 * light + channel]: tables are in the inverse of it, and
-/// so are the functions that are given back in it.
+/// For levels with slabs: every phi_a has its own functions of the light, at most `max_functions` for phi_0
+/// and a quarter as many for the others. One result per level, with the same functions and pairs.
+/// `view_functions`: those that the tables were fitted with. `unit`, [3 * light + channel]: tables were
+/// fitted in the inverse of these units, by which the returned functions are divided; null: 1.
 std::vector<BasisFit> slab_basis(const std::vector<SlabTables>& levels,
-                                 const std::vector<std::vector<float>>& view_functions, std::size_t most,
-                                 const std::vector<float>* unit = nullptr);
+                                 const std::vector<std::vector<float>>& view_functions,
+                                 std::size_t max_functions, const std::vector<float>* unit = nullptr);
 
-/// Levels without slabs: the best `max_view` x `max_light` separable functions for all of them (each level
-/// counts by the square root of its texels), then every texel's least squares with the samples weighted by
-/// alpha squared, because alpha f is seen.
+/// For levels without slabs: the best `max_view` x `max_light` separable functions for all levels together (a
+/// level's weight is the square root of its texels), then least squares per texel, with samples weighted by
+/// alpha squared, because pictures show alpha f.
 std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::size_t max_view,
                                   std::size_t max_light);
 
-/// Root mean square of the coefficients of the strongest product.
-float scale_of(const BasisFit& basis);
+/// Root mean square of the coefficients of the strongest product, over owners that use it.
+float coefficient_scale(const BasisFit& basis);
 
 }  // namespace selvedge

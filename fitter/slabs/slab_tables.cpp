@@ -11,15 +11,15 @@
 namespace selvedge {
 namespace {
 
-/// Right sides that are solved for at a time: their columns of all entries stay in the caches.
+/// Number of right-hand sides per solver, so that their columns of all entries stay in the caches.
 constexpr std::size_t columns_at_once = 16;
-/// More of them follow the noise of the samples.
+/// More iterations would fit the noise of the samples.
 constexpr int iterations = 8;
-/// Pulls, as shares of the mean diagonal of the normal equations.
+/// Weights of the penalties, as shares of the mean diagonal of the normal equations.
 constexpr float pull_of_first = 0.03F;
 constexpr float pull_of_others = 0.5F;
 
-/// One sample: the unknowns that add up to it.
+/// An unknown's contribution to a sample.
 struct Term {
   std::uint32_t unknown = 0;
   std::uint32_t kind = 0;  // of its texel
@@ -31,7 +31,7 @@ struct Matrix {
   std::vector<std::size_t> first;  // of each row, then the end
   std::vector<Term> terms;
   std::vector<float> diagonal;  // of A^T A, by unknown
-  std::vector<float> pull;      // by unknown
+  std::vector<float> pull;      // weight of the penalty, by unknown
 };
 
 Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t entries,
@@ -39,7 +39,7 @@ Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t e
   const std::size_t of_texel = entries / samples.texels();
   const std::size_t per_row = rays.rays;
   const float share = 1.0F / static_cast<float>(per_row);
-  const std::size_t rows = rays.met.size() / per_row;
+  const std::size_t rows = rays.entries.size() / per_row;
   Matrix matrix;
   matrix.diagonal.assign(entries * phi.size(), 0);
   for (std::size_t row = 0; row < rows; ++row) {
@@ -47,14 +47,14 @@ Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t e
     matrix.first.push_back(begin);
     const std::size_t view = row % samples.views;
     for (std::size_t i = row * per_row; i < (row + 1) * per_row; ++i) {
-      if (rays.met[i] == SlabRays::nothing) continue;
+      if (rays.entries[i] == SlabRays::no_entry) continue;
       for (std::size_t a = 0; a < phi.size(); ++a) {
-        const auto unknown = static_cast<std::uint32_t>(rays.met[i] * phi.size() + a);
+        const auto unknown = static_cast<std::uint32_t>(rays.entries[i] * phi.size() + a);
         const float weight = share * phi[a][view];
         std::size_t t = begin;
         while (t < matrix.terms.size() && matrix.terms[t].unknown != unknown) ++t;
         if (t == matrix.terms.size()) {
-          const std::uint32_t kind = factors != nullptr ? factors->kind[rays.met[i] / of_texel] : 0;
+          const std::uint32_t kind = factors != nullptr ? factors->kind[rays.entries[i] / of_texel] : 0;
           matrix.terms.push_back({unknown, kind, 0});
         }
         matrix.terms[t].weight += weight;
@@ -81,8 +81,8 @@ Matrix matrix_of(const SampleLevel& samples, const SlabRays& rays, std::size_t e
 using Columns = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Row = Eigen::Array<float, 1, Eigen::Dynamic>;
 
-/// Solves for some right sides at once, by conjugate gradients. Arrays have a row for each unknown and a
-/// column for each right side.
+/// Solves for some right-hand sides by conjugate gradients. Arrays have a row for each unknown and a column
+/// for each right-hand side.
 class Solver {
  public:
   Solver(const Matrix& matrix, const SampleLevel& samples, const SlabFactors* factors, std::size_t functions,
@@ -143,7 +143,7 @@ class Solver {
     }
     return result;
   }
-  /// The columns of the factors, side by side, and the diagonal of the normal equations that they make.
+  /// Sets the factors of these columns, and the diagonal of the normal equations with them.
   void set_factors(const SlabFactors& factors) {
     const std::size_t values = 3 * samples_.lights;
     factor_.resize(factors.value.size() / values * n_);
@@ -177,7 +177,7 @@ class Solver {
     }
     return quotient(sum, weight);
   }
-  /// a / b, and 0 where b is not above 0.
+  /// a / b, or 0 if b is not positive.
   static Row quotient(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
     return (b > 0).select(a / b, 0).cast<float>().transpose();
   }
@@ -211,7 +211,7 @@ class Solver {
     }
     return out;
   }
-  /// Column by column.
+  /// Inner products of the columns.
   Eigen::ArrayXd inner(const Columns& a, const Columns& b) const {
     Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(n_);
     for (Eigen::Index u = 0; u < a.rows(); ++u) {
@@ -240,7 +240,7 @@ SlabRays slab_rays(const FabricLevel& level, const Fabric& fabric, const std::ve
   SlabRays result;
   result.rays = shape.columns * shape.rows;
   const std::size_t per_texel = directions.size() * result.rays;
-  result.met.resize(level.texels() * per_texel);
+  result.entries.resize(level.texels() * per_texel);
   const SlabMarch march(level, fabric);
   parallel_for(0, level.texels(), [&](int texel) {
     std::size_t at = texel * per_texel;
@@ -251,8 +251,8 @@ SlabRays slab_rays(const FabricLevel& level, const Fabric& fabric, const std::ve
                          texel / level.width * shape.rows + row);
           const V2d centre(cell.x + 0.5, cell.y + 0.5);
           const auto hit = march(centre / cells, direction);
-          result.met[at++] =
-              hit ? static_cast<std::uint32_t>(hit->texel * shape.entries() + hit->entry) : SlabRays::nothing;
+          result.entries[at++] = hit ? static_cast<std::uint32_t>(hit->texel * shape.entries() + hit->entry)
+                                     : SlabRays::no_entry;
         }
       }
     }
@@ -281,14 +281,13 @@ std::vector<std::vector<float>> smooth_view_functions(const DirectionGrid& views
       for (std::size_t i = 0; i < values.size(); ++i) values[i] -= share * other[i];
     }
     const double rest = mean_product(values, values);
-    if (!(rest > 1e-6 * whole)) continue;  // the grid cannot tell it from the others
+    if (!(rest > 1e-6 * whole)) continue;  // linearly dependent on the others over the grid
     for (double& value : values) value /= std::sqrt(rest);
     functions.push_back(std::move(values));
   }
   std::vector<std::vector<float>> result;
   for (const auto& values : functions) {
-    // As the file will hold them: half precision has multiples of 1/1024 up to 2 exactly, and of 1/256 up
-    // to 8.
+    // Rounded to multiples of 1/256, which half precision holds exactly up to 8.
     std::vector<float> stored;
     for (const double value : values) stored.push_back(static_cast<float>(std::round(value * 256) / 256));
     result.push_back(std::move(stored));
@@ -313,7 +312,7 @@ SlabTables fit_slabs(const SampleLevel& samples, const SlabRays& rays, std::size
     }
   });
   for (std::size_t entry = 0; entry < entries; ++entry) {
-    tables.seen.push_back(static_cast<double>(matrix.diagonal[entry * tables.functions]));
+    tables.visibility.push_back(static_cast<double>(matrix.diagonal[entry * tables.functions]));
   }
   return tables;
 }

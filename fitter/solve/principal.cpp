@@ -7,12 +7,12 @@ namespace selvedge {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-Principal principal_components(const std::vector<double>& matrix, std::size_t size, std::size_t most) {
+Principal principal_components(const std::vector<double>& matrix, std::size_t size, std::size_t max_count) {
   const auto n = static_cast<Eigen::Index>(size);
   const Eigen::Map<const RowMajor> symmetric(matrix.data(), n, n);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
   Principal result;
-  for (Eigen::Index i = n - 1; i >= 0 && result.values.size() < most; --i) {
+  for (Eigen::Index i = n - 1; i >= 0 && result.values.size() < max_count; --i) {
     result.values.push_back(std::max(0.0, solver.eigenvalues()[i]));
     const Eigen::VectorXd vector = solver.eigenvectors().col(i);
     Eigen::Index largest = 0;

@@ -6,13 +6,14 @@
 
 namespace selvedge {
 
-/// Eigenvectors of a symmetric matrix, the largest eigenvalue first.
+/// Eigenvalues and eigenvectors of a symmetric matrix, the largest eigenvalue first.
 struct Principal {
-  std::vector<double> values;                ///< >= 0; negative ones are rounding and are 0
-  std::vector<std::vector<double>> vectors;  ///< unit; the entry of largest magnitude is positive
+  std::vector<double> values;                ///< >= 0; negative ones are rounding errors and set to 0
+  std::vector<std::vector<double>> vectors;  ///< unit; the component of largest magnitude is positive
 };
 
-/// `matrix`: size * size, of which the lower triangle counts; positive semidefinite. Precondition: finite.
-Principal principal_components(const std::vector<double>& matrix, std::size_t size, std::size_t most);
+/// At most `max_count` components. `matrix`: size * size, positive semidefinite, finite; only the lower
+/// triangle is read.
+Principal principal_components(const std::vector<double>& matrix, std::size_t size, std::size_t max_count);
 
 }  // namespace selvedge

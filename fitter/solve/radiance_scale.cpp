@@ -29,7 +29,7 @@ double largest_of(const Fabric& fabric) {
   return largest;
 }
 
-/// f becomes f / scale; the fabric's own scale is left as it is.
+/// Divides f by `scale`; does not change the fabric's scale.
 void divide(Fabric& fabric, double scale) {
   const auto inverse = static_cast<float>(1 / scale);
   for (FabricLevel& level : fabric.levels) {
@@ -41,7 +41,7 @@ void divide(Fabric& fabric, double scale) {
             for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
           });
     }
-    // Beside lobes products are a factor on them.
+    // In levels with lobes, products are a factor on them.
     if (level.has(LayerKind::lobes)) continue;
     for (float& c : level.coefficients()) c *= inverse;
   }
@@ -49,16 +49,16 @@ void divide(Fabric& fabric, double scale) {
 
 }  // namespace
 
-double scale_for(double largest) {
-  constexpr double least = 0x1p-8;
-  constexpr double most = 0x1p12;
-  if (!(largest > 0) || !std::isfinite(largest) || (largest >= least && largest <= most)) return 1;
-  // The reciprocal has to be a normal number as well.
+double choose_radiance_scale(double largest) {
+  constexpr double min = 0x1p-8;
+  constexpr double max = 0x1p12;
+  if (!(largest > 0) || !std::isfinite(largest) || (largest >= min && largest <= max)) return 1;
+  // Clamped, so that the reciprocal is a normal number, too.
   return std::exp2(std::clamp(std::round(std::log2(largest)), -120.0, 120.0));
 }
 
 void set_radiance_scale(Fabric& fabric) {
-  const double scale = scale_for(largest_of(fabric));
+  const double scale = choose_radiance_scale(largest_of(fabric));
   if (scale == 1) return;
   divide(fabric, scale);
   fabric.radiance_scale = static_cast<float>(scale);

@@ -27,11 +27,11 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
   }
 
   const std::size_t all = directions.lights.size();
-  out.all_lights = all;
+  out.light_count = all;
   for (std::size_t l = 0; l < all; ++l) {
     const V3f light = into_frame(directions.lights[l]);
     if (light.z > 0) {
-      out.light_of.push_back(static_cast<std::uint32_t>(l));
+      out.light_index.push_back(static_cast<std::uint32_t>(l));
       out.lights.push_back(light);
       continue;
     }
@@ -44,16 +44,17 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
     float largest = 0;
     for (std::size_t v = 0; v < out.views; ++v) {
       if (!(alpha[v] > 0)) continue;
-      for (const std::uint32_t l : out.light_of) largest = std::max(largest, radiance[v * all + l][channel]);
+      for (const std::uint32_t l : out.light_index)
+        largest = std::max(largest, radiance[v * all + l][channel]);
     }
-    // Denormal numbers are not worth a scale of their own.
+    // Denormal numbers are not scaled.
     if (largest > 1e-37F) out.scale[c] = std::exp2(std::ilogb(largest) + 1);
     out.radiance[c].assign(out.lights.size() * stride, 0);
     for (std::size_t i = 0; i < out.lights.size(); ++i) {
       for (std::size_t v = 0; v < out.views; ++v) {
         if (!(alpha[v] > 0)) continue;
         out.radiance[c][i * stride + v] = static_cast<float>(
-            static_cast<double>(radiance[v * all + out.light_of[i]][channel]) / out.scale[c]);
+            static_cast<double>(radiance[v * all + out.light_index[i]][channel]) / out.scale[c]);
       }
     }
   }

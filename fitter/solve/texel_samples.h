@@ -1,4 +1,4 @@
-// The samples of one texel in its own frame, ready for the fit.
+// The samples of one texel in its frame, in the layout of the fit.
 #pragma once
 
 #include <array>
@@ -9,25 +9,24 @@
 
 namespace selvedge {
 
-/// All pairs of a view and a light that is above the texel's horizon. The other lights give zero in the model
-/// whatever its parameters are, and so take no part in a fit. Directions are unit and in the texel's frame
-/// (tangent, binormal, normal).
+/// All pairs of a view and a light above the texel's horizon; for other lights the model is zero. Directions
+/// are unit and in the texel's frame (tangent, binormal, normal).
 struct TexelSamples {
   /// Views are padded to whole groups of this many; the padding has weight 0 and radiance 0.
   static constexpr std::size_t lanes = 16;
 
   std::vector<V3f> lights;                 ///< z > 0
-  std::vector<std::uint32_t> light_of;     ///< of each: its index among all lights
-  std::size_t all_lights = 0;              ///< those below the horizon as well
+  std::vector<std::uint32_t> light_index;  ///< of each of `lights`, among all lights
+  std::size_t light_count = 0;             ///< of all lights, including those below the horizon
   std::array<std::vector<float>, 3> view;  ///< x, y and z of each view; padded
-  std::vector<double>
-      weight;  ///< per view, padded: opacity, so that a mip texel has its children's minimiser
+  /// Opacity per view, padded: a mip texel then has the minimiser of its children.
+  std::vector<double> weight;
   /// Per colour channel, radiance[c][light * stride() + view], in units of scale[c].
   std::array<std::vector<float>, 3> radiance;
-  /// A power of two per channel that makes radiance at most 1: nothing overflows in single precision.
+  /// A power of two per channel for which radiance is at most 1, so that single precision does not overflow.
   std::array<double, 3> scale{1, 1, 1};
   std::size_t views = 0;
-  /// Layout of the views, which says which are neighbours; 0 x 0: no two are. Likewise of all lights.
+  /// Layouts of the views and of all lights, which define neighbours; 0 x 0: no neighbours.
   DirectionGrid grid{0, 0};
   DirectionGrid light_grid{0, 0};
   double energy_below_horizon = 0;  ///< weighted squared radiance below the horizon, all channels, unscaled
@@ -35,11 +34,11 @@ struct TexelSamples {
   std::size_t stride() const { return weight.size(); }
 };
 
-/// Directions as given, not in the texel's frame, as the samples of one texel have them.
+/// Directions of a texel's samples, not in the texel's frame.
 struct TexelDirections {
   std::vector<V3f> views;
   std::vector<V3f> lights;
-  DirectionGrid grid{0, 0};        ///< of the views, where they are on one
+  DirectionGrid grid{0, 0};        ///< of the views, or 0 x 0
   DirectionGrid light_grid{0, 0};  ///< of the lights
 };
 

@@ -1,11 +1,11 @@
-// Loops over the views of a texel, in double precision. The same bits on every processor.
+// Sums over the views of a texel in double precision, with the same bits on every processor.
 #pragma once
 
 #include <cstddef>
 
 namespace selvedge {
 
-/// Sum of a b over `count` views, a multiple of 8: eight partial sums, then those.
+/// Sum of a b over `count` views, a multiple of 8: eight partial sums, then their sum.
 double dot(const double* a, const double* b, std::size_t count);
 
 /// to += c a b

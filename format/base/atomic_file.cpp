@@ -23,8 +23,8 @@ namespace selvedge {
 
 namespace {
 
-// A signal handler may only touch a list that only grows, of plain pointers to strings that live until they
-// are taken out. It has as many entries as files were ever unfinished at once.
+// Signal handlers need a list without locks: entries are never freed, but reused; a path is freed after it
+// was removed from its entry.
 struct Entry {
   std::atomic<char*> path{nullptr};
   Entry* next = nullptr;
@@ -54,9 +54,9 @@ extern "C" void on_signal(int number) {
 
 std::string reason() { return std::strerror(errno); }
 
-/// The process that made a temporary file, from the end of its name behind the target's: ".part-PID-N", and
-/// of a file beside it (".part-PID-N.journal"). 0: another name.
-int maker_of(const std::string& suffix) {
+/// The id of the process that made a temporary file, from the suffix of its name: ".part-PID-N" or
+/// ".part-PID-N.journal". 0 for other names.
+int process_of(const std::string& suffix) {
   int process = 0;
   int end = 0;
   if (std::sscanf(suffix.c_str(), ".part-%d-%*[0-9]%n", &process, &end) != 1 || end == 0) return 0;
@@ -64,20 +64,20 @@ int maker_of(const std::string& suffix) {
   return ends && std::isdigit(static_cast<unsigned char>(suffix[6])) != 0 ? process : 0;
 }
 
-/// Removes what killed programs have left of this target: files of processes that do not run here any more
-/// and, by their locks, on no other machine that shares the folder.
+/// Removes temporary files of this target whose process does not run here any more and, by their locks, on no
+/// other machine that shares the folder.
 void remove_leftovers(const std::filesystem::path& target) {
   namespace fs = std::filesystem;
   std::error_code ignored;
   const std::string name = target.filename().string();
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  std::vector<fs::path> left;
+  std::vector<fs::path> leftovers;
   for (fs::directory_iterator entry(folder, ignored), end; entry != end; entry.increment(ignored)) {
     const std::string found = entry->path().filename().string();
-    const int maker = found.starts_with(name) ? maker_of(found.substr(name.size())) : 0;
-    if (maker > 0 && kill(maker, 0) != 0 && errno == ESRCH) left.push_back(entry->path());
+    const int process = found.starts_with(name) ? process_of(found.substr(name.size())) : 0;
+    if (process > 0 && kill(process, 0) != 0 && errno == ESRCH) leftovers.push_back(entry->path());
   }
-  for (const fs::path& path : left) {
+  for (const fs::path& path : leftovers) {
     const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) continue;
     struct stat status {};
@@ -87,11 +87,11 @@ void remove_leftovers(const std::filesystem::path& target) {
   }
 }
 
-/// Locks a new file, unless somebody has just taken it away as a leftover.
+/// Locks a new file; false if another process has just removed it as a leftover.
 bool lock_new(int file, const std::string& path) {
   struct stat open_file {};
   struct stat named {};
-  // Where the file system knows no locks, nobody takes files away either.
+  // Without locks in the file system, no process removes leftovers.
   if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
   return fstat(file, &open_file) == 0 && stat(path.c_str(), &named) == 0 &&
          open_file.st_ino == named.st_ino && open_file.st_dev == named.st_dev;
@@ -99,7 +99,7 @@ bool lock_new(int file, const std::string& path) {
 
 }  // namespace
 
-/// A temporary file that goes with this object, unless its name is taken away.
+/// A temporary file; the destructor removes it unless `temporary` is empty.
 struct AtomicFile::Unfinished {
   explicit Unfinished(std::string path) : temporary(std::move(path)), entry(enlist(temporary)) {}
   Unfinished(const Unfinished&) = delete;
@@ -118,7 +118,7 @@ struct AtomicFile::Unfinished {
 };
 
 void remove_unfinished_files_on_signal() {
-  // A limit on the size of files then is a failed write with its reason, not a sudden end.
+  // A limit on the size of files then makes a write fail with a reason instead of ending the process.
   std::signal(SIGXFSZ, SIG_IGN);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     // Signals that the caller ignores (nohup) stay ignored.
@@ -140,7 +140,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   const std::string target = resolved.empty() ? path : resolved.string();
   remove_leftovers(target);
   static std::atomic<int> counter{0};
-  // A file or link that is there already was made by someone else: the next name is tried.
+  // An existing file or link belongs to another process: the next name is tried.
   for (int attempt = 0;; ++attempt) {
     const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
     auto unfinished = std::make_unique<Unfinished>(temporary);

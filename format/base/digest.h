@@ -7,7 +7,7 @@
 
 namespace selvedge {
 
-/// Digest of bytes that come in pieces.
+/// Digest of bytes that are given in pieces.
 class Digest {
  public:
   Digest();

@@ -106,7 +106,7 @@ std::string to_line(const Error& error) {
     if (!line.empty()) line += ": ";
     line += *part;
   }
-  // Messages of other libraries may span lines; a user's log must not.
+  // Messages of other libraries may have several lines.
   for (char& c : line) {
     if (c == '\n' || c == '\r' || c == '\t') c = ' ';
   }

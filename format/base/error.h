@@ -1,7 +1,7 @@
-// Errors as values: what every stage gives back instead of an exception.
+// Errors as values: functions return them instead of throwing exceptions.
 //
 // A code names the kind of fault (one row of one table, printed into spec/issues.md), the file and the
-// place within it say where, the message says why. `to_line` is the one line a user sees.
+// place within it say where, the message says why. A user sees the line that to_line() makes.
 #pragma once
 
 #include <span>
@@ -12,7 +12,7 @@
 
 namespace selvedge {
 
-/// Every kind of fault that Selvedge can name. The row of each stands in error.cpp.
+/// Every kind of fault that Selvedge can name; their table is in error.cpp.
 enum class Code {
   file_missing,
   file_unreadable,
@@ -65,8 +65,8 @@ enum class Code {
   graphics_unavailable,
 };
 
-/// An error: the file must not be used. A warning: it may, but something in it is unwise or will not be seen
-/// as it was meant.
+/// An error: the file must not be used. A warning: it may be used, but a part of it is unwise or will not be
+/// seen as intended.
 enum class Severity { error, warning };
 
 /// One row of the table of codes. A code has one severity wherever it appears.
@@ -85,24 +85,22 @@ std::string_view name_of(Severity severity);
 
 struct Error {
   Code code = Code::file_unreadable;
-  std::string file;     ///< as the user named it; empty where no file is concerned
+  std::string file;     ///< as the user named it; may be empty
   std::string place;    ///< JSON pointer, part/level/channel, option, line; may be empty
   std::string message;  ///< the reason, without a full stop
 };
 
-/// "file: place: message [CODE]", always a single line, `printable`.
+/// "file: place: message [CODE]", always a single line, escaped by printable().
 std::string to_line(const Error& error);
 
-/// Everything that is wrong with a file, in the order in which it was found.
+/// The faults of a file, in the order in which they were found.
 using Issues = std::vector<Error>;
 
-/// Whether any of the issues is an error.
 bool has_error(const Issues& issues);
 
 template <class T>
 using Result = tl::expected<T, Error>;
 
-/// Shorthand for returning an error from a function that returns a Result.
 inline tl::unexpected<Error> fail(Code code, std::string file, std::string place, std::string message) {
   return tl::unexpected<Error>(Error{code, std::move(file), std::move(place), std::move(message)});
 }

@@ -13,7 +13,7 @@ namespace selvedge {
 InputFile::Descriptor::~Descriptor() { ::close(number); }
 
 Result<InputFile> InputFile::open(const std::string& path) {
-  // Not blocking: opening a pipe that nobody writes to would wait for ever.
+  // Non-blocking: opening a pipe without a writer would wait for ever.
   const int number = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (number < 0) {
     const int reason = errno;

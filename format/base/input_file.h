@@ -1,4 +1,4 @@
-// Files opened for reading at any place: plain files on disk, or bytes in memory.
+// Random-access input: plain files on disk, or bytes in memory.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,13 @@ namespace selvedge {
 
 class InputFile {
  public:
-  /// FILE_MISSING, or FILE_UNREADABLE for a folder, a device or a pipe, which is not waited for.
+  /// FILE_MISSING, or FILE_UNREADABLE for a folder, a device or a pipe; never waits for a pipe's writer.
   static Result<InputFile> open(const std::string& path);
   /// From memory. The bytes must outlive the file.
   explicit InputFile(std::span<const std::uint8_t> bytes) : bytes_(bytes), size_(bytes.size()) {}
 
   std::uint64_t size() const { return size_; }
-  /// Fills `out` from `offset` on; false where the bytes are not there.
+  /// Fills `out` with the bytes from `offset` on; false if the file ends before, or cannot be read.
   bool read(std::uint64_t offset, std::span<std::uint8_t> out) const;
 
  private:

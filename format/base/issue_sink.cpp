@@ -14,8 +14,8 @@ void IssueSink::add(Error issue) {
   Kind& kind = kinds_.at(static_cast<std::size_t>(severity_of(issue.code)));
   if (++kind.count <= max_issues_) {
     issues_.push_back(std::move(issue));
-  } else if (!kind.unkept) {
-    kind.unkept = std::move(issue);
+  } else if (!kind.first_dropped) {
+    kind.first_dropped = std::move(issue);
   }
 }
 
@@ -30,10 +30,10 @@ Error IssueSink::first_error() const {
 
 Issues IssueSink::take() {
   for (Kind& kind : kinds_) {
-    if (!kind.unkept) continue;
-    kind.unkept->message += fmt::format("; {} more {}s are not listed", kind.count - max_issues_ - 1,
-                                        name_of(severity_of(kind.unkept->code)));
-    issues_.push_back(std::move(*kind.unkept));
+    if (!kind.first_dropped) continue;
+    kind.first_dropped->message += fmt::format("; {} more {}s are not listed", kind.count - max_issues_ - 1,
+                                               name_of(severity_of(kind.first_dropped->code)));
+    issues_.push_back(std::move(*kind.first_dropped));
   }
   return std::move(issues_);
 }

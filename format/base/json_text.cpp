@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Stops at a member that its object has already.
+/// Stops at the first member that its object has twice.
 class RepetitionFinder : public nlohmann::json_sax<json> {
  public:
   std::optional<std::string> found;
@@ -44,7 +44,7 @@ class RepetitionFinder : public nlohmann::json_sax<json> {
   }
 
  private:
-  /// An array or an object that is open, and which of its values is being read.
+  /// An open array or object, and the value that is being read.
   struct Level {
     bool is_array = false;
     std::size_t count = 0;
@@ -69,13 +69,13 @@ class RepetitionFinder : public nlohmann::json_sax<json> {
   std::vector<Level> open_;
 };
 
-/// parse_json() and parse_json_object(), but for the kind of the root.
+/// As parse_json_object(), but the root may be any value.
 Result<json> parse_checked(std::string_view text, const std::string& file) {
   constexpr int max_depth = 64;
   const auto refuse = [&](std::string place, std::string why) {
     return fail(Code::json_malformed, file, std::move(place), std::move(why));
   };
-  // The parser would skip it.
+  // The parser would skip a byte order mark.
   if (text.starts_with("\xEF\xBB\xBF")) return refuse("", "begins with a byte order mark");
   if (demands_of(text, max_depth).nesting > max_depth)
     return refuse("", fmt::format("is nested deeper than {} levels", max_depth));
@@ -93,9 +93,9 @@ Result<json> parse_checked(std::string_view text, const std::string& file) {
 
 }  // namespace
 
-JsonDemands demands_of(std::string_view text, int deepest_wanted) {
+JsonDemands demands_of(std::string_view text, int max_nesting) {
   JsonDemands demands;
-  std::vector<int> members;  ///< of the brackets that are open
+  std::vector<int> members;  ///< by open bracket
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -107,7 +107,7 @@ JsonDemands demands_of(std::string_view text, int deepest_wanted) {
     } else if (c == '{' || c == '[') {
       members.push_back(0);
       demands.nesting = std::max(demands.nesting, static_cast<int>(members.size()));
-      if (demands.nesting > deepest_wanted) return demands;
+      if (demands.nesting > max_nesting) return demands;
     } else if ((c == '}' || c == ']') && !members.empty()) {
       members.pop_back();
     } else if (c == ':' && !members.empty()) {

@@ -1,4 +1,4 @@
-// Parsing JSON of unknown origin: depth limit, duplicate members, line numbers in messages.
+// JSON from untrusted files: a limit of depth, no repeated members, line numbers in messages.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,32 +11,31 @@
 
 namespace selvedge {
 
-/// How deep and wide a JSON text is, found without parsing it.
+/// How deeply a JSON text nests and how many members its largest object has, counted without parsing it.
 struct JsonDemands {
   int nesting = 0;
-  int members = 0;  ///< of its largest object
+  int members = 0;
 };
 
-/// Looks no further where the brackets nest deeper than `deepest_wanted`.
-JsonDemands demands_of(std::string_view text, int deepest_wanted);
+/// Stops counting once brackets nest deeper than `max_nesting`.
+JsonDemands demands_of(std::string_view text, int max_nesting);
 
-/// The JSON pointer of the first member that its object has a second time: programs differ in which of the
-/// two they take. Nothing if there is none before the end, or before the place where it ceases to be JSON.
+/// The JSON pointer of the first member that its object has twice: programs differ in which of the two they
+/// read. Nothing if there is no such member before the end or the first syntax error.
 std::optional<std::string> repeated_member(std::string_view text);
 
-/// Parses a text of unknown origin. is_discarded() where it is not JSON, begins with a byte order
-/// mark, has a member twice, or nests deeper than 64: what walks through the value may then do so
-/// recursively.
+/// The result is_discarded() if the text is not JSON, begins with a byte order mark, repeats a member, or
+/// nests deeper than 64. The limit makes recursion over the value safe.
 nlohmann::json parse_json(std::string_view text);
 
-/// The same of a file's text that has to be an object; `file` is for messages. JSON_MALFORMED says which of
-/// these it is, with the line and column where it ceases to be JSON, or with the member that is there twice.
+/// Parses a text that has to be an object; `file` is for messages. JSON_MALFORMED for the faults above, with
+/// the line and column of a syntax error or the pointer of a repeated member.
 Result<nlohmann::json> parse_json_object(std::string_view text, const std::string& file);
 
-/// "line 2, column 5" of a byte counted from 1, as the parser does.
+/// "line 2, column 5" of a byte counted from 1, as nlohmann-json counts.
 std::string line_of(std::string_view text, std::size_t byte);
 
-/// The JSON pointer to a member of the object that `object` points to; "/" and "~" of the name are escaped.
+/// The JSON pointer to the member `name` of the object at pointer `object`; escapes "/" and "~" of the name.
 std::string pointer_to(const std::string& object, const std::string& name);
 
 }  // namespace selvedge

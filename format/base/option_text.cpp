@@ -8,8 +8,8 @@
 
 namespace selvedge {
 
-std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator, std::size_t least,
-                                                 std::size_t most) {
+std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator,
+                                                 std::size_t min_count, std::size_t max_count) {
   std::vector<double> numbers;
   std::stringstream items(text);
   std::string item;
@@ -19,8 +19,8 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, char s
     if (item.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
     numbers.push_back(value);
   }
-  const bool dangling = !text.empty() && text.back() == separator;
-  if (dangling || numbers.size() < least || numbers.size() > most) return std::nullopt;
+  const bool ends_in_separator = !text.empty() && text.back() == separator;
+  if (ends_in_separator || numbers.size() < min_count || numbers.size() > max_count) return std::nullopt;
   return numbers;
 }
 

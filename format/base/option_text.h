@@ -1,4 +1,4 @@
-// Values as people type them on a command line.
+// Parsing and quoting of values on a command line.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,14 @@
 
 namespace selvedge {
 
-/// Numbers separated by `separator`, from `least` to `most` of them, all finite; nothing where the text is
-/// not that.
-std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator, std::size_t least,
-                                                 std::size_t most);
+/// `min_count` to `max_count` finite numbers, separated by `separator`; nothing if the text is anything else.
+std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator,
+                                                 std::size_t min_count, std::size_t max_count);
 
-/// Whether a file's name has that ending (".png", lower case), in upper or lower case, and something before
-/// it.
+/// Whether a file's name is longer than `ending` (".png", lower case) and ends in it, in either case.
 bool has_ending(std::string path, std::string_view ending);
 
-/// As one word of a line for a shell: in single quotes where it has more than letters, digits and _./:=,+-@%.
+/// The text as one word for a shell: in single quotes unless it has only letters, digits and _./:=,+-@%.
 std::string shell_word(const std::string& text);
 
 }  // namespace selvedge

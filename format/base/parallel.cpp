@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-// TBB takes the limit from a living object; this one lives as long as the process.
+// TBB's limit lasts as long as its object: this one lasts as long as the process.
 std::unique_ptr<tbb::global_control>& limit() {
   static std::unique_ptr<tbb::global_control> control;
   return control;
@@ -20,8 +20,7 @@ std::unique_ptr<tbb::global_control>& limit() {
 void set_threads(int threads) {
   limit().reset();
   if (threads > 0) {
-    limit() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                    static_cast<std::size_t>(threads));
+    limit() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, threads);
   }
 }
 
@@ -32,8 +31,7 @@ int thread_count() {
 }
 
 void parallel_for(int begin, int end, const std::function<void(int)>& body) {
-  // The caller's floating-point mode (rounding, denormals), not that of whoever used TBB first in this
-  // process.
+  // Threads get the caller's floating-point mode (rounding, denormals), not that of TBB's first caller.
   tbb::task_group_context context(tbb::task_group_context::bound, tbb::task_group_context::default_traits |
                                                                       tbb::task_group_context::fp_settings);
   // The simple partitioner keeps the split of the work free of timing.

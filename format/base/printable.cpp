@@ -11,7 +11,7 @@ unsigned byte_at(std::string_view text, std::size_t at) {
   return at < text.size() ? static_cast<unsigned char>(text[at]) : 0;
 }
 
-/// Bytes of the UTF-8 sequence at the text's beginning; 0 where it is not valid, as overlong forms,
+/// Length of the UTF-8 sequence at the text's beginning; 0 for invalid ones, including overlong forms,
 /// surrogates and numbers beyond U+10FFFF (table 3-7 of the Unicode standard).
 std::size_t sequence_length(std::string_view text) {
   const unsigned first = byte_at(text, 0);

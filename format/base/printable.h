@@ -1,4 +1,4 @@
-// Text that came out of a file or a file's name, made fit to be shown.
+// Escapes in text from files and file names, so that it can be printed.
 #pragma once
 
 #include <string>
@@ -6,11 +6,12 @@
 
 namespace selvedge {
 
-/// Valid UTF-8: bytes that are not (RFC 3629) become "\xNN" each. For JSON, which has escapes for the rest.
+/// Replaces each byte that is not valid UTF-8 (RFC 3629) by "\xNN". For JSON, which escapes the others
+/// itself.
 std::string as_utf8(std::string_view text);
 
-/// The same for a terminal or a log: control characters (C0, DEL, C1) become "\xNN" as well, but for line
-/// ends and tabs.
+/// As as_utf8(), for a terminal or a log: control characters (C0, DEL, C1) except line ends and tabs become
+/// "\xNN" as well.
 std::string printable(std::string_view text);
 
 }  // namespace selvedge

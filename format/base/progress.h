@@ -1,4 +1,4 @@
-// How long-running stages tell how far they are.
+// Progress of long-running stages, and its line on the terminal.
 #pragma once
 
 #include <chrono>
@@ -7,11 +7,11 @@
 
 namespace selvedge {
 
-/// Called with the finished fraction in [0, 1], from one thread at a time; may be empty.
+/// Called with the completed fraction in [0, 1], from one thread at a time; may be empty.
 using Progress = std::function<void(double)>;
 
-/// A line on standard error with percentage, elapsed and estimated remaining time, only where standard error
-/// is a terminal and `quiet` is false. The line is wiped when the object goes.
+/// A line on standard error with percentage, elapsed and estimated remaining time, if standard error is a
+/// terminal and `quiet` is false. The destructor erases the line.
 class TerminalProgress {
  public:
   TerminalProgress(std::string label, bool quiet);
@@ -22,7 +22,7 @@ class TerminalProgress {
   /// The callback to hand to a stage; valid as long as this object.
   Progress callback();
 
-  /// What to say behind the times from now on.
+  /// Text to show after the times.
   void note(std::string text) { note_ = std::move(text); }
 
  private:

@@ -1,5 +1,5 @@
-// Seeded random numbers that are the same on every machine and for any number of threads: each use makes its
-// own generator from a seed and the indices of what it is for.
+// Seeded random numbers, the same on every machine and for any number of threads: each use has a generator of
+// its own, from a seed and up to three indices.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ constexpr std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// SplitMix64. Cheap to make, one per texel and view.
+/// SplitMix64; construction is cheap enough for one generator per texel and view.
 class Random {
  public:
   explicit constexpr Random(std::uint64_t seed, std::uint64_t a = 0, std::uint64_t b = 0, std::uint64_t c = 0)

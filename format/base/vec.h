@@ -1,4 +1,4 @@
-// The vector types of the project are Imath's; nothing of our own stands beside them.
+// The vector and matrix types of the project: Imath's.
 #pragma once
 
 #include <Imath/ImathMatrix.h>

@@ -1,4 +1,4 @@
-// Little-endian numbers from bytes.
+// Reading of little-endian numbers.
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace selvedge {
 
-/// Reads numbers one after the other; there must be as many bytes as are asked for.
+/// Reads numbers one after the other. Precondition: the bytes suffice.
 class ExrBytes {
  public:
   explicit ExrBytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}

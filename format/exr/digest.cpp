@@ -10,7 +10,7 @@ namespace selvedge {
 
 std::string digest_of(const ExrPart& part, const ExrPixels& pixels) {
   std::vector<std::size_t> order(part.channels.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return part.channels[a].name < part.channels[b].name; });
   Digest digest;

@@ -36,12 +36,12 @@
 namespace selvedge {
 namespace {
 
-constexpr float largest_half = 65504.0F;
+constexpr float max_half = 65504.0F;
 
 Imf::PixelType pixel_type(const ExrChannel& channel) { return channel.half ? Imf::HALF : Imf::FLOAT; }
 
-/// The part with all that the writer may choose: one tile per level where it fits, 32 to 64 pixels a side.
-ExrPart completed(ExrPart part) {
+/// Sets tiles and levels that the caller left open: tiles of 32 x 32 or, for larger parts, 64 x 64 pixels.
+ExrPart with_defaults(ExrPart part) {
   part.tiled = part.tiled || part.mipmapped;
   part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
   const int side = std::max(part.width, part.height) > 32 ? 64 : 32;
@@ -50,8 +50,8 @@ ExrPart completed(ExrPart part) {
   return part;
 }
 
-/// `display` is the first part's: OpenEXR wants one display window in the whole file.
-Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
+/// `display`: the part with the display window; OpenEXR requires the same one in all parts.
+Imf::Header exr_header(const ExrPart& part, const ExrPart& display) {
   Imf::Header header(part.width, part.height);
   header.displayWindow() = Imath::Box2i({0, 0}, {display.width - 1, display.height - 1});
   header.setName(part.name);
@@ -85,7 +85,7 @@ Imf::Header header_of(const ExrPart& part, const ExrPart& display) {
 /// A slice over one plane whose first row is scanline `first_row`.
 Imf::Slice slice_of(Imf::PixelType type, const void* plane, int width, int first_row, std::size_t size) {
   const std::size_t row_bytes = size * width;
-  // OpenEXR addresses by absolute scanline: the base lies `first_row` rows before the buffer.
+  // OpenEXR addresses by absolute scanline: the base is `first_row` rows before the buffer.
   auto* base = reinterpret_cast<char*>(reinterpret_cast<std::uintptr_t>(plane) - first_row * row_bytes);
   return {type, base, size, row_bytes};
 }
@@ -105,7 +105,7 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
     if (part.channels[c].half) {
       stored.halves[c].resize(plane.size());
       for (std::size_t i = 0; i < plane.size(); ++i) {
-        if (std::abs(plane[i]) > largest_half || std::isnan(plane[i])) {
+        if (std::abs(plane[i]) > max_half || std::isnan(plane[i])) {
           return fail(Code::fabric_not_finite, file,
                       fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % pixels.width,
                                   i / pixels.width),
@@ -125,8 +125,8 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
 
 }  // namespace
 
-/// In this order: the output is finished before its stream is closed, and that before the temporary file
-/// goes.
+/// Destroyed in reverse order: the output is finished before its stream is closed, and the stream is closed
+/// before the temporary file is removed.
 struct ExrWriter::State {
   AtomicFile file;
   std::vector<ExrPart> parts;
@@ -147,7 +147,7 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
       return fail(Code::option_out_of_range, path, part.name,
                   fmt::format("compression '{}' is lossy or unknown", part.compression));
     }
-    part = completed(std::move(part));
+    part = with_defaults(std::move(part));
     if (!part.tiled && !part.increasing_y) {
       return fail(Code::option_out_of_range, path, part.name, "scanlines are written from the top down");
     }
@@ -155,10 +155,10 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
   auto file = AtomicFile::create(path);
   if (!file) return tl::unexpected(file.error());
   try {
-    // Compression is most of the work of writing; the bytes do not depend on who does it.
+    // Compression takes most of the time of writing; the bytes do not depend on the threads.
     if (Imf::globalThreadCount() != thread_count()) Imf::setGlobalThreadCount(thread_count());
     std::vector<Imf::Header> headers;
-    for (const ExrPart& part : parts) headers.push_back(header_of(part, parts.front()));
+    for (const ExrPart& part : parts) headers.push_back(exr_header(part, parts.front()));
     auto stream = std::make_unique<std::ofstream>(file->temporary(), std::ios::binary);
     auto named = std::make_unique<Imf::StdOFStream>(*stream, path.c_str());
     auto out =
@@ -205,7 +205,7 @@ Result<void> ExrWriter::write_rows(int part_index, const ExrPixels& pixels) {
 }
 
 Result<void> ExrWriter::commit() {
-  // OpenEXR finishes a file in a destructor, which keeps errors to itself; the stream remembers them.
+  // OpenEXR finishes a file in a destructor, which cannot report errors; the stream's state shows them.
   state_->out.reset();
   state_->stream->close();
   if (!*state_->stream) return fail(Code::file_unwritable, state_->file.path(), {}, std::strerror(errno));
@@ -226,17 +226,17 @@ void write_number(Imf::OStream& file, T value) {
 bool exr_unpack_piz(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> packed,
                     std::span<std::uint8_t> pixels) {
   if (pixels.size() > std::size_t{1} << 30) return false;  // OpenEXR counts in int
-  ExrPart one;
-  one.tiled = true;
-  one.width = one.tile_width = chunk.width;
-  one.height = one.tile_height = chunk.height;
-  one.compression = "piz";
-  one.channels = part.channels;
+  ExrPart single_tile;
+  single_tile.tiled = true;
+  single_tile.width = single_tile.tile_width = chunk.width;
+  single_tile.height = single_tile.tile_height = chunk.height;
+  single_tile.compression = "piz";
+  single_tile.channels = part.channels;
   try {
     Imf::StdOSStream file;
     write_number<std::uint32_t>(file, 20000630);
     write_number<std::uint32_t>(file, 2 | 0x200 | 0x400);  // version 2, tiled, long names
-    header_of(one, one).writeTo(file, true);
+    exr_header(single_tile, single_tile).writeTo(file, true);
     write_number<std::uint64_t>(file, file.tellp() + 8);
     for (int i = 0; i < 4; ++i) write_number<std::uint32_t>(file, 0);  // tile 0,0 of level 0,0
     write_number<std::uint32_t>(file, static_cast<std::uint32_t>(packed.size()));

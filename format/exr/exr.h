@@ -1,6 +1,5 @@
-// OpenEXR files, as little of them as the project needs: named float or half channels in one part or several,
-// either scanline parts or tiled parts with mip levels. They are written through OpenEXR (exr.cpp) and read
-// by code of our own (reader.cpp), which trusts nothing that a file says.
+// OpenEXR files: float and half channels in one or more parts, scanline or tiled with mip levels. They are
+// written by OpenEXR (exr.cpp) and read by our own code (reader.cpp), which trusts nothing in a file.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +42,7 @@ struct ExrPart {
   std::map<std::string, ExrValue> attributes;  ///< without those that every EXR file has
 };
 
-/// Whether pixels may come back changed. PXR24 keeps halves but shortens floats, so it counts as lossy.
+/// Whether the compression may change pixels. PXR24 keeps halves but rounds floats, so it counts as lossy.
 bool is_lossy(std::string_view compression);
 
 /// Pixels of one level: planes[channel][y * width + x], channels in the order of ExrPart::channels.
@@ -64,8 +63,8 @@ struct ExrLimits {
   int attributes = 1 << 12;  ///< of a part
 };
 
-/// Writes parts in their order; each level or row exactly once, rows from top to bottom. The file appears at
-/// `path` with commit() and not before. Whole-file bytes independent of thread counts.
+/// Writes parts in their order, each level or row exactly once, rows from top to bottom. The file appears at
+/// `path` with commit(). Its bytes do not depend on the number of threads.
 class ExrWriter {
  public:
   /// A lossy or unknown compression is OPTION_OUT_OF_RANGE.
@@ -74,7 +73,7 @@ class ExrWriter {
   ExrWriter& operator=(ExrWriter&&) noexcept;
   ~ExrWriter();
 
-  /// A value that half precision cannot hold (beyond 65,504) is an error, never rounded to infinity.
+  /// A value beyond the range of half precision (65,504) is an error, never rounded to infinity.
   Result<void> write_level(int part, int level, const ExrPixels& pixels);
   /// Appends rows to a scanline part: pixels.height rows of the part's width.
   Result<void> write_rows(int part, const ExrPixels& pixels);
@@ -87,9 +86,9 @@ class ExrWriter {
 };
 
 /// Checks the whole structure of the file when it is opened (scan.h) and reads pixels on demand. Rejects
-/// deep parts, sub-sampled channels, unsigned channels, windows that do not begin at (0, 0) and other level
-/// modes than one level or mip maps rounded down. Two readers of one file share nothing; one reader is for
-/// one thread.
+/// deep parts, sub-sampled channels, unsigned channels, windows that do not begin at (0, 0) and level modes
+/// other than one level or mip maps rounded down. A reader is not thread-safe; two readers of one file share
+/// nothing.
 class ExrReader {
  public:
   static Result<ExrReader> open(const std::string& path, const ExrLimits& limits = {});
@@ -102,13 +101,13 @@ class ExrReader {
 
   const std::string& name() const;
   const std::vector<ExrPart>& parts() const;
-  /// Index of the part of that name, or -1.
+  /// Index of the part with this name, or -1.
   int find_part(const std::string& part_name) const;
-  /// Bytes read of the file so far, headers included, each counted once.
+  /// Bytes of the file that were read so far, headers included, each counted once.
   std::uint64_t bytes_read() const;
-  /// Bytes that a level's pixels take in the file, compressed; without the heads of the chunks.
+  /// Compressed size of a level's pixels in the file, without the headers of the chunks.
   std::uint64_t packed_bytes(int part, int level = 0) const;
-  /// Parts in a lossy compression are described, but their pixels are EXR_UNSUPPORTED.
+  /// EXR_UNSUPPORTED for parts in a lossy compression, although parts() lists them.
   Result<ExrPixels> read_level(int part, int level = 0);
   /// Rows [first, first + count) of a scanline part.
   Result<ExrPixels> read_rows(int part, int first, int count);

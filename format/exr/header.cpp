@@ -38,13 +38,14 @@ bool is_printable(const std::string& name) {
   return printable(name) == name && name.find_first_of("\n\t") == std::string::npos;
 }
 
-/// The beginning of the file, fetched as the parsing goes on and never beyond the limit.
-class Head {
+/// Reads the beginning of the file on demand, up to a limit.
+class HeaderReader {
  public:
-  Head(const InputFile& source, const ExrLimits& limits) : source_(source), limit_(limits.header_bytes) {}
+  HeaderReader(const InputFile& source, const ExrLimits& limits)
+      : source_(source), limit_(limits.header_bytes) {}
 
   std::uint64_t position() const { return position_; }
-  std::span<const std::uint8_t> take(std::uint64_t count) {
+  std::span<const std::uint8_t> read(std::uint64_t count) {
     fetch(count);
     const auto from = bytes_.begin() + static_cast<std::ptrdiff_t>(position_);
     position_ += count;
@@ -54,11 +55,12 @@ class Head {
     fetch(1);
     return bytes_[position_];
   }
-  /// Up to and without the zero byte; at most `longest` bytes.
-  std::string text(std::size_t longest, const std::string& place) {
+  /// A text that ends with a zero byte, of at most `max_size` bytes.
+  std::string text(std::size_t max_size, const std::string& place) {
     std::string result;
     for (char c = next(); c != '\0'; c = next()) {
-      if (result.size() == longest) malformed(place, fmt::format("a name is longer than {} bytes", longest));
+      if (result.size() == max_size)
+        malformed(place, fmt::format("a name is longer than {} bytes", max_size));
       result += c;
     }
     if (!is_printable(result)) malformed(place, "a name is not printable UTF-8");
@@ -66,7 +68,7 @@ class Head {
   }
 
  private:
-  char next() { return static_cast<char>(take(1)[0]); }
+  char next() { return static_cast<char>(read(1)[0]); }
   void fetch(std::uint64_t count) {
     const std::uint64_t left = source_.size() - position_;
     if (count > left) throw Refusal{Code::file_damaged, {}, "ends within its header"};
@@ -93,7 +95,7 @@ struct Attribute {
 
 using Attributes = std::map<std::string, Attribute>;
 
-/// Bytes of a value of this type; -1 where values differ in size.
+/// Size of a value of this type; -1 if values differ in size.
 int size_of_type(std::string_view type) {
   static const std::map<int, std::set<std::string_view>> types{
       {1, {"compression", "deepImageState", "envmap", "lineOrder"}},
@@ -137,16 +139,16 @@ constexpr std::array<StandardAttribute, 12> standard_attributes{{
     {"type", "string", false},
 }};
 
-Attributes read_attributes(Head& head, std::size_t longest_name, const std::string& place,
+Attributes read_attributes(HeaderReader& reader, std::size_t max_name_size, const std::string& place,
                            const ExrLimits& limits) {
   Attributes attributes;
-  for (std::string name = head.text(longest_name, place); !name.empty();
-       name = head.text(longest_name, place)) {
+  for (std::string name = reader.text(max_name_size, place); !name.empty();
+       name = reader.text(max_name_size, place)) {
     Attribute attribute;
-    attribute.type = head.text(longest_name, place);
-    const std::int32_t size = ExrBytes(head.take(4)).i32();
+    attribute.type = reader.text(max_name_size, place);
+    const std::int32_t size = ExrBytes(reader.read(4)).i32();
     if (size < 0) malformed(place, fmt::format("attribute '{}' has a negative size", name));
-    const auto bytes = head.take(size);
+    const auto bytes = reader.read(size);
     attribute.value.assign(bytes.begin(), bytes.end());
     if (const int known = size_of_type(attribute.type); known >= 0 && known != size) {
       malformed(place, fmt::format("attribute '{}' of type {} has {} bytes instead of {}", name,
@@ -173,12 +175,14 @@ ExrBytes value_of(const Attributes& attributes, const char* name) {
   return ExrBytes(attributes.at(name).value);
 }
 
-std::string text_of(const Attribute& attribute) { return {attribute.value.begin(), attribute.value.end()}; }
+std::string string_value(const Attribute& attribute) {
+  return {attribute.value.begin(), attribute.value.end()};
+}
 
 Box2i window_of(const Attributes& attributes, const char* name, const std::string& place) {
   ExrBytes value = value_of(attributes, name);
   Box2i window{V2i{value.i32(), value.i32()}, V2i{value.i32(), value.i32()}};
-  // Within half the range of 32 bits, as OpenEXR demands: sizes cannot overflow.
+  // Within half the range of 32 bits, as OpenEXR requires: sizes cannot overflow.
   constexpr std::int32_t limit = std::numeric_limits<std::int32_t>::max() / 2;
   for (const std::int32_t side : {window.min.x, window.min.y, window.max.x, window.max.y}) {
     if (side < -limit || side > limit) malformed(place, fmt::format("{}: out of range", name));
@@ -188,7 +192,7 @@ Box2i window_of(const Attributes& attributes, const char* name, const std::strin
   return window;
 }
 
-std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t longest_name,
+std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t max_name_size,
                                     const std::string& part, const ExrLimits& limits) {
   std::vector<ExrChannel> channels;
   const std::vector<std::uint8_t>& list = attributes.at("channels").value;
@@ -201,21 +205,21 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t lo
       if (at != list.end()) malformed(part, "the list of channels ends before its attribute does");
       break;
     }
-    if (!is_printable(name) || name.size() > longest_name)
+    if (!is_printable(name) || name.size() > max_name_size)
       malformed(part, "a channel's name is too long or not printable UTF-8");
     const std::string place = exr_place(part, name);
     if (list.end() - at < 16) malformed(place, "the channel is cut short");
     ExrBytes entry{std::span(list).subspan(at - list.begin(), 16)};
     at += 16;
     const std::uint32_t type = entry.u32();
-    entry.u32();  // a hint for lossy compression, and three bytes that mean nothing
+    entry.u32();  // a hint for lossy compression, and three reserved bytes
     const std::int32_t across = entry.i32();
     const std::int32_t down = entry.i32();
     if (type > 2) malformed(place, fmt::format("pixel type {}", type));
     if (across < 1 || down < 1) malformed(place, "a sampling rate below 1");
     if (across != 1 || down != 1) unsupported(place, "sub-sampled channels are not read");
     if (type == 0) unsupported(place, "only half and float channels are read");
-    // The order of the names is that of the pixels: another one has no meaning.
+    // Pixels are in the order of the names, so that channels out of order would be ambiguous.
     if (!channels.empty() && channels.back().name >= name) malformed(place, "channels are not in order");
     if (std::ssize(channels) == limits.channels)
       throw Refusal{Code::file_too_large, part, "too many channels"};
@@ -246,7 +250,7 @@ std::map<std::string, ExrValue> user_values(Attributes attributes) {
   std::map<std::string, ExrValue> values;
   for (const auto& [name, attribute] : attributes) {
     ExrBytes value(attribute.value);
-    if (attribute.type == "string") values[name] = text_of(attribute);
+    if (attribute.type == "string") values[name] = string_value(attribute);
     if (attribute.type == "int") values[name] = value.i32();
     if (attribute.type == "float") values[name] = value.f32();
     if (attribute.type == "v2f") values[name] = V2f{value.f32(), value.f32()};
@@ -255,15 +259,15 @@ std::map<std::string, ExrValue> user_values(Attributes attributes) {
   return values;
 }
 
-/// The flags of the whole file.
+/// Flags in the file's version field.
 struct FileFlags {
-  bool tiled = false;  ///< of a file of one part
+  bool tiled = false;  ///< the file has one part, which is tiled
   bool multipart = false;
-  std::size_t longest_name = 31;
+  std::size_t max_name_size = 31;
 };
 
-FileFlags read_version(Head& head) {
-  ExrBytes start(head.take(8));
+FileFlags read_version(HeaderReader& reader) {
+  ExrBytes start(reader.read(8));
   if (start.u32() != 20000630) malformed({}, "is not an OpenEXR file");
   const std::uint32_t version = start.u32();
   if ((version & 0xFFU) != 2) unsupported({}, fmt::format("OpenEXR version {}", version & 0xFFU));
@@ -273,16 +277,16 @@ FileFlags read_version(Head& head) {
   flags.tiled = (version & 0x200U) != 0;
   flags.multipart = (version & 0x1000U) != 0;
   if (flags.tiled && flags.multipart) malformed({}, "is marked as tiled and as of several parts");
-  if ((version & 0x400U) != 0) flags.longest_name = 255;
+  if ((version & 0x400U) != 0) flags.max_name_size = 255;
   return flags;
 }
 
-/// Whether the part is tiled, which the file says in up to three places.
+/// Whether the part is tiled, by up to three places in the file.
 bool is_tiled(const Attributes& attributes, const FileFlags& flags, const std::string& place) {
   const auto type = attributes.find("type");
   bool tiled = flags.tiled;
   if (type != attributes.end()) {
-    const std::string text = text_of(type->second);
+    const std::string text = string_value(type->second);
     tiled = text == "tiledimage";
     if (!tiled && text != "scanlineimage") {
       unsupported(place, is_printable(text) ? fmt::format("parts of type '{}' are not read", text)
@@ -302,12 +306,14 @@ struct ScannedPart {
   float pixel_aspect = 1;
 };
 
-ScannedPart read_part(Head& head, const FileFlags& flags, std::size_t index, const ExrLimits& limits) {
+ScannedPart read_part(HeaderReader& reader, const FileFlags& flags, std::size_t index,
+                      const ExrLimits& limits) {
   ScannedPart scanned;
   ExrPart& part = scanned.part;
   const std::string unnamed = flags.multipart ? fmt::format("part {}", index) : std::string();
-  const Attributes attributes = read_attributes(head, flags.longest_name, unnamed, limits);
-  if (const auto name = attributes.find("name"); name != attributes.end()) part.name = text_of(name->second);
+  const Attributes attributes = read_attributes(reader, flags.max_name_size, unnamed, limits);
+  if (const auto name = attributes.find("name"); name != attributes.end())
+    part.name = string_value(name->second);
   if (!is_printable(part.name) || (flags.multipart && part.name.empty()))
     malformed(unnamed, "the part has no printable name");
   const std::string& place = part.name;
@@ -337,7 +343,7 @@ ScannedPart read_part(Head& head, const FileFlags& flags, std::size_t index, con
   part.width = static_cast<int>(width);
   part.height = static_cast<int>(height);
   if (tiled) read_tiles(attributes, part);
-  part.channels = channels_of(attributes, flags.longest_name, part.name, limits);
+  part.channels = channels_of(attributes, flags.max_name_size, part.name, limits);
   part.attributes = user_values(attributes);
 
   if (const auto count = attributes.find("chunkCount"); count != attributes.end()) {
@@ -352,8 +358,8 @@ ScannedPart read_part(Head& head, const FileFlags& flags, std::size_t index, con
 
 ExrHeader read_all(const InputFile& source, const ExrLimits& limits) {
   if (source.size() < 8) malformed({}, "is not an OpenEXR file");
-  Head head(source, limits);
-  const FileFlags flags = read_version(head);
+  HeaderReader reader(source, limits);
+  const FileFlags flags = read_version(reader);
   ExrHeader header;
   header.multipart = flags.multipart;
   Box2i display;
@@ -361,7 +367,7 @@ ExrHeader read_all(const InputFile& source, const ExrLimits& limits) {
   do {
     if (std::ssize(header.parts) == limits.parts)
       throw Refusal{Code::file_too_large, {}, fmt::format("more than {} parts", limits.parts)};
-    ScannedPart scanned = read_part(head, flags, header.parts.size(), limits);
+    ScannedPart scanned = read_part(reader, flags, header.parts.size(), limits);
     const std::string& name = scanned.part.name;
     if (header.parts.empty()) {
       display = scanned.display;
@@ -373,9 +379,9 @@ ExrHeader read_all(const InputFile& source, const ExrLimits& limits) {
       if (other.name == name) malformed(name, "two parts have this name");
     }
     header.parts.push_back(std::move(scanned.part));
-  } while (flags.multipart && head.peek() != 0);
-  if (flags.multipart) head.take(1);
-  header.end = head.position();
+  } while (flags.multipart && reader.peek() != 0);
+  if (flags.multipart) reader.read(1);
+  header.end = reader.position();
   return header;
 }
 

@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-/// Width and height of a chunk that no edge cuts.
+/// Width and height of a chunk away from the edges.
 V2i chunk_size(const ExrPart& part) {
   if (part.tiled) return {part.tile_width, part.tile_height};
   return {part.width, exr_compressions[exr_compression_index(part.compression)].rows};

@@ -1,4 +1,4 @@
-// How an EXR part is cut into chunks, and how its chunks are compressed: what follows from its header alone.
+// Chunks and compressions of an EXR part, as its header defines them.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct ExrCompression {
   bool lossy;
 };
 
-/// At the index that stands in the file.
+/// Indexed by the number of the compression in the file.
 inline constexpr std::array exr_compressions{
     ExrCompression{"none", 1, false},  ExrCompression{"rle", 1, false},  ExrCompression{"zips", 1, false},
     ExrCompression{"zip", 16, false},  ExrCompression{"piz", 32, false}, ExrCompression{"pxr24", 16, true},
@@ -33,26 +33,26 @@ struct ExrChunk {
   int level = 0;
   int x = 0;  ///< column and row of a tile; 0 and the first pixel row of a scanline chunk
   int y = 0;
-  int left = 0;  ///< its first pixel
+  int left = 0;  ///< first pixel
   int top = 0;
   int width = 0;
   int height = 0;
   std::uint32_t packed_bytes = 0;
-  std::uint64_t offset = 0;  ///< of the packed pixels, behind the chunk's head
-  bool is_read = false;      ///< the reader has fetched its pixels once
+  std::uint64_t offset = 0;  ///< of the packed pixels in the file, after the chunk's header
+  bool is_read = false;      ///< the reader has read its pixels before
 };
 
-/// Number of chunks of the part, its size, tiles, levels and compression being sane.
+/// Number of chunks of the part. Precondition: its size, tiles, levels and compression are valid.
 std::uint64_t exr_chunk_count(const ExrPart& part);
 
 /// All chunks in the order of the part's offset table: by level, then by rows from the top, then from the
-/// left; where they lie in the file is left open.
+/// left. Sizes and offsets in the file are not set.
 std::vector<ExrChunk> exr_chunks(const ExrPart& part);
 
 /// Decoded bytes of one pixel of all channels.
 std::uint64_t exr_pixel_bytes(const ExrPart& part);
 
-/// "part/member" for messages; a file of one part need not name it.
+/// "part/member" for messages; either may be empty.
 std::string exr_place(const std::string& part, const std::string& member);
 
 /// The place of a chunk in messages: "part/level 0/tile 1,2" or "part/row 16".

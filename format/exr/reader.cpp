@@ -69,9 +69,10 @@ Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
 
 namespace {
 
-/// Copies the rows [first, first + pixels.height) of the level that the chunk has, from its bytes.
-void place_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> bytes, int first,
-                 ExrPixels& pixels) {
+/// Copies the chunk's rows within [first, first + pixels.height) of the level to `pixels`, which begin at
+/// `first`.
+void copy_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> bytes, int first,
+                ExrPixels& pixels) {
   for (int y = 0; y < chunk.height; ++y) {
     const int row = chunk.top + y - first;
     const bool wanted = row >= 0 && row < pixels.height;
@@ -98,7 +99,7 @@ void place_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std
 
 Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   const ExrPart& part = parts()[part_index];
-  // A level that is not there has no size either: read() refuses it.
+  // read() refuses levels that do not exist.
   const bool exists = level >= 0 && level < part.levels;
   const int width = exists ? level_size(part.width, level) : 0;
   return read(part_index, level, 0, width, exists ? level_size(part.height, level) : 0);
@@ -140,7 +141,7 @@ Result<ExrPixels> ExrReader::read(int part_index, int level, int first, int widt
       unpacked.resize(exr_pixel_bytes(part) * chunk.width * chunk.height);
       if (!state_->source.read(chunk.offset, packed) || !exr_unpack(part, chunk, packed, unpacked))
         return fail(Code::file_damaged, name(), exr_place(part, chunk), "cannot be decoded");
-      place_chunk(part, chunk, unpacked, first, pixels);
+      copy_chunk(part, chunk, unpacked, first, pixels);
     }
     return pixels;
   } catch (const std::bad_alloc&) {

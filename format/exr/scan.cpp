@@ -11,7 +11,7 @@
 namespace selvedge {
 namespace {
 
-/// The offset table of a part, 8 bytes per chunk, that begins at `at`, which is moved behind it.
+/// Reads the offset table of a part, 8 bytes per chunk, at offset `at`, which is advanced to its end.
 Result<std::vector<std::uint64_t>> read_table(const InputFile& source, const ExrPart& part,
                                               const std::string& file, std::uint64_t& at) {
   const std::uint64_t count = exr_chunk_count(part);
@@ -28,13 +28,13 @@ Result<std::vector<std::uint64_t>> read_table(const InputFile& source, const Exr
   return table;
 }
 
-/// The bytes of a file from `begin` up to and without `end`.
+/// Bytes [begin, end) of a file.
 struct Range {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
 };
 
-/// Whether chunks share bytes: a small file could name the same pixels a million times.
+/// Whether chunks share bytes: a small file could refer to the same pixels a million times.
 bool overlap(std::vector<Range>& ranges) {
   std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
   return std::adjacent_find(ranges.begin(), ranges.end(),
@@ -46,11 +46,11 @@ struct Scanner {
   const ExrHeader& header;
   const std::string& file;
   const ExrLimits& limits;
-  std::uint64_t first;  ///< where the first chunk may begin
+  std::uint64_t first;  ///< smallest offset of a chunk
 
-  /// Checks the head of the chunk at this offset, and gives `chunk` its place in the file and the whole
-  /// chunk's.
-  Result<Range> place(int part_index, std::uint64_t offset, ExrChunk& chunk) {
+  /// Checks the header of the chunk at this offset, sets the chunk's size and offset in the file, and returns
+  /// its bytes.
+  Result<Range> locate(int part_index, std::uint64_t offset, ExrChunk& chunk) {
     const ExrPart& part = header.parts[part_index];
     const auto damaged = [&](std::string message) {
       return fail(Code::file_damaged, file, exr_place(part, chunk), std::move(message));
@@ -73,8 +73,8 @@ struct Scanner {
     const std::uint64_t pixels = std::uint64_t{1} * chunk.width * chunk.height;
     const std::uint64_t unpacked = pixels * exr_pixel_bytes(part);
     if (packed > source.size() - offset - head_bytes) return damaged("reaches beyond the end of the file");
-    // A codec that makes nothing smaller is left out, so packed is never more. Lossy ones are not decoded:
-    // nothing is known of their sizes.
+    // Chunks that a codec does not make smaller are stored uncompressed, so `packed` is at most `unpacked`.
+    // For lossy codecs, which are not decoded, sizes are unknown.
     const bool lossy = is_lossy(part.compression);
     if (packed == 0 || (!lossy && packed > unpacked) || (part.compression == "none" && packed != unpacked)) {
       return damaged(fmt::format("has {} packed bytes for {} of pixels", packed, unpacked));
@@ -109,7 +109,7 @@ Result<ExrScan> scan_exr(const InputFile& source, const std::string& file, const
   for (std::size_t p = 0; p < tables.size(); ++p) {
     std::vector<ExrChunk>& chunks = scan.chunks.emplace_back(exr_chunks(header->parts[p]));
     for (std::size_t c = 0; c < chunks.size(); ++c) {
-      const auto range = scanner.place(static_cast<int>(p), tables[p][c], chunks[c]);
+      const auto range = scanner.locate(static_cast<int>(p), tables[p][c], chunks[c]);
       if (!range) return tl::unexpected(range.error());
       ranges.push_back(*range);
       scan.bytes += chunks[c].offset - range->begin;

@@ -40,7 +40,7 @@ V3d square_to_hemisphere(const V2d& square) {
 V2d hemisphere_to_square(const V3d& direction) {
   const double planar = std::hypot(direction.x, direction.y);
   if (planar == 0) return {0.5, 0.5};
-  // r = sqrt(1 - z) written so that it keeps its digits near the pole.
+  // r = sqrt(1 - z) without cancellation near the pole.
   const double z = std::clamp(direction.z, 0.0, 1.0);
   const double length = std::hypot(planar, z);
   const double sine = planar / length;
@@ -106,7 +106,7 @@ V3f random_direction(Random& random, double z_min) {
 std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t seed) {
   std::vector<DirectionPair> pairs;
   for (int i = 0; i < count; ++i) {
-    Random random(seed, static_cast<std::uint64_t>(i));
+    Random random(seed, i);
     const V3f light = random_direction(random, z_min);
     pairs.push_back({light, random_direction(random, z_min)});
   }
@@ -114,11 +114,11 @@ std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t s
 }
 
 std::vector<DirectionPair> random_rim_pairs(int count, double z_max, std::uint64_t seed) {
-  // Directions with z below this are left out: a ray along the cloth never ends.
+  // Directions with z below this are left out: a ray along the cloth would never end.
   constexpr double min_z = 1e-3;
   std::vector<DirectionPair> pairs;
   for (int i = 0; i < count; ++i) {
-    Random random(seed, static_cast<std::uint64_t>(i));
+    Random random(seed, i);
     DirectionPair pair;
     do {
       pair.light = random_direction(random, min_z);

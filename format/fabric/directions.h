@@ -26,18 +26,17 @@ struct DirectionGrid {
 /// 1x7.
 DirectionGrid grid_of(int count);
 
-/// Unit square -> unit hemisphere, area preserving up to the factor 2 pi. Centre -> (0, 0, 1).
+/// Maps the unit square onto the unit hemisphere, area preserving up to the factor 2 pi; (0.5, 0.5) -> +z.
 V3d square_to_hemisphere(const V2d& square);
 
-/// The inverse. Directions are taken by their (x, y); z < 0 is treated as z = 0 (the rim);
-/// (0, 0, -1), which points to no side of the rim, as the pole.
+/// The inverse of square_to_hemisphere(). z < 0 is treated as z = 0 (the rim), (0, 0, -1) as the pole.
 V2d hemisphere_to_square(const V3d& direction);
 
 V3f direction_of(const DirectionGrid& grid, int cell);
 std::vector<V3f> directions_of(const DirectionGrid& grid);
 
-/// Four cells and their bilinear weights (sum 1). Outside of the outermost cell centres the nearest are
-/// taken: values are held constant towards the rim.
+/// Four cells and their bilinear weights (sum 1). Beyond the outermost cell centres the coordinates are
+/// clamped: values are constant towards the rim.
 struct DirectionTaps {
   std::array<int, 4> cell;
   std::array<float, 4> weight;
@@ -49,12 +48,12 @@ struct DirectionPair {
   V3f view;
 };
 
-/// `count` pairs drawn independently and uniformly in solid angle from the hemisphere band
-/// z_min <= z < 1. The same seed gives the same pairs everywhere.
+/// `count` pairs, drawn independently and uniformly in solid angle from the band z_min <= z < 1 of the
+/// hemisphere. The same seed gives the same pairs on every machine.
 std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t seed);
 
-/// `count` pairs uniform over the pairs of the whole hemisphere of which at least one direction has
-/// z < z_max: the rim that random_pairs(.., z_max, ..) leaves out.
+/// `count` pairs, uniform over the pairs of the hemisphere with at least one direction below z_max: the rim
+/// that random_pairs(.., z_max, ..) leaves out.
 std::vector<DirectionPair> random_rim_pairs(int count, double z_max, std::uint64_t seed);
 
 }  // namespace selvedge

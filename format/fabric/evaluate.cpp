@@ -10,17 +10,15 @@
 namespace selvedge {
 namespace {
 
-std::size_t index_of(int a, int b, int size_of_b) {
-  return static_cast<std::size_t>(a) * static_cast<std::size_t>(size_of_b) + static_cast<std::size_t>(b);
-}
+std::size_t index_of(int a, int b, int size_of_b) { return std::size_t{1} * a * size_of_b + b; }
 
-/// Values that overflow are held at the largest number: no infinity spreads.
+/// Clamps values that overflow to the largest number, so that no infinity spreads.
 V3f clamp_to_finite(V3f radiance) {
   for (int c = 0; c < 3; ++c) radiance[c] = std::min(radiance[c], std::numeric_limits<float>::max());
   return radiance;
 }
 
-/// T(v) and alpha(v) of one texel: two layers, one interpolation.
+/// T(v) and alpha(v) of one texel.
 struct ViewFactors {
   V3f colour{1, 1, 1};
   float alpha = 1;
@@ -59,7 +57,7 @@ V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V
   V3f radiance;
   for (int channel = 0; channel < 3; ++channel) {
     const float* parameters = level.lobes().data() + index_of(texel * 3 + channel, 0, parameter_count(lobes));
-    // A lobe may overflow; held at the largest number it stays 0 where T or opacity are 0.
+    // A lobe may overflow; it is clamped below, so that its product with a T or opacity of 0 is 0.
     radiance[channel] = lafortune(parameters, lobes, &l.x, &v.x);
   }
   return clamp_to_finite(radiance);
@@ -91,7 +89,7 @@ V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t te
   return sum;
 }
 
-/// The bracket of the formula: what multiplies g.
+/// The bracket of the formula, by which g is multiplied.
 V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t texel, std::size_t entry,
                    const V3f& view_table, const V3f& light, const V3f& view) {
   const std::span<const V3f> light_table = level.light_table();
@@ -126,8 +124,7 @@ Shading shade(const FabricLevel& level, const FabricInfo& info, std::size_t texe
 
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view) {
-  if (!level.has(LayerKind::heights))
-    return shade(level, info, static_cast<std::size_t>(y * level.width + x), 0, light, view);
+  if (!level.has(LayerKind::heights)) return shade(level, info, y * level.width + x, 0, light, view);
   const SlabMarch march(level, info);
   const SlabShape& shape = level.cells;
   const V2d cells(level.width * shape.columns, level.height * shape.rows);
@@ -138,9 +135,9 @@ Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y,
       const V2d centre(x * shape.columns + column + 0.5, y * shape.rows + row + 0.5);
       const auto hit = march(centre / cells, view);
       if (!hit) continue;
-      const Shading of_ray = shade(level, info, hit->texel, hit->entry, light, view);
-      sum.radiance += share * of_ray.alpha * of_ray.radiance;
-      sum.alpha += share * of_ray.alpha;
+      const Shading shading = shade(level, info, hit->texel, hit->entry, light, view);
+      sum.radiance += share * shading.alpha * shading.radiance;
+      sum.alpha += share * shading.alpha;
     }
   }
   sum.radiance = sum.alpha > 0 ? clamp_to_finite(sum.radiance / sum.alpha) : V3f(0, 0, 0);
@@ -164,20 +161,20 @@ int wrap_texel(double c, int size) {
 }
 
 Shading blend(const Shading& a, const Shading& b, float weight_of_b) {
-  const float of_a = (1 - weight_of_b) * a.alpha;
-  const float of_b = weight_of_b * b.alpha;
+  const float alpha_a = (1 - weight_of_b) * a.alpha;
+  const float alpha_b = weight_of_b * b.alpha;
   Shading result;
-  result.alpha = of_a + of_b;
+  result.alpha = alpha_a + alpha_b;
   if (result.alpha > 0)
-    result.radiance = clamp_to_finite((of_a * a.radiance + of_b * b.radiance) / result.alpha);
+    result.radiance = clamp_to_finite((alpha_a * a.radiance + alpha_b * b.radiance) / result.alpha);
   return result;
 }
 
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view) {
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()));
   const auto at = [&](int k) {
-    const FabricLevel& there = fabric.levels[k];
-    return evaluate(there, fabric, wrap_texel(uv.x, there.width), wrap_texel(uv.y, there.height), light,
+    const FabricLevel& texels = fabric.levels[k];
+    return evaluate(texels, fabric, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light,
                     view);
   };
   const Shading near = at(levels.lower);
@@ -185,15 +182,15 @@ Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& l
 }
 
 bool has_holes(const Fabric& fabric, int level) {
-  const FabricLevel& there = fabric.levels[level];
+  const FabricLevel& texels = fabric.levels[level];
   const V3f up(0, 0, 1);
   double openness = 0;
-  for (int y = 0; y < there.height; ++y) {
-    for (int x = 0; x < there.width; ++x) {
+  for (int y = 0; y < texels.height; ++y) {
+    for (int x = 0; x < texels.width; ++x) {
       openness += 1 - static_cast<double>(evaluate(fabric, level, x, y, up, up).alpha);
     }
   }
-  return openness > 0.0005 * there.texels();
+  return openness > 0.0005 * texels.texels();
 }
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// The reference evaluation of a fabric: plain and scalar. Every faster one is tested against it.
+// The reference evaluation of a fabric, in scalar code. Faster evaluations are tested against it.
 #pragma once
 
 #include "format/fabric/fabric.h"
@@ -7,41 +7,39 @@
 namespace selvedge {
 
 /// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame. With
-/// heights: the mean over one ray through the centre of every cell (slabs.h), alpha being the plain mean.
-/// Radiance is 0 for light.z <= 0 and for view.z <= 0 (neither was ever seen by the fit). T(v) and alpha(v)
-/// are interpolated between the four nearest stored views; T's weights are multiplied by the views'
-/// alpha, so that a hole's meaningless colour counts for nothing.
-/// Precondition: `level` exists and (x, y) lies within it.
+/// heights: the mean over one ray through the centre of every cell (slabs.h), radiance weighted by alpha.
+/// Radiance is 0 for light.z <= 0 and for view.z <= 0, which samples do not cover. T(v) and alpha(v) are
+/// interpolated between the four nearest stored views; T's weights are multiplied by the views' alpha,
+/// because the colour of a hole has no meaning. Precondition: `level` exists and (x, y) lies within it.
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view);
 
-/// The same of a level by itself; `info` is that of the fabric it belongs to.
+/// As above for a level; `info` is that of its fabric.
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view);
 
-/// A fractional level as the two it lies between: the lower, and the weight of the next, 0 where there is
-/// none. Levels are clamped to the `count` that exist, NaN to 0.
+/// A fractional level as the integer level below it and the weight of the next one. Levels are clamped to
+/// 0 ... count - 1, NaN to 0.
 struct LevelBlend {
   int lower = 0;
   float weight = 0;
 };
 LevelBlend level_blend(double level, int count);
 
-/// The same at texture coordinates: the texel that contains (u, v) (repeating), and for a fractional level
-/// the alpha-weighted blend of its two neighbours. Levels are clamped to those that exist.
+/// Evaluates the texel at texture coordinates (u, v), which repeat. A fractional level is the alpha-weighted
+/// blend of the two levels next to it; levels are clamped to those of the fabric.
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view);
 
-/// Index of the texel of a row of `size` texels which contains coordinate `c` (repeating; c finite).
+/// Index of the texel that contains coordinate `c` (finite, repeating) in a row of `size` texels.
 int wrap_texel(double c, int size);
 
-/// Alpha-weighted mean of two shadings: alpha is the plain mean, radiance weighted by alpha.
+/// Weighted mean of two shadings; radiance is also weighted by alpha.
 Shading blend(const Shading& a, const Shading& b, float weight_of_b);
 
-/// Whether the fabric has holes that can be seen, by which alphaMode and the fallback go: more than 0.05 % of
-/// the level is open, seen from straight above. Opacity is a mean over the area, so that all levels without
-/// slabs have the same answer, and a partial fabric that of the whole, but for noise and the steps of half
-/// precision; where these decide it is about 0.05 % of what shows through. Slabs of coarser levels are fitted
-/// by themselves and open by some percent more or less. Precondition: a valid fabric (see validate) that has
-/// the level.
+/// Whether the fabric has visible holes, on which alphaMode and the fallback depend: more than 0.05 % of the
+/// level is open, seen from straight above. Opacity is a mean over the area, so that levels without slabs
+/// agree up to noise and the rounding of half precision, and a partial fabric agrees with the whole. Levels
+/// with slabs may differ by some percent, because they are fitted separately. Precondition: a valid fabric
+/// (see validate) that has the level.
 bool has_holes(const Fabric& fabric, int level);
 
 }  // namespace selvedge

@@ -14,18 +14,18 @@ tl::unexpected<Error> broken(int level, const char* layer, std::string message) 
   return fail(Code::fabric_malformed, {}, fmt::format("level {}/{}", level, layer), std::move(message));
 }
 
-/// How many channels a level's own layer has; the part of products may have more.
-int own_channels(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
+/// Channels that a level's layer must have; the part of products may have more.
+int level_channels(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
   if (kind != LayerKind::products) return channel_count(kind, shape);
   return (level.has(LayerKind::heights) ? shape.cells.entries() : 1) * static_cast<int>(level.pairs.size());
 }
 
-/// Counts that have limits: of lobes, cells, products and functions.
+/// Checks the numbers of lobes, cells, products and functions.
 Result<void> validate_counts(const FabricLevel& level, int k, LayerKind kind, const LayerShape& shape,
                              const FabricLimits& limits) {
-  const auto check = [&](const char* what, int count, int least, int most) -> Result<void> {
-    if (count >= least && count <= most) return {};
-    return broken(k, name_of(kind), fmt::format("{} {}; {} to {} are allowed", count, what, least, most));
+  const auto check = [&](const char* what, int count, int min, int max) -> Result<void> {
+    if (count >= min && count <= max) return {};
+    return broken(k, name_of(kind), fmt::format("{} {}; {} to {} are allowed", count, what, min, max));
   };
   if (kind == LayerKind::lobes) return check("lobes", shape.lobes, 0, limits.lobes);
   if (kind == LayerKind::heights) {
@@ -53,8 +53,8 @@ Result<void> validate_layer(const FabricLevel& level, int k, LayerKind kind, con
   const bool complete =
       kind == LayerKind::bases
           ? level.bases->view.size() % shape.views == 0 && level.bases->light.size() % shape.lights == 0
-          : level[kind].channels == own_channels(level, kind, shape) &&
-                level[kind].values.size() == static_cast<std::size_t>(level.texels()) * level[kind].channels;
+          : level[kind].channels == level_channels(level, kind, shape) &&
+                level[kind].values.size() == std::size_t{1} * level.texels() * level[kind].channels;
   if (!complete) return broken(k, name_of(kind), "wrong number of values");
   if (kind == LayerKind::bases) return {};  // validate_bases()
   IssueSink sink({});
@@ -73,7 +73,7 @@ Result<void> validate_grid(const char* name, const DirectionGrid& grid, const Fa
       fmt::format("{}x{} directions; 1 to {} are allowed", grid.columns, grid.rows, limits.directions));
 }
 
-/// The functions are finite, and those of all levels.
+/// Checks that the functions are finite and the same in all levels.
 Result<void> validate_bases(const Fabric& fabric) {
   const auto first = bases_of(fabric);
   if (!first) return {};
@@ -106,7 +106,7 @@ void FabricLevel::set(LayerKind kind, Layer layer) {
 }
 
 void FabricLevel::add(LayerKind kind, int channels, float value) {
-  set(kind, {channels, std::vector<float>(static_cast<std::size_t>(texels()) * channels, value)});
+  set(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
 }
 
 void FabricLevel::set_heights(const HeightLayer& heights) {
@@ -148,25 +148,24 @@ LayerShape shape_of(const Fabric& fabric) {
 }
 
 bool is_level_of(const WholeFabric& whole, int width, int height) {
-  // Beyond 31 halvings every size is 1.
+  // After 31 halvings every size is 1.
   const int level = std::min(whole.level, 31);
   return whole.level >= 0 && whole.texels.x >= 1 && whole.texels.y >= 1 &&
          level_size(whole.texels.x, level) == width && level_size(whole.texels.y, level) == height &&
          whole.level < level_count(whole.texels.x, whole.texels.y);
 }
 
-bool is_more_than(const WholeFabric& whole, int levels) {
+bool has_more_levels(const WholeFabric& whole, int levels) {
   if (whole.levels == 0) return whole.level > 0;
   return whole.levels > levels && whole.levels >= whole.level + levels &&
          whole.levels <= level_count(whole.texels.x, whole.texels.y);
 }
 
 V3f tangent_of(const V3f& normal) {
-  // Unit in double: a normal rounded to half precision is not, and near the axis the difference would show
-  // it.
+  // Normalised in double: a normal rounded to half precision is not unit, which matters near the axis.
   const V3d n = V3d(normal).normalized();
   V3d t = V3d(1, 0, 0) - n * n.x;
-  // Nearer than this to the axis the difference has no digits left to give a direction.
+  // Nearer to the axis, the difference has too few digits for a direction.
   if (t.length2() < 1e-6) t = V3d(0, 1, 0) - n * n.y;
   return V3f(t.normalized());
 }
@@ -200,7 +199,7 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
                        !is_level_of(*fabric.whole, base.width, base.height))) {
     return fail(Code::fabric_malformed, {}, "whole", "level 0 is no level of it");
   }
-  if (fabric.whole && !is_more_than(*fabric.whole, static_cast<int>(fabric.levels.size())))
+  if (fabric.whole && !has_more_levels(*fabric.whole, static_cast<int>(fabric.levels.size())))
     return fail(Code::fabric_malformed, {}, "whole", "its levels are not more than the fabric has");
   const LayerShape shape = shape_of(fabric);
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {

@@ -9,13 +9,13 @@
 // Reflectance of a texel, for unit light l and view v in the fabric's frame, pointing away from the cloth:
 //   f(l, v) = g(l', v') * max(0, T(v) S(l) + sum_m c_m phi_a(m)(v) psi_b(m)(l))   in 1/sr,
 // with l', v' in the texel's frame (tangent, normal x tangent, normal). g includes the light's cosine (see
-// lafortune.h); without lobes it is 1. Without products the bracket is T S, the paper's model being T alone;
-// with products and neither table it is their sum. Opacity alpha(v) says which part of the texel is yarn and
-// not a hole; neither f nor T is multiplied by it. An absent layer counts as 1 (frame: as the fabric's own
-// frame).
+// lafortune.h); without lobes it is 1. Without products the bracket is T S (the paper's model is T alone);
+// with products and neither table it is their sum. Opacity alpha(v) is the share of the texel that is yarn
+// and not a hole; neither f nor T is multiplied by it. An absent layer counts as 1, an absent frame as the
+// fabric's frame.
 //
-// With heights a texel owns columns of the cloth instead of a place on the reference plane: the ray from the
-// viewer is marched to the yarn that it meets (slabs.h), and what it meets decides whose products count.
+// With heights a texel has columns of yarn: the ray from the viewer is marched to the first entry that it
+// hits (slabs.h), and the products are those of this entry and of the texel that it belongs to.
 #pragma once
 
 #include <limits>
@@ -40,53 +40,52 @@ struct TexelFrame {
   V3f tangent;
 };
 
-/// Where the yarn of an entry begins and ends, mm above the cloth's lowest point. There is none where
-/// top <= bottom.
+/// Ends of the yarn of an entry, mm above the cloth's lowest point. An entry with top <= bottom is empty.
 struct SlabEnds {
   float top = 0;
   float bottom = 0;
 };
 
-/// The highest top and the lowest bottom of entries with yarn; lowest > highest where there are none.
+/// The highest top and the lowest bottom of entries with yarn; lowest > highest if there are no such entries.
 struct HeightRange {
   float highest = std::numeric_limits<float>::lowest();
   float lowest = std::numeric_limits<float>::max();
 };
 
-/// The heights of a cell by themselves: top and bottom have one value per texel and entry.
+/// Heights of a level; top and bottom have one value per texel and entry.
 struct HeightLayer {
   SlabShape shape;
   std::vector<float> top;
   std::vector<float> bottom;
 };
 
-/// Functions of direction that all texels share. phi_0 = 1 and phi_a, a > 0, are numbers over the grid of
-/// views; psi_b are colours over the grid of lights. May be negative.
+/// Functions of direction that all texels share: phi_a over the grid of views, with phi_0 = 1, which is not
+/// stored; colours psi_b over the grid of lights. May be negative.
 struct ProductBases {
   std::vector<float> view;  ///< phi_a: [(a - 1) * views + view]
   std::vector<V3f> light;   ///< psi_b: [b * lights + light]
 };
 
-/// A mip level: its layers, and typed views of them. The view of a layer that is not there is empty. A view
-/// is valid until its layer is set or removed.
+/// A mip level: its layers, and typed views of them. The view of an absent layer is empty. A view is valid
+/// until its layer is set or removed.
 struct FabricLevel {
   int width = 0;
   int height = 0;
-  SlabShape cells;                            ///< where there are heights
-  std::vector<V2i> pairs;                     ///< (a, b) of product m, where there are products
-  std::shared_ptr<const ProductBases> bases;  ///< where there are products; the same in all levels
+  SlabShape cells;                            ///< of a level with heights
+  std::vector<V2i> pairs;                     ///< (a, b) of product m
+  std::shared_ptr<const ProductBases> bases;  ///< of a level with products; the same in all levels
 
   int texels() const { return width * height; }
   bool has(LayerKind kind) const {
     return kind == LayerKind::bases ? bases != nullptr : (*this)[kind].channels > 0;
   }
-  /// That of the bases is always empty.
+  /// The layer of the bases is always empty.
   const Layer& operator[](LayerKind kind) const { return layers_[index_of(kind)]; }
   void set(LayerKind kind, Layer layer);
   /// Sets a layer of equal values.
   void add(LayerKind kind, int channels, float value = 0);
   void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
-  /// Precondition: `heights` are those of the level's texels.
+  /// Precondition: `heights` have one value per texel and entry of this level.
   void set_heights(const HeightLayer& heights);
 
   /// Diffuse term and Lafortune lobes: [(texel * 3 + channel) * parameter_count(lobe_count()) + k], k as in
@@ -112,11 +111,11 @@ struct FabricLevel {
   /// c: [(texel * entries() + entry) * pairs.size() + m]
   std::span<const float> coefficients() const { return values<float>(LayerKind::products); }
   std::span<float> coefficients() { return values<float>(LayerKind::products); }
-  /// Of a texel's products: one unless the level has heights.
+  /// Entries of a texel: one unless the level has heights.
   int entries() const;
 
  private:
-  // A layer's numbers as structs of floats: Imath's vectors have no padding.
+  // Imath's vectors are floats without padding.
   static constexpr std::size_t float_size = sizeof(float);
   template <class T>
   std::span<const T> values(LayerKind kind) const {
@@ -133,39 +132,39 @@ struct FabricLevel {
   HeightRange height_range_;
 };
 
-/// What a partial fabric is a part of: its level 0 is level `level` of a fabric whose own level 0 has
-/// `texels`. Levels are missing before it, behind the part's last, or both.
+/// The whole fabric of a partial fabric, whose level 0 is level `level` of the whole. Levels before it, after
+/// the last one, or both are missing.
 struct WholeFabric {
-  V2i texels{1, 1};
-  int level = 1;   ///< >= 0
-  int levels = 0;  ///< of the whole; 0: not known, as far as the part's last at least
+  V2i texels{1, 1};  ///< of level 0 of the whole
+  int level = 1;     ///< >= 0
+  int levels = 0;    ///< of the whole; 0: unknown, but at least those of the part
   bool operator==(const WholeFabric&) const = default;
 };
 
-/// What holds for all levels of a fabric.
+/// Properties that all levels of a fabric share.
 struct FabricInfo {
   V2f period_mm{1, 1};         ///< size of one repeat along u and v
-  float reference_height = 0;  ///< mm; height of the texels' plane above the cell's lowest point
+  float reference_height = 0;  ///< mm; height of the reference plane above the cell's lowest point
   float thickness_mm = 0;      ///< mm; height of the cell's bounding box
   DirectionGrid views;         ///< layout of the view table, of opacity and of phi
-  DirectionGrid lights;        ///< layout of the light table and of psi; without them of no meaning
+  DirectionGrid lights;        ///< layout of the light table and of psi; else unused
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
-  std::string provenance = "{}";     ///< JSON object: options, seed, software; "{}" where nothing is known
+  std::string provenance = "{}";     ///< JSON object: options, seed, software; "{}" if unknown
   std::optional<WholeFabric> whole;  ///< of a partial fabric
 
-  /// Which level of the whole fabric is its level 0.
+  /// The level of the whole fabric that is level 0 here.
   int first_level() const { return whole ? whole->level : 0; }
 };
 
 struct Fabric : FabricInfo {
-  /// Level k is max(1, w >> k) x max(1, h >> k); the last is 1 x 1 if complete.
+  /// Level k has level_size() texels; the last is 1 x 1 unless coarser levels are missing.
   std::vector<FabricLevel> levels;
 
-  /// Of level 0. Precondition: there is one.
+  /// Of level 0. Precondition: the fabric has a level.
   V2i texels() const { return {levels.front().width, levels.front().height}; }
 };
 
-/// Stated limits of a fabric; beyond them a file is refused before anything is allocated.
+/// Limits of a fabric; a file beyond them is refused before anything is allocated.
 struct FabricLimits {
   int texels_per_side = 4096;
   int directions = 4096;
@@ -182,25 +181,25 @@ V2i whole_texels(const F& fabric) {
   return fabric.whole ? fabric.whole->texels : fabric.texels();
 }
 
-/// Whether a level 0 of `width` x `height` texels can be that level of the whole.
+/// Whether level whole.level of the whole has `width` x `height` texels.
 bool is_level_of(const WholeFabric& whole, int width, int height);
 
-/// Whether a fabric of `levels` levels can be a part of it, with a level less at least. Precondition:
-/// is_level_of() its level 0.
-bool is_more_than(const WholeFabric& whole, int levels);
+/// Whether the whole can have more levels than a part of `levels` levels. Precondition: is_level_of() holds
+/// for level 0 of the part.
+bool has_more_levels(const WholeFabric& whole, int levels);
 
-/// The functions that all levels with products share; null where none has products.
+/// The functions that all levels with products share; null without products.
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric);
 
-/// Of a fabric whose levels agree (validate()). Precondition: it has a level.
+/// Preconditions: the fabric has a level, and its levels agree (validate()).
 LayerShape shape_of(const Fabric& fabric);
 
 /// The texel's tangent from its normal (paper section 4, restated): the x axis made perpendicular to
-/// `normal`; the y axis takes x's place where the normal lies along x.
+/// `normal`, or the y axis if the normal lies along x.
 V3f tangent_of(const V3f& normal);
 
-/// Array sizes, ranges and finiteness of everything in the fabric. Place: "level 1/lobes", or that of a
-/// value, "table/level 2/table.0003.red/5,7".
+/// Checks array sizes, ranges and finiteness of all values. Places are "level 1/lobes", or for a value
+/// "table/level 2/table.0003.red/5,7".
 Result<void> validate(const Fabric& fabric, const FabricLimits& limits = {});
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// A fabric as a file: the multi-part OpenEXR of spec/fabric.md.
+// Reading and writing of fabric files, the multi-part OpenEXR files of spec/fabric.md.
 #pragma once
 
 #include <cstdint>
@@ -11,26 +11,25 @@
 namespace selvedge {
 
 struct FabricWriteOptions {
-  /// Layers in 16 bits, the others in 32. Under a large exponent half precision ruins a lobe.
+  /// Layers in 16 bits, the others in 32. Half precision ruins a lobe with a large exponent.
   LayerSet half = table_layers;
-  /// none, rle, zips, zip or piz. Lossy ones are refused, and what no codec is called: OPTION_OUT_OF_RANGE.
+  /// none, rle, zips, zip or piz. OPTION_OUT_OF_RANGE for lossy and unknown codecs.
   std::string codec = "zip";
 };
 
-/// What the options' precision would change in it by more than a little: FABRIC_PRECISION, naming `path`.
+/// FABRIC_PRECISION for layers that the options' precision would change too much (warnings.h); file: `path`.
 Issues precision_warnings(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options);
 
-/// Writes atomically. Same fabric and options, same bytes. Refuses an invalid fabric and values that do not
-/// fit into the chosen precision.
+/// Writes atomically; the same fabric and options give the same bytes. Refuses an invalid fabric (validate())
+/// and values beyond the range of the chosen precision.
 Result<void> write_fabric(const std::string& path, const Fabric& fabric,
                           const FabricWriteOptions& options = {});
 
-/// The fabric as it will be read again: layers that are stored in 16 bits are rounded to them. Precondition:
-/// it is valid (validate()).
+/// The fabric as a reader of its file gets it: layers of `half` are rounded to 16 bits. Precondition: the
+/// fabric is valid (validate()).
 Fabric as_stored(const Fabric& fabric, const LayerSet& half);
 
-/// A fabric file of which parts are read on demand: a level, or some layers of it, costs the bytes and the
-/// time of that part alone.
+/// Reads levels and layers of a fabric file on demand.
 class FabricReader {
  public:
   /// Reads and checks the headers; no pixels.
@@ -41,24 +40,23 @@ class FabricReader {
 
   const std::string& name() const { return file_.name(); }
   const FabricHeader& header() const { return header_; }
-  /// The attribute text as it stands in the file: a JSON object.
+  /// The attribute text as stored: a JSON object.
   const std::string& text() const { return text_; }
-  /// The header digest, which tells files apart.
+  /// The header digest, which differs between fabrics.
   std::string digest() const;
-  /// The layers that the file has in 16 bits, all channels of their parts.
+  /// The layers that the file has in 16 bits, in all channels of their parts.
   LayerSet half() const;
 
-  /// A level with those of the wanted layers that it has; digests and values are checked.
-  /// Products come with their bases. Precondition: 0 <= level < header().levels.
+  /// A level with those of `layers` that it has, and the bases of its products; checks digests and values.
+  /// Precondition: 0 <= level < header().levels.
   Result<FabricLevel> read_level(int level, LayerSet layers = LayerSet::all());
-  /// Levels `first` to `last` as a fabric, `first` being its level 0 and Fabric::whole saying so.
-  /// Precondition: both exist, in this order.
+  /// Levels [first, last] as a fabric, with Fabric::whole if it is a partial one. Precondition: both levels
+  /// exist, and first <= last.
   Result<Fabric> read_levels(int first, int last, LayerSet layers = LayerSet::all());
-  /// Everything.
   Result<Fabric> read() { return read_levels(0, header_.levels - 1); }
 
-  /// Bytes that a level of a layer takes in the file, compressed; 0 where the level does not have it. The
-  /// bases stand at level 0.
+  /// Compressed size of a level of a layer in the file; 0 if the level does not have it. The bases are at
+  /// level 0.
   std::uint64_t packed_bytes(LayerKind kind, int level) const;
 
   /// Bytes of the file that were read so far, headers included, each counted once.
@@ -68,7 +66,7 @@ class FabricReader {
   FabricReader(ExrReader file, FabricHeader header, std::string text);
   static Result<FabricReader> open(Result<ExrReader> file, const FabricLimits& limits);
 
-  Result<void> read_layer(LayerKind kind, int level, FabricLevel& into);
+  Result<void> read_layer(LayerKind kind, int level, FabricLevel& result);
   /// The functions that all levels share; read once.
   Result<std::shared_ptr<const ProductBases>> bases();
 
@@ -83,7 +81,7 @@ Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits =
 Result<Fabric> read_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
                            const FabricLimits& limits = {});
 
-/// The JSON text of the file's attribute, for `info`; checked for being a fabric's, nothing decoded.
+/// The JSON of the file's attribute text, indented; checks the headers, reads no pixels.
 Result<std::string> read_fabric_header(const std::string& path);
 
 }  // namespace selvedge

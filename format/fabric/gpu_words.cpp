@@ -13,10 +13,10 @@ namespace {
 using uint = std::uint32_t;  // NOLINT(readability-identifier-naming): the name that GLSL has
 #include "format/fabric/word_layout.glsl"
 
-/// The words of a fabric or of a level, at their places after `base`.
+/// Access to the words of a fabric or of a level.
 class Words {
  public:
-  /// Adds `count` words of value 0.
+  /// Appends `count` words of value 0.
   Words(std::vector<uint>& words, std::size_t count) : words_(words), base_(words.size()) {
     words.resize(base_ + count);
   }
@@ -29,7 +29,8 @@ class Words {
     (*this)[at] = static_cast<uint>(words_.size());
     for (const float value : values) words_.push_back(std::bit_cast<uint>(value));
   }
-  /// In halves, two in a word, where half precision holds all values; the next word says whether it does.
+  /// Appends the values, as halves, two in a word, if half precision holds all of them; sets their place, and
+  /// the next word to whether they are halves.
   void set_table(uint at, std::span<const float> values) {
     const bool halves = std::all_of(values.begin(), values.end(), [](float value) {
       return static_cast<float>(Imath::half(value)) == value;

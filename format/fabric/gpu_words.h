@@ -1,5 +1,4 @@
-// Fabrics as one array of words for a graphics card: what our own shader reads and the installed library
-// gives.
+// Fabrics packed into one array of 32-bit words, for our own shader and for users of the installed library.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +9,8 @@
 
 namespace selvedge {
 
-/// The layout is that of word_layout.glsl. Preconditions: validate() passed, and the whole has less than 2^32
-/// words.
+/// The layout is that of word_layout.glsl. Preconditions: the fabrics are valid (validate()), and the result
+/// has less than 2^32 words.
 std::vector<std::uint32_t> gpu_words(std::span<const Fabric> fabrics);
 
 }  // namespace selvedge

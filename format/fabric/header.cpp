@@ -19,7 +19,7 @@ std::string model_of(const Fabric& fabric) {
 
 }  // namespace
 
-FabricHeader header_of(const Fabric& fabric) {
+FabricHeader header_without_layers(const Fabric& fabric) {
   FabricHeader header;
   static_cast<FabricInfo&>(header) = fabric;
   header.model = model_of(fabric);
@@ -32,9 +32,9 @@ FabricHeader header_of(const Fabric& fabric) {
 
 int FabricHeader::entry(LayerKind kind, int level) const {
   if (!layer(kind)) return -1;
-  const std::vector<int>& of_layer = layer(kind)->levels;
-  const auto found = std::find(of_layer.begin(), of_layer.end(), level);
-  return found == of_layer.end() ? -1 : static_cast<int>(found - of_layer.begin());
+  const std::vector<int>& present = layer(kind)->levels;
+  const auto found = std::find(present.begin(), present.end(), level);
+  return found == present.end() ? -1 : static_cast<int>(found - present.begin());
 }
 
 int whole_levels(const FabricHeader& header) {
@@ -68,11 +68,11 @@ std::string missing_levels(const FabricHeader& header) {
                      single ? "is" : "are");
 }
 
-int entries_at(const FabricHeader& header, int level) {
+int entry_count(const FabricHeader& header, int level) {
   return header.has(LayerKind::heights, level) ? header.shape.cells.entries() : 1;
 }
 
-Fabric part_of(const FabricHeader& header, int first, int last) {
+Fabric partial_fabric(const FabricHeader& header, int first, int last) {
   Fabric fabric{header, {}};
   if (first == 0 && last == header.levels - 1) return fabric;
   const bool unknown = header.whole && header.whole->levels == 0 && last == header.levels - 1;

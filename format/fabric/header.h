@@ -1,4 +1,4 @@
-// What a fabric file says of itself in its attribute text (spec/fabric.md), as a type.
+// The header of a fabric file: the attribute text of spec/fabric.md as a type.
 #pragma once
 
 #include <array>
@@ -12,46 +12,45 @@ namespace selvedge {
 
 /// One layer of the file.
 struct LayerHeader {
-  std::vector<int> levels;              ///< that have the layer; strictly increasing, at least one
+  std::vector<int> levels;              ///< levels that have the layer; strictly increasing, at least one
   std::vector<std::string> digests;     ///< of the pixels of each of these levels
-  bool half = true;                     ///< as the text says, for people: the part's channels decide
-  std::vector<std::vector<V2i>> pairs;  ///< of each of these levels; of LayerKind::products only
+  bool half = true;                     ///< for information only: the part's channels decide
+  std::vector<std::vector<V2i>> pairs;  ///< of each of these levels; LayerKind::products only
 };
 
-/// What is known of a file before its pixels are read.
+/// Everything that is known of a file before its pixels are read.
 struct FabricHeader : FabricInfo {
-  std::string model;  ///< for people
+  std::string model;  ///< for information only
   int width = 1;      ///< texels of level 0
   int height = 1;
   int levels = 1;
-  LayerShape shape;                                                  ///< of the layers that there are
+  LayerShape shape;                                                  ///< of the layers in the file
   std::array<std::optional<LayerHeader>, all_layers.size()> layers;  ///< by LayerKind
 
   V2i texels() const { return {width, height}; }
   const std::optional<LayerHeader>& layer(LayerKind kind) const { return layers[index_of(kind)]; }
   std::optional<LayerHeader>& layer(LayerKind kind) { return layers[index_of(kind)]; }
-  /// The layer's entry for a level, an index into its levels and digests; -1 where the level does not have
-  /// it.
+  /// Index of a level in the layer's levels and digests; -1 if the level does not have the layer.
   int entry(LayerKind kind, int level) const;
   bool has(LayerKind kind, int level) const { return entry(kind, level) >= 0; }
 };
 
-/// What a file of the fabric would say of it, as yet without its layers. Precondition: it has a level.
-FabricHeader header_of(const Fabric& fabric);
+/// The header of a fabric's file but for its layers. Precondition: the fabric has a level.
+FabricHeader header_without_layers(const Fabric& fabric);
 
-/// Number of levels of the whole fabric as far as it is known.
+/// Number of levels of the whole fabric; if it is unknown, up to the last level of the file.
 int whole_levels(const FabricHeader& header);
 
-/// "level 3" or "levels 3-4", for people.
+/// "level 3" or "levels 3-4".
 std::string levels_text(int first, int last);
 
-/// Which levels of the whole the file has and which it does not, for people; empty where it lacks none.
+/// A sentence about the levels of the whole that the file has and lacks; empty if it lacks none.
 std::string missing_levels(const FabricHeader& header);
 
-/// Entries of a texel's products at a level: those of its heights, or one.
-int entries_at(const FabricHeader& header, int level);
+/// Entries of a texel at a level: one unless the level has heights.
+int entry_count(const FabricHeader& header, int level);
 
-/// The part of the file that has its levels `first` to `last` alone: a fabric without its levels.
-Fabric part_of(const FabricHeader& header, int first, int last);
+/// A fabric with the properties of levels [first, last] of the file; its levels are left empty.
+Fabric partial_fabric(const FabricHeader& header, int first, int last);
 
 }  // namespace selvedge

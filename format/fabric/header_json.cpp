@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "format/base/json_text.h"
 #include "format/fabric/json_member.h"
@@ -57,9 +58,8 @@ std::vector<std::vector<V2i>> pairs_from(const Member& lists, std::size_t count,
   std::vector<std::vector<V2i>> result;
   if (!has_items(lists, count)) return result;
   for (const Member& list : lists.items()) {
-    const bool fits = list.value->is_array() && !list.value->empty() &&
-                      list.value->size() <= static_cast<std::size_t>(limits.products);
-    if (!fits) {
+    if (!list.value->is_array() || list.value->empty() ||
+        std::cmp_greater(list.value->size(), limits.products)) {
       list.refuse(fmt::format("is not an array of 1 to {} pairs", limits.products));
       return result;
     }
@@ -79,7 +79,7 @@ std::vector<std::vector<V2i>> pairs_from(const Member& lists, std::size_t count,
   return result;
 }
 
-/// Reads what only some layers have besides levels and precision.
+/// Reads the members that only this kind of layer has.
 void read_own_members(LayerKind kind, const Member& layer, const FabricLimits& limits, LayerHeader& result,
                       LayerShape& shape) {
   const auto number = [](const Member& object, const char* name, int min, int max) {
@@ -128,7 +128,7 @@ json own_members(LayerKind kind, const LayerHeader& layer, const LayerShape& sha
   }
 }
 
-/// Layers that others need: products have bases, and name functions that these have.
+/// Checks that products have bases, with all functions that they refer to.
 void check_bases(FabricHeader& header, IssueSink& sink) {
   auto& products = header.layer(LayerKind::products);
   if (!products) return;
@@ -162,7 +162,7 @@ std::optional<LayerHeader> layer_from(LayerKind kind, const Member& layers, cons
   std::vector<const char*> known{member::levels, member::precision, member::optional};
   const json own = own_members(kind, {}, {});
   for (const auto& item : own.items()) known.push_back(item.key().c_str());
-  layer.advise_on_others(known);
+  layer.warn_of_unknown_members(known);
   read_own_members(kind, layer, limits, result, header.shape);
   const auto optional = layer.value->find(member::optional);
   if (optional != layer.value->end() && !optional->is_boolean()) {
@@ -208,15 +208,15 @@ void read_layers(const Member& text, FabricHeader& header, const FabricLimits& l
   }
 }
 
-/// Whether a layer of the file is laid out over lights.
+/// Whether a layer of the file uses the grid of lights.
 bool has_lights(const FabricHeader& header) {
   return header.layer(LayerKind::light).has_value() || header.layer(LayerKind::bases).has_value();
 }
 
-/// The fabric that `levels` levels, of which the first has `texels`, are levels of; 0: their number is bad.
+/// The whole fabric of a file with `levels` levels (0: invalid), the first of which has `texels`.
 std::optional<WholeFabric> whole_from(const Member& text, const V2i& texels, int levels,
                                       const FabricLimits& limits) {
-  text.advise_on_others({member::level, member::levels, member::texels});
+  text.warn_of_unknown_members({member::level, member::levels, member::texels});
   const auto size = text.require_pair(member::texels);
   const auto width = size[0].whole_number(1, limits.texels_per_side);
   const auto height = size[1].whole_number(1, limits.texels_per_side);
@@ -236,24 +236,24 @@ std::optional<WholeFabric> whole_from(const Member& text, const V2i& texels, int
     if (!count) return std::nullopt;
     whole.levels = *count;
   }
-  if (levels == 0 || is_more_than(whole, levels)) return whole;
+  if (levels == 0 || has_more_levels(whole, levels)) return whole;
   level.refuse("is 0, and no coarser level is missing");
   return std::nullopt;
 }
 
-/// A grid of directions; the sink says why there is none.
+/// A grid of directions; nothing, and an error in the sink, if it is invalid.
 std::optional<DirectionGrid> grid_member(const Member& grid, const FabricLimits& limits) {
   if (!grid) return std::nullopt;
-  const auto result = grid_from(*grid.value, limits.directions);
+  const auto result = grid_from_json(*grid.value, limits.directions);
   if (!result) {
     grid.sink->add(result.error().code, grid.place + result.error().place, result.error().message);
     return std::nullopt;
   }
-  grid.advise_on_others({member::layout, member::columns, member::rows});
+  grid.warn_of_unknown_members({member::layout, member::columns, member::rows});
   return *result;
 }
 
-/// The shape's counts that do not stand with one layer.
+/// Sets the counts of the shape that depend on several members.
 void complete_shape(FabricHeader& header) {
   LayerShape& shape = header.shape;
   shape.views = header.views.count();
@@ -261,14 +261,14 @@ void complete_shape(FabricHeader& header) {
   shape.base_texels = header.width * header.height;
   const auto& products = header.layer(LayerKind::products);
   for (std::size_t i = 0; products && i < products->levels.size(); ++i) {
-    const int entries = entries_at(header, products->levels[i]);
+    const int entries = entry_count(header, products->levels[i]);
     shape.products = std::max(shape.products, entries * static_cast<int>(products->pairs[i].size()));
   }
 }
 
 }  // namespace
 
-std::string text_of(const FabricHeader& header) {
+std::string header_to_json(const FabricHeader& header) {
   json layers = json::object();
   json digests = json::object();
   for (const LayerKind kind : all_layers) {
@@ -321,7 +321,8 @@ std::optional<json> parse_fabric_text(const std::string& text, IssueSink& sink) 
   return parsed;
 }
 
-std::optional<FabricHeader> header_of(const json& members, const FabricLimits& limits, IssueSink& sink) {
+std::optional<FabricHeader> header_from_json(const json& members, const FabricLimits& limits,
+                                             IssueSink& sink) {
   FabricHeader header;
   const Member text{&members, {}, &sink};
   const json& minor = members[member::version][1];
@@ -329,10 +330,10 @@ std::optional<FabricHeader> header_of(const json& members, const FabricLimits& l
     sink.add(Code::fabric_advice, "/version/1",
              fmt::format("minor version {}; what it may have added is not known", minor.dump()));
   }
-  text.advise_on_others({member::version, member::model, member::texels, member::levels,
-                         member::mm_per_repeat, member::reference_height, member::thickness,
-                         member::radiance_scale, member::views, member::lights, member::layers,
-                         member::digests, member::provenance, member::whole});
+  text.warn_of_unknown_members({member::version, member::model, member::texels, member::levels,
+                                member::mm_per_repeat, member::reference_height, member::thickness,
+                                member::radiance_scale, member::views, member::lights, member::layers,
+                                member::digests, member::provenance, member::whole});
   const auto model = members.find(member::model);
   if (model == members.end() || !model->is_string()) {
     sink.add(Code::fabric_advice, "/model", "is missing or not a string");

@@ -10,15 +10,15 @@
 
 namespace selvedge {
 
-/// The same header, the same text. A provenance that is no JSON object is written as {}.
-std::string text_of(const FabricHeader& header);
+/// Equal headers give equal texts. A provenance that is not a JSON object is written as {}.
+std::string header_to_json(const FabricHeader& header);
 
-/// The JSON object of a text of our major version; else nothing, and the sink says why.
+/// Parses the text of a file with our major version; else adds an error to the sink and returns nothing.
 std::optional<nlohmann::json> parse_fabric_text(const std::string& text, IssueSink& sink);
 
-/// Every rule on the members, places being JSON pointers. A layer that breaks one is left out of the header;
-/// nothing is given back where texels, levels or views are unknown, since all else depends on them.
-std::optional<FabricHeader> header_of(const nlohmann::json& text, const FabricLimits& limits,
-                                      IssueSink& sink);
+/// Checks the members by all rules; places are JSON pointers. A layer that breaks a rule is left out of the
+/// header. Nothing if texels, levels or views are invalid, since all else depends on them.
+std::optional<FabricHeader> header_from_json(const nlohmann::json& text, const FabricLimits& limits,
+                                             IssueSink& sink);
 
 }  // namespace selvedge

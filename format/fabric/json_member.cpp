@@ -89,7 +89,7 @@ std::optional<float> Member::real_number(bool positive) const {
   return std::nullopt;
 }
 
-void Member::advise_on_others(const std::vector<const char*>& known) const {
+void Member::warn_of_unknown_members(const std::vector<const char*>& known) const {
   if (value == nullptr) return;
   for (const auto& item : value->items()) {
     if (std::none_of(known.begin(), known.end(), [&](const char* k) { return item.key() == k; })) {

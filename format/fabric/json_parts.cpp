@@ -26,7 +26,7 @@ json whole_json(const WholeFabric& whole) {
   return text;
 }
 
-Result<DirectionGrid> grid_from(const json& grid, int most) {
+Result<DirectionGrid> grid_from_json(const json& grid, int max_directions) {
   if (!grid.is_object()) return fail(Code::fabric_member, {}, {}, "is not an object");
   const std::string layout_place = std::string("/") + names::member::layout;
   const auto layout = grid.find(names::member::layout);
@@ -40,15 +40,15 @@ Result<DirectionGrid> grid_from(const json& grid, int most) {
   for (const auto& [name, value] :
        {std::pair{names::member::columns, &result.columns}, {names::member::rows, &result.rows}}) {
     const auto found = grid.find(name);
-    if (found == grid.end() || !found->is_number_integer() || *found < 1 || *found > most) {
+    if (found == grid.end() || !found->is_number_integer() || *found < 1 || *found > max_directions) {
       return fail(Code::fabric_member, {}, std::string("/") + name,
-                  fmt::format("is not a whole number from 1 to {}", most));
+                  fmt::format("is not a whole number from 1 to {}", max_directions));
     }
     *value = found->get<int>();
   }
-  if (result.rows > most / result.columns) {
+  if (result.rows > max_directions / result.columns) {
     return fail(Code::fabric_member, {}, {},
-                fmt::format("{}x{} directions; {} are allowed", result.columns, result.rows, most));
+                fmt::format("{}x{} directions; {} are allowed", result.columns, result.rows, max_directions));
   }
   return result;
 }

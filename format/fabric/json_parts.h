@@ -1,4 +1,4 @@
-// JSON members that the attributes of fabrics and of samples share.
+// JSON members that the attribute texts of fabric files and samples files share.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 
 namespace selvedge {
 
-/// The JSON object that a provenance is; {} where it is none.
+/// A provenance as a JSON object; {} if it is not one.
 nlohmann::json provenance_json(const std::string& provenance);
 
 /// `layout`, `columns` and `rows`.
@@ -19,8 +19,8 @@ nlohmann::json grid_json(const DirectionGrid& grid);
 /// `level` and `texels`.
 nlohmann::json whole_json(const WholeFabric& whole);
 
-/// The inverse of grid_json(), for grids of 1 to `most` directions. FABRIC_UNSUPPORTED where the layout is
-/// unknown, else FABRIC_MEMBER; the place is a JSON pointer from the grid on.
-Result<DirectionGrid> grid_from(const nlohmann::json& grid, int most);
+/// The inverse of grid_json(), for grids of 1 to `max_directions` directions. FABRIC_UNSUPPORTED if the
+/// layout is unknown, else FABRIC_MEMBER; the place is a JSON pointer relative to the grid.
+Result<DirectionGrid> grid_from_json(const nlohmann::json& grid, int max_directions);
 
 }  // namespace selvedge

@@ -1,6 +1,5 @@
-// The reflectance formula of the fabric, in the one place where it exists.
-//
-// Daubert et al. 2001, section 3, equation (2), after Lafortune et al. 1997:
+// The reflectance formula of the fabric: Daubert et al. 2001, section 3, equation (2), after Lafortune et al.
+// 1997, as a template for scalars and vectors:
 //
 //   g(l, v) = max(0, l_z) * ( rho + sum_j max(0, Cx_j l_x v_x + Cy_j l_y v_y + Cz_j l_z v_z)^n_j )
 //
@@ -18,15 +17,14 @@ namespace selvedge {
 /// Number of parameters of one colour channel: rho, then (Cx, Cy, Cz, n) per lobe.
 constexpr int parameter_count(int lobes) { return 1 + 4 * lobes; }
 
-/// base^exponent where the base is positive, else 0, whatever the exponent. Vectors have their own
-/// (wide_float.h).
+/// base^exponent if the base is positive, else 0 for any exponent. wide_float.h has it for vectors.
 template <class T>
 SELVEDGE_INLINE T positive_power(const T& base, const T& exponent) {
   using std::pow;
   return base > T(0) ? T(pow(base, exponent)) : T(0);
 }
 
-/// The power of lafortune_lobes() unless another is given.
+/// The default power of lafortune_lobes().
 struct PositivePower {
   template <class T>
   SELVEDGE_INLINE T operator()(const T& base, const T& exponent) const {
@@ -34,10 +32,9 @@ struct PositivePower {
   }
 };
 
-/// The bracket of equation (2), without the cosine. `p` holds parameter_count(lobes) values of one
-/// channel. A lobe whose base is not positive contributes 0, whatever its exponent; with exponent 0 and
-/// positive base it contributes 1. T is float, double, an automatic-differentiation
-/// scalar or a vector of numbers of several texels.
+/// The bracket of equation (2), without the cosine. `p` has parameter_count(lobes) values of one channel. A
+/// lobe with a base that is not positive contributes 0 for any exponent; with exponent 0 and a positive base
+/// it contributes 1. T is float, double, a scalar of automatic differentiation or a vector of several texels.
 template <class T, class D, class Power = PositivePower>
 SELVEDGE_INLINE T lafortune_lobes(const T* p, int lobes, const D* l, const D* v, const Power& power = {}) {
   T sum = p[0];

@@ -17,7 +17,7 @@ int values_of_bases(const LayerShape& shape) {
   return shape.view_functions * shape.views + 3 * shape.light_functions * shape.lights;
 }
 
-/// Colour by colour rho, then the parameters of every lobe.
+/// Channels are, for each colour, rho, then the parameters of every lobe.
 std::string lobe_channel(const LayerShape& shape, int channel) {
   const int per_colour = parameter_count(shape.lobes);
   const char* colour = names::colour_suffix[channel / per_colour];
@@ -35,11 +35,11 @@ std::string number(const LayerShape&, int channel) { return fmt::format("{}", ch
 ValueRange all_finite(const LayerShape&, int) { return finite; }
 ValueRange all_not_negative(const LayerShape&, int) { return not_negative; }
 
-/// What is particular to a kind of layer.
+/// The properties of a kind of layer.
 struct LayerRow {
   const char* part;
   int (*count)(const LayerShape&);
-  std::string (*channel)(const LayerShape&, int);  ///< its name after the part's
+  std::string (*channel)(const LayerShape&, int);  ///< name of a channel, without the part's
   ValueRange (*range)(const LayerShape&, int);
 };
 

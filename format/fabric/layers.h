@@ -1,4 +1,4 @@
-// The layers of a fabric's level as data: their kinds, and one table of what is particular to each kind.
+// The layers of a level as data: their kinds, and the parts, channels and ranges of each kind.
 #pragma once
 
 #include <array>
@@ -11,18 +11,17 @@
 
 namespace selvedge {
 
-/// Each kind is a part of the file; in the file's order.
+/// Each kind is a part of the file. In the file's order.
 enum class LayerKind { lobes, frame, table, opacity, light, heights, products, bases };
 inline constexpr std::array all_layers{LayerKind::lobes,    LayerKind::frame, LayerKind::table,
                                        LayerKind::opacity,  LayerKind::light, LayerKind::heights,
                                        LayerKind::products, LayerKind::bases};
 constexpr std::size_t index_of(LayerKind kind) { return static_cast<std::size_t>(kind); }
 
-/// The name of its part.
+/// The name of the kind's part.
 const char* name_of(LayerKind kind);
 std::optional<LayerKind> layer_named(std::string_view name);
 
-/// Some of the kinds.
 class LayerSet {
  public:
   constexpr LayerSet() = default;
@@ -49,59 +48,59 @@ class LayerSet {
   std::array<bool, all_layers.size()> in_{};
 };
 
-/// Those that 16 bits are enough for.
+/// Layers for which 16 bits suffice.
 inline constexpr LayerSet table_layers = [] {
   LayerSet set = LayerSet::all();
   set.erase({LayerKind::lobes});
   return set;
 }();
 
-/// Numbers of a level's texels: values[texel * channels + channel]. The kind says what the channels are
-/// (channel_name()). A layer without channels is not there.
+/// Values of a level's texels: values[texel * channels + channel], with the channels of channel_name(). A
+/// layer without channels is absent.
 struct Layer {
   int channels = 0;
   std::vector<float> values;
   bool operator==(const Layer&) const = default;
 };
 
-/// How the columns of a texel are divided: cells side by side, `slabs` of yarn one above the other in each.
+/// Entries of a texel: columns x rows of cells, each with `slabs` slabs of yarn one above the other.
 struct SlabShape {
   int columns = 1;
   int rows = 1;
   int slabs = 1;
-  /// Entry (slab * rows + row) * columns + column of a texel; row 0 is the texel's top row.
+  /// Entry index: (slab * rows + row) * columns + column; row 0 is the texel's top row.
   int entries() const { return columns * rows * slabs; }
   bool operator==(const SlabShape&) const = default;
 };
 
-/// All that the channels of a fabric's parts depend on. The same for all levels.
+/// The counts that define the channels of a fabric's parts. The same for all levels.
 struct LayerShape {
   int lobes = 0;
   int views = 1;
   int lights = 1;
   SlabShape cells;
-  int products = 0;        ///< coefficients of a texel, at the level with most
-  int view_functions = 0;  ///< phi_0 not counted
+  int products = 0;        ///< largest number of coefficients of a texel at any level
+  int view_functions = 0;  ///< without phi_0
   int light_functions = 0;
-  int base_texels = 1;  ///< of level 0, which the bases' values are spread over
+  int base_texels = 1;  ///< of level 0, whose pixels store the values of the bases
 };
 
 /// Number of channels of a layer's part.
 int channel_count(LayerKind kind, const LayerShape& shape);
 
-/// Whether an OpenEXR part can have as many. To be asked before they are named: a text of some bytes can ask
-/// for millions.
+/// Whether an OpenEXR part can have so many channels. To be checked before channel_names(): a short attribute
+/// text can define millions.
 bool fits_a_part(LayerKind kind, const LayerShape& shape);
 
 std::string channel_name(LayerKind kind, const LayerShape& shape, int channel);
 std::vector<std::string> channel_names(LayerKind kind, const LayerShape& shape);
 
-/// A range that values must be in, and the message where they are not. NaN and infinities are in none.
+/// A range of valid values, and the message for values outside. No range contains NaN or infinities.
 struct ValueRange {
   float min = std::numeric_limits<float>::lowest();
   float max = std::numeric_limits<float>::max();
   const char* fault = "is not finite";
-  bool holds(float value) const { return value >= min && value <= max; }
+  bool contains(float value) const { return value >= min && value <= max; }
 };
 ValueRange range_of(LayerKind kind, const LayerShape& shape, int channel);
 

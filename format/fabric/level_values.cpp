@@ -14,7 +14,7 @@ std::vector<float> values_of(const ProductBases& bases) {
   return values;
 }
 
-/// The bases' values fill channel after channel of level 0.
+/// The values of the bases are stored one after the other in the pixels of level 0, channel by channel.
 std::shared_ptr<const ProductBases> bases_of(const std::vector<const std::vector<float>*>& planes,
                                              const LayerShape& shape) {
   std::vector<float> values;
@@ -28,7 +28,7 @@ std::shared_ptr<const ProductBases> bases_of(const std::vector<const std::vector
   return std::make_shared<const ProductBases>(std::move(bases));
 }
 
-/// Half precision leaves 3 digits; a frame worse than this was not written as a frame.
+/// Half precision has 3 digits: a larger error cannot be due to rounding.
 constexpr float frame_tolerance = 0.01F;
 
 bool is_frame(const V3f& n, const V3f& t) {
@@ -39,7 +39,7 @@ bool is_frame(const V3f& n, const V3f& t) {
 }  // namespace
 
 ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
-  const auto texels = static_cast<std::size_t>(level.texels());
+  const std::size_t texels = level.texels();
   ExrPixels pixels{level.width, level.height,
                    std::vector<std::vector<float>>(channel_count(kind, shape), std::vector<float>(texels))};
   if (kind == LayerKind::bases && level.bases) {
@@ -64,33 +64,33 @@ void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
   Layer layer;
   layer.channels =
       static_cast<int>(kind == LayerKind::products ? entries * level.pairs.size() : planes.size());
-  layer.values.reserve(static_cast<std::size_t>(level.texels()) * layer.channels);
+  layer.values.reserve(std::size_t{1} * level.texels() * layer.channels);
   for (int texel = 0; texel < level.texels(); ++texel) {
     for (int i = 0; i < layer.channels; ++i) layer.values.push_back((*planes[i])[texel]);
   }
   level.set(kind, std::move(layer));
 }
 
-std::string place_of(LayerKind kind, int level, const std::string& channel, std::size_t texel, int width) {
+std::string value_place(LayerKind kind, int level, const std::string& channel, std::size_t texel, int width) {
   return fmt::format("{}/level {}/{}/{},{}", name_of(kind), level, channel, texel % width, texel / width);
 }
 
 void check_values(const FabricLevel& level, int level_index, LayerKind kind, const LayerShape& shape,
                   IssueSink& sink) {
-  constexpr int named = 8;
+  constexpr int max_named = 8;
   int count = 0;
   const auto add = [&](const std::string& channel, std::size_t texel, std::string message) {
-    sink.add(Code::fabric_not_finite, place_of(kind, level_index, channel, texel, level.width),
+    sink.add(Code::fabric_not_finite, value_place(kind, level_index, channel, texel, level.width),
              std::move(message));
   };
   const auto check = [&](const ValueRange& range, int channel, std::size_t texel, float value) {
-    if (range.holds(value) || ++count > named) return;
+    if (range.contains(value) || ++count > max_named) return;
     add(channel_name(kind, shape, channel), texel, fmt::format("{} {}", value, range.fault));
   };
-  const auto texels = static_cast<std::size_t>(level.texels());
+  const std::size_t texels = level.texels();
   if (kind == LayerKind::bases) {
     const std::vector<float> values = values_of(*level.bases);
-    // Texel by texel, as in all layers.
+    // Texel by texel, as in the other layers.
     for (std::size_t texel = 0; texel < texels; ++texel) {
       for (std::size_t i = texel; i < values.size(); i += texels) {
         check(range_of(kind, shape, 0), static_cast<int>(i / texels), texel, values[i]);
@@ -107,14 +107,14 @@ void check_values(const FabricLevel& level, int level_index, LayerKind kind, con
   if (kind == LayerKind::frame) {
     for (std::size_t texel = 0; texel < texels; ++texel) {
       const auto& [n, t] = level.frame()[texel];
-      // Those that are not finite have been named.
-      if (!std::isfinite(n.length2() + t.length2()) || is_frame(n, t) || ++count > named) continue;
+      // Values that are not finite are reported above.
+      if (!std::isfinite(n.length2() + t.length2()) || is_frame(n, t) || ++count > max_named) continue;
       add("frame", texel, "normal and tangent are not unit and perpendicular");
     }
   }
-  if (count > named) {
+  if (count > max_named) {
     sink.add(Code::fabric_not_finite, fmt::format("{}/level {}", name_of(kind), level_index),
-             fmt::format("{} more values break the rules", count - named));
+             fmt::format("{} more values break the rules", count - max_named));
   }
 }
 

@@ -1,4 +1,4 @@
-// Every name of a fabric file and of a samples file: parts, channels, attributes, members of the JSON texts
+// The names in fabric files and samples files: parts, channels, attributes, members of the JSON texts
 // (spec/fabric.md, spec/samples.md).
 #pragma once
 
@@ -28,7 +28,7 @@ inline constexpr std::array<const char*, 4> lobe_parameters{"cx", "cy", "cz", "n
 inline constexpr std::array<const char*, 2> height_ends{"top", "bottom"};
 inline constexpr std::array<char, 5> colour_endings{'R', 'G', 'B', 'A', 'Y'};
 
-// Attributes of part 0: one JSON text, its digest, and flat mirrors of what people look for.
+// Attributes of part 0: one JSON text, its digest, and copies of some members for people and other tools.
 inline constexpr const char* attribute_fabric = "selvedge.fabric";
 inline constexpr const char* attribute_samples = "selvedge.samples";
 inline constexpr const char* attribute_digest = "selvedge.digest";
@@ -53,7 +53,7 @@ inline constexpr const char* part_slabs = "slabs";
 
 }  // namespace selvedge::names
 
-/// Members of the JSON texts. Those of `layers` and `digests` are called as their parts.
+/// Members of the JSON texts. The members of `layers` and `digests` have the names of parts.
 namespace selvedge::names::member {
 
 inline constexpr const char* version = "version";
@@ -81,7 +81,7 @@ inline constexpr const char* provenance = "provenance";
 inline constexpr const char* lights = "lights";
 inline constexpr const char* pairs = "pairs";
 
-// Of the record of a fit, in a fabric's provenance.
+// In the record of a fit, in a fabric's provenance.
 inline constexpr const char* fit = "fit";
 inline constexpr const char* peak = "peak";
 inline constexpr const char* bytes = "bytes";
@@ -98,7 +98,7 @@ inline constexpr const char* code = "code";
 inline constexpr const char* place = "place";
 inline constexpr const char* message = "message";
 
-// Of a samples file alone.
+// In samples files only.
 inline constexpr const char* directions = "directions";
 inline constexpr const char* samples_per_texel = "samplesPerTexel";
 inline constexpr const char* truth_samples = "truthSamples";

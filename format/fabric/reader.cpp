@@ -66,12 +66,12 @@ std::uint64_t FabricReader::packed_bytes(LayerKind kind, int level) const {
   return file_.packed_bytes(file_.find_part(name_of(kind)), level);
 }
 
-Result<void> FabricReader::read_layer(LayerKind kind, int level, FabricLevel& into) {
+Result<void> FabricReader::read_layer(LayerKind kind, int level, FabricLevel& result) {
   const int part = file_.find_part(name_of(kind));
   const auto pixels = file_.read_level(part, level);
   if (!pixels) return tl::unexpected(pixels.error());
   IssueSink sink(file_.name());
-  decode_layer(file_.parts()[part], *pixels, header_, kind, level, into, sink);
+  decode_layer(file_.parts()[part], *pixels, header_, kind, level, result, sink);
   if (sink.has_error()) return tl::unexpected(sink.first_error());
   return {};
 }
@@ -88,7 +88,7 @@ Result<std::shared_ptr<const ProductBases>> FabricReader::bases() {
 }
 
 Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {
-  Fabric fabric = part_of(header_, first, last);
+  Fabric fabric = partial_fabric(header_, first, last);
   for (int k = first; k <= last; ++k) {
     auto level = read_level(k, layers);
     if (!level) return tl::unexpected(level.error());

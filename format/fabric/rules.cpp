@@ -12,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-/// Indices of the channels that a layer needs, in the order of channel_names; -1 for those that are missing.
+/// Indices of the wanted channels in the part; -1 for missing ones.
 std::vector<int> channel_indices(const ExrPart& part, const std::vector<std::string>& wanted) {
   std::map<std::string, int> index;
   for (std::size_t i = 0; i < part.channels.size(); ++i) {
@@ -70,7 +70,7 @@ std::optional<FabricHeader> check_header(const ExrReader& file, const FabricLimi
     sink.add(Code::fabric_digest, names::attribute_digest,
              "does not match the attributes, part and channel names");
   }
-  return header_of(*members, limits, sink);
+  return header_from_json(*members, limits, sink);
 }
 
 void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink) {
@@ -129,7 +129,7 @@ void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHead
     planes.push_back(&pixels.planes[index]);
   }
   if (kind == LayerKind::products) level.pairs = header.layer(kind)->pairs[entry];
-  set_pixels(level, kind, header.shape, planes, entries_at(header, level_index));
+  set_pixels(level, kind, header.shape, planes, entry_count(header, level_index));
   check_values(level, level_index, kind, header.shape, sink);
 }
 

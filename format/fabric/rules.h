@@ -1,5 +1,5 @@
-// The rules on a fabric file as far as its headers and the pixels of its layers tell: one code for the
-// reader, which stops at the first error, and for the checker, which reports all.
+// The rules on headers and pixels of a fabric file, shared by the reader, which stops at the first error, and
+// by the checker, which reports all.
 #pragma once
 
 #include <map>
@@ -13,30 +13,31 @@
 
 namespace selvedge {
 
-/// The header digest: over the attribute text and the names of all parts and channels, so that none can be
-/// exchanged unseen.
+/// The header digest, over the attribute text and the names of all parts and channels, so that exchanged
+/// names are detected.
 std::string header_digest(const std::string& text, const std::vector<ExrPart>& parts);
 
-/// What stands in attributes of its own for people and tools, beside the attribute text.
+/// The attributes that repeat members of the attribute text for people and other tools.
 std::map<std::string, ExrValue> mirrors_of(const FabricHeader& header);
 
-/// The attribute text as stored; null where part 0 has none.
+/// The attribute text as stored; null if part 0 has none.
 const std::string* fabric_text(const std::vector<ExrPart>& parts);
 
-/// Attribute text, version, header digest, members. Nothing where a layout cannot be had from them.
+/// Checks attribute text, version, header digest and members. Nothing if they do not define a layout.
 std::optional<FabricHeader> check_header(const ExrReader& file, const FabricLimits& limits, IssueSink& sink);
 
-/// What holds for every part, the preview too: data window and display window are the texels.
+/// The rules on every part, including the preview: data window and display window are the texels.
 void check_windows(const ExrPart& part, const FabricHeader& header, IssueSink& sink);
 
-/// What holds for every other part, known or not: that, tiles, order, no lossy compression.
+/// The rules on every part but the preview, known or not: check_windows(), tiles, line order, no lossy
+/// compression.
 void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink& sink);
 
-/// The part of a layer that the header has. Whether its levels can be read and understood.
+/// Checks the part of a layer of the header. Whether its levels can be decoded.
 bool check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKind kind, IssueSink& sink);
 
-/// Gives the level a layer from the pixels of a level that the header lists; digest and values are checked.
-/// Precondition: check_layer_part held.
+/// Sets a layer of the level from its pixels; checks digest and values. Preconditions: check_layer_part() was
+/// true, and the header lists the level.
 void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,
                   int level_index, FabricLevel& level, IssueSink& sink);
 

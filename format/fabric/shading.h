@@ -1,11 +1,12 @@
-// What evaluation gives.
+// The result of an evaluation.
 #pragma once
 
 #include "format/base/vec.h"
 
 namespace selvedge {
 
-/// What a texel or a point sends towards the viewer. Not premultiplied: the picture shows alpha * radiance.
+/// Radiance and opacity of a texel or a point towards the viewer. Not premultiplied: a picture shows
+/// alpha * radiance.
 struct Shading {
   V3f radiance{0, 0, 0};  ///< 1/sr; radiance under unit perpendicular irradiance
   float alpha = 0;        ///< opacity in [0, 1]

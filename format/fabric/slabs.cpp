@@ -7,12 +7,12 @@
 namespace selvedge {
 namespace {
 
-/// The walk of a ray along one axis of the cells, by the depth below the place where it enters the slabs.
-class Walk {
+/// Traversal of the cells along one axis, by the depth (mm) of the ray below the highest top.
+class CellWalk {
  public:
-  /// At the depth 0 the ray is at `start`, in cells; it goes `slope` cells per mm of depth.
-  Walk(double start, double slope, int cells) : slope_(slope), cells_(cells) {
-    // In [0, cells], rounding included; exact however far the start is.
+  /// The ray begins at `start`, in cells, and moves by `slope` cells per mm of depth.
+  CellWalk(double start, double slope, int cells) : slope_(slope), cells_(cells) {
+    // In [0, cells], including rounding errors; fmod is exact for any start.
     const double remainder = std::fmod(start, cells);
     const double repeated = remainder < 0 ? remainder + cells : remainder;
     cell_ = std::min(static_cast<int>(repeated), cells - 1);
@@ -20,7 +20,7 @@ class Walk {
   }
   int cell() const { return cell_; }
   /// The depth at which the ray leaves the cell.
-  double leaves() const {
+  double exit_depth() const {
     return slope_ == 0 ? std::numeric_limits<double>::infinity() : (edge_ + steps_) / std::abs(slope_);
   }
   void step() {
@@ -49,7 +49,7 @@ V2i SlabMarch::cells() const {
 
 V2d SlabMarch::cells_per_mm(const V3f& view) const {
   const double z = std::max(static_cast<double>(view.z), 1.0 / 32);
-  // v grows downwards, against y.
+  // v and y have opposite directions.
   return {static_cast<double>(view.x) / (z * period_.x) * cells().x,
           -static_cast<double>(view.y) / (z * period_.y) * cells().y};
 }
@@ -59,47 +59,47 @@ double SlabMarch::max_cells(const V3f& view) const {
       static_cast<double>(level_.height_range().highest) - static_cast<double>(level_.height_range().lowest);
   if (!(depth > 0)) return 0;
   const V2d slope = cells_per_mm(view);
-  // A ray crosses one edge more than it has whole cells of way, along either axis.
+  // Along either axis a ray crosses at most one edge more than the whole cells of its length.
   return std::min(3 + depth * (std::abs(slope.x) + std::abs(slope.y)),
-                  static_cast<double>(max_cells_of_a_ray));
+                  static_cast<double>(max_cells_per_ray));
 }
 
 std::optional<SlabHit> SlabMarch::operator()(const V2d& uv, const V3f& view) const {
   const auto highest_top = static_cast<double>(level_.height_range().highest);
-  const double deepest = highest_top - static_cast<double>(level_.height_range().lowest);
-  if (!(deepest > 0)) return std::nullopt;
+  const double max_depth = highest_top - static_cast<double>(level_.height_range().lowest);
+  if (!(max_depth > 0)) return std::nullopt;
   const SlabShape& shape = level_.cells;
   const std::span<const SlabEnds> ends = level_.heights();
   const V2i cells = this->cells();
   const V2d up = cells_per_mm(view);
   const double above = highest_top - plane_;
-  Walk x(uv.x * cells.x + above * up.x, -up.x, cells.x);
-  Walk y(uv.y * cells.y + above * up.y, -up.y, cells.y);
-  const auto per_slab = static_cast<std::size_t>(shape.columns * shape.rows);
-  double entered = 0;
-  for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
-    const double left = std::min({x.leaves(), y.leaves(), deepest});
-    const double from = highest_top - entered;
-    const double to = highest_top - left;
-    const auto texel =
-        static_cast<std::size_t>(y.cell() / shape.rows * level_.width + x.cell() / shape.columns);
-    const auto cell =
-        static_cast<std::size_t>(y.cell() % shape.rows * shape.columns + x.cell() % shape.columns);
+  CellWalk x(uv.x * cells.x + above * up.x, -up.x, cells.x);
+  CellWalk y(uv.y * cells.y + above * up.y, -up.y, cells.y);
+  const std::size_t cells_of_texel = shape.columns * shape.rows;
+  const std::size_t slabs = shape.slabs;
+  double entry_depth = 0;
+  for (int visited = 0; visited < max_cells_per_ray; ++visited) {
+    const double exit_depth = std::min({x.exit_depth(), y.exit_depth(), max_depth});
+    const double entry_height = highest_top - entry_depth;
+    const double exit_height = highest_top - exit_depth;
+    const std::size_t texel = y.cell() / shape.rows * level_.width + x.cell() / shape.columns;
+    const std::size_t cell = y.cell() % shape.rows * shape.columns + x.cell() % shape.columns;
     std::optional<SlabHit> hit;
     double highest = -std::numeric_limits<double>::infinity();
-    for (std::size_t slab = 0; slab < static_cast<std::size_t>(shape.slabs); ++slab) {
-      const std::size_t entry = slab * per_slab + cell;
-      const std::size_t index = texel * static_cast<std::size_t>(shape.entries()) + entry;
+    for (std::size_t slab = 0; slab < slabs; ++slab) {
+      const std::size_t entry = slab * cells_of_texel + cell;
+      const std::size_t index = texel * slabs * cells_of_texel + entry;
       const auto top = static_cast<double>(ends[index].top);
       const auto bottom = static_cast<double>(ends[index].bottom);
-      if (!(top > bottom) || to > top || from < bottom || std::min(top, from) <= highest) continue;
-      highest = std::min(top, from);
+      const double hit_height = std::min(top, entry_height);
+      if (!(top > bottom) || exit_height > top || entry_height < bottom || hit_height <= highest) continue;
+      highest = hit_height;
       hit = SlabHit{texel, entry};
     }
     if (hit) return hit;
-    if (left >= deepest) break;
-    entered = left;
-    if (x.leaves() <= left) {
+    if (exit_depth >= max_depth) break;
+    entry_depth = exit_depth;
+    if (x.exit_depth() <= exit_depth) {
       x.step();
     } else {
       y.step();

@@ -16,36 +16,36 @@
 namespace selvedge {
 namespace {
 
-constexpr double largest_half = 65504;
+constexpr double max_half = 65504;
 
-/// A value and where it stands: the worst of a level.
-struct Worst {
+/// The largest of some values of a level, and its place.
+struct Maximum {
   double value = 0;
   int texel = 0;
   int channel = 0;  ///< as in channel_name
-  void take(double other, int at_texel, int at_channel) {
-    if (other > value) *this = {other, at_texel, at_channel};
+  void update(double other, int other_texel, int other_channel) {
+    if (other > value) *this = {other, other_texel, other_channel};
   }
 };
 
-float largest_exponent(const FabricLevel& level) {
+float max_exponent(const FabricLevel& level) {
   float largest = 0;
-  const auto stride = static_cast<std::size_t>(parameter_count(level.lobe_count()));
+  const std::size_t stride = parameter_count(level.lobe_count());
   for (std::size_t i = 0; i < level.lobes().size(); ++i) {
     if (i % stride != 0 && i % stride % 4 == 0) largest = std::max(largest, level.lobes()[i]);
   }
   return largest;
 }
 
-/// A direction of the outgoing hemisphere, and its share of the integral of v_z over it, which is pi.
+/// A direction of the hemisphere, and its weight in the integral of v_z over the hemisphere, which is pi.
 struct WeightedDirection {
   V3f direction;
   double weight = 0;
 };
 
-/// Cells of a square grid over the unit disc, each with the mean of its points within the disc.
+/// One direction for each cell of a square grid over the unit disc: the mean of its points within the disc.
 std::vector<WeightedDirection> disc_directions(int side) {
-  constexpr int points = 8;  // a side, of a cell
+  constexpr int points = 8;  // per side of a cell
   std::vector<WeightedDirection> result;
   double total = 0;
   for (int cell = 0; cell < side * side; ++cell) {
@@ -80,7 +80,7 @@ V3d radiosity_of(const FabricLevel& level, const FabricInfo& info, int texel, co
   return sum;
 }
 
-/// Cells that the rays of a texel visit at most, over all directions; 0 without heights.
+/// Maximum number of cells that the rays of a texel visit in all directions; 0 without heights.
 double cells_visited(const FabricLevel& level, const FabricInfo& info,
                      const std::vector<WeightedDirection>& directions) {
   if (!level.has(LayerKind::heights)) return 0;
@@ -100,27 +100,27 @@ double lobe_peak(const float* lobe) {
 void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink) {
   const int lobes = level.lobe_count();
   const int stride = parameter_count(lobes);
-  Worst peak;
-  Worst exponent;
+  Maximum peak;
+  Maximum exponent;
   for (int i = 0; i < 3 * level.texels(); ++i) {
     for (int k = 1; level.has(LayerKind::lobes) && k < stride; k += 4) {
       const float* lobe = &level.lobes()[i * stride + k];
       const int channel = i % 3 * stride + k + 3;
-      peak.take(lobe_peak(lobe), i / 3, channel);
-      exponent.take(static_cast<double>(lobe[3]), i / 3, channel);
+      peak.update(lobe_peak(lobe), i / 3, channel);
+      exponent.update(static_cast<double>(lobe[3]), i / 3, channel);
     }
   }
-  const auto place = [&](const Worst& worst) {
+  const auto place = [&](const Maximum& worst) {
     LayerShape shape;
     shape.lobes = lobes;
-    return place_of(LayerKind::lobes, level_index, channel_name(LayerKind::lobes, shape, worst.channel),
-                    worst.texel, level.width);
+    return value_place(LayerKind::lobes, level_index, channel_name(LayerKind::lobes, shape, worst.channel),
+                       worst.texel, level.width);
   };
-  if (peak.value > largest_half) {
+  if (peak.value > max_half) {
     sink.add(Code::fabric_peak, place(peak),
-             fmt::format("the lobe's peak is {:.3g}, beyond {} of half precision", peak.value, largest_half));
+             fmt::format("the lobe's peak is {:.3g}, beyond {} of half precision", peak.value, max_half));
   }
-  if (half && exponent.value > static_cast<double>(largest_half_exponent)) {
+  if (half && exponent.value > static_cast<double>(max_half_exponent)) {
     sink.add(Code::fabric_peak, place(exponent),
              fmt::format("exponent {:.4g} in half precision: the peak may be off by {:.0f} %", exponent.value,
                          100 * exponent.value / 2048));
@@ -130,7 +130,7 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
 void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet& half, IssueSink& sink) {
   constexpr double allowed = 0.05;
   const auto rounded = [](float value) { return static_cast<float>(Imath::half(value)); };
-  const auto warn = [&](LayerKind kind, const Worst& worst, const char* what) {
+  const auto warn = [&](LayerKind kind, const Maximum& worst, const char* what) {
     if (!(worst.value > allowed)) return;
     sink.add(Code::fabric_precision,
              fmt::format("{}/level {}/pixel {},{}", name_of(kind), level_index, worst.texel % level.width,
@@ -139,7 +139,7 @@ void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet
   };
   if (level.has(LayerKind::lobes) && half.contains(LayerKind::lobes)) {
     const int stride = parameter_count(level.lobe_count());
-    Worst worst;
+    Maximum worst;
     for (int i = 0; i < 3 * level.texels(); ++i) {
       const float* p = &level.lobes()[i * stride];
       double whole = static_cast<double>(p[0]);
@@ -151,21 +151,21 @@ void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet
         whole += peak;
         change += std::abs(lobe_peak(lobe.data()) - peak);
       }
-      if (whole > 0) worst.take(change / whole, i / 3, 0);
+      if (whole > 0) worst.update(change / whole, i / 3, 0);
     }
     warn(LayerKind::lobes, worst, "the lobes");
   }
   if (level.has(LayerKind::products) && half.contains(LayerKind::products)) {
     const int count = level[LayerKind::products].channels;
-    Worst worst;
+    Maximum worst;
     for (int texel = 0; texel < level.texels(); ++texel) {
       double largest = 0;
       double change = 0;
-      for (const float c : level.coefficients().subspan(static_cast<std::size_t>(texel) * count, count)) {
+      for (const float c : level.coefficients().subspan(std::size_t{1} * texel * count, count)) {
         largest = std::max(largest, static_cast<double>(std::abs(c)));
         change = std::max(change, static_cast<double>(std::abs(rounded(c) - c)));
       }
-      if (largest > 0) worst.take(change / largest, texel, 0);
+      if (largest > 0) worst.update(change / largest, texel, 0);
     }
     warn(LayerKind::products, worst, "the products");
   }
@@ -174,31 +174,31 @@ void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet
 void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_index, IssueSink& sink) {
   constexpr double allowed = 1.01;
   constexpr std::size_t max_pairs = 131072;
-  const double wanted = std::ceil(2.5 * std::sqrt(static_cast<double>(largest_exponent(level))));
+  const double side = std::ceil(2.5 * std::sqrt(static_cast<double>(max_exponent(level))));
   const std::vector<WeightedDirection> directions =
-      disc_directions(static_cast<int>(std::clamp(wanted, 24.0, 256.0)));
-  constexpr double max_cells = 1 << 26;  // about half a second; a single texel may cost more
+      disc_directions(static_cast<int>(std::clamp(side, 24.0, 256.0)));
+  constexpr double max_cells = 1 << 26;  // about half a second; a single texel may take longer
   const double cells = cells_visited(level, info, directions);
   const auto affordable = static_cast<std::size_t>(max_cells / std::max(cells, 1.0));
-  const int tried = static_cast<int>(std::clamp<std::size_t>(affordable, 1, max_pairs / directions.size()));
+  const int samples = static_cast<int>(std::clamp<std::size_t>(affordable, 1, max_pairs / directions.size()));
   const int texels = level.texels();
-  // Odd, so that where a side is a power of two no column is left out.
-  const int step = texels <= tried ? 1 : (texels / tried) | 1;
+  // Odd, so that no column is left out if the width is a power of two.
+  const int step = texels <= samples ? 1 : (texels / samples) | 1;
   const float low = std::sqrt(0.75F);
-  Worst single;
-  Worst mean;
+  Maximum single;
+  Maximum mean;
   for (const V3f& light :
        {V3f(0, 0, 1), V3f(low, 0, 0.5F), V3f(-low, 0, 0.5F), V3f(0, low, 0.5F), V3f(0, -low, 0.5F)}) {
     V3d sum(0, 0, 0);
     double count = 0;
     for (int texel = 0; texel < texels; texel += step) {
       const V3d out = radiosity_of(level, info, texel, light, directions);
-      for (int c = 0; c < 3; ++c) single.take(out[c], texel, c);
+      for (int c = 0; c < 3; ++c) single.update(out[c], texel, c);
       sum += out;
       ++count;
     }
     for (int c = 0; c < 3; ++c) {
-      mean.take(sum[c] / count / static_cast<double>(light.z), 0, c);
+      mean.update(sum[c] / count / static_cast<double>(light.z), 0, c);
     }
   }
   if (single.value > allowed) {

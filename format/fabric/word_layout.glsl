@@ -1,7 +1,6 @@
-// Where things stand in the words of packed fabrics (gpu_words.h): the same names in GLSL and in C++, which includes this
-// file. Word i of the whole is the place where fabric i begins. A place is a word's number in the whole; place 0 means that
-// there is no such layer. Numbers are 32-bit floats; two values of a table share a word where half precision holds all of
-// them exactly (`_halves` is then 1).
+// Layout of the words of packed fabrics (gpu_words.h); GLSL and C++ both include this file. Word i is the place of
+// fabric i. A place is the index of a word; place 0 means that the layer is absent. Numbers are 32-bit floats; two
+// values of a table share a word if half precision holds all of them exactly (`_halves` is then 1).
 
 // Words of a fabric, counted from its place.
 const uint fabric_level_count = 0u;
@@ -17,8 +16,8 @@ const uint fabric_repeats_per_mm_v = 9u;  // upwards: negative
 const uint fabric_reference_height = 10u;
 const uint fabric_width = 11u;  // texels of level 0 of the whole fabric
 const uint fabric_height = 12u;
-const uint fabric_first_level = 13u;   // which level of the whole fabric the first level here is
-const uint fabric_level_places = 14u;  // the place of level k stands k words further
+const uint fabric_first_level = 13u;   // the level of the whole fabric that is the first level here
+const uint fabric_level_places = 14u;  // of level 0; the place of level k is k words further
 
 // Words of a level, counted from its place.
 const uint level_width = 0u;

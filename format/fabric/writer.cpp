@@ -15,7 +15,7 @@
 namespace selvedge {
 namespace {
 
-/// Whether the file has the layer at a level; the bases stand at level 0 for all.
+/// Whether the file has the layer at a level; the bases are at level 0.
 bool is_stored(const Fabric& fabric, LayerKind kind, int k) {
   return kind == LayerKind::bases ? k == 0 && bases_of(fabric) != nullptr : fabric.levels[k].has(kind);
 }
@@ -52,7 +52,7 @@ void round_to_half(std::span<float> values) {
   for (float& value : values) value = Imath::half(value);
 }
 
-/// A level as it will be read: its own layers that are stored in 16 bits are rounded.
+/// A level with its own layers of `half` rounded to 16 bits.
 FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
   for (const LayerKind kind : all_layers) {
     if (!half.contains(kind)) continue;
@@ -63,8 +63,8 @@ FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
   return level;
 }
 
-/// What every EXR viewer shows: level 0 seen along the normal under a white light from the upper left,
-/// premultiplied, at the exposure under which a white Lambert cloth facing the light is 1.
+/// The preview for EXR viewers: level 0 seen along the normal under a white light from the upper left,
+/// premultiplied, with an exposure for which white Lambertian cloth that faces the light is 1.
 ExrPixels preview_of(const FabricLevel& level, const FabricInfo& info) {
   ExrPixels pixels{level.width, level.height, std::vector<std::vector<float>>(4)};
   const V3f light = V3f(-0.4F, 0.5F, 0.8F).normalized();
@@ -79,7 +79,7 @@ ExrPixels preview_of(const FabricLevel& level, const FabricInfo& info) {
   return pixels;
 }
 
-/// The pixels of a level of the part, zeros where the fabric has no such level or layer.
+/// The pixels of a level of the part, zeros if the fabric does not have the level or layer.
 ExrPixels pixels_at(const Fabric& fabric, LayerKind kind, const LayerShape& shape, int level) {
   const bool bases = kind == LayerKind::bases;
   if (!bases && level < static_cast<int>(fabric.levels.size())) {
@@ -92,7 +92,7 @@ ExrPixels pixels_at(const Fabric& fabric, LayerKind kind, const LayerShape& shap
   return pixels_of(stored, kind, shape);
 }
 
-/// The layer's entry in the header, with the digests of its pixels.
+/// The layer's header, with the digests of its pixels.
 LayerHeader entry_for(const Fabric& fabric, LayerKind kind, const LayerShape& shape, const ExrPart& part) {
   LayerHeader entry;
   entry.half = part.channels.empty() || part.channels.front().half;
@@ -130,12 +130,12 @@ Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
 }
 
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
-  const auto named = [&](Error error) {
+  const auto failed = [&](Error error) {
     error.file = path;
     return tl::unexpected(std::move(error));
   };
-  if (auto ok = validate(fabric); !ok) return named(ok.error());
-  FabricHeader header = header_of(fabric);
+  if (auto ok = validate(fabric); !ok) return failed(ok.error());
+  FabricHeader header = header_without_layers(fabric);
   const LayerShape& shape = header.shape;
   std::vector<ExrPart> parts{preview_part(fabric, options)};
   std::vector<LayerKind> layers;
@@ -144,17 +144,17 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
     for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(fabric, kind, k);
     if (!stored) continue;
     if (!fits_a_part(kind, shape)) {
-      return named(Error{Code::fabric_malformed,
-                         {},
-                         name_of(kind),
-                         fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
-                                     ExrLimits{}.channels)});
+      return failed(Error{Code::fabric_malformed,
+                          {},
+                          name_of(kind),
+                          fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
+                                      ExrLimits{}.channels)});
     }
     layers.push_back(kind);
     parts.push_back(data_part(fabric, kind, shape, options));
     header.layer(kind) = entry_for(fabric, kind, shape, parts.back());
   }
-  const std::string text = text_of(header);
+  const std::string text = header_to_json(header);
   const std::string digest = header_digest(text, parts);
   auto& attributes = parts.front().attributes;
   attributes[names::attribute_fabric] = text;
@@ -163,7 +163,7 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
 
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
-  // The preview does not depend on digits that the file does not hold.
+  // The preview is computed from rounded values, so that it is the same after reading and writing again.
   const FabricLevel base = as_stored(fabric.levels.front(), options.half);
   if (auto ok = writer->write_level(0, 0, preview_of(base, fabric)); !ok) return ok;
   for (std::size_t i = 0; i < layers.size(); ++i) {

@@ -16,12 +16,13 @@ struct FabricFile::State {
   FabricFacts facts;
   int first_level = 0;
 
-  /// Null where the level was not read.
+  /// Null if the level was not read.
   const FabricLevel* level(int level) const {
-    const auto read = static_cast<int>(fabric.levels.size());
-    return level >= first_level && level - first_level < read ? &fabric.levels[level - first_level] : nullptr;
+    const auto count = static_cast<int>(fabric.levels.size());
+    return level >= first_level && level - first_level < count ? &fabric.levels[level - first_level]
+                                                               : nullptr;
   }
-  /// Null where the file is refused.
+  /// Null, with `problem` set, if the file is refused.
   static std::shared_ptr<const State> read(Result<FabricReader> reader, FabricProblem* problem,
                                            const FabricReadOptions& options);
 };
@@ -57,7 +58,8 @@ bool is_finite(const std::array<float, 3>& a) {
   return std::all_of(a.begin(), a.end(), [](float x) { return std::isfinite(x); });
 }
 
-/// Whether the lengths agree and all numbers are finite; then out[i] is `shade` of lights[i] and views[i].
+/// Sets out[i] to `shade` of lights[i] and views[i]; false, with nothing written, if lengths differ or
+/// numbers are not finite.
 template <class Shade>
 bool evaluate_all(std::span<const std::array<float, 3>> lights, std::span<const std::array<float, 3>> views,
                   std::span<FabricRadiance> out, const Shade& shade) {
@@ -123,27 +125,27 @@ bool FabricFile::has_level(int level) const { return state_->level(level) != nul
 
 FabricLevelData FabricFile::level(int level) const {
   FabricLevelData data;
-  const FabricLevel* const from = state_->level(level);
-  if (from == nullptr) return data;
-  data.width = from->width;
-  data.height = from->height;
-  data.lobes = from->lobe_count();
-  data.parameters = from->lobes();
-  data.frames = (*from)[LayerKind::frame].values;
-  data.view_table = (*from)[LayerKind::table].values;
-  data.opacity = from->opacity();
-  data.light_table = (*from)[LayerKind::light].values;
-  data.columns = from->cells.columns;
-  data.rows = from->cells.rows;
-  data.slabs = from->cells.slabs;
-  data.heights = (*from)[LayerKind::heights].values;
-  if (!from->has(LayerKind::products)) return data;
-  data.products = static_cast<int>(from->pairs.size());
-  data.entries = from->entries();
-  data.pairs = {&from->pairs.front().x, 2 * from->pairs.size()};
-  data.coefficients = from->coefficients();
-  data.view_basis = from->bases->view;
-  data.light_basis = floats_of(from->bases->light);
+  const FabricLevel* const source = state_->level(level);
+  if (source == nullptr) return data;
+  data.width = source->width;
+  data.height = source->height;
+  data.lobes = source->lobe_count();
+  data.parameters = source->lobes();
+  data.frames = (*source)[LayerKind::frame].values;
+  data.view_table = (*source)[LayerKind::table].values;
+  data.opacity = source->opacity();
+  data.light_table = (*source)[LayerKind::light].values;
+  data.columns = source->cells.columns;
+  data.rows = source->cells.rows;
+  data.slabs = source->cells.slabs;
+  data.heights = (*source)[LayerKind::heights].values;
+  if (!source->has(LayerKind::products)) return data;
+  data.products = static_cast<int>(source->pairs.size());
+  data.entries = source->entries();
+  data.pairs = {&source->pairs.front().x, 2 * source->pairs.size()};
+  data.coefficients = source->coefficients();
+  data.view_basis = source->bases->view;
+  data.light_basis = floats_of(source->bases->light);
   return data;
 }
 
@@ -155,10 +157,10 @@ std::optional<FabricRadiance> FabricFile::evaluate(int level, int x, int y, cons
 
 bool FabricFile::evaluate(int level, int x, int y, std::span<const std::array<float, 3>> lights,
                           std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const {
-  const FabricLevel* const from = state_->level(level);
-  if (from == nullptr || x < 0 || y < 0 || x >= from->width || y >= from->height) return false;
+  const FabricLevel* const source = state_->level(level);
+  if (source == nullptr || x < 0 || y < 0 || x >= source->width || y >= source->height) return false;
   return evaluate_all(lights, views, out, [&](const V3f& light, const V3f& view) {
-    return selvedge::evaluate(*from, state_->fabric, x, y, light, view);
+    return selvedge::evaluate(*source, state_->fabric, x, y, light, view);
   });
 }
 

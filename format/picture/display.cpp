@@ -10,21 +10,21 @@
 namespace selvedge {
 namespace {
 
-/// Radiance times opacity -> display colour times opacity.
-V3f shown(const V4f& pixel, const DisplayOptions& options) {
+/// Display colour times opacity of a pixel.
+V3f premultiplied_colour(const V4f& pixel, const DisplayOptions& options) {
   const V3f colour = V3f(pixel.x, pixel.y, pixel.z) * options.exposure;
   if (options.tone == ToneCurve::none || !(pixel.w > 0)) return colour;
   return tone_mapped(options.tone, colour / pixel.w) * pixel.w;
 }
 
-constexpr std::size_t code_steps = 1 << 16;
+constexpr int table_size = 1 << 16;
 
-/// sRGB bytes of (i + 0.5) / code_steps: within one step of the exact ones at the bounds between two of them.
-const std::vector<std::uint8_t>& codes() {
+/// sRGB bytes of (i + 0.5) / table_size. They differ from exact ones only next to a value where bytes change.
+const std::vector<std::uint8_t>& srgb_table() {
   static const std::vector<std::uint8_t> table = [] {
-    std::vector<std::uint8_t> result(code_steps);
-    for (std::size_t i = 0; i < code_steps; ++i) {
-      const float linear = (static_cast<float>(i) + 0.5F) / code_steps;
+    std::vector<std::uint8_t> result(table_size);
+    for (int i = 0; i < table_size; ++i) {
+      const float linear = (static_cast<float>(i) + 0.5F) / table_size;
       result[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(linear)));
     }
     return result;
@@ -32,10 +32,10 @@ const std::vector<std::uint8_t>& codes() {
   return table;
 }
 
-std::uint8_t code(const std::vector<std::uint8_t>& table, float value) {
-  // NaN is not greater than 0.
+std::uint8_t srgb_byte(const std::vector<std::uint8_t>& table, float value) {
+  // NaN becomes 0.
   const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;
-  return table[std::min(static_cast<std::size_t>(clipped * code_steps), code_steps - 1)];
+  return table[std::min(static_cast<int>(clipped * table_size), table_size - 1)];
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ Image to_display_image(const Frame& frame, const DisplayOptions& options) {
   Image image{frame.width, frame.height, options.background ? 3 : 4, {}};
   image.pixels.reserve(frame.pixels.size() * image.channels);
   for (const V4f& p : frame.pixels) {
-    V3f colour = shown(p, options);
+    V3f colour = premultiplied_colour(p, options);
     if (options.background) {
       colour += *options.background * (1 - p.w);
     } else if (p.w > 0) {
@@ -77,15 +77,15 @@ Image to_display_image(const Frame& frame, const DisplayOptions& options) {
 }
 
 void to_display_bytes(const Frame& frame, const DisplayOptions& options, std::vector<std::uint8_t>& bytes) {
-  const std::vector<std::uint8_t>& table = codes();
+  const std::vector<std::uint8_t>& table = srgb_table();
   const V3f background = options.background.value_or(V3f(0, 0, 0));
   const std::size_t width = frame.width;
   bytes.resize(frame.pixels.size() * 4);
   parallel_for(0, frame.height, [&](int y) {
     for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
       const V4f& p = frame.pixels[i];
-      const V3f colour = shown(p, options) + background * (1 - p.w);
-      for (int c = 0; c < 3; ++c) bytes[4 * i + c] = code(table, colour[c]);
+      const V3f colour = premultiplied_colour(p, options) + background * (1 - p.w);
+      for (int c = 0; c < 3; ++c) bytes[4 * i + c] = srgb_byte(table, colour[c]);
       bytes[4 * i + 3] = 255;
     }
   });

@@ -1,4 +1,4 @@
-// From linear light to display values: exposure, tone curve, background, sRGB.
+// The display transform, from linear light to display values: exposure, tone curve, background, sRGB.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace selvedge {
 
-/// What becomes of exposed colours c, which know no upper limit.
+/// Maps exposed colours c, which have no upper limit, to display values.
 enum class ToneCurve {
   none,      ///< c, clipped at 1
   reinhard,  ///< c / (1 + Y), Y the luminance: Reinhard, Stark, Shirley and Ferwerda 2002, equation 3
@@ -19,29 +19,28 @@ enum class ToneCurve {
              ///< to the ACES reference rendering
 };
 
-/// As on the command line, in the order of the enumeration.
+/// Names on the command line, in the order of the enumeration.
 inline constexpr std::array<std::string_view, 3> tone_curve_names{"none", "reinhard", "aces"};
 
-/// The curve of a colour that is not premultiplied, linear sRGB; not clipped by `none` and
-/// `reinhard`.
+/// Applies the curve to a linear sRGB colour that is not premultiplied; `none` and `reinhard` do not clip.
 V3f tone_mapped(ToneCurve curve, const V3f& colour);
 
 struct DisplayOptions {
   float exposure = 1;  ///< factor on radiance
   ToneCurve tone = ToneCurve::none;
-  std::optional<V3f> background;  ///< linear, as it shall be shown: neither exposed nor tone mapped
+  std::optional<V3f> background;  ///< linear display values: neither exposed nor tone mapped
 };
 
-/// The defaults of pictures, and the display in which swatches are compared: white that
-/// faces a light of irradiance 1 becomes 1, over a dark grey.
+/// The default of pictures, in which swatches are also compared: white that faces a light of irradiance 1
+/// becomes 1; the background is dark grey.
 DisplayOptions default_display();
 
-/// Linear display values. Over the background if there is one, else with the opacity kept and the colour not
-/// premultiplied. Values above 1 are left to be clipped.
+/// Linear display values: three channels over the background, or without one four channels, not
+/// premultiplied. Values above 1 are not clipped.
 Image to_display_image(const Frame& frame, const DisplayOptions& options);
 
-/// The same as bytes for a screen: sRGB-encoded red, green and blue, and 255. Without a background: over
-/// black. On all cores.
+/// Display values as bytes for a screen: sRGB-encoded red, green and blue, and 255. Without a background:
+/// over black. On all cores.
 void to_display_bytes(const Frame& frame, const DisplayOptions& options, std::vector<std::uint8_t>& bytes);
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// The finished picture in linear light; display.h makes display values of it.
+// A rendered picture in linear light; display.h converts it to display values.
 #pragma once
 
 #include <span>
@@ -16,15 +16,15 @@ struct Frame {
   std::vector<V4f> pixels;
 };
 
-/// Takes rows of an n times larger picture, bottom row first, and writes the means of its n x n boxes into
-/// `frame`: `large` starts at row `first_row` (counted from the bottom, a multiple of n) and its width is
-/// n * frame.width. Rows beyond the top are left out.
+/// Writes the means of n x n boxes of a larger picture into `frame`. `large` has rows of n * frame.width
+/// pixels, bottom row first, from row `first_row` on (counted from the bottom, a multiple of n). Rows beyond
+/// the top are ignored.
 void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame);
 
-/// As it is: linear, premultiplied, four channels.
+/// The frame without a display transform: linear, premultiplied, four channels.
 Image to_linear_image(const Frame& frame);
 
-/// The inverse. Precondition: four channels.
+/// The inverse of to_linear_image(). Precondition: four channels.
 Frame to_frame(const Image& image);
 
 }  // namespace selvedge

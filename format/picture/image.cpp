@@ -49,7 +49,7 @@ Result<const OpenImageIo*> load_openimageio(Code code) {
 }
 
 Result<Image> read_image(const std::string& path, Transfer transfer, const ImageLimits& limits) {
-  // OpenImageIO would wait for a pipe.
+  // Refuses pipes, for which OpenImageIO would wait.
   if (const Result<InputFile> file = InputFile::open(path); !file) return tl::unexpected(file.error());
   const auto library = load_openimageio(Code::image_unreadable);
   if (!library) return tl::unexpected(library.error());

@@ -2,7 +2,7 @@
 //
 // Row 0 is the top row; pixel (x, y), channel c is pixels[(y * width + x) * channels + c]. Values are linear
 // unless a function says otherwise; 1 is the white of an 8-bit picture. Alpha is never multiplied in or
-// divided out: PNG holds it unassociated, EXR as its writer meant it.
+// divided out: it is unassociated in PNG files; in EXR files that is up to the writer.
 #pragma once
 
 #include <cmath>
@@ -22,13 +22,13 @@ struct Image {
   std::vector<float> pixels;
 };
 
-/// Whether the last channel is opacity: of two or four.
+/// Whether the last channel is opacity: in images with two or four channels.
 inline bool has_alpha(const Image& image) { return image.channels == 2 || image.channels == 4; }
 
-/// What happens to the colour channels of integer files (PNG, JPEG) on reading, and on writing to PNG.
-/// Alpha and floating-point files are left alone in either case.
+/// Encoding of the colour channels in integer files (PNG, JPEG). Alpha and floating-point files are always
+/// read and written unchanged.
 enum class Transfer {
-  keep,  ///< stored value / full scale: still sRGB-encoded if the file is, or data such as normals
+  keep,  ///< stored value / full scale, e.g. for normals; still sRGB-encoded if the file is
   srgb,  ///< linear in memory, sRGB-encoded in the file
 };
 
@@ -38,12 +38,12 @@ struct ImageLimits {
   std::int64_t pixels = std::int64_t{1} << 28;
 };
 
-/// Any format OpenImageIO knows, first part, finest level; always four channels: grey is repeated, a missing
-/// alpha is 1. EXR: the channels R, G, B, A (or the first ones where the file has no such names).
+/// Reads any format of OpenImageIO: first part, finest level; always four channels: grey is repeated, a
+/// missing alpha is 1. EXR: the channels R, G, B, A, or the first ones if the file has no such names.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          const ImageLimits& limits = {});
 
-/// The same from a whole file in memory (PNG, JPEG, EXR ...). `name` stands for the file in errors.
+/// As read_image(), from a whole PNG, JPEG or EXR file in memory. `name` is the file in errors.
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name,
                            Transfer transfer = Transfer::srgb, const ImageLimits& limits = {});
 
@@ -51,29 +51,28 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
 /// give the same bytes.
 Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer = Transfer::srgb);
 
-/// `encode_png` into a file, whole or not at all.
+/// Writes the bytes of encode_png() atomically.
 Result<void> write_png(const std::string& path, const Image& image, Transfer transfer = Transfer::srgb);
 
-/// An OpenEXR file of 32-bit floats, ZIP, channels R, G, B, A (the first `channels` of them; one channel is
-/// called Y), whole or not at all. No time stamp: the same pixels give the same bytes.
+/// Atomically writes an OpenEXR file of 32-bit floats, ZIP, channels R, G, B, A (the first `channels` of
+/// them; one channel is called Y). Without a time stamp, so that the same pixels give the same bytes.
 Result<void> write_exr(const std::string& path, const Image& image);
 
 /// IMAGE_MISMATCH unless the pictures have the same size and channels.
 Result<void> check_same_size(const Image& a, const Image& b);
 
-/// How far two pictures are apart, over all channels but for `psnr`.
+/// Difference of two pictures, over all channels except for `psnr`.
 struct ImageDifference {
   double max_absolute = 0;
   int x = 0;  ///< where the largest difference is
   int y = 0;
   int channel = 0;
   double rmse = 0;
-  double psnr = 0;  ///< dB relative to 1, of the colours: of two or four channels the last is opacity;
-                    ///< infinite if they are equal
+  double psnr = 0;  ///< dB relative to 1, of the channels without alpha; infinite if they are equal
 };
 
-/// Sizes and channel counts must agree (IMAGE_MISMATCH). Two NaN or two equal infinities differ by 0; one
-/// alone makes the difference infinite.
+/// IMAGE_MISMATCH if sizes or channel counts differ. Two NaN or two equal infinities differ by 0; a NaN or
+/// infinity in one picture makes the difference infinite.
 Result<ImageDifference> compare_images(const Image& a, const Image& b);
 
 /// The sRGB transfer function of IEC 61966-2-1, for values in [0, 1].

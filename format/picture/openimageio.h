@@ -1,6 +1,6 @@
-// The functions of OpenImageIO that the project uses: picture files and text. They are a module of their own,
-// which is loaded at the first picture: OpenImageIO brings 250 shared libraries, and loading them takes
-// longer than many a command.
+// The functions of OpenImageIO that the project uses: picture files and text. They are in a module that is
+// loaded at the first picture, because OpenImageIO brings 250 shared libraries, and loading them takes longer
+// than most commands.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@ namespace selvedge {
 
 /// The table that the module exports (module/openimageio.cpp).
 struct OpenImageIo {
-  /// A picture file: that of this name, or `bytes` if there are any.
+  /// Reads `bytes`, or if they are empty the file `name`.
   Result<Image> (*read)(const std::string& name, std::span<const std::uint8_t> bytes, Transfer transfer,
                         const ImageLimits& limits);
-  /// A PNG file of the size and channels of `image`, with these bytes for its values.
+  /// A PNG file with the size and channels of `image` and the values `bytes`.
   Result<std::vector<std::uint8_t>> (*encode_png)(const Image& image, std::span<const std::uint8_t> bytes,
                                                   Transfer transfer);
   Result<std::vector<std::uint8_t>> (*encode_exr)(const Image& image);
@@ -25,8 +25,7 @@ struct OpenImageIo {
                             const std::string& font, const std::array<float, 3>& colour);
 };
 
-/// Loads the module, which lies where the program's or the library's RUNPATH leads to. A precondition of all
-/// that reads or writes pictures: `code` names the fault where it cannot be loaded.
+/// Loads the module by the RUNPATH of the program or library. `code` is the error if it cannot be loaded.
 Result<const OpenImageIo*> load_openimageio(Code code);
 
 }  // namespace selvedge

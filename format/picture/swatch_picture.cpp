@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-/// One texel that a pixel sees.
+/// One texel lookup of a pixel.
 struct Tap {
   int level = 0;
   V2i texel{0, 0};
@@ -43,7 +43,7 @@ void add_linear(const Fabric& fabric, int level, const V2d& uv, float weight, st
   }
 }
 
-/// spec/brdf.md, "Over a surface", "The viewer".
+/// Sets the taps of a pixel by spec/brdf.md, "Over a surface", "The viewer".
 void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
                const TexelSlopes<float>& slopes, std::vector<Tap>& taps) {
   taps.clear();
@@ -57,8 +57,8 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
   const LevelBlend blend = level_blend(static_cast<double>(level), static_cast<int>(fabric.levels.size()));
   const float long_axis = std::sqrt(ellipse.axis_x * ellipse.axis_x + ellipse.axis_y * ellipse.axis_y) + 1;
   const float parts = std::min(ellipse.ratio, long_axis);
-  const bool one = options.taps == 1 || options.forced >= 0 || !(parts > 1.001F);
-  const int count = one ? 1 : std::min(static_cast<int>(parts + 0.999F), options.taps);
+  const bool single = options.taps == 1 || options.forced >= 0 || !(parts > 1.001F);
+  const int count = single ? 1 : std::min(static_cast<int>(parts + 0.999F), options.taps);
   const bool linear = options.linear && (blend.lower > 0 || blend.weight > 0);
   const V2d axis(static_cast<double>(ellipse.axis_x) / finest.width,
                  static_cast<double>(ellipse.axis_y) / finest.height);
@@ -77,14 +77,14 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
   }
 }
 
-/// How far texture coordinates move from one side of a pixel to the other; nothing beyond the horizon.
-std::optional<V2d> across(const Fabric& fabric, const Camera& camera, const V2d& at, const V2d& pixel) {
-  // Much less than a pixel: the slope at its centre.
+/// The change of texture coordinates per pixel along `pixel`; nothing beyond the horizon.
+std::optional<V2d> uv_slope(const Fabric& fabric, const Camera& camera, const V2d& at, const V2d& pixel) {
+  // A central difference over a small part of the pixel.
   constexpr double part = 0.01;
-  const auto one = swatch_ray(camera, at - pixel * (part / 2));
-  const auto other = swatch_ray(camera, at + pixel * (part / 2));
-  if (!one || !other) return std::nullopt;
-  return (uv_of(fabric, other->point) - uv_of(fabric, one->point)) / part;
+  const auto before = swatch_ray(camera, at - pixel * (part / 2));
+  const auto after = swatch_ray(camera, at + pixel * (part / 2));
+  if (!before || !after) return std::nullopt;
+  return (uv_of(fabric, after->point) - uv_of(fabric, before->point)) / part;
 }
 
 V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels, int x, int y,
@@ -92,8 +92,8 @@ V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& l
   const V2d pixel(2.0 / shot.width, 2.0 / shot.height);
   const V2d at((x + 0.5) * pixel.x - 1, 1 - (y + 0.5) * pixel.y);
   const auto ray = swatch_ray(shot.camera, at);
-  const auto right = across(fabric, shot.camera, at, {pixel.x, 0});
-  const auto up = across(fabric, shot.camera, at, {0, pixel.y});
+  const auto right = uv_slope(fabric, shot.camera, at, {pixel.x, 0});
+  const auto up = uv_slope(fabric, shot.camera, at, {0, pixel.y});
   if (!ray || !right || !up) return {0, 0, 0, 0};
   const V2d size(fabric.levels.front().width, fabric.levels.front().height);
   const V2f r(*right * size);

@@ -1,5 +1,5 @@
-// A swatch of a fabric by the reference evaluation: texel by texel as spec/brdf.md says, without OpenGL.
-// Slow; tests hold the viewer's frame of the same swatch to it.
+// The reference picture of a swatch, by the reference evaluation of its fabric (spec/brdf.md), without
+// OpenGL. Slow; the viewer's pictures are tested against it.
 #pragma once
 
 #include "format/fabric/fabric.h"
@@ -9,8 +9,8 @@
 
 namespace selvedge {
 
-/// Levels and texels as the viewer chooses them from the pixel's footprint (footprint.h). The frame's values
-/// do not depend on the number of threads. Preconditions: the fabric has levels, 1 <= taps <= max_taps.
+/// Chooses levels and texels by the pixel's footprint (footprint.h), as the viewer does. The result does not
+/// depend on the number of threads. Preconditions: the fabric has levels, 1 <= taps <= max_taps.
 Frame draw_swatch(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels = best_levels);
 
 }  // namespace selvedge

@@ -12,11 +12,11 @@
 namespace selvedge {
 namespace {
 
-/// The truth of one pair at one level: alpha * r, its noise; alpha in x and its noise in y.
+/// The truth of one pair at one level, by texel.
 struct TruthImage {
-  std::vector<V3d> colour;
-  std::vector<V3d> noise;
-  std::vector<V3d> alpha;
+  std::vector<V3d> colour;  ///< alpha * r
+  std::vector<V3d> noise;   ///< of the colour
+  std::vector<V3d> alpha;   ///< alpha in x, its noise in y
 };
 
 struct Sums {
@@ -41,7 +41,7 @@ struct Sums {
   }
 };
 
-/// Level `k` against a truth of `size` texels, 2^n times as many along a side.
+/// Compares level `k` with a truth of `size` texels, which has 2^n times as many along a side.
 Sums compare_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair,
                    const TruthImage& truth) {
   const FabricLevel& level = fabric.levels[k];
@@ -54,7 +54,7 @@ Sums compare_level(const Fabric& fabric, int k, const V2i& size, const Direction
   Sums sums;
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
-      const auto i = static_cast<std::size_t>(y * size.x + x);
+      const std::size_t i = y * size.x + x;
       const Shading& s = shadings[y / parts.y * level.width + x / parts.x];
       const V3d difference = V3d(s.radiance * s.alpha) - truth.colour[i];
       const double alpha = static_cast<double>(s.alpha) - truth.alpha[i].x;
@@ -72,12 +72,12 @@ Sums compare_level(const Fabric& fabric, int k, const V2i& size, const Direction
 }
 
 double decibels(double peak, double mean_square) {
-  // An exact match has no finite figure; 200 dB is beyond what single precision can show.
-  constexpr double most = 200;
-  if (!(mean_square > 0)) return most;
-  // Nothing to see, and something is shown.
+  // The PSNR of an exact match would be infinite; errors in single precision are below 200 dB.
+  constexpr double max_psnr = 200;
+  if (!(mean_square > 0)) return max_psnr;
+  // The truth is black, the fabric is not.
   if (!(peak > 0)) return 0;
-  return std::min(most, 10 * std::log10(peak * peak / mean_square));
+  return std::min(max_psnr, 10 * std::log10(peak * peak / mean_square));
 }
 
 double relative(double squared, double energy) {
@@ -85,10 +85,10 @@ double relative(double squared, double energy) {
   return squared > 0 ? 1 : 0;
 }
 
-/// `finer`: levels of the truth before the fabric's level 0.
+/// `finer`: number of levels of the truth before the fabric's level 0.
 Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak,
                           std::size_t finer) {
-  const auto texels = static_cast<std::size_t>(truth.width) * static_cast<std::size_t>(truth.height);
+  const std::size_t texels = truth.width * truth.height;
   std::vector<V2i> sizes;
   for (std::size_t k = 0; k < finer; ++k) {
     const int level = static_cast<int>(k);
@@ -101,8 +101,7 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
   result.peak = peak > 0 ? peak : peak_of(truth);
   const std::size_t levels = sizes.size();
   std::vector<std::vector<Sums>> by_pair(truth.pairs.size(), std::vector<Sums>(levels));
-  parallel_for(0, result.pairs, [&](int index) {
-    const auto pair = static_cast<std::size_t>(index);
+  parallel_for(0, result.pairs, [&](std::size_t pair) {
     TruthImage image;
     for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
       image.colour.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
@@ -152,8 +151,7 @@ Result<Comparison> refuse(const Fabric& fabric, PairKind kind, const char* more)
 }
 
 bool is_whole(const PairSamples& truth) {
-  return truth.alpha.size() ==
-         truth.pairs.size() * static_cast<std::size_t>(truth.width) * static_cast<std::size_t>(truth.height);
+  return truth.alpha.size() == truth.pairs.size() * truth.width * truth.height;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// How far a fabric is from the truth: per level, over pairs of directions that took no part in the fit.
+// Errors of a fabric against ray-traced truth: per level, over pairs of directions that no fit has used.
 #pragma once
 
 #include <string>
@@ -9,24 +9,23 @@
 
 namespace selvedge {
 
-/// Errors of alpha * f over black, all texels counted (holes too), all three channels together.
+/// Errors of alpha * f over all texels, holes included, and all three channels.
 struct LevelComparison {
   int level = 0;
   int width = 0;
   int height = 0;
-  /// dB; peak: the truth's 99.9th percentile at level 0, or its largest value where that is 0; one for all
-  /// levels. 200 where nothing differs; 0 where the truth is black and the fit is not.
+  /// dB, against Comparison::peak. 200 if nothing differs; 0 if the truth is black and the fit is not.
   double psnr = 0;
-  double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2); 1 where the truth alone is black
+  double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2); 1 if only the truth is black
   double mean_error = 0;   ///< mean of fit - truth, as a share of the mean truth
   double alpha_rms = 0;    ///< root mean square error of alpha
-  double alpha_noise = 0;  ///< the part of alpha_rms that is the truth's own sampling noise
-  double noise_psnr = 0;   ///< dB, the truth's own sampling noise against the same peak
+  double alpha_noise = 0;  ///< the part of alpha_rms that is sampling noise of the truth
+  double noise_psnr = 0;   ///< dB, the sampling noise of the truth against the same peak
 };
 
-/// The same of one pair of directions.
+/// Errors for one pair of directions.
 struct PairComparison {
-  double psnr = 0;     ///< dB, the peak being that of the comparison
+  double psnr = 0;     ///< dB, against Comparison::peak
   double squared = 0;  ///< sum (fit - truth)^2
   double energy = 0;   ///< sum truth^2
 };
@@ -34,22 +33,22 @@ struct PairComparison {
 struct Comparison {
   PairKind kind = PairKind::held_out;
   int pairs = 0;
-  double peak = 0;  ///< 1/sr
+  double peak = 0;  ///< 1/sr, of all PSNR
   std::vector<LevelComparison> levels;
   std::vector<PairComparison> by_pair;  ///< at level 0
 };
 
-/// The peak of a comparison with these pairs alone, 1/sr.
+/// The peak of these pairs, 1/sr: the 99.9th percentile of alpha * r at level 0, or if that is 0, the
+/// largest.
 double peak_of(const PairSamples& truth);
 
-/// `peak`: 0 takes it from these pairs; the tool takes the held-out set's for all sets, so that figures
-/// compare. Refuses (fabric_mismatch) samples of another texel count than the fabric's level 0.
+/// `peak`: 0 means peak_of(truth); to compare figures of several sets, pass the held-out set's peak for all.
+/// FABRIC_MISMATCH unless the samples have the texels of the fabric's level 0.
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
 
-/// The same against pairs of 2^d times as many texels along both sides as the fabric's level 0 has, d >= 0:
-/// the levels are those of the truth. Where the fabric has no level as fine, its level 0 stands for it, each
-/// texel for the 2^k x 2^k that lie within it. So fabrics of different sizes have figures that compare.
-/// FABRIC_MISMATCH for other sizes.
+/// As compare(), against pairs with 2^d times as many texels along both sides as the fabric's level 0,
+/// d >= 0, so that figures of fabrics of different sizes can be compared. The levels are those of the truth;
+/// levels finer than the fabric's are compared with its level 0. FABRIC_MISMATCH for other sizes.
 Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
                                       double peak = 0);
 

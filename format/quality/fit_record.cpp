@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
 #include "format/fabric/json_parts.h"
@@ -13,8 +15,8 @@ namespace {
 using nlohmann::json;
 namespace member = names::member;
 
-/// A number of the text, of few digits: what lies beyond is noise. Through text, so that 19.16 does not
-/// become 19.160000000000004.
+/// A number without the digits that are noise. Parsed from text, so that 19.16 does not become
+/// 19.160000000000004.
 json short_number(const char* form, double value) {
   return json::parse(fmt::format(fmt::runtime(form), value));
 }
@@ -54,10 +56,10 @@ std::string with_record(const std::string& provenance, const FitRecord& record) 
   return text.dump();
 }
 
-/// Takes members out of an object, and says what is not as it should be.
-class MemberTaker {
+/// Reads members of an object, and reports those that break the rules as FABRIC_ADVICE.
+class RecordMembers {
  public:
-  MemberTaker(const json& object, std::string place, IssueSink& sink)
+  RecordMembers(const json& object, std::string place, IssueSink& sink)
       : object_(object), place_(std::move(place)), sink_(sink) {}
 
   std::string place_of(const char* key) const { return pointer_to(place_, key); }
@@ -65,7 +67,7 @@ class MemberTaker {
     sink_.add(Code::fabric_advice, place_of(key), what);
   }
 
-  /// A member of that type; null where there is none.
+  /// A member for which `is_right` is true, or null.
   const json* find(const char* key, bool (*is_right)(const json&), const char* what, bool required) const {
     const auto found = object_.find(key);
     if (found == object_.end()) {
@@ -100,7 +102,7 @@ class MemberTaker {
     const json* value = find(
         key, [](const json& v) { return v.is_object(); }, "is not an object", false);
     if (value == nullptr) return std::nullopt;
-    const MemberTaker inner(*value, place_of(key), sink_);
+    const RecordMembers inner(*value, place_of(key), sink_);
     const auto pairs = inner.count(member::pairs, true);
     const auto psnr = inner.number(member::psnr, true);
     const auto relative_l2 = inner.number(member::relative_l2, true);
@@ -118,7 +120,7 @@ std::optional<int> as_int(std::optional<std::int64_t> count) {
   return count ? std::optional(static_cast<int>(*count)) : std::nullopt;
 }
 
-LevelReport level_of(const MemberTaker& object) {
+LevelReport level_of(const RecordMembers& object) {
   LevelReport level;
   level.layers = object.text(member::layers);
   level.bytes = static_cast<std::uint64_t>(object.count(member::bytes, true).value_or(0));
@@ -147,7 +149,7 @@ Result<void> read_sizes(const std::string& path, const Fabric& fabric, FitRecord
     record.levels[k].layers = layers_text(fabric.levels[k]);
     record.levels[k].bytes = 0;
     for (const LayerKind layer : all_layers) {
-      if (layer == LayerKind::bases) continue;  // of no level
+      if (layer == LayerKind::bases) continue;  // shared by all levels
       record.levels[k].bytes += reader->packed_bytes(layer, static_cast<int>(k));
     }
   }
@@ -197,7 +199,7 @@ Result<void> measure_errors(const Fabric& fabric, const PairSamples& held_out, c
 
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, FitRecord record,
                           const FabricWriteOptions& options) {
-  const auto of_path = [&](Error error) {
+  const auto failed = [&](Error error) {
     error.file = path;
     return tl::unexpected(std::move(error));
   };
@@ -205,8 +207,8 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, FitReco
   {
     const auto beside = AtomicFile::create(path);
     if (!beside) return tl::unexpected(beside.error());
-    if (auto ok = write_fabric(beside->temporary(), fabric, options); !ok) return of_path(ok.error());
-    if (auto ok = read_sizes(beside->temporary(), fabric, record); !ok) return of_path(ok.error());
+    if (auto ok = write_fabric(beside->temporary(), fabric, options); !ok) return failed(ok.error());
+    if (auto ok = read_sizes(beside->temporary(), fabric, record); !ok) return failed(ok.error());
   }
   recorded.provenance = with_record(fabric.provenance, record);
   return write_fabric(path, recorded, options);
@@ -217,12 +219,12 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels
   const auto fit = text.find(member::fit);
   if (fit == text.end() || !fit->is_object() || !fit->contains(member::levels)) return std::nullopt;
   const std::string place = pointer_to(pointer_to({}, member::provenance), member::fit);
-  const MemberTaker object(*fit, place, sink);
+  const RecordMembers object(*fit, place, sink);
   FitRecord record;
   record.peak = object.number(member::peak, true).value_or(0);
   const json* list = object.array(member::levels);
   if (list == nullptr) return std::nullopt;
-  if (list->size() != static_cast<std::size_t>(levels)) {
+  if (std::cmp_not_equal(list->size(), levels)) {
     object.advise(member::levels, "is not of as many levels as the fabric has");
     return std::nullopt;
   }
@@ -230,7 +232,7 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels
     const json& level = (*list)[k];
     const std::string at = fmt::format("{}/{}", object.place_of(member::levels), k);
     if (level.is_object()) {
-      record.levels.push_back(level_of(MemberTaker(level, at, sink)));
+      record.levels.push_back(level_of(RecordMembers(level, at, sink)));
     } else {
       sink.add(Code::fabric_advice, at, "is not an object");
       record.levels.emplace_back();
@@ -244,7 +246,7 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels
         sink.add(Code::fabric_advice, at, "is not an object");
         continue;
       }
-      const MemberTaker inner(warning, at, sink);
+      const RecordMembers inner(warning, at, sink);
       const auto code = code_named(inner.text(member::code));
       if (!code) {
         inner.advise(member::code, "is not a known code");

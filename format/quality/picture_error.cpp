@@ -9,13 +9,14 @@
 namespace selvedge {
 namespace {
 
-Image as_seen(const Frame& frame) {
+/// sRGB-encoded display values in [0, 1].
+Image encoded_image(const Frame& frame) {
   Image image = to_display_image(frame, default_display());
   for (float& value : image.pixels) value = linear_to_srgb(value > 0 ? std::min(value, 1.0F) : 0.0F);
   return image;
 }
 
-/// Each pixel the mean of four.
+/// The frame at half its size, by means of 2 x 2 pixels.
 Frame half_of(const Frame& frame) {
   Frame half{frame.width / 2, frame.height / 2, {}};
   const auto at = [&](int x, int y) { return frame.pixels[std::size_t{1} * y * frame.width + x]; };
@@ -32,8 +33,8 @@ Frame half_of(const Frame& frame) {
 }  // namespace
 
 Result<PictureError> picture_error(const Frame& frame, const Frame& truth) {
-  const Image a = as_seen(frame);
-  const Image b = as_seen(truth);
+  const Image a = encoded_image(frame);
+  const Image b = encoded_image(truth);
   const auto difference = compare_images(a, b);
   if (!difference) return tl::unexpected(difference.error());
   const auto similarity = structural_similarity(a, b);
@@ -42,8 +43,8 @@ Result<PictureError> picture_error(const Frame& frame, const Frame& truth) {
 }
 
 double psnr_of(double mean_square) {
-  constexpr double most = 200;
-  return mean_square > 0 ? std::min(most, -10 * std::log10(mean_square)) : most;
+  constexpr double max_psnr = 200;
+  return mean_square > 0 ? std::min(max_psnr, -10 * std::log10(mean_square)) : max_psnr;
 }
 
 PictureError mean_of(const std::vector<PictureError>& errors) {

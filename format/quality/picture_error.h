@@ -1,4 +1,4 @@
-// How far a picture is from the truth, as people see it.
+// Errors of a rendered picture against the true one, in display values.
 #pragma once
 
 #include <vector>
@@ -8,21 +8,22 @@
 namespace selvedge {
 
 struct PictureError {
-  double mean_square = 0;  ///< of sRGB-encoded values from 0 to 1, three colours
-  double ssim = 0;         ///< similarity.h; 1 for pictures smaller than its window
+  double mean_square = 0;  ///< mean squared error of sRGB-encoded values from 0 to 1, three channels
+  double ssim = 0;         ///< structural_similarity(); 1 for pictures smaller than its window
 };
 
-/// Both by default_display(), clipped, sRGB-encoded, not rounded to bytes. IMAGE_MISMATCH for other sizes.
+/// Compares the frames after default_display(), clipped and sRGB-encoded, but not rounded to bytes.
+/// IMAGE_MISMATCH if their sizes differ.
 Result<PictureError> picture_error(const Frame& frame, const Frame& truth);
 
-/// dB relative to 1; 200 at most, so that equal pictures have a figure.
+/// dB relative to 1; at most 200, so that the PSNR of equal pictures is finite.
 double psnr_of(double mean_square);
 
-/// The error of several pictures as if they were one.
+/// The mean of the errors.
 PictureError mean_of(const std::vector<PictureError>& errors);
 
-/// Small pictures of frames side by side, each box filtered to half its size (an odd row or column is left
-/// out), by default_display(): linear, three channels. Frames of one size.
+/// The frames side by side after default_display(), each box filtered to half its size (an odd row or column
+/// is dropped): linear, three channels. Precondition: the frames have one size.
 Image thumbnail_of(const std::vector<Frame>& frames);
 
 }  // namespace selvedge

@@ -24,7 +24,7 @@ std::array<double, window> gaussian() {
   return weight;
 }
 
-/// Weighted means over all windows that lie within a picture of width x height.
+/// Weighted means over all windows within a picture of width x height.
 std::vector<double> means(const std::vector<double>& values, int width, int height) {
   static const std::array<double, window> weight = gaussian();
   const int columns = width - window + 1;
@@ -45,7 +45,7 @@ std::vector<double> means(const std::vector<double>& values, int width, int heig
   return result;
 }
 
-/// Equations 13 to 16 of the paper, for one channel.
+/// The mean SSIM index of one channel: equations 13 to 16 of the paper.
 double similarity(const Image& a, const Image& b, int channel) {
   const std::size_t pixels = a.pixels.size() / a.channels;
   std::vector<double> x(pixels);

@@ -10,10 +10,9 @@ namespace selvedge {
 
 /// Mean SSIM index, at most 1, which only equal pictures reach. As in the paper: windows of 11 x 11 pixels
 /// with Gaussian weights of standard deviation 1.5 that sum to 1, K1 = 0.01, K2 = 0.03, values from 0 to 1
-/// (L = 1), the mean over all windows that lie within the picture. Each colour channel by itself, then
-/// their mean; alpha (the last of 2 or 4 channels) is left out.
-/// Nothing where a picture is smaller than a window. NaN and infinities in a picture give NaN. Sizes and
-/// channel counts must agree (IMAGE_MISMATCH).
+/// (L = 1), the mean over all windows within the picture, then over the colour channels; alpha (the last of 2
+/// or 4 channels) is ignored. Nothing if a picture is smaller than a window; NaN if a value is NaN or
+/// infinite. IMAGE_MISMATCH if sizes or channel counts differ.
 Result<std::optional<double>> structural_similarity(const Image& a, const Image& b);
 
 }  // namespace selvedge

@@ -23,7 +23,7 @@ constexpr int samples_version = 1;
 
 json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
-/// A grid with its directions, for people.
+/// A grid with its directions, which are informative.
 json grid_with_directions(const DirectionGrid& grid) {
   json directions = json::array();
   for (const V3f& d : directions_of(grid)) directions.push_back(list_of(d));
@@ -57,23 +57,23 @@ float length_from(const json& number, const char* name, bool may_be_zero) {
 }
 
 DirectionGrid views_or_lights(const json& text, const char* name) {
-  const auto grid = grid_from(text.at(name), FabricLimits{}.directions);
+  const auto grid = grid_from_json(text.at(name), FabricLimits{}.directions);
   if (!grid) throw std::runtime_error(name + grid.error().place + ": " + grid.error().message);
   return *grid;
 }
 
 SlabShape slabs_from(const json& text) {
   const FabricLimits limits;
-  const auto count = [&](const char* name, int most) {
+  const auto count = [&](const char* name, int max) {
     const int value = whole_from(text.at(name), name);
-    if (value < 1 || value > most) throw std::runtime_error(fmt::format("{}: not 1 to {}", name, most));
+    if (value < 1 || value > max) throw std::runtime_error(fmt::format("{}: not 1 to {}", name, max));
     return value;
   };
   return {count(member::columns, limits.cells_per_side), count(member::rows, limits.cells_per_side),
           count(member::slabs, limits.slabs)};
 }
 
-/// Throws on anything that is not as it should be; the caller makes it an error.
+/// Throws if a member breaks a rule; the caller converts the exception to an error.
 SamplesHeader header_from(const json& text) {
   SamplesHeader header;
   if (text.at(member::version) != samples_version) throw std::runtime_error("version is not 1");
@@ -118,7 +118,7 @@ SamplesHeader header_from(const json& text) {
 
 const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 
-std::string text_of(const SamplesHeader& header) {
+std::string samples_header_to_json(const SamplesHeader& header) {
   json pairs = json::object();
   for (const PairKind kind : all_pair_kinds) {
     json list = json::array();
@@ -149,7 +149,7 @@ std::string text_of(const SamplesHeader& header) {
   return text.dump();
 }
 
-Result<SamplesHeader> samples_header_of(const std::string& text, const std::string& file) {
+Result<SamplesHeader> samples_header_from_json(const std::string& text, const std::string& file) {
   const json members = parse_json(text);
   if (!members.is_object())
     return fail(Code::samples_malformed, file, names::attribute_samples, "is not a JSON object");

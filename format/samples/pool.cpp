@@ -9,7 +9,7 @@ namespace selvedge {
 
 std::vector<std::vector<Overlap>> overlaps(int fine, int coarse) {
   std::vector<std::vector<Overlap>> result(coarse);
-  // In units of 1 / coarse of a fine texel all borders are whole numbers: no rounding decides who overlaps.
+  // In units of 1 / coarse of a fine texel all borders are integers, so that overlaps are exact.
   for (int c = 0; c < coarse; ++c) {
     const std::int64_t begin = std::int64_t{c} * fine;
     const std::int64_t end = begin + fine;
@@ -31,25 +31,24 @@ SampleLevel pool_rows(const SampleLevel& fine, int first_fine, int fine_height, 
   coarse.height = count;
   coarse.views = fine.views;
   coarse.lights = fine.lights;
-  const auto texels = static_cast<std::size_t>(coarse.texels());
-  const auto views = static_cast<std::size_t>(fine.views);
-  const auto lights = static_cast<std::size_t>(fine.lights);
+  const std::size_t texels = coarse.texels();
+  const std::size_t views = fine.views;
+  const std::size_t lights = fine.lights;
   coarse.alpha.assign(texels * views, 0);
   coarse.normal.assign(texels, V3f(0, 0, 0));
   coarse.radiance.assign(texels * views * lights, V3f(0, 0, 0));
   const auto columns = overlaps(fine.width, coarse.width);
   const auto rows = overlaps(fine_height, level_size(fine_height, 1));
-  parallel_for(0, coarse.texels(), [&](int index) {
-    const auto texel = static_cast<std::size_t>(index);
+  parallel_for(0, coarse.texels(), [&](std::size_t texel) {
     std::vector<V3d> sum(lights);
     V3d normal(0, 0, 0);
     for (std::size_t view = 0; view < views; ++view) {
       double weight = 0;
       std::fill(sum.begin(), sum.end(), V3d(0, 0, 0));
-      for (const Overlap& row : rows[first + index / coarse.width]) {
+      for (const Overlap& row : rows[first + texel / coarse.width]) {
         for (const Overlap& column : columns[texel % coarse.width]) {
-          const auto from = static_cast<std::size_t>((row.fine - first_fine) * fine.width + column.fine);
-          // Sums of visible normals carry their opacity already.
+          const std::size_t from = (row.fine - first_fine) * fine.width + column.fine;
+          // Sums of visible normals are already weighted by opacity.
           if (view == 0) normal += V3d(fine.normal[from]) * (row.share * column.share);
           const double w = row.share * column.share * static_cast<double>(fine.alpha[from * views + view]);
           if (w == 0) continue;

@@ -16,7 +16,7 @@ ExrPart scanline_part(const char* name, int width, int height, std::vector<ExrCh
   part.name = name;
   part.width = width;
   part.height = height;
-  part.compression = "zips";  // no more rows are decoded than asked for
+  part.compression = "zips";  // chunks of one row: a reader decodes only the rows that it needs
   part.channels = std::move(channels);
   return part;
 }
@@ -34,7 +34,7 @@ std::vector<ExrChannel> pair_channels(const std::string& part) {
   return channels;
 }
 
-/// A slab's picture has a pixel per cell.
+/// The picture of a slab has a pixel per cell.
 std::vector<ExrChannel> slab_channels(const SlabShape& shape) {
   std::vector<ExrChannel> channels;
   for (int slab = 0; slab < shape.slabs; ++slab) {
@@ -45,7 +45,7 @@ std::vector<ExrChannel> slab_channels(const SlabShape& shape) {
   return channels;
 }
 
-/// Index of an entry of a texel, by the pixel of the slabs' pictures.
+/// Index of an entry in a HeightLayer, by slab and pixel.
 int height_index(const SlabShape& shape, int width, int slab, int x, int y) {
   const int texel = y / shape.rows * width + x / shape.columns;
   return texel * shape.entries() + (slab * shape.rows + y % shape.rows) * shape.columns + x % shape.columns;
@@ -59,7 +59,7 @@ int part_after(const SamplesHeader& header, std::size_t kinds) {
 }
 
 ExrPixels blank(int width, int height, int channels) {
-  const std::size_t count = static_cast<std::size_t>(width) * height;
+  const std::size_t count = std::size_t{1} * width * height;
   return {width, height, std::vector<std::vector<float>>(channels, std::vector<float>(count))};
 }
 
@@ -74,7 +74,7 @@ SamplesWriter::SamplesWriter(ExrWriter writer, SamplesHeader header)
 
 Result<SamplesWriter> SamplesWriter::create(const std::string& path, const SamplesHeader& header) {
   std::vector<ExrPart> parts;
-  // One picture of the cell per view (downwards) and light (to the right): any image viewer shows it.
+  // One picture of the cell per view (downwards) and light (to the right), for image viewers.
   parts.push_back(scanline_part(names::part_radiance, header.width * header.lights.count(),
                                 header.height * header.views.count(), {{"R"}, {"G"}, {"B"}}));
   parts.push_back(scanline_part(names::part_surface, header.width, header.height * header.views.count(),
@@ -89,33 +89,33 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
     parts.push_back(scanline_part(names::part_slabs, header.width * header.slabs->columns,
                                   header.height * header.slabs->rows, slab_channels(*header.slabs)));
   }
-  parts.front().attributes[names::attribute_samples] = text_of(header);
+  parts.front().attributes[names::attribute_samples] = samples_header_to_json(header);
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
   return SamplesWriter(std::move(*writer), header);
 }
 
-void SamplesWriter::take_note(std::span<const V3f> radiance) {
+void SamplesWriter::update_precision(std::span<const V3f> radiance) {
   for (const V3f& r : radiance) {
     for (int c = 0; c < 3; ++c) {
-      largest_ = std::max(largest_, r[c]);
-      change_ = std::max(change_, std::abs(r[c] - static_cast<float>(Imath::half(r[c]))));
+      max_radiance_ = std::max(max_radiance_, r[c]);
+      max_rounding_ = std::max(max_rounding_, std::abs(r[c] - static_cast<float>(Imath::half(r[c]))));
     }
   }
 }
 
 Issues SamplesWriter::warnings() const {
-  constexpr float most = 0.05F;
-  if (!(change_ > most * largest_)) return {};
+  constexpr float max_share = 0.05F;
+  if (!(max_rounding_ > max_share * max_radiance_)) return {};
   return {{Code::fabric_precision,
            {},
            "radiance",
            fmt::format("half precision changes radiance by up to {:.3g} % of the largest sample, {:.3g} 1/sr",
-                       100 * change_ / largest_, largest_)}};
+                       100 * max_rounding_ / max_radiance_, max_radiance_)}};
 }
 
 Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
-  take_note(samples.radiance);
+  update_precision(samples.radiance);
   const int width = header_.width;
   const int texels = header_.texels();
   ExrPixels radiance = blank(width * header_.lights.count(), header_.height, 3);
@@ -123,7 +123,7 @@ Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
     const auto texel = static_cast<int>(i % texels);
     const std::size_t light = i / texels;
     const std::size_t pixel =
-        static_cast<std::size_t>(texel / width) * radiance.width + light * width + texel % width;
+        std::size_t{1} * (texel / width) * radiance.width + light * width + texel % width;
     for (int c = 0; c < 3; ++c) radiance.planes[c][pixel] = samples.radiance[i][c];
   }
   if (auto ok = writer_.write_rows(0, radiance); !ok) return ok;
@@ -138,7 +138,7 @@ Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
 Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& samples) {
   const auto count = static_cast<int>(samples.pairs.size());
   if (count == 0) return {};
-  take_note(samples.radiance);
+  update_precision(samples.radiance);
   ExrPixels pixels = blank(header_.width, header_.height * count, 8);
   for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
@@ -172,8 +172,8 @@ SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
 
 namespace {
 
-/// Rows [first, first + count) of a scanline part that is `width` x `height`; planes in the order of the
-/// wanted channels instead of the file's alphabetical one.
+/// Reads rows [first, first + count) of a scanline part of `width` x `height` pixels; planes are in the order
+/// of the wanted channels, not in the file's alphabetical one.
 Result<std::vector<std::vector<float>>> read_planes(ExrReader& reader, const char* name, int width,
                                                     int height, const std::vector<ExrChannel>& wanted,
                                                     int first, int count) {
@@ -209,7 +209,7 @@ bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
 
 }  // namespace
 
-int rows_within(const SamplesHeader& header, std::size_t bytes) {
+int max_rows(const SamplesHeader& header, std::size_t bytes) {
   const std::size_t row = sizeof(V3f) * header.width * header.views.count() * header.lights.count();
   return static_cast<int>(std::clamp<std::size_t>(bytes / row, 1, header.height));
 }
@@ -230,7 +230,7 @@ Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
   if (text == nullptr) {
     return malformed(path, names::attribute_samples, "attribute is missing: not a samples file");
   }
-  auto header = samples_header_of(*text, path);
+  auto header = samples_header_from_json(*text, path);
   if (!header) return tl::unexpected(header.error());
   return SamplesReader(std::move(*reader), std::move(*header));
 }
@@ -243,10 +243,10 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
   level.height = count;
   level.views = h.views.count();
   level.lights = h.lights.count();
-  const auto texels = static_cast<std::size_t>(level.texels());
-  const auto width = static_cast<std::size_t>(h.width);
-  const auto views = static_cast<std::size_t>(level.views);
-  const auto lights = static_cast<std::size_t>(level.lights);
+  const std::size_t texels = level.texels();
+  const std::size_t width = h.width;
+  const std::size_t views = level.views;
+  const std::size_t lights = level.lights;
   level.alpha.resize(texels * views);
   level.normal.assign(texels, V3f(0, 0, 0));
   level.radiance.resize(texels * views * lights);

@@ -1,4 +1,5 @@
-// The samples of one cell: what `bake` writes and `fit` and `compare` read (spec/samples.md).
+// Radiance samples of a cell and their file (spec/samples.md), written by `bake`, read by `fit` and
+// `compare`.
 //
 // Directions, texels and frame are those of the fabric (fabric.h). Radiance is under unit perpendicular
 // irradiance, in 1/sr with the light's cosine included, averaged over the yarn that is visible in the texel:
@@ -15,28 +16,28 @@
 
 namespace selvedge {
 
-/// Rows of texels whose samples take at most so many bytes in memory; at least one, at most all.
-int rows_within(const SamplesHeader& header, std::size_t bytes);
+/// Number of rows of texels with samples of at most `bytes` bytes in memory; at least one, at most all.
+int max_rows(const SamplesHeader& header, std::size_t bytes);
 
-/// Everything seen from one view. Index of a texel as in fabric.h.
+/// The samples of one view. Texels are indexed as in fabric.h.
 struct ViewSamples {
-  std::vector<float> alpha;   ///< [texel], share of the rays that met yarn
+  std::vector<float> alpha;   ///< [texel], share of the rays that hit yarn
   std::vector<V3f> normal;    ///< [texel], mean of the visible normals, not normalised; 0 in a hole
   std::vector<V3f> radiance;  ///< [light * texels + texel]
 };
 
-/// The truth of one set of pairs.
+/// Ray-traced values for a set of pairs.
 struct PairSamples {
-  int width = 0;  ///< texels, as the header's
+  int width = 0;  ///< texels
   int height = 0;
   std::vector<DirectionPair> pairs;
   std::vector<float> alpha;        ///< [pair * texels + texel]
   std::vector<V3f> radiance;       ///< [pair * texels + texel]
   std::vector<V3f> noise;          ///< half the difference of alpha * radiance between two independent halves
-  std::vector<float> alpha_noise;  ///< the same of alpha
+  std::vector<float> alpha_noise;  ///< half the difference of alpha
 };
 
-/// The samples of one mip level, or of some of its rows, texel by texel, as the fit takes them.
+/// The samples of a mip level, or of some of its rows, in the order in which they are fitted.
 struct SampleLevel {
   int width = 0;
   int height = 0;
@@ -48,31 +49,31 @@ struct SampleLevel {
   int texels() const { return width * height; }
 };
 
-/// Streams samples to a file. At any time it holds one view (all of its lights and texels) or the pairs of
-/// one call: memory does not grow with the number of views or pairs.
+/// Writes samples to a file as they come; holds at most one view or the pairs of one call in memory.
 class SamplesWriter {
  public:
   static Result<SamplesWriter> create(const std::string& path, const SamplesHeader& header);
-  /// Views in their order, then the pairs of each set in theirs, in as many calls as one likes.
+  /// First all views in their order, then the pairs of each set in their order, in any number of calls.
   Result<void> write_view(const ViewSamples& samples);
   Result<void> write_pairs(PairKind kind, const PairSamples& samples);
-  /// Once, where the header has slabs.
+  /// Once, if the header has slabs.
   Result<void> write_heights(const HeightLayer& heights);
   Result<void> commit() { return writer_.commit(); }
-  /// FABRIC_PRECISION where half precision, in which samples are stored and without a scale, has changed
-  /// radiance by more than 5 % of the largest that was written: all of it is too dark.
+  /// FABRIC_PRECISION if the rounding to half precision, which has no scale here, changed radiance by more
+  /// than 5 % of the largest value: all samples are too dark.
   Issues warnings() const;
 
  private:
   SamplesWriter(ExrWriter writer, SamplesHeader header);
-  void take_note(std::span<const V3f> radiance);
+  void update_precision(std::span<const V3f> radiance);
   ExrWriter writer_;
   SamplesHeader header_;
-  float largest_ = 0;  ///< radiance written
-  float change_ = 0;   ///< largest difference from what is stored
+  float max_radiance_ = 0;
+  float max_rounding_ = 0;  ///< largest difference between radiance and its stored value
 };
 
-/// Reads and checks; NaN, infinite and negative samples are refused with their place.
+/// Reads and checks a samples file. SAMPLES_NOT_FINITE, with the place, for NaN, infinite and negative
+/// samples.
 class SamplesReader {
  public:
   static Result<SamplesReader> open(const std::string& path);
@@ -81,9 +82,9 @@ class SamplesReader {
                                     const ExrLimits& limits = {});
   const SamplesHeader& header() const { return header_; }
   const std::string& name() const { return reader_.name(); }
-  /// Level 0, whole.
+  /// All of level 0.
   Result<SampleLevel> read_level() { return read_rows(0, header_.height); }
-  /// Rows of texels [first, first + count) of level 0, as a level that is `count` high.
+  /// Rows of texels [first, first + count) of level 0, as a level of height `count`.
   Result<SampleLevel> read_rows(int first, int count);
   Result<PairSamples> read_pairs(PairKind kind);
   /// Heights of level 0, mm. Precondition: header().slabs.

@@ -31,8 +31,8 @@ Result<void> check(const CameraOptions& o) {
   return {};
 }
 
-/// Narrows the frame around a point of it.
-void narrow(const CameraOptions& options, Camera& camera) {
+/// Narrows the frame by the zoom, around the focus.
+void apply_zoom(const CameraOptions& options, Camera& camera) {
   camera.window_centre = V2d(2 * options.focus.x - 1, 1 - 2 * options.focus.y) * camera.window_half;
   camera.window_half /= options.zoom;
 }
@@ -58,7 +58,7 @@ M44d clip_matrix(const Camera& camera, const V3d& origin) {
                        0, 0, -2 * f * n / (f - n), 0);
     return to_camera * to_clip;
   }
-  // Points slide along the viewing direction onto the image plane.
+  // Points are projected along the viewing direction onto the image plane.
   const double slant_x = camera.to_viewer.dot(camera.right) / camera.to_viewer.dot(back);
   const double slant_y = camera.to_viewer.dot(camera.up) / camera.to_viewer.dot(back);
   const M44d to_clip(1 / h.x, 0, 0, 0,                                 //
@@ -81,7 +81,7 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
   camera.projection = options.projection;
   const double azimuth = options.azimuth * radians_per_degree;
   const double elevation = options.elevation * radians_per_degree;
-  // `right` follows from the azimuth alone, so that looking straight down is no special case.
+  // `right` depends on the azimuth alone, so that looking straight down is no special case.
   camera.right = V3d(std::cos(azimuth), 0, -std::sin(azimuth));
   const V3d back(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
                  std::cos(elevation) * std::cos(azimuth));
@@ -95,11 +95,11 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
   const double slope_y = std::tan(options.field_of_view * radians_per_degree / 2);
   const V2d slope(slope_y * aspect, slope_y);
 
-  // How far the points reach against the sides of the view, right, left, up and down: along x + slope * z in
+  // Extents of the points towards the sides of the view, (right, up) and (left, down): along x + slope * z in
   // perspective, along x in parallel projection.
   const V2d slant = options.projection == Projection::perspective ? slope : V2d(0, 0);
-  V2d towards(-HUGE_VAL, -HUGE_VAL);
-  V2d away(-HUGE_VAL, -HUGE_VAL);
+  V2d max_extent(-HUGE_VAL, -HUGE_VAL);
+  V2d min_extent(-HUGE_VAL, -HUGE_VAL);
   double nearest = -HUGE_VAL;
   double farthest = HUGE_VAL;
   for (const V3d& point : points) {
@@ -107,20 +107,19 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
     const V2d in_image(p.dot(camera.right), p.dot(camera.up));
     const double z = p.dot(back);
     for (unsigned i = 0; i < 2; ++i) {
-      towards[i] = std::max(towards[i], in_image[i] + slant[i] * z);
-      away[i] = std::max(away[i], -in_image[i] + slant[i] * z);
+      max_extent[i] = std::max(max_extent[i], in_image[i] + slant[i] * z);
+      min_extent[i] = std::max(min_extent[i], -in_image[i] + slant[i] * z);
     }
     nearest = std::max(nearest, z);
     farthest = std::min(farthest, z);
   }
-  // Sides at equal distance, unless the user wants a certain point in the middle.
-  const V2d shift = options.look_at ? V2d(0, 0) : (towards - away) / 2.0;
+  // Centres the points, unless the options name the point in the middle.
+  const V2d shift = options.look_at ? V2d(0, 0) : (max_extent - min_extent) / 2.0;
   const V3d target = look_at + camera.right * shift.x + camera.up * shift.y;
-  const V2d reach(std::max(towards.x - shift.x, away.x + shift.x),
-                  std::max(towards.y - shift.y, away.y + shift.y));
+  const V2d reach(std::max(max_extent.x - shift.x, min_extent.x + shift.x),
+                  std::max(max_extent.y - shift.y, min_extent.y + shift.y));
   const double fit_distance = std::max(reach.x / slope.x, reach.y / slope.y);
   const double fit_half_height = std::max(reach.x / aspect, reach.y);
-  // So that nothing touches the frame's edge.
   constexpr double margin = 1.05;
   const double distance =
       options.distance.value_or(std::max(fit_distance, 1e-3 * size) * margin * options.distance_factor);
@@ -138,7 +137,7 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
     camera.near = -nearest - 1e-2 * size;
     camera.far = -farthest + 1e-2 * size;
   }
-  narrow(options, camera);
+  apply_zoom(options, camera);
   return camera;
 }
 
@@ -148,10 +147,10 @@ Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::spa
   const SceneCamera* found = nullptr;
   std::string present;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-    const SceneCamera& one = scene.cameras[i];
-    // A name comes before a number.
-    if (one.name == wanted || (found == nullptr && fmt::format("{}", i) == wanted)) found = &one;
-    present += fmt::format("{}{} \"{}\"", i == 0 ? "" : ", ", i, one.name);
+    const SceneCamera& candidate = scene.cameras[i];
+    // A name takes precedence over a number.
+    if (candidate.name == wanted || (found == nullptr && fmt::format("{}", i) == wanted)) found = &candidate;
+    present += fmt::format("{}{} \"{}\"", i == 0 ? "" : ", ", i, candidate.name);
   }
   if (found == nullptr) {
     return fail(
@@ -161,7 +160,7 @@ Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::spa
   const M44d& m = found->world;
   Camera camera;
   camera.position = V3d(m[3][0], m[3][1], m[3][2]);
-  // Only where it looks and which way is up: a view has no scale of its own.
+  // Scales of the camera's node are ignored.
   const V3d back = V3d(m[2][0], m[2][1], m[2][2]).normalized();
   const V3d up(m[1][0], m[1][1], m[1][2]);
   camera.right = up.cross(back).normalized();
@@ -176,14 +175,14 @@ Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::spa
     own_aspect = found->aspect.value_or(aspect);
     half.y = std::tan(found->yfov / 2);
   }
-  half.y *= std::max(1.0, own_aspect / aspect);  // the file's own frame is seen whole
+  half.y *= std::max(1.0, own_aspect / aspect);  // the frame contains the camera's own
   camera.window_half = V2d(half.y * aspect, half.y);
   double farthest = found->znear;
   for (const V3d& point : points) farthest = std::max(farthest, (camera.position - point).dot(back));
   camera.near = found->znear;
   camera.far = found->zfar.value_or(farthest * 1.01 + 1e-9);
   if (!(camera.far > camera.near)) camera.far = camera.near * 2 + 1e-9;
-  narrow(options, camera);
+  apply_zoom(options, camera);
   return camera;
 }
 

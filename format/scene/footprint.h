@@ -1,5 +1,5 @@
-// From how texture coordinates change across a pixel to mip levels and taps: the one formula that all paths
-// share (spec/brdf.md, "The viewer"). viewer/shader/footprint.glsl is its twin.
+// Mip levels and taps of a pixel from the change of texture coordinates across it (spec/brdf.md, "The
+// viewer"). viewer/shader/footprint.glsl has the same formula.
 #pragma once
 
 #include <cmath>
@@ -8,18 +8,18 @@
 
 namespace selvedge {
 
-/// How far texture coordinates move per pixel to the right and per pixel up, in texels of level 0.
+/// Change of texture coordinates per pixel to the right and per pixel up, in texels of level 0.
 template <class T>
 struct TexelSlopes {
   T x_along_right, y_along_right, x_along_up, y_along_up;
 };
 
-/// The ellipse that a pixel's disc of diameter 1 becomes among the texels.
+/// The ellipse that a pixel's disc of diameter 1 covers, in texels of level 0.
 template <class T>
 struct Footprint {
-  T level;           ///< log2 of the diameter of one of `ratio` round parts of it; not clamped
+  T level;           ///< log2 of the diameter of one of `ratio` round parts; not clamped
   T ratio;           ///< long axis / short axis, between 1 and `taps`
-  T axis_x, axis_y;  ///< the long axis without its ends' round parts, texels
+  T axis_x, axis_y;  ///< vector between the centres of the outermost round parts, texels
 };
 
 SELVEDGE_INLINE float wide_log2(float x) { return std::log2(x); }

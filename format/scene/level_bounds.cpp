@@ -8,7 +8,7 @@
 namespace selvedge {
 namespace {
 
-/// Lowers and raises the bounds by less than a thousandth of a level, for the rounding of floats.
+/// Margin of the bounds for rounding errors, in levels.
 constexpr double rounding = 1e-3;
 
 }  // namespace
@@ -18,19 +18,18 @@ LevelRange levels_asked(const PixelCover& cover, const LevelOptions& options, in
     return std::log2(std::clamp(texels, 1e-30, 1e30)) + static_cast<double>(options.bias);
   };
   const double last = levels - 1;
-  const double first = std::clamp(std::floor(level(cover.least) - rounding), 0.0, last);
-  const double coarsest = std::clamp(std::ceil(level(cover.most) + rounding), first, last);
-  return {static_cast<int>(first), static_cast<int>(cover.most > 0 ? coarsest : last)};
+  const double first = std::clamp(std::floor(level(cover.min_size) - rounding), 0.0, last);
+  const double coarsest = std::clamp(std::ceil(level(cover.max_size) + rounding), first, last);
+  return {static_cast<int>(first), static_cast<int>(cover.max_size > 0 ? coarsest : last)};
 }
 
 LevelRange levels_for(const TexelDemand& demand, const V2d& texel_mm, int levels) {
-  // Beside the margin of levels_asked() for rounding: repeats are stored rounded, too.
-  constexpr double spare = 1 + 1e-3;
+  // In addition to the margin of levels_asked(), because repeats are stored rounded, too.
+  constexpr double margin = 1 + 1e-3;
   PixelCover cover;
-  // Whatever the directions are in which a pixel is long and short: level by level no finer than this, no
-  // coarser than that.
-  cover.least = demand.min_mm / std::max(texel_mm.x, texel_mm.y) / spare;
-  cover.most = demand.max_mm / std::min(texel_mm.x, texel_mm.y) * spare;
+  // Bounds for any direction of a footprint's axes.
+  cover.min_size = demand.min_mm / std::max(texel_mm.x, texel_mm.y) / margin;
+  cover.max_size = demand.max_mm / std::min(texel_mm.x, texel_mm.y) * margin;
   LevelOptions options;
   options.bias = static_cast<float>(demand.bias);
   return levels_asked(cover, options, levels);
@@ -59,7 +58,7 @@ Error lacking_issue(const std::string& name, const FabricHeader& header, const L
 std::optional<Error> lacking_issue(const std::string& name, const FabricHeader& header, int wanted) {
   const int first = header.first_level();
   const int last = first + header.levels - 1;
-  // A fabric without `whole` lacks nothing.
+  // A fabric without `whole` lacks no levels.
   const int all = header.whole ? std::max(header.whole->levels, last + 1) : last + 1;
   const int level = std::min(wanted, all - 1);
   if (level >= first && level <= last) return std::nullopt;
@@ -79,20 +78,19 @@ std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, i
     units.push_back(material.fabric ? V2d(whole_texels(*headers[material.fabric->fabric])) : V2d(1, 1));
   }
   const std::vector<PixelCover> covers = pixel_covers(scene, camera, height, options.taps, units);
-  std::vector<PixelCover> of_fabric(headers.size());
+  std::vector<PixelCover> fabric_covers(headers.size());
   for (std::size_t i = 0; i < covers.size(); ++i) {
-    if (scene.materials[i].fabric) of_fabric[scene.materials[i].fabric->fabric] |= covers[i];
+    if (scene.materials[i].fabric) fabric_covers[scene.materials[i].fabric->fabric] |= covers[i];
   }
   std::vector<LevelRange> ranges;
   if (lacking != nullptr) lacking->assign(headers.size(), {});
   for (std::size_t i = 0; i < headers.size(); ++i) {
     const int before = headers[i]->first_level();
     const int last = headers[i]->levels - 1;
-    const LevelRange of_whole = levels_asked(of_fabric[i], options, whole_levels(*headers[i]));
-    const bool seen = of_fabric[i].fronts || of_fabric[i].backs;
-    if (lacking != nullptr && seen) (*lacking)[i] = lacking_levels(*headers[i], of_whole);
-    ranges.push_back(
-        {std::clamp(of_whole.first - before, 0, last), std::clamp(of_whole.last - before, 0, last)});
+    const LevelRange asked = levels_asked(fabric_covers[i], options, whole_levels(*headers[i]));
+    const bool seen = fabric_covers[i].fronts || fabric_covers[i].backs;
+    if (lacking != nullptr && seen) (*lacking)[i] = lacking_levels(*headers[i], asked);
+    ranges.push_back({std::clamp(asked.first - before, 0, last), std::clamp(asked.last - before, 0, last)});
   }
   return ranges;
 }

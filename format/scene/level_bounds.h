@@ -1,4 +1,4 @@
-// Which mip levels of a fabric the pixels of a frame can ask for, known before any of them is drawn or read.
+// Bounds of the mip levels of fabrics that a frame can ask for, computed before levels are read or drawn.
 #pragma once
 
 #include <optional>
@@ -13,49 +13,49 @@
 
 namespace selvedge {
 
-/// First and last of the levels that pixels may ask for.
+/// The first and the last level that pixels may ask for.
 struct LevelRange {
   int first = 0;
   int last = 0;
 };
 
-/// Of a fabric with as many levels as there can be; `cover` in texels of its level 0. Options that force a
-/// level are not looked at. Where no pixel shows it, all there is is the last of `levels`.
+/// For a fabric with `levels` levels; `cover` is in texels of its level 0. LevelOptions::forced is ignored.
+/// The last level if no pixel shows the fabric.
 LevelRange levels_asked(const PixelCover& cover, const LevelOptions& options, int levels);
 
-/// The texels that pixels ask for of some cloth, whichever fabric it is.
+/// Sizes of pixels on some cloth, for any fabric.
 struct TexelDemand {
-  double min_mm = 0;  ///< PixelCover::least, of millimetres of cloth; infinite: not seen
-  double max_mm = 0;  ///< PixelCover::most; may be infinite
+  double min_mm = 0;  ///< PixelCover::min_size in mm; infinite: not seen
+  double max_mm = 0;  ///< PixelCover::max_size; may be infinite
   double bias = 0;    ///< LevelOptions::bias
 };
 
-/// The finest level that the demand needs of cloth whose texels at level 0 have these sides (mm), 0 to
-/// `levels` - 1, and the coarsest. With a little to spare: a level more where it is nearly needed.
+/// The levels, from 0 to `levels` - 1, that the demand needs of cloth with texels of size `texel_mm` (mm) at
+/// level 0. Rounded outwards: includes a level that is nearly needed.
 LevelRange levels_for(const TexelDemand& demand, const V2d& texel_mm, int levels);
 
-/// How many levels of the whole may be asked for that a file does not have, as far as it says.
+/// Number of levels of the whole that may be asked for and that a file lacks, as far as its header tells.
 struct LackingLevels {
-  int finer = 0;  ///< before its first
+  int finer = 0;  ///< before the file's first level
   int coarser = 0;
 
   bool any() const { return finer > 0 || coarser > 0; }
   LackingLevels& operator|=(const LackingLevels& other);
 };
 
-/// Of `asked` of the whole fabric.
+/// `asked`: levels of the whole fabric.
 LackingLevels lacking_levels(const FabricHeader& header, const LevelRange& asked);
 
-/// FABRIC_LEVELS at /whole of the fabric `name` where one level is shown everywhere, `wanted` of the whole or
-/// its last, and the file does not have it.
+/// FABRIC_LEVELS at /whole of the fabric `name` if the file lacks the level of the whole that is shown
+/// everywhere: `wanted`, clamped to the last.
 std::optional<Error> lacking_issue(const std::string& name, const FabricHeader& header, int wanted);
 
-/// The warning of them: FABRIC_LEVELS at /whole of the fabric `name`.
+/// FABRIC_LEVELS at /whole of the fabric `name` about the lacking levels.
 Error lacking_issue(const std::string& name, const FabricHeader& header, const LackingLevels& lacking);
 
-/// The levels of each file that a frame of `height` pixels can ask for, by their numbers in the file: never
-/// too few. Materials name the fabrics of `headers`.
-/// `lacking`, where it is not null: the levels that the frame may ask for beyond them.
+/// The levels of each file that a frame of `height` pixels can ask for, by their numbers in the file; never
+/// too few. Materials refer to `headers` by index. `lacking`, unless null, gets the levels that the frame may
+/// ask for and the file lacks.
 std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, int height,
                                      const LevelOptions& options,
                                      std::span<const FabricHeader* const> headers,

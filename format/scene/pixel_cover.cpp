@@ -8,10 +8,10 @@
 namespace selvedge {
 namespace {
 
-/// The stretches from the plane of a triangle to its texture, units per metre: the smaller and the larger.
+/// Singular values of the map from the plane of a triangle to its texture, units per metre.
 struct Stretch {
-  double least = HUGE_VAL;  ///< no area: no pixel sees the triangle
-  double most = 0;
+  double min = HUGE_VAL;  ///< infinite without area: no pixel sees the triangle
+  double max = 0;
 };
 
 Stretch stretch_of(const std::array<V3d, 3>& p, const std::array<V2d, 3>& at) {
@@ -32,19 +32,18 @@ Stretch stretch_of(const std::array<V3d, 3>& p, const std::array<V2d, 3>& at) {
   return {std::sqrt(2 * determinant * determinant / (trace + root)), std::sqrt((trace + root) / 2)};
 }
 
-/// What a pixel's disc spans on a triangle, in metres: along the shorter axis at least and at most, along the
-/// longer at most. Not negative; the triangle is not seen where `least` is infinite.
+/// Bounds of a pixel's footprint on a triangle, m, not negative: of the shorter axis, and of the longer one.
 struct Spans {
-  double least = HUGE_VAL;
-  double most = 0;
-  double longest = 0;
-  bool front = false;  ///< may be seen; both where rounding may decide between them
+  double min_short = HUGE_VAL;  ///< infinite: no pixel sees the triangle
+  double max_short = 0;
+  double max_long = 0;
+  bool front = false;  ///< may be seen; both sides if rounding decides between them
   bool back = false;
 };
 
-/// By how much the sine of the angle between a triangle's plane and a ray may be off that is `distance` long,
-/// where positions are single precision.
-double plane_blur(const std::array<V3d, 3>& p, const V3d& normal, double distance) {
+/// Error of the sine of the angle between a triangle's plane and a ray of length `distance`, with positions
+/// in single precision.
+double plane_error(const std::array<V3d, 3>& p, const V3d& normal, double distance) {
   constexpr double rounded = 1e-6;
   double farthest = distance;
   double longest = 0;
@@ -56,8 +55,8 @@ double plane_blur(const std::array<V3d, 3>& p, const V3d& normal, double distanc
   return rounded * farthest * longest / normal.length();
 }
 
-/// tan of the largest angle between a ray of the frame and the axis, squared.
-double widest2(const V2d& window_centre, const V2d& window_half) {
+/// Squared tangent of the largest angle between a ray of the frame and the axis.
+double max_slope2(const V2d& window_centre, const V2d& window_half) {
   const V2d farthest(std::abs(window_centre.x) + window_half.x, std::abs(window_centre.y) + window_half.y);
   return farthest.length2();
 }
@@ -68,13 +67,13 @@ class CameraSpans {
       : camera_(camera),
         clip_(clip_matrix(camera, V3d(0, 0, 0))),
         pixel_(2 * camera.window_half.y / height),
-        widest2_(widest2(camera.window_centre, camera.window_half)) {}
+        max_slope2_(max_slope2(camera.window_centre, camera.window_half)) {}
 
   Spans operator()(const std::array<V3d, 3>& p) const {
     double nearest = HUGE_VAL;
     double farthest = 0;
     double distance = 0;
-    double slope2 = 0;  // tan of the angle between the axis and the ray to a corner, squared
+    double slope2 = 0;  // squared tangent of the angle between the axis and the ray to a corner
     std::array<int, 4> outside{};
     for (const V3d& corner : p) {
       const auto row = [&](unsigned k) {
@@ -95,19 +94,19 @@ class CameraSpans {
     if (std::any_of(outside.begin(), outside.end(), [](int n) { return n == 3; })) return {};
     const V3d cross = (p[1] - p[0]).cross(p[2] - p[0]);
     const V3d normal = cross.normalized();
-    // Both sides count of a triangle that is not finite or nearly edge on.
-    const double blur = plane_blur(p, cross, distance);
-    const auto has_front = [&](double sine) { return !(sine < -blur); };
-    const auto has_back = [&](double sine) { return !(sine > blur); };
+    // Both sides of a triangle count if it is not finite or nearly edge on.
+    const double error = plane_error(p, cross, distance);
+    const auto has_front = [&](double sine) { return !(sine < -error); };
+    const auto has_back = [&](double sine) { return !(sine > error); };
     if (camera_.projection == Projection::parallel) {
       const V3d towards = camera_.to_viewer.normalized();
       const double cosine = normal.dot(towards);
       return {pixel_ * std::abs(towards.dot(camera_.back())), pixel_, pixel_ / std::abs(cosine),
               has_front(cosine), has_back(cosine)};
     }
-    // A pixel's disc falls on a surface along the ray through it; no surface catches less than what lies
-    // across the ray, nor more than what lies along the plane of both.
-    if (!(nearest > 0) || !(slope2 < widest2_)) slope2 = widest2_;
+    // The footprint is the projection of the pixel's disc along the ray: never smaller than the disc, and
+    // longest in the plane of ray and normal.
+    if (!(nearest > 0) || !(slope2 < max_slope2_)) slope2 = max_slope2_;
     const double depth = std::max(nearest, camera_.near);
     const double deepest = std::max(std::min(farthest, camera_.far), depth);
     const double height = normal.dot(camera_.position - p[0]);
@@ -120,7 +119,7 @@ class CameraSpans {
   const Camera& camera_;
   M44d clip_;
   double pixel_;
-  double widest2_;
+  double max_slope2_;
 };
 
 class OrbitSpans {
@@ -128,32 +127,31 @@ class OrbitSpans {
   OrbitSpans(const Orbit& orbit, int height)
       : orbit_(orbit),
         pixel_(2 * orbit.window_half.y / height),
-        widest2_(widest2(orbit.window_centre, orbit.window_half)) {}
+        max_slope2_(max_slope2(orbit.window_centre, orbit.window_half)) {}
 
   Spans operator()(const std::array<V3d, 3>& p) const {
     double radius = 0;
     for (const V3d& corner : p) radius = std::max(radius, (corner - orbit_.middle).length());
     if (orbit_.projection == Projection::parallel)
       return {pixel_ * orbit_.nearest, pixel_ * orbit_.farthest, HUGE_VAL, true, true};
-    // By how far a point lies in front of the middle, slice by slice: there it is so deep at least, and so
-    // far from the axis at most.
+    // Bounds of depth and distance from the axis, for slices of points by their distance before the middle.
     constexpr int slices = 16;
-    double least = HUGE_VAL;
+    double min_depth = HUGE_VAL;
     for (int i = 0; i < slices; ++i) {
       const double behind = radius * (2.0 * i / slices - 1);
       const double before = radius * (2.0 * (i + 1) / slices - 1);
       const double depth = std::max(orbit_.nearest - before, 0.0);
       const V2d aside = orbit_.reach - orbit_.slope * behind;
-      const double slope2 = std::min(aside.length2() / (depth * depth), widest2_);
-      least = std::min(least, depth > 0 ? depth / std::sqrt(1 + slope2) : 0.0);
+      const double slope2 = std::min(aside.length2() / (depth * depth), max_slope2_);
+      min_depth = std::min(min_depth, depth > 0 ? depth / std::sqrt(1 + slope2) : 0.0);
     }
-    return {pixel_ * least, pixel_ * (orbit_.farthest + radius), HUGE_VAL, true, true};
+    return {pixel_ * min_depth, pixel_ * (orbit_.farthest + radius), HUGE_VAL, true, true};
   }
 
  private:
   const Orbit& orbit_;
   double pixel_;
-  double widest2_;
+  double max_slope2_;
 };
 
 template <class SpansOf>
@@ -178,16 +176,16 @@ void add_cover(const SpansOf& spans_of, const Scene& scene, const SceneInstance&
       at[i] = fabric.transform.apply(tex_coords[set][vertex]) * unit;
     }
     const Stretch stretch = stretch_of(p, at);
-    if (stretch.least == HUGE_VAL) continue;
+    if (stretch.min == HUGE_VAL) continue;
     const Spans spans = spans_of(p);
-    if (spans.least == HUGE_VAL) continue;
-    PixelCover here{stretch.least * spans.least, stretch.most * std::max(spans.most, spans.longest / taps),
-                    mirrored ? spans.back : spans.front,
-                    (mirrored ? spans.front : spans.back) && double_sided};
+    if (spans.min_short == HUGE_VAL) continue;
+    PixelCover here{
+        stretch.min * spans.min_short, stretch.max * std::max(spans.max_short, spans.max_long / taps),
+        mirrored ? spans.back : spans.front, (mirrored ? spans.front : spans.back) && double_sided};
     if (!here.fronts && !here.backs) continue;
     // NaN must not hide a level.
-    if (std::isnan(here.least)) here.least = 0;
-    if (std::isnan(here.most)) here.most = HUGE_VAL;
+    if (std::isnan(here.min_size)) here.min_size = 0;
+    if (std::isnan(here.max_size)) here.max_size = HUGE_VAL;
     cover |= here;
   }
 }
@@ -216,7 +214,7 @@ Result<Orbit> make_orbit(std::span<const V3d> points, double aspect, double near
   orbit.projection = options.projection;
   orbit.window_half = camera->window_half;
   orbit.window_centre = camera->window_centre;
-  // Before the frame was narrowed: make_camera() centres the points in the whole of it.
+  // Of the frame before zooming, in which make_camera() centres the points.
   orbit.slope = camera->window_half * options.zoom;
   double radius = 0;
   for (const V3d& point : points) radius = std::max(radius, (point - orbit.middle).length());
@@ -226,8 +224,8 @@ Result<Orbit> make_orbit(std::span<const V3d> points, double aspect, double near
 }
 
 PixelCover& PixelCover::operator|=(const PixelCover& other) {
-  least = std::min(least, other.least);
-  most = std::max(most, other.most);
+  min_size = std::min(min_size, other.min_size);
+  max_size = std::max(max_size, other.max_size);
   fronts = fronts || other.fronts;
   backs = backs || other.backs;
   return *this;

@@ -4,9 +4,9 @@
 
 namespace selvedge {
 
-// The listing in the extension's text turns the other way round than its wording, its test model
-// (TextureTransformTest) and all viewers: counter-clockwise in the picture, where v grows downwards
-// (KhronosGroup/glTF issue 1563). Scale comes first, then the rotation, then the offset.
+// Scale, then rotation, then offset. The rotation is counter-clockwise in the picture, where v grows
+// downwards, as in the extension's wording, its test model (TextureTransformTest) and all viewers; the
+// listing in its text has the other direction (KhronosGroup/glTF issue 1563).
 V2d UvTransform::apply_linear(const V2d& uv) const {
   const V2d scaled(uv.x * scale.x, uv.y * scale.y);
   if (rotation == 0) return scaled;

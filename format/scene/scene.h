@@ -1,8 +1,7 @@
-// A glTF scene as plain data, which `dress` measures and the viewer draws.
+// A glTF scene as plain data, read by format/gltf/read_scene.h, measured by `dress` and drawn by the viewer.
 //
-// Read from glTF by gltf_scene.h. Lengths are metres, +y is up, matrices follow Imath's row-vector
-// convention (p' = p * M). Texture coordinates are kept in double because garments repeat a fabric
-// thousands of times.
+// Lengths are metres, +y is up, matrices follow Imath's row-vector convention (p' = p * M). Texture
+// coordinates are double because garments repeat a fabric thousands of times.
 #pragma once
 
 #include <array>
@@ -21,11 +20,11 @@ struct UvTransform {
   double rotation = 0;  ///< radians, counter-clockwise in the extension's sense
   V2d scale{1, 1};
   V2d apply(const V2d& uv) const;
-  /// The 2x2 Jacobian applied to a vector in uv space (no offset).
+  /// Applies the 2x2 Jacobian to a vector in uv space (no offset).
   V2d apply_linear(const V2d& uv) const;
 };
 
-/// How a picture continues beyond [0, 1].
+/// Continuation of a texture beyond [0, 1].
 enum class Wrap { repeat, mirror, clamp };
 
 struct TextureReference {
@@ -45,7 +44,7 @@ struct FabricReference {
 
 enum class AlphaMode { opaque, mask, blend };
 
-/// glTF's core material, metallic-roughness, and which fabric it wears. Factors multiply the textures.
+/// glTF's core material and the fabric of the extension. Factors multiply the textures.
 struct SceneMaterial {
   std::string name;
   V4f base_color{1, 1, 1, 1};  ///< linear
@@ -59,26 +58,26 @@ struct SceneMaterial {
   float occlusion_strength = 1;
   V3f emissive{0, 0, 0};  ///< linear, KHR_materials_emissive_strength included
   TextureReference emissive_texture;
-  bool unlit = false;  ///< KHR_materials_unlit: the base colour is seen as it is
+  bool unlit = false;  ///< KHR_materials_unlit: the base colour is displayed without lighting
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = 0.5F;
   bool double_sided = false;
   std::optional<FabricReference> fabric;
 };
 
-/// Triangles with one material, in the mesh's own coordinates; those of a skin in the world's. Morph targets
-/// are applied by their default weights.
+/// Triangles with one material, in the mesh's coordinates, or for a skinned mesh in the world's. Morph
+/// targets are applied with their default weights.
 struct ScenePrimitive {
   std::string name;  ///< "mesh name/primitive index"
-  int mesh = 0;      ///< where it stands in the file: /meshes/mesh/primitives/index
+  int mesh = 0;      ///< the primitive is /meshes/mesh/primitives/index in the file
   int index = 0;
   int material = -1;
   std::vector<V3f> positions;
-  std::vector<V3f> normals;                    ///< empty where the file has none
-  std::vector<V4f> tangents;                   ///< xyz + handedness; empty where the file has none
-  std::array<std::vector<V2d>, 2> tex_coords;  ///< TEXCOORD_0 and _1; empty where the file has none
-  std::vector<V4f> colors;             ///< COLOR_0, linear, factors on the base colour; empty likewise
-  std::vector<std::uint32_t> indices;  ///< three per triangle; strips and fans are expanded
+  std::vector<V3f> normals;                    ///< this and the next three: empty if the file has none
+  std::vector<V4f> tangents;                   ///< xyz + handedness
+  std::array<std::vector<V2d>, 2> tex_coords;  ///< TEXCOORD_0 and TEXCOORD_1
+  std::vector<V4f> colors;                     ///< COLOR_0, linear, factors on the base colour
+  std::vector<std::uint32_t> indices;          ///< three per triangle; strips and fans are expanded
 };
 
 struct SceneInstance {
@@ -93,7 +92,7 @@ struct SceneImage {
   std::vector<std::uint8_t> bytes;
 };
 
-/// Where a fabric file is: beside the glTF, or inside of it.
+/// A fabric file, external or embedded in the glTF.
 struct SceneFabric {
   std::string name;
   std::string path;                 ///< external: resolved against the glTF's folder; empty if embedded
@@ -109,21 +108,21 @@ struct SceneLight {
   V3f color{1, 1, 1};       ///< linear
   float intensity = 1;      ///< directional: lux; point and spot: candela
   double range = 0;         ///< m; 0: no end
-  double inner_cone = 0;    ///< spot: half angles in radians, full light within ...
-  double outer_cone = 0;    ///< ... and none outside
+  double inner_cone = 0;    ///< spot: half angles in radians, full intensity within ...
+  double outer_cone = 0;    ///< ... and 0 outside
   V3d position{0, 0, 0};    ///< m, world
-  V3d direction{0, 0, -1};  ///< unit, world, into which it shines
+  V3d direction{0, 0, -1};  ///< unit, world, away from the light
 };
 
-/// A camera of the file; it looks along -z of its own axes, +y is up.
+/// A camera of the file; it looks along -z of its axes, +y is up.
 struct SceneCamera {
   std::string name;
   bool perspective = true;
   double yfov = 1;               ///< perspective: vertical field of view, radians
-  std::optional<double> aspect;  ///< perspective: width : height, where the file says it
+  std::optional<double> aspect;  ///< perspective: width : height, if the file has it
   V2d magnification{1, 1};       ///< orthographic: half width and half height, m
   double znear = 0;              ///< m
-  std::optional<double> zfar;    ///< m; none: no end
+  std::optional<double> zfar;    ///< m; empty: infinite
   M44d world;                    ///< camera -> world, scales included
 };
 
@@ -136,7 +135,7 @@ struct Scene {
   std::vector<SceneFabric> fabrics;
   std::vector<SceneLight> lights;
   std::vector<SceneCamera> cameras;
-  std::vector<std::string> remarks;  ///< features of the file that are not read, one line each
+  std::vector<std::string> remarks;  ///< features of the file that are ignored, one line each
 };
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// Where a scene's triangles are in the world.
+// Positions of a scene's vertices in the world.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace selvedge {
 
-/// Positions of all vertices that triangles use, in world coordinates (m). GARMENT_EMPTY where there are
-/// none, MESH_NOT_FINITE, MESH_INVALID.
+/// World positions (m) of all vertices that triangles use. GARMENT_EMPTY without triangles, MESH_NOT_FINITE,
+/// MESH_INVALID.
 Result<std::vector<V3d>> world_points(const Scene& scene);
 
 }  // namespace selvedge

@@ -17,8 +17,7 @@ constexpr double field_of_view = 10 * radians_per_degree;
 
 struct Place {
   double elevation;  ///< degrees above the cloth
-  double azimuth;    ///< degrees from the courses' direction; along a row, a picture would show one column of
-                     ///< texels
+  double azimuth;    ///< degrees from the courses; not 0, where a picture would show one column of texels
   double repeats;    ///< of the longer period
   bool across;       ///< the repeats fill the width at the middle of the frame, not the height
 };
@@ -29,7 +28,7 @@ constexpr std::array places{Place{60, 20, 2, false}, Place{45, -50, 6, false}, P
 
 }  // namespace
 
-std::string_view name_of(SwatchView view) { return swatch_view_names[static_cast<std::size_t>(view)]; }
+std::string_view name_of(SwatchView view) { return swatch_view_names[static_cast<int>(view)]; }
 
 std::optional<SwatchView> swatch_view_named(std::string_view name) {
   const auto at = std::find(swatch_view_names.begin(), swatch_view_names.end(), name);
@@ -38,7 +37,7 @@ std::optional<SwatchView> swatch_view_named(std::string_view name) {
 }
 
 SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int height) {
-  const Place& place = places[static_cast<std::size_t>(view)];
+  const Place& place = places[static_cast<int>(view)];
   const double azimuth = place.azimuth * radians_per_degree;
   const double elevation = place.elevation * radians_per_degree;
   const double aspect = static_cast<double>(width) / height;
@@ -87,7 +86,7 @@ Scene swatch_scene(const V2d& period_mm, const V2i& first, const V2i& end) {
   primitive.material = 0;
   for (const V2i& corner : {first, V2i(end.x, first.y), end, V2i(first.x, end.y)}) {
     const V2d at = V2d(corner) * period_mm / 1000.0;
-    // The picture's first row is at the top.
+    // v grows downwards.
     primitive.positions.emplace_back(static_cast<float>(at.x), static_cast<float>(-at.y), 0.0F);
     primitive.normals.emplace_back(0.0F, 0.0F, 1.0F);
     primitive.tex_coords[0].emplace_back(corner);
@@ -118,7 +117,7 @@ Scene swatch_scene(const V2d& period_mm, const SwatchShot& shot) {
       high = V2d(std::max(high.x, repeats.x), std::max(high.y, repeats.y));
     }
   }
-  // One more on each side: pixels at the border are averaged beyond it.
+  // One repeat more on each side: footprints of pixels at the border extend beyond it.
   return swatch_scene(period_mm,
                       V2i(static_cast<int>(std::floor(low.x)) - 1, static_cast<int>(std::floor(low.y)) - 1),
                       V2i(static_cast<int>(std::ceil(high.x)) + 1, static_cast<int>(std::ceil(high.y)) + 1));

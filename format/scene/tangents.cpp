@@ -13,14 +13,14 @@ namespace {
 
 constexpr std::uint32_t none = ~std::uint32_t{0};
 
-/// What MikkTSpace knows of a triangle.
+/// A triangle, as in MikkTSpace.
 struct Face {
-  std::array<std::uint32_t, 3> vertex{};                  ///< joined ones
+  std::array<std::uint32_t, 3> vertex{};                  ///< after join_vertices()
   std::array<std::uint32_t, 3> across{none, none, none};  ///< the face beyond the edge from corner k to k + 1
   std::array<std::uint32_t, 3> group{none, none, none};
-  V3d du{0, 0, 0};  ///< unit; zero for a face that goes with any other
-  int sign = 0;     ///< +1 upright, -1 mirrored
-  bool goes_with_any = true;
+  V3d du{0, 0, 0};  ///< unit; zero without UV area
+  int sign = 0;     ///< -1 for a mirrored texture, else +1; without UV area, that of the first group
+  bool has_uv_area = false;
   bool has_size = true;  ///< no two corners at the same place
 };
 
@@ -37,10 +37,10 @@ V3d flattened(const V3d& direction, const V3d& normal) {
   return std::isfinite(length) && length > 0 ? flat / length : V3d(0, 0, 0);
 }
 
-class Builder {
+class TangentBuilder {
  public:
-  Builder(std::span<const V3d> positions, std::span<const V3d> normals, std::span<const V2d> tex_coords,
-          std::span<const std::uint32_t> indices, Facing facing)
+  TangentBuilder(std::span<const V3d> positions, std::span<const V3d> normals,
+                 std::span<const V2d> tex_coords, std::span<const std::uint32_t> indices, Facing facing)
       : positions_(positions), normals_(normals), tex_coords_(tex_coords), indices_(indices) {
     join_vertices();
     faces_.resize(indices.size() / 3);
@@ -49,13 +49,13 @@ class Builder {
     for (std::uint32_t f = 0; f < faces_.size(); ++f) {
       for (std::size_t k = 0; k < 3; ++k) {
         const Face& face = faces_[f];
-        if (face.has_size && !face.goes_with_any && face.group[k] == none) grow(f, k);
+        if (face.has_size && face.has_uv_area && face.group[k] == none) grow_group(f, k);
       }
     }
-    add_up();
+    sum_directions();
   }
 
-  Tangents take() {
+  Tangents tangents() const {
     Tangents result;
     result.indices.assign(indices_.begin(), indices_.end());
     std::vector<std::uint32_t> first(positions_.size(), none);  // group of the vertex itself
@@ -68,29 +68,29 @@ class Builder {
       if (first[vertex] == none) first[vertex] = group;
       if (first[vertex] == group) continue;
       const auto next = static_cast<std::uint32_t>(positions_.size() + result.copy_of.size());
-      const auto [entry, fresh] = copies.try_emplace({vertex, group}, next);
-      if (fresh) {
+      const auto [entry, is_new] = copies.try_emplace({vertex, group}, next);
+      if (is_new) {
         result.copy_of.push_back(vertex);
         group_of.push_back(group);
       }
       result.indices[c] = entry->second;
     }
     std::copy(first.begin(), first.end(), group_of.begin());
-    // Vertices of faces without size alone take the group of another vertex at the same place.
-    std::vector<std::uint32_t> of_joined(positions_.size(), none);
+    // A vertex that only faces without size use takes the group of another vertex at the same place.
+    std::vector<std::uint32_t> joined_group(positions_.size(), none);
     for (const Face& face : faces_) {
       for (std::size_t k = 0; k < 3; ++k) {
-        std::uint32_t& group = of_joined[face.vertex[k]];
+        std::uint32_t& group = joined_group[face.vertex[k]];
         if (group == none) group = face.group[k];
       }
     }
     for (std::size_t v = 0; v < positions_.size(); ++v) {
-      if (group_of[v] == none) group_of[v] = of_joined[joined_[v]];
+      if (group_of[v] == none) group_of[v] = joined_group[joined_[v]];
     }
     for (const std::uint32_t group : group_of) {
       const V3d t = group == none ? V3d(0, 0, 0) : groups_[group].sum;
       const double sign = group == none ? 1 : groups_[group].sign;
-      // Faces that run against each other leave nothing but rounding: no direction then.
+      // If faces cancel each other, only rounding errors are left: then there is no direction.
       const double length = t.length();
       const V3f unit = length > 1e-9 ? V3f(t / length) : V3f(0, 0, 0);
       result.tangents.emplace_back(unit.x, unit.y, unit.z, static_cast<float>(sign));
@@ -144,11 +144,11 @@ class Builder {
     const double length = du.length();
     if (!std::isfinite(length) || length == 0 || dv.length() == 0) return face;
     face.du = du / length;
-    face.goes_with_any = false;
+    face.has_uv_area = true;
     return face;
   }
 
-  /// Faces are neighbours where an edge of one runs against the same edge of the other.
+  /// Two faces are neighbours if they have an edge in opposite directions.
   void connect() {
     struct Edge {
       std::uint32_t low, high, face, corner;
@@ -170,7 +170,7 @@ class Builder {
       while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high) ++end;
       std::size_t up = i;
       std::size_t down = i;
-      // The first edge of one direction with the first of the other, the second with the second.
+      // Pairs the first edge of one direction with the first of the other, the second with the second.
       while (true) {
         while (up < end && !starts_low(edges[up])) ++up;
         while (down < end && starts_low(edges[down])) ++down;
@@ -183,8 +183,8 @@ class Builder {
     }
   }
 
-  /// Starts a group at a corner and takes in what edges reach around its vertex.
-  void grow(std::uint32_t first_face, std::size_t first_corner) {
+  /// Starts a group at a corner, and adds the faces around its vertex that edges connect.
+  void grow_group(std::uint32_t first_face, std::size_t first_corner) {
     const auto id = static_cast<std::uint32_t>(groups_.size());
     const std::uint32_t vertex = faces_[first_face].vertex[first_corner];
     const int sign = faces_[first_face].sign;
@@ -198,7 +198,7 @@ class Builder {
       const auto k = at - face.vertex.begin();
       if (face.group[k] != none) continue;
       // A face without UV area takes the orientation of the first group that reaches it (as MikkTSpace).
-      if (face.goes_with_any && face.group == std::array{none, none, none}) face.sign = sign;
+      if (!face.has_uv_area && face.group == std::array{none, none, none}) face.sign = sign;
       if (face.sign != sign) continue;
       face.group[k] = id;
       for (const std::uint32_t next : {face.across[(k + 2) % 3], face.across[k]}) {
@@ -207,10 +207,10 @@ class Builder {
     }
   }
 
-  void add_up() {
+  void sum_directions() {
     for (std::size_t f = 0; f < faces_.size(); ++f) {
       const Face& face = faces_[f];
-      if (face.goes_with_any) continue;
+      if (!face.has_uv_area) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         if (face.group[k] == none) continue;
         const std::uint32_t* corner = &indices_[3 * f];
@@ -238,7 +238,7 @@ class Builder {
 Tangents compute_tangents(std::span<const V3d> positions, std::span<const V3d> normals,
                           std::span<const V2d> tex_coords, std::span<const std::uint32_t> indices,
                           Facing facing) {
-  return Builder(positions, normals, tex_coords, indices, facing).take();
+  return TangentBuilder(positions, normals, tex_coords, indices, facing).tangents();
 }
 
 V3d any_perpendicular(const V3d& normal) {

@@ -1,8 +1,7 @@
-// Logarithms and powers of several numbers at once, in single precision: where the time of a fit and of a
-// picture goes.
+// Logarithms and powers of vectors of floats. A fit and a picture spend most of their time in them.
 //
-// Written once for any width of vector. Every element is computed by the same IEEE operations whatever the
-// width (nothing is fused, nothing is summed across lanes): the same bits on every machine.
+// Every element is computed by the same IEEE operations for any width of vector (no fused operations, no sums
+// across lanes), so that results have the same bits on every machine.
 #pragma once
 
 #include <bit>
@@ -28,13 +27,13 @@ struct Lanes {
   static SELVEDGE_INLINE void store(const Floats& from, float* to) { std::memcpy(to, &from, sizeof from); }
 
   /// ln(x) of normal x > 0, relative error below 2e-7. x = 2^e m with m in [2/3, 4/3); with f = m - 1,
-  /// ln m = f - f^2 / 2 + f^3 Q(f), Q interpolated at Chebyshev nodes (1.8e-8 off at most).
+  /// ln m = f - f^2 / 2 + f^3 Q(f), Q interpolated at Chebyshev nodes (error at most 1.8e-8).
   static SELVEDGE_INLINE Floats& natural_log(const Floats& x, Floats& result) {
     constexpr float ln2 = 0.693147180559945309F;
     // Subtracting 2/3's bits makes the exponent field count from mantissa 2/3 instead of 1.
     const Ints bits = (Ints)x;
     const Ints exponent = (bits - 0x3f2aaaab) >> 23;
-    // Whole numbers become floating-point ones and back in the low bits of 1.5 * 2^23.
+    // Integers are converted to floats and back in the low bits of 1.5 * 2^23.
     const Floats f = (Floats)(bits - (exponent << 23)) - 1.0F;
     const Floats f2 = f * f;
     Floats q = f * -0.121255807F + 0.13425749F;
@@ -48,8 +47,8 @@ struct Lanes {
     return result;
   }
 
-  /// e^x, held at 2^-126 .. 2^127; relative error below 2e-7 + 1.2e-7 |x|. The power of two nearest, times
-  /// e^r = 1 + r + r^2 Q(r), |r| <= ln 2 / 2, Q interpolated at Chebyshev nodes (1e-8 off at most).
+  /// e^x, clamped to 2^-126 .. 2^127; relative error below 2e-7 + 1.2e-7 |x|. The nearest power of two, times
+  /// e^r = 1 + r + r^2 Q(r), |r| <= ln 2 / 2, Q interpolated at Chebyshev nodes (error at most 1e-8).
   static SELVEDGE_INLINE Floats& exponential(const Floats& x, Floats& result) {
     constexpr float ln2 = 0.693147180559945309F;
     constexpr float log2e = 1.44269504088896341F;
@@ -69,16 +68,16 @@ struct Lanes {
     return result;
   }
 
-  /// ln(base) and base^exponent; both 0 where the base is not above 1e-30.
+  /// ln(base) and base^exponent; both 0 unless the base is above 1e-30.
   static SELVEDGE_INLINE void log_and_power(const Floats& base, float exponent, Floats& log, Floats& power) {
-    // The comparison is written twice: GCC 12 takes one that is kept, of 16 numbers, apart.
+    // The comparison is written twice: GCC 12 splits a stored comparison of 16 numbers into scalars.
     natural_log(base > 1e-30F ? base : Floats{} + 1.0F, log);
     exponential(log * exponent, power);
     power = base > 1e-30F ? power : Floats{};
   }
 
-  /// base^exponent, every number with its own exponent; 0 where the base is not above 1e-30. Relative error
-  /// below 1e-6 + 4e-7 |exponent ln base|; held at 2^-126 .. 2^127.
+  /// base^exponent, element by element; 0 unless the base is above 1e-30. Relative error below
+  /// 1e-6 + 4e-7 |exponent ln base|; clamped to 2^-126 .. 2^127.
   static SELVEDGE_INLINE void power(const Floats& base, const Floats& exponent, Floats& result) {
     Floats log;
     natural_log(base > 1e-30F ? base : Floats{} + 1.0F, log);
@@ -86,10 +85,10 @@ struct Lanes {
     result = base > 1e-30F ? result : Floats{};
   }
 
-  /// The same by shorter polynomials: relative error below 8e-5 + 6e-5 |exponent ln base|; 0 and the ends as
-  /// there. x = 2^e (1 + f), 1 + f from sqrt(1/2) to sqrt(2); log2(1 + f) = f P(f), and 2^r = Q(r),
-  /// |r| <= 1/2, of degrees 4 and 3: the least relative errors that these degrees have (Remez), 5.02e-5 and
-  /// 7.48e-5. At the ends of these ranges it can fall by as much where it should grow.
+  /// As power(), by shorter polynomials: relative error below 8e-5 + 6e-5 |exponent ln base|.
+  /// x = 2^e (1 + f), 1 + f from sqrt(1/2) to sqrt(2); log2(1 + f) = f P(f), and 2^r = Q(r), |r| <= 1/2, are
+  /// minimax polynomials (Remez) of degrees 4 and 3 with relative errors of 5.02e-5 and 7.48e-5. Not
+  /// monotonic: at the ends of these ranges the result can fall by as much as these errors.
   static SELVEDGE_INLINE void fast_power(const Floats& base, const Floats& exponent, Floats& result) {
     const Ints bits = (Ints)base;
     const Ints whole = (bits - 0x3f3504f3) >> 23;
@@ -106,9 +105,8 @@ struct Lanes {
     Floats q = r * 0.055171676F + 0.242611125F;
     q = q * r + 0.693260968F;
     q = q * r + 0.999928057F;
-    // All but the whole number itself falls off the left end.
+    // The shift drops the bits of the rounder above the integer.
     result = q * (Floats)(((Ints)rounded - (rounder_bits - 127)) << 23);
-    // Bases that have no logarithm went along as numbers.
     result = base > 1e-30F ? result : Floats{};
   }
 };

@@ -1,19 +1,20 @@
-// One body, compiled for several processors; no fused operations in any, so that the bits agree.
+// Functions compiled for several vector extensions of x86-64, none with fused operations, so that the bits
+// agree.
 #pragma once
 
-// Clang and the thread sanitizer do not know what GCC does here; they get the plain body.
+// Clang and the thread sanitizer do not support target_clones as GCC does: they get one body.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define SELVEDGE_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define SELVEDGE_WIDE
 #endif
 
-/// For functions that are written once and compiled into several such bodies.
+/// For functions that are inlined into several such bodies.
 #define SELVEDGE_INLINE inline __attribute__((always_inline))
 
-/// Makes of a template `name<N>` with these parameters three functions, whose vectors have the width of a
-/// kind of processor each, and name##_for_this_processor(), which gives the one to call. Nothing is resolved
-/// before main: the thread sanitizer bears it.
+/// Instantiates the template `name<N>` for the vector widths of SSE, AVX2 and AVX-512, and defines
+/// name##_for_this_processor(), which returns the widest one that the processor supports. Works under the
+/// thread sanitizer, because nothing is resolved before main.
 // NOLINTBEGIN(bugprone-macro-parentheses): parameters of functions, not expressions
 #if defined(__x86_64__) && defined(__GNUC__)
 #define SELVEDGE_THREE_BODIES(name, parameters, arguments)                                             \

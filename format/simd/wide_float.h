@@ -1,10 +1,9 @@
-// Several numbers at once as one value, so that the templates of this library work on many pixels in a
-// stroke.
+// A vector of floats as a scalar type, so that templates of this library work on several pixels at once.
 //
-// Every number goes through the same IEEE operations whatever the width: the same bits on every machine. All
-// functions are inlined into bodies that are compiled for one processor; no vector ever crosses a call. Files
-// that use this header are compiled with -Wno-psabi, which warns of such calls, and with -fno-math-errno and
-// -fno-trapping-math, without which square roots stay scalar.
+// Every element is computed by the same IEEE operations for any width: the same bits on every machine. All
+// functions are inlined into bodies that are compiled for one processor, so no vector is passed to a call.
+// Files that use this header are compiled with -Wno-psabi, because -Wpsabi warns of such calls, and with
+// -fno-math-errno and -fno-trapping-math, without which square roots stay scalar.
 #pragma once
 
 #include "format/simd/powers.h"
@@ -44,8 +43,8 @@ struct WideFloat {
   SELVEDGE_INLINE WideFloat& operator*=(const WideFloat& b) { return *this = *this * b; }
 };
 
-/// `yes` where a > b, else `no`. (There is no type for the result of a comparison: GCC 12 takes one that is
-/// kept, of 16 numbers, apart.)
+/// `yes` where a > b, else `no`. (The result of a comparison has no type of its own: GCC 12 splits a stored
+/// one of 16 numbers into scalars.)
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> if_greater(const WideFloat<N>& a, const WideFloat<N>& b, const WideFloat<N>& yes,
                                         const WideFloat<N>& no) {
@@ -63,13 +62,13 @@ SELVEDGE_INLINE bool any_greater(const WideFloat<N>& a, const WideFloat<N>& b) {
   return any != 0;
 }
 
-/// The smaller; `b` where one of them is NaN.
+/// The smaller; `b` if one of them is NaN.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> min(const WideFloat<N>& a, const WideFloat<N>& b) {
   return if_greater(b, a, a, b);
 }
 
-/// The larger; `b` where one of them is NaN.
+/// The larger; `b` if one of them is NaN.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> max(const WideFloat<N>& a, const WideFloat<N>& b) {
   return if_greater(a, b, a, b);
@@ -89,7 +88,7 @@ SELVEDGE_INLINE WideFloat<N> sqrt(const WideFloat<N>& a) {
   return WideFloat<N>::load(numbers);
 }
 
-/// The next whole number at or below, for |a| < 2^22; others are given back as they are.
+/// The largest integer not above a, for |a| < 2^22; other values are returned unchanged.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> floor(const WideFloat<N>& a) {
   // Adding 1.5 * 2^23 rounds to the nearest whole number.
@@ -99,29 +98,29 @@ SELVEDGE_INLINE WideFloat<N> floor(const WideFloat<N>& a) {
   return if_greater(WideFloat<N>(4194304.0F), abs(a), whole, a);
 }
 
-// GCC 12 converts no vectors of dependent types: an overload for each width.
+// GCC 12 cannot convert vectors of dependent types: hence an overload for each width.
 #define SELVEDGE_TO_WHOLE(count)                                                  \
   SELVEDGE_INLINE void store_whole(const WideFloat<count>& a, std::int32_t* to) { \
     typedef std::int32_t Whole##count __attribute__((vector_size(4 * (count))));  \
     const Whole##count whole = __builtin_convertvector(a.v, Whole##count);        \
     std::memcpy(to, &whole, sizeof whole);                                        \
   }
-/// Cuts off what follows the point; |a| < 2^31.
+/// Truncates towards 0; |a| < 2^31.
 SELVEDGE_TO_WHOLE(4)
 SELVEDGE_TO_WHOLE(8)
 SELVEDGE_TO_WHOLE(16)
 #undef SELVEDGE_TO_WHOLE
 
-/// 2^a of whole a in [-126, 127].
+/// 2^a of an integer a in [-126, 127].
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> power_of_two(const WideFloat<N>& a) {
   using Lane = Lanes<N>;
-  // Whole numbers stand in the low bits of themselves plus 1.5 * 2^23.
+  // The low bits of a + 1.5 * 2^23 are the integer a.
   const typename Lane::Ints whole = (typename Lane::Ints)(a.v + Lane::rounder) - Lane::rounder_bits;
   return WideFloat<N>((typename Lane::Floats)((whole + 127) << 23));
 }
 
-/// The power that the formula of lafortune.h needs; its error is that of Lanes::power.
+/// The power in the formula of lafortune.h; its error is that of Lanes::power.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> positive_power(const WideFloat<N>& base, const WideFloat<N>& exponent) {
   WideFloat<N> result;

@@ -150,7 +150,8 @@ int main(int argc, char** argv) {
   std::uint64_t gathered = cache->rays();
 
   const double top = static_cast<double>(scene.bounds().max.z);
-  const SamplesHeader header = header_of(mesh, o, o.reference.value * top * cell.mm, top * cell.mm, "{}");
+  const SamplesHeader header =
+      samples_header(mesh, o, o.reference.value * top * cell.mm, top * cell.mm, "{}");
   const std::vector<V3f> views = directions_of(header.views);
   const std::vector<V3f> lights = directions_of(header.lights);
   const TexelBaker baker(scene, &*cache, o.bounces, V2i(o.width, o.height), o.reference.value * top);

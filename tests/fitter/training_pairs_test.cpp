@@ -40,7 +40,7 @@ TEST_CASE("training pairs are samples of the grid, none twice, whatever rows the
   TrainingPairs whole(header);
   whole.add(rows_of(header, 0, 4));
   const PairSamples pairs = whole.finish();
-  REQUIRE(pairs.pairs.size() == TrainingPairs::most);
+  REQUIRE(pairs.pairs.size() == TrainingPairs::max_pairs);
   std::set<std::pair<int, int>> cells;
   for (std::size_t p = 0; p < pairs.pairs.size(); ++p) {
     const V3i of_first(pairs.radiance[p * 12]);
@@ -53,7 +53,7 @@ TEST_CASE("training pairs are samples of the grid, none twice, whatever rows the
       CHECK(pairs.alpha[at] == static_cast<float>(of_first.y) / 64);
     }
   }
-  CHECK(cells.size() == TrainingPairs::most);
+  CHECK(cells.size() == TrainingPairs::max_pairs);
   // Views as well as lights are all there: of 128 draws from 320 one of 20 is left out once in 3,000 grids.
   std::set<int> views;
   for (const auto& cell : cells) views.insert(cell.first);

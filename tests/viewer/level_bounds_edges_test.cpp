@@ -272,8 +272,8 @@ TEST_CASE(
     const auto around = make_orbit(*points, aspect, nearest, farthest, {});
     test::require(around);
     const PixelCover cover = pixel_covers(scene, *around, seen_height, 4, units)[0];
-    CHECK_FALSE(std::isnan(cover.least));
-    CHECK_FALSE(std::isnan(cover.most));
+    CHECK_FALSE(std::isnan(cover.min_size));
+    CHECK_FALSE(std::isnan(cover.max_size));
     return levels_asked(cover, best_levels, 7);
   };
   const LevelRange wide = range_of(0.001, 1000);

@@ -174,7 +174,7 @@ TEST_CASE(
       const std::vector<V2d> units{V2d(512, 512)};
       const PixelCover cover = pixel_covers(scene, *around, height, best_levels.taps, units)[0];
       const LevelRange range = levels_asked(cover, best_levels, 10);
-      const double finest = std::log2(cover.least) + static_cast<double>(best_levels.bias);
+      const double finest = std::log2(cover.min_size) + static_cast<double>(best_levels.bias);
       double seen = HUGE_VAL;
       int pixels = 0;
       for (int i = 0; i < 40; ++i) {
@@ -219,7 +219,7 @@ TEST_CASE("what no frame shows needs the coarsest level alone, what has no bound
   test::require(around);
   const std::vector<V2d> units{V2d(32, 32)};
   const PixelCover cover = pixel_covers(scene, *around, height, 4, units)[0];
-  CHECK(cover.least == 0);
+  CHECK(cover.min_size == 0);
   CHECK(levels_asked(cover, best_levels, 6).first == 0);
   CHECK(levels_asked(cover, best_levels, 6).last == 5);
   for (const V2d& distances : {V2d(0, 1), V2d(2, 1), V2d(1, HUGE_VAL), V2d(std::nan(""), 1)}) {
@@ -246,8 +246,8 @@ TEST_CASE("a demand in millimetres is met by texels of any shape") {
     const int levels = level_count(texels.x, texels.y);
     const LevelRange needed =
         levels_asked(pixel_covers(scene, *around, height, 4, in_texels)[0], best_levels, levels);
-    const LevelRange made =
-        levels_for({mm.least, mm.most, static_cast<double>(best_levels.bias)}, period / V2d(texels), levels);
+    const LevelRange made = levels_for({mm.min_size, mm.max_size, static_cast<double>(best_levels.bias)},
+                                       period / V2d(texels), levels);
     CHECK(made.first <= needed.first);
     CHECK(made.last >= needed.last);
   }

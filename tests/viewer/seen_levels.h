@@ -15,7 +15,7 @@ constexpr int seen_height = 80;
 /// Of the scene's only fabric.
 inline LevelRange asked(const Scene& scene, const Camera& camera, const LevelOptions& levels,
                         const Fabric& fabric, LackingLevels* lacking = nullptr, int height = seen_height) {
-  const FabricHeader header = header_of(fabric);
+  const FabricHeader header = header_without_layers(fabric);
   const std::vector<const FabricHeader*> headers{&header};
   std::vector<LackingLevels> missing;
   const LevelRange range = levels_asked(scene, camera, height, levels, headers, &missing)[0];

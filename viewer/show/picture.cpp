@@ -96,7 +96,8 @@ Result<void> ShowPicture::load(const ShowState& state) {
 Result<void> ShowPicture::read_levels(const ShowState& state) {
   // Of files that were added all is read.
   std::vector<FabricHeader> added;
-  for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i) added.push_back(header_of(fabrics_[i]));
+  for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i)
+    added.push_back(header_without_layers(fabrics_[i]));
   std::vector<const FabricHeader*> headers;
   for (const FabricReader& reader : readers_) headers.push_back(&reader.header());
   for (const FabricHeader& header : added) headers.push_back(&header);
@@ -131,7 +132,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
     renderer_.reset();
     std::vector<FabricLevel>& levels = fabrics_[i].levels;
     levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
-    fabrics_[i].whole = part_of(readers_[i].header(), first, last).whole;
+    fabrics_[i].whole = partial_fabric(readers_[i].header(), first, last).whole;
     more = true;
   }
   return more ? load(state) : Result<void>();

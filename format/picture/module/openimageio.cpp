@@ -13,7 +13,7 @@
 namespace selvedge {
 namespace {
 
-/// Channels of the file that serve as R, G, B, A; -1 for an alpha that is not there.
+/// Channels of the file for R, G, B, A; -1 without alpha.
 std::array<int, 4> channel_order(const OIIO::ImageSpec& spec) {
   std::array<int, 4> order{};
   const std::array<const char*, 4> names{"R", "G", "B", "A"};
@@ -53,7 +53,7 @@ Result<Image> read_pixels(OIIO::ImageInput& input, const std::string& name, Tran
   return image;
 }
 
-/// The format of a file in memory, which OpenImageIO wants to be named; null if it is none of these.
+/// The format of a file in memory, which OpenImageIO does not detect itself; null for other formats.
 const char* format_of(std::span<const std::uint8_t> bytes) {
   const auto starts_with = [&](std::initializer_list<std::uint8_t> magic) {
     return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
@@ -78,7 +78,7 @@ Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes,
     OIIO::Filesystem::IOMemReader source(bytes.data(), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
     if (!input) return refuse(OIIO::geterror());
-    // In the configuration and not by set_ioproxy, which the readers forget when they have to start again.
+    // In the configuration instead of set_ioproxy(), which readers forget when they reopen the file.
     OIIO::Filesystem::IOProxy* proxy = &source;
     config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     OIIO::ImageSpec spec;
@@ -124,7 +124,7 @@ Result<std::vector<std::uint8_t>> encode_exr(const Image& image) {
   if (image.channels == 2) spec.channelnames = {"Y", "A"};
   if (has_alpha(image)) spec.alpha_channel = image.channels - 1;
   spec.attribute("compression", "zip");
-  // OpenImageIO adds the time of day where there is none.
+  // Otherwise OpenImageIO adds the current time.
   spec.attribute("DateTime", "2001:06:25 00:00:00");
   return encode("exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
 }

@@ -10,8 +10,8 @@ TEST_CASE("knobs come back from their JSON, and options tell them apart") {
   const MakeOptions changed = with_knobs(
       R"({"texels": 16, "directions": 36, "samples": 2, "bounces": "unlimited", "lobes": 1, "layers": "slabs",
           "budget": 65536, "storage": "half"})");
-  CHECK(name_of(with_knobs(knobs_of(changed).dump())) == name_of(changed));
-  CHECK(name_of(changed) == "t16-v36-l36-s2-bunlimited-slabs-slabs-1lobes-65536B-half");
+  CHECK(settings_name(with_knobs(knobs_of(changed).dump())) == settings_name(changed));
+  CHECK(settings_name(changed) == "t16-v36-l36-s2-bunlimited-slabs-slabs-1lobes-65536B-half");
   CHECK(
       options_text(changed) ==
       " --texels 16 --views 36 --lights 36 --samples 2 --bounces unlimited --lobes 1 --slabs 1 --budget 65536"
@@ -38,7 +38,7 @@ TEST_CASE("a grid varies one knob at a time around its centre") {
                                 "g.json");
   REQUIRE_MESSAGE(points, to_line(points.error()));
   REQUIRE(points->size() == 4);
-  CHECK(name_of((*points)[0]) == "t16-v64-l64-s8-b2-paper-1lobes-mixed");
+  CHECK(settings_name((*points)[0]) == "t16-v64-l64-s8-b2-paper-1lobes-mixed");
   CHECK(options_text((*points)[1]) == " --texels 16 --views 36 --lights 36 --lobes 1");
   CHECK((*points)[2].fit.lobes == 3);
   CHECK(options_text((*points)[3]) == " --bounces unlimited --lobes 1");
@@ -49,15 +49,15 @@ TEST_CASE("the centre's budget is for the points that choose their layers within
       read_grid(R"({"centre": {"budget": 9000}, "vary": {"layers": ["slabs", "paper"]}})", "g.json");
   REQUIRE_MESSAGE(points, to_line(points.error()));
   REQUIRE(points->size() == 2);
-  CHECK(name_of((*points)[0]) == name_of(MakeOptions()));
+  CHECK(settings_name((*points)[0]) == settings_name(MakeOptions()));
   CHECK((*points)[1].budget == 9000);
 }
 
 TEST_CASE("points that differ in the fit alone share a bake") {
   const MakeOptions a;
-  CHECK(bake_name_of(a) ==
-        bake_name_of(with_knobs(R"({"lobes": 1, "storage": "half", "layers": "products", "budget": 1000})")));
-  CHECK(bake_name_of(a) != bake_name_of(with_knobs(R"({"layers": "slabs", "budget": 1000})")));
+  CHECK(bake_name(a) ==
+        bake_name(with_knobs(R"({"lobes": 1, "storage": "half", "layers": "products", "budget": 1000})")));
+  CHECK(bake_name(a) != bake_name(with_knobs(R"({"layers": "slabs", "budget": 1000})")));
 }
 
 TEST_CASE("a grid that cannot be swept is refused with the knob as its place") {

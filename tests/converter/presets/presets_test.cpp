@@ -12,7 +12,7 @@ namespace {
 /// The row of the table that is the preset; null where there is none.
 const MeasuredSetting* row_of(const Preset& preset) {
   for (const MeasuredSetting& row : measured_settings()) {
-    if (name_of(with_knobs(row.knobs)) == name_of(*preset_named(preset.name))) return &row;
+    if (settings_name(with_knobs(row.knobs)) == settings_name(*preset_named(preset.name))) return &row;
   }
   return nullptr;
 }
@@ -49,7 +49,7 @@ TEST_CASE("every preset is a point of the measured grid, each better and dearer 
     before = row;
   }
   CHECK_FALSE(preset_named("best"));
-  CHECK(name_of(*preset_named("paper")) == name_of(MakeOptions()));
+  CHECK(settings_name(*preset_named("paper")) == settings_name(MakeOptions()));
 }
 
 TEST_CASE("no preset is beaten by any point of the measured grid beyond the noise") {
@@ -64,11 +64,11 @@ TEST_CASE("no preset is beaten by any point of the measured grid beyond the nois
 }
 
 TEST_CASE("the measured table begins with the paper's settings, and has each setting once") {
-  CHECK(name_of(with_knobs(measured_settings().front().knobs)) == name_of(MakeOptions()));
+  CHECK(settings_name(with_knobs(measured_settings().front().knobs)) == settings_name(MakeOptions()));
   std::set<std::string> names;
   std::set<std::string> options;
   for (const MeasuredSetting& row : measured_settings()) {
-    names.insert(name_of(with_knobs(row.knobs)));
+    names.insert(settings_name(with_knobs(row.knobs)));
     options.insert(options_text(with_knobs(row.knobs)));
   }
   CHECK(names.size() == measured_settings().size());

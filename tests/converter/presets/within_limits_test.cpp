@@ -16,7 +16,7 @@ constexpr std::array<MeasuredSetting, 3> plain_table{{{R"({"texels": 8})", 1000,
 /// A stitch and a machine that take twice the bytes and seconds, and lose 1 dB.
 Result<MakeFigures> make_plain(const MakeOptions& options) {
   for (const MeasuredSetting& row : plain_table) {
-    if (name_of(with_knobs(row.knobs)) == name_of(options))
+    if (settings_name(with_knobs(row.knobs)) == settings_name(options))
       return MakeFigures{2 * row.bytes, 2 * row.seconds, row.held_out - 1};
   }
   FAIL("a setting that is not in the table");

@@ -74,8 +74,8 @@ TEST_CASE("slabs are found again from what texels show") {
       const double seen = static_cast<double>(samples.alpha[row] * samples.radiance[row * lights + l].x);
       double fitted = 0;
       for (std::size_t ray = 0; ray < 2; ++ray) {
-        const std::uint32_t met = rays.met[2 * row + ray];
-        if (met == SlabRays::nothing) continue;
+        const std::uint32_t met = rays.entries[2 * row + ray];
+        if (met == SlabRays::no_entry) continue;
         for (std::size_t m = 0; m < products.pairs.size(); ++m) {
           const V2i pair = products.pairs[m];
           fitted += 0.5 * static_cast<double>(products.coefficient[met * products.pairs.size() + m] *
@@ -159,7 +159,7 @@ TEST_CASE("heights of a coarser shape are means of the finer cells, of the upper
 
 TEST_CASE("what texels show of two entries at once is the sum of the products of their shares") {
   // Two rays; three directions: both meet entry 0; 0 and 1; 1 and nothing.
-  const SlabRays rays{2, {0, 0, 0, 1, 1, SlabRays::nothing}};
+  const SlabRays rays{2, {0, 0, 0, 1, 1, SlabRays::no_entry}};
   const SlabOverlaps overlaps = overlaps_of(rays, 3);
   REQUIRE(overlaps.own.size() == 3);
   CHECK(overlaps.own[0] == doctest::Approx(1 + 0.25));
@@ -178,14 +178,14 @@ TEST_CASE("coefficients at no price are rounded to multiples of the step, and we
   products.coefficient = {1.1F, 0.01F, -0.9F, 0.02F};
   Quantisation how;
   how.step = 0.25F;
-  how.least = 0.5F;
+  how.min_rms = 0.5F;
   how.width = 2;
-  const BasisFit coarse = quantised(products, how, nullptr);
-  CHECK(pairs_kept(products, how) == 1);
+  const BasisFit coarse = quantise(products, how, nullptr);
+  CHECK(kept_pair_count(products, how) == 1);
   CHECK(coarse.pairs == std::vector<V2i>{{0, 0}});
   CHECK(coarse.coefficient == std::vector<float>{1, -1});
   how.step = 0.0078125F;
-  CHECK(quantised(products, how, nullptr).pairs.size() == 2);
+  CHECK(quantise(products, how, nullptr).pairs.size() == 2);
 }
 
 TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take") {
@@ -204,7 +204,7 @@ TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take"
   double last_error = 0;
   for (const float price : {0.0F, 0.2F, 1.0F, 5.0F}) {
     how.price = price;
-    const std::vector<float> coded = quantised(products, how, nullptr).coefficient;
+    const std::vector<float> coded = quantise(products, how, nullptr).coefficient;
     double error = 0;
     for (std::size_t i = 0; i < coded.size(); ++i) {
       error += std::pow(static_cast<double>(coded[i] - products.coefficient[i]), 2);
@@ -222,7 +222,7 @@ TEST_CASE("entries that are seen together make good each other's rounding, and u
   SlabRays rays{3, {}};
   for (const std::uint32_t hidden : {0U, 1U, 2U, 3U}) {
     for (const std::uint32_t entry : {0U, 1U, 2U, 3U}) {
-      if (entry != hidden) rays.met.push_back(entry);
+      if (entry != hidden) rays.entries.push_back(entry);
     }
   }
   BasisFit products;
@@ -233,7 +233,7 @@ TEST_CASE("entries that are seen together make good each other's rounding, and u
   Quantisation how;
   how.entries = 5;
   const SlabOverlaps overlaps = overlaps_of(rays, 5);
-  const std::vector<float> coded = quantised(products, how, &overlaps).coefficient;
+  const std::vector<float> coded = quantise(products, how, &overlaps).coefficient;
   double sum = 0;
   for (std::size_t e = 0; e < 4; ++e) sum += static_cast<double>(coded[e]);
   CHECK(sum == doctest::Approx(2));  // rounding alone would make it 0; the truth is 1.6

@@ -52,8 +52,8 @@ TEST_CASE("lobes of slabs are found again from what texels show") {
   const Fabric fabric = glossy(12, 4);
   const SampleLevel samples = seen_of(fabric);
   SlabLobeOptions options;
-  options.turns = 12;
-  options.steps = 20;
+  options.max_turns = 12;
+  options.max_steps = 20;
   const SlabLobeFit fit = lobes_of(fabric, samples, options);
   CHECK(fit.errors.front() > 0.2);  // with the cosine alone
   CHECK(fit.errors.back() < 0.03);  // the pull of the tables towards their mean
@@ -93,7 +93,7 @@ TEST_CASE("every turn of lobes and tables lowers the error, and it is that of th
   const SampleLevel samples = seen_of(fabric);
   SlabLobeOptions options;
   options.lobes = 2;
-  options.steps = 3;
+  options.max_steps = 3;
   const SlabLobeFit fit = lobes_of(fabric, samples, options);
   REQUIRE(fit.errors.size() > 2);
   for (std::size_t i = 1; i < fit.errors.size(); ++i) CHECK(fit.errors[i] < fit.errors[i - 1]);
@@ -115,8 +115,8 @@ TEST_CASE("every turn of lobes and tables lowers the error, and it is that of th
       const V3f seen = samples.alpha[row] * samples.radiance[row * 36 + l];
       V3d rest(seen);
       for (std::size_t ray = 0; ray < 2; ++ray) {
-        const std::uint32_t met = rays.met[2 * row + ray];
-        if (met == SlabRays::nothing) continue;
+        const std::uint32_t met = rays.entries[2 * row + ray];
+        if (met == SlabRays::no_entry) continue;
         const auto texel = static_cast<int>(met / 2);
         const V3f g = evaluate(gloss, fabric, texel % 8, texel / 8, V3f(directions.lights[l]),
                                V3f(directions.views[row % 36]))
@@ -138,7 +138,7 @@ TEST_CASE("lobes of slabs are the same for any number of threads") {
   const SampleLevel samples = seen_of(fabric);
   SlabLobeOptions options;
   options.lobes = 2;
-  options.turns = 3;
+  options.max_turns = 3;
   std::vector<FabricLevel> levels;
   for (const int threads : {1, 4}) {
     set_threads(threads);

@@ -112,7 +112,7 @@ TEST_CASE("the light table of a state is the least squares of its samples, light
   const TexelDirections directions{directions_of(grid), directions_of(grid), {0, 0}, {0, 0}};
   const TexelSamples samples = gather_texel(made.level.alpha.data(), made.level.radiance.data(), directions,
                                             V3f(0, 0.6F, 0.8F), V3f(1, 0, 0));
-  CHECK(samples.lights.size() < samples.all_lights);
+  CHECK(samples.lights.size() < samples.light_count);
   ChannelOptions options;
   options.table = {0, 0};
   options.light_table = true;
@@ -136,7 +136,7 @@ TEST_CASE("the light table of a state is the least squares of its samples, light
       square += g * g;
       cross += g * static_cast<double>(samples.radiance[1][l * samples.stride() + v]);
     }
-    CHECK(state.light_table[samples.light_of[l]] == doctest::Approx(cross / square).epsilon(1e-5));
+    CHECK(state.light_table[samples.light_index[l]] == doctest::Approx(cross / square).epsilon(1e-5));
   }
 }
 

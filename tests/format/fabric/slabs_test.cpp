@@ -265,7 +265,7 @@ TEST_CASE("the cells that a ray may visit are bounded before it is marched") {
   CHECK(march.max_cells({0, 1, 0}) == doctest::Approx(3 + 0.75 * 32));
   Fabric narrow = fabric;
   narrow.period_mm = {1e-30F, 1};
-  CHECK(SlabMarch(narrow.levels[0], narrow).max_cells(towards(1, 1)) == max_cells_of_a_ray);
+  CHECK(SlabMarch(narrow.levels[0], narrow).max_cells(towards(1, 1)) == max_cells_per_ray);
   const Fabric empty = slab_fabric(4, 4, 0, 0);
   CHECK(SlabMarch(empty.levels[0], empty).max_cells(towards(1, 1)) == 0);
 }

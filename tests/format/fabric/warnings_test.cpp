@@ -71,7 +71,7 @@ TEST_CASE("a lobe past half precision is a warning") {
 TEST_CASE("half precision moves the peak of a lobe by as much as the bound says") {
   // Largest relative error of rounding C in [1, 2) to 11 bits: half a unit in the last place.
   const float c = 1.0F + 0.5F / 1024 - 1e-6F;
-  const double peak = std::pow(static_cast<double>(c), static_cast<double>(largest_half_exponent));
+  const double peak = std::pow(static_cast<double>(c), static_cast<double>(max_half_exponent));
   CHECK(peak == doctest::Approx(1.05).epsilon(0.002));  // the rounded C is 1, its peak 1
   CHECK(warnings_of(phong(0.1F, 0.5F, 102), true).empty());
   const Issues issues = warnings_of(phong(0.1F, 0.5F, 103), true);
