@@ -1,4 +1,4 @@
-// Garments and their fabrics from disk, as much of them as is asked for.
+// Loads scenes and their fabrics, whole or only the levels that are needed.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,22 @@
 
 namespace selvedge {
 
-/// A scene whose fabrics are open, but not read.
+/// A scene whose fabric files are open, but whose levels are not read.
 struct OpenScene {
   Scene scene;
   std::vector<FabricReader> readers;  ///< of Scene::fabrics; they use the bytes that the scene holds
   std::uint64_t file_bytes = 0;       ///< of all fabric files
 };
 
-/// A glTF file and the headers of its fabrics. Materials whose fabric file is not there are left to their
-/// core parameters, with a remark; what is there and broken is an error, as those of read_scene() are.
+/// Reads a glTF file and the headers of its fabrics. Materials whose fabric file is missing keep their core
+/// parameters, with a remark; a broken one is an error. Other errors are those of read_scene().
 Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice = {});
 
-/// The levels ranges[i] of fabric i, whose level 0 is then the first of them, with the layers that a picture
-/// depends on (seen_layers()); everything where `ranges` is empty.
+/// Reads the levels ranges[i] of fabric i, the first of which becomes its level 0, with the layers that a
+/// picture depends on (seen_layers()); everything if `ranges` is empty.
 Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelRange> ranges = {});
 
-/// A level without lobes looks the same whatever its texels' own frames are.
+/// The layers of a level that a picture depends on: all but the frames of a level without lobes.
 LayerSet seen_layers(const FabricHeader& header, int level);
 
 /// Bytes of the fabric files that were read so far.
@@ -39,7 +39,7 @@ struct LoadedScene {
   std::vector<Fabric> fabrics;  ///< those of Scene::fabrics
 };
 
-/// All of it.
+/// Reads a scene and its fabrics whole.
 Result<LoadedScene> load_scene(const std::string& path);
 
 }  // namespace selvedge

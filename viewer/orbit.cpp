@@ -13,7 +13,7 @@ constexpr double degrees_per_height = 180;
 constexpr double radians_per_degree = std::numbers::pi / 180;
 constexpr double factor_per_step = 0.9;
 
-/// The camera's axes without its position: right, up.
+/// The camera's right and up axes.
 struct Axes {
   V3d right;
   V3d up;
@@ -27,7 +27,7 @@ Axes axes_of(const CameraOptions& orbit) {
   return {right, back.cross(right)};
 }
 
-/// Half the height of what is seen at the distance of the orbit's point, m.
+/// Half the height of the view at the distance of the orbit's point, m.
 double half_height(const CameraOptions& orbit) {
   return *orbit.distance * std::tan(orbit.field_of_view * radians_per_degree / 2) / orbit.zoom;
 }
@@ -81,9 +81,9 @@ void pan(CameraOptions& orbit, const V2d& drag) {
 
 void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect, double size) {
   const Axes axes = axes_of(orbit);
-  const double before = half_height(orbit);
+  const double old_height = half_height(orbit);
   orbit.distance = std::clamp(*orbit.distance * std::pow(factor_per_step, steps), 1e-4 * size, 100 * size);
-  const double lost = before - half_height(orbit);
+  const double lost = old_height - half_height(orbit);
   *orbit.look_at += axes.right * (cursor.x * aspect * lost) + axes.up * (cursor.y * lost);
 }
 

@@ -1,4 +1,4 @@
-// A scene and its fabrics to a frame: the whole of the paper's section 6.
+// Renders a scene and its fabrics to a frame: all of the paper's section 6.
 #pragma once
 
 #include <vector>
@@ -12,18 +12,17 @@
 
 namespace selvedge {
 
-/// All that a rendering is made with, sizes and options side by side.
+/// All options of a rendering.
 struct RenderOptions : FrameSize, DrawOptions {
   RenderPath path = RenderPath::hybrid;
-  /// Which OpenGL draws; automatic: Mesa's software rasteriser for the hybrid and the paper's path, whose
-  /// pixels come back to the processor anyway, and for the shader path a graphics processor's where there is
-  /// one.
+  /// The OpenGL implementation. Automatic: Mesa's software rasteriser for the hybrid and the paper's path,
+  /// whose pixels return to the CPU anyway; for the shader path a GPU if there is one.
   ContextKind context = ContextKind::automatic;
 };
 
 /// `fabrics[i]` is scene.fabrics[i]. Needs no display and no GPU. The frame's bytes do not depend on the
-/// number of threads. Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GLTF_REFERENCE (a fabric
-/// that is not there), FABRIC_MALFORMED (levels of wrong size), GRAPHICS_UNAVAILABLE.
+/// number of threads. Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GLTF_REFERENCE (a missing
+/// fabric), FABRIC_MALFORMED (levels of wrong size), GRAPHICS_UNAVAILABLE.
 Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
                      const RenderOptions& options, RenderStats* stats = nullptr);
 

@@ -26,14 +26,14 @@ struct Renderer::State {
   FrameSize size;
   PreparedScene scene;
   std::vector<std::string> remarks;
-  std::unique_ptr<GraphicsContext> context;  ///< goes after all that is drawn with it
+  std::unique_ptr<GraphicsContext> context;  ///< destroyed after all objects that it owns
   GlFunctions gl;
-  std::unique_ptr<ShadowPass> shadows;  ///< made when shadows are asked for
+  std::unique_ptr<ShadowPass> shadows;  ///< created on first use
   std::unique_ptr<FramePath> path;
-  std::unique_ptr<HybridPath> probes;  ///< beside another path, made when a pixel is asked for
+  std::unique_ptr<HybridPath> probes;  ///< beside another path, created on first use
   double prepare = 0;
 
-  /// The path that knows what pixels show.
+  /// The path that probes pixels.
   Result<HybridPath*> hybrid() {
     if (kind == RenderPath::hybrid) return static_cast<HybridPath*>(path.get());
     if (!probes) {
@@ -44,7 +44,7 @@ struct Renderer::State {
     return probes.get();
   }
 
-  /// Draws the maps that the options ask for; null where they ask for none.
+  /// Draws the shadow maps that the options require; null without shadows.
   Result<ShadowPass*> draw_shadows(const DrawOptions& options) {
     if (options.shadows == 0) return nullptr;
     if (!shadows) {
@@ -54,9 +54,9 @@ struct Renderer::State {
     }
     const std::vector<ShadowView> views =
         shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadows);
-    // A map is in the memory of OpenGL and in that of the program.
+    // A map is stored twice, by OpenGL and by the program.
     constexpr std::size_t max_texels = std::size_t{1} << 28;
-    const auto side = static_cast<std::size_t>(options.shadows);
+    const std::size_t side = options.shadows;
     if (views.size() * side * side > max_texels) {
       return fail(
           Code::option_out_of_range, "", "--shadows",
@@ -69,7 +69,7 @@ struct Renderer::State {
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Renderer::~Renderer() {
-  // OpenGL's objects need their context.
+  // OpenGL objects are deleted in their context.
   if (state_ && state_->context) static_cast<void>(state_->context->make_current());
 }
 const std::vector<std::string>& Renderer::remarks() const { return state_->remarks; }
@@ -87,7 +87,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   State& s = *state;
   s.kind = options.path;
   s.size = options;
-  // Coordinates relative to the scene's centre keep their digits in float.
+  // Coordinates relative to the scene's centre keep their precision in float.
   Imath::Box3d bounds;
   for (const V3d& point : *points) bounds.extendBy(point);
   s.scene.origin = bounds.center();
@@ -145,7 +145,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   }
   frame.width = s.size.width;
   frame.height = s.size.height;
-  frame.pixels.resize(static_cast<std::size_t>(frame.width) * frame.height);
+  frame.pixels.resize(frame.width * frame.height);
   return s.path->draw({camera, options, *shadows}, frame, stats);
 }
 

@@ -1,5 +1,4 @@
-// A scene with its fabrics, ready to be drawn again and again: everything that does not change from frame to
-// frame is done once.
+// Renders many frames of one scene: prepares once everything that frames share.
 #pragma once
 
 #include <memory>
@@ -16,7 +15,7 @@ namespace selvedge {
 class Renderer {
  public:
   /// `fabrics[i]` is scene.fabrics[i]; they must outlive the object, the scene need not. Draws with
-  /// `context`, or with one of its own where that is null. Errors as render() (render.h).
+  /// `context`, or creates one if that is null. Errors as render() (render.h).
   static Result<std::unique_ptr<Renderer>> create(const Scene& scene, const std::vector<Fabric>& fabrics,
                                                   const RenderOptions& options,
                                                   std::unique_ptr<GraphicsContext> context = nullptr);
@@ -24,22 +23,22 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// The scene from `camera`. The bytes do not depend on the number of threads, nor on the frames before. To
-  /// be called on the thread that created the object. The memory of `frame` is used again.
+  /// Draws the scene from `camera`. The bytes depend neither on the number of threads nor on earlier frames.
+  /// Call on the thread that created the object. The memory of `frame` is reused.
   Result<void> draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats);
 
-  /// Meshes and fabrics stay as they are. After an error nothing may be drawn before a resize has succeeded.
+  /// Changes the frame's size, not meshes and fabrics. After an error, draw only after a successful resize.
   Result<void> resize(const FrameSize& size);
 
-  /// What the nearest surface shows at a pixel, counted from the top left of the supersampled frame; none
-  /// where there is nothing. Precondition: the pixel lies in the frame.
+  /// The nearest surface at a pixel, counted from the top left of the supersampled frame, if there is one.
+  /// Precondition: the pixel lies in the frame.
   Result<std::optional<PixelProbe>> probe(const Camera& camera, const DrawOptions& options, const V2i& pixel);
 
-  /// Where texels end (draw_texel_edges()), for every pixel of the supersampled frame, top row first.
+  /// Draws the edges of texels (draw_texel_edges()) for every pixel of the supersampled frame, top row first.
   Result<void> texel_edges(const Camera& camera, const DrawOptions& options,
                            std::vector<OverlayPixel>& overlay);
 
-  /// What could not be honoured, one line each.
+  /// Options and materials that could not be honoured, one line each.
   const std::vector<std::string>& remarks() const;
 
  private:

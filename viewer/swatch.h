@@ -1,5 +1,5 @@
-// A flat piece of a fabric, seen from any direction without foreshortening: texel by texel, where the
-// swatches of format/scene/swatch.h are seen in perspective.
+// Makes a scene of a flat swatch, viewed without perspective texel by texel (those of format/scene/swatch.h
+// have perspective).
 #pragma once
 
 #include "format/fabric/fabric.h"
@@ -10,16 +10,17 @@ namespace selvedge {
 
 struct SwatchOptions {
   V2i repeats{1, 1};
-  /// Along both sides, in texels of `level`; 0.5 gives one pixel for two texels. The frame's size is rounded
-  /// to whole pixels, at least one.
+  /// Pixels per texel of `level` along both sides; 0.5 gives one pixel for two texels. The frame's size is
+  /// rounded to whole pixels, at least one.
   double pixels_per_texel = 1;
-  int level = -1;     ///< of the whole fabric; -1: the finest sets the size, the footprint the level
+  int level = -1;  ///< of the whole fabric; -1: the size is that of the finest, footprints select the level
   V3d view{0, 0, 1};  ///< towards the viewer, in the fabric's frame, z > 0; any length
 };
 
 struct Swatch {
-  Scene scene;    ///< a quad in the plane z = 0, u along x, falling v along y; fabric 0 is the swatch's
-  Camera camera;  ///< parallel; its image plane is the cloth, so that every view shows the same texels
+  Scene scene;  ///< a quad in the plane z = 0, u along x, falling v along y; fabric 0 is the swatch's
+  Camera
+      camera;  ///< parallel; its image plane is the cloth, so that every view has the same texels in a pixel
   int width = 0;
   int height = 0;
 };

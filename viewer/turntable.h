@@ -1,4 +1,4 @@
-// The cameras of a series of frames.
+// Cameras of a turntable, and the names of its frames.
 #pragma once
 
 #include <span>
@@ -9,9 +9,9 @@
 
 namespace selvedge {
 
-/// One camera as make_camera() makes it, or `frames` of them once around the scene, in equal steps, all
-/// looking at the same point from the same distance: unless the options say which, the scene's centre and the
-/// distance from which the frame shows everything all the way round.
+/// One camera by make_camera(), or `frames` cameras once around the scene in equal steps, all looking at the
+/// same point from the same distance: those of the options, or by default the scene's centre and the distance
+/// that shows everything in all frames.
 Result<std::vector<Camera>> turntable(std::span<const V3d> points, double aspect,
                                       const CameraOptions& options, int frames);
 

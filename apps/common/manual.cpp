@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-/// "-o, --output"; an argument's own name where it has no other.
+/// "-o, --output"; for an argument without a flag its own name.
 std::string names_of(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.get_snames()) names.push_back("-" + name);
@@ -19,7 +19,7 @@ std::string names_of(const CLI::Option& option) {
 
 bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
-/// Text of a page: a leading dot or quote would be a macro, a dash that is typed is \-.
+/// Escapes text: a leading dot or quote would be a macro, and a typed dash is \-.
 std::string roff(const std::string& text) {
   std::string page;
   for (const char c : text) {
@@ -47,7 +47,7 @@ std::string options_text(const CLI::App& verb) {
   return page;
 }
 
-/// What an option's value can be, with spaces between: the names of a type such as on|off.
+/// The values of an option separated by spaces, from the names of a type such as on|off.
 std::string values_of(const CLI::Option& option) {
   std::string type = option.get_type_name();
   const bool are_names = type.find('|') != std::string::npos &&

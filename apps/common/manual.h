@@ -1,4 +1,4 @@
-// The manual page and the completion of bash, printed from the options that a program declares.
+// Prints the manual page and the completion for bash from the options that a program declares.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace selvedge {
 /// roff with the macros of man(7): one page for a program and all its verbs.
 std::string manual_page(const CLI::App& program);
 
-/// A script for bash that completes verbs, options, the names that an option takes, and files. zsh reads it,
-/// too, after `autoload bashcompinit && bashcompinit`.
+/// A script for bash that completes verbs, options, the values of an option, and files. It works in zsh after
+/// `autoload bashcompinit && bashcompinit`.
 std::string bash_completion(const CLI::App& program);
 
 }  // namespace selvedge

@@ -13,12 +13,12 @@
 namespace selvedge {
 namespace {
 
-/// A check that gives the fault of a text, or nothing where it is good.
+/// A CLI11 check, which returns the fault of a text, or an empty string.
 CLI::Validator validator(std::function<std::string(const std::string&)> fault) {
   return CLI::Validator([fault = std::move(fault)](std::string& text) { return fault(text); }, "");
 }
 
-/// The whole text as a number from 0 to 2^64 - 1 and what follows it.
+/// Splits a text into a number from 0 to 2^64 - 1 and the rest.
 std::optional<std::pair<std::uint64_t, std::string>> whole_number(const std::string& text) {
   std::uint64_t number = 0;
   const char* end = text.data() + text.size();
@@ -76,9 +76,10 @@ const Option& Option::required(bool is_required) const {
 }
 
 const Option& Option::in(double min, double max) const {
-  // A default that cannot be given stands for none.
-  double usual = 0;
-  if (CLI::detail::lexical_cast(option_->get_default_str(), usual) && !(usual >= min && usual <= max))
+  // A default out of range means "not set" and is not shown.
+  double default_value = 0;
+  if (CLI::detail::lexical_cast(option_->get_default_str(), default_value) &&
+      !(default_value >= min && default_value <= max))
     option_->default_str("");
   option_->check(validator([min, max](const std::string& text) {
     double value = 0;
@@ -132,7 +133,7 @@ Option Options::add(CLI::Option* option, const char* type) {
 template <class T>
 Option Options::number(const char* name, T& value, const char* type, const std::string& help) {
   CLI::Option* option = app_.add_option(name, value, help)->capture_default_str();
-  // CLI11 takes a negative number for a large one.
+  // CLI11 would convert a negative number to a large one.
   if constexpr (std::is_same_v<T, std::uint64_t>) {
     option->check(validator([](const std::string& text) {
       const auto parsed = whole_number(text);
@@ -213,7 +214,7 @@ Option Options::choice(const char* name, std::span<const std::string_view> names
   return text(name, type.c_str(), help, [name, names, type, read = std::move(read)](const std::string& t) {
     const auto found = std::find(names.begin(), names.end(), t);
     if (found == names.end()) refuse(name, fmt::format("\"{}\" is none of {}", t, type));
-    read(static_cast<std::size_t>(found - names.begin()));
+    read(found - names.begin());
   });
 }
 
@@ -225,7 +226,7 @@ Option Options::list(const char* name, std::vector<std::string>& values, const c
 Option Options::list(const char* name, const char* type, const std::string& help,
                      const std::function<void(const std::vector<std::string>&)>& read) {
   CLI::Option* option = app_.add_option_function<std::vector<std::string>>(name, read, help);
-  // One value for each time that an option is named, else its values would swallow the arguments behind them.
+  // One value per occurrence of the option; otherwise it would take the following arguments.
   if (*name == '-') option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   return add(option, type);
 }

@@ -1,6 +1,5 @@
-// How a verb declares its options: names, values, help and the checks between them. The help, the man pages
-// and the shell completion are printed from the same declarations. Only options.cpp, program.cpp and
-// manual.cpp include CLI11.
+// Declares the options of a verb: names, values, help and the checks between them. Help, man pages and shell
+// completion are printed from these declarations. Only options.cpp, program.cpp and manual.cpp include CLI11.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +25,7 @@ namespace selvedge {
 /// Ends the parsing of a command line: "--option: why" in one line, exit status 2.
 [[noreturn]] void refuse(const std::string& option, const std::string& why);
 
-/// An option that has been declared. Each function narrows it down and gives it back.
+/// A declared option. Each function adds a constraint and returns the option.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
@@ -38,24 +37,24 @@ class Option {
   const Option& ends_in(std::vector<std::string> endings) const;
   const Option& excludes(const Option& other) const;
   const Option& needs(const Option& other) const;
-  /// Another help text.
+  /// Replaces the help text.
   const Option& help(const std::string& text) const;
-  /// Of a list of words without an option's name: how many there may be.
+  /// Limits the number of words of a positional list.
   const Option& count(int min, int max) const;
 
  private:
   CLI::Option* option_;
 };
 
-/// The options of one verb. A name without dashes is an argument without a name. Values are shown with their
-/// defaults in the help; `type` is what stands for a value there, such as "N" or "FILE".
+/// The options of one verb. A name without dashes declares a positional argument. The help shows defaults;
+/// `type` stands for a value there, such as "N" or "FILE".
 class Options {
  public:
   explicit Options(CLI::App& app) : app_(app) {}
   Options(const Options&) = delete;
   Options& operator=(const Options&) = delete;
 
-  /// The heading in the help over the options that are declared from now on; "": the usual one.
+  /// Sets the heading in the help for the following options; "": the default heading.
   void group(const char* heading);
 
   /// --json, --quiet and --threads.
@@ -65,33 +64,33 @@ class Options {
   /// int, float, double, std::uint64_t, std::optional<int> or std::optional<double>.
   template <class T>
   Option number(const char* name, T& value, const char* type, const std::string& help);
-  /// Bytes above 0, also as 64K or 2M (KiB, MiB).
+  /// A positive number of bytes, also as 64K or 2M (KiB, MiB).
   Option bytes(const char* name, std::optional<std::uint64_t>& value, const std::string& help);
   /// "32x16", each within [min, max].
   Option size(const char* name, V2i& value, const std::string& help, int min, int max);
 
   Option flag(const char* name, bool& value, const std::string& help);
   Option flag(const char* name, std::function<void()> set, const std::string& help);
-  /// A flag that gives `target` a value.
+  /// A flag that sets `target`.
   template <class T>
   Option set_flag(const char* name, T& target, std::type_identity_t<T> value, const std::string& help) {
     return flag(
         name, [&target, value] { target = value; }, help);
   }
-  /// A flag that takes a number only as --name=number, and is `otherwise` alone.
+  /// A flag with an optional number as --name=number; `otherwise` without it.
   Option flag(const char* name, int& value, int otherwise, const std::string& help);
 
   Option text(const char* name, std::string& value, const char* type, const std::string& help);
-  /// The text becomes a value while parsing; `read` may refuse() it.
+  /// A text that `read` converts while parsing; it may refuse() the text.
   Option text(const char* name, const char* type, const std::string& help,
               const std::function<void(const std::string&)>& read);
-  /// `count` numbers with commas between them.
+  /// `count` numbers separated by commas.
   Option numbers(const char* name, std::size_t count, const char* type, const std::string& help,
                  std::function<void(const std::vector<double>&)> read);
-  /// V2d, V3d or an optional one.
+  /// V2d, V3d or std::optional of them.
   template <class T>
   Option vector(const char* name, T& value, const char* type, const std::string& help);
-  /// Gives `read` the index of one of the names.
+  /// Calls `read` with the index of one of the names.
   Option choice(const char* name, std::span<const std::string_view> names, const std::string& help,
                 std::function<void(std::size_t)> read);
   template <class Enum>
@@ -104,20 +103,20 @@ class Options {
   Option list(const char* name, const char* type, const std::string& help,
               const std::function<void(const std::vector<std::string>&)>& read);
 
-  /// -o, --output, with one of the endings unless there are none. Where `piped` is an ending such as
-  /// ".fabric.exr", "-" stands for standard output, to which a file with such a name is copied when it is
-  /// whole; otherwise "-" is refused.
+  /// -o, --output, with one of the endings if any are given. If `piped` is an ending such as ".fabric.exr",
+  /// "-" means standard output: a temporary file with that ending is written and then copied there; otherwise
+  /// "-" is refused.
   Option output(std::string& path, const std::string& help, const char* piped,
                 std::vector<std::string> endings = {});
-  /// The output's path where that is "-"; else nothing.
+  /// The output's path if it is "-", else null.
   std::string* piped_output() const;
   const std::string& piped_ending() const { return piped_ending_; }
 
-  /// Runs after parsing, in the order of declaration; may refuse() and change values.
+  /// Adds a check that runs after parsing, in the order of declaration; it may refuse() and change values.
   void check(std::function<void()> check);
   /// Whether an option is on the command line.
   bool given(const char* name) const;
-  /// Refuses, where `here`, the first of these options that was given, and says why.
+  /// If `here`, refuses the first of these options that is given, with the reason `why`.
   void refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const;
 
   CLI::App& app() { return app_; }
@@ -133,11 +132,10 @@ class Options {
   std::vector<std::function<void()>> checks_;
 };
 
-/// Numbers with `separator` between them, from `min` to `max` of them; refuse()s a text that is not of the
-/// form of `example`.
+/// Parses `min` to `max` numbers separated by `separator`; refuse()s texts of another form than `example`.
 std::vector<double> numbers_from(const std::string& option, const std::string& text, char separator,
                                  std::size_t min, std::size_t max, const char* example);
-/// The same for whole numbers that fit an int.
+/// The same for integers in the range of int.
 std::vector<int> whole_numbers_from(const std::string& option, const std::string& text, char separator,
                                     std::size_t min, std::size_t max, const char* example);
 

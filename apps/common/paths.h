@@ -1,4 +1,4 @@
-// Checks of the files that a command names, before its work begins.
+// Checks the files that a command names before its work begins.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace selvedge {
 
-/// (what it is, path); empty paths do not count. OPTION_OUT_OF_RANGE names two that are the same file, or
-/// would be.
+/// Takes pairs (role, path); empty paths are ignored. OPTION_OUT_OF_RANGE names two that are or would be the
+/// same file.
 Result<void> check_distinct(const std::vector<std::pair<std::string, std::string>>& paths);
 
-/// Whether each of these files could be made; empty paths do not count. FILE_UNWRITABLE.
+/// Checks that each of these files can be created; empty paths are ignored. FILE_UNWRITABLE.
 Result<void> check_writable(const std::vector<std::string>& paths);
 
 }  // namespace selvedge

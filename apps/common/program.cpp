@@ -20,15 +20,15 @@
 namespace selvedge {
 namespace {
 
-/// A line on standard error, and 1, where something for standard output could not be written; else `status`.
+/// Flushes standard output: `status` if all could be written, else a line on standard error and 1.
 int check_output(int status) {
-  // Whatever fits into the buffer is written here.
+  // Text that still is in the buffer is written here.
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
   report_error({Code::file_unwritable, "standard output", "", std::strerror(errno)});
   return 1;
 }
 
-/// Changes of one letter that make one word of another (Levenshtein distance).
+/// The Levenshtein distance of two words.
 std::size_t distance(const std::string& from, const std::string& to) {
   std::vector<std::size_t> row(to.size() + 1);
   for (std::size_t k = 0; k < row.size(); ++k) row[k] = k;
@@ -44,7 +44,7 @@ std::size_t distance(const std::string& from, const std::string& to) {
   return row.back();
 }
 
-/// "unknown KIND TYPED; did you mean NAME?", where a name is near.
+/// "unknown KIND TYPED", with "; did you mean NAME?" if a name is similar.
 std::string unknown(const char* kind, const std::string& typed, const std::vector<std::string>& names) {
   std::string fault = fmt::format("unknown {} {}", kind, typed);
   const auto nearest = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
@@ -127,7 +127,7 @@ int Program::parse_and_run(int argc, const char* const* argv) {
   try {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // CLI11 has statuses of its own above 100, and messages of several lines.
+    // CLI11 has its own statuses, above 100, and messages of several lines.
     if (error.get_exit_code() == 0) return app_->exit(error);
     std::string fault = usage_fault(error.what());
     std::replace(fault.begin(), fault.end(), '\n', ' ');
@@ -178,7 +178,7 @@ int Program::run(int argc, const char* const* argv) {
   try {
     return check_output(parse_and_run(argc, argv));
   } catch (const std::exception& error) {
-    // Texts that do not fit into the buffer are found here.
+    // Errors in writing texts larger than the buffer are found here.
     if (std::ferror(stdout) != 0) return check_output(1);
     fmt::print(stderr, "{}: {}\n", program_name, error.what());
     return 1;

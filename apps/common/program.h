@@ -1,4 +1,4 @@
-// A program of verbs: each is one function that declares options into a struct, and one that runs with it.
+// A program with verbs: a function declares the options of each in a struct, another runs with it.
 #pragma once
 
 #include <functional>
@@ -12,11 +12,11 @@
 
 namespace selvedge {
 
-/// A verb as the help presents it.
+/// The help of a verb.
 struct VerbText {
   const char* name;
   const char* help;      ///< one line
-  const char* examples;  ///< one a line
+  const char* examples;  ///< one per line
   const char* notes = "";
 };
 
@@ -27,7 +27,7 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /// `declare` begins with Options::common(). `work` gives the exit status where it is not an error's.
+  /// `declare` begins with Options::common(). `work` returns the exit status, or an error.
   template <class Command>
   void add(const VerbText& text, void (*declare)(Options&, Command&), Result<int> (*work)(const Command&)) {
     auto command = std::make_shared<Command>();
@@ -36,11 +36,11 @@ class Program {
     verb.work = [command, work] { return work(*command); };
   }
 
-  /// Parses the command line, runs its verb, and gives back the exit status: 0 good, 1 bad input or a failed
+  /// Parses the command line, runs its verb, and returns the exit status: 0 good, 1 bad input or a failed
   /// check, 2 usage. With --json an error is a JSON report with a member "error" on standard output; else one
-  /// line on standard error. Unfinished files go when a signal ends the program. The only exceptions that
-  /// arrive here are such as running out of memory: one line, status 1. `--man` and `--completion` alone
-  /// print the manual page and the completion of bash.
+  /// line on standard error. Unfinished files are removed if a signal ends the program. Exceptions (out of
+  /// memory) become one line and status 1. `--man` and `--completion` without a verb print the manual page
+  /// and the completion for bash.
   int run(int argc, const char* const* argv);
 
  private:

@@ -1,4 +1,4 @@
-// How a verb reports: a table for people or JSON for programs on standard output, errors and remarks on
+// Reports of verbs: a table for people or JSON for programs on standard output, errors and remarks on
 // standard error.
 #pragma once
 
@@ -17,12 +17,12 @@ using Json = nlohmann::ordered_json;
 struct CommonOptions {
   bool json = false;       ///< the report as JSON on standard output
   bool quiet = false;      ///< no progress, no table
-  bool piped = false;      ///< standard output takes the file that is made, and no report
+  bool piped = false;      ///< standard output receives the output file, and no report
   int threads = 0;         ///< 0: all cores
-  std::uint64_t seed = 0;  ///< not used by verbs that draw no random numbers
+  std::uint64_t seed = 0;  ///< ignored by verbs without random numbers
 };
 
-/// Of the program that runs, as in its messages. Program sets it before anything else.
+/// Name of the running program, for messages. Set by Program.
 extern const char* program_name;
 
 /// Code, severity, file, place and message.
@@ -31,20 +31,20 @@ Json to_json(const Error& issue);
 /// "program: file: place: reason [CODE]" on standard error.
 void report_error(const Error& error);
 
-/// The same with "error: " or "warning: " before the file: for a verb that reports both.
+/// The same with "error: " or "warning: " before the file, for verbs that report both.
 void report_issue(const Error& issue);
 
-/// The warnings as JSON; each on standard error, too, unless --quiet or --json.
+/// The warnings as JSON; prints them on standard error, too, unless --quiet or --json.
 Json report_warnings(const CommonOptions& common, const Issues& warnings);
 
-/// A remark that is no issue: "program: file: remark" on standard error.
+/// A remark without a code: "program: file: remark" on standard error.
 void report_remark(const std::string& file, const std::string& remark);
 
-/// With --json the report, framed with the program's version, the report format's version and the verb; else
-/// `text` unless --quiet. Both go to standard output.
+/// Prints to standard output: with --json the report, framed with the program's version, the report format's
+/// version and the verb; else `text`, unless --quiet.
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text);
 
-/// That report, as text.
+/// The framed report as text.
 std::string framed(const char* verb, const Json& json);
 
 /// Size of a file in bytes; 0 if there is none.

@@ -5,7 +5,7 @@
 namespace selvedge {
 namespace {
 
-/// Three numbers and an intensity; `add` tells whether they make a light.
+/// Three numbers and an intensity; `add` returns whether they are a valid light.
 void add_light_list(Options& options, const char* name, const std::string& help,
                     std::function<bool(const V3d&, float)> add) {
   options.list(name, "X,Y,Z[,I]", help, [name, add = std::move(add)](const std::vector<std::string>& texts) {
@@ -28,9 +28,9 @@ void add_camera(Options& options, CameraOptions& camera) {
   options.set_flag("--orthographic", camera.projection, Projection::parallel,
                    "Parallel instead of perspective projection");
   options.number("--distance-factor", camera.distance_factor, "FACTOR",
-                 "Times the distance that just shows everything");
+                 "Distance as a multiple of the one that just shows everything");
   options.vector("--look-at", camera.look_at, "X,Y,Z",
-                 "Point in metres that is shown in the middle (default: the scene's centre)");
+                 "Point at the picture's centre, metres (default: the scene's centre)");
   options.number("--zoom", camera.zoom, "FACTOR", "Narrow the frame by this factor");
   options.vector("--focus", camera.focus, "X,Y",
                  "Around this point of the frame; 0,0 is its top left, 1,1 its bottom right");

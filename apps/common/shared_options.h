@@ -1,4 +1,4 @@
-// Options that mean the same in verbs of both programs: cameras, scenes, lights, places of a swatch.
+// Options that both programs share: cameras, scenes, lights, places of a swatch.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace selvedge {
 
-/// All of a camera but --distance, of which some verbs take two.
+/// All options of a camera but --distance, which is a range in some verbs.
 void add_camera(Options& options, CameraOptions& camera);
 
 /// --scene and --variant.
@@ -20,10 +20,10 @@ void add_scene_choice(Options& options, SceneChoice& choice);
 
 /// --light: directions with intensities, added to `lights`.
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help);
-/// --point-light: places with intensities.
+/// --point-light: positions with intensities.
 void add_point_lights(Options& options, std::vector<Light>& lights);
 
-/// --place: where a swatch is seen from.
+/// --place: the camera of a swatch.
 void add_place(Options& options, const std::string& help, std::function<void(SwatchView)> read);
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// The verbs of selvedge-view: each function declares one with its options and what runs it.
+// The verbs of selvedge-view: each function declares the options of one and what it runs.
 #pragma once
 
 #include "apps/common/program.h"
@@ -10,8 +10,7 @@ void add_show_verb(Program& program);
 void add_compare_verb(Program& program);
 void add_trade_verb(Program& program);
 
-/// Mesa's rasteriser has threads of its own, which are limited here unless whoever set their number knows
-/// better. 0: as many as it likes.
+/// Limits the threads of Mesa's rasteriser, unless its environment variable is set. 0: no limit.
 void limit_mesa_threads(int threads);
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// compare: how far two pictures are apart.
+// compare: the differences between two pictures.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,19 +14,19 @@ struct CompareCommand {
   CommonOptions common;
   std::string first;
   std::string second;
-  std::optional<double> max;  ///< largest difference that is still good
+  std::optional<double> max;  ///< largest difference that passes
 };
 
 void declare(Options& options, CompareCommand& command) {
   options.common(command.common);
   options.text("first", command.first, "FILE", "A picture").required();
-  options.text("second", command.second, "FILE", "Another of the same size").required();
-  options.number("--max", command.max, "BOUND", "Largest absolute difference of a value that is still good")
+  options.text("second", command.second, "FILE", "Another picture of the same size").required();
+  options.number("--max", command.max, "BOUND", "Largest absolute difference of a value that passes")
       .in(0, 1e30);
 }
 
 Result<int> run(const CompareCommand& command) {
-  // As stored: differences are then in steps of the picture that people see.
+  // Values as stored, so that differences are in steps of the displayed picture.
   const Result<Image> first = read_image(command.first, Transfer::keep);
   if (!first) return tl::unexpected(first.error());
   const Result<Image> second = read_image(command.second, Transfer::keep);
@@ -39,7 +39,7 @@ Result<int> run(const CompareCommand& command) {
   }
   const auto similarity = structural_similarity(*first, *second);
   if (!similarity) return tl::unexpected(similarity.error());
-  // Pictures that are too small have no similarity, and those with NaN have none that is a number.
+  // The similarity is undefined for pictures that are too small, and NaN for pictures with NaN.
   const bool similar = *similarity && std::isfinite(**similarity);
   const ImageDifference& d = *difference;
   report(
@@ -54,7 +54,7 @@ Result<int> run(const CompareCommand& command) {
       fmt::format("max {:.6g} at ({}, {}) channel {}, RMSE {:.6g}, PSNR {:.2f} dB{}\n", d.max_absolute, d.x,
                   d.y, d.channel, d.rmse, d.psnr, similar ? fmt::format(", SSIM {:.4f}", **similarity) : ""));
   if (!command.max || d.max_absolute <= *command.max) return 0;
-  // The report is the answer; this is the reason of the exit status.
+  // The report is the result; this line explains the exit status.
   report_error({Code::image_mismatch, command.second, fmt::format("pixel ({}, {})", d.x, d.y),
                 fmt::format("differs from {} by {:.6g}, more than {:.6g}", command.first, d.max_absolute,
                             *command.max)});

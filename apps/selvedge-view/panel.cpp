@@ -17,7 +17,7 @@ namespace {
 constexpr float panel_width = 330;
 constexpr float label_width = 92;
 
-/// One line of a list: what it is on the left in grey, its value beside it.
+/// One line of a list: a grey label on the left, its value beside it.
 template <class... Arguments>
 void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
   ImGui::TextDisabled("%s", name);
@@ -25,7 +25,7 @@ void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&.
   ImGui::TextUnformatted(fmt::format(format, std::forward<Arguments>(arguments)...).c_str());
 }
 
-/// The name of a widget on its left; the widget itself follows over the rest of the line.
+/// A label; the widget that follows takes the rest of the line.
 void label(const char* name) {
   ImGui::AlignTextToFramePadding();
   ImGui::TextDisabled("%s", name);
@@ -37,7 +37,7 @@ void raise(Change& change, bool changed, Change to) {
   if (changed) change = std::max(change, to);
 }
 
-/// Lines of the panel that edit a value of the frame.
+/// Lines of the panel that edit values of the frame.
 void slider(Change& change, const char* name, int& value, int min, int max, const char* format = "%d") {
   label(name);
   raise(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format), Change::frame);
@@ -69,14 +69,14 @@ void set_style() {
   style.Colors[ImGuiCol_HeaderHovered] = ImVec4(0.26F, 0.29F, 0.33F, 1);
   style.Colors[ImGuiCol_FrameBg] = ImVec4(0.19F, 0.20F, 0.22F, 1);
   style.Colors[ImGuiCol_TextDisabled] = ImVec4(0.62F, 0.64F, 0.67F, 1);
-  // Easier to read than the built-in one, where it is there.
+  // Easier to read than the built-in font, if installed.
   constexpr const char* font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
   constexpr float font_size = 14;
   std::error_code missing;
   if (std::filesystem::exists(font, missing)) ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size);
 }
 
-/// A drop-down list. Gives whether another one was chosen.
+/// A drop-down list. Returns whether the choice changed.
 template <class Names>
 bool choose(const char* id, const Names& names, int& chosen, bool with_none) {
   const std::string none = "(core material)";
@@ -146,7 +146,7 @@ void show_times(const PanelInfo& info) {
   row("layers", "{}", s.layers);
 }
 
-/// Where the lights are, as seen from the camera: a hemisphere from the front, lights behind it hollow.
+/// Draws the lights' directions seen from the camera: a hemisphere from the front, lights behind it hollow.
 void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& centre, float radius) {
   ImDrawList& draw = *ImGui::GetForegroundDrawList();
   draw.AddCircleFilled(centre, radius, IM_COL32(0, 0, 0, 90));
@@ -154,7 +154,7 @@ void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& ce
   const Camera& camera = info.picture.camera();
   const std::vector<Light>& lights = info.picture.lights();
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    // A light that stands somewhere: as it is seen from what the camera turns around.
+    // A point or spot light, seen from the centre of the orbit.
     const V3d towards = lights[i].kind == LightKind::directional
                             ? lights[i].direction
                             : lights[i].position - state.camera.look_at.value_or(V3d(0, 0, 0));
@@ -183,7 +183,7 @@ void show_help() {
 Panel::Panel(const Window& window) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  // No file with the panel's places beside the garment.
+  // ImGui's settings file would appear beside the garment.
   ImGui::GetIO().IniFilename = nullptr;
   set_style();
   ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
@@ -237,63 +237,63 @@ ShowInput Panel::input(const WindowDrags& drags) const {
 std::optional<V2d> Panel::cursor() const {
   const ImGuiIO& io = ImGui::GetIO();
   if (io.WantCaptureMouse || !ImGui::IsMousePosValid()) return std::nullopt;
-  // The middle of the pixel that the mouse is on.
+  // The centre of the pixel under the mouse.
   const V2d size(static_cast<double>(io.DisplaySize.x - width()), static_cast<double>(io.DisplaySize.y));
   const V2d mouse(std::floor(static_cast<double>(io.MousePos.x)),
                   std::floor(static_cast<double>(io.MousePos.y)));
-  const V2d at = (mouse + V2d(0.5)) / size;
-  if (!(at.x >= 0 && at.x < 1 && at.y >= 0 && at.y < 1)) return std::nullopt;
-  return at;
+  const V2d point = (mouse + V2d(0.5)) / size;
+  if (!(point.x >= 0 && point.x < 1 && point.y >= 0 && point.y < 1)) return std::nullopt;
+  return point;
 }
 
-void Panel::take_keys(const PanelInfo& info, ShowState& state, PanelWish& wish) {
+void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   const auto pressed = [&](char key) { return info.keys.find(key) != std::string::npos; };
-  if (pressed(escape_key)) wish.close = true;
+  if (pressed(escape_key)) request.close = true;
   if (ImGui::GetIO().WantTextInput) return;
   if (pressed('H')) shown_ = !shown_;
-  if (pressed('R')) wish.resets_camera = true;
+  if (pressed('R')) request.resets_camera = true;
   if (pressed('P')) state.probes = !state.probes;
   const auto fabrics = static_cast<int>(info.picture.fabrics().size());
-  if (pressed('F')) raise(wish.change, next_fabrics(fabrics, state), Change::scene);
+  if (pressed('F')) raise(request.change, next_fabrics(fabrics, state), Change::scene);
   if (pressed('E')) {
     state.texel_edges = !state.texel_edges;
-    raise(wish.change, true, Change::frame);
+    raise(request.change, true, Change::frame);
   }
 }
 
-void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelWish& wish) {
+void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("path");
-  raise(wish.change, choose("##path", path_names, state.path, false), Change::scene);
+  raise(request.change, choose("##path", path_names, state.path, false), Change::scene);
   std::size_t levels = 1;
   for (const Fabric& fabric : info.picture.fabrics())
     levels = std::max(levels, static_cast<std::size_t>(fabric.first_level()) + fabric.levels.size());
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
-  slider(wish.change, "level", state.levels.forced, -1, static_cast<int>(levels) - 1, shown.c_str());
-  box(wish.change, "blend two levels", state.levels.blend);
-  slider(wish.change, "taps", state.levels.taps, 1, max_taps);
-  slider(wish.change, "layers", state.layers, 1, max_layers);
-  box(wish.change, "texel edges (E)", state.texel_edges);
+  slider(request.change, "level", state.levels.forced, -1, static_cast<int>(levels) - 1, shown.c_str());
+  box(request.change, "blend two levels", state.levels.blend);
+  slider(request.change, "taps", state.levels.taps, 1, max_taps);
+  slider(request.change, "layers", state.layers, 1, max_layers);
+  box(request.change, "texel edges (E)", state.texel_edges);
   ImGui::SameLine();
-  if (ImGui::Button("first view (R)")) wish.resets_camera = true;
+  if (ImGui::Button("first view (R)")) request.resets_camera = true;
 }
 
-void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish) {
+void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   auto stops = static_cast<float>(std::log2(state.display.exposure / std::numbers::pi_v<float>));
   label("exposure");
   if (ImGui::SliderFloat("##exposure", &stops, -8, 8, "%+.2f stops")) {
     state.display.exposure = std::numbers::pi_v<float> * std::exp2(stops);
-    raise(wish.change, true, Change::display);
+    raise(request.change, true, Change::display);
   }
   auto tone = static_cast<int>(state.display.tone);
   label("tone curve");
-  raise(wish.change, choose("##tone", tone_curve_names, tone, false), Change::display);
+  raise(request.change, choose("##tone", tone_curve_names, tone, false), Change::display);
   state.display.tone = static_cast<ToneCurve>(tone);
   label("background");
   V3f background = each(state.display.background.value_or(V3f(0, 0, 0)), linear_to_srgb);
   if (ImGui::ColorEdit3("##background", &background.x,
                         ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoInputs)) {
     state.display.background = each(background, srgb_to_linear);
-    raise(wish.change, true, Change::display);
+    raise(request.change, true, Change::display);
   }
   for (std::size_t i = 0; i < state.lights.size(); ++i) {
     Light& light = state.lights[i];
@@ -311,7 +311,7 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
     const V3f colour = strength > 0 ? light.irradiance / strength : V3f(1, 1, 1);
     if (ImGui::SliderFloat("##strength", &strength, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic)) {
       light.irradiance = colour * std::max(strength, 0.0F);
-      raise(wish.change, true, Change::frame);
+      raise(request.change, true, Change::frame);
     }
     ImGui::PopID();
   }
@@ -319,22 +319,22 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelWish& wish)
   const std::vector<SceneMaterial>& materials = info.picture.scene().materials;
   if (std::any_of(materials.begin(), materials.end(), is_plain)) {
     label("all around");
-    raise(wish.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
+    raise(request.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
   }
   bool casts = state.shadows > 0;
-  if (box(wish.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
+  if (box(request.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
   label("");
   bool follows = state.lights_in_camera_frame;
   if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(info.picture.camera(), state);
 }
 
-void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelWish& wish) {
+void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   const std::vector<SceneMaterial>& materials = info.picture.scene().materials;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     if (!materials[i].fabric) continue;
     ImGui::PushID(static_cast<int>(i));
     label(materials[i].name.empty() ? "material" : materials[i].name.c_str());
-    raise(wish.change, choose("##fabric", info.picture.fabric_names(), state.fabrics[i], true),
+    raise(request.change, choose("##fabric", info.picture.fabric_names(), state.fabrics[i], true),
           Change::scene);
     ImGui::PopID();
   }
@@ -342,15 +342,15 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelWish& wis
   if (ImGui::InputTextWithHint("##path", "fabric file, Enter", &path_,
                                ImGuiInputTextFlags_EnterReturnsTrue) &&
       !path_.empty()) {
-    wish.add_fabric = path_;
+    request.add_fabric = path_;
     path_.clear();
   }
 }
 
-PanelWish Panel::edit(const PanelInfo& info, ShowState& state) {
-  PanelWish wish;
-  take_keys(info, state, wish);
-  if (!shown_) return wish;
+PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
+  PanelRequest request;
+  handle_keys(info, state, request);
+  if (!shown_) return request;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   constexpr float ball = 30;
   draw_lights(info, state, ImVec2(ball + 14, size.y - ball - 14), ball);
@@ -366,9 +366,9 @@ PanelWish Panel::edit(const PanelInfo& info, ShowState& state) {
   const auto opens = [](const char* title, bool open) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
   };
-  if (opens("Picture", true)) edit_view(info, state, wish);
-  if (opens("Light", true)) edit_light(info, state, wish);
-  if (opens("Fabric", true)) edit_fabrics(info, state, wish);
+  if (opens("Picture", true)) edit_view(info, state, request);
+  if (opens("Light", true)) edit_light(info, state, request);
+  if (opens("Fabric", true)) edit_fabrics(info, state, request);
   if (opens("Probe", true)) {
     ImGui::Checkbox("follow the mouse (P)", &state.probes);
     show_probe(info);
@@ -376,7 +376,7 @@ PanelWish Panel::edit(const PanelInfo& info, ShowState& state) {
   if (opens("Time", true)) show_times(info);
   if (opens("Mouse and keys", false)) show_help();
   ImGui::End();
-  return wish;
+  return request;
 }
 
 void Panel::end(unsigned picture, unsigned overlay) {

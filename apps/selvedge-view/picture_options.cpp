@@ -53,15 +53,15 @@ void add_light(Options& options, PictureOptions& picture) {
   options.choice("--light-frame", frame_names,
                  "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)",
                  [&picture](std::size_t index) { picture.lights_in_camera_frame = index == 1; });
-  // A flag: a number that stood apart could be the input.
+  // A flag, since a separate number could be the input.
   options
       .flag("--shadows", picture.shadows, default_shadow_size,
-            "Shadows of lights far away and of spots, by maps; --shadows=SIZE sets their texels a side")
+            "Shadow maps of directional lights and spots; --shadows=SIZE sets their texels per side")
       .in(min_shadow_size, max_shadow_size);
   options
       .number("--ambient", picture.ambient, "SHARE",
-              "Light from all sides on materials without a fabric: white ones show so much of what they show "
-              "facing a light of intensity 1")
+              "Ambient light on materials without a fabric, as a share of what white reflects that faces a "
+              "light of intensity 1")
       .in(0, 1e6);
   options
       .number(
@@ -86,7 +86,7 @@ void check_picture(const Options& options, const PictureOptions& picture) {
                     {"--shadows"});
   options.refuse_if(std::none_of(picture.lights.begin(), picture.lights.end(), is_far_away),
                     "counts for nothing without --light", {"--light-frame"});
-  // A parallel camera shows everything, or what a perspective one shows at the distance.
+  // A parallel camera shows everything, or the same height as a perspective one at the distance.
   options.refuse_if(picture.camera.projection == Projection::parallel && !has_distance,
                     "counts for nothing with --orthographic, without --distance", {"--fov"});
   options.refuse_if(has_distance, "counts for nothing with --distance", {"--distance-factor"});

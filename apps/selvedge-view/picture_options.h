@@ -16,7 +16,7 @@ struct PictureOptions {
   CameraOptions camera;                 ///< scenes
   SwatchOptions swatch;                 ///< fabric files
   std::vector<Light> lights;            ///< empty: those of the scene, else the default lights
-  bool lights_in_camera_frame = false;  ///< of the lights above, those that are far away
+  bool lights_in_camera_frame = false;  ///< directional lights are in the camera's axes
   DisplayOptions display = default_display();
   float ambient = RenderOptions{}.ambient;
   int shadows = RenderOptions{}.shadows;
@@ -28,9 +28,9 @@ struct PictureOptions {
 void add_input(Options& options, PictureOptions& picture);
 /// --repeats of a swatch.
 void add_repeats(Options& options, SwatchOptions& swatch);
-/// Lights, and how radiance becomes colours.
+/// Lights and display options.
 void add_light(Options& options, PictureOptions& picture);
-/// Refuses options of these that would change nothing beside the others.
+/// Refuses those of these options that have no effect beside the others.
 void check_picture(const Options& options, const PictureOptions& picture);
 
 /// The lights of the options, else those of the scene, else the default ones.

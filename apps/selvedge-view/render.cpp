@@ -1,4 +1,4 @@
-// render: a scene, or a swatch of a fabric, into PNG and EXR files.
+// render: draws a scene, or a swatch of a fabric, to PNG and EXR files.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,9 +19,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Files that one run may make: they are all open until the last is there.
+/// Maximum number of files of one run, which are all open until the last is written.
 constexpr std::size_t max_files = 720;
-/// Pixels between two pictures side by side.
+/// Width of the line between two pictures, pixels.
 constexpr int divider_width = 4;
 
 double seconds_since(Clock::time_point start) {
@@ -31,7 +31,7 @@ double seconds_since(Clock::time_point start) {
 /// Two frames of one size with an opaque black line between them.
 Frame side_by_side(const Frame& left, const Frame& right) {
   Frame both{left.width + divider_width + right.width, left.height, {}};
-  both.pixels.reserve(static_cast<std::size_t>(both.width) * both.height);
+  both.pixels.reserve(both.width * both.height);
   for (int y = 0; y < left.height; ++y) {
     const auto add_row = [&](const Frame& from) {
       const auto row = from.pixels.begin() + static_cast<std::ptrdiff_t>(y) * from.width;
@@ -67,12 +67,12 @@ void add(const RenderStats& one, RenderStats& sum) {
   sum.remarks = one.remarks;
 }
 
-/// All frames, into files that are not yet in their places.
+/// Writes all frames to temporary files beside their final places.
 class Series {
  public:
   Series(const RenderCommand& command, const Shot& shot) : command_(command), shot_(shot) {}
 
-  /// So that an unwritable folder is found before the work begins.
+  /// Opens all files first, so that an unwritable folder is reported before the work.
   Result<void> open_files() {
     for (std::size_t frame = 0; frame < shot_.cameras.size(); ++frame) {
       for (const std::string& path : command_.outputs) {
@@ -121,7 +121,7 @@ class Series {
     return {};
   }
 
-  /// Moves all of them to their places.
+  /// Moves all files to their final places.
   Result<void> commit() {
     for (AtomicFile& file : files_) {
       if (auto good = file.commit(); !good) return good;
@@ -202,7 +202,7 @@ Result<void> check_paths(const RenderCommand& command) {
                                                          {"--compare", command.compare}};
   if (command.stats != "-") paths.emplace_back("--stats", command.stats);
   for (const std::string& output : command.outputs) paths.emplace_back("--output", output);
-  // The same scene may be compared with itself.
+  // A scene may be compared with itself.
   if (command.compare == command.picture.input) paths.erase(paths.begin() + 1);
   return check_distinct(paths);
 }
@@ -216,7 +216,7 @@ Result<void> render_all(const RenderCommand& command) {
   const std::string stats_file = command.stats == "-" ? "" : command.stats;
   if (auto good = check_writable({stats_file}); !good) return good;
   const Clock::time_point start = Clock::now();
-  // Said before a large garment is read.
+  // Reported before a large garment is read.
   if (command.turntable == 0) {
     if (auto good = check_writable(command.outputs); !good) return good;
   }

@@ -12,7 +12,7 @@ namespace {
 constexpr std::array<std::string_view, 3> context_names{"auto", "osmesa", "egl"};
 constexpr std::array contexts{ContextKind::automatic, ContextKind::osmesa, ContextKind::egl};
 
-/// Levels and samples a pixel at once; those of their options that are given stay.
+/// Sets levels and supersampling, except options on the command line.
 void set_quality(const Options& options, std::size_t quality, RenderCommand& command) {
   const RenderOptions wanted = quality_setting(quality).render;
   LevelOptions& levels = command.picture.levels;
@@ -27,7 +27,7 @@ void set_quality(const Options& options, std::size_t quality, RenderCommand& com
   levels.bias = wanted.levels.bias;
 }
 
-/// Refuses options that would change nothing with this input, or beside the others.
+/// Refuses options that have no effect with this input or beside the others.
 void check_render(const Options& options, const RenderCommand& command) {
   const bool swatch = has_ending(command.picture.input, ".exr");
   options.refuse_if(swatch, "is for scenes, not for a swatch",
@@ -54,10 +54,9 @@ void check_render(const Options& options, const RenderCommand& command) {
 }
 
 void add_drawing(Options& options, RenderCommand& command) {
-  options.choice(
-      "--path", path_names, command.render.path,
-      "Who evaluates the fabrics: the processor (default) or OpenGL. paper: as published in 2001, in "
-      "colours of 8 bits, nearest texels");
+  options.choice("--path", path_names, command.render.path,
+                 "Evaluate fabrics on the processor (default) or by OpenGL. paper: as published in 2001, in "
+                 "colours of 8 bits, nearest texels");
   options.choice(
       "--power", power_names, command.render.power,
       "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4");
@@ -103,7 +102,7 @@ void declare(Options& options, RenderCommand& command) {
       .in(1, 9999);
   options.text(
       "--compare", command.compare, "FILE",
-      "Draw beside it another scene (.gltf, .glb), or the same in another fabric (.exr), by the same "
+      "Draw beside it another scene (.gltf, .glb), or the same scene in another fabric (.exr), with the same "
       "camera and lights; a black line lies between them");
   options.text("--stats", command.stats, "FILE|-",
                "Report sizes, times and bytes as JSON into a file; - is --json");
@@ -121,7 +120,7 @@ void declare(Options& options, RenderCommand& command) {
     if (command.quality) set_quality(options, *command.quality, command);
     LevelOptions& levels = command.picture.levels;
     if (command.render.path == RenderPath::paper) {
-      // Refused where they were asked for.
+      // Already refused by their own options.
       if (!options.given("--filter")) {
         levels.linear = false;
         levels.bias = 0;
@@ -129,7 +128,7 @@ void declare(Options& options, RenderCommand& command) {
       if (!options.given("--anisotropy")) levels.taps = 1;
     }
     command.picture.swatch.level = levels.forced;
-    // A level by itself is looked at for its texels.
+    // A forced level is shown with its exact texels.
     if (levels.forced >= 0) levels.linear = false;
   });
 }

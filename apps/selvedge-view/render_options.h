@@ -21,10 +21,10 @@ struct RenderCommand {
   std::string camera_of_file;          ///< scenes: name or number; empty: PictureOptions::camera
   SceneChoice choice;                  ///< scenes
   std::optional<SwatchView> place;     ///< fabric files: instead of PictureOptions::swatch
-  std::optional<std::size_t> quality;  ///< index of frame_quality_names
+  std::optional<std::size_t> quality;  ///< index into frame_quality_names
   int turntable = 0;                   ///< frames once around the scene; 0: one frame
-  std::string compare;  ///< scenes: what is drawn beside it, a scene or a fabric; empty: nothing
-  std::string stats;    ///< file for the report; "-": standard output; empty: none
+  std::string compare;                 ///< scenes: a scene or fabric to draw beside it; empty: nothing
+  std::string stats;                   ///< file for the report; "-": standard output; empty: none
 };
 
 void declare(Options& options, RenderCommand& command);

@@ -1,4 +1,4 @@
-// A picture of bytes as a texture for a window.
+// Uploads a picture as a texture for a window.
 #pragma once
 
 #include "viewer/gl/functions.h"
@@ -13,7 +13,7 @@ class ScreenTexture {
   ScreenTexture(const ScreenTexture&) = delete;
   ScreenTexture& operator=(const ScreenTexture&) = delete;
 
-  /// `rgba`: 4 bytes a pixel, top row first. Larger on the screen it is smooth.
+  /// `rgba`: 4 bytes per pixel, top row first. The texture is filtered linearly when magnified.
   void load(int width, int height, const void* rgba);
   /// 0 before the first load.
   GLuint name() const { return texture_; }

@@ -26,7 +26,7 @@ RenderOptions options_of(const RenderCommand& command) {
   return options;
 }
 
-/// The levels that the frames can ask for; a forced one alone. Issues: what they ask for and no file has.
+/// The levels that the frames can need, or the forced one alone. Adds issues for levels that no file has.
 std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, Issues& issues) {
   const LevelOptions& levels = shot.options.levels;
   std::vector<const FabricHeader*> headers;
@@ -47,8 +47,7 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
   const int height = shot.options.height * shot.options.supersample;
   std::vector<LackingLevels> max_lacking(needed.size());
   for (const Camera& camera : shot.cameras) {
-    // A swatch is rounded to whole pixels: they are as high as those of one height, as wide as those of
-    // another.
+    // A swatch is rounded to whole pixels in each direction, so heights and widths give two sizes of pixels.
     const double by_width =
         shot.options.width * shot.options.supersample * camera.window_half.y / camera.window_half.x;
     std::vector<int> heights{height};
@@ -93,7 +92,7 @@ Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot
 Result<Shot> read_swatch(const RenderCommand& command) {
   Result<FabricReader> reader = FabricReader::open(command.picture.input);
   if (!reader) return tl::unexpected(reader.error());
-  // The sizes are all that a swatch is made of.
+  // make_swatch() uses only sizes.
   Fabric sizes{reader->header(), {}};
   for (int k = 0; k < reader->header().levels; ++k) {
     FabricLevel& level = sizes.levels.emplace_back();
@@ -128,13 +127,13 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   return shot;
 }
 
-/// The same scene with another fabric on all that has one.
+/// The scene with another fabric on all materials that have one.
 Result<OpenScene> dress_in(const RenderCommand& command, const std::string& path) {
   Result<OpenScene> open = open_scene(command.picture.input, command.choice);
   if (!open) return open;
   Result<FabricReader> reader = FabricReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
-  // Their periods are all that the change looks at.
+  // change_fabrics() uses only periods.
   std::vector<Fabric> fabrics(open->readers.size() + 1);
   for (std::size_t i = 0; i < open->readers.size(); ++i)
     fabrics[i].period_mm = open->readers[i].header().period_mm;

@@ -1,4 +1,4 @@
-// What a run of `render` draws: scenes with the levels of fabrics that their frames need, cameras and lights.
+// Loads what `render` draws: scenes, the levels of fabrics that their frames need, cameras and lights.
 #pragma once
 
 #include <string>
@@ -10,26 +10,26 @@
 
 namespace selvedge {
 
-/// What is drawn: a scene and its fabrics.
+/// A scene to draw, and its fabrics.
 struct Subject {
   std::string file;
   Scene scene;
   std::vector<Fabric> fabrics;
-  std::vector<LevelRange> levels;  ///< of the fabrics, that were read
+  std::vector<LevelRange> levels;  ///< levels read of each fabric
   std::uint64_t bytes_read = 0;    ///< of the fabric files
   std::uint64_t file_bytes = 0;
   Issues issues;  ///< warnings
 };
 
-/// One or two subjects, and how they are drawn.
+/// One or two subjects, and how to draw them.
 struct Shot {
   std::vector<Subject> subjects;
   std::vector<Camera> cameras;  ///< one for each frame
   RenderOptions options;
-  std::vector<Light> lights;  ///< of a swatch that has its own
+  std::vector<Light> lights;  ///< of a swatch with lights of its own
 };
 
-/// Reads the input, and the scene or fabric that is compared with it, as far as the frames need them.
+/// Reads the input, and the scene or fabric to compare with, as far as the frames need them.
 Result<Shot> read_shot(const RenderCommand& command);
 
 }  // namespace selvedge

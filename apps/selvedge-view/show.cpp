@@ -20,13 +20,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A frame that takes longer than this is drawn smaller while something moves.
+/// Seconds above which a frame is drawn smaller while the view moves.
 constexpr double moving_budget = 0.05;
-/// After so long without a movement the picture is sharp again.
+/// Seconds without movement after which the picture is drawn in full again.
 constexpr double still_after = 0.15;
-/// How long the window sleeps while nothing happens.
+/// Seconds that the window sleeps without events.
 constexpr double idle = 0.5;
-/// Frames that the panel needs to come to rest after an event.
+/// Frames that the panel needs to settle after an event.
 constexpr int frames_to_settle = 3;
 
 double seconds_since(Clock::time_point start) {
@@ -36,7 +36,7 @@ double seconds_since(Clock::time_point start) {
 struct ShowCommand {
   CommonOptions common;
   PictureOptions picture;
-  std::vector<std::string> fabrics;  ///< files, to choose from
+  std::vector<std::string> fabrics;  ///< files to choose from
   V2i size{1280, 800};
   bool texel_edges = false;
   std::string screenshot;  ///< of the window as it was when it closed, .png; empty: none
@@ -61,7 +61,7 @@ void declare(Options& options, ShowCommand& command) {
   options.check([&options, &picture] { check_picture(options, picture); });
 }
 
-/// A flat piece of a fabric as a scene.
+/// A swatch of a fabric as a scene.
 Result<LoadedScene> load_swatch(const ShowCommand& command) {
   Result<Fabric> fabric = read_fabric(command.picture.input);
   if (!fabric) return tl::unexpected(fabric.error());
@@ -103,7 +103,7 @@ Json json_of(const PixelProbe& probe, const ShowPicture& picture) {
           {"alpha", probe.alpha}};
 }
 
-/// What the window shows and how it is made, from event to event.
+/// The loop of `show`: state, picture and window, from event to event.
 class Show {
  public:
   Show(const ShowCommand& command, Window& window, ShowPicture& picture, const GlFunctions& gl,
@@ -124,7 +124,7 @@ class Show {
     while (!closing) {
       window_size_ = window_.size();
       if (window_size_.x == 0 || window_size_.y == 0) {
-        window_.take_events(idle);
+        window_.wait_for_events(idle);
         closing = window_.wants_to_close();
         continue;
       }
@@ -138,7 +138,7 @@ class Show {
       if (closing) break;
       const double wait = divisor_ > 1 ? still_after / 3 : idle;
       if (settling_ > 0) --settling_;
-      if (window_.take_events(settling_ > 0 ? 0 : wait)) settling_ = frames_to_settle;
+      if (window_.wait_for_events(settling_ > 0 ? 0 : wait)) settling_ = frames_to_settle;
     }
     return {};
   }
@@ -181,11 +181,11 @@ class Show {
   }
 
  private:
-  /// One frame of the window, all but its swap. Gives whether somebody wants to close it.
+  /// One frame of the window without its swap. Returns whether the user wants to close it.
   Result<bool> step() {
     panel_.begin();
     size_ = panel_.picture_size(window_size_);
-    ShowInput input = panel_.input(window_.take_drags());
+    ShowInput input = panel_.input(window_.poll_drags());
     if (const auto good = aim(input); !good) return tl::unexpected(good.error());
     const double aspect = static_cast<double>(size_.x) / size_.y;
     Change change = std::max(pending_, apply(input, aspect, picture_.size(), state_));
@@ -201,19 +201,19 @@ class Show {
     if (const auto good = look(change); !good) return tl::unexpected(good.error());
 
     const Clock::time_point start = Clock::now();
-    const PanelInfo info{picture_, probe_, window_seconds_, divisor_, window_.take_keys(), message_};
-    const PanelWish wish = panel_.edit(info, state_);
-    take(wish);
+    const PanelInfo info{picture_, probe_, window_seconds_, divisor_, window_.poll_keys(), message_};
+    const PanelRequest request = panel_.edit(info, state_);
+    handle(request);
     constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
     gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
     panel_.end(shown_.name(), picture_.overlay().empty() ? 0 : overlay_.name());
     gl_.Finish();
     window_seconds_ = seconds_since(start);
-    return wish.close;
+    return request.close;
   }
 
-  /// Steps towards the scene are steps towards what lies under the cursor.
+  /// Steps of the wheel move towards the point under the cursor.
   Result<void> aim(ShowInput& input) {
     const std::optional<V2d> cursor = input.wheel > 0 ? panel_.cursor() : std::nullopt;
     if (!cursor) return {};
@@ -223,11 +223,11 @@ class Show {
     return {};
   }
 
-  /// The picture after a change, on its way to the screen.
+  /// Updates the picture after a change and uploads it.
   Result<void> draw(Change change) {
     if (change == Change::none) return {};
     if (auto good = picture_.update(state_, change, size_, divisor_); !good) {
-      // As before, which was good: not every path draws everything.
+      // Back to the last good state, as not every path draws everything.
       if (frames_ == 0) return good;
       message_ = to_line(good.error());
       state_ = good_;
@@ -245,10 +245,10 @@ class Show {
     return {};
   }
 
-  /// The probe, where it may have changed.
+  /// Updates the probe if it may have changed.
   Result<void> look(Change change) {
     const std::optional<V2d> cursor = state_.probes ? panel_.cursor() : std::nullopt;
-    // What was seen last stays while the mouse is on the panel.
+    // The last probe stays while the mouse is on the panel.
     if (!cursor || panel_.holds() || (cursor == probed_ && change < Change::frame)) return {};
     probed_ = cursor;
     const auto probe = picture_.probe(*cursor);
@@ -257,14 +257,14 @@ class Show {
     return {};
   }
 
-  void take(const PanelWish& wish) {
-    pending_ = wish.change;
-    if (wish.resets_camera) {
+  void handle(const PanelRequest& request) {
+    pending_ = request.change;
+    if (request.resets_camera) {
       state_.camera = first_.camera;
       pending_ = std::max(pending_, Change::frame);
     }
-    if (!wish.add_fabric.empty()) {
-      const auto added = picture_.add_fabric(wish.add_fabric);
+    if (!request.add_fabric.empty()) {
+      const auto added = picture_.add_fabric(request.add_fabric);
       message_ = added ? "" : to_line(added.error());
       if (added) pending_ = Change::scene;
     }
@@ -272,8 +272,7 @@ class Show {
   }
 
   Result<void> write_screenshot() const {
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(window_size_.x) *
-                                    static_cast<std::size_t>(window_size_.y) * 4);
+    std::vector<std::uint8_t> bytes(window_size_.x * window_size_.y * 4);
     gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
@@ -282,9 +281,7 @@ class Show {
     Image image{window_size_.x, window_size_.y, 3, {}};
     for (int y = window_size_.y - 1; y >= 0; --y) {
       for (int x = 0; x < window_size_.x; ++x) {
-        const std::size_t from = (static_cast<std::size_t>(y) * static_cast<std::size_t>(window_size_.x) +
-                                  static_cast<std::size_t>(x)) *
-                                 4;
+        const std::size_t from = (y * window_size_.x + x) * 4;
         for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(bytes[from + c]) / 255);
       }
     }
@@ -297,7 +294,7 @@ class Show {
   const GlFunctions& gl_;
   ShowState first_;
   ShowState state_;
-  ShowState good_;  ///< the last that could be drawn
+  ShowState good_;  ///< the last state that could be drawn
   Panel panel_;
   ScreenTexture shown_;
   ScreenTexture overlay_;
@@ -334,14 +331,14 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
     state->lights = lights_of(picture.scene());
     state->lights_in_camera_frame = false;
   } else {
-    // Of a camera that looks along -z the axes are the world's.
+    // A camera that looks along -z has the world's axes.
     state->lights = default_lights(Camera{});
     state->lights_in_camera_frame = true;
   }
-  // The first that drags can turn.
+  // The first directional light, which drags can turn.
   const auto turns = [](const Light& light) { return light.kind == LightKind::directional; };
-  const auto held = std::find_if(state->lights.begin(), state->lights.end(), turns);
-  if (held != state->lights.end()) state->held_light = static_cast<std::size_t>(held - state->lights.begin());
+  const auto found = std::find_if(state->lights.begin(), state->lights.end(), turns);
+  if (found != state->lights.end()) state->held_light = found - state->lights.begin();
   return state;
 }
 

@@ -21,7 +21,7 @@ class WindowContext final : public GraphicsContext {
   GLFWwindow* window_;
 };
 
-/// What GLFW says of its last error.
+/// GLFW's message on its last error.
 std::string reason(const char* otherwise) {
   const char* text = nullptr;
   glfwGetError(&text);
@@ -71,7 +71,7 @@ void Window::note_cursor(GLFWwindow* handle, double x, double y) {
   window.cursor_ = V2d(x, y);
 }
 
-WindowDrags Window::take_drags() { return std::exchange(drags_, no_drags); }
+WindowDrags Window::poll_drags() { return std::exchange(drags_, no_drags); }
 
 void Window::note_key(GLFWwindow* handle, int key, int /*scancode*/, int action, int /*modifiers*/) {
   if (action != GLFW_PRESS) return;
@@ -80,7 +80,7 @@ void Window::note_key(GLFWwindow* handle, int key, int /*scancode*/, int action,
   if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) keys.push_back(static_cast<char>('A' + (key - GLFW_KEY_A)));
 }
 
-std::string Window::take_keys() { return std::exchange(keys_, {}); }
+std::string Window::poll_keys() { return std::exchange(keys_, {}); }
 
 Window::~Window() {
   glfwDestroyWindow(handle_);
@@ -98,7 +98,7 @@ V2i Window::size() const {
 bool Window::wants_to_close() const { return glfwWindowShouldClose(handle_) != 0; }
 void Window::close() { glfwSetWindowShouldClose(handle_, GLFW_TRUE); }
 
-bool Window::take_events(double seconds) {
+bool Window::wait_for_events(double seconds) {
   if (seconds <= 0) {
     glfwPollEvents();
     return false;

@@ -1,5 +1,4 @@
-// A window on the screen with an OpenGL context of its own (GLFW; window.cpp is the only file that includes
-// it).
+// A window with its own OpenGL context (GLFW; window.cpp is the only file that includes it).
 #pragma once
 
 #include <array>
@@ -15,35 +14,33 @@ namespace selvedge {
 
 inline constexpr char escape_key = 27;
 
-/// How far the mouse went while a button was held, in the window's units (y down): left, right, middle.
+/// Movement of the mouse while a button was down, in the window's units (y down): left, right, middle.
 using WindowDrags = std::array<V2d, 3>;
 inline const WindowDrags no_drags{V2d(0, 0), V2d(0, 0), V2d(0, 0)};
 
 class Window {
  public:
-  /// With an OpenGL 4.5 core context, current on this thread. One window at a time. GRAPHICS_UNAVAILABLE
-  /// where there is no display or no such context.
+  /// Opens a window with an OpenGL 4.5 core context, current on this thread. Only one window at a time.
+  /// GRAPHICS_UNAVAILABLE without a display or such a context.
   static Result<std::unique_ptr<Window>> open(const std::string& title, const V2i& size);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// The window's own context for somebody else to draw with; must not outlive the window.
+  /// The window's context for other drawing code; must not outlive the window.
   std::unique_ptr<GraphicsContext> context() const;
 
-  /// Of the drawing area, in pixels; 0 while it is minimised.
+  /// Size of the drawing area in pixels; 0 while minimised.
   V2i size() const;
   bool wants_to_close() const;
   void close();
-  /// Takes what has happened; sleeps until something does, but no longer than `seconds`. Gives whether it was
-  /// woken before.
-  bool take_events(double seconds);
+  /// Waits for events, at most `seconds`, and handles them. Returns whether there were any.
+  bool wait_for_events(double seconds);
   void swap();
-  /// The keys that were pressed since the last call: upper case letters and escape_key. Presses that came and
-  /// went while something else was done are among them.
-  std::string take_keys();
-  /// Drags since the last call, however long that is ago.
-  WindowDrags take_drags();
+  /// The keys pressed since the last call: upper case letters and escape_key. Includes keys already released.
+  std::string poll_keys();
+  /// Drags since the last call.
+  WindowDrags poll_drags();
 
   GLFWwindow* handle() const { return handle_; }
 

@@ -35,7 +35,7 @@ Result<Vector> vector_from(const nlohmann::json& query, const char* name) {
   return result;
 }
 
-/// A direction is used as it is given, and so has to be a unit vector as far as its digits go.
+/// A direction is not normalised, so it has to be a unit vector to the precision of its digits.
 Result<V3f> direction_from(const nlohmann::json& query, const char* name) {
   const auto direction = vector_from<V3d>(query, name);
   if (!direction) return tl::unexpected(direction.error());
@@ -67,7 +67,7 @@ Result<FabricQuery> query_from(const nlohmann::json& line) {
   return query;
 }
 
-/// Files that were asked for before, open, with the levels that were read.
+/// Cache of open files and the levels read so far.
 class Answerer {
  public:
   Result<Json> answer(const std::string& line) {
@@ -110,7 +110,7 @@ class Answerer {
     if (found != open_.end()) return &found->second;
     auto fabric = QueriedFabric::open(file);
     if (!fabric) return tl::unexpected(fabric.error());
-    // Each holds a file and its levels: not more than a few at a time.
+    // Limited, since each entry holds a file and its levels.
     constexpr std::size_t max_open = 16;
     if (open_.size() >= max_open) open_.clear();
     return &open_.emplace(file, std::move(*fabric)).first->second;
@@ -120,7 +120,7 @@ class Answerer {
 };
 
 struct AnswerCommand {
-  CommonOptions common;  ///< its answers are JSON in any case
+  CommonOptions common;  ///< answers are always JSON
 };
 
 void declare(Options& options, AnswerCommand& command) { options.common(command.common); }

@@ -16,21 +16,22 @@
 namespace selvedge {
 namespace {
 
-/// As many texels as the stitch demands: taken by themselves, refused where fewer were asked for.
+/// Uses the number of texels that the stitch demands by default, and refuses fewer.
 Result<void> ensure_texels(const Cell& cell, const std::string& input, bool given, BakeOptions& options) {
   constexpr int max_texels = 4096;
   if (!cell.stitch) return {};
-  const V2i least = cell.stitch->min_texels;
+  const V2i min_texels = cell.stitch->min_texels;
   if (!given) {
-    options.width = std::max(options.width, least.x);
-    options.height = std::max(options.height, least.y);
+    options.width = std::max(options.width, min_texels.x);
+    options.height = std::max(options.height, min_texels.y);
   }
-  if (options.width >= least.x && options.height >= least.y && std::max(least.x, least.y) <= max_texels) {
+  if (options.width >= min_texels.x && options.height >= min_texels.y &&
+      std::max(min_texels.x, min_texels.y) <= max_texels) {
     return {};
   }
-  const bool too_few = std::max(least.x, least.y) <= max_texels;
+  const bool too_few = std::max(min_texels.x, min_texels.y) <= max_texels;
   return fail(Code::option_out_of_range, input, "--texels",
-              fmt::format("its yarns need {}x{} texels; {}", least.x, least.y,
+              fmt::format("its yarns need {}x{} texels; {}", min_texels.x, min_texels.y,
                           too_few ? fmt::format("{}x{} were asked for", options.width, options.height)
                                   : fmt::format("at most {} a side are made", max_texels)));
 }
@@ -51,14 +52,14 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
     options.pairs = std::move(*pairs);
   }
   if (command.demand) {
-    const double wanted = command.demand->min_mm * std::exp2(command.demand->bias);
+    const double texel_mm = command.demand->min_mm * std::exp2(command.demand->bias);
     const double made = std::max(mesh->period.x / options.width, mesh->period.y / options.height);
-    if (wanted > 0 && made > 1.01 * wanted && !common.quiet) {
+    if (texel_mm > 0 && made > 1.01 * texel_mm && !common.quiet) {
       report_remark(
           command.input,
           fmt::format("the plan asks for texels of {:.3g} mm, and those of {}x{} are {:.3g} mm: near "
                       "views will lack sharpness (--texels)",
-                      wanted, options.width, options.height, made));
+                      texel_mm, options.width, options.height, made));
     }
     options = bake_for(*command.demand, mesh->period, options, command.chooses);
   }
@@ -81,7 +82,7 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
                     : bake(*mesh, command.input, options, text, command.output, watcher);
   if (result && command.demand && std::isinf(command.demand->min_mm))
     result->remarks.emplace_back("no frame of the plan sees its materials: the coarsest level alone is made");
-  // Behind the work: a refusal is one line.
+  // After the work, so that an error is a single line.
   if (result) report_remarks(common, command.input, *cell, result->remarks);
   return result;
 }
@@ -104,7 +105,7 @@ Json bake_json(const BakeReport& r, const std::string& output) {
           {"remarks", r.remarks}};
 }
 
-/// Without an output nothing is said of it.
+/// Without an output its line is left out.
 std::string bake_text(const BakeReport& r, const std::string& output) {
   const double rays = static_cast<double>(r.rays) * 1e-6;
   return fmt::format(
@@ -148,7 +149,8 @@ struct MergeCommand {
 
 void declare(Options& options, MergeCommand& command) {
   options.common(command.common);
-  options.list("shards", command.shards, "SHARD...", "What bake --shard wrote, in any order").required();
+  options.list("shards", command.shards, "SHARD...", "The parts that bake --shard wrote, in any order")
+      .required();
   options.output(command.output, "The samples file", ".samples.exr").required();
 }
 

@@ -1,4 +1,4 @@
-// What bake and make share.
+// The bake of the verbs bake and make.
 #pragma once
 
 #include "apps/selvedge/cell_report.h"

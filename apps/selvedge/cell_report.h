@@ -1,4 +1,4 @@
-// What was chosen, guessed or left out for a cell of cloth.
+// Remarks on a cell: choices, guesses and omissions.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace selvedge {
 /// One line each.
 std::vector<std::string> remarks_of(const Cell& cell);
 
-/// Those lines and the others on standard error, unless --quiet or --json.
+/// Prints these lines and `others` on standard error, unless --quiet or --json.
 void report_remarks(const CommonOptions& common, const std::string& input, const Cell& cell,
                     const std::vector<std::string>& others);
 

@@ -1,4 +1,4 @@
-// check: every broken rule of files.
+// check: lists every broken rule of files.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ Result<int> run(const CheckCommand& command) {
     Json list = Json::array();
     for (const Error& issue : issues) {
       list.push_back(to_json(issue));
-      // In a report and in quiet, only what makes the status 1 is said as well.
+      // With --json or --quiet, standard error has only issues that make the status 1.
       const bool failing = command.warnings_as_errors || severity_of(issue.code) == Severity::error;
       if (failing || !(command.common.quiet || command.common.json)) report_issue(issue);
     }

@@ -17,22 +17,22 @@ void declare(Options& options, FitCommand& command) {
   add_fit(options, command.options, command.report);
   options.group("");
   options.output(command.output, "The fabric file", ".fabric.exr").required();
-  // Whether the samples have heights is seen when they are read.
+  // Whether the samples have heights is known only when they are read.
   options.check([&options, &command] {
     options.refuse_if(!command.options.budget, "counts for nothing without --budget",
                       {"--slab-lobes", "--glossy-slabs"});
   });
 }
 
-/// Options of slabs that would change nothing.
+/// Refuses options of slabs that have no effect.
 void check_slabs(const Options& options, const MakeCommand& command) {
-  // Limits choose slabs and budgets, and refuse these options.
+  // Limits set slabs and budgets, and refuse these options.
   if (command.limits.any()) return;
   const bool has_slabs = command.options.bake.slabs > 0;
   const bool has_budget = command.options.budget.has_value();
   options.refuse_if(!has_budget, "counts for nothing without --budget, or a --quality that has one",
                     {"--slab-lobes", "--glossy-slabs"});
-  // Samples that are kept can be fitted with one.
+  // Kept samples can be fitted with a budget later.
   options.refuse_if(!has_budget && command.samples.empty(), "counts for nothing without --budget",
                     {"--slabs"});
   options.refuse_if(!has_slabs, "counts for nothing without --slabs", {"--cells", "--slab-lobes"});
@@ -46,10 +46,10 @@ void declare(Options& options, MakeCommand& command) {
   options.group("");
   const Option plan =
       options.text("--for", command.plan, "PLAN",
-                   "Make no more than this plan needs (selvedge plan): coarser texels, fewer levels");
+                   "Make only what this plan needs (selvedge plan): coarser texels, fewer levels");
   options
       .list("--material", command.materials, "NAME",
-            "Of the plan: name of a material, or #index; may be repeated (default: all of them)")
+            "A material of the plan, by name or #index; may be repeated (default: all)")
       .needs(plan);
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file");
   options.output(command.output, "The fabric file", ".fabric.exr").required();
@@ -72,7 +72,7 @@ void declare(Options& options, TradeCommand& command) {
       .required();
   options.text("--grid", command.grid, "FILE",
                "The points to measure (JSON, docs/trade.md), instead of those that the presets are among");
-  // Halves are compared: they show the noise. Those of pictures have halves of their own.
+  // Noise is estimated from two halves of equal size; pictures are halved separately.
   options.number("--repeats", command.repeats, "N", "Times are medians of so many runs").in(1, 99);
   options
       .number("--truth-samples", command.truth_samples, "N",

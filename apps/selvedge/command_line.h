@@ -24,17 +24,16 @@ struct BakeCommand {
   BakeOptions bake;
   std::string pairs;  ///< file of pairs; empty: random ones
   std::optional<BakeShard> shard;
-  bool texels_given = false;          ///< else the stitch may demand more than the default
-  std::optional<TexelDemand> demand;  ///< of make: texels and samples are those of the whole, and no more of
-                                      ///< it is baked than this needs
-  bool chooses = false;               ///< the fit will choose by the validation pairs
+  bool texels_given = false;          ///< if not, the stitch may raise the default
+  std::optional<TexelDemand> demand;  ///< of make: only what this demand needs of the whole is baked
+  bool chooses = false;               ///< the fit selects layers by the validation pairs
 };
 
 struct FitCommand {
   CommonOptions common;
   std::string input;
   std::string output;
-  MakeOptions options;  ///< the bake's do not count
+  MakeOptions options;  ///< those of the bake are ignored
   std::string report;   ///< .json, .md or .txt; empty: none
 };
 
@@ -43,25 +42,25 @@ struct MakeCommand {
   std::string input;
   std::string output;
   CellOptions cell;
-  MakeOptions options = *preset_named(default_preset);  ///< the preset's, unless another is chosen
+  MakeOptions options = *preset_named(default_preset);  ///< those of the default preset at first
   std::string pairs;                                    ///< file of pairs; empty: random ones
-  bool texels_given = false;                            ///< else the stitch may demand more
-  std::string samples;                                  ///< where they are kept; empty: nowhere
+  bool texels_given = false;                            ///< if not, the stitch may raise the default
+  std::string samples;                                  ///< file to keep them in; empty: none
   std::string report;                                   ///< .json, .md or .txt; empty: none
-  std::string plan;  ///< file of a plan, for which no more is made than it needs; empty: everything
+  std::string plan;  ///< file of a plan, which limits the fabric to what it needs; empty: whole fabric
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
   std::string quality{default_preset};
-  MakeLimits limits;  ///< where there are any they choose the knobs, and the quality does not count
+  MakeLimits limits;  ///< if there are any, they set the knobs instead of the quality
 };
 
 struct TradeCommand {
   CommonOptions common;
   std::string input;
-  std::vector<std::string> settings;  ///< of the stitch, as they were given: for the points' command lines
+  std::vector<std::string> settings;  ///< of the stitch as given, for the command lines of points
   CellOptions cell;
   std::string output;  ///< a folder
   std::string grid;    ///< file; empty: the measured settings of the presets
-  int repeats = 3;     ///< of everything that is timed
+  int repeats = 3;     ///< of every timed run
   V2i size{160, 120};  ///< of pictures
   int truth_samples = 64;
   int held_out_pairs = 48;

@@ -1,4 +1,4 @@
-// The verbs of selvedge: each function declares one with its options and what runs it.
+// The verbs of selvedge: each function declares the options of one and what it runs.
 #pragma once
 
 #include "apps/common/program.h"

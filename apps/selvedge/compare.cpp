@@ -1,4 +1,4 @@
-// compare: how far fabrics are from samples that took no part in their fits.
+// compare: the errors of fabrics on samples that no fit has used.
 #include "format/quality/compare.h"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@ namespace {
 struct CompareCommand {
   CommonOptions common;
   std::vector<std::string> files;  ///< fabrics, then the samples
-  std::string plot;                ///< .png or .svg of the one fabric; empty: none
+  std::string plot;                ///< of a single fabric; empty: none
 };
 
 void declare(Options& options, CompareCommand& command) {
@@ -59,7 +59,7 @@ std::string comparison_text(const Comparison& c) {
   return text;
 }
 
-/// The picture of a comparison, as the file's name asks for.
+/// Draws a comparison in the format of the file's ending.
 Result<void> draw(const std::string& output, const Fabric& fabric, const PairSamples& held_out,
                   SamplesReader& reader, const std::string& fabric_path) {
   const auto training = read_training_pairs(reader);

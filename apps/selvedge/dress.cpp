@@ -1,4 +1,4 @@
-// dress: a fabric on materials of a glTF garment.
+// dress: attaches a fabric to materials of a glTF garment.
 #include "converter/dress/dress.h"
 
 #include <fmt/format.h>
@@ -28,10 +28,11 @@ void declare(Options& options, DressCommand& command) {
                  "Repeats per unit of the texture coordinates, instead of the physical size");
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
   const Option embed =
-      options.set_flag("--embed", dress.embed, true, "The fabric inside of the glTF (default for .glb)");
-  options.set_flag("--external", dress.embed, false, "The fabric beside the glTF (default for .gltf)")
+      options.set_flag("--embed", dress.embed, true, "Embed the fabric in the glTF (default for .glb)");
+  options
+      .set_flag("--external", dress.embed, false, "Refer to the fabric beside the glTF (default for .gltf)")
       .excludes(embed);
-  options.set_flag("--no-fallback", dress.fallback, false, "Leave the core material alone");
+  options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
   options.text("--usda", dress.usd, "FILE",
                "Also this USD layer (.usda): the garment, its fallback, and the fabric's name");
   options.check([&options, &dress] {

@@ -1,4 +1,4 @@
-// evaluate: the reflectance of a fabric at one place, for one light and one view.
+// evaluate: the reflectance of a fabric at one point, for one light and one view.
 #include <fmt/format.h>
 
 #include "apps/selvedge/commands.h"
@@ -28,7 +28,7 @@ void declare(Options& options, EvaluateCommand& command) {
                                     });
   options.vector("--uv", command.uv, "U,V", "Texture coordinates; they repeat").excludes(texel);
   options.vector("--light", command.light, "X,Y,Z",
-                 "Towards the light, in the fabric's frame; made a unit vector (default 0,0,1)");
+                 "Towards the light, in the fabric's frame; normalised (default 0,0,1)");
   options.vector("--view", command.view, "X,Y,Z", "Towards the viewer (default 0,0,1)");
   options.check([&command] {
     if (!command.texel && !command.uv) refuse("evaluate", "--texel or --uv is required");
@@ -39,7 +39,7 @@ void declare(Options& options, EvaluateCommand& command) {
 
 Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
-/// The level that was asked for must exist, here with texture coordinates too: a wrong number is a slip.
+/// The level must exist, also with texture coordinates: another number is a mistake.
 Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
   auto fabric = QueriedFabric::open(command.fabric);
   if (!fabric) return tl::unexpected(fabric.error());
@@ -67,7 +67,7 @@ Result<int> run(const EvaluateCommand& command) {
   json["view"] = list_of(query.view);
   json["rgb"] = list_of(shading->radiance);
   json["alpha"] = shading->alpha;
-  // The answer is JSON in any case; --json adds the frame that all reports have.
+  // The answer is always JSON; --json adds the frame of all reports.
   report(command.common, "evaluate", json, json.dump() + "\n");
   return 0;
 }

@@ -1,4 +1,4 @@
-// Reflectance asked for at one place of a fabric file, of which no more is read than the answer needs.
+// Evaluates the reflectance at points of a fabric file, reading only what the answer needs.
 #pragma once
 
 #include <optional>
@@ -14,18 +14,18 @@ namespace selvedge {
 struct FabricQuery {
   double level = 0;
   std::optional<V2i> texel;
-  std::optional<V2d> uv;  ///< one of the two
+  std::optional<V2d> uv;  ///< exactly one of texel and uv is set
   V3f light{0, 0, 1};     ///< unit vectors in the fabric's frame
   V3f view{0, 0, 1};
 };
 
-/// A fabric file that answers queries. Levels are read when the first query needs them, and kept.
+/// A fabric file that answers queries. Levels are read on first use, and kept.
 class QueriedFabric {
  public:
   static Result<QueriedFabric> open(const std::string& path);
 
   int levels() const { return reader_.header().levels; }
-  /// OPTION_OUT_OF_RANGE where a texel or its level does not exist (place: "level" or "texel"). With texture
+  /// OPTION_OUT_OF_RANGE if a texel or its level does not exist (place: "level" or "texel"). With texture
   /// coordinates the level is clamped to those that exist.
   Result<Shading> shade(const FabricQuery& query);
 

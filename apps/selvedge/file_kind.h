@@ -1,4 +1,4 @@
-// Which of our files a path is, and every broken rule of it.
+// Finds the kind of a file (fabric, samples, glTF), and checks a file of any kind.
 #pragma once
 
 #include <string>

@@ -31,7 +31,7 @@ std::string seconds(const LevelReport& level) {
   return level.iterations ? fmt::format("{:.2f}", level.seconds) : "-";
 }
 
-/// Pairs of the first level that has such an error: all have the same.
+/// Number of pairs of the first level with such an error; all levels have the same.
 int pairs_of(const FitRecord& record, std::optional<FitError> LevelReport::*error) {
   for (const LevelReport& level : record.levels) {
     if (level.*error) return (level.*error)->pairs;
@@ -79,7 +79,7 @@ std::string gain_text(const FitOutcome& outcome) {
                      text);
 }
 
-/// Of every layer and level.
+/// Sizes of every layer and level.
 std::string bytes_table(const FitOutcome& outcome) {
   std::vector<std::string> names;
   for (const LevelReport& level : outcome.record.levels) {

@@ -1,4 +1,4 @@
-// The report of a fit: a table for people, JSON for programs, and both as files.
+// Reports a fit: as a table for people, as JSON for programs, and as files of both.
 #pragma once
 
 #include <string>
@@ -16,13 +16,13 @@ struct FitOutcome {
   std::string samples;
   std::string output;
   std::uint64_t bytes = 0;         ///< of the file
-  std::uint64_t shared_bytes = 0;  ///< of the bases, which are of no level
+  std::uint64_t shared_bytes = 0;  ///< of the bases, which belong to no level
   FitRecord record;
   double seconds = 0;
 };
 
-/// The report of a fabric that has been written: its record and sizes as they stand in the file, and of the
-/// fit of each level the figures that the file does not keep.
+/// The report of a written fabric: its record and sizes from the file, and from `fitted` the figures of each
+/// level that the file does not keep.
 Result<FitOutcome> read_outcome(const std::string& path, const std::vector<LevelReport>& fitted);
 
 Json fit_json(const FitOutcome& outcome);
@@ -30,10 +30,10 @@ Json fit_json(const FitOutcome& outcome);
 /// A table for the terminal.
 std::string fit_text(const FitOutcome& outcome);
 
-/// The same and more as Markdown.
+/// A longer report as Markdown.
 std::string fit_markdown(const FitOutcome& outcome);
 
-/// JSON or Markdown, as the name says. `json`: the whole report of the verb.
+/// Writes JSON or Markdown by the path's ending. `json` is the whole report of the verb.
 Result<void> write_report(const std::string& path, const char* verb, const Json& json,
                           const FitOutcome& outcome);
 

@@ -1,4 +1,4 @@
-// info: what is in a file, as a table or as JSON.
+// info: the contents of a file, as a table or as JSON.
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
@@ -81,14 +81,14 @@ Result<Json> gltf_info(const std::string& path) {
               {"remarks", scene->remarks}};
 }
 
-/// Lines of a list beyond this are counted and left out: the table fits a screen.
+/// Maximum number of lines of a list, so that the table fits a screen; further lines are only counted.
 constexpr std::size_t max_lines = 12;
 
 std::string line(const char* name, const std::string& value) {
   return fmt::format("{:18}{:.80}\n", name, value);
 }
 
-/// Members of a file's JSON, which another program may have written; "-" for what is not there.
+/// Members of a file's JSON, which another program may have written; "-" if missing.
 std::string text_at(const Json& json, const char* pointer) {
   const Json::json_pointer at(pointer);
   if (!json.contains(at)) return "-";
@@ -159,7 +159,7 @@ std::string samples_table(const Json& content) {
   return text + provenance_table(content);
 }
 
-/// The lines of a list, and how many there are beyond those that are shown.
+/// The lines of a list, and the number of those that are not shown.
 template <class Line>
 std::string list_table(const char* name, const Json& list, Line line_of) {
   std::string text;

@@ -8,26 +8,26 @@
 namespace selvedge {
 namespace {
 
-/// Refuses options that the limits choose or do not know of.
+/// Refuses options that the limits set or do not support.
 void check_limits(const Options& options) {
   options.refuse_if(
       true, "is chosen by --max-bytes, --min-db and --max-seconds",
       {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes", "--no-table",
        "--light-table", "--slabs", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
-  // What a plan leaves out is not in the measured sizes and times.
+  // Measured sizes and times do not account for a plan.
   options.refuse_if(
       true, "excludes --max-bytes, --min-db and --max-seconds",
       {"--quality", "--keep-samples", "--for", "--frames", "--glossy-slabs", "--slab-lobes", "--cells"});
 }
 
-/// Gives the knobs that are not on the command line the preset's values.
+/// Sets the knobs that are not on the command line to the preset's values.
 void apply_preset(const Options& options, MakeCommand& command) {
   const MakeOptions preset = *preset_named(command.quality);
   nlohmann::json knobs = knobs_of(preset);
   for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget"}) {
     if (options.given((std::string("--") + knob).c_str())) knobs.erase(knob);
   }
-  // Layers go together: who asks for some by name has chosen them.
+  // A layer on the command line replaces the preset's choice of layers.
   if (options.given("--no-table") || options.given("--light-table")) {
     knobs.erase("layers");
     knobs.erase("budget");
@@ -38,7 +38,7 @@ void apply_preset(const Options& options, MakeCommand& command) {
   const int slabs = command.options.bake.slabs;
   (void)set_knobs(knobs, "", "", command.options);
   if (options.given("--slabs")) command.options.bake.slabs = slabs;
-  // Yarns that need more texels have as many bytes for each.
+  // More texels, which fine yarns need, get more bytes in proportion.
   command.options.budget_texels = knobs.contains("budget") ? preset.budget_texels : 0;
 }
 
@@ -53,17 +53,19 @@ void add_choice(Options& options, MakeCommand& command) {
       "Settings that are worth their cost, or those of the paper; options given beside it stay as given. "
       "Its budget grows with the texels [standard]",
       [&command](std::size_t index) { command.quality = names[index]; });
-  options.bytes("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)");
+  options.bytes("--max-bytes", limits.bytes, "Choose settings for at most this many bytes (K, M: KiB, MiB)");
   options
       .number("--min-db", limits.held_out, "X",
-              "Choose the settings: at least so many dB on held-out directions at 64x64 texels; the cheapest")
+              "Choose the cheapest settings for at least this many dB on held-out directions at 64x64 texels")
       .in(0, 200);
-  options.number("--max-seconds", limits.seconds, "S", "Choose the settings: at most so long to bake and fit")
+  options
+      .number("--max-seconds", limits.seconds, "S",
+              "Choose settings for at most this many seconds to bake and fit")
       .in(1e-3, 1e9);
   options.check([&options, &command] {
     if (command.limits.any()) {
       check_limits(options);
-      // The knobs of the table's rows are laid over the paper's.
+      // Rows of the table override the paper's knobs.
       (void)set_knobs(knobs_of(MakeOptions()), "", "", command.options);
       command.options.budget_texels = 0;
     } else {

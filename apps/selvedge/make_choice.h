@@ -1,4 +1,4 @@
-// `make` by what its fabric is to be worth or to cost, instead of knob by knob.
+// Options that set all knobs of `make` at once, by quality or by limits.
 #pragma once
 
 #include "apps/common/options.h"
@@ -6,7 +6,7 @@
 
 namespace selvedge {
 
-/// --quality, --max-bytes, --min-db and --max-seconds, what they choose, and the options that they exclude.
+/// Declares --quality, --max-bytes, --min-db and --max-seconds, sets the knobs, and refuses excluded options.
 void add_choice(Options& options, MakeCommand& command);
 
 }  // namespace selvedge

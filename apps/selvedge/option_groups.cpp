@@ -96,9 +96,9 @@ void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
   const Option samples = options.number("--samples", bake.samples, "N", "Rays per texel and view");
   const Option noise =
       options.number("--noise", bake.noise, "X",
-                     "As many samples as keep the samples' relative noise below this, such as 0.02");
+                     "Use as many samples as keep their relative noise below this, such as 0.02");
   noise.excludes(samples);
-  options.number("--time-budget", bake.time_budget, "S", "As many samples as fit into so many seconds")
+  options.number("--time-budget", bake.time_budget, "S", "Use as many samples as fit into this many seconds")
       .excludes(samples)
       .excludes(noise);
   add_transport(options, {bake.bounces, bake.indirect, bake.ground, bake.reference});
@@ -107,10 +107,10 @@ void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
       .excludes(pairs);
   options.number("--held-out-pairs", bake.held_out_pairs, "N", "Random pairs to measure errors by")
       .excludes(pairs);
-  options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured apart")
+  options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured separately")
       .excludes(pairs);
   options.number("--slabs", bake.slabs, "N",
-                 "Slabs of yarn whose heights are kept for a fit with a budget; 0: none");
+                 "Slabs of yarn whose heights are kept for a fit with a budget; 0: no heights");
   options.number("--cells", bake.cells, "N", "Cells of the slabs along a side of a texel");
   options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even");
   options.number("--seed", bake.seed, "N", "Same seed, same bytes");
@@ -123,11 +123,12 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
   options.set_flag("--no-table", fit.view_table, false, "Leave the view table out");
   options.flag("--frames", fit.frames, "Fit normals and tangents too, rather than average them");
   options.flag("--light-table", fit.light_table, "A table over lights as well, fitted by turns");
-  options.number("--starts", fit.starts, "N", "Local minima looked at per texel and channel").in(1, 1000);
-  options.number("--iterations", fit.max_iterations, "N", "At most so many steps of a search").in(1, 100000);
+  options.number("--starts", fit.starts, "N", "Local minima to compare per texel and channel").in(1, 1000);
+  options.number("--iterations", fit.max_iterations, "N", "Maximum number of steps of a search")
+      .in(1, 100000);
   options
       .number("--tolerance", fit.tolerance, "X",
-              "A search ends where a step lowers the cost by a smaller share")
+              "A search ends when a step lowers the cost by less than this share")
       .in(0, 1e300);
   options.number("--damping", fit.table.damping, "X", "Pull of the table towards 1 where the lobes are dark")
       .in(0, 1e300);
@@ -137,13 +138,13 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
       .in(0, 1e300);
   options.bytes(
       "--budget", make.budget,
-      "Choose the layers of every level so that the file has at most so many bytes (K, M: KiB, MiB)");
+      "Choose the layers of every level so that the file has at most this many bytes (K, M: KiB, MiB)");
   options
       .number("--slab-lobes", fit.slab_lobes, "N",
-              "With --budget: lobes of the slabs, tried beside slabs without; 0: none are tried")
+              "With --budget: lobes of slabs, tried beside slabs without lobes; 0: not tried")
       .in(0, 16);
   options.flag("--glossy-slabs", fit.glossy_slabs,
-               "With --budget: slabs with lobes at every level with cells enough, whatever they gain");
+               "With --budget: slabs with lobes at every level with enough cells, even without a gain");
   options
       .text("--report", report, "FILE",
             "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")

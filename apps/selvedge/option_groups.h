@@ -1,4 +1,4 @@
-// Options that several verbs take: what a cell is made from, how a bake lights it, how a fabric is fitted.
+// Options that several verbs share: input and mesh of a cell, its bake, and its fit.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace selvedge {
 
-/// The input and what its mesh is made by. Gives back the option of the input.
+/// Declares the input and its mesh options. Returns the option of the input.
 Option add_cell(Options& options, std::string& input, CellOptions& cell);
-/// --set. `texts`: the settings as they were given, where they are wanted.
+/// Declares --set. `texts`, if given, receives the settings as typed.
 void add_settings(Options& options, CellOptions& cell, std::vector<std::string>* texts = nullptr);
 void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file);
 
-/// What bounces, and where the texels' plane lies: of a bake and of a traced swatch.
+/// Indirect light and reference plane, of a bake or of a traced swatch.
 struct TransportOptions {
   int& bounces;
   IndirectLight& indirect;

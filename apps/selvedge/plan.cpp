@@ -1,4 +1,4 @@
-// plan: what a scene requires of its fabrics.
+// plan: the mip levels that a scene needs.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -27,7 +27,7 @@ void declare(Options& options, PlanCommand& command) {
   options.text("scene", command.scene, "FILE", "A dressed glTF file (.gltf .glb)").required();
   options.output(command.output, "The plan (.json), for selvedge make --for", ".plan.json");
   options.size("--size", plan.size, "Size of the frame in pixels", INT_MIN, INT_MAX);
-  options.number("--supersample", plan.supersample, "N", "Drawn N times larger per side");
+  options.number("--supersample", plan.supersample, "N", "Draw N times larger per side");
   add_scene_choice(options, plan.choice);
   options.group("Camera, as of selvedge-view render");
   options.list("--camera", plan.cameras, "NAME|N",

@@ -1,4 +1,4 @@
-// reattach: fabrics that an optimiser has dropped from a garment are put back.
+// reattach: restores fabrics that an optimiser has dropped from a garment.
 #include "converter/dress/reattach.h"
 
 #include <fmt/format.h>
@@ -23,10 +23,10 @@ void declare(Options& options, ReattachCommand& command) {
   options.output(command.output, "The garment with its fabrics (.gltf .glb)", ".glb").required();
   ReattachOptions& reattach = command.reattach;
   options.list("--fabric", reattach.fabrics, "[NAME=]FILE",
-               "A fabric file that is not where it was, such as one that was embedded; may be repeated");
+               "A fabric file that is missing, such as one that was embedded; may be repeated");
   const Option embed = options.set_flag("--embed", reattach.embed, true,
-                                        "The fabrics inside of the glTF (default for those that were)");
-  options.set_flag("--external", reattach.embed, false, "The fabrics beside the glTF").excludes(embed);
+                                        "Embed the fabrics in the glTF (default for those that were)");
+  options.set_flag("--external", reattach.embed, false, "Refer to fabrics beside the glTF").excludes(embed);
   options.check([&options] {
     options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",
                       {"--external"});

@@ -1,5 +1,4 @@
-// repack: a fabric file read and written again, as it was or in another precision, codec, choice of levels or
-// layers.
+// repack: rewrites a fabric file, also in another precision or codec, or with fewer levels or layers.
 #include <fmt/format.h>
 
 #include <sstream>
@@ -16,9 +15,9 @@ struct RepackCommand {
   std::string input;
   std::string output;
   LayerSet to_half;   ///< layers to be stored in 16 bits
-  LayerSet to_float;  ///< in 32 bits; layers in neither stay as they are
+  LayerSet to_float;  ///< layers to be stored in 32 bits; all others keep their precision
   LayerSet layers = LayerSet::all();
-  std::optional<V2i> levels;  ///< first and last; all where it is not given
+  std::optional<V2i> levels;  ///< first and last; default: all
   std::string codec = FabricWriteOptions{}.codec;
 };
 
@@ -35,7 +34,7 @@ LayerSet layers_from(const std::string& text) {
 
 void declare(Options& options, RepackCommand& command) {
   options.common(command.common);
-  options.text("fabric", command.input, "FILE", "The fabric file; what it has that is not known is left out")
+  options.text("fabric", command.input, "FILE", "The fabric file; unknown parts and attributes are left out")
       .required();
   options.output(command.output, "The fabric file to write", ".fabric.exr").required();
   const auto add_precision = [&](const char* half, const char* whole, const LayerSet& layers,
@@ -59,7 +58,7 @@ void declare(Options& options, RepackCommand& command) {
                [&command](const std::string& t) { command.layers = layers_from(t); });
 }
 
-/// The levels to keep, which have to exist.
+/// The levels to keep; they must exist.
 Result<V2i> levels_to_keep(const RepackCommand& command, int levels) {
   if (!command.levels) return V2i(0, levels - 1);
   const V2i& range = *command.levels;
@@ -70,7 +69,7 @@ Result<V2i> levels_to_keep(const RepackCommand& command, int levels) {
   return range;
 }
 
-/// What is in the written fabric, and in which precision.
+/// The layers of the written fabric and their precision.
 Json layers_json(const Fabric& fabric, const FabricWriteOptions& options) {
   Json layers = Json::object();
   for (const LayerKind layer : all_layers) {
@@ -81,7 +80,7 @@ Json layers_json(const Fabric& fabric, const FabricWriteOptions& options) {
   return layers;
 }
 
-/// Writes the fabric with what is still true of the record of its fit.
+/// Writes the fabric with the parts of its fit record that still hold.
 Result<void> write_recorded(const RepackCommand& command, const FabricReader& reader, const V2i& levels,
                             const Fabric& fabric, const FabricWriteOptions& options) {
   IssueSink sink(command.input);

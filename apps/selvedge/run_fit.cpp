@@ -1,4 +1,4 @@
-// fit: samples -> fabric, in a file with a record of its errors.
+// fit: samples -> fabric file with a record of its errors.
 #include "apps/selvedge/run_fit.h"
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 namespace selvedge {
 namespace {
 
-/// Measures the errors of the fabric as the file will hold it, and writes it.
+/// Measures the errors of the fabric in the file's precision, and writes it.
 Result<void> write_measured(const FitCommand& command, const Fabric& fitted, const PairSamples& held_out,
                             const PairSamples& training, FitRecord record) {
   const FabricWriteOptions& write = command.options.write;
@@ -23,7 +23,7 @@ Result<void> write_measured(const FitCommand& command, const Fabric& fitted, con
   return write_fabric(command.output, fabric, std::move(record), write);
 }
 
-/// Layers chosen by level within the budget.
+/// Fits with layers selected per level within the budget.
 Result<std::vector<LevelReport>> fit_layers(SamplesReader& reader, const FitCommand& command,
                                             const Progress& progress) {
   const MakeOptions& options = command.options;
@@ -57,12 +57,12 @@ Result<std::vector<LevelReport>> fit_layers(SamplesReader& reader, const FitComm
   return chosen->levels;
 }
 
-/// The paper's model at every level.
+/// Fits the paper's model at every level.
 Result<std::vector<LevelReport>> fit_lobes(SamplesReader& reader, const FitCommand& command,
                                            const Progress& progress) {
   const auto result = fit(reader, command.options.fit, progress);
   if (!result) return tl::unexpected(result.error());
-  // Read only when the samples are gone again, which takes less memory.
+  // Read after the samples are freed, to save memory.
   const auto held_out = reader.read_pairs(PairKind::held_out);
   if (!held_out) return tl::unexpected(held_out.error());
   if (auto ok = write_measured(command, result->fabric, *held_out, result->training,
@@ -80,7 +80,7 @@ Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& comman
   const auto distinct =
       check_distinct({{"the samples", samples}, {"--output", command.output}, {"--report", command.report}});
   if (!distinct) return tl::unexpected(distinct.error());
-  // Refused before the work, not after it.
+  // Report an unwritable output before the work, not after it.
   for (const std::string& path : {command.output, command.report}) {
     if (path.empty()) continue;
     if (const auto writable = AtomicFile::create(path); !writable) return tl::unexpected(writable.error());

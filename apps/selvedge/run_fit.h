@@ -1,4 +1,4 @@
-// Fits a samples file and writes the fabric: of the verbs fit, make and trade.
+// Fits a samples file and writes the fabric, for the verbs fit, make and trade.
 #pragma once
 
 #include "apps/selvedge/command_line.h"
@@ -6,7 +6,7 @@
 
 namespace selvedge {
 
-/// With progress. Messages call the samples command.input.
+/// Shows progress. Messages name the samples command.input.
 Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command);
 
 // The verbs.

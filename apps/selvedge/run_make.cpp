@@ -38,8 +38,8 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
     bake.demand = *demand;
     bake.chooses = fit.options.budget.has_value();
   }
-  // The samples pass through a file, as they do between the single verbs; without --keep-samples through one
-  // beside the fabric that is gone afterwards, whatever happens.
+  // The samples pass through a file, as between the single verbs: without --keep-samples a temporary one
+  // beside the fabric.
   auto passing = AtomicFile::create(command.output);
   if (!passing) return tl::unexpected(passing.error());
   const auto named = [&](const Error& error) {
@@ -54,7 +54,7 @@ Result<MadeFabric> make_fabric(const MakeCommand& command) {
   Json bake_report = bake_json(*baked, bake.output);
   if (!keep) bake_report.erase("output");
   const std::string bake_line = bake_text(*baked, command.samples);
-  // A choice of layers weighs all levels against each other.
+  // The selection of layers needs all levels at once.
   if (bake.demand && !fit.options.budget) {
     const auto samples = SamplesReader::open(bake.output);
     if (!samples) return named(samples.error());

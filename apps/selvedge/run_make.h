@@ -1,4 +1,4 @@
-// Makes a fabric from a cell and writes it: of the verb make, with and without limits.
+// Makes a fabric from a cell and writes it, for the verb make with and without limits.
 #pragma once
 
 #include "apps/selvedge/command_line.h"
@@ -13,11 +13,11 @@ struct MadeFabric {
   FitOutcome fitted;
   double seconds = 0;  ///< to bake and fit
 };
-/// Mesh, bake and fit; the command's limits do not count.
+/// Meshes, bakes and fits; the command's limits are ignored.
 Result<MadeFabric> make_fabric(const MakeCommand& command);
 
-/// An error of a file that is written beside `output`, or of one beside that, as one of `output`: the only
-/// one of them that a user has named.
+/// Converts an error of a temporary file beside `output` to one of `output`, which is the only name that the
+/// user knows.
 Error naming_output(Error error, const AtomicFile& beside, const std::string& output);
 
 /// make with limits.

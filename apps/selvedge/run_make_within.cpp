@@ -1,4 +1,4 @@
-// make within limits: settings are made beside the output's place, and the one that meets the limits is kept.
+// make within limits: makes settings in temporary files, and keeps the one that meets the limits.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ Json to_json(const MakeFigures& f) {
   return {{"bytes", std::round(f.bytes)}, {"seconds", f.seconds}, {"heldOut", f.held_out}};
 }
 
-/// The setting as options that take the limits' place on the command line.
+/// The setting as options that replace the limits on the command line.
 std::string options_of(const TriedSetting& setting) {
   return "--quality paper" + options_text(setting.options);
 }
@@ -97,7 +97,7 @@ class Search {
 }  // namespace
 
 Result<int> run_within_limits(const MakeCommand& command) {
-  // Each try is made beside the output: what the user named is compared here.
+  // Tries are written to temporary files, so the user's paths are compared here.
   const auto distinct = check_distinct(
       {{"the input", command.input}, {"--output", command.output}, {"--report", command.report}});
   if (!distinct) return tl::unexpected(distinct.error());

@@ -18,7 +18,7 @@ namespace {
 struct StitchCommand {
   CommonOptions common;
   bool list = false;
-  bool show = false;   ///< the description on standard output
+  bool show = false;   ///< print the description on standard output
   std::string input;   ///< built-in name, stitch description, weaving draft or mesh file
   std::string output;  ///< .obj, .ply or .json; empty: report only
   CellOptions cell;
@@ -28,7 +28,7 @@ void declare(Options& options, StitchCommand& command) {
   options.common(command.common);
   add_cell(options, command.input, command.cell).required(false);
   options.flag("--list", command.list, "The built-in stitches, or the parameters of one");
-  options.flag("--show", command.show, "The stitch description (JSON) on standard output");
+  options.flag("--show", command.show, "Print the stitch description (JSON) on standard output");
   options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)", "");
   options.check([&command] {
     if (command.input.empty() && (command.show || !command.list))
@@ -37,7 +37,7 @@ void declare(Options& options, StitchCommand& command) {
   });
 }
 
-/// 1.5 or 0.5,0.4,0.3, as --set takes it.
+/// "1.5" or "0.5,0.4,0.3", the form of --set.
 std::string text_of(const std::vector<double>& value) {
   std::string text;
   for (const double number : value) text += fmt::format("{}{:g}", text.empty() ? "" : ",", number);
@@ -48,10 +48,9 @@ Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info
   Json list = Json::array();
   std::string text = fmt::format("{}: {}\n", info.name, info.description);
   for (const StitchParameter& p : info.parameters) {
-    list.push_back(
-        {{"name", p.name}, {"value", p.value}, {"range", {p.least, p.most}}, {"meaning", p.meaning}});
-    text += fmt::format("  {:20} {:>16}  {} ({:g} to {:g})\n", p.name, text_of(p.value), p.meaning, p.least,
-                        p.most);
+    list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
+    text +=
+        fmt::format("  {:20} {:>16}  {} ({:g} to {:g})\n", p.name, text_of(p.value), p.meaning, p.min, p.max);
   }
   report(command.common, "stitch",
          {{"stitch", info.name}, {"description", info.description}, {"parameters", list}}, text);

@@ -1,4 +1,4 @@
-// swatch: a picture of a fabric by the reference evaluation, or of its stitch by tracing.
+// swatch: draws a fabric by the reference evaluation, or its stitch by ray tracing.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -19,7 +19,7 @@ namespace {
 
 struct SwatchCommand {
   CommonOptions common;
-  bool truth = false;  ///< the input is a stitch and is traced; else it is a fabric file
+  bool truth = false;  ///< the input is a stitch to be traced, else a fabric file
   std::string input;
   std::string output;  ///< .png or .exr
   CellOptions cell;    ///< with `truth`
@@ -35,13 +35,13 @@ void declare(Options& options, SwatchCommand& command) {
   add_cell(options, command.input, command.cell)
       .help("A fabric file; with --truth a stitch, as bake takes it");
   options.group("");
-  options.flag("--truth", command.truth, "Trace the stitch's geometry, repeat beside repeat");
+  options.flag("--truth", command.truth, "Ray-trace the stitch itself, repeated");
   options
       .output(command.output, "The picture: .png as people see it, .exr linear with opacity", ".png",
               {".png", ".exr"})
       .required();
-  add_place(options, "Where it is seen from [near]", [&command](SwatchView place) { command.place = place; });
-  options.size("--size", command.size, "Of the picture, in pixels", 1, 8192);
+  add_place(options, "Camera of the swatch [near]", [&command](SwatchView place) { command.place = place; });
+  options.size("--size", command.size, "Size of the picture in pixels", 1, 8192);
   add_lights(
       options, command.lights,
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
@@ -90,7 +90,7 @@ Result<Drawn> trace(const SwatchCommand& command) {
   return drawn;
 }
 
-/// What the picture may ask for and a partial fabric does not have.
+/// Levels that the picture may need but a partial fabric lacks.
 Issues missing_levels_of(const SwatchCommand& command, const FabricHeader& header, const SwatchShot& shot) {
   if (command.levels.forced >= 0) return {};
   const FabricHeader* const headers[] = {&header};

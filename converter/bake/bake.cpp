@@ -15,7 +15,7 @@
 namespace selvedge {
 namespace {
 
-/// The use of the seed; the others are in unit_baker.cpp.
+/// Stream of random numbers; unit_baker.cpp has the others.
 constexpr std::uint64_t stream_cache = 4;
 
 using Clock = std::chrono::steady_clock;
@@ -24,7 +24,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// The fewest samples that keep the noise of a few views below the target.
+/// The smallest number of samples that keeps the noise of a few views below the target.
 int samples_for_noise(UnitBaker& baker, std::size_t views, double target) {
   constexpr std::size_t max_pilots = 8;
   constexpr int max_samples = 1 << 16;
@@ -40,14 +40,14 @@ int samples_for_noise(UnitBaker& baker, std::size_t views, double target) {
   return samples;
 }
 
-/// Scales both counts of samples to the time that is left.
+/// Scales both sample counts to the remaining time.
 void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& header, Clock::time_point start) {
   constexpr int pilot_samples = 16;
-  // Compressing and writing, per value; measured on one slow core.
+  // Seconds to compress and write one value, measured on one slow core.
   constexpr double seconds_per_value = 60e-9;
   NoiseSum ignored;
-  const auto views = static_cast<std::size_t>(header.views.count());
-  baker.bake_view(views / 2, 1, ignored);  // what is computed once for all views is not the views' cost
+  const std::size_t views = header.views.count();
+  baker.bake_view(views / 2, 1, ignored);  // computes what all views share, which is not timed
   const auto before_view = Clock::now();
   baker.bake_view(views / 2, pilot_samples, ignored);
   double seconds = seconds_since(before_view) / pilot_samples * o.samples * static_cast<double>(views);
@@ -61,8 +61,8 @@ void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& head
         seconds_since(before_pair) / pilot_samples * o.truth_samples * static_cast<double>(pairs.size());
   }
   const double values = 3.0 * header.texels() * header.views.count() * header.lights.count();
-  const double left = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
-  const double scale = std::max(0.0, left / seconds);
+  const double remaining = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
+  const double scale = std::max(0.0, remaining / seconds);
   const auto scaled = [&](int count, int min_count) {
     return static_cast<int>(std::clamp(std::floor(count * scale), static_cast<double>(min_count), 65536.0));
   };
@@ -70,7 +70,7 @@ void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& head
   o.truth_samples = scaled(o.truth_samples, 2) / 2 * 2;
 }
 
-/// Puts the units of all journals, which are of one bake, into the samples file, and adds to the report.
+/// Writes the units of all journals of one bake into the samples file and adds their figures to the report.
 Result<void> assemble(std::span<BakeJournal> journals, const std::string& output, BakeReport& report) {
   SamplesHeader header = journals.front().header();
   const std::vector<BakeUnit> units = units_of(header);
@@ -112,7 +112,7 @@ Result<void> assemble(std::span<BakeJournal> journals, const std::string& output
   return {};
 }
 
-/// Bakes the units of the shard that its journal does not have.
+/// Bakes the units of the shard that are not in its journal.
 Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShard& shard,
                           Clock::time_point start, const BakeWatcher& watcher, BakeReport& report) {
   const SamplesHeader& header = journal.header();
@@ -120,7 +120,7 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   const auto samples_of = [&](const BakeUnit& unit) {
     return unit.kind == BakeUnit::Kind::view ? header.samples_per_texel : header.truth_samples;
   };
-  // In rays of one light, by which the progress is measured.
+  // Work is measured in rays times lights.
   const auto cost = [&](const BakeUnit& unit) {
     if (unit.kind == BakeUnit::Kind::heights) return 1.0;
     return samples_of(unit) * (unit.kind == BakeUnit::Kind::view ? 1.0 * header.lights.count() : 1.0);
@@ -132,9 +132,9 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   for (std::size_t u = shard.index; u < units.size(); u += shard.count) {
     const bool resumed = journal.has(u);
     if (!resumed) {
-      NoiseSum own;
-      UnitSamples samples = baker.bake(units[u], samples_of(units[u]), own);
-      if (auto ok = journal.write(u, planes_of(samples), own); !ok) return ok;
+      NoiseSum unit_noise;
+      UnitSamples samples = baker.bake(units[u], samples_of(units[u]), unit_noise);
+      if (auto ok = journal.write(u, planes_of(samples), unit_noise); !ok) return ok;
     }
     ++(resumed ? report.resumed : report.units);
     if (units[u].kind == BakeUnit::Kind::view) noise += journal.noise(u);
@@ -173,14 +173,14 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
   const auto header_now = [&] { return samples_header(mesh, o, *plane, cell->thickness_mm(), provenance); };
   UnitBaker baker(cell->scene, cell->mm, std::move(cache), o, header_now(), *plane);
   if (o.noise || o.time_budget) {
-    // The samples that a journal of the same bake was begun with count, however fast the machine is now.
+    // A resumed bake keeps the sample counts of its journal, so that all units have the same.
     const auto begun = BakeJournal::read_header(journal_path);
     if (begun) {
       o.samples = begun->samples_per_texel;
       o.truth_samples = begun->truth_samples;
     }
     if (!begun || samples_header_to_json(header_now()) != samples_header_to_json(*begun)) {
-      if (o.noise) o.samples = samples_for_noise(baker, static_cast<std::size_t>(o.views), *o.noise);
+      if (o.noise) o.samples = samples_for_noise(baker, o.views, *o.noise);
       if (o.time_budget) scale_to_budget(baker, o, header_now(), start);
     }
   }
@@ -206,7 +206,7 @@ Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const Bak
                         const std::string& provenance, const std::string& output,
                         const BakeWatcher& watcher) {
   const auto start = Clock::now();
-  // An unwritable place is refused before the work, not after it.
+  // Report an unwritable output before the work, not after it.
   if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
   BakeReport report;
   auto journal = bake_units(mesh, name, options, provenance, {}, journal_of(output), watcher, report);

@@ -1,11 +1,11 @@
-// Bake: the mesh of a cell -> its radiance samples. Daubert et al. 2001, section 4; docs/bake.md.
+// Bake: the mesh of a cell -> its radiance samples (Daubert et al. 2001, section 4; docs/bake.md).
 //
-// Texels lie on the cell's reference plane; for each view they are projected along the view onto the
-// endlessly repeated mesh. Light arrives from one direction at a time with unit perpendicular irradiance,
+// Texels lie on the cell's reference plane; each view projects them along its direction onto the mesh, which
+// repeats without end. Light arrives from one direction at a time with unit perpendicular irradiance,
 // directly (with shadows, the yarn's full reflectance) and after up to `bounces` reflections.
 //
 // Every finished view and pair goes into a journal beside the output; the samples file is written from it at
-// the end. A bake that was killed is continued from its journal.
+// the end. A bake that was interrupted continues from its journal.
 #pragma once
 
 #include <array>
@@ -22,26 +22,26 @@
 
 namespace selvedge {
 
-/// How light that yarn reflects to yarn is found.
+/// How interreflection between yarns is computed.
 enum class IndirectLight {
-  cached,  ///< once per point of the mesh (irradiance_cache.h); meshes too large for that are traced, and the
-           ///< report and the file say so
-  traced   ///< along paths from every sample: slower, noisier, no approximation
+  cached,  ///< by interpolation between points of the mesh (irradiance_cache.h); meshes that need too many
+           ///< points are traced, which report and file record
+  traced   ///< along paths from every sample: slower and noisier, without approximation
 };
 
-/// As the option and the file call it: "cached", "traced".
+/// The name in options and files: "cached", "traced".
 const char* name_of(IndirectLight indirect);
 
 /// The height at which texels lie, above the cell's lowest point.
 struct ReferencePlane {
   enum class Kind {
-    top,    ///< of the cell's bounding box, as in the paper
-    mean,   ///< of what is seen straight from above
-    best,   ///< of those tried by best_reference_height()
+    top,    ///< top of the cell's bounding box, as in the paper
+    mean,   ///< mean height of the surface seen from straight above
+    best,   ///< the result of best_reference_height()
     share,  ///< `value` times the thickness
     at      ///< `value` in mm
   };
-  /// At this share every built-in stitch comes out best, or near to it: docs/bake.md has the table.
+  /// This share is the best or close to it for every built-in stitch (table in docs/bake.md).
   Kind kind = Kind::share;
   double value = 0.9;
 };
@@ -59,71 +59,71 @@ struct BakeOptions {
   int views = 64;   ///< 1 to 4096; laid out by grid_of()
   int lights = 64;
   int samples = 8;  ///< rays per texel and view
-  /// Instead of `samples`: as few (a power of two, at most 65,536) as keep the noise of the samples, as
-  /// BakeReport has it, below this. Found on eight views.
+  /// Target for BakeReport::noise instead of `samples`: the bake uses the smallest power of two (at most
+  /// 65,536) that reaches it on eight views.
   std::optional<double> noise;
   /// Seconds for the whole bake; `samples` and `truth_samples` are scaled alike to fill them.
   std::optional<double> time_budget;
   int bounces = 2;  ///< indirect bounces, 0 to 64, or unlimited_bounces
   IndirectLight indirect = IndirectLight::cached;
-  /// Albedo of a Lambert plane at the cell's lowest point; none: what leaves downwards meets black.
+  /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
   std::optional<double> ground;
   ReferencePlane reference;
   int validation_pairs = 96;
   int held_out_pairs = 96;
   int rim_pairs = 32;
-  /// By PairKind, instead of the random ones; unit directions with z >= 1e-3.
+  /// Pairs by PairKind that replace the random ones; unit directions with z >= 1e-3.
   std::optional<std::array<std::vector<DirectionPair>, 3>> pairs;
   int truth_samples = 64;  ///< rays per texel and pair of those sets, even
   std::uint64_t seed = 1;
-  /// Slabs of yarn whose heights are kept, one above the other, over cells x cells points of a texel
-  /// (cell_heights.h); 0: none.
+  /// Number of slabs, one above the other, whose heights are stored for cells x cells points of a texel
+  /// (slab_heights.h); 0: no heights.
   int slabs = 0;
-  int cells = 6;                     ///< of which a fit makes 2 and 3
-  std::optional<WholeFabric> whole;  ///< where width and height are those of one of its coarser levels
-  bool resumable = true;             ///< an interrupted bake leaves its journal for the next one
+  int cells = 6;                     ///< a fit pools them to 2 and 3
+  std::optional<WholeFabric> whole;  ///< set if width and height belong to a coarser level of this fabric
+  bool resumable = true;  ///< an interrupted bake leaves its journal, from which the next one continues
 };
 
 struct BakeReport {
   double seconds = 0;
   std::uint64_t rays = 0;       ///< primary, bounce and shadow rays of this run
-  int units = 0;                ///< views and pairs that were baked in this run
-  int resumed = 0;              ///< and those that a journal had
+  int units = 0;                ///< views and pairs baked in this run
+  int resumed = 0;              ///< views and pairs found in a journal
   double coverage = 0;          ///< mean opacity over texels and views
-  double noise = 0;             ///< relative error of the samples of the grid (NoiseSum), an upper estimate
-  double truth_noise = 0;       ///< and of the pairs
+  double noise = 0;             ///< upper estimate of the relative error of the grid's samples (NoiseSum)
+  double truth_noise = 0;       ///< the same for the pairs
   int samples = 0;              ///< rays per texel and view
-  int truth_samples = 0;        ///< and per texel and pair
+  int truth_samples = 0;        ///< rays per texel and pair
   double reference_height = 0;  ///< mm above the lowest point
-  /// How it was done, which is not as asked for where the mesh is too large.
+  /// The method used: `traced` if the mesh is too large for a cache.
   IndirectLight indirect = IndirectLight::cached;
-  std::vector<std::string> remarks;  ///< what was done otherwise than asked for, one line each
+  std::vector<std::string> remarks;  ///< options that could not be followed, one line each
 };
 
 struct BakeProgress {
   double fraction = 0;  ///< done, in [0, 1]
   double rays_per_second = 0;
-  double noise = 0;  ///< so far, as BakeReport::noise
+  double noise = 0;  ///< BakeReport::noise so far
 };
 using BakeWatcher = std::function<void(const BakeProgress&)>;
 
-/// Where the boundaries of held-out directions lie: main sets have z >= this, the rim set z below it.
+/// Boundary between the sets of held-out directions: z >= rim_z in the main sets, below it in the rim set.
 inline constexpr double rim_z = 0.15;
 
-/// Bakes and writes a samples file. `name` stands for the mesh in messages; `provenance` is a JSON object
-/// that is kept in the file beside the options. Same mesh, options and seed: same bytes for any number of
-/// threads, whether interrupted or not; with a time budget, for the sample counts that it led to. The journal
-/// is `output`.journal; one of another bake is replaced.
+/// Bakes `mesh` and writes a samples file. `name` stands for the mesh in messages; `provenance` is a JSON
+/// object that the file keeps beside the options. The same mesh, options and seed give the same bytes for any
+/// number of threads, whether interrupted or not (with a time budget: for the same sample counts). The
+/// journal is `output`.journal; a journal of another bake is replaced.
 Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                         const std::string& provenance, const std::string& output,
                         const BakeWatcher& watcher = {});
 
-/// Bakes a part: `output` is a finished journal, for merge_shards(). No time budget.
+/// Bakes one shard to `output`, a finished journal for merge_shards(). Precondition: no time budget.
 Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                               const std::string& provenance, const BakeShard& shard,
                               const std::string& output, const BakeWatcher& watcher = {});
 
-/// Puts the shards of one bake, in any order, into the samples file that the whole would have given. Refuses
+/// Merges the shards of one bake, in any order, into the samples file of the whole bake. Refuses
 /// (samples_malformed) shards of different bakes, missing units and damaged files.
 Result<BakeReport> merge_shards(std::span<const std::string> shards, const std::string& output);
 

@@ -36,7 +36,7 @@ bool is_in(const BakeShard& shard, std::size_t unit) {
   return static_cast<int>(unit % shard.count) == shard.index;
 }
 
-/// Exactly so many bytes, or nothing.
+/// Reads exactly `count` bytes; nothing if there are fewer.
 std::optional<std::string> read_bytes(std::FILE* file, std::size_t count) {
   std::string bytes(count, '\0');
   if (std::fread(bytes.data(), 1, count, file) != count) return std::nullopt;
@@ -71,7 +71,7 @@ Result<Head> read_head(std::FILE* file, const std::string& path) {
 
 }  // namespace
 
-/// Null for pipes, folders and devices: a pipe would be waited for.
+/// Null for pipes, folders and devices: opening a pipe would block.
 BakeJournal::File BakeJournal::open_file(const std::string& path, const char* mode) {
   std::error_code ignored;
   return File(std::filesystem::is_regular_file(path, ignored) ? std::fopen(path.c_str(), mode) : nullptr);
@@ -124,7 +124,7 @@ Result<BakeJournal> BakeJournal::open(const std::string& path, const SamplesHead
   }
   auto unnamed = AtomicFile::create(path);
   if (!unnamed) return tl::unexpected(unnamed.error());
-  // The lock of the unnamed file belongs to both of its descriptors.
+  // Duplicated descriptors share the lock of the unnamed file.
   File file(fdopen(fcntl(unnamed->descriptor(), F_DUPFD_CLOEXEC, 0), "w+b"));
   if (!file || std::fwrite(head.data(), 1, head.size(), file.get()) != head.size()) return unwritable(path);
   BakeJournal journal(path, header, shard, std::move(file));
@@ -168,7 +168,7 @@ Result<void> BakeJournal::write(std::size_t unit, const Planes& planes, const No
   }
   record.append(reinterpret_cast<const char*>(&noise), sizeof noise);
   record += digest_of(record);
-  // Flushed at once: what the system has survives the end of the program.
+  // Flushed at once: a unit that the kernel has survives if the program is killed.
   if (std::fseek(file_.get(), units_[unit].begin, SEEK_SET) != 0 ||
       std::fwrite(record.data(), 1, record.size(), file_.get()) != record.size() ||
       std::fflush(file_.get()) != 0) {

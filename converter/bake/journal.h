@@ -1,10 +1,10 @@
-// The finished units of a bake, in a scratch file until all of them are there. (The header of a samples file
-// stands before its pixels and has the noise of the whole bake: no unit can be written there earlier.)
+// The journal of a bake: a scratch file of its finished units. (The header of a samples file precedes its
+// pixels and holds the noise of the whole bake, so units cannot be written there one by one.)
 //
 // Little-endian. One line of text: "SELVEDGE-BAKE-2", index and count of the shard, digest and length of the
 // text that follows: the samples file's header without the noise. Then the shard's units in their order, each
-// at a fixed place: its values as half floats, squared error and squared signal of its noise (doubles), and a
-// digest of these (XXH3-128, 32 hexadecimal digits). A unit whose digest is wrong has not been written.
+// at a fixed offset: its values as half floats, squared error and squared signal of its noise (doubles), and
+// a digest of these (XXH3-128, 32 hexadecimal digits). A unit with a wrong digest counts as not written.
 #pragma once
 
 #include <cstdio>
@@ -20,14 +20,14 @@ namespace selvedge {
 
 class BakeJournal {
  public:
-  /// For writing. With `lasting`, a journal of the same header and shard at `path` is continued, any other
-  /// file there is replaced, and the file has its name from the first unit on; else it never has a name.
-  /// Refuses (file_unwritable) a journal that another program is writing.
+  /// Opens a journal for writing. With `lasting`, a journal of the same header and shard at `path` is
+  /// continued, any other file there is replaced, and the file is named from the first unit on; otherwise it
+  /// stays unnamed. Refuses (file_unwritable) a journal that another program is writing.
   static Result<BakeJournal> open(const std::string& path, const SamplesHeader& header,
                                   const BakeShard& shard, bool lasting);
   /// The header of the journal at `path`, if there is one.
   static std::optional<SamplesHeader> read_header(const std::string& path);
-  /// For reading. Refuses (samples_malformed) a journal that lacks a unit of its shard.
+  /// Opens a journal for reading. Refuses (samples_malformed) a journal that lacks a unit of its shard.
   static Result<BakeJournal> read(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -49,7 +49,7 @@ class BakeJournal {
   struct Unit {
     long begin = 0;  ///< in the file
     std::size_t bytes = 0;
-    std::optional<NoiseSum> noise;  ///< if it has been written
+    std::optional<NoiseSum> noise;  ///< set once the unit is written
   };
   struct FileCloser {
     void operator()(std::FILE* file) const { std::fclose(file); }
@@ -59,13 +59,13 @@ class BakeJournal {
   BakeJournal(std::string path, SamplesHeader header, const BakeShard& shard, File file);
   static File open_file(const std::string& path, const char* mode);
   std::optional<std::string> read_record(const Unit& unit);
-  /// Finds out which units have been written.
+  /// Checks the digests of all units.
   void read_units();
   Result<void> give_name();
 
   std::string path_;
   SamplesHeader header_;
-  std::vector<Unit> units_;  ///< of the whole bake; those of other shards have no bytes
+  std::vector<Unit> units_;  ///< of the whole bake; units of other shards have no bytes
   std::optional<AtomicFile> unnamed_;
   File file_;
   bool lasting_ = true;

@@ -29,7 +29,7 @@ SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const TracedCel
   const std::vector<V3f> views = directions_of(small.header.views);
   std::vector<float> indirect;
   if (cache != nullptr) indirect = cache->solve(scene, lights, o.bounces);
-  const auto texels = static_cast<std::size_t>(o.width * o.height);
+  const std::size_t texels = o.width * o.height;
   SampleLevel& level = small.level;
   level.width = o.width;
   level.height = o.height;
@@ -58,9 +58,9 @@ SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const TracedCel
   all.height = o.height;
   all.pairs = pairs;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const std::vector<float> own = light_column(indirect, pairs.size(), p);
-    const PairSamples truth =
-        baker.bake_pair(pairs[p], {{&pairs[p].light, 1}, own, false}, o.truth_samples, mix(~p), ignored);
+    const std::vector<float> pair_indirect = light_column(indirect, pairs.size(), p);
+    const PairSamples truth = baker.bake_pair(pairs[p], {{&pairs[p].light, 1}, pair_indirect, false},
+                                              o.truth_samples, mix(~p), ignored);
     all.alpha.insert(all.alpha.end(), truth.alpha.begin(), truth.alpha.end());
     all.alpha_noise.insert(all.alpha_noise.end(), truth.alpha_noise.begin(), truth.alpha_noise.end());
     all.radiance.insert(all.radiance.end(), truth.radiance.begin(), truth.radiance.end());
@@ -100,7 +100,7 @@ Result<double> best_reference_height(const CellMesh& mesh, const std::string& na
   o.pairs.reset();
   o.validation_pairs = 48;
   o.held_out_pairs = o.rim_pairs = 0;
-  // Pairs of their own: no choice may depend on the pairs that measure its result.
+  // Separate pairs: no choice may depend on the pairs that measure its result.
   o.seed = mix(options.seed);
   const auto cell = trace_cell(mesh, name, o.ground);
   if (!cell) return tl::unexpected(cell.error());
@@ -109,7 +109,7 @@ Result<double> best_reference_height(const CellMesh& mesh, const std::string& na
   const auto thickness = static_cast<double>(cell->scene.bounds().max.z);
   double best = thickness;
   double best_psnr = -1e300;
-  // From the top down: among equally good heights, as those of a flat cell, the paper's is chosen.
+  // From the top down, so that a tie (a flat cell) gives the top, as in the paper.
   for (const double share : {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}) {
     SmallBake small = bake_small(mesh, o, *cell, cache ? &*cache : nullptr, share * thickness);
     const auto fitted = fit(small.level, small.header);

@@ -77,9 +77,9 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
   const auto refuse = [&](const char* option, std::string why) {
     return fail(Code::option_out_of_range, name, option, std::move(why));
   };
-  const auto in_range = [&](const char* option, double value, double least, double most) -> Result<void> {
-    if (value >= least && value <= most) return {};
-    return refuse(option, fmt::format("{} is outside of {} to {}", value, least, most));
+  const auto in_range = [&](const char* option, double value, double min, double max) -> Result<void> {
+    if (value >= min && value <= max) return {};
+    return refuse(option, fmt::format("{} is outside of {} to {}", value, min, max));
   };
   const FabricLimits limits;
   constexpr double max_samples = 1 << 20;

@@ -11,26 +11,26 @@ struct Interval {
 };
 
 /// The yarns that a vertical line at (x, y) passes through, from the uppermost on.
-std::vector<Interval> intervals_at(const RayScene& scene, double x, double y, std::size_t most) {
+std::vector<Interval> intervals_at(const RayScene& scene, double x, double y, std::size_t max_count) {
   const double height = static_cast<double>(scene.bounds().max.z);
-  const double step = 1e-5 * height;  // past a surface that was met
+  const double step = 1e-5 * height;  // moves the ray past a surface that it met
   constexpr int max_surfaces = 256;
   std::vector<Interval> found;
   int depth = 0;
-  double from = height * 1.01 + step;
+  double start_z = height * 1.01 + step;
   for (int i = 0; i < max_surfaces; ++i) {
     SurfacePoint point;
-    if (!scene.trace(V3d(x, y, from), V3d(0, 0, -1), point) || scene.is_ground(point)) break;
+    if (!scene.trace(V3d(x, y, start_z), V3d(0, 0, -1), point) || scene.is_ground(point)) break;
     const double z = static_cast<double>(point.position.z);
     if (depth == 0) {
-      if (found.size() == most) break;
+      if (found.size() == max_count) break;
       found.push_back({z, z - height / 50});
       depth = 1;
     } else {
       depth += point.back ? -1 : 1;
       if (depth == 0) found.back().bottom = z;
     }
-    from = z - step;
+    start_z = z - step;
   }
   return found;
 }
@@ -38,11 +38,11 @@ std::vector<Interval> intervals_at(const RayScene& scene, double x, double y, st
 }  // namespace
 
 HeightLayer cell_heights(const RayScene& scene, int width, int height, const SlabShape& shape) {
-  constexpr int lines = 3;  // a side of a cell
+  constexpr int lines = 3;  // per side of a column
   const V2d period = scene.period();
-  const auto entries = static_cast<std::size_t>(shape.entries());
-  const auto slabs = static_cast<std::size_t>(shape.slabs);
-  const std::size_t values = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * entries;
+  const std::size_t entries = shape.entries();
+  const std::size_t slabs = shape.slabs;
+  const std::size_t values = width * height * entries;
   std::vector<float> top(values, 0);
   std::vector<float> bottom(values, 0);
   parallel_for(0, height * shape.rows, [&](int row) {
@@ -64,9 +64,8 @@ HeightLayer cell_heights(const RayScene& scene, int width, int height, const Sla
       const int cell = row % shape.rows * shape.columns + column % shape.columns;
       for (std::size_t s = 0; s < slabs; ++s) {
         if (2 * count[s] < lines * lines) continue;
-        const std::size_t entry =
-            s * static_cast<std::size_t>(shape.columns * shape.rows) + static_cast<std::size_t>(cell);
-        const std::size_t index = static_cast<std::size_t>(texel) * entries + entry;
+        const std::size_t entry = s * shape.columns * shape.rows + cell;
+        const std::size_t index = texel * entries + entry;
         top[index] = static_cast<float>(sum[s].top / count[s]);
         bottom[index] = static_cast<float>(sum[s].bottom / count[s]);
       }

@@ -14,12 +14,12 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// target += weight * source. Element by element: the same for any width of the machine's registers.
+/// target += weight * source. Element by element: the same for any width of registers.
 SELVEDGE_WIDE void add_row(const float* source, float weight, std::size_t count, float* target) {
   for (std::size_t i = 0; i < count; ++i) target[i] += weight * source[i];
 }
 
-/// The direct light of a packet: how its points reflect, as one array per quantity.
+/// Reflectance of a packet's points under direct light, as one array per quantity.
 struct Reflecting {
   alignas(64) std::array<float, packet_size> nx{}, ny{}, nz{};
   std::array<V3f, packet_size> diffuse;  // (1 - w) albedo / pi
@@ -42,7 +42,7 @@ struct TexelBaker::Gather {
   int hits = 0;
   V3d normal{0, 0, 0};
   std::vector<double> radiance;  // sum over hits: [channel][light]
-  std::vector<float> recent;     // what has not been added to it yet
+  std::vector<float> recent;     // partial sums in single precision that are still to be added to `radiance`
 
   explicit Gather(std::size_t lights) : radiance(3 * lights), recent(3 * lights) {}
   void clear() {
@@ -56,7 +56,7 @@ struct TexelBaker::Gather {
   }
 };
 
-/// Up to 16 rays, and where what they see goes.
+/// Up to 16 rays, and the sums that receive their radiance.
 struct TexelBaker::Packet {
   std::size_t size = 0;
   std::array<V3d, packet_size> origin;
@@ -67,7 +67,7 @@ struct TexelBaker::Packet {
 
 struct TexelBaker::TexelRays {
   int x, y;
-  std::uint32_t count, split;  // those before `split` belong to the early half
+  std::uint32_t count, split;  // rays before `split` belong to the first half
   std::uint64_t seed;
   Gather* early;
   Gather* late;
@@ -76,7 +76,7 @@ struct TexelBaker::TexelRays {
 void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const {
   const V3d towards(view);
   const V2d period = scene_.period();
-  // From above everything: the plane may lie within the yarn.
+  // Rays begin above the cell, because the reference plane may lie within the yarn.
   const double above =
       (static_cast<double>(scene_.bounds().max.z) - plane_z_ + period.x) / static_cast<double>(view.z);
   Packet packet;
@@ -87,19 +87,19 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
       texel.late->settle();
     }
   };
-  // Single precision sums no more than this many packets.
+  // Number of packets that are summed in single precision before they are added in double.
   constexpr int packets_between = 8;
   for (const TexelRays& texel : texels) {
     texel.early->rays += static_cast<int>(texel.split);
     texel.late->rays += static_cast<int>(texel.count - texel.split);
-    // Points whose indices are the same modulo a power of two lie in one strip of the texel: rays of a packet
-    // then meet the same few triangles.
+    // Points whose indices are equal modulo a power of two lie in one strip of the texel, so the rays of a
+    // packet meet the same few triangles.
     constexpr auto lanes = static_cast<std::uint32_t>(packet_size);
     const std::uint32_t packets_of_its_own = texel.count % lanes == 0 ? texel.count / lanes : 0;
     for (std::uint32_t k = 0; k < texel.count; ++k) {
       const std::uint32_t i = packets_of_its_own > 0 ? k % lanes * packets_of_its_own + k / lanes : k;
       const V2d within = spread_point(i, texel.seed);
-      // y points up, rows of texels run down.
+      // y points up, rows of texels go down.
       const V3d on_plane((texel.x + within.x) / texels_.x * period.x,
                          (1 - (texel.y + within.y) / texels_.y) * period.y, plane_z_);
       packet.origin[packet.size] = on_plane + towards * above;
@@ -120,9 +120,9 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
   PointPacket points;
   std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
   std::uint64_t rays = packet.size;
-  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    // The ground shows through a hole; it is not yarn.
+  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
+    const int i = std::countr_zero(remaining);
+    // A ray that meets the ground passed through a hole.
     if (scene_.is_ground(points[i])) {
       hits &= ~(1U << i);
       continue;
@@ -132,8 +132,8 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
   }
   rays += light_directly(packet, points, hits, view, lights.directions);
   const std::size_t n = lights.directions.size();
-  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
+    const int i = std::countr_zero(remaining);
     Gather& gather = *packet.gather[i];
     if (!lights.indirect.empty()) {
       light_indirectly(points[i], lights, gather);
@@ -154,8 +154,8 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
   if (hits == 0) return 0;
   Reflecting r;
   const bool glossy = !scene_.mesh().gloss.empty();
-  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
+    const int i = std::countr_zero(remaining);
     r.nx[i] = points[i].face_normal.x;
     r.ny[i] = points[i].face_normal.y;
     r.nz[i] = points[i].face_normal.z;
@@ -184,12 +184,12 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     const std::uint32_t lit = facing & ~scene_.occluded(leaving, light, facing);
     std::array<float, packet_size> gloss{};
     if (glossy) r.gloss.reflectance(light, gloss);
-    for (std::uint32_t left = lit; left != 0;) {
-      // Lanes of one texel's half lie side by side: their sum goes there at once.
-      Gather* const owner = packet.gather[std::countr_zero(left)];
+    for (std::uint32_t remaining = lit; remaining != 0;) {
+      // Lanes of the same half of a texel are adjacent and are summed before they are added to it.
+      Gather* const owner = packet.gather[std::countr_zero(remaining)];
       V3f sum(0, 0, 0);
-      for (; left != 0; left &= left - 1) {
-        const auto i = static_cast<std::size_t>(std::countr_zero(left));
+      for (; remaining != 0; remaining &= remaining - 1) {
+        const int i = std::countr_zero(remaining);
         if (packet.gather[i] != owner) break;
         sum += (r.diffuse[i] + V3f(gloss[i])) * cosine[i];
       }
@@ -205,10 +205,10 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
   const V3f albedo = albedo_with_gloss(scene_, point);
   const std::size_t n = lights.directions.size();
   for (std::size_t k = 0; k < 3; ++k) {
-    const float* row = &lights.indirect[static_cast<std::size_t>(taps.point[k]) * 3 * n];
+    const float* row = &lights.indirect[taps.point[k] * 3 * n];
     for (std::size_t c = 0; c < 3; ++c) {
       const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
-      if (n == 1) {  // a pair's: nine calls would cost more than their work
+      if (n == 1) {  // a pair has one light: nine calls would cost more than their work
         gather.recent[c] += weight * row[c];
       } else {
         add_row(row + c * n, weight, n, &gather.recent[c * n]);
@@ -219,37 +219,37 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
 
 ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
                                   NoiseSum& noise) const {
-  const auto texels = static_cast<std::size_t>(texels_.x * texels_.y);
+  const std::size_t texels = texels_.x * texels_.y;
   const std::size_t n = lights.directions.size();
   ViewSamples out{std::vector<float>(texels), std::vector<V3f>(texels, V3f(0, 0, 0)),
                   std::vector<V3f>(texels * n, V3f(0, 0, 0))};
-  std::vector<NoiseSum> row_noise(static_cast<std::size_t>(texels_.y));
-  // As many texels at a time as fill whole packets.
+  std::vector<NoiseSum> row_noise(texels_.y);
+  // The number of texels that fill whole packets.
   const int at_once = static_cast<int>(packet_size) / std::gcd(static_cast<int>(packet_size), samples);
   parallel_for(0, texels_.y, [&](int y) {
-    std::vector<Gather> gathers(static_cast<std::size_t>(2 * at_once), Gather(n));
+    std::vector<Gather> gathers(2 * at_once, Gather(n));
     std::vector<TexelRays> rays;
     NoiseSum& sum = row_noise[y];
     for (int first = 0; first < texels_.x; first += at_once) {
       rays.clear();
       for (int x = first; x < std::min(first + at_once, texels_.x); ++x) {
-        Gather* const own = &gathers[2 * (x - first)];
-        own[0].clear();
-        own[1].clear();
+        Gather* const halves = &gathers[2 * (x - first)];
+        halves[0].clear();
+        halves[1].clear();
         const auto count = static_cast<std::uint32_t>(samples);
         const auto texel = static_cast<std::uint64_t>(y * texels_.x + x);
-        rays.push_back({x, y, count, count / 2, mix(seed ^ mix(texel)), own, own + 1});
+        rays.push_back({x, y, count, count / 2, mix(seed ^ mix(texel)), halves, halves + 1});
       }
       sample(rays, view, lights);
       for (const TexelRays& r : rays) {
-        const auto texel = static_cast<std::size_t>(y * texels_.x + r.x);
+        const std::size_t texel = y * texels_.x + r.x;
         const Gather& early = *r.early;
         const Gather& late = *r.late;
         const int hits = early.hits + late.hits;
         if (hits == 0) continue;
         out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(samples);
         out.normal[texel] = V3f((early.normal + late.normal) / samples);
-        // The halves' means differ by d; the error of the mean of both is d/2 where they are equally large.
+        // If the means of the halves differ by d, the error of their mean is d/2 for equally large halves.
         const double share =
             static_cast<double>(early.rays) * late.rays / (static_cast<double>(samples) * samples);
         for (std::size_t l = 0; l < n; ++l) {
@@ -272,7 +272,7 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
 
 PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights, int samples,
                                   std::uint64_t seed, NoiseSum& noise) const {
-  const auto texels = static_cast<std::size_t>(texels_.x * texels_.y);
+  const std::size_t texels = texels_.x * texels_.y;
   PairSamples out;
   out.width = texels_.x;
   out.height = texels_.y;
@@ -284,7 +284,7 @@ PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights
   parallel_for(0, texels_.y, [&](int y) {
     std::array<Gather, 2> half{Gather(1), Gather(1)};
     for (int x = 0; x < texels_.x; ++x) {
-      const auto texel = static_cast<std::size_t>(y * texels_.x + x);
+      const std::size_t texel = y * texels_.x + x;
       for (Gather& h : half) h.clear();
       const auto count = static_cast<std::uint32_t>(samples / 2);
       sample(std::array{TexelRays{x, y, count, count, mix(seed ^ mix(2 * texel)), &half[0], &half[1]},

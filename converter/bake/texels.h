@@ -1,4 +1,4 @@
-// Rays through the texels of one view: the radiance that they find under a set of lights.
+// Traces rays through the texels of one view and sums the radiance under a set of lights.
 #pragma once
 
 #include <array>
@@ -12,41 +12,41 @@
 
 namespace selvedge {
 
-/// The lights of a view and what reaches the mesh from them indirectly.
+/// The lights of a view, and their indirect irradiance on the mesh.
 struct LitBy {
   std::span<const V3f> directions;
-  /// Irradiance as IrradianceCache::solve() gives it for these lights; empty: paths are traced.
+  /// The result of IrradianceCache::solve() for these lights; empty: paths are traced.
   std::span<const float> indirect;
-  bool normals = true;  ///< whether the visible normals are wanted
+  bool normals = true;  ///< whether to compute the visible normals
 };
 
-/// How far means of samples are from their limit, summed over texels, lights and channels: `error2` estimates
-/// the squared error of opacity * radiance, `signal2` is its square. For one low-discrepancy set of samples
-/// it is an upper estimate: its halves differ by more than independent ones.
+/// Noise of sample means, summed over texels, lights and channels: `error2` estimates the squared error of
+/// opacity * radiance, `signal2` is its square. The estimate is an upper one for a single low-discrepancy
+/// set, whose halves differ by more than independent sets.
 struct NoiseSum {
   double error2 = 0;
   double signal2 = 0;
-  /// Root mean square of the error as a share of that of the signal; 0 without a signal.
+  /// Root mean square error relative to that of the signal; 0 without a signal.
   double relative() const;
   NoiseSum& operator+=(const NoiseSum& other);
 };
 
 class TexelBaker {
  public:
-  /// `cache`: null where paths are traced. Texels lie at height `plane_z` (mm above the lowest point).
+  /// `cache` is null if paths are traced. Texels lie at height `plane_z` (mm above the lowest point).
   TexelBaker(const RayScene& scene, const IrradianceCache* cache, int bounces, const V2i& texels,
              double plane_z)
       : scene_(scene), cache_(cache), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
 
-  /// All texels from one view, `samples` rays each. `seed` is the view's own.
+  /// Samples of all texels from one view with `samples` rays each. Every view needs a seed of its own.
   ViewSamples bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
                         NoiseSum& noise) const;
 
-  /// The truth of one pair from two independent halves of `samples` rays. `lights` holds the pair's light.
+  /// Samples of one pair from two independent halves of `samples` rays. `lights` holds the pair's light.
   PairSamples bake_pair(const DirectionPair& pair, const LitBy& lights, int samples, std::uint64_t seed,
                         NoiseSum& noise) const;
 
-  /// Primary, bounce and shadow rays of all calls so far.
+  /// Number of primary, bounce and shadow rays so far.
   std::uint64_t rays() const { return rays_; }
 
  private:

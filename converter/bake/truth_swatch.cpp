@@ -16,7 +16,7 @@
 namespace selvedge {
 namespace {
 
-// Independent uses of the seed.
+// Independent streams of random numbers.
 constexpr std::uint64_t stream_pixels = 101;
 constexpr std::uint64_t stream_paths = 102;
 constexpr std::uint64_t stream_cache = 103;
@@ -49,7 +49,7 @@ class SwatchTracer {
     irradiance_of_points_ = cache.solve(scene_, lights_, options_.bounces);
   }
 
-  /// One half of the rays of a pixel.
+  /// Traces one half of the rays of a pixel.
   Gather trace(int x, int y, std::uint64_t half) const {
     const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(shot_.width) +
                        static_cast<std::uint64_t>(x);
@@ -84,14 +84,14 @@ class SwatchTracer {
   std::uint64_t rays() const { return rays_; }
 
  private:
-  /// Where a ray begins: in the cell's own repeat, above everything, but not behind the camera.
+  /// The origin of a ray: within the cell's own repeat, above all yarn, but not behind the camera.
   V3d origin(const SwatchRay& ray) const {
     const V2d period = scene_.period();
-    V2d at = ray.point / metres_;
-    at -= V2d(std::floor(at.x / period.x), std::floor(at.y / period.y)) * period;
+    V2d point = ray.point / metres_;
+    point -= V2d(std::floor(point.x / period.x), std::floor(point.y / period.y)) * period;
     double back = (static_cast<double>(scene_.bounds().max.z) - plane_ + period.x) / ray.view.z;
     if (shot_.camera.projection == Projection::perspective) back = std::min(back, ray.distance / metres_);
-    return V3d(at.x, at.y, plane_) + ray.view * back;
+    return V3d(point.x, point.y, plane_) + ray.view * back;
   }
 
   std::uint64_t light_directly(const SurfacePoint& point, const V3d& view, std::vector<V3d>& radiance) const {
@@ -114,7 +114,7 @@ class SwatchTracer {
     const V3d factor = V3d(albedo_with_gloss(scene_, point)) * std::numbers::inv_pi;
     const std::size_t n = lights_.size();
     for (std::size_t k = 0; k < 3; ++k) {
-      const float* row = &irradiance_of_points_[static_cast<std::size_t>(taps.point[k]) * 3 * n];
+      const float* row = &irradiance_of_points_[taps.point[k] * 3 * n];
       for (std::size_t l = 0; l < n; ++l) {
         radiance[l] +=
             factor * V3d(V3f(row[l], row[n + l], row[2 * n + l])) * static_cast<double>(taps.weight[k]);
@@ -131,11 +131,11 @@ class SwatchTracer {
   double metres_;
   std::vector<V3f> lights_;
   std::vector<V3d> irradiance_;
-  std::vector<float> irradiance_of_points_;  ///< as IrradianceCache::solve() gives it
+  std::vector<float> irradiance_of_points_;  ///< the result of IrradianceCache::solve()
   mutable std::atomic<std::uint64_t> rays_{0};
 };
 
-/// The bake's own rules for what the two have in common.
+/// Checks the options that a bake has, too, by the bake's own rules.
 BakeOptions as_bake(const TruthOptions& o) {
   BakeOptions bake;
   bake.samples = o.samples;
@@ -148,7 +148,7 @@ BakeOptions as_bake(const TruthOptions& o) {
 
 Result<void> check(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
   if (auto ok = check_options(as_bake(o), name); !ok) return ok;
-  // Half of them tell the noise of the other half.
+  // The noise is estimated from two halves.
   if (o.samples < 2 || o.samples % 2 != 0)
     return fail(Code::option_out_of_range, name, "samples", "must be even, and 2 at least");
   for (const Light& light : shot.lights) {
@@ -180,10 +180,10 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
 
   TruthSwatch result;
   result.indirect = o.indirect;
-  const auto width = static_cast<std::size_t>(shot.width);
-  const auto rows = static_cast<std::size_t>(shot.height);
+  const std::size_t width = shot.width;
+  const std::size_t rows = shot.height;
   result.frame = {shot.width, shot.height, std::vector<V4f>(width * rows)};
-  std::vector<V2d> errors(rows, V2d(0, 0));  // squared, of colours and of opacity
+  std::vector<V2d> errors(rows, V2d(0, 0));  // squared, of colours (x) and opacity (y)
   constexpr int rows_at_once = 8;
   for (int first = 0; first < shot.height; first += rows_at_once) {
     parallel_for(first, std::min(first + rows_at_once, shot.height), [&](int y) {
@@ -191,7 +191,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
         const Gather a = tracer.trace(x, y, 0);
         const Gather b = tracer.trace(x, y, 1);
         const V3f mean((a.radiance + b.radiance) / o.samples);
-        result.frame.pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =
+        result.frame.pixels[y * width + x] =
             V4f(mean.x, mean.y, mean.z, static_cast<float>((a.hits + b.hits) / o.samples));
         const double alpha = (a.hits - b.hits) / o.samples;
         errors[y] += V2d(((a.radiance - b.radiance) / o.samples).length2(), alpha * alpha);

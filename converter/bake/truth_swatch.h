@@ -1,7 +1,5 @@
-// The reference picture of a cell: a flat swatch of the stitch itself, traced, repeat beside repeat without
-// end, with the light of the bake. The pictures that format/picture/swatch_picture.h and the viewer make
-// of a fabric of that stitch, from the same place and under the same light, approximate this
-// picture.
+// Ray-traces the truth: a picture of a flat swatch of the stitch, repeated without end, under the lights of
+// the bake. Pictures of a fabric by format/picture/swatch_picture.h and the viewer approximate it.
 #pragma once
 
 #include <cstdint>
@@ -16,29 +14,29 @@
 namespace selvedge {
 
 struct TruthOptions {
-  int samples = 64;  ///< rays a pixel, 2 to 2^20, even
+  int samples = 64;  ///< rays per pixel, 2 to 2^20, even
   int bounces = unlimited_bounces;
   IndirectLight indirect = IndirectLight::traced;
-  std::optional<double> ground;  ///< as of the bake: what shows it counts as a hole
-  ReferencePlane reference;      ///< the height that lies at z = 0: that of the fabric which is compared
+  std::optional<double> ground;  ///< as in BakeOptions; rays that meet the ground count as a hole
+  ReferencePlane reference;      ///< the height at z = 0: that of the fabric to compare with
   std::uint64_t seed = 1;
 };
 
 struct TruthSwatch {
-  /// Radiance times opacity, and opacity: the share of the pixel's rays that met yarn. Means over the pixel's
-  /// square, all rays counted alike.
+  /// Radiance times opacity, and opacity, the share of the pixel's rays that met yarn. Unweighted means over
+  /// the pixel's square.
   Frame frame;
-  /// Root mean square, over pixels and colours, of the standard error of radiance times opacity: half the
-  /// difference of two means over independent halves of the rays.
+  /// Standard error of radiance times opacity: half the difference between the means of two independent
+  /// halves of the rays, as root mean square over pixels and colours.
   double noise = 0;
-  double alpha_noise = 0;  ///< the same of the opacity
+  double alpha_noise = 0;  ///< the same for the opacity
   std::uint64_t rays = 0;
   double seconds = 0;
-  IndirectLight indirect = IndirectLight::traced;  ///< not as asked for where the mesh is too large
+  IndirectLight indirect = IndirectLight::traced;  ///< the method used: see BakeReport
 };
 
-/// Same mesh, shot and options: same values for any number of threads. Refuses (option_out_of_range) lights
-/// that are not directional, and options out of their ranges; a mesh that validate() refuses.
+/// The same mesh, shot and options give the same values for any number of threads. Refuses lights that are
+/// not directional and options out of range (option_out_of_range), and meshes that validate() refuses.
 Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, const SwatchShot& shot,
                                  const TruthOptions& options = {}, const Progress& progress = {});
 

@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-// Independent uses of the seed.
+// Independent streams of random numbers.
 constexpr std::uint64_t stream_views = 1;
 constexpr std::uint64_t stream_pairs = 2;
 
@@ -27,7 +27,8 @@ Planes arrays_of(HeightSamples& s) { return {s[0], s[1]}; }
 
 std::vector<BakeUnit> units_of(const SamplesHeader& header) {
   std::vector<BakeUnit> units;
-  for (std::size_t v = 0; v < static_cast<std::size_t>(header.views.count()); ++v) {
+  const std::size_t views = header.views.count();
+  for (std::size_t v = 0; v < views; ++v) {
     units.push_back({BakeUnit::Kind::view, PairKind::validation, v});
   }
   for (const PairKind kind : all_pair_kinds) {
@@ -40,13 +41,13 @@ std::vector<BakeUnit> units_of(const SamplesHeader& header) {
 }
 
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit) {
-  const auto texels = static_cast<std::size_t>(header.texels());
+  const std::size_t texels = header.texels();
   if (unit.kind == BakeUnit::Kind::view) return texels * (4 + 3 * header.lights.count());
   return texels * (unit.kind == BakeUnit::Kind::pair ? 8 : 2 * header.slabs->entries());
 }
 
 UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
-  const auto texels = static_cast<std::size_t>(header.texels());
+  const std::size_t texels = header.texels();
   const auto floats = [](std::size_t count) { return std::vector<float>(count); };
   const auto vectors = [](std::size_t count) { return std::vector<V3f>(count); };
   switch (unit.kind) {
@@ -88,7 +89,7 @@ UnitBaker::UnitBaker(const RayScene& scene, double mm, std::optional<IrradianceC
 
 UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) {
   if (unit.kind == BakeUnit::Kind::view) return bake_view(unit.index, samples, noise);
-  irradiance_ = {};  // the views are done
+  irradiance_ = {};  // not needed after the views: frees its memory
   if (unit.kind == BakeUnit::Kind::pair) return bake_pair(unit.pairs, unit.index, samples, noise);
   const HeightLayer heights = cell_heights(scene_, options_.width, options_.height, *header_.slabs);
   HeightSamples in_mm{heights.top, heights.bottom};

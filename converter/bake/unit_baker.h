@@ -1,4 +1,4 @@
-// The units of a bake, each of which can be computed by itself: a view, a pair of directions, the heights.
+// The units of a bake, which are computed independently: a view, a pair of directions, or the slab heights.
 #pragma once
 
 #include <variant>
@@ -12,40 +12,40 @@ struct BakeUnit {
   enum class Kind { view, pair, heights };
   Kind kind = Kind::view;
   PairKind pairs = PairKind::validation;  ///< of a pair
-  std::size_t index = 0;                  ///< of the view, or of the pair in its kind
+  std::size_t index = 0;                  ///< of the view, or of the pair within its kind
 };
 
 /// Views first, then the pairs of each kind, then the heights.
 std::vector<BakeUnit> units_of(const SamplesHeader& header);
 
-/// Tops and bottoms as HeightLayer has them, mm.
+/// Tops and bottoms in the layout of HeightLayer, mm.
 using HeightSamples = std::array<std::vector<float>, 2>;
 using UnitSamples = std::variant<ViewSamples, PairSamples, HeightSamples>;
 
-/// The number of all values of a unit.
+/// The number of values of a unit.
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit);
-/// Samples of the unit's size, to be filled.
+/// Samples of the unit's size, filled with zeros.
 UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit);
 
-/// The arrays of a unit's samples, as a journal keeps them.
+/// The arrays of a unit's samples in the order of the journal.
 using Planes = std::vector<std::span<float>>;
 Planes planes_of(UnitSamples& samples);
 
 Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, const BakeUnit& unit,
                         const UnitSamples& samples);
 
-/// Computes units. The indirect light, which all views share, is computed with the first of them.
+/// Computes units. The first view also computes the indirect light that all views share.
 class UnitBaker {
  public:
-  /// `cache`: nothing where indirect light is traced along paths. `mm`: per unit of the scene; `plane_mm`:
-  /// the height of the texels.
+  /// Without `cache`, indirect light is traced along paths. `mm` is the length of a unit of the scene,
+  /// `plane_mm` the height of the reference plane.
   UnitBaker(const RayScene& scene, double mm, std::optional<IrradianceCache> cache,
             const BakeOptions& options, const SamplesHeader& header, double plane_mm);
 
   /// `samples`: rays per texel.
   UnitSamples bake(const BakeUnit& unit, int samples, NoiseSum& noise);
   ViewSamples bake_view(std::size_t index, int samples, NoiseSum& noise);
-  /// In any order; pairs of neighbouring indices are prepared together.
+  /// Pairs may come in any order; the indirect light of neighbouring indices is computed together.
   PairSamples bake_pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise);
 
   std::uint64_t rays() const { return baker_.rays() + (cache_ ? cache_->rays() : 0); }
@@ -61,8 +61,8 @@ class UnitBaker {
   std::vector<V3f> lights_;
   std::optional<IrradianceCache> cache_;
   TexelBaker baker_;
-  std::vector<float> irradiance_;       ///< for the grid's lights
-  std::vector<float> pair_irradiance_;  ///< for some pairs of a kind
+  std::vector<float> irradiance_;       ///< of the grid's lights
+  std::vector<float> pair_irradiance_;  ///< of the current block of pairs of one kind
   PairKind solved_kind_ = PairKind::validation;
   std::size_t solved_first_ = 0;
 };

@@ -24,8 +24,7 @@ Result<int> gather(GltfDocument& document, int accessor, const std::vector<std::
   if (!shape) return tl::unexpected<Error>(std::move(shape.error()));
   const auto elements = read_elements(document, accessor, place);
   if (!elements) return tl::unexpected<Error>(elements.error());
-  const std::size_t size =
-      component_size(shape->component_type) * static_cast<std::size_t>(shape->components);
+  const std::size_t size = component_size(shape->component_type) * shape->components;
   std::vector<std::uint8_t> gathered;
   gathered.reserve(sources.size() * size);
   for (const std::uint32_t source : sources) {
@@ -81,9 +80,9 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
     return fail(Code::garment_no_uvs, document.file, place + "/attributes",
                 fmt::format("no TEXCOORD_{}", tex_coord));
   }
-  for (V3f& normal : vertices.normals) normal.normalize();  // quantised ones are a little off
+  for (V3f& normal : vertices.normals) normal.normalize();  // quantised normals are not exactly unit
 
-  // read_primitive has given a primitive without normals vertices of its own for each triangle.
+  // For primitives without normals, read_primitive has made separate vertices for each triangle.
   const bool flat = member(json["attributes"], "NORMAL").is_null();
   std::vector<std::uint32_t> sources(vertices.positions.size());
   std::iota(sources.begin(), sources.end(), 0U);
@@ -102,8 +101,8 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
   for (std::size_t i = 0; i < normals.size(); ++i) {
     V4f& t = tangents.tangents[i];
     if (t.x != 0 || t.y != 0 || t.z != 0) continue;
-    const V3f some(any_perpendicular(normals[i]));  // glTF has no tangents of length 0
-    t = V4f(some.x, some.y, some.z, t.w);
+    const V3f substitute(any_perpendicular(normals[i]));  // glTF does not allow tangents of length 0
+    t = V4f(substitute.x, substitute.y, substitute.z, t.w);
   }
   if (flat || !tangents.copy_of.empty()) {
     for (const std::uint32_t copied : tangents.copy_of) {

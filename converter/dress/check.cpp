@@ -16,24 +16,24 @@
 namespace selvedge {
 namespace {
 
-/// A mean over the repeat needs no more.
+/// Small, as only the mean over a repeat is needed.
 constexpr FallbackOptions coarse{.largest_side = 64, .lights = 64};
-/// Linear; a mean of 8-bit colours and of a level that was fitted by itself is well within it.
+/// Tolerance of linear colours; rounding to 8 bits and the separate fit of a level stay well within it.
 constexpr float color_tolerance = 0.05F;
-/// Stretched cloth; beyond that the scale is another one.
+/// Stretched cloth stays within this factor.
 constexpr double size_tolerance = 1.25;
 
-/// What the checks need to know of a fabric.
-struct Known {
+/// The properties of a fabric that the checks compare.
+struct FabricFacts {
   V2f period_mm;
   V3f albedo;
 };
 
-std::optional<Known> known_of(const SceneFabric& source) {
+std::optional<FabricFacts> known_of(const SceneFabric& source) {
   const Result<Fabric> fabric =
       source.path.empty() ? read_fabric(source.bytes, source.name) : read_fabric(source.path);
   if (!fabric) return std::nullopt;
-  return Known{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
+  return FabricFacts{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
 }
 
 class DressedCheck {
@@ -44,7 +44,7 @@ class DressedCheck {
     for (std::size_t m = 0; m < scene_.materials.size(); ++m) {
       const SceneMaterial& material = scene_.materials[m];
       if (!material.fabric) continue;
-      const auto index = static_cast<std::size_t>(material.fabric->fabric);
+      const std::size_t index = material.fabric->fabric;
       if (index >= scene_.fabrics.size()) continue;
       const auto [entry, fresh] = fabrics_.try_emplace(index);
       if (fresh) entry->second = known_of(scene_.fabrics[index]);
@@ -57,7 +57,7 @@ class DressedCheck {
   }
 
  private:
-  void check_color(const SceneMaterial& material, const Known& fabric, const std::string& place) {
+  void check_color(const SceneMaterial& material, const FabricFacts& fabric, const std::string& place) {
     const int index = material.base_color_texture.image;
     if (index < 0) return;
     const SceneImage& encoded = scene_.images[index];
@@ -76,7 +76,7 @@ class DressedCheck {
     }
   }
 
-  void check_size(int material, const FabricReference& reference, const Known& fabric,
+  void check_size(int material, const FabricReference& reference, const FabricFacts& fabric,
                   const std::string& place) {
     if (reference.tex_coord > 1) return;
     std::set<int> primitives;
@@ -84,7 +84,7 @@ class DressedCheck {
       if (scene_.primitives[i].material == material) primitives.insert(static_cast<int>(i));
     }
     const UvSize size = measure_uv(scene_, primitives, reference.tex_coord);
-    // A rotation by any but a right angle mixes the axes; the two sizes are compared as an area then.
+    // A rotation that is not by a right angle mixes the axes: compare the sizes as an area.
     const V2d scale(std::abs(reference.transform.scale.x), std::abs(reference.transform.scale.y));
     const V2d millimetres(size.metres.x * 1000 / scale.x, size.metres.y * 1000 / scale.y);
     const auto off = [](double ratio) {
@@ -101,7 +101,7 @@ class DressedCheck {
   }
 
   const Scene& scene_;
-  std::map<std::size_t, std::optional<Known>> fabrics_;
+  std::map<std::size_t, std::optional<FabricFacts>> fabrics_;
   Issues issues_;
 };
 

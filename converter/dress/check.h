@@ -1,4 +1,4 @@
-// Checks of dressed garments that need the fallback baked and the texture coordinates measured again.
+// Checks of dressed garments that bake the fallback and measure the texture coordinates again.
 #pragma once
 
 #include "format/base/error.h"
@@ -6,10 +6,10 @@
 
 namespace selvedge {
 
-/// Warnings for each material with a fabric: a fallback whose mean colour is not that of the fabric's
-/// directional albedo seen along the normal (GLTF_FALLBACK), and repeats that are not of the size which the
-/// fabric says that it has (GLTF_ADVICE; medians as `dress` takes them). Places are JSON pointers. Fabrics
-/// and pictures that cannot be read are left out, as are base colours that have no texture.
+/// Warnings for each material with a fabric: the mean colour of the fallback differs from the fabric's
+/// directional albedo seen along the normal (GLTF_FALLBACK); repeats differ in size from the fabric's period
+/// (GLTF_ADVICE; medians as in `dress`). Places are JSON pointers. Unreadable fabrics and pictures are
+/// skipped, as are base colours without a texture.
 Issues check_dressed(const Scene& scene);
 
 }  // namespace selvedge

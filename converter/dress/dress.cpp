@@ -42,7 +42,7 @@ void add_missing_material(GltfDocument& document) {
   };
   std::vector<Place> places(bare->second.begin(), bare->second.end());
   std::erase_if(places, [&](const Place& place) {
-    return !member(primitive_at(place), "material").is_null();  // there is something, but no index
+    return !member(primitive_at(place), "material").is_null();  // present, but not an index
   });
   if (places.empty()) return;
   document.json["materials"].push_back(Json{{"name", "fabric"}});
@@ -55,16 +55,16 @@ Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& opti
   const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
   std::set<int> chosen;
   for (int i = 0; options.all && i < count; ++i) chosen.insert(i);
-  for (const std::string& wanted : options.materials) {
+  for (const std::string& selector : options.materials) {
     int number = -1;
-    if (wanted.starts_with('#')) {
-      const char* end = wanted.data() + wanted.size();
-      if (std::from_chars(wanted.data() + 1, end, number).ptr != end) number = -1;
+    if (selector.starts_with('#')) {
+      const char* end = selector.data() + selector.size();
+      if (std::from_chars(selector.data() + 1, end, number).ptr != end) number = -1;
     }
     bool found = number >= 0 && number < count;
     if (found) chosen.insert(number);
     for (int i = 0; i < count; ++i) {
-      if (name_of(materials[i]) != wanted) continue;
+      if (name_of(materials[i]) != selector) continue;
       chosen.insert(i);
       found = true;
     }
@@ -74,7 +74,7 @@ Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& opti
       names.push_back(fmt::format("#{} \"{}\"", i, name_of(materials[i])));
     }
     return fail(Code::material_missing, document.file, "/materials",
-                fmt::format("no material \"{}\"; there are: {}", wanted,
+                fmt::format("no material \"{}\"; there are: {}", selector,
                             names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
   if (chosen.empty()) {
@@ -102,7 +102,7 @@ class Dresser {
     std::optional<Error> left_out;
     for (const int material : *chosen) {
       if (Result<void> good = dress(material, *index, *scene); !good) {
-        // "All" means all that can be dressed; what is named has to be dressed.
+        // `all` skips materials that cannot be dressed; named ones must be dressed.
         if (!options_.all || good.error().code != Code::garment_no_uvs) {
           return tl::unexpected<Error>(std::move(good.error()));
         }
@@ -172,7 +172,7 @@ class Dresser {
       if (!textures) return tl::unexpected<Error>(std::move(textures.error()));
       textures_ = std::move(*textures);
     }
-    // TANGENT belongs to the UV set of the normal texture: one made for another set has to go.
+    // TANGENT belongs to the UV set of the normal texture: tangents of another set are removed.
     const Json& normal = member(document_.json["materials"][material], "normalTexture");
     const Json& set = member(normal, names::gltf::tex_coord);
     const bool stale = (set.is_number_integer() ? set.get<int>() : 0) != options_.tex_coord;
@@ -211,7 +211,7 @@ Result<void> check_options(const DressOptions& options) {
   return {};
 }
 
-/// The files of the USD layer, not yet in their places; none where none is asked for.
+/// The files of the USD layer, staged; empty if no layer is wanted.
 Result<std::vector<AtomicFile>> stage_usd(const GltfDocument& document, const std::string& path,
                                           DressReport& report) {
   if (path.empty()) return std::vector<AtomicFile>();
@@ -237,7 +237,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
   const Result<std::string> digest = digest_of_fabric(fabric_path);
   if (!digest) return tl::unexpected<Error>(digest.error());
   try {
-    // First, so that the fabric's URI and those that were there are relative to the same folder.
+    // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(*document, std::filesystem::path(output_path).parent_path().string());
     Result<DressReport> report = Dresser(*document, *fabric, options).dress(*source, *digest);
     if (!report) return report;
@@ -252,7 +252,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     }
     return report;
   } catch (const nlohmann::json::exception& error) {
-    // An array where glTF wants an object, or the like, in a part that nobody has checked.
+    // A wrong JSON type in an unchecked part of the document.
     return fail(Code::gltf_malformed, garment_path, "", error.what());
   }
 }

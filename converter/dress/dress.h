@@ -1,15 +1,15 @@
-// Stage "dress": a fabric is attached to materials of a garment.
+// Stage "dress": attaches a fabric to materials of a garment.
 //
 // The material gets a reference to the fabric through SELVEDGE_materials_fabric, whose KHR_texture_transform
 // scale holds the repeats per unit of the garment's raw texture coordinates (a transform that was on the
 // material's old textures, as quantised garments have, is replaced, not composed).
 //
-// Unless told otherwise the core material becomes a fallback for viewers that do not know the extension (see
-// fallback.h): base colour and normal textures with the same transform and UV set, roughness 1, metallic 0,
-// sheen, alpha mode. What the fallback replaces goes: old base colour, metallic-roughness and normal
-// textures, and every KHR_materials_* lobe but KHR_materials_emissive_strength. What still counts stays:
-// emission, occlusion, doubleSided, extras, other extensions. Textures that nothing refers to any more stay
-// in the file (other extensions may count them). Primitives without TANGENT get it for the normal texture.
+// By default the core material becomes a fallback for viewers that do not know the extension (fallback.h):
+// base colour and normal textures with the same transform and UV set, roughness 1, metallic 0, sheen, alpha
+// mode. The fallback replaces the old base colour, metallic-roughness and normal textures, and every
+// KHR_materials_* lobe but KHR_materials_emissive_strength. Emission, occlusion, doubleSided, extras and
+// other extensions stay, as do unreferenced textures, which other extensions may use. Primitives without
+// TANGENT get it for the normal texture.
 #pragma once
 
 #include <optional>
@@ -25,18 +25,18 @@ struct DressOptions {
   std::vector<std::string> materials = {};  ///< names (every material of that name) or "#index"
   bool all = false;                         ///< every material; triangles without one get a material "fabric"
   std::optional<V2d> repeats = {};          ///< per unit of the raw UVs, instead of the physical size
-  std::optional<bool> embed = {};  ///< the fabric inside of the glTF; as it is: yes for .glb, no for .gltf
+  std::optional<bool> embed = {};  ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
   bool fallback = true;
   int tex_coord = 0;     ///< 0 or 1
-  std::string usd = {};  ///< also write this .usda layer and what it needs beside it (see usd.h)
+  std::string usd = {};  ///< also write this .usda layer and its files beside it (usd.h)
 };
 
 struct DressedMaterial {
   int index = 0;
   std::string name;
-  int primitives = 0;       ///< placed in the scene with this material (or with it in a variant)
+  int primitives = 0;       ///< in the scene with this material (or with it in a variant)
   V2d metres_per_uv{0, 0};  ///< world metres along u and v for one unit of raw UV; area-weighted medians
-  V2d repeats{0, 0};        ///< what was written as scale
+  V2d repeats{0, 0};        ///< the scale that was written
   V2d spread{0, 0};         ///< (largest - smallest) / metres_per_uv over the primitives' own medians
 };
 
@@ -44,8 +44,8 @@ struct DressReport {
   std::vector<DressedMaterial> materials;
   bool embedded = false;
   int tangents_added = 0;              ///< primitives
-  std::uint64_t bytes = 0;             ///< of the glTF, the fabric included if it is embedded
-  std::vector<std::string> usd_files;  ///< written for DressOptions::usd, the layer last
+  std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric
+  std::vector<std::string> usd_files;  ///< files of DressOptions::usd, the layer last
   std::vector<std::string> warnings;
 };
 

@@ -83,7 +83,7 @@ std::optional<Placement> placement_now(const Mirror& mirror, const std::optional
   const UvTransform& now = base_color->transform;
   const bool scales = before.scale.x != 0 && before.scale.y != 0;
   if (!scales || before.rotation != now.rotation) return std::nullopt;
-  // now = before(D(uv)) with D(uv) = scale uv + offset, which decodes the new coordinates; the fabric's new
+  // now = before(D(uv)), where D(uv) = scale uv + offset decodes the new coordinates; the fabric's new
   // transform is its old one after D.
   const V2d decoding(now.scale.x / before.scale.x, now.scale.y / before.scale.y);
   UvTransform turn_back;

@@ -26,7 +26,7 @@ Result<std::string> digest_in(const Result<ExrReader>& reader) {
 Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed) {
   namespace fs = std::filesystem;
   FabricSource source;
-  source.name = as_utf8(fs::path(fabric_path).stem().string());  // JSON holds no other text
+  source.name = as_utf8(fs::path(fabric_path).stem().string());  // JSON strings are UTF-8
   std::error_code ignored;
   if (!fs::is_regular_file(fabric_path, ignored)) {
     return fail(Code::file_missing, fabric_path, "", "no such file");

@@ -1,4 +1,4 @@
-// A fabric file on disk, as something that a glTF refers to or embeds.
+// A fabric file on disk as the source of a glTF's reference or embedded fabric.
 #pragma once
 
 #include <span>
@@ -8,13 +8,12 @@
 
 namespace selvedge {
 
-/// The fabric at `fabric_path` for a glTF that is going to be `output_path`: with `embed` its bytes, else its
-/// URI relative to the output's folder. The name is the file's without its last ending. Refuses an output
-/// that is the fabric itself. Whether the file is a fabric is not looked at.
+/// The fabric at `fabric_path` for a glTF at `output_path`: with `embed` its bytes, else its URI relative to
+/// the output's folder. The name is the file's without its last ending. Refuses an output that is the fabric
+/// itself. Does not check that the file is a fabric.
 Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed);
 
-/// What tells one fabric from another: the header digest (spec/fabric.md), which covers the digests of all
-/// its pixels.
+/// The identity of a fabric: the header digest (spec/fabric.md), which covers the digests of all pixels.
 Result<std::string> digest_of_fabric(const std::string& fabric_path);
 Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name);
 

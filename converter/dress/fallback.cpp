@@ -13,8 +13,8 @@ namespace {
 
 constexpr double grazing = 75.0 / 180.0 * std::numbers::pi;
 
-/// Weight of each light: equal parts of the hemisphere, corrected (by less than a hundredth) so that a matt
-/// texel comes out at its albedo exactly.
+/// Weight of each light: equal parts of the hemisphere, corrected (by less than 1%) so that a Lambertian
+/// texel gives exactly its albedo.
 double weight_of(const std::vector<V3f>& lights) {
   double cosines = 0;
   for (const V3f& light : lights) cosines += light.z;
@@ -28,8 +28,8 @@ V3f albedo(const Fabric& fabric, int level, int x, int y, const std::vector<V3f>
   return V3f(sum * weight_of(lights));
 }
 
-/// KHR_materials_sheen's lobe towards `view` with colour 1: Charlie's distribution with the visibility term
-/// of Ashikhmin, as the extension gives them, integrated over the lights with the cosine.
+/// KHR_materials_sheen's lobe towards `view` with colour 1: Charlie's distribution and Ashikhmin's visibility
+/// term, as in the extension, integrated over the lights with the cosine.
 double charlie_albedo(const std::vector<V3f>& lights, const V3f& view, double roughness) {
   const double inverse = 1.0 / (roughness * roughness);
   double sum = 0;
@@ -45,11 +45,11 @@ double charlie_albedo(const std::vector<V3f>& lights, const V3f& view, double ro
 }
 
 V3f mean_albedo(const Fabric& fabric, int level, const std::vector<V3f>& lights, const V3f& view) {
-  const FabricLevel& of = fabric.levels[level];
+  const FabricLevel& source = fabric.levels[level];
   V3d sum(0, 0, 0);
   double weight = 0;
-  for (int y = 0; y < of.height; ++y) {
-    for (int x = 0; x < of.width; ++x) {
+  for (int y = 0; y < source.height; ++y) {
+    for (int x = 0; x < source.width; ++x) {
       const double alpha = evaluate(fabric, level, x, y, view, view).alpha;
       sum += V3d(albedo(fabric, level, x, y, lights, view)) * alpha;
       weight += alpha;
@@ -58,7 +58,7 @@ V3f mean_albedo(const Fabric& fabric, int level, const std::vector<V3f>& lights,
   return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
 }
 
-/// The coarsest level holds the mean over the repeat, fitted; that is what a sheen needs.
+/// The coarsest level is a fit of the mean over the repeat, which suffices for a sheen.
 void estimate_sheen(const Fabric& fabric, const std::vector<V3f>& lights, Fallback& fallback) {
   const int coarsest = static_cast<int>(fabric.levels.size()) - 1;
   V3f rim(0, 0, 0);
@@ -72,7 +72,7 @@ void estimate_sheen(const Fabric& fabric, const std::vector<V3f>& lights, Fallba
   for (int c = 0; c < 3; ++c) {
     fallback.sheen_color[c] = std::clamp(rise[c] / static_cast<float>(lobe), 0.0F, 1.0F);
   }
-  // Below one step of an 8-bit colour it is the noise of the fit.
+  // Less than one step of an 8-bit colour is noise of the fit.
   const V3f& color = fallback.sheen_color;
   if (std::max({color.x, color.y, color.z}) < 1.0F / 255.0F) fallback.sheen_color = V3f(0, 0, 0);
 }
@@ -89,7 +89,7 @@ Image normals_of(const FabricLevel& level) {
   Image image{level.width, level.height, 3, {}};
   for (const TexelFrame& frame : level.frame()) {
     V3f normal = frame.normal;
-    // A normal texture cannot look below the surface; glTF asks for z > 0.
+    // glTF requires z > 0 in normal textures.
     normal.z = std::max(normal.z, 0.05F);
     normal.normalize();
     for (int c = 0; c < 3; ++c) image.pixels.push_back(normal[c] * 0.5F + 0.5F);
@@ -102,7 +102,7 @@ Image normals_of(const FabricLevel& level) {
 V3f mean_color(const Image& image) {
   V3d sum(0, 0, 0);
   double weight = 0;
-  const auto channels = static_cast<std::size_t>(image.channels);
+  const std::size_t channels = image.channels;
   for (std::size_t i = 0; i + channels <= image.pixels.size(); i += channels) {
     const double alpha = channels == 4 ? image.pixels[i + 3] : 1.0;
     sum += V3d(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]) * alpha;
@@ -117,15 +117,15 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
          std::max(fabric.levels[level].width, fabric.levels[level].height) > options.largest_side) {
     ++level;
   }
-  const FabricLevel& of = fabric.levels[level];
+  const FabricLevel& source = fabric.levels[level];
   const std::vector<V3f> lights = directions_of(grid_of(options.lights));
   Fallback fallback;
-  fallback.base_color = Image{of.width, of.height, 4, {}};
-  fallback.base_color.pixels.resize(static_cast<std::size_t>(of.texels()) * 4);
+  fallback.base_color = Image{source.width, source.height, 4, {}};
+  fallback.base_color.pixels.resize(source.texels() * 4);
   const V3f up(0, 0, 1);
-  parallel_for(0, of.height, [&](int y) {
-    for (int x = 0; x < of.width; ++x) {
-      float* pixel = fallback.base_color.pixels.data() + static_cast<std::size_t>(y * of.width + x) * 4;
+  parallel_for(0, source.height, [&](int y) {
+    for (int x = 0; x < source.width; ++x) {
+      float* pixel = fallback.base_color.pixels.data() + (y * source.width + x) * 4;
       const V3f color = albedo(fabric, level, x, y, lights, up);
       for (int c = 0; c < 3; ++c) pixel[c] = std::clamp(color[c], 0.0F, 1.0F);
       pixel[3] = evaluate(fabric, level, x, y, up, up).alpha;
@@ -133,7 +133,7 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
   });
   fallback.holes = has_holes(fabric, level);
   fill_holes(fallback.base_color);
-  if (of.has(LayerKind::frame)) fallback.normal = normals_of(of);
+  if (source.has(LayerKind::frame)) fallback.normal = normals_of(source);
   estimate_sheen(fabric, lights, fallback);
   return fallback;
 }

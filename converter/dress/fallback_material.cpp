@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* sheen = "KHR_materials_sheen";
 
-/// Index of an equal entry of a root array, appended if there is none.
+/// Index of an equal entry of a root array; appends the entry if there is none.
 int find_or_add(Json& root, const char* array, const Json& entry) {
   Json& entries = root[array];
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -39,7 +39,7 @@ bool occurs(const Json& json, const std::string& key) {
          std::any_of(json.begin(), json.end(), [&](const Json& child) { return occurs(child, key); });
 }
 
-/// Every lobe is replaced by the fallback; emission is not a lobe.
+/// The fallback replaces every lobe; emission is not a lobe.
 void drop_lobes(GltfDocument& document, Json& material) {
   if (!member(material, "extensions").is_object()) return;
   std::vector<std::string> dropped;
@@ -57,7 +57,7 @@ void drop_lobes(GltfDocument& document, Json& material) {
 }  // namespace
 
 Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback) {
-  // Without holes the alpha is noise of the view table, and a picture without it is smaller.
+  // Without holes alpha is only noise of the view table, and a picture without it is smaller.
   Image base = fallback.base_color;
   if (!fallback.holes) {
     base.channels = 3;

@@ -7,7 +7,7 @@
 
 namespace selvedge {
 
-/// Textures in the document, and what does not fit into textures.
+/// Textures in the document, and the factors beside them.
 struct FallbackTextures {
   int base_color = -1;
   int normal = -1;  ///< -1: the fabric has no normals
@@ -16,12 +16,12 @@ struct FallbackTextures {
   float sheen_roughness = 0;
 };
 
-/// Adds the pictures as embedded PNG with one repeating, mip-mapped sampler. Pictures, samplers and textures
-/// that are in the document already, as after dressing twice, are used again.
+/// Adds the pictures as embedded PNG with one repeating, mip-mapped sampler. Equal pictures, samplers and
+/// textures in the document (after dressing twice) are reused.
 Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback);
 
-/// Rewrites the core part of the material, see dress.h for what goes and what stays. All textures carry
-/// the reference's UV set and transform.
+/// Rewrites the core part of the material (dress.h says which members stay). All textures get the reference's
+/// UV set and transform.
 void set_fallback(GltfDocument& document, int material, const FallbackTextures& textures,
                   const FabricReference& reference);
 

@@ -22,11 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A material to be restored.
-struct Lost {
+struct LostMaterial {
   int material = 0;
   Mirror mirror;
-  std::string file;  ///< the fabric on disk; empty: not there
-  int entry = -1;    ///< the fabric's entry in the document, if that has survived
+  std::string file;  ///< the fabric on disk; empty if missing
+  int entry = -1;    ///< the fabric's entry in the document; -1 if dropped
 
   bool found() const { return entry >= 0 || !file.empty(); }
 };
@@ -41,7 +41,7 @@ std::string place_of(int material) {
   return fmt::format("/materials/{}/extras/{}", material, names::gltf::fabric_extension);
 }
 
-/// "NAME=FILE" or "FILE". A file whose own name has a "=" in it is taken as it is.
+/// "NAME=FILE" or "FILE". An existing file with "=" in its name is a FILE.
 Result<Offer> offer_of(const std::string& text) {
   Offer offer;
   offer.file = text;
@@ -66,7 +66,7 @@ class Restorer {
     if (Result<void> good = find_lost(); !good) return tl::unexpected<Error>(std::move(good.error()));
     if (Result<void> good = find_fabrics(); !good) return tl::unexpected<Error>(std::move(good.error()));
     const Uses uses = uses_of(document_.json);
-    for (const Lost& lost : lost_) {
+    for (const LostMaterial& lost : lost_) {
       if (Result<void> good = restore(lost, uses); !good)
         return tl::unexpected<Error>(std::move(good.error()));
     }
@@ -89,7 +89,7 @@ class Restorer {
       Result<std::optional<Mirror>> mirror = read_mirror(document_, i);
       if (!mirror) return tl::unexpected<Error>(std::move(mirror.error()));
       if (!*mirror) continue;
-      Lost lost{i, std::move(**mirror), {}, -1};
+      LostMaterial lost{i, std::move(**mirror), {}, -1};
       look_around(lost, *present);
       lost_.push_back(std::move(lost));
     }
@@ -102,8 +102,8 @@ class Restorer {
                                   report_.attached.size(), count));
   }
 
-  /// The fabric may still be in the document, or lie beside it.
-  void look_around(Lost& lost, const std::vector<SceneFabric>& present) const {
+  /// Looks for the fabric in the document, then beside it.
+  void look_around(LostMaterial& lost, const std::vector<SceneFabric>& present) const {
     for (std::size_t i = 0; i < present.size(); ++i) {
       if (present[i].bytes.empty() || lost.mirror.digest.empty()) continue;
       const Result<std::string> digest = digest_of_fabric(present[i].bytes, present[i].name);
@@ -115,20 +115,19 @@ class Restorer {
     if (path && fs::is_regular_file(*path, ignored)) lost.file = *path;
   }
 
-  /// Gives each of the offered files to the materials that it is for. An offer by name wins over what was
-  /// found beside the glTF.
+  /// Assigns each offered file to its materials. An offer by name overrides a fabric found beside the glTF.
   Result<void> find_fabrics() {
     for (const std::string& text : options_.fabrics) {
       const Result<Offer> offer = offer_of(text);
       if (!offer) return tl::unexpected<Error>(offer.error());
       bool taken = false;
-      for (Lost& lost : lost_) taken |= take(lost, *offer);
+      for (LostMaterial& lost : lost_) taken |= take(lost, *offer);
       if (!taken) {
         return fail(Code::gltf_reference, offer->file, "",
                     fmt::format("no material of {} has lost this fabric", document_.file));
       }
     }
-    for (const Lost& lost : lost_) {
+    for (const LostMaterial& lost : lost_) {
       if (lost.found()) continue;
       const Mirror& mirror = lost.mirror;
       const std::string what = mirror.uri.empty()
@@ -140,15 +139,15 @@ class Restorer {
     return {};
   }
 
-  bool take(Lost& lost, const Offer& offer) const {
+  bool take(LostMaterial& lost, const Offer& offer) const {
     const std::string stem = fs::path(offer.file).stem().string();
-    const auto fits = [&](const Lost& other) {
+    const auto fits = [&](const LostMaterial& other) {
       return offer.name.empty() ? other.mirror.digest == offer.digest || other.mirror.name == stem
                                 : other.mirror.name == offer.name;
     };
     bool any_fits = false;
     std::set<std::string> missing;
-    for (const Lost& other : lost_) {
+    for (const LostMaterial& other : lost_) {
       any_fits |= fits(other);
       if (!other.found()) missing.insert(other.mirror.name + '\n' + other.mirror.digest);
     }
@@ -159,7 +158,7 @@ class Restorer {
     return true;
   }
 
-  Result<void> restore(const Lost& lost, const Uses& uses) {
+  Result<void> restore(const LostMaterial& lost, const Uses& uses) {
     const std::string name = string_of(member(document_.json["materials"][lost.material], names::gltf::name));
     const std::string label = fmt::format("material #{} \"{}\"", lost.material, name);
     const Result<int> fabric = lost.entry >= 0 ? Result<int>(lost.entry) : add(lost, label);
@@ -186,8 +185,8 @@ class Restorer {
     return {};
   }
 
-  /// The fabric's file into the document, once it has proved to be one.
-  Result<int> add(const Lost& lost, const std::string& label) {
+  /// Checks the fabric's file and adds it to the document.
+  Result<int> add(const LostMaterial& lost, const std::string& label) {
     if (!digests_.contains(lost.file)) {
       const Result<Fabric> fabric = read_fabric(lost.file);
       if (!fabric) return tl::unexpected<Error>(fabric.error());
@@ -210,7 +209,7 @@ class Restorer {
   GltfDocument& document_;
   const std::string& output_;
   const ReattachOptions& options_;
-  std::vector<Lost> lost_;
+  std::vector<LostMaterial> lost_;
   std::map<std::string, std::string> digests_;  ///< of the files that were read
   std::set<std::string> embedded_;
   ReattachReport report_;
@@ -223,7 +222,7 @@ Result<ReattachReport> reattach(const std::string& input_path, const std::string
   Result<GltfDocument> document = load_gltf(input_path);
   if (!document) return tl::unexpected<Error>(std::move(document.error()));
   try {
-    // First, so that the URIs of all fabrics are relative to the same folder.
+    // Moved first, so that the URIs of all fabrics are relative to the same folder.
     move_document(*document, fs::path(output_path).parent_path().string());
     Result<ReattachReport> report = Restorer(*document, output_path, options).restore();
     if (!report) return report;
@@ -232,7 +231,7 @@ Result<ReattachReport> reattach(const std::string& input_path, const std::string
     report->bytes = *bytes;
     return report;
   } catch (const nlohmann::json::exception& error) {
-    // An array where glTF wants an object, or the like, in a part that nobody has checked.
+    // A wrong JSON type in an unchecked part of the document.
     return fail(Code::gltf_malformed, input_path, "", error.what());
   }
 }

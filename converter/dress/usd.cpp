@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Identifiers of USD: letters, digits and underscores, unique among their siblings.
+/// Makes identifiers of USD: letters, digits and underscores, unique among their siblings.
 class Identifiers {
  public:
   std::string make(const std::string& name, const char* otherwise) {
@@ -41,7 +41,7 @@ class Identifiers {
   std::set<std::string> taken_;
 };
 
-/// Pictures and fabrics: files stay where they are, what is inside of the glTF goes beside the layer.
+/// Asset paths: external pictures and fabrics keep their places, embedded ones are written beside the layer.
 class Assets : public UsdAssets {
  public:
   Assets(const GltfDocument& document, const Scene& scene, const std::string& layer)
@@ -141,7 +141,7 @@ std::string extent_of(const std::vector<V3f>& positions) {
   return fmt::format("[{}, {}]", text_of(box.min), text_of(box.max));
 }
 
-/// A primitive at one place in the scene. `binding`: path of its material, or empty.
+/// One instance of a primitive. `binding` is the path of its material, or empty.
 std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::string& name,
                  const std::string& binding, bool double_sided) {
   std::string text = fmt::format("    def Mesh \"{}\"", name);
@@ -177,7 +177,7 @@ std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::
   return text + "    }\n\n";
 }
 
-/// No picture of the garment may be overwritten by one that is written.
+/// Refuses to overwrite a picture of the garment.
 Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
   for (const Json& image : array_of(document.json, "images")) {
     const std::string uri = string_of(member(image, "uri"));
@@ -211,8 +211,7 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path) {
   for (const SceneInstance& instance : scene->instances) {
     const ScenePrimitive& primitive = scene->primitives[instance.primitive];
     if (primitive.positions.empty()) continue;
-    const auto index = static_cast<std::size_t>(primitive.material);
-    const SceneMaterial* material = primitive.material < 0 ? nullptr : &scene->materials[index];
+    const SceneMaterial* material = primitive.material < 0 ? nullptr : &scene->materials[primitive.material];
     std::string binding;
     if (material != nullptr) {
       const auto [entry, fresh] = bindings.try_emplace(primitive.material);
@@ -220,8 +219,8 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path) {
         const std::string name = material_names.make(material->name, "material");
         entry->second = fmt::format("/Garment/{}/{}", materials_name, name);
         if (!materials.empty()) materials += "\n";
-        materials +=
-            usd_material(document, document.json["materials"][index], *material, name, entry->second, assets);
+        materials += usd_material(document, document.json["materials"][primitive.material], *material, name,
+                                  entry->second, assets);
       }
       binding = entry->second;
     }

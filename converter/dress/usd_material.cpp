@@ -13,13 +13,13 @@
 namespace selvedge {
 namespace {
 
-/// The shaders of one material, written as they are asked for.
+/// Writes the shaders of one material on demand.
 class Network {
  public:
   Network(const GltfDocument& document, std::string path, UsdAssets& assets)
       : document_(document), path_(std::move(path)), assets_(assets) {}
 
-  /// The output that gives transformed texture coordinates; equal ones are shared.
+  /// The output with transformed texture coordinates; equal transforms share a shader.
   std::string coordinates(int tex_coord, const UvTransform& transform) {
     const std::string reader = fmt::format("primvar_{}", usd_primvar(tex_coord));
     add(reader, fmt::format("                uniform token info:id = \"UsdPrimvarReader_float2\"\n"
@@ -45,7 +45,7 @@ class Network {
     return output(name, "result");
   }
 
-  /// A texture as the shader `name`; false if there is no such texture or its picture cannot be had.
+  /// A texture as the shader `name`; false without a texture or its picture.
   bool texture(const char* name, const Json& info, const std::string& more) {
     if (!info.is_object()) return false;
     const auto json = entry_of(document_, "textures", index_of(member(info, names::gltf::index)), "");

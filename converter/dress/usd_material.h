@@ -1,4 +1,4 @@
-// A glTF material -> the text of a USD Material prim.
+// Converts a glTF material to the text of a USD Material prim.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace selvedge {
 
-/// Where the pictures and fabrics of a document are for a layer, as USD asset paths; empty: cannot be had.
+/// USD asset paths of a document's pictures and fabrics, relative to a layer; empty if not available.
 class UsdAssets {
  public:
   virtual ~UsdAssets() = default;
@@ -16,8 +16,8 @@ class UsdAssets {
   virtual std::string fabric(int index) = 0;  ///< of Scene::fabrics
 };
 
-/// KHR_texture_transform for texture coordinates whose second one grows upwards: the values of a
-/// UsdTransform2d that takes (u, 1 - v) to (u', 1 - v').
+/// KHR_texture_transform for texture coordinates with v up: the inputs of a UsdTransform2d that maps (u, 1 -
+/// v) to (u', 1 - v').
 struct UsdTransform2d {
   V2d scale{1, 1};
   double rotation = 0;  ///< degrees, counter-clockwise
@@ -25,7 +25,7 @@ struct UsdTransform2d {
 };
 UsdTransform2d usd_transform(const UvTransform& transform);
 
-/// The prim `name`, whose own path is `path`. `json` is the glTF material behind `material`.
+/// The prim `name` at `path`. `json` is the glTF material of which `material` was read.
 std::string usd_material(const GltfDocument& document, const Json& json, const SceneMaterial& material,
                          const std::string& name, const std::string& path, UsdAssets& assets);
 

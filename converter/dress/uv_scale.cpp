@@ -66,10 +66,10 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
     if (samples.u.empty()) continue;
     all.u.insert(all.u.end(), samples.u.begin(), samples.u.end());
     all.v.insert(all.v.end(), samples.v.begin(), samples.v.end());
-    const V2d own(median(samples.u), median(samples.v));
+    const V2d medians(median(samples.u), median(samples.v));
     for (int c = 0; c < 2; ++c) {
-      size.smallest[c] = size.primitives == 0 ? own[c] : std::min(size.smallest[c], own[c]);
-      size.largest[c] = size.primitives == 0 ? own[c] : std::max(size.largest[c], own[c]);
+      size.smallest[c] = size.primitives == 0 ? medians[c] : std::min(size.smallest[c], medians[c]);
+      size.largest[c] = size.primitives == 0 ? medians[c] : std::max(size.largest[c], medians[c]);
     }
     ++size.primitives;
   }

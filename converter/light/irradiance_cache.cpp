@@ -15,35 +15,36 @@
 namespace selvedge {
 namespace {
 
-/// Directions per point: side x side. More make no visible difference, as neighbours' errors even out.
+/// Directions per point: side x side. More make no visible difference, as the errors of neighbouring points
+/// average out.
 constexpr int side = 8;
 constexpr double patches_per_period = 20;
-/// Least cosine between a vertex's normal and a triangle's for which the vertex may stand for the triangle.
+/// Smallest cosine between a vertex's normal and a triangle's for which the vertex may stand for the
+/// triangle.
 constexpr float smooth = 0.8F;
 /// Share of rays that may meet backs of triangles before both sides count as outside.
 constexpr double max_backs = 0.005;
 
-/// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are 0 altogether
-/// have no mark in `marked`. Element by element in the same order whatever the width of the machine's
-/// registers.
+/// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are all 0 are not
+/// marked in `marked`. Element by element, so the result does not depend on the width of vector registers.
 SELVEDGE_WIDE void sum_rows(const float* source, const char* marked, const int* column, const float* weight,
                             std::size_t count, std::size_t width, float* target) {
   std::fill(target, target + width, 0.0F);
   for (std::size_t k = 0; k < count; ++k) {
     if (marked[column[k]] == 0) continue;
-    const float* row = source + static_cast<std::size_t>(column[k]) * width;
+    const float* row = source + column[k] * width;
     const float w = weight[k];
     for (std::size_t i = 0; i < width; ++i) target[i] += w * row[i];
   }
 }
 
-std::size_t lattice_size(int parts) { return static_cast<std::size_t>((parts + 1) * (parts + 2) / 2); }
+std::size_t lattice_size(int parts) { return (parts + 1) * (parts + 2) / 2; }
 
 /// Row j of a lattice has parts + 1 - j points.
 int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
 
-/// Whether light from above comes to backs of triangles: those of open sheets, or wound at random. A few are
-/// met where closed yarns run into each other.
+/// Whether light from above reaches backs of triangles, as with open sheets or random winding. Intersecting
+/// closed yarns show a few backs as well.
 bool shows_backs(const RayScene& scene) {
   constexpr std::uint32_t count = 4096;
   constexpr int bounces = 3;
@@ -53,8 +54,8 @@ bool shows_backs(const RayScene& scene) {
   int backs = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     PathSampler sampler(i, 0);
-    const V2d at = sampler.next();
-    V3d origin(at.x * period.x, at.y * period.y, above);
+    const V2d share = sampler.next();
+    V3d origin(share.x * period.x, share.y * period.y, above);
     V3d direction = cosine_direction({0, 0, -1}, sampler.next());
     SurfacePoint point;
     for (int k = 0; k <= bounces && scene.trace(origin, direction, point); ++k) {
@@ -92,19 +93,19 @@ std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std
 void IrradianceCache::place_points(const RayScene& scene) {
   const CellMesh& mesh = scene.mesh();
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
-  std::vector<SurfacePoint> at;  // of which albedo and gloss are taken
+  std::vector<SurfacePoint> points;  // points at which albedo and gloss are taken
   std::vector<V3f> normals;
   std::vector<V3f> positions;
-  const auto corner_of = [&](std::size_t t, int k) { return static_cast<std::size_t>(triangles_[t][k]); };
+  const auto corner_of = [&](std::size_t t, int k) { return triangles_[t][k]; };
 
   patches_.resize(triangles_.size());
-  // Vertices first; those of small triangles stand for all of these.
-  at.resize(mesh.positions.size());
+  // Vertices first; small triangles need no further points.
+  points.resize(mesh.positions.size());
   normals = mesh.normals;
   positions = mesh.positions;
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
-      SurfacePoint& point = at[corner_of(t, k)];
+      SurfacePoint& point = points[corner_of(t, k)];
       point.triangle = static_cast<int>(t);
       point.u = k == 1 ? 1.0F : 0.0F;
       point.v = k == 2 ? 1.0F : 0.0F;
@@ -117,10 +118,10 @@ void IrradianceCache::place_points(const RayScene& scene) {
     const double edge = static_cast<double>(std::max({(b - a).length(), (c - b).length(), (a - c).length()}));
     const V3f normal = (b - a).cross(c - a).normalized();
     const int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
-    bool own = parts > 1;
-    // Where yarns touch a vertex has one yarn's normal and triangles of both.
-    for (int k = 0; k < 3; ++k) own |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
-    if (!own) continue;
+    bool needs_points = parts > 1;
+    // A vertex where yarns touch has the normal of one yarn and triangles of both.
+    for (int k = 0; k < 3; ++k) needs_points |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
+    if (!needs_points) continue;
     patches_[t] = {static_cast<int>(positions.size()), parts};
     if (positions.size() + lattice_size(parts) > max_cache_points) {
       position_.resize(max_cache_points + 1);  // too many
@@ -133,9 +134,9 @@ void IrradianceCache::place_points(const RayScene& scene) {
         point.u = static_cast<float>(i) / static_cast<float>(parts);
         point.v = static_cast<float>(j) / static_cast<float>(parts);
         point.face_normal = normal;
-        at.push_back(point);
+        points.push_back(point);
         normals.push_back(normal);
-        // A little inwards: the point on the edge may lie in the next triangle's wall.
+        // Slightly inwards: a point on the edge may lie in the wall of the next triangle.
         const float inwards = 0.1F / static_cast<float>(parts);
         const float u = point.u * (1 - inwards) + inwards / 3;
         const float v = point.v * (1 - inwards) + inwards / 3;
@@ -148,8 +149,8 @@ void IrradianceCache::place_points(const RayScene& scene) {
       position_.push_back(positions[p]);
       const V3f outward = normals[p].normalized();
       normal_.push_back(face == 0 ? outward : -outward);
-      at[p].face_normal = outward;
-      const YarnSurface surface = surface_at(scene, at[p]);
+      points[p].face_normal = outward;
+      const YarnSurface surface = surface_at(scene, points[p]);
       const auto w = static_cast<double>(surface.gloss.weight);
       const double reflected = w > 0 ? w * mean_gloss_albedo(surface.gloss.roughness) : 0;
       albedo_.emplace_back(surface.albedo * (1 - w) + V3d(reflected));
@@ -157,17 +158,17 @@ void IrradianceCache::place_points(const RayScene& scene) {
   }
 }
 
-bool IrradianceCache::taps(const SurfacePoint& at, CacheTaps& taps) const {
-  if (at.back && sides_ == 1) return false;
-  const auto t = static_cast<std::size_t>(at.triangle);
+bool IrradianceCache::taps(const SurfacePoint& point, CacheTaps& taps) const {
+  if (point.back && sides_ == 1) return false;
+  const std::size_t t = point.triangle;
   const Patch& patch = patches_[t];
   if (patch.first < 0) {
     taps.point = {triangles_[t].x, triangles_[t].y, triangles_[t].z};
-    taps.weight = {1 - at.u - at.v, at.u, at.v};
+    taps.weight = {1 - point.u - point.v, point.u, point.v};
   } else {
     const int n = patch.parts;
-    const float u = std::max(0.0F, at.u) * static_cast<float>(n);
-    const float v = std::max(0.0F, at.v) * static_cast<float>(n);
+    const float u = std::max(0.0F, point.u) * static_cast<float>(n);
+    const float v = std::max(0.0F, point.v) * static_cast<float>(n);
     const int j = std::min(static_cast<int>(v), n - 1);
     const int i = std::min(static_cast<int>(u), n - 1 - j);
     const float fu = std::min(u - static_cast<float>(i), 1.0F);
@@ -183,21 +184,21 @@ bool IrradianceCache::taps(const SurfacePoint& at, CacheTaps& taps) const {
     }
   }
   if (sides_ == 2) {
-    for (int& p : taps.point) p = 2 * p + (at.back ? 1 : 0);
+    for (int& p : taps.point) p = 2 * p + (point.back ? 1 : 0);
   }
   return true;
 }
 
 void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
-  // Squares of 4 x 4 neighbouring directions make a packet; each is jittered in its cell.
-  const auto count = static_cast<std::size_t>(points());
+  // Blocks of 4 x 4 neighbouring directions form a packet; each direction is jittered in its cell.
+  const std::size_t count = points();
   std::vector<std::vector<std::pair<int, float>>> rows(count);
   parallel_for(0, points(), [&](int p) {
-    const auto row = static_cast<std::size_t>(p);
-    SurfacePoint from;
-    from.position = position_[row];
-    from.face_normal = normal_[row];
-    if (from.face_normal == V3f(0, 0, 0)) return;
+    const std::size_t row = p;
+    SurfacePoint origin;
+    origin.position = position_[row];
+    origin.face_normal = normal_[row];
+    if (origin.face_normal == V3f(0, 0, 0)) return;
     Random random(seed, row);
     std::vector<std::pair<int, float>> entries;
     const float share = 1.0F / static_cast<float>(side * side);
@@ -208,13 +209,13 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
         const int y = block / (side / 4) * 4 + k / 4;
         const double dx = random.uniform();
         directions[k] =
-            cosine_direction(V3d(from.face_normal), {(x + dx) / side, (y + random.uniform()) / side});
+            cosine_direction(V3d(origin.face_normal), {(x + dx) / side, (y + random.uniform()) / side});
       }
       PointPacket met;
-      for (std::uint32_t left = scene.trace(scene.leave(from), directions, met); left != 0;
-           left &= left - 1) {
+      for (std::uint32_t remaining = scene.trace(scene.leave(origin), directions, met); remaining != 0;
+           remaining &= remaining - 1) {
         CacheTaps sent;
-        if (!taps(met[std::countr_zero(left)], sent)) continue;
+        if (!taps(met[std::countr_zero(remaining)], sent)) continue;
         for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * share);
       }
     }
@@ -229,7 +230,7 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
     }
     merged.shrink_to_fit();
   });
-  rays_ += count * static_cast<std::size_t>(side * side);
+  rays_ += count * side * side;
   row_start_.assign(1, 0);
   for (const auto& row : rows) {
     for (const auto& [point, weight] : row) {
@@ -250,30 +251,30 @@ void IrradianceCache::order_points(const RayScene& scene) {
       const double share = static_cast<double>(position_[p][axis]) / size[axis];
       const auto cell = static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * 1023);
       for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
-      // Points that look the same way see the same lights.
+      // Points with similar normals see the same lights.
       key |= (normal_[p][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
     }
     return key;
   };
   std::vector<std::pair<std::uint64_t, int>> keys;
-  for (int p = 0; p < points(); ++p) keys.emplace_back(curve(static_cast<std::size_t>(p)), p);
+  for (int p = 0; p < points(); ++p) keys.emplace_back(curve(p), p);
   std::sort(keys.begin(), keys.end());
   for (const auto& [key, point] : keys) order_.push_back(point);
 }
 
-/// Cosine towards the light where nothing is in its way: [point][light].
+/// Cosine towards the light, 0 where it is occluded: [point][light].
 std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::span<const V3f> lights) {
   const std::size_t n = lights.size();
   std::vector<float> direct(order_.size() * n, 0.0F);
   std::atomic<std::uint64_t> rays{0};
   const std::size_t packets = (order_.size() + packet_size - 1) / packet_size;
   parallel_for(0, static_cast<int>(packets), [&](int packet) {
-    const auto some = std::span(order_).subspan(static_cast<std::size_t>(packet) * packet_size);
-    const std::size_t size = std::min(packet_size, some.size());
+    const auto indices = std::span(order_).subspan(packet * packet_size);
+    const std::size_t size = std::min(packet_size, indices.size());
     PointPacket points;
     for (std::size_t i = 0; i < size; ++i) {
-      points[i].position = position_[some[i]];
-      points[i].face_normal = normal_[some[i]];
+      points[i].position = position_[indices[i]];
+      points[i].face_normal = normal_[indices[i]];
     }
     const LeavingPacket leaving = scene.leave(points, (1U << size) - 1);
     std::uint64_t traced = 0;
@@ -285,8 +286,8 @@ std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::s
       traced += static_cast<std::uint64_t>(std::popcount(lit));
       lit &= ~scene.occluded(leaving, lights[l], lit);
       for (; lit != 0; lit &= lit - 1) {
-        const auto i = static_cast<std::size_t>(std::countr_zero(lit));
-        direct[static_cast<std::size_t>(some[i]) * n + l] = points[i].face_normal.dot(lights[l]);
+        const int i = std::countr_zero(lit);
+        direct[indices[i] * n + l] = points[i].face_normal.dot(lights[l]);
       }
     }
     rays += traced;
@@ -296,27 +297,27 @@ std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::s
 }
 
 std::vector<float> IrradianceCache::solve(const RayScene& scene, std::span<const V3f> lights, int bounces) {
-  // More lights would not stay in the processor's caches.
-  constexpr std::size_t at_once = 64;
+  // As many lights as stay in the processor's caches.
+  constexpr std::size_t block_size = 64;
   const std::size_t n = lights.size();
-  if (n <= at_once) return solve_some(scene, lights, bounces);
-  const std::size_t rows = static_cast<std::size_t>(points()) * 3;
+  if (n <= block_size) return solve_block(scene, lights, bounces);
+  const std::size_t rows = points() * 3;
   std::vector<float> all(rows * n);
-  for (std::size_t first = 0; first < n; first += at_once) {
-    const auto some = lights.subspan(first, std::min(at_once, n - first));
-    const std::vector<float> part = solve_some(scene, some, bounces);
+  for (std::size_t first = 0; first < n; first += block_size) {
+    const auto block = lights.subspan(first, std::min(block_size, n - first));
+    const std::vector<float> part = solve_block(scene, block, bounces);
     for (std::size_t row = 0; row < rows; ++row) {
-      std::copy_n(&part[row * some.size()], some.size(), &all[row * n + first]);
+      std::copy_n(&part[row * block.size()], block.size(), &all[row * n + first]);
     }
   }
   return all;
 }
 
-std::vector<float> IrradianceCache::solve_some(const RayScene& scene, std::span<const V3f> lights,
-                                               int bounces) {
+std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span<const V3f> lights,
+                                                int bounces) {
   const std::size_t n = lights.size();
   const std::size_t width = 3 * n;
-  const auto count = static_cast<std::size_t>(points());
+  const std::size_t count = points();
   std::vector<float> total(count * width, 0.0F);
   if (bounces == 0) return total;
   const std::vector<float> direct = light_directly(scene, lights);
@@ -324,7 +325,7 @@ std::vector<float> IrradianceCache::solve_some(const RayScene& scene, std::span<
   std::vector<char> sends(count);
   std::vector<float> next(count * width);
 
-  // Done where a further reflection adds less than this share.
+  // Converged if a further reflection adds less than this share.
   constexpr double min_change = 1e-4;
   constexpr int max_rounds = 1000;
   constexpr std::size_t block_size = 256;
@@ -337,35 +338,35 @@ std::vector<float> IrradianceCache::solve_some(const RayScene& scene, std::span<
   const int rounds = bounces == unlimited_bounces ? max_rounds : bounces;
   for (int round = 0; round < rounds; ++round) {
     parallel_for(0, points(), [&](int p) {
-      const auto point = static_cast<std::size_t>(p);
-      float most = 0;
+      const std::size_t point = p;
+      float largest = 0;
       for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t l = 0; l < n; ++l) {
           const std::size_t i = point * width + c * n + l;
           sent[i] = albedo_[point][static_cast<int>(c)] * (direct[point * n + l] + total[i]);
-          most = std::max(most, sent[i]);
+          largest = std::max(largest, sent[i]);
         }
       }
-      sends[point] = most > 0 ? 1 : 0;
+      sends[point] = largest > 0 ? 1 : 0;
     });
     parallel_for(0, points(), [&](int p) {
-      const auto point = static_cast<std::size_t>(p);
+      const std::size_t point = p;
       const std::size_t start = row_start_[point];
       sum_rows(sent.data(), sends.data(), column_.data() + start, weight_.data() + start,
                row_start_[point + 1] - start, width, &next[point * width]);
     });
-    // Each light ends by itself: what the others are does not matter to it.
+    // Each light converges by itself, so that its result does not depend on the other lights.
     parallel_for(0, static_cast<int>(blocks), [&](int block) {
-      Sums& own = sums[block];
-      own.changed.assign(n, 0);
-      own.all.assign(n, 0);
-      const std::size_t first = static_cast<std::size_t>(block) * block_size;
+      Sums& sum = sums[block];
+      sum.changed.assign(n, 0);
+      sum.all.assign(n, 0);
+      const std::size_t first = block * block_size;
       for (std::size_t row = 3 * first; row < 3 * std::min(first + block_size, count); ++row) {
         for (std::size_t l = 0; l < n; ++l) {
           if (done[l] != 0) continue;
           const float value = next[row * n + l];
-          own.changed[l] += std::abs(static_cast<double>(value) - static_cast<double>(total[row * n + l]));
-          own.all[l] += static_cast<double>(value);
+          sum.changed[l] += std::abs(static_cast<double>(value) - static_cast<double>(total[row * n + l]));
+          sum.all[l] += static_cast<double>(value);
           total[row * n + l] = value;
         }
       }
@@ -373,9 +374,9 @@ std::vector<float> IrradianceCache::solve_some(const RayScene& scene, std::span<
     for (std::size_t l = 0; l < n; ++l) {
       double changed = 0;
       double all = 0;
-      for (const Sums& own : sums) {
-        changed += own.changed[l];
-        all += own.all[l];
+      for (const Sums& sum : sums) {
+        changed += sum.changed[l];
+        all += sum.all[l];
       }
       if (done[l] == 0) done[l] = changed <= min_change * all ? 1 : 0;
     }

@@ -1,15 +1,15 @@
 // An irradiance cache: indirect light, computed once per point of the yarn and light and shared by all views,
-// as in Daubert et al. 2001, section 4. Irradiance is known at points of the mesh and interpolated between
+// as in Daubert et al. 2001, section 4. Irradiance is stored at points of the mesh and interpolated between
 // them.
 //
 // The points are the mesh's vertices; triangles larger than a twentieth of the longer period, and those at
-// creases, get points of their own inside. From each point 64 directions, distributed by the cosine, meet
-// other points, which is a matrix W; with the direct irradiance E0 and the albedo a the irradiance after
-// k + 1 reflections is S = W a (E0 + S) after k.
+// creases, get additional points inside. From each point 64 cosine-distributed rays meet other points, which
+// gives a matrix W; with the direct irradiance E0 and the albedo a, the irradiance after k + 1 reflections is
+// S = W a (E0 + S) with the S after k.
 //
-// Approximations: irradiance and the light that others send are linear between the points, and sent as
-// by Lambert; the share that a gloss reflects goes the same way in all directions. Directions that meet the
-// inside of closed yarn count as dark. docs/bake.md has the measured error.
+// Approximations: irradiance and reflected light are linear between the points, and reflection is Lambertian,
+// the share of a gloss included. Rays that meet the inside of closed yarn count as dark. docs/bake.md has the
+// measured error.
 #pragma once
 
 #include <optional>
@@ -28,49 +28,50 @@ struct CacheTaps {
 
 class IrradianceCache {
  public:
-  /// Nothing where more than max_cache_points would be needed: the mesh is for the path tracer.
+  /// Nothing if the mesh needs more than max_cache_points; it is left to the path tracer.
   static std::optional<IrradianceCache> build(const RayScene& scene, std::uint64_t seed);
 
   int points() const { return static_cast<int>(position_.size()); }
-  /// Rays that building and solving took.
+  /// Rays of build() and solve() so far.
   std::uint64_t rays() const { return rays_; }
 
-  /// The points around a point that a ray met; false on the inside of closed yarn, where there is no light.
-  bool taps(const SurfacePoint& at, CacheTaps& taps) const;
+  /// The points around `point` and their weights; false on the inside of closed yarn, where there is no
+  /// light.
+  bool taps(const SurfacePoint& point, CacheTaps& taps) const;
 
-  /// Indirect irradiance of all points for each light's unit perpendicular irradiance, after 1 to `bounces`
-  /// reflections (or until nothing changes any more): [point][channel][light].
+  /// Indirect irradiance of all points per unit perpendicular irradiance of each light, after 1 to `bounces`
+  /// reflections (or until convergence): [point][channel][light].
   std::vector<float> solve(const RayScene& scene, std::span<const V3f> lights, int bounces);
 
  private:
   struct Patch {
-    int first = -1;  ///< of its own points; none: its corners serve
-    int parts = 1;   ///< parts of an edge
+    int first = -1;  ///< index of its first point; -1: its corners are its points
+    int parts = 1;   ///< per edge
   };
   void place_points(const RayScene& scene);
   void order_points(const RayScene& scene);
   void gather(const RayScene& scene, std::uint64_t seed);
-  std::vector<float> solve_some(const RayScene& scene, std::span<const V3f> lights, int bounces);
+  std::vector<float> solve_block(const RayScene& scene, std::span<const V3f> lights, int bounces);
   std::vector<float> light_directly(const RayScene& scene, std::span<const V3f> lights);
 
   std::vector<V3i> triangles_;
   std::vector<Patch> patches_;  ///< per triangle
-  int sides_ = 1;               ///< 2: points on both sides of the triangles, the back's after each front's
+  int sides_ = 1;  ///< 2: points on both sides of the triangles, each front's followed by its back's
   std::vector<V3f> position_;
   std::vector<V3f> normal_;
-  std::vector<V3f> albedo_;  ///< with what the gloss reflects
-  std::vector<int> order_;   ///< the points so that neighbours in space follow each other
-  // W, row by row.
+  std::vector<V3f> albedo_;  ///< gloss included
+  std::vector<int> order_;   ///< permutation of the points that keeps neighbours in space together
+  // W in compressed rows.
   std::vector<std::size_t> row_start_;
   std::vector<int> column_;
   std::vector<float> weight_;
   std::uint64_t rays_ = 0;
 };
 
-/// More would not fit into memory.
+/// Limit of memory.
 inline constexpr int max_cache_points = 50000;
 
-/// The irradiance for one of `lights` lights out of what solve() gives: [point][channel].
+/// The irradiance of one of `lights` lights from the result of solve(): [point][channel].
 std::vector<float> light_column(const std::vector<float>& irradiance, std::size_t lights, std::size_t light);
 
 }  // namespace selvedge

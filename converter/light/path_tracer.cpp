@@ -6,17 +6,17 @@
 namespace selvedge {
 namespace {
 
-/// Paths this short are never ended early: they carry most of the light.
+/// Russian roulette spares paths this short: they carry most of the light.
 constexpr int min_depth = 3;
-/// Even a path that lost nothing ends one day: it may be caught in a pocket.
+/// Less than 1, so that a path caught in a pocket ends.
 constexpr double max_survival = 0.98;
 
 }  // namespace
 
-std::optional<V3d> PathTracer::reflect(const SurfacePoint& at, const V3d& view, int depth,
+std::optional<V3d> PathTracer::reflect(const SurfacePoint& point, const V3d& view, int depth,
                                        PathSampler& sampler, V3d& throughput) const {
   if (depth == bounces_) return std::nullopt;
-  const auto sample = sample_bsdf(surface_at(scene_, at), view, sampler.next());
+  const auto sample = sample_bsdf(surface_at(scene_, point), view, sampler.next());
   if (!sample) return std::nullopt;
   throughput *= sample->weight;
   const double brightest = std::max({throughput.x, throughput.y, throughput.z});
@@ -31,26 +31,27 @@ std::optional<V3d> PathTracer::reflect(const SurfacePoint& at, const V3d& view, 
 std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& view,
                                        std::span<const V3f> lights, PathSampler& sampler,
                                        std::span<V3d> radiance) const {
-  SurfacePoint at = point;
+  SurfacePoint vertex = point;
   V3d towards = view;
   V3d throughput(1, 1, 1);
   std::uint64_t rays = 0;
   for (int depth = 0;; ++depth) {
-    const auto direction = reflect(at, towards, depth, sampler, throughput);
+    const auto direction = reflect(vertex, towards, depth, sampler, throughput);
     if (!direction) return rays;
     ++rays;
-    if (!scene_.trace(scene_.leave(at), *direction, at)) return rays;
+    if (!scene_.trace(scene_.leave(vertex), *direction, vertex)) return rays;
     towards = -*direction;
-    const YarnSurface surface = surface_at(scene_, at);
+    const YarnSurface surface = surface_at(scene_, vertex);
     for (std::size_t first = 0; first < lights.size(); first += packet_size) {
-      const auto some = lights.subspan(first, std::min(packet_size, lights.size() - first));
+      const auto packet = lights.subspan(first, std::min(packet_size, lights.size() - first));
       std::uint32_t lit = 0;
-      for (std::size_t l = 0; l < some.size(); ++l) lit |= (at.face_normal.dot(some[l]) > 0 ? 1U : 0U) << l;
+      for (std::size_t l = 0; l < packet.size(); ++l)
+        lit |= (vertex.face_normal.dot(packet[l]) > 0 ? 1U : 0U) << l;
       rays += static_cast<std::uint64_t>(std::popcount(lit));
-      lit &= ~scene_.occluded(at, some, lit);
+      lit &= ~scene_.occluded(vertex, packet, lit);
       for (; lit != 0; lit &= lit - 1) {
-        const auto l = static_cast<std::size_t>(std::countr_zero(lit));
-        const V3d light(some[l]);
+        const int l = std::countr_zero(lit);
+        const V3d light(packet[l]);
         radiance[first + l] += throughput * reflectance(surface, light, towards) * surface.normal.dot(light);
       }
     }

@@ -11,14 +11,14 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Share of the way through the block after which a ray is shifted back. Less than all: a wall that stands
-/// exactly where the block ends then lies ahead of the ray, not under its feet.
+/// Share of the way through the block after which a ray is shifted back. Less than 1, so that a wall exactly
+/// at the end of the block lies ahead of the shifted ray.
 constexpr double turn = 1 - 1e-4;
 
-/// A ray within 1e-5 of level could be shifted for ever.
+/// Minimum slope: a horizontal ray would be shifted for ever.
 constexpr int max_pieces = 4096;
 
-/// Distance along the ray to where it leaves the interval, or infinity.
+/// Distance along the ray to the end of the interval, or infinity.
 template <class Real>
 Real leave_interval(Real origin, Real direction, Real low, Real high) {
   const Real distance = ((direction > 0 ? high : low) - origin) / direction;
@@ -45,8 +45,8 @@ RTCRay ray_from(const V3d& origin, const V3d& direction, double far) {
   return ray;
 }
 
-/// Moves the origin onto the slab: a ray from far above starts where there may be something. False where the
-/// ray never comes to it.
+/// Moves the origin of a ray from above or below onto the slab that holds the cell. False if the ray misses
+/// it.
 bool onto_slab(double z_low, double z_high, V3d& origin, const V3d& direction) {
   if (origin.z > z_high) {
     if (direction.z >= 0) return false;
@@ -59,7 +59,7 @@ bool onto_slab(double z_low, double z_high, V3d& origin, const V3d& direction) {
   return true;
 }
 
-/// Walks a ray block by block. `step(origin, far)` looks at one piece and says whether to stop.
+/// Walks a ray block by block. `step(origin, far)` traces one piece and returns whether to stop.
 template <class Step>
 bool walk(const RaySceneState& s, V3d origin, const V3d& direction, const Step& step) {
   if (!onto_slab(s.z_low, s.z_high, origin, direction)) return false;
@@ -76,10 +76,10 @@ bool walk(const RaySceneState& s, V3d origin, const V3d& direction, const Step& 
   return false;
 }
 
-SurfacePoint point_from(const RaySceneState& s, const V3d& at, const V3d& direction,
+SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& direction,
                         const V3f& geometric_normal, unsigned primitive, float u, float v) {
   SurfacePoint point;
-  point.position = V3f(V3d(wrap(at.x, s.mesh.period.x), wrap(at.y, s.mesh.period.y), at.z));
+  point.position = V3f(V3d(wrap(position.x, s.mesh.period.x), wrap(position.y, s.mesh.period.y), position.z));
   point.face_normal = geometric_normal.normalized();
   point.back = point.face_normal.dot(V3f(direction)) > 0;
   if (point.back) point.face_normal = -point.face_normal;
@@ -89,7 +89,7 @@ SurfacePoint point_from(const RaySceneState& s, const V3d& at, const V3d& direct
   return point;
 }
 
-/// Up to 16 rays on their way.
+/// Up to 16 rays while they are traced.
 struct alignas(64) RayPacket {
   std::array<float, packet_size> x, y, z;     // origins, in the block
   std::array<float, packet_size> dx, dy, dz;  // unit directions
@@ -97,8 +97,8 @@ struct alignas(64) RayPacket {
 
 using PacketLanes = std::array<float, packet_size>;
 
-/// Distances to where each ray leaves the slab, and the sides of the block. Lane by lane: the same for any
-/// width of the machine's registers.
+/// Distances at which each ray leaves the slab and the block. Lane by lane, so the result does not depend on
+/// the width of vector registers.
 SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& high, PacketLanes& out,
                                PacketLanes& side, PacketLanes& far) {
   for (std::size_t i = 0; i < packet_size; ++i) {
@@ -109,8 +109,8 @@ SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& hi
   }
 }
 
-/// Walks the rays of a packet block by block. `step(packet, far, active)` looks at one piece of each active
-/// ray and gives back those that are done.
+/// Walks the rays of a packet block by block. `step(packet, far, active)` traces one piece of each active ray
+/// and returns the rays that are finished.
 template <class Step>
 void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, const Step& step) {
   const V3f low(V3d(s.block_min.x, s.block_min.y, s.z_low));
@@ -121,8 +121,8 @@ void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, con
     alignas(64) PacketLanes far;
     leave_block(p, low, high, out, side, far);
     active &= ~step(p, far, active);
-    for (std::uint32_t left = active; left != 0; left &= left - 1) {
-      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    for (std::uint32_t remaining = active; remaining != 0; remaining &= remaining - 1) {
+      const int i = std::countr_zero(remaining);
       if (out[i] <= side[i] || std::isinf(side[i])) {
         active &= ~(1U << i);
         continue;
@@ -139,7 +139,7 @@ void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, con
   }
 }
 
-/// Every lane holds a ray, or the tracer would read what nobody wrote: lanes without one repeat the first.
+/// Fills unused lanes with the first ray: Embree reads all lanes.
 void set_lane(RayPacket& p, std::size_t i, const V3d& origin, const V3d& direction) {
   p.x[i] = static_cast<float>(origin.x);
   p.y[i] = static_cast<float>(origin.y);
@@ -171,7 +171,7 @@ struct alignas(64) Valid {
   }
 };
 
-/// For rays that lie close together the tracer goes through its tree once for all of them.
+/// Coherent rays share one traversal of Embree's tree.
 RTCIntersectContext coherent_context() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -182,23 +182,24 @@ RTCIntersectContext coherent_context() {
 std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active,
                            std::span<const V3d> directions, PointPacket& points) {
   std::uint32_t met = 0;
-  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
+  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t lanes) {
     RTCRayHit16 query;
     set_rays(query.ray, p, far);
     std::fill_n(query.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
     std::fill_n(query.hit.instID[0], packet_size, RTC_INVALID_GEOMETRY_ID);
     RTCIntersectContext context = coherent_context();
-    const Valid valid(now);
+    const Valid valid(lanes);
     rtcIntersect16(valid.lane.data(), s.scene, &context, &query);
     std::uint32_t done = 0;
-    for (std::uint32_t left = now; left != 0; left &= left - 1) {
-      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    for (std::uint32_t remaining = lanes; remaining != 0; remaining &= remaining - 1) {
+      const int i = std::countr_zero(remaining);
       if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       done |= 1U << i;
       const V3d& direction = directions[directions.size() == 1 ? 0 : i];
-      const V3d at = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
-      points[i] = point_from(s, at, direction, V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
-                             query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
+      const V3d position = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
+      points[i] =
+          point_from(s, position, direction, V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
+                     query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
     }
     met |= done;
     return done;
@@ -206,7 +207,7 @@ std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint3
   return met;
 }
 
-/// As many rays as there are origins or directions; a single one of either is that of all.
+/// The number of rays is that of origins or of directions; a single one of either is shared by all rays.
 std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
                          std::span<const V3d> directions, PointPacket& points) {
   const std::size_t count = std::max(origins.size(), directions.size());
@@ -226,17 +227,17 @@ std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
 
 std::uint32_t occluded_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active) {
   std::uint32_t blocked = 0;
-  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t now) {
+  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t lanes) {
     RTCRay16 rays;
     set_rays(rays, p, far);
     RTCIntersectContext context = coherent_context();
-    const Valid valid(now);
+    const Valid valid(lanes);
     rtcOccluded16(valid.lane.data(), s.scene, &context, &rays);
     std::uint32_t done = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       done |= (rays.tfar[i] < 0 ? 1U : 0U) << i;
     }
-    done &= now;
+    done &= lanes;
     blocked |= done;
     return done;
   });
@@ -258,16 +259,16 @@ bool RayScene::is_ground(const SurfacePoint& point) const {
 
 bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const {
   const RaySceneState& s = *state_;
-  return walk(s, origin, direction, [&](const V3d& from, double far) {
+  return walk(s, origin, direction, [&](const V3d& start, double far) {
     RTCRayHit query{};
-    query.ray = ray_from(from, direction, far);
+    query.ray = ray_from(start, direction, far);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcIntersect1(s.scene, &context, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    const V3d at = from + direction * static_cast<double>(query.ray.tfar);
-    point = point_from(s, at, direction, V3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z),
+    const V3d position = start + direction * static_cast<double>(query.ray.tfar);
+    point = point_from(s, position, direction, V3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z),
                        query.hit.primID, query.hit.u, query.hit.v);
     return true;
   });
@@ -286,7 +287,7 @@ V3d RayScene::leave(const SurfacePoint& point) const {
 }
 
 V3f RayScene::vertex_normal(const SurfacePoint& point) const {
-  // Not turned towards the ray one by one: at a silhouette the smooth normal may lean away a little.
+  // Not flipped towards the ray per vertex: at a silhouette the smooth normal may lean away slightly.
   const V3f smooth = interpolate(mesh().normals, point).normalized();
   return smooth.dot(point.face_normal) < 0 ? -smooth : smooth;
 }
@@ -294,8 +295,8 @@ V3f RayScene::vertex_normal(const SurfacePoint& point) const {
 bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
   const RaySceneState& s = *state_;
   const V3d towards(direction);
-  return walk(s, leave(point), towards, [&](const V3d& from, double far) {
-    RTCRay ray = ray_from(from, towards, far);
+  return walk(s, leave(point), towards, [&](const V3d& start, double far) {
+    RTCRay ray = ray_from(start, towards, far);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcOccluded1(s.scene, &context, &ray);
@@ -304,7 +305,7 @@ bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
 }
 
 LeavingPacket RayScene::leave(const PointPacket& points, std::uint32_t active) const {
-  const auto first = static_cast<std::size_t>(std::countr_zero(active));
+  const int first = std::countr_zero(active);
   LeavingPacket packet;
   for (std::size_t i = 0; i < packet_size; ++i) {
     const V3d origin = leave(points[(active >> i & 1U) != 0 ? i : first]);

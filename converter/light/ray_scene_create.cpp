@@ -10,14 +10,14 @@
 namespace selvedge {
 namespace {
 
-/// A coordinate on a wall belongs to both cells: made exactly the same number in each, copies close up.
+/// Snaps coordinates on a wall to the same number in both cells, so that copies meet without gaps.
 double snap_to_wall(double value, double period) {
   const double turns = value / period;
   const double nearest = std::round(turns);
   return std::abs(turns - nearest) < 1e-6 ? nearest * period : value;
 }
 
-/// Two triangles over the cell at z = 0. They count as yarn everywhere but where they are asked for by name.
+/// Two triangles over the cell at z = 0. They count as yarn except in is_ground().
 void add_ground(CellMesh& mesh, float albedo) {
   const int first = static_cast<int>(mesh.positions.size());
   const auto x = static_cast<float>(mesh.period.x);
@@ -52,8 +52,8 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   state->z_low = -1e-3 * size;
   state->z_high = thickness + 1e-3 * size;
 
-  // Near the origin by whole periods, and down to z = 0, in double: single precision would swallow the
-  // offset of a mesh that lies far away.
+  // Shifted to the origin by whole periods and down to z = 0 in double precision, as single precision loses
+  // the digits of a mesh that is far away.
   const auto whole_periods = [](double low, double length) {
     return std::floor(low / length + 1e-6) * length;
   };
@@ -65,7 +65,7 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   state->ground_triangle = static_cast<int>(mesh.triangles.size());
   if (ground) add_ground(state->mesh, *ground);
 
-  // Copies whose triangles may reach into the block although their cell lies outside of it.
+  // Cells outside of the block whose triangles may reach into it.
   const auto overhang = [](double high, double length) {
     return static_cast<int>(std::ceil(std::max(0.0, high / length - 1) - 1e-6));
   };

@@ -1,4 +1,4 @@
-// The inside of a RayScene: its mesh, its block of cells and Embree's handles.
+// Private state of RayScene: its mesh, its block of cells and Embree's handles.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -7,8 +7,8 @@
 
 namespace selvedge {
 
-/// Cells on each side of the middle one that a ray crosses before it is shifted back: more cost memory, fewer
-/// cost restarts. One is enough for most rays of a cell that is thinner than wide.
+/// Cells on each side of the middle one that a ray crosses before it is shifted back. More cost memory, fewer
+/// cost restarts; one suffices for most rays in a cell that is thinner than wide.
 inline constexpr int block_reach = 1;
 
 struct RaySceneState {
@@ -22,14 +22,14 @@ struct RaySceneState {
 
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  Box bounds;  // of one cell, before copies
+  Box bounds;  // of one cell
   CellMesh mesh;
   int ground_triangle = 0;  // the first one
-  double z_low = 0;         // the slab outside of which there is nothing, with a margin
+  double z_low = 0;         // the cell's lowest and highest z with a margin
   double z_high = 0;
   V2d block_min;  // the block that a ray may cross before it is shifted back
   V2d block_max;
-  double offset = 0;  // mm, keeps a ray off the surface that it leaves
+  double offset = 0;  // offset of rays from the surface that they leave
 };
 
 }  // namespace selvedge

@@ -12,7 +12,7 @@ std::uint32_t reverse_bits(std::uint32_t x) {
   return __builtin_bswap32(x);
 }
 
-/// Each bit changes by a hash of those below it.
+/// Flips each bit by a hash of the bits below it.
 std::uint32_t permute_from_below(std::uint32_t x, std::uint32_t seed) {
   x += seed;
   x ^= x * 0x6c50b47cU;

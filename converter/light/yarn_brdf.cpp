@@ -22,7 +22,7 @@ V3d local(const YarnSurface& s, const V3d& d) {
   return {d.dot(s.fibre), d.dot(s.normal.cross(s.fibre)), d.dot(s.normal)};
 }
 
-/// A facet's normal, distributed as facets are seen from v (Heitz 2018).
+/// Samples the distribution of visible normals (Heitz 2018).
 V3d visible_normal(const V3d& v, double r, const V2d& random) {
   const V3d stretched = V3d(r * v.x, v.y, v.z).normalized();
   const double planar2 = stretched.x * stretched.x + stretched.y * stretched.y;
@@ -37,7 +37,7 @@ V3d visible_normal(const V3d& v, double r, const V2d& random) {
   return V3d(r * n.x, n.y, std::max(1e-12, n.z)).normalized();
 }
 
-/// Light for a view in the local frame, and the share of it that is neither masked nor shadowed.
+/// A sampled light for a view in the local frame, and the share of it that is neither masked nor shadowed.
 double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
   const V3d h = visible_normal(v, r, random);
   l = h * (2 * v.dot(h)) - v;
@@ -46,7 +46,7 @@ double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
   return (1 + seen) / (1 + seen + smith_lambda(l, r));
 }
 
-V3f aligned(const V3f& fibre, const V3f& with) { return fibre.dot(with) < 0 ? -fibre : fibre; }
+V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference) < 0 ? -fibre : fibre; }
 
 }  // namespace
 
@@ -77,16 +77,14 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
   const CellMesh& mesh = scene.mesh();
   if (mesh.gloss.empty()) return s;
   const V3i& corner = mesh.triangles[point.triangle];
-  const std::array<std::size_t, 3> at{static_cast<std::size_t>(corner.x), static_cast<std::size_t>(corner.y),
-                                      static_cast<std::size_t>(corner.z)};
   const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
   V3f fibre(0, 0, 0);
   s.gloss = {0, 0};
-  for (std::size_t i = 0; i < 3; ++i) {
-    s.gloss.weight += share[i] * mesh.gloss[at[i]].weight;
-    s.gloss.roughness += share[i] * mesh.gloss[at[i]].roughness;
-    // A fibre has no sign: corners that say the opposite mean the same.
-    fibre += aligned(mesh.fibres[at[i]], mesh.fibres[at[0]]) * share[i];
+  for (int i = 0; i < 3; ++i) {
+    s.gloss.weight += share[i] * mesh.gloss[corner[i]].weight;
+    s.gloss.roughness += share[i] * mesh.gloss[corner[i]].roughness;
+    // The sign of a fibre has no meaning: corners are flipped to agree.
+    fibre += aligned(mesh.fibres[corner[i]], mesh.fibres[corner.x]) * share[i];
   }
   V3d in_plane = V3d(fibre) - s.normal * V3d(fibre).dot(s.normal);
   if (in_plane.length2() < 1e-12) {
@@ -110,10 +108,10 @@ V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
 }
 
 void GlossPacket::set(std::size_t lane, const YarnSurface& surface, const V3d& view) {
-  const auto put = [&](const V3d& from, Lanes& x, Lanes& y, Lanes& z) {
-    x[lane] = static_cast<float>(from.x);
-    y[lane] = static_cast<float>(from.y);
-    z[lane] = static_cast<float>(from.z);
+  const auto put = [&](const V3d& vector, Lanes& x, Lanes& y, Lanes& z) {
+    x[lane] = static_cast<float>(vector.x);
+    y[lane] = static_cast<float>(vector.y);
+    z[lane] = static_cast<float>(vector.z);
   };
   put(surface.fibre, tx_, ty_, tz_);
   put(surface.normal.cross(surface.fibre), bx_, by_, bz_);
@@ -174,9 +172,9 @@ double mean_gloss_albedo(float roughness) {
     }
     return mean;
   }();
-  const double at = std::clamp(static_cast<double>(roughness), 0.0, 1.0) * steps;
-  const auto below = std::min(static_cast<std::size_t>(at), steps - 1);
-  const double share = at - static_cast<double>(below);
+  const double position = std::clamp(static_cast<double>(roughness), 0.0, 1.0) * steps;
+  const auto below = std::min(static_cast<std::size_t>(position), steps - 1);
+  const double share = position - static_cast<double>(below);
   return table[below] * (1 - share) + table[below + 1] * share;
 }
 

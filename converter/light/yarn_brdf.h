@@ -1,5 +1,5 @@
-// The reflectance of yarn (format/fabric/yarn_reflectance.h) at points that rays met, in packets, and as a
-// distribution that directions are drawn from.
+// BRDF of yarn (format/fabric/yarn_reflectance.h) at points that rays meet, in packets, and importance
+// sampling of it.
 #pragma once
 
 #include <optional>
@@ -16,20 +16,20 @@ struct YarnSurface {
   Gloss gloss;
 };
 
-/// At a point that a ray met. The fibre is laid into the triangle's plane.
+/// The surface at a point, with the fibre projected to the triangle's plane.
 YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point);
 
-/// f in 1/sr; 0 where a direction lies below the surface.
+/// f in 1/sr; 0 if a direction lies below the surface.
 V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view);
 
-/// The gloss alone, without its weight.
+/// The gloss term of f without its weight w.
 double gloss_reflectance(const YarnSurface& surface, const V3d& light, const V3d& view);
 
-/// The gloss of up to 16 points, each for its view, under one light after another; in single precision.
+/// The gloss of up to 16 points, each with its own view, for one light at a time; in single precision.
 class GlossPacket {
  public:
   void set(std::size_t lane, const YarnSurface& surface, const V3d& view);
-  /// Weight times gloss_reflectance() of every lane; 0 where the light or the view lies below the surface.
+  /// The weight times gloss_reflectance() of every lane; 0 if light or view lies below the surface.
   void reflectance(const V3f& light, std::array<float, packet_size>& result) const;
 
  private:
@@ -39,23 +39,23 @@ class GlossPacket {
   alignas(64) Lanes vx_{}, vy_{}, vz_{}, width_{}, seen_{}, weight_{};
 };
 
-/// A direction of light for a view: the mean of the weight times the light from there is the integral of
-/// f(l, v) l.n times the light.
+/// A sampled direction of light: the mean of `weight` times the radiance from there is the integral of f(l,
+/// v) l.n times radiance.
 struct BsdfSample {
   V3d direction{0, 0, 1};
   V3d weight{0, 0, 0};
 };
-/// Nothing where a facet sends the light below the surface. `random`: in [0, 1)^2.
+/// Nothing if a facet reflects below the surface. `random` lies in [0, 1)^2.
 std::optional<BsdfSample> sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random);
 
-/// Cosine-distributed around `normal`; area preserving in `square`.
+/// A cosine-distributed direction around `normal`; area preserving in `square`, which lies in [0, 1)^2.
 V3d cosine_direction(const V3d& normal, const V2d& square);
 
-/// Share of uniform light that the gloss reflects, to 1e-3. In (0, 1].
+/// Share of uniform light that the gloss reflects, in (0, 1]; accurate to 1e-3.
 double mean_gloss_albedo(float roughness);
 
-/// Share of uniform light that yarn reflects at a point, gloss included: what indirect light is multiplied by
-/// where it counts as reflected alike in all directions.
+/// Share of uniform light that yarn reflects at a point, gloss included: the albedo for indirect light that
+/// counts as reflected equally in all directions.
 V3f albedo_with_gloss(const RayScene& scene, const SurfacePoint& point);
 
 }  // namespace selvedge

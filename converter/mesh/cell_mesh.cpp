@@ -76,8 +76,8 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
     }
   }
   const bool has_area = std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const V3i& t) {
-    const auto at = [&](int v) { return V3d(mesh.positions[v]); };
-    return (at(t.y) - at(t.x)).cross(at(t.z) - at(t.x)).length2() > 0;
+    const auto position = [&](int v) { return V3d(mesh.positions[v]); };
+    return (position(t.y) - position(t.x)).cross(position(t.z) - position(t.x)).length2() > 0;
   });
   if (!has_area) return fail(Code::mesh_empty, name, "", "no triangle of the mesh has an area");
   return {};

@@ -44,12 +44,12 @@ V3f albedo_of(const V3f& colour, bool coded, const V3f& fallback) {
   return albedo;
 }
 
-/// Mean of the faces' normals around each vertex, weighted by area; +z where they cancel or there are none.
+/// Area-weighted mean of the face normals around each vertex; +z if they cancel or there are no faces.
 std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector<V3i>& triangles) {
   std::vector<V3d> sums(positions.size(), V3d(0));
-  const auto at = [&](int v) { return V3d(positions[v]); };
+  const auto position = [&](int v) { return V3d(positions[v]); };
   for (const V3i& t : triangles) {
-    const V3d twice_area = (at(t.y) - at(t.x)).cross(at(t.z) - at(t.x));
+    const V3d twice_area = (position(t.y) - position(t.x)).cross(position(t.z) - position(t.x));
     for (int k = 0; k < 3; ++k) sums[t[k]] += twice_area;
   }
   std::vector<V3f> normals;
@@ -57,7 +57,7 @@ std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector
   return normals;
 }
 
-/// Of the material files beside an OBJ file; what is not there, or lies elsewhere, is passed over.
+/// Colours from the material files beside an OBJ file; files that are missing or elsewhere are skipped.
 MaterialColours materials_of(const std::string& bytes, const std::string& format, const std::string& path) {
   MaterialColours colours;
   if (format != "obj") return colours;
@@ -96,7 +96,7 @@ Result<CutFaces> triangles_of(const RawMesh& raw, const std::string& path) {
   return cut;
 }
 
-/// Gives triangles colours of their own: a vertex whose triangles differ becomes several.
+/// Sets the colours of triangles, splitting vertices whose triangles differ.
 void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albedo) {
   constexpr int none = -1;
   struct Copy {
@@ -106,12 +106,12 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
   };
   std::vector<Copy> copies;
   std::vector<int> first(mesh.positions.size(), none);
-  const std::vector<V3f> own = mesh.albedo;
+  const std::vector<V3f> vertex_albedo = mesh.albedo;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
       int& vertex = mesh.triangles[t][k];
-      const auto original = static_cast<std::size_t>(vertex);
-      const V3f colour = albedo[t] ? *albedo[t] : own[original];
+      const int original = vertex;
+      const V3f colour = albedo[t] ? *albedo[t] : vertex_albedo[original];
       int copy = first[original];
       while (copy != none && copies[copy].albedo != colour) {
         copy = copies[copy].next;
@@ -133,7 +133,7 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
   }
 }
 
-/// Whether single precision would blur a mesh between these corners: from 64 times its own size away it loses
+/// Whether a mesh with these bounds lies so far from the origin (64 times its size) that float positions lose
 /// six bits.
 bool lies_far(const V3d& low, const V3d& high) {
   double size = 0;
@@ -145,8 +145,8 @@ bool lies_far(const V3d& low, const V3d& high) {
   return distance > 64 * size && std::isfinite(distance);
 }
 
-/// Moves a mesh that lies far away near by whole periods, and its lowest point to height 0, before it is
-/// rounded to single precision.
+/// Moves a mesh that is far from the origin towards it by whole periods, and its lowest point to height 0, in
+/// double precision.
 void move_near_origin(std::vector<V3d>& positions, const std::vector<V3i>& triangles, const V2d& period) {
   V3d low(std::numeric_limits<double>::max());
   V3d high(std::numeric_limits<double>::lowest());

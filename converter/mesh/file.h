@@ -16,25 +16,23 @@ struct MeshImportOptions {
   std::optional<UpAxis> up_axis{};      ///< the file's axis out of the cloth
 };
 
-/// The whole mesh, nothing repaired and nothing dropped: faces with more than three sides are cut into fans,
-/// faces that share an edge with any number of others stay. Only triangles that use a vertex twice are left
-/// out, they have no area. Vertex colours are taken as albedo, and colours of faces before those of vertices
-/// (a vertex is split where its faces differ): those of bytes (or other whole numbers) through the sRGB
-/// curve, floats as linear, clamped to [0, 1]; alpha is ignored. Normals are the file's where it has one and
-/// only one for each vertex, else the area-weighted mean of the faces' around. Vertices stay where they are
-/// (but for meshes that lie more than 64 times their size away, which come near by whole periods in double
-/// precision): the period alone says how copies follow each other. Choices that are not given are guessed
-/// (guesses.h). Refuses: no such file, unknown format, cut-short or damaged files, no triangles,
-/// vertices that are not finite, faces that refer to absent vertices, a bad period, and a mesh without extent
-/// to guess one from.
+/// Reads the whole mesh without repair: polygons become triangle fans, and edges may have any number of
+/// faces. Only triangles that use a vertex twice are left out. Colours become albedo, face colours before
+/// vertex colours (a vertex is split where its faces differ): integers are decoded by the sRGB curve, floats
+/// are linear, both clamped to [0, 1]; alpha is ignored. Normals are the file's if it has exactly one for
+/// each vertex, else area-weighted means of face normals. Positions are kept, except that a mesh further than
+/// 64 times its size from the origin is moved towards it by whole periods, in double precision. Options that
+/// are not given are guessed (guesses.h). Refuses: no such file, unknown format, cut-short or damaged files,
+/// no triangles, vertices that are not finite, faces that refer to absent vertices, a bad period, and meshes
+/// without extent if the period is to be guessed.
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options,
                            MeshChoices* choices = nullptr);
-/// From memory: `name` is used in messages, and its ending says the format. No other file is opened.
+/// Reads from memory. `name` is used in messages, its ending gives the format. No other file is opened.
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
                            const MeshImportOptions& options);
 
 /// Writes OBJ (with linear colours behind the positions) or binary PLY (colours as 8-bit sRGB), by the path's
-/// ending. The file appears whole or not at all. The period is kept in a comment of both.
+/// ending. The file appears whole or not at all. A comment keeps the period.
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh);
 
 }  // namespace selvedge

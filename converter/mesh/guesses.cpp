@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-/// Size of the bounding box of all vertices that a face uses, in the file's own axes and units.
+/// Size of the bounding box of all used vertices, in the file's axes and units.
 V3d extent_of(const RawMesh& raw) {
   V3d low(std::numeric_limits<double>::max());
   V3d high(std::numeric_limits<double>::lowest());
@@ -18,10 +18,10 @@ V3d extent_of(const RawMesh& raw) {
     for (const int v : face) {
       if (v < 0 || static_cast<std::size_t>(v) >= raw.positions.size()) continue;
       any = true;
-      const V3d& at = raw.positions[v];
+      const V3d& position = raw.positions[v];
       for (int i = 0; i < 3; ++i) {
-        low[i] = std::min(low[i], at[i]);
-        high[i] = std::max(high[i], at[i]);
+        low[i] = std::min(low[i], position[i]);
+        high[i] = std::max(high[i], position[i]);
       }
     }
   }
@@ -30,13 +30,13 @@ V3d extent_of(const RawMesh& raw) {
 
 /// The period that write_mesh keeps in a comment.
 std::optional<V2d> period_in_comment(const std::string& bytes) {
-  constexpr std::size_t looked_at = 4096;
-  const std::string start = bytes.substr(0, looked_at);
+  constexpr std::size_t searched = 4096;
+  const std::string start = bytes.substr(0, searched);
   for (const char* mark : {"# period ", "comment period "}) {
-    const std::size_t at = start.find(mark);
-    if (at == std::string::npos) continue;
+    const std::size_t offset = start.find(mark);
+    if (offset == std::string::npos) continue;
     V2d period;
-    if (std::sscanf(start.c_str() + at + std::strlen(mark), "%lf x %lf mm", &period.x, &period.y) == 2) {
+    if (std::sscanf(start.c_str() + offset + std::strlen(mark), "%lf x %lf mm", &period.x, &period.y) == 2) {
       return period;
     }
   }
@@ -49,8 +49,8 @@ const char* name_of(UpAxis axis) { return axis == UpAxis::x ? "x" : (axis == UpA
 
 MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::optional<V2d>& period,
                    const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis) {
-  constexpr double clearly = 0.9;      // flatter
-  constexpr double smallest_mm = 0.1;  // a cell that is smaller was meant in metres
+  constexpr double clearly = 0.9;      // ratio of extents
+  constexpr double smallest_mm = 0.1;  // a smaller cell must be in metres
   const V3d extent = extent_of(raw);
   MeshChoices choices;
   choices.up_axis_from = choices.scale_from = choices.period_from = "given";

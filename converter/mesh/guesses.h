@@ -1,4 +1,4 @@
-// How an imported mesh lies in its cell: its period, unit and axes, guessed where they are not given.
+// Guesses the period, unit and up axis of an imported mesh where they are not given.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ Vector turned(const Vector& v, UpAxis up) {
   return up == UpAxis::x ? Vector(v.y, v.z, v.x) : v;
 }
 
-/// How a mesh was read, and where each choice comes from, in words: "given" or the reason of a guess.
+/// How a mesh was read, and why: each *_from is "given" or the reason of a guess, for people.
 struct MeshChoices {
   V2d period{1, 1};  ///< mm
   std::string period_from;
@@ -29,10 +29,10 @@ struct MeshChoices {
   std::string up_axis_from;
 };
 
-/// `period`, `scale_to_mm` and `up_axis` are those given. The rest is guessed: the axis out of the cloth is
-/// the one along which the mesh is flattest (z where no other is flatter than 9/10 of it); a unit is a metre
-/// where the mesh is smaller than 0.1 units in the plane, else a millimetre; the period is what a comment of
-/// ours in the file says, else the extent of the mesh, which is 0 where it has none.
+/// Guesses those of `period`, `scale_to_mm` and `up_axis` that are not given. The up axis is the one of least
+/// extent (z unless another has less than 9/10 of its extent); a unit is a metre if the mesh is smaller than
+/// 0.1 units in the plane, else a millimetre; the period comes from the comment of write_mesh(), else it is
+/// the extent of the mesh, which may be 0.
 MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::optional<V2d>& period,
                    const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis);
 

@@ -10,12 +10,12 @@
 namespace selvedge {
 namespace {
 
-/// Plain lines: no byte order mark, no comments, continued lines joined (line numbers stay: joined lines
-/// leave empty ones behind), every kind of line end as \n.
+/// The text without byte order mark and comments, line ends as \n, continued lines joined; empty lines after
+/// them keep the line numbers.
 std::string plain_text(std::string_view text) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   std::string plain;
-  std::string owed;  // line ends of continued lines
+  std::string pending_ends;  // line ends of continued lines
   bool comment = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     char c = text[i];
@@ -23,24 +23,24 @@ std::string plain_text(std::string_view text) {
     if (c == '\r') c = '\n';
     if (c == '\n' && plain.ends_with('\\') && !comment) {
       plain.back() = ' ';
-      owed += '\n';
+      pending_ends += '\n';
       continue;
     }
     if (c == '#') comment = true;
     if (c == '\n') {
       comment = false;
-      plain += owed;
-      owed.clear();
+      plain += pending_ends;
+      pending_ends.clear();
     }
     if (!comment) plain += c;
   }
-  return plain + owed;
+  return plain + pending_ends;
 }
 
 constexpr int absent = -1;
 
 /// Index from 0 of a corner's vertex or normal, of which `count` have been read: OBJ counts from 1, or
-/// backwards from -1. False where there is no number.
+/// backwards from -1. False if it is not a number.
 bool to_index(std::string_view word, std::size_t count, int& index) {
   const char* end = word.data() + word.size();
   int number = 0;
@@ -83,7 +83,7 @@ class ObjReader {
 
  private:
   Result<void> read_vertex(const Words& words, int number) {
-    // x y z, with a weight, with a colour, or with both: anything else was cut.
+    // x y z, with a weight, a colour or both: any other count means a damaged line.
     if (words.size() == 6) return damaged(number, "a vertex with 5 numbers");
     const auto point = position_at(words, 1, file_, number);
     if (!point) return tl::unexpected(point.error());
@@ -123,9 +123,9 @@ class ObjReader {
     if (vertex < 0 || vertex >= static_cast<int>(mesh_.positions.size())) return;
     if (normal < 0 || normal >= static_cast<int>(normals_.size())) return;
     normal_of_.resize(mesh_.positions.size(), absent);
-    int& before = normal_of_[vertex];
-    split_normals_ = split_normals_ || (before != absent && normals_[before] != normals_[normal]);
-    before = normal;
+    int& previous = normal_of_[vertex];
+    split_normals_ = split_normals_ || (previous != absent && normals_[previous] != normals_[normal]);
+    previous = normal;
   }
 
   tl::unexpected<Error> damaged(int number, std::string why) const {

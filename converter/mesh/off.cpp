@@ -8,7 +8,7 @@
 namespace selvedge {
 namespace {
 
-/// The words of a text, comments left out.
+/// The words of a text without comments.
 class OffWords {
  public:
   explicit OffWords(std::string_view text) : text_(text) {}
@@ -38,7 +38,7 @@ class OffWords {
 
   bool read(V3d& vector) { return read(vector.x) && read(vector.y) && read(vector.z); }
 
-  /// The rest of the line as a colour; (-1, -1, -1) where it is none: a single number is an index into a
+  /// The rest of the line as a colour; (-1, -1, -1) if it is not one: a single number is an index into a
   /// table that only some programs have.
   V3f read_colour(bool& in_bytes) {
     const Words rest(words_.begin() + static_cast<std::ptrdiff_t>(next_), words_.end());

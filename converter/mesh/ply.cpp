@@ -52,7 +52,7 @@ struct Header {
   std::size_t size = 0;  ///< bytes up to the body
 };
 
-/// Reads one line of the header; gives back what is wrong with it, or nothing.
+/// Reads one line of the header; returns the fault, or nothing.
 std::string read_header_line(const std::string& line, Header& header, bool& has_format) {
   std::istringstream words(line);
   std::string keyword;
@@ -116,14 +116,14 @@ Result<Header> header_of(const std::string& bytes, const std::string& file) {
   return header;
 }
 
-/// The numbers of the body, one after the other.
+/// Reads the numbers of the body in order.
 class Body {
  public:
   Body(std::string_view bytes, Form form) : bytes_(bytes), form_(form) {}
 
   std::size_t bytes_left() const { return bytes_.size(); }
 
-  /// False at the end of the file, and where there is no number.
+  /// False at the end of the file, and if the next word is not a number.
   bool read(Type type, double& value) {
     return form_ == Form::ascii ? read_text(value) : read_binary(type, value);
   }
@@ -141,14 +141,14 @@ class Body {
     if (bytes_.size() < type.size) return false;
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < type.size; ++i) {
-      const std::size_t at = form_ == Form::little ? type.size - 1 - i : i;
-      bits = bits << 8 | static_cast<std::uint8_t>(bytes_[at]);
+      const std::size_t byte = form_ == Form::little ? type.size - 1 - i : i;
+      bits = bits << 8 | static_cast<std::uint8_t>(bytes_[byte]);
     }
     bytes_.remove_prefix(type.size);
     if (type.kind == 'u') {
       value = static_cast<double>(bits);
     } else if (type.kind == 'i') {
-      const auto unused = 64 - 8 * type.size;  // shifted out and back in as copies of the sign
+      const auto unused = 64 - 8 * type.size;  // sign extension
       value = static_cast<double>(static_cast<std::int64_t>(bits << unused) >> unused);
     } else {
       value = type.size == 8 ? std::bit_cast<double>(bits)
@@ -161,7 +161,7 @@ class Body {
   Form form_;
 };
 
-/// Where a property goes: 0 to 2 position, 3 to 5 normal, 6 to 8 colour; -1 nowhere.
+/// The slot of a property: 0 to 2 position, 3 to 5 normal, 6 to 8 colour; -1: ignored.
 int slot_of(const std::string& name) {
   static const std::map<std::string, int> slots{{"x", 0},           {"y", 1},
                                                 {"z", 2},           {"nx", 3},
@@ -177,7 +177,7 @@ int slot_of(const std::string& name) {
 
 constexpr int first_of_colour = 6;
 
-/// The number that stands for a full colour of this type.
+/// The largest colour of this type.
 double full_scale(Type type) {
   if (type.kind == 'f') return 1;
   const auto bits = static_cast<int>(8 * type.size) - (type.kind == 'i' ? 1 : 0);
@@ -223,13 +223,14 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
       }
       if (!body.read(*property.length, number)) return false;
       if (!(number >= 0) || number > static_cast<double>(body.bytes_left())) return false;
-      const bool wanted = faces && (property.name == "vertex_indices" || property.name == "vertex_index");
+      const bool is_face_list =
+          faces && (property.name == "vertex_indices" || property.name == "vertex_index");
       std::vector<int> indices;
-      for (auto left = static_cast<std::size_t>(number); left > 0; --left) {
+      for (auto remaining = static_cast<std::size_t>(number); remaining > 0; --remaining) {
         if (!body.read(property.type, number)) return false;
-        if (wanted) indices.push_back(index_of(number));
+        if (is_face_list) indices.push_back(index_of(number));
       }
-      if (wanted) mesh.faces.push_back(std::move(indices));
+      if (is_face_list) mesh.faces.push_back(std::move(indices));
     }
     if (faces && colours) mesh.face_colours.push_back(vector_at(values, 6));
     if (!vertices) continue;
@@ -249,13 +250,13 @@ Result<RawMesh> read_ply(const std::string& bytes, const std::string& file) {
   RawMesh mesh;
   for (const Element& element : header->elements) {
     if (element.properties.empty()) continue;
-    // Each takes a byte at least: more than that can only be a damaged count.
+    // Each takes at least a byte: a larger count must be damaged.
     if (element.count > body.bytes_left() || !read_element(element, body, mesh)) {
       return fail(Code::file_damaged, file, "element " + element.name,
                   fmt::format("there are not {} of them to be read, with all they need", element.count));
     }
   }
-  // A second element "vertex" may have brought more of the one than of the other.
+  // A second element "vertex" may have other properties than the first.
   if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
   if (mesh.colours.size() != mesh.positions.size()) mesh.colours.clear();
   if (mesh.face_colours.size() != mesh.faces.size()) mesh.face_colours.clear();

@@ -1,7 +1,7 @@
-// The contents of mesh files, before a cell is made of them: OBJ, OFF, PLY and STL.
+// The contents of OBJ, OFF, PLY and STL files, before they become a cell.
 //
-// The readers are our own. Libraries for meshes build halfedges, which drop faces of meshes that are not
-// two-manifolds, and read positions in single precision, which has no digits left far from the origin.
+// The readers are our own. Mesh libraries build halfedges, which drop faces of meshes that are not
+// two-manifolds, and read single precision, which loses all digits far from the origin.
 #pragma once
 
 #include <map>
@@ -28,30 +28,29 @@ struct RawMesh {
 /// Diffuse colours of an OBJ file's materials, by name.
 using MaterialColours = std::map<std::string, V3f>;
 
-// All of these refuse files that cannot be decoded to their end (file_damaged), and OBJ and STL also
+// All readers refuse files that cannot be decoded to their end (file_damaged), those of OBJ and STL also
 // positions that are not finite in single precision (mesh_not_finite). `file` is for messages.
 
-/// Colours behind positions are linear. Normals are kept only where each vertex has one and no vertex has
-/// two. Faces have the colours of their materials, (-1, -1, -1) where `materials` lacks them.
+/// Colours after positions are linear. Normals are kept only if each vertex has exactly one. Faces have the
+/// colours of their materials, (-1, -1, -1) if `materials` lacks them.
 Result<RawMesh> read_obj(const std::string& bytes, const std::string& file, const MaterialColours& materials);
-/// The names of the material files that an OBJ text refers to.
+/// Names of the material files that an OBJ text refers to.
 std::vector<std::string> material_files(const std::string& bytes);
-/// Adds the diffuse colours (Kd) of a material file's text, as they stand.
+/// Adds the diffuse colours (Kd) of a material file, unconverted.
 void read_materials(const std::string& text, MaterialColours& colours);
 
-/// OFF as text, with colours of vertices (COFF) and faces: whole numbers are bytes, others are linear.
+/// ASCII OFF with colours of vertices (COFF) and faces: integers are bytes, others are linear.
 Result<RawMesh> read_off(const std::string& bytes, const std::string& file);
 
-/// STL as text and binary; equal corners become one vertex. Triangles of binary files have the colours in
-/// their two spare bytes, of 5 bits each. In Magics' files ("COLOR=" in the header) red comes first and the
-/// top bit says that there is no colour; in others (VisCAM, SolidView) blue comes first and the bit says that
-/// there is one.
+/// ASCII and binary STL; equal corners become one vertex. Colours of binary files have 5 bits each in the two
+/// attribute bytes. In Magics' files ("COLOR=" in the header) red comes first and the top bit says that there
+/// is no colour; in others (VisCAM, SolidView) blue comes first and the bit says that there is one.
 Result<RawMesh> read_stl(const std::string& bytes, const std::string& file);
 
 /// ASCII and binary PLY of both byte orders with any numeric types: x, y, z, nx, ny, nz, red, green, blue
 /// (also r, g, b and diffuse_*) of element "vertex", the colours and the list vertex_indices (or
-/// vertex_index) of element "face"; everything else is passed over. Colours of integer type are divided by
-/// the type's largest value and count as sRGB-coded.
+/// vertex_index) of element "face"; everything else is skipped. Colours of integer type are divided by the
+/// type's largest value and count as sRGB.
 Result<RawMesh> read_ply(const std::string& bytes, const std::string& file);
 
 }  // namespace selvedge

@@ -18,9 +18,9 @@ constexpr std::size_t header_size = 84;
 constexpr std::size_t triangle_size = 50;
 
 template <class T>
-T value_at(const std::string& bytes, std::size_t at) {
+T value_at(const std::string& bytes, std::size_t offset) {
   T value;
-  std::memcpy(&value, bytes.data() + at, sizeof value);
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
   return value;
 }
 
@@ -28,13 +28,13 @@ std::size_t triangles_said(const std::string& bytes) {
   return bytes.size() < header_size ? 0 : value_at<std::uint32_t>(bytes, header_size - 4);
 }
 
-/// A binary STL says its size; texts begin with "solid", but so do the headers of some binary ones.
+/// A binary STL states its size; "solid" begins texts, but also the headers of some binary files.
 bool is_binary(const std::string& bytes) {
   return !bytes.starts_with("solid") ||
          (bytes.size() >= header_size && bytes.size() == header_size + triangle_size * triangles_said(bytes));
 }
 
-/// Gives equal positions one vertex.
+/// Merges equal positions into one vertex.
 class Welder {
  public:
   explicit Welder(std::vector<V3d>& positions) : positions_(positions) {}
@@ -81,9 +81,9 @@ Result<RawMesh> read_binary(const std::string& bytes, const std::string& file) {
   Welder welder(mesh.positions);
   bool any_colour = false;
   for (std::size_t t = 0; t < count; ++t) {
-    const std::size_t at = header_size + t * triangle_size;
+    const std::size_t offset = header_size + t * triangle_size;
     std::vector<int> face;
-    for (const auto& [x, y, z] : value_at<std::array<std::array<float, 3>, 3>>(bytes, at + 12)) {
+    for (const auto& [x, y, z] : value_at<std::array<std::array<float, 3>, 3>>(bytes, offset + 12)) {
       const V3f corner(x, y, z);
       if (!std::isfinite(corner.x + corner.y + corner.z)) {
         return fail(Code::mesh_not_finite, file, fmt::format("triangle {}", t),
@@ -92,7 +92,7 @@ Result<RawMesh> read_binary(const std::string& bytes, const std::string& file) {
       face.push_back(welder.index(V3d(corner) + V3d(0)));  // -0 and 0 become the same bits
     }
     mesh.faces.push_back(std::move(face));
-    const auto bits = value_at<std::uint16_t>(bytes, at + 48);
+    const auto bits = value_at<std::uint16_t>(bytes, offset + 48);
     const V3f low_first(static_cast<float>(bits & 31), static_cast<float>(bits >> 5 & 31),
                         static_cast<float>(bits >> 10 & 31));
     const bool coloured = (bits >> 15 == 1) != magics;

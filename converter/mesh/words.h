@@ -1,4 +1,4 @@
-// Lines, words and numbers of mesh files that are texts.
+// Splits the text of mesh files into lines, words and numbers.
 #pragma once
 
 #include <string>
@@ -12,11 +12,10 @@ namespace selvedge {
 
 using Words = std::vector<std::string_view>;
 
-/// The words of a line, separated by blanks, tabs and the like.
+/// Splits a line at white space.
 void split_words(std::string_view line, Words& words);
 
-/// Calls use(words, number) for each line that has words, numbers counted from 1, until it gives back an
-/// error.
+/// Calls use(words, number) for each line that is not blank, where `number` counts from 1, until an error.
 template <class Use>
 Result<void> for_each_line(std::string_view text, const Use& use) {
   Words words;
@@ -30,13 +29,13 @@ Result<void> for_each_line(std::string_view text, const Use& use) {
   return {};
 }
 
-/// From the second word of a line to its end.
+/// The line from its second word on.
 std::string_view rest_of(const Words& words);
 
-/// False where the whole word is no number; beyond double: infinite or 0.
+/// False unless the whole word is a number. Numbers out of range become infinite or 0.
 bool to_number(std::string_view word, double& value);
 
-/// The numbers from words[first] on. Refuses fewer than three (file_damaged) and positions that are not
+/// The three numbers from words[first] on. Refuses fewer than three (file_damaged) and positions that are not
 /// finite in single precision (mesh_not_finite); `number` is the line's.
 Result<V3d> position_at(const Words& words, std::size_t first, const std::string& file, int number);
 

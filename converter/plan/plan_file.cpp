@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
-/// Not negative; null is infinite.
+/// A number >= 0; null stands for infinity.
 std::optional<double> length_of(const nlohmann::json& value) {
   if (value.is_null()) return HUGE_VAL;
   if (!value.is_number()) return std::nullopt;
@@ -29,20 +29,20 @@ Result<TexelDemand> demand_of(const std::string& path, const std::string& place,
   const auto found = material.find("pixelMm");
   if (found == material.end() || !found->is_array() || found->size() != 2)
     return fail(Code::json_malformed, path, place + "/pixelMm", "is not an array of two lengths");
-  const auto least = length_of((*found)[0]);
-  const auto most = length_of((*found)[1]);
-  if (!least || !most)
+  const auto min_mm = length_of((*found)[0]);
+  const auto max_mm = length_of((*found)[1]);
+  if (!min_mm || !max_mm)
     return fail(Code::json_malformed, path, place + "/pixelMm", "is not an array of two lengths");
-  const bool is_unseen = std::isinf(*least);
-  if (*least > *most && !(is_unseen && *most == 0))
-    return fail(Code::json_malformed, path, place + "/pixelMm", "has more at least than at most");
+  const bool is_unseen = std::isinf(*min_mm);
+  if (*min_mm > *max_mm && !(is_unseen && *max_mm == 0))
+    return fail(Code::json_malformed, path, place + "/pixelMm", "has a minimum above its maximum");
   const auto seen = material.find("seen");
   if (seen != material.end() && (!seen->is_boolean() || seen->get<bool>() == is_unseen))
     return fail(Code::json_malformed, path, place + "/seen", "does not go with pixelMm");
-  return TexelDemand{*least, *most, bias};
+  return TexelDemand{*min_mm, *max_mm, bias};
 }
 
-/// Levels do not count for what is made; a file that has impossible ones is no plan.
+/// Levels are not used, but impossible ones show that the file is not a plan.
 Result<void> check_levels(const std::string& path, const std::string& place, const nlohmann::json& material) {
   const auto levels = material.find("levels");
   if (levels == material.end()) return {};
@@ -57,7 +57,7 @@ Result<void> check_levels(const std::string& path, const std::string& place, con
   return {};
 }
 
-/// All that was asked for and changes the plan, and nothing that has no meaning beside it.
+/// Exactly the options that the plan depends on.
 Json sight_json(const PlanOptions& o) {
   const CameraOptions& camera = o.camera;
   Json sight = Json::object();
@@ -78,7 +78,7 @@ Json sight_json(const PlanOptions& o) {
   if (single || o.distances) {
     const bool perspective = camera.projection == Projection::perspective;
     sight["projection"] = perspective ? "perspective" : "parallel";
-    // A parallel camera that shows everything has none.
+    // A parallel camera that shows everything has no distance.
     if (perspective || camera.distance || o.distances) sight["fov"] = camera.field_of_view;
   }
   sight["zoom"] = camera.zoom;
@@ -86,11 +86,12 @@ Json sight_json(const PlanOptions& o) {
   return sight;
 }
 
-bool is_meant(const nlohmann::json& material, const std::string& wanted) {
+bool matches(const nlohmann::json& material, const std::string& selector) {
   const auto name = material.find("name");
-  if (name != material.end() && name->is_string() && name->get<std::string>() == wanted) return true;
+  if (name != material.end() && name->is_string() && name->get<std::string>() == selector) return true;
   const auto index = material.find("index");
-  return index != material.end() && index->is_number_integer() && fmt::format("#{}", index->dump()) == wanted;
+  return index != material.end() && index->is_number_integer() &&
+         fmt::format("#{}", index->dump()) == selector;
 }
 
 }  // namespace
@@ -156,7 +157,7 @@ Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::st
     if (!material.is_object()) return fail(Code::json_malformed, path, place, "is not an object");
     bool meant = materials.empty();
     for (std::size_t k = 0; k < materials.size(); ++k) {
-      if (!is_meant(material, materials[k])) continue;
+      if (!matches(material, materials[k])) continue;
       meant = found[k] = true;
     }
     if (!meant) continue;

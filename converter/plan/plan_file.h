@@ -1,4 +1,4 @@
-// A plan as JSON and back (docs/plan.md).
+// Writes a plan as JSON and reads it back (docs/plan.md).
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,9 +11,9 @@ namespace selvedge {
 
 nlohmann::ordered_json plan_json(const ScenePlan& plan);
 
-/// The levels that materials of a plan file need together: all materials where `materials` is empty, else
-/// those of a name, or "#index". No finer level than the last where no frame sees any of them (min_mm is
-/// infinite). JSON_MALFORMED, also of members that contradict each other; MATERIAL_MISSING.
+/// The joint demand of materials of a plan file: of all if `materials` is empty, else of those with these
+/// names or "#index". If no frame sees any of them, only the coarsest level is needed (min_mm is infinite).
+/// Errors: JSON_MALFORMED, also if members contradict each other; MATERIAL_MISSING.
 Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::string>& materials);
 
 }  // namespace selvedge

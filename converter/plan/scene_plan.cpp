@@ -38,16 +38,16 @@ Result<std::vector<Viewpoints>> viewpoints_of(const Scene& scene, const PlanOpti
 std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoints>& viewpoints,
                                   const PlanOptions& options, const std::vector<V2d>& units) {
   std::vector<PixelCover> covers(scene.materials.size());
-  for (const Viewpoints& from : viewpoints) {
-    const auto some =
-        pixel_covers(scene, from, options.size.y * options.supersample, options.levels.taps, units);
-    for (std::size_t i = 0; i < covers.size(); ++i) covers[i] |= some[i];
+  for (const Viewpoints& viewpoint : viewpoints) {
+    const auto partial =
+        pixel_covers(scene, viewpoint, options.size.y * options.supersample, options.levels.taps, units);
+    for (std::size_t i = 0; i < covers.size(); ++i) covers[i] |= partial[i];
   }
   return covers;
 }
 
-/// Whether some texel of these levels of the file may let something through. Between slabs of yarn a slanted
-/// ray finds its way where none does from above: they count as open.
+/// Whether some texel of these levels may have holes. Slabs count as open, because slanted rays may pass
+/// between them where vertical ones do not.
 Result<bool> has_openings(FabricReader& reader, const LevelRange& levels) {
   for (int k = levels.first; k <= levels.last; ++k) {
     const auto level = reader.read_level(k, {LayerKind::opacity, LayerKind::heights});
@@ -105,9 +105,8 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
   ScenePlan plan{path, options, {}};
   std::vector<int> seen;
   for (const int index : with_fabric) {
-    const auto i = static_cast<std::size_t>(index);
-    const SceneMaterial& material = scene->materials[i];
-    const auto number = static_cast<std::size_t>(material.fabric->fabric);
+    const SceneMaterial& material = scene->materials[index];
+    const int number = material.fabric->fabric;
     FabricReader& reader = readers[number];
     const FabricHeader& header = reader.header();
     MaterialPlan entry;
@@ -117,11 +116,11 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     entry.mm_per_repeat = V2d(header.period_mm);
     entry.texels = whole_texels(header);
     entry.whole_levels = whole_levels(header);
-    entry.levels = levels_asked(in_texels[i], options.levels, entry.whole_levels);
-    entry.demand = {in_mm[i].min_size, in_mm[i].max_size, static_cast<double>(options.levels.bias)};
-    entry.seen = in_texels[i].fronts || in_texels[i].backs;
-    entry.fronts = in_texels[i].fronts;
-    entry.backs = in_texels[i].backs;
+    entry.levels = levels_asked(in_texels[index], options.levels, entry.whole_levels);
+    entry.demand = {in_mm[index].min_size, in_mm[index].max_size, static_cast<double>(options.levels.bias)};
+    entry.seen = in_texels[index].fronts || in_texels[index].backs;
+    entry.fronts = in_texels[index].fronts;
+    entry.backs = in_texels[index].backs;
     if (entry.seen) entry.lacking = lacking_levels(header, entry.levels);
     if (entry.seen) seen.push_back(index);
     if (entry.seen && material.alpha_mode != AlphaMode::opaque) {
@@ -134,7 +133,7 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
     }
     plan.materials.push_back(std::move(entry));
   }
-  // Materials without a fabric are not examined: they may be seen.
+  // Materials without a fabric are not examined: all of them may be seen.
   for (std::size_t i = 0; i < scene->materials.size(); ++i) {
     if (!scene->materials[i].fabric) seen.push_back(static_cast<int>(i));
   }

@@ -1,6 +1,6 @@
-// Plan: what a scene requires of its fabrics, worked out without drawing it: which levels any pixel can ask
-// for, how fine their texels need to be, whether backs and holes can be seen (docs/plan.md). Never too
-// little: surfaces that hide each other are taken to be seen.
+// Plans a scene without drawing it: which levels of its fabrics the pixels can ask for, how fine their texels
+// need to be, and whether backs and holes can be seen (docs/plan.md). The plan is conservative: surfaces
+// count as seen even where others hide them.
 #pragma once
 
 #include <optional>
@@ -15,11 +15,11 @@
 
 namespace selvedge {
 
-/// The frames that will be drawn.
+/// The frames that are planned for.
 struct PlanOptions {
   SceneChoice choice;
-  std::vector<std::string> cameras;  ///< of the file, by name or number; all of them count
-  /// From nearest to farthest (m) all around (level_bounds.h), instead of one camera that `camera` makes.
+  std::vector<std::string> cameras;  ///< of the file, by name or number; the plan covers all
+  /// Nearest and farthest distance (m) of cameras all around (level_bounds.h), instead of `camera`.
   std::optional<V2d> distances;
   CameraOptions camera;
   V2i size{800, 600};  ///< of the frame, pixels
@@ -33,14 +33,14 @@ struct MaterialPlan {
   std::string fabric;
   V2d mm_per_repeat{1, 1};
   V2i texels{1, 1};       ///< of level 0 of the whole fabric
-  int whole_levels = 1;   ///< of it, as far as the file says
-  LackingLevels lacking;  ///< what of `levels` the fabric's file does not have
+  int whole_levels = 1;   ///< number of its levels, as far as the file says
+  LackingLevels lacking;  ///< the part of `levels` that the fabric's file lacks
   bool seen = false;
-  LevelRange levels;  ///< of the whole fabric; where it is not seen, the coarsest alone
+  LevelRange levels;  ///< of the whole fabric; the coarsest alone if it is not seen
   TexelDemand demand;
   bool fronts = false;
   bool backs = false;
-  bool holes = false;  ///< some texel of these levels lets something through, and the material lets it count
+  bool holes = false;  ///< some texel of these levels has holes, and the material's alpha mode shows them
   std::vector<int> behind;  ///< materials that may show through: all that are seen; the background always may
 };
 
@@ -50,9 +50,9 @@ struct ScenePlan {
   std::vector<MaterialPlan> materials;  ///< those with a fabric
 };
 
-/// Reads a .gltf or .glb and of its fabrics the headers and opacities. Errors are those of read_scene() and
-/// of FabricReader; GARMENT_EMPTY; MATERIAL_MISSING where no material has a fabric; OPTION_OUT_OF_RANGE for
-/// sizes and cameras.
+/// Reads a .gltf or .glb, and the headers and opacities of its fabrics. Errors: those of read_scene() and
+/// FabricReader; GARMENT_EMPTY; MATERIAL_MISSING if no material has a fabric; OPTION_OUT_OF_RANGE for sizes
+/// and cameras.
 Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options);
 
 }  // namespace selvedge

@@ -1,5 +1,4 @@
-// The held-out directions that settings are compared by: finer than the fabrics, under light that bounces
-// without end, and from another seed than theirs.
+// Held-out pairs that compare settings: finer than the fabrics, with unlimited bounces, and of another seed.
 #pragma once
 
 #include <string>
@@ -14,13 +13,13 @@ struct HeldOutOptions {
   int samples = 32;  ///< rays per texel and pair, even
 };
 
-/// Bakes them to a samples file. Of `base` the seed, the ground, the plane of the texels and whether the bake
-/// is resumable count. `name` stands for the mesh in messages.
+/// Bakes the pairs to a samples file. Only seed, ground, reference plane and `resumable` of `base` are used.
+/// `name` stands for the mesh in messages.
 Result<PairSamples> bake_held_out(const CellMesh& mesh, const std::string& name,
                                   const HeldOutOptions& options, const BakeOptions& base,
                                   const std::string& output);
 
-/// The pairs of such a file, if it is there, whole, and has those that the options ask for.
+/// The pairs of a samples file, if it exists, is complete, and matches the options.
 std::optional<PairSamples> read_held_out(const std::string& path, const HeldOutOptions& options);
 
 }  // namespace selvedge

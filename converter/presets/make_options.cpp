@@ -61,7 +61,7 @@ bool set_whole(const Json& value, int low, int high, int& knob) {
 
 struct Knob {
   const char* name;
-  bool (*set)(const Json& value, MakeOptions& options);  ///< false where the knob has no such value
+  bool (*set)(const Json& value, MakeOptions& options);  ///< false if the value is not allowed
   Json (*get)(const MakeOptions& options);
 };
 
@@ -131,7 +131,7 @@ bool has_budget(const Json& knobs) {
   return layers != layers_values.end() && layers->budget;
 }
 
-/// The points of a grid, as objects of knobs until they are complete.
+/// Collects the points of a grid as objects of knobs.
 class Grid {
  public:
   explicit Grid(std::string file) : file_(std::move(file)) {}
@@ -155,7 +155,7 @@ class Grid {
   std::vector<MakeOptions> points;
 
  private:
-  /// Lays knobs over those of a point.
+  /// Overrides knobs of a point.
   Result<void> set(const Json& knobs, const std::string& place, Json& point) const {
     MakeOptions unused;
     if (auto ok = set_knobs(knobs, file_, place, unused); !ok) return ok;
@@ -169,7 +169,7 @@ class Grid {
     return {};
   }
 
-  /// `varied`: the centre may be there again.
+  /// `varied`: the point may repeat the centre.
   Result<void> add(const Json& point, const std::string& place, bool varied = false) {
     MakeOptions options;
     if (auto ok = set_knobs(point, file_, place, options); !ok) return ok;
@@ -229,7 +229,7 @@ class Grid {
     for (const MakeOptions& point : points) {
       int size = largest;
       while (size > point.bake.width && size % 2 == 0) size /= 2;
-      // The finest size has the held-out pairs, which are pooled for the others.
+      // The held-out pairs are baked at the finest size and pooled for the others.
       if (size != point.bake.width)
         return refusal(file_, "",
                        fmt::format("texels of the point {}: {} is not {} halved", settings_name(point),

@@ -1,5 +1,4 @@
-// Named settings of a make that are worth their cost, and the measured table that they are rows of
-// (docs/trade.md).
+// Presets: named settings of a make, which are rows of a table of measured settings (docs/trade.md).
 #pragma once
 
 #include <array>
@@ -16,8 +15,7 @@ struct Preset {
   std::string_view knobs;  ///< JSON
 };
 
-/// No other row of the measured table beats one of them in bytes, seconds and pictures together:
-/// tests/bench/quality.
+/// No row of the measured table is better in bytes, seconds and pictures together (tests/bench/quality).
 inline constexpr std::array<Preset, 4> presets{
     {{"draft", R"({"texels": 8, "directions": 36, "samples": 2, "lobes": 1, "storage": "half"})"},
      {"standard", R"({"texels": 16, "samples": 2, "layers": "products", "budget": 32768})"},
@@ -33,12 +31,12 @@ std::optional<MakeOptions> preset_named(std::string_view name);
 struct MeasuredSetting {
   std::string_view knobs;  ///< JSON
   double bytes = 0;
-  double seconds = 0;   ///< of the processor, all cores together, to bake and fit
-  double held_out = 0;  ///< dB, held-out pairs at 64 x 64 texels as compare_with_finer() has it
-  double pictures = 0;  ///< dB, of four swatches against the traced stitch
+  double seconds = 0;   ///< processor time of bake and fit, summed over cores
+  double held_out = 0;  ///< PSNR of held-out pairs at 64 x 64 texels by compare_with_finer(), dB
+  double pictures = 0;  ///< PSNR of four swatches against the truth, dB
 };
 
-/// The committed grid. tests/bench/trade writes presets_table.cpp.
+/// The table presets_table.cpp, which tests/bench/trade writes.
 std::span<const MeasuredSetting> measured_settings();
 
 }  // namespace selvedge

@@ -7,8 +7,8 @@
 namespace selvedge {
 namespace {
 
-/// The less, the better, the first number before the second and so on: octaves of cost too many, decibels
-/// missing, and then what is preferred among settings that are as near to the limits.
+/// Rank of a setting, compared lexicographically, less is better: octaves of cost too many, decibels missing,
+/// then the preference among settings that are equally near to the limits.
 std::array<double, 4> rank_of(const MakeLimits& limits, const MakeFigures& f) {
   double octaves = 0;
   if (limits.bytes) octaves = std::log2(f.bytes / static_cast<double>(*limits.bytes));
@@ -18,7 +18,7 @@ std::array<double, 4> rank_of(const MakeLimits& limits, const MakeFigures& f) {
   return {octaves, std::max(0.0, *limits.held_out - f.held_out), f.seconds, f.bytes};
 }
 
-/// How a stitch and a machine differ from the means of the table.
+/// Correction of the table's means for a stitch and a machine.
 struct Correction {
   double bytes = 1;  ///< of settings without a budget
   double seconds = 1;
@@ -29,7 +29,7 @@ MakeFigures corrected(const MeasuredSetting& row, bool has_budget, const Correct
   return {row.bytes * (has_budget ? 1 : c.bytes), row.seconds * c.seconds, row.held_out + c.held_out};
 }
 
-/// The row as it is made within the limits.
+/// The row's options within the limits.
 TriedSetting setting_of(const MeasuredSetting& row, const MakeLimits& limits, const MakeOptions& base,
                         const Correction& correction) {
   TriedSetting setting{with_knobs(row.knobs, base), {}, {}};

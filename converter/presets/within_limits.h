@@ -1,5 +1,5 @@
-// Makes a fabric within limits of bytes, quality and time: a measured setting is looked up, made, and
-// corrected once.
+// Makes a fabric within limits of bytes, quality and time: looks up a measured setting, makes it, and
+// corrects it once.
 #pragma once
 
 #include <functional>
@@ -11,11 +11,11 @@
 
 namespace selvedge {
 
-/// All that are given have to be met.
+/// Limits of a make. All that are set have to be met.
 struct MakeLimits {
   std::optional<std::uint64_t> bytes;  ///< of the file, at most
-  std::optional<double> held_out;      ///< dB, at least, as MeasuredSetting has it
-  std::optional<double> seconds;       ///< by the clock, to bake and fit, at most
+  std::optional<double> held_out;      ///< dB, at least, as in MeasuredSetting
+  std::optional<double> seconds;       ///< elapsed time of bake and fit, at most
   bool any() const { return bytes || held_out || seconds; }
 };
 
@@ -36,23 +36,22 @@ struct TriedSetting {
 
 struct WithinLimits {
   std::vector<TriedSetting> tried;  ///< one or two
-  std::size_t nearest = 0;          ///< index into `tried`: the one that meets the limits or lacks the least
+  std::size_t nearest = 0;          ///< index into `tried`: meets the limits, or comes nearest to them
   bool met = false;
 };
 
-/// Looks up a row of `table` (not empty) and makes it. If it does not meet the limits, the table is corrected
-/// by what came out (decibels by a difference; seconds, and bytes of settings without a budget, by a factor)
-/// and the row that is then the best is made. There is no third try.
+/// Makes the best row of `table` (not empty). If it misses the limits, the table is corrected by its figures
+/// (decibels by a difference; seconds, and bytes of settings without a budget, by a factor) and the row that
+/// is best then is made. There is no third try.
 ///
 /// With a limit of quality the best row is the cheapest in time, then in bytes, that meets all limits;
-/// without it the row with most decibels. Where no row does, limits of cost go first: the row with the fewest
-/// octaves of bytes or seconds too many, whichever are more, then with the fewest decibels missing. A row
-/// that chooses its layers within a budget is made within the limit of bytes where its own budget is larger
-/// or its decibels are wanted.
+/// without it the row with most decibels. If no row meets them, cost comes first: the row with the smallest
+/// excess in octaves (the larger one of bytes and seconds), then with the fewest decibels missing. The limit
+/// of bytes replaces the budget of a row, unless that is smaller and meets a limit of quality.
 ///
-/// Rows of fewer than `min_texels` a side do not count; seconds of the table are divided by `threads`. `base`
-/// has the options that are no knobs. `make` makes a setting; its errors end the search, also that of a
-/// budget that no fabric is small enough for.
+/// Rows with fewer than `min_texels` per side are ignored; seconds of the table are divided by `threads`.
+/// `base` has the options that are not knobs. `make` makes a setting; its errors end the search, also that of
+/// a budget too small for any fabric.
 Result<WithinLimits> make_within(std::span<const MeasuredSetting> table, const MakeLimits& limits,
                                  const MakeOptions& base, int min_texels, int threads,
                                  const std::function<Result<MakeFigures>(const MakeOptions&)>& make);

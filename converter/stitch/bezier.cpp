@@ -10,8 +10,8 @@ constexpr int max_depth = 16;
 
 void split(const BezierSegment& segment, double t0, double t1, int depth, double max_length, double max_sag,
            std::vector<CurveSpan>& spans) {
-  // The curve lies in the hull of its control points, and distance to a chord is convex: the inner control
-  // points bound it.
+  // The curve lies in the convex hull of its control points, and distance to a chord is convex: the inner
+  // control points bound it.
   const double sag = std::max(chord_distance(segment[1], segment[0], segment[3]),
                               chord_distance(segment[2], segment[0], segment[3]));
   if (depth >= max_depth || (sag <= max_sag && polygon_length(segment) <= max_length)) {

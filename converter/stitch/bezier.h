@@ -17,7 +17,7 @@ V3d derivative_at(const BezierSegment& segment, double t);
 /// Sum of the control polygon's sides: an upper bound of the curve's length.
 double polygon_length(const BezierSegment& segment);
 
-/// The part t0 <= t <= t1 of a segment, and its chord. No point of it is further than `sag` from the chord.
+/// The part t0 <= t <= t1 of a segment, and its chord. All points of it lie within `sag` of the chord.
 struct CurveSpan {
   double t0 = 0;
   double t1 = 1;
@@ -33,8 +33,8 @@ std::vector<CurveSpan> spans_of(const BezierSegment& segment, double max_length,
 /// Distance from `point` to the straight line from `a` to `b` (both ends included).
 double chord_distance(const V3d& point, const V3d& a, const V3d& b);
 
-/// The parameter in [t0, t1] whose point is nearest to `point`, to the last bits of a double. Exact where the
-/// span bends little (as those of spans_of do) and `point` is nearer than the span's centre of curvature.
+/// The parameter in [t0, t1] whose point is nearest to `point`, to the last bits of a double. Exact if the
+/// span bends little (as those of spans_of do) and `point` is nearer than its centre of curvature.
 double nearest_parameter(const BezierSegment& segment, double t0, double t1, const V3d& point);
 
 }  // namespace selvedge

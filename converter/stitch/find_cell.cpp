@@ -12,7 +12,7 @@ bool is_stitch(const std::string& name_or_path) {
   const auto infos = built_in_stitches();
   const bool built_in = std::any_of(infos.begin(), infos.end(),
                                     [&](const StitchInfo& info) { return info.name == name_or_path; });
-  // A path without an ending was meant as a name: its error lists the names.
+  // Without an ending it must be a name: the error of find_stitch() lists the names.
   return built_in || std::filesystem::path(name_or_path).extension().empty() ||
          has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif");
 }

@@ -1,5 +1,5 @@
-// Where a cell's mesh comes from: a built-in stitch, a stitch description, a weaving draft, or somebody
-// else's mesh.
+// Finds or makes a cell's mesh: from a built-in stitch, a stitch description, a weaving draft, or a mesh
+// file.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@
 namespace selvedge {
 
 struct CellOptions {
-  MeshOptions mesh;          ///< counts for stitches
-  MeshImportOptions import;  ///< counts for mesh files; a period given for a stitch is refused
+  MeshOptions mesh;          ///< used for stitches
+  MeshImportOptions import;  ///< used for mesh files; a period for a stitch is refused
   StitchSettings settings;   ///< of a stitch's parameters; refused for mesh files
 };
 
 struct Cell {
   CellMesh mesh;
-  std::optional<FoundStitch> stitch;   ///< what a mesh was made of
+  std::optional<FoundStitch> stitch;   ///< of which the mesh was made
   std::optional<MeshChoices> choices;  ///< of a mesh file
 };
 

@@ -9,11 +9,11 @@
 namespace selvedge {
 namespace {
 
-/// Spans short and straight enough, in radii, for one nearest point each and for tight bounds.
+/// Length and sag of spans, in radii, that allow one nearest point each and tight bounds.
 constexpr double span_length_radii = 0.5;
 constexpr double span_sag_radii = 0.02;
 
-/// Stated limits: 200 MB of index at most.
+/// Limits of the index, about 200 MB.
 constexpr double max_pieces = 1e6;
 constexpr std::size_t max_entries = 1 << 24;
 constexpr int max_bins_per_axis = 96;
@@ -56,7 +56,7 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
   surface.period_ = pattern.period_mm;
   surface.reach_ = reach;
   surface.cut(pattern);
-  // Bins much smaller than the reach would hold the same pieces over and over.
+  // Bins much smaller than the reach would repeat the same pieces.
   if (!surface.index(std::max(0.5 * min_radius, 0.25 * reach))) {
     return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
   }
@@ -87,33 +87,33 @@ template <class Visit>
 bool ImplicitSurface::for_each_entry(std::size_t p, const Visit& visit) const {
   const CurveSpan& span = pieces_[p].span;
   const double half_diagonal = 0.5 * bin_size_.length() * (1 + 1e-9);
-  const double near = pieces_[p].radius + reach_ + span.sag;
-  V3d least;
-  V3d most;
+  const double margin = pieces_[p].radius + reach_ + span.sag;
+  V3d low;
+  V3d high;
   for (int i = 0; i < 3; ++i) {
-    least[i] = std::min(span.start[i], span.end[i]) - near;
-    most[i] = std::max(span.start[i], span.end[i]) + near;
+    low[i] = std::min(span.start[i], span.end[i]) - margin;
+    high[i] = std::max(span.start[i], span.end[i]) + margin;
   }
-  const auto [z0, z1] = bins_touched(least.z - low_, most.z - low_, bin_size_.z, bins_.z);
-  const int last_x = -static_cast<int>(std::floor(least.x / period_.x));
-  const int last_y = -static_cast<int>(std::floor(least.y / period_.y));
-  for (int sy = -static_cast<int>(std::floor(most.y / period_.y)); sy <= last_y; ++sy) {
-    for (int sx = -static_cast<int>(std::floor(most.x / period_.x)); sx <= last_x; ++sx) {
+  const auto [z0, z1] = bins_touched(low.z - low_, high.z - low_, bin_size_.z, bins_.z);
+  const int last_x = -static_cast<int>(std::floor(low.x / period_.x));
+  const int last_y = -static_cast<int>(std::floor(low.y / period_.y));
+  for (int sy = -static_cast<int>(std::floor(high.y / period_.y)); sy <= last_y; ++sy) {
+    for (int sx = -static_cast<int>(std::floor(high.x / period_.x)); sx <= last_x; ++sx) {
       const V3d shift(sx * period_.x, sy * period_.y, 0);
-      const auto [x0, x1] = bins_touched(least.x + shift.x, most.x + shift.x, bin_size_.x, bins_.x);
-      const auto [y0, y1] = bins_touched(least.y + shift.y, most.y + shift.y, bin_size_.y, bins_.y);
+      const auto [x0, x1] = bins_touched(low.x + shift.x, high.x + shift.x, bin_size_.x, bins_.x);
+      const auto [y0, y1] = bins_touched(low.y + shift.y, high.y + shift.y, bin_size_.y, bins_.y);
       const Entry entry{static_cast<std::int32_t>(p), static_cast<std::int16_t>(sx),
                         static_cast<std::int16_t>(sy)};
       for (int z = z0; z <= z1; ++z) {
-        // Bins at the bottom and the top stand for all that lies beyond them.
+        // Bins at the bottom and the top extend to infinity.
         const bool outermost = z == 0 || z == bins_.z - 1;
         for (int y = y0; y <= y1; ++y) {
           for (int x = x0; x <= x1; ++x) {
             const V3d centre((x + 0.5) * bin_size_.x, (y + 0.5) * bin_size_.y,
                              (z + 0.5) * bin_size_.z + low_);
             const double distance = chord_distance(centre, span.start + shift, span.end + shift);
-            if (!outermost && distance > near + half_diagonal) continue;
-            if (!visit(static_cast<std::size_t>((z * bins_.y + y) * bins_.x + x), entry)) return false;
+            if (!outermost && distance > margin + half_diagonal) continue;
+            if (!visit((z * bins_.y + y) * bins_.x + x, entry)) return false;
           }
         }
       }
@@ -157,7 +157,7 @@ std::size_t ImplicitSurface::bin_of(const V3d& wrapped) const {
   const int x = bins_touched(wrapped.x, wrapped.x, bin_size_.x, bins_.x).first;
   const int y = bins_touched(wrapped.y, wrapped.y, bin_size_.y, bins_.y).first;
   const int z = bins_touched(wrapped.z - low_, wrapped.z - low_, bin_size_.z, bins_.z).first;
-  return static_cast<std::size_t>((z * bins_.y + y) * bins_.x + x);
+  return (z * bins_.y + y) * bins_.x + x;
 }
 
 SurfaceSample ImplicitSurface::sample(const V3d& point) const {
@@ -191,7 +191,7 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
 Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file) {
   double largest = 0;
   for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, yarn.radius_mm);
-  // From a centre line, so one radius more is needed.
+  // The reach counts from a centre line, so it is one radius larger.
   auto built = ImplicitSurface::build(pattern, 2 * largest, file);
   if (!built) return tl::unexpected(built.error());
   const ImplicitSurface& surface = *built;
@@ -221,13 +221,13 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
   };
 
   constexpr int steps = 8;  // points per piece: 1/16 of a radius apart
-  double least = largest;
+  double smallest = largest;
   for (const ImplicitSurface::Piece& a : surface.pieces_) {
     for (int step = 0; step < steps; ++step) {
       const double ta = a.span.t0 + (a.span.t1 - a.span.t0) * (step + 0.5) / steps;
       const V3d point = point_at(a.segment, ta);
       const V3d wrapped = surface.wrap(point);
-      const V2i home(static_cast<int>(std::lround((point.x - wrapped.x) / surface.period_.x)),
+      const V2i cell(static_cast<int>(std::lround((point.x - wrapped.x) / surface.period_.x)),
                      static_cast<int>(std::lround((point.y - wrapped.y) / surface.period_.y)));
       const std::size_t bin = surface.bin_of(wrapped);
       for (std::uint32_t e = surface.bin_start_[bin]; e < surface.bin_start_[bin + 1]; ++e) {
@@ -236,14 +236,14 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
         const V3d local =
             wrapped - V3d(entry.shift_x * surface.period_.x, entry.shift_y * surface.period_.y, 0);
         const double radii = a.radius + b.radius;
-        if (chord_distance(local, b.span.start, b.span.end) - b.span.sag - radii >= least) continue;
+        if (chord_distance(local, b.span.start, b.span.end) - b.span.sag - radii >= smallest) continue;
         const double tb = nearest_parameter(b.segment, b.span.t0, b.span.t1, local);
-        if (adjacent(a, ta, b, tb, V2i(entry.shift_x, entry.shift_y) + home)) continue;
-        least = std::min(least, (local - point_at(b.segment, tb)).length() - radii);
+        if (adjacent(a, ta, b, tb, V2i(entry.shift_x, entry.shift_y) + cell)) continue;
+        smallest = std::min(smallest, (local - point_at(b.segment, tb)).length() - radii);
       }
     }
   }
-  return least;
+  return smallest;
 }
 
 }  // namespace selvedge

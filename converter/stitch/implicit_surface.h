@@ -1,7 +1,7 @@
 // The surface of a stitch's yarns as an implicit function (Daubert et al. 2001, section 4: implicit surfaces
 // around skeletons of Bézier curves).
 //
-//   f(p) = least over all yarns and their copies of ( distance from p to the yarn's curve - its radius )
+//   f(p) = minimum over all yarns and their copies of ( distance from p to the yarn's curve - its radius )
 //
 // in millimetres, negative inside. The distance is to the cubic curve itself, not to a polyline.
 #pragma once
@@ -13,7 +13,7 @@
 
 namespace selvedge {
 
-/// The function at one point, and the yarn that decides it.
+/// The function at one point, and the nearest yarn.
 struct SurfaceSample {
   double distance = 0;    ///< f, mm
   V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach
@@ -23,16 +23,16 @@ struct SurfaceSample {
 
 class ImplicitSurface {
  public:
-  /// Precondition: validate(pattern) holds. f is exact below `reach` mm and equal to `reach` further out.
-  /// Refuses (mesh_invalid) a pattern whose yarns are so long and thin that their index would not fit the
-  /// stated limit. `file` is for that message.
+  /// Precondition: validate(pattern) holds. f is exact below `reach` mm and `reach` beyond. Refuses
+  /// (mesh_invalid) yarns so long and thin that their index exceeds its limit of memory; `file` is for the
+  /// message.
   static Result<ImplicitSurface> build(const StitchPattern& pattern, double reach, const std::string& file);
 
-  /// f at any finite point; periodic in x and y. The same point gives the same bits.
+  /// f at any finite point; periodic in x and y, deterministic to the bit.
   double distance(const V3d& point) const { return sample(point).distance; }
   SurfaceSample sample(const V3d& point) const;
 
-  /// Lowest and highest z of the surface, mm, or a little beyond.
+  /// Conservative lowest and highest z of the surface, mm.
   double low() const { return low_; }
   double high() const { return high_; }
 
@@ -51,11 +51,11 @@ class ImplicitSurface {
     std::int16_t shift_x, shift_y;  ///< the copy, in periods
   };
 
-  /// Yarns into pieces, and the bounds of z.
+  /// Cuts yarns into pieces and finds the bounds of z.
   void cut(const StitchPattern& pattern);
-  /// Fills the bins, about `size` mm wide; false where the limit is exceeded.
+  /// Fills the bins, about `size` mm wide; false if the limit of memory is exceeded.
   bool index(double size);
-  /// Calls visit(bin, entry) for every bin of the cell that a copy of a piece comes near to, until it is
+  /// Calls visit(bin, entry) for every bin of the cell within reach of a copy of a piece, until it returns
   /// false.
   template <class Visit>
   bool for_each_entry(std::size_t piece, const Visit& visit) const;
@@ -74,12 +74,11 @@ class ImplicitSurface {
   std::vector<double> yarn_length_;
 };
 
-/// The least distance between yarn surfaces, mm: that of the centre lines minus both radii, negative where
-/// yarns overlap; looked for up to the largest radius, which is what stands for anything beyond. All pairs
-/// are taken, copies in other cells included, save parts of one yarn nearer than pi radii along it: a yarn
-/// bent no tighter than its own radius does not touch itself there (Schur's comparison theorem). Found from
-/// points 1/16 radius apart along the yarns: too large by at most 1e-3 radii where yarns cross. Precondition:
-/// validate(pattern) holds.
+/// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii, negative if
+/// yarns overlap, at most the largest radius. Covers all pairs, copies in other cells included, except parts
+/// of one yarn less than pi radii apart along it: a yarn bent no tighter than its own radius does not touch
+/// itself there (Schur's comparison theorem). Sampled at points 1/16 radius apart along the yarns: too large
+/// by at most 1e-3 radii where yarns cross. Precondition: validate(pattern) holds.
 Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file);
 
 }  // namespace selvedge

@@ -16,21 +16,21 @@ using std::numbers::pi;
 constexpr double neck = 0.236;
 constexpr double height = 0.895;
 
-// Where these loops cross: the foot with the legs of the course below, the legs with the head below, the legs
-// with the foot above, the head with the legs of the course above.
+// Parameters at which these loops cross: the foot with the legs of the course below, the legs with the head
+// below, the legs with the foot above, the head with the legs of the course above.
 constexpr double foot_crossing = 0.33;
 constexpr double lower_crossing = 1.40;
 constexpr double upper_crossing = pi - lower_crossing;
 constexpr double head_crossing = pi - foot_crossing;
-// Where a leg comes from the foot's side of the cloth to its own: after the leg of a loop that leans over the
-// one below, before that loop's head.
+// Parameters between which a leg changes from the foot's side of the cloth to its own: after the leg of a
+// loop that leans over the one below, before that loop's head.
 constexpr double rise_begin = 1.0;
 constexpr double rise_end = 1.22;
 
 /// How one loop is connected.
 struct Loop {
   int sign = 1;        ///< drawn to the front (1) or to the back (-1)
-  int above = 1;       ///< the same of the loop that is drawn through it
+  int above = 1;       ///< the same for the loop that is drawn through it
   int lean = 0;        ///< columns from the loop to that one
   bool under = false;  ///< another loop leans over it
 };
@@ -59,14 +59,14 @@ class Chart {
   const std::vector<std::string>& rows_;
 };
 
-double ease(double from, double to, double low, double high, double at) {
-  const double part = std::clamp((at - low) / (high - low), 0.0, 1.0);
+double ease(double from, double to, double low, double high, double t) {
+  const double part = std::clamp((t - low) / (high - low), 0.0, 1.0);
   return from + (to - from) * 0.5 * (1 - std::cos(pi * part));
 }
 
 /// Height out of the cloth along half a loop (t from the foot's middle, 0, to the head's, pi), in depths.
 double depth_of(const Loop& loop, double foot_middle, double t) {
-  // Loops of a decrease lie in layers: the leaning one before the other, the new loop before both.
+  // Loops of a decrease lie in layers: the leaning one in front of the other, the new loop in front of both.
   const double leg_low = loop.sign;
   const double leg_high = loop.lean != 0 ? 0.75 : (loop.under ? 0.15 : loop.above);
   const double head = loop.lean != 0 ? -0.45 : (loop.under ? -1.1 : -loop.above);
@@ -85,7 +85,7 @@ StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
   pattern.period_mm = {chart.wale_mm * loops.columns(), chart.course_mm * loops.courses()};
   constexpr int per_loop = 32;
   for (int course = 0; course < loops.courses(); ++course) {
-    Yarn yarn = chart.yarns[static_cast<std::size_t>(course) % chart.yarns.size()];
+    Yarn yarn = chart.yarns[course % chart.yarns.size()];
     const double depth = 1.3 * yarn.radius_mm;
     const auto point = [&](int step) {
       const int column = static_cast<int>(std::floor(static_cast<double>(step) / per_loop));

@@ -1,4 +1,4 @@
-// Knitted stitches from charts: which loop is drawn through which, as yarns of a pattern.
+// Converts knitting charts to patterns: yarns whose loops are drawn through each other.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace selvedge {
 ///   p  purl: from the front to the back
 ///   o  yarn over: a loop that is drawn through none
 ///   /  the loop is drawn through the one below and its left neighbour, which leans over it
-///   \  through the one below and its right neighbour, which leans over it
+///   \  the loop is drawn through the one below and its right neighbour, which leans over it
 /// Every loop but the neighbours of a decrease continues in the stitch above it, which must not be a yarn
 /// over; a neighbour's own column has the yarn over that keeps the count.
 struct KnitChart {
@@ -24,8 +24,8 @@ struct KnitChart {
   std::vector<Yarn> yarns;        ///< without segments; course c is knitted with yarn c modulo their number
 };
 
-/// The yarns of the chart, each course one chain, too thin and too loose to touch (RelaxOptions::start).
-/// Precondition: a chart by the rules above with at least one yarn.
+/// The yarns of the chart, each course one chain, with radii at which they do not touch
+/// (RelaxOptions::start). Precondition: a chart by these rules with at least one yarn.
 StitchPattern draw_knit(const KnitChart& chart, const std::string& name);
 
 }  // namespace selvedge

@@ -19,17 +19,17 @@
 namespace selvedge {
 namespace {
 
-/// Of woven cloth, in radii: crossings alone take 4.
+/// Maximum thickness of woven cloth, in radii; a crossing of two yarns takes 4.
 constexpr double woven_thickness = 5.5;
 constexpr double woven_hold = 0.05;
 
 struct BuiltIn {
   StitchInfo info;
-  /// The yarns as they are drawn, before they are relaxed.
+  /// The yarns as drawn, before relaxation.
   std::function<StitchPattern(const StitchValues&)> draw;
   double max_thickness = 0;  ///< RelaxOptions
   double hold = 0;
-  /// The parameters that are lengths of the yarns' radii, for a message.
+  /// The names of the parameters that are radii, for a message.
   std::string radii;
 };
 
@@ -41,11 +41,11 @@ StitchParameter slack_parameter() {
   return {"slack", {0}, 0, 2, false, "air between neighbouring yarns, in radii: yarns lie looser and longer"};
 }
 
-void append(std::vector<StitchParameter>& to, const std::vector<StitchParameter>& more) {
-  to.insert(to.end(), more.begin(), more.end());
+void append(std::vector<StitchParameter>& parameters, const std::vector<StitchParameter>& more) {
+  parameters.insert(parameters.end(), more.begin(), more.end());
 }
 
-/// A radius that is not set follows the gauge.
+/// Default radii scale with the gauge.
 double radius_for(const StitchValues& values, const std::string& name, double gauge) {
   return values.number(name) * (values.is_set(name) ? 1 : gauge);
 }
@@ -61,7 +61,7 @@ StitchParameter share(const std::string& name, float value, double min, const st
   return {name, {shortest(value)}, min, 1, false, meaning};
 }
 
-/// The parameters of a yarn except its radius.
+/// The parameters of a yarn without its radius.
 std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {
   const V3d albedo(yarn.albedo);
   const StitchParameter colour{prefix + "albedo",        {albedo.x, albedo.y, albedo.z}, 0, 1, false,
@@ -90,7 +90,7 @@ Yarn yarn_of(const StitchValues& values, const std::string& prefix, const Yarn& 
   return yarn;
 }
 
-/// A knit of one or two yarns, which take turns from course to course.
+/// A knit of one yarn, or of two that alternate by course.
 BuiltIn knit(const char* name, const char* description, std::vector<std::string> rows, double wale_mm,
              double course_mm, double radius_mm, std::vector<V3f> albedo) {
   BuiltIn stitch;
@@ -118,7 +118,7 @@ BuiltIn knit(const char* name, const char* description, std::vector<std::string>
   return stitch;
 }
 
-/// One system of a weave: warp or weft.
+/// The warp or the weft of a weave.
 struct System {
   double spacing_mm;
   double radius_mm;
@@ -241,7 +241,7 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   Relaxed result = relax(draw_weave(draft->weave, name), options);
   found.pattern = std::move(result.pattern);
   if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
-  // Of yarns of different thickness the thinner ones may still overlap by more than a little of theirs.
+  // With yarns of different thickness, overlap may still be large relative to the thinner ones.
   const auto clearance = minimum_clearance(found.pattern, path);
   if (!clearance) return tl::unexpected(clearance.error());
   double thinnest = found.pattern.yarns.front().radius_mm;

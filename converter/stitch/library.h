@@ -17,20 +17,20 @@ struct StitchInfo {
 
 std::vector<StitchInfo> built_in_stitches();
 
-/// A stitch and what is to be said of it.
+/// A stitch and remarks on it.
 struct FoundStitch {
   StitchPattern pattern;
-  V2i min_texels{1, 1};                ///< of a fabric that shows every yarn; 1: nothing is demanded
-  double thickness_share = 1;          ///< how thick its yarns are, as a share of what a draft says
-  std::vector<std::string> remarks{};  ///< what was chosen or left out, one line each
+  V2i min_texels{1, 1};                ///< of a fabric that resolves every yarn; 1: no minimum
+  double thickness_share = 1;          ///< thickness of its yarns, as a share of the draft's
+  std::vector<std::string> remarks{};  ///< choices and omissions, one line each
 };
 
-/// Overlap of neighbouring yarns, in radii, that still counts as touching.
+/// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
 constexpr double touching_overlap = 0.02;
 
 /// A built-in stitch by its name, or else the stitch description (.json) or the weaving draft (.wif) in a
-/// file. Refuses (stitch_unknown) what is neither, (option_out_of_range) settings that it has not, that are
-/// out of range, or whose yarns have no room at their gauge.
+/// file. Refuses other names (stitch_unknown), and settings that the stitch does not have, that are out of
+/// range, or whose yarns have no room at their gauge (option_out_of_range).
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {});
 
 }  // namespace selvedge

@@ -1,8 +1,8 @@
 // Marching Cubes over a grid that repeats in x and y: an implicit function -> triangles that tile.
 //
-// The cases are not a copied table but built from the corners' signs: on each face of a cube the contour
-// keeps inside corners apart, which depends on that face's four signs alone, so that two cubes always agree
-// on the face they share and the surface has no cracks; closed contours are then filled with triangles.
+// The cases are derived from the signs of the corners: on each face of a cube the contour separates inside
+// corners, which depends on that face's four signs alone. So two cubes agree on the face they share, and the
+// surface has no cracks; closed contours are then filled with triangles.
 #pragma once
 
 #include <array>
@@ -25,20 +25,20 @@ struct MarchingGrid {
 
 struct MarchedSurface {
   std::vector<V3d> positions;
-  /// Per vertex: the vertex on wall x = 0 and y = 0 of which it is the copy (itself anywhere else). A copy's
-  /// coordinates are the same bits, save the one or two that are exactly the period instead of exactly 0.
+  /// Per vertex: the vertex on the wall x = 0 or y = 0 of which it is a copy (itself elsewhere). A copy has
+  /// the same bits in each coordinate, except those that are exactly the period instead of 0.
   std::vector<int> original;
-  /// Counter-clockwise seen from outside (from where the function is positive). Never a vertex twice.
+  /// Counter-clockwise seen from outside (where the function is positive), with three different vertices.
   std::vector<V3i> triangles;
 };
 
-/// Least distance, in edges of the grid, of a vertex from a grid point: keeps triangles from vanishing.
-/// A vertex is at most this far from the surface, and 1e-9 otherwise.
+/// Minimum distance of a vertex from a grid point, in grid edges, which prevents triangles without area.
+/// Vertices that it moves are at most this far from the surface, all others at most 1e-9.
 constexpr double edge_margin = 0.01;
 
-/// Polygonises function < 0. It is evaluated on x in [0, period.x), y in [0, period.y] of one period only,
-/// its values at the walls being taken from 0. Surface that reaches the lowest or the highest plane of the
-/// grid is left open there. Precondition: at least one cell each way, fewer than 2^24 grid points.
+/// Polygonises function < 0. The function is evaluated within one period only; values at the far walls are
+/// those at 0. The surface is left open at the lowest and the highest plane of the grid. Precondition: at
+/// least one cell each way, fewer than 2^24 grid points.
 MarchedSurface march(const MarchingGrid& grid, const std::function<double(const V3d&)>& function);
 
 /// The triangles of one of the 256 cases: bit c of `inside` is corner c, at (c & 1, c >> 1 & 1, c >> 2 & 1).

@@ -48,7 +48,7 @@ std::array<int, edge_count> contours_of(unsigned inside) {
     for (int side = 0; side < 2; ++side) {
       const std::array<int, 4> corner = face_corners(axis, side);
       for (std::size_t k = 0; k < 4; ++k) {
-        // Where a run of inside corners begins, the contour leads to where this run ends.
+        // From the begin of a run of inside corners the contour leads to its end.
         if (is_inside(corner[k]) || !is_inside(corner[(k + 1) % 4])) continue;
         std::size_t last = (k + 1) % 4;
         while (is_inside(corner[(last + 1) % 4])) last = (last + 1) % 4;
@@ -60,7 +60,7 @@ std::array<int, edge_count> contours_of(unsigned inside) {
   return next;
 }
 
-/// Fills the contour's part from vertex `first` to `last`; false if that needs a diagonal within a face.
+/// Triangulates the part of the contour from `first` to `last`; false if that needs a diagonal within a face.
 bool fill(const std::vector<int>& contour, std::size_t first, std::size_t last, std::vector<Triangle>& out) {
   if (last - first < 2) return true;
   const auto allowed = [&](std::size_t a, std::size_t b) {
@@ -69,10 +69,10 @@ bool fill(const std::vector<int>& contour, std::size_t first, std::size_t last, 
   };
   for (std::size_t middle = first + 1; middle < last; ++middle) {
     if (!allowed(first, middle) || !allowed(middle, last)) continue;
-    const std::size_t kept = out.size();
+    const std::size_t size_before = out.size();
     out.push_back({contour[first], contour[middle], contour[last]});
     if (fill(contour, first, middle, out) && fill(contour, middle, last, out)) return true;
-    out.resize(kept);
+    out.resize(size_before);
   }
   return false;
 }
@@ -82,11 +82,11 @@ std::vector<Triangle> build_case(unsigned inside) {
   std::vector<Triangle> triangles;
   for (std::size_t e = 0; e < edge_count; ++e) {
     std::vector<int> contour;
-    for (auto at = e; next[at] >= 0;) {
-      contour.push_back(static_cast<int>(at));
-      const auto following = static_cast<std::size_t>(next[at]);
-      next[at] = -1;
-      at = following;
+    for (auto edge = e; next[edge] >= 0;) {
+      contour.push_back(static_cast<int>(edge));
+      const std::size_t following = next[edge];
+      next[edge] = -1;
+      edge = following;
     }
     if (!contour.empty() && !fill(contour, 0, contour.size() - 1, triangles)) {
       throw std::logic_error("a contour of Marching Cubes cannot be filled");

@@ -32,8 +32,8 @@ Result<StitchValues> StitchValues::create(const std::string& stitch,
       return refuse(fmt::format("takes {} numbers, not {}", known->value.size(), given.size()));
     }
     for (const double number : given) {
-      if (!(number >= known->least && number <= known->most)) {
-        return refuse(fmt::format("must lie in {} to {}, is {}", known->least, known->most, number));
+      if (!(number >= known->min && number <= known->max)) {
+        return refuse(fmt::format("must lie in {} to {}, is {}", known->min, known->max, number));
       }
       if (known->whole && number != std::floor(number)) {
         return refuse(fmt::format("must be a whole number, is {}", number));

@@ -1,4 +1,4 @@
-// Parameters of a stitch and what a user sets them to (--set name=value).
+// Parameters of a stitch and their values (--set name=value).
 #pragma once
 
 #include <map>
@@ -11,21 +11,21 @@ namespace selvedge {
 
 struct StitchParameter {
   std::string name;
-  std::vector<double> value;  ///< the default: one number, or three of a colour
-  double least = 0;           ///< range of every number
-  double most = 1;
+  std::vector<double> value;  ///< the default: one number, or three for a colour
+  double min = 0;             ///< range of every number
+  double max = 1;
   bool whole = false;   ///< whole numbers only
   std::string meaning;  ///< one line
 };
 
-/// Name -> numbers, as the user gave them.
+/// Name -> numbers from the user.
 using StitchSettings = std::map<std::string, std::vector<double>>;
 
-/// The value of every parameter, settings before defaults.
+/// The value of every parameter: the setting, else the default.
 class StitchValues {
  public:
-  /// Refuses (option_out_of_range, place "--set name") names that are no parameter, values of the wrong
-  /// length and values out of range. `stitch` is for the message.
+  /// Refuses (option_out_of_range, place "--set name") unknown names, values of the wrong length and values
+  /// out of range. `stitch` is for the message.
   static Result<StitchValues> create(const std::string& stitch,
                                      const std::vector<StitchParameter>& parameters,
                                      const StitchSettings& settings);
@@ -40,7 +40,7 @@ class StitchValues {
   StitchSettings settings_;
 };
 
-/// A float as the double that prints shortest: 0.1F becomes 0.1, not 0.10000000149.
+/// The double with the shortest decimal form that is the same float: 0.1F becomes 0.1, not 0.10000000149.
 double shortest(float value);
 
 /// Reads "name=1.5" and "name=0.5,0.4,0.3"; false for anything else.

@@ -1,8 +1,8 @@
 // A stitch pattern as data: the yarns of one repeating cell.
 //
 // Millimetres. Frame of the cell: x along growing u (the course of a knit, the weft of a weave), y up, z out
-// of the cloth towards the viewer of its face. The pattern repeats with period_mm.x in x and period_mm.y
-// in y; a yarn may leave the cell, its copies fill the others.
+// of the cloth towards the viewer of its face. The pattern repeats with period_mm.x in x and period_mm.y in
+// y; a yarn may leave the cell, as its copies fill the neighbouring cells.
 #pragma once
 
 #include <string>
@@ -23,10 +23,10 @@ struct Yarn {
   V3f albedo{0.5F, 0.5F, 0.5F};  ///< linear, in [0, 1]
   std::vector<BezierSegment> segments;
   Gloss gloss{};
-  int plies = 1;  ///< thinner yarns that lie in it twisted about each other, 1 to 8; 1: a round yarn
+  int plies = 1;  ///< number of plies twisted about each other, 1 to 8; 1: a round yarn
   /// Turns of the plies about the yarn, or of the fibres of a round yarn, per mm of its length: Z-twist (a
-  /// right-handed screw) is positive, S-twist negative. Plies meet those of the next repeat: their turns are
-  /// rounded to what does.
+  /// right-handed screw) is positive, S-twist negative. Turns are rounded so that plies meet those of the
+  /// next repeat.
   double twist_per_mm = 0;
 };
 
@@ -36,7 +36,7 @@ struct StitchPattern {
   std::vector<Yarn> yarns;
 };
 
-/// Stated limits of a pattern; beyond them it is refused before anything is computed from it.
+/// Limits of a pattern, checked before any computation.
 struct StitchLimits {
   int segments = 65536;       ///< of all yarns together
   double radius_periods = 2;  ///< radius as a multiple of the shorter period
@@ -46,16 +46,17 @@ struct StitchLimits {
   double twist = 1;  ///< turns per length of one radius
 };
 
-/// A chain may miss its next start by this part of the radius: room for rounded decimals, too small to see.
+/// Gap allowed between the end and the next start of a chain, in radii: allows for rounded decimals,
+/// invisible.
 constexpr double chain_tolerance = 1e-3;
 
-/// No yarn, a yarn without segments, radius or period not positive, control points not finite, albedo outside
-/// of [0, 1], gaps in a chain, limits exceeded: refused with the place as a JSON pointer
-/// ("/yarns/0/segments/3"). `file` is the file or stitch for the message.
+/// Refuses patterns without yarns, yarns without segments, radii or periods that are not positive, control
+/// points that are not finite, albedo outside of [0, 1], gaps in a chain, and exceeded limits; the place is a
+/// JSON pointer ("/yarns/0/segments/3"). `file` is the file or stitch for the message.
 Result<void> validate(const StitchPattern& pattern, const std::string& file, const StitchLimits& limits = {});
 
-/// From the start of the yarn's chain to its end as whole periods: (0, 0) is a ring.
-/// Precondition: a valid pattern.
+/// Whole periods from the start of the yarn's chain to its end; (0, 0): a ring. Precondition: a valid
+/// pattern.
 V2i turns_of(const Yarn& yarn, const V2d& period_mm);
 
 }  // namespace selvedge

@@ -18,7 +18,7 @@ using OrderedJson = nlohmann::ordered_json;
 constexpr auto version_key = "selvedge_stitch";
 constexpr int version = 1;
 
-/// A member or element that is not what the form demands; never leaves this file.
+/// A malformed member or element; thrown and caught within this file.
 struct Fault {
   std::string place;
   std::string message;
@@ -148,7 +148,7 @@ std::string to_json(const StitchPattern& pattern) {
     }
     json["yarns"].push_back(std::move(out));
   }
-  // Names may hold any bytes; broken UTF-8 is replaced, not thrown at.
+  // Names may hold any bytes; invalid UTF-8 is replaced.
   return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 

@@ -12,7 +12,7 @@
 //         "segments": [                              cubic Bézier curves, end to end
 //           [[0,0,0], [1,0,0], [2,0,0], [5,0,0]] ] } ] }
 //
-// Millimetres; frame and rules of a pattern: stitch.h. Members not named here are ignored.
+// Lengths are in millimetres; pattern.h has the frame and the rules. Unknown members are ignored.
 #pragma once
 
 #include <string>
@@ -25,14 +25,14 @@ namespace selvedge {
 /// Largest text that is read, bytes.
 constexpr std::size_t max_stitch_text = 16U << 20U;
 
-/// Parses and validates. Refuses malformed JSON (place: line and column), wrong types or missing members
-/// (place: JSON pointer), other versions, and what validate() refuses. `file` is for the message.
+/// Parses and validates. Refuses malformed JSON (place: line and column), wrong types and missing members
+/// (place: JSON pointer), other versions, and invalid patterns (validate()). `file` is for the message.
 Result<StitchPattern> read_stitch(std::string_view text, const std::string& file);
 
 /// The same from a file on disk.
 Result<StitchPattern> read_stitch_file(const std::string& path);
 
-/// The description of a pattern, ending in a newline. read_stitch gives back the same numbers, to the bit.
+/// The description of a pattern, ending in a newline. read_stitch restores the numbers to the bit.
 std::string to_json(const StitchPattern& pattern);
 
 }  // namespace selvedge

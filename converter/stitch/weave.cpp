@@ -5,19 +5,19 @@
 namespace selvedge {
 namespace {
 
-/// Middles of yarns that each take some room, and in the end their sum.
-std::vector<double> middles_of(const std::vector<double>& rooms) {
+/// Centres of adjacent lanes of these widths, followed by the total width.
+std::vector<double> middles_of(const std::vector<double>& widths) {
   std::vector<double> middles;
   double sum = 0;
-  for (const double room : rooms) {
-    middles.push_back(sum + 0.5 * room);
-    sum += room;
+  for (const double width : widths) {
+    middles.push_back(sum + 0.5 * width);
+    sum += width;
   }
   middles.push_back(sum);
   return middles;
 }
 
-/// A chain through one point per crossing, level there. `at(along, height)` makes points of the cloth.
+/// A chain through one point per crossing, horizontal there. `at(along, height)` makes points of the cloth.
 std::vector<BezierSegment> waving(const std::vector<double>& crossings,
                                   const std::function<double(std::size_t)>& height,
                                   const std::function<V3d(double, double)>& at) {
@@ -44,7 +44,7 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
   StitchPattern pattern;
   pattern.name = name;
   pattern.period_mm = {x.back(), y.back()};
-  // Low waves, as thin yarns have; each gives way by the other's radius.
+  // Waves of thin yarns: at a crossing each yields by the other's radius.
   constexpr double wave = 0.3;
   for (std::size_t i = 0; i < weave.warp.size(); ++i) {
     Yarn yarn = weave.warp[i];

@@ -1,4 +1,4 @@
-// Woven stitches from drawdowns: which yarn is over at which crossing, as yarns of a pattern.
+// Converts drawdowns of weaves to patterns: yarns that pass over and under each other.
 #pragma once
 
 #include <string>
@@ -11,15 +11,15 @@ namespace selvedge {
 /// One repeat of a weave. Warp yarns run along y and are counted along x, weft yarns run along x and are
 /// counted along y, both from 0 at the lower left of the face.
 struct Weave {
-  std::vector<Yarn> warp;  ///< without segments
+  std::vector<Yarn> warp;  ///< segments are ignored
   std::vector<Yarn> weft;
-  std::vector<double> warp_mm;  ///< room that each warp yarn takes, along x
+  std::vector<double> warp_mm;  ///< width of each warp yarn's lane, along x
   std::vector<double> weft_mm;
   std::vector<bool> warp_is_over;  ///< at warp i and weft j: [j * warp.size() + i]
   bool over(std::size_t i, std::size_t j) const { return warp_is_over[j * warp.size() + i]; }
 };
 
-/// The yarns of the weave, straight in the plane and waving from crossing to crossing, thin enough at
+/// The yarns of the weave, straight in the plane, waving from crossing to crossing; they do not overlap at
 /// RelaxOptions::start of their radius. Precondition: at least one yarn each way and arrays of matching
 /// sizes.
 StitchPattern draw_weave(const Weave& weave, const std::string& name);

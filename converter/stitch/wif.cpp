@@ -13,7 +13,7 @@
 namespace selvedge {
 namespace {
 
-constexpr int max_shafts = 4096;  // treadles and colours as well
+constexpr int max_shafts = 4096;  // also of treadles and colours
 constexpr double texels_per_yarn = 4;
 constexpr double default_spacing_mm = 1;
 
@@ -58,10 +58,10 @@ std::vector<V3f> palette_of(const WifSections& draft) {
 /// The yarns of the warp or of the weft.
 struct System {
   std::vector<Yarn> yarns;
-  std::vector<double> room_mm;
+  std::vector<double> width_mm;
 };
 
-/// Millimetres in the unit of a section's lengths.
+/// Millimetres per unit of a section's lengths.
 double unit_of(const WifSections& draft, const std::string& section) {
   const std::string name = lower(draft.find(section, "UNITS").value_or("centimeters"));
   if (name.starts_with("decipoint")) return 25.4 / 720;
@@ -91,28 +91,28 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
     }
     return palette[index - 1];
   };
-  const auto usual = [&](const char* key, const auto& parse) {
+  const auto section_default = [&](const char* key, const auto& parse) {
     const auto text = draft.find(section, key);
     return text ? parse(*text, WifSections::place(section, key)) : std::nullopt;
   };
-  const auto spacing = usual("SPACING", length);
-  const auto thickness = usual("THICKNESS", length);
+  const auto spacing = section_default("SPACING", length);
+  const auto thickness = section_default("THICKNESS", length);
   if (!spacing && !draft.has(section + " SPACING")) {
     remarks.insert(fmt::format("{} without a spacing: {} mm", lower(section), default_spacing_mm));
   }
   System system;
   system.yarns.resize(threads);
-  system.room_mm = draft.values(section + " SPACING", threads, spacing.value_or(default_spacing_mm), length);
-  const auto wanted = draft.values(section + " THICKNESS", threads, thickness, length);
+  system.width_mm = draft.values(section + " SPACING", threads, spacing.value_or(default_spacing_mm), length);
+  const auto thicknesses = draft.values(section + " THICKNESS", threads, thickness, length);
   const auto colours =
-      draft.values(section + " COLORS", threads, usual("COLOR", colour).value_or(albedo), colour);
+      draft.values(section + " COLORS", threads, section_default("COLOR", colour).value_or(albedo), colour);
   for (int k = 0; k < threads; ++k) {
-    const double room = system.room_mm[k];
+    const double width = system.width_mm[k];
     system.yarns[k].name = fmt::format("{} {}", lower(section), k + 1);
     system.yarns[k].albedo = colours[k];
-    // Round yarns of more than their room would lie on top of each other.
-    system.yarns[k].radius_mm = 0.5 * std::min(wanted[k].value_or(room), room);
-    if (wanted[k].value_or(room) > room) {
+    // Round yarns wider than their lane would lie on top of each other.
+    system.yarns[k].radius_mm = 0.5 * std::min(thicknesses[k].value_or(width), width);
+    if (thicknesses[k].value_or(width) > width) {
       remarks.insert(fmt::format("{} thicker than its spacing: as thick as that", lower(section)));
     }
   }
@@ -170,7 +170,7 @@ std::vector<bool> drawdown_of(const WifSections& draft, int warps, int wefts,
   return over;
 }
 
-/// A number for each of `count` things, the same for those of the same description.
+/// A number for each of `count` items, equal for equal descriptions.
 template <class Describe>
 std::vector<std::size_t> kinds_of(std::size_t count, const Describe& describe) {
   std::map<std::string, std::size_t> known;
@@ -180,7 +180,7 @@ std::vector<std::size_t> kinds_of(std::size_t count, const Describe& describe) {
   return kinds;
 }
 
-/// The least number of first elements that all others repeat, at least twice over; else their count.
+/// The length of the shortest prefix that the others repeat, at least twice; else their count.
 std::size_t repeat_of(const std::vector<std::size_t>& kinds) {
   for (std::size_t period = 1; 2 * period <= kinds.size(); ++period) {
     if (std::equal(kinds.begin() + static_cast<long>(period), kinds.end(), kinds.begin())) return period;
@@ -191,7 +191,7 @@ std::size_t repeat_of(const std::vector<std::size_t>& kinds) {
 std::string description_of(const System& system, std::size_t k) {
   const Yarn& yarn = system.yarns[k];
   return fmt::format("{} {} {} {} {} ", yarn.albedo.x, yarn.albedo.y, yarn.albedo.z, yarn.radius_mm,
-                     system.room_mm[k]);
+                     system.width_mm[k]);
 }
 
 Weave smallest_repeat(const System& warp, const System& weft, const std::vector<bool>& over) {
@@ -208,7 +208,7 @@ Weave smallest_repeat(const System& warp, const System& weft, const std::vector<
     for (std::size_t i = 0; i < warps; ++i) text += crossing(i, j);
     return text;
   }));
-  Weave weave{warp.yarns, weft.yarns, warp.room_mm, weft.room_mm, {}};
+  Weave weave{warp.yarns, weft.yarns, warp.width_mm, weft.width_mm, {}};
   weave.warp.resize(across);
   weave.warp_mm.resize(across);
   weave.weft.resize(up);
@@ -254,11 +254,11 @@ WifDraft draft_of(const WifSections& draft) {
   return result;
 }
 
-int texels_along(const std::vector<double>& rooms) {
+int texels_along(const std::vector<double>& widths) {
   double sum = 0;
-  for (const double room : rooms) sum += room;
+  for (const double width : widths) sum += width;
   return static_cast<int>(
-      std::ceil(texels_per_yarn * sum / *std::min_element(rooms.begin(), rooms.end()) - 1e-9));
+      std::ceil(texels_per_yarn * sum / *std::min_element(widths.begin(), widths.end()) - 1e-9));
 }
 
 }  // namespace

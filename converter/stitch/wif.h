@@ -1,5 +1,4 @@
-// Weaving drafts in the Weaving Information File format (WIF 1.1, 1997) -> weaves. What is read and how:
-// spec/wif.md.
+// Converts weaving drafts in the Weaving Information File format (WIF 1.1, 1997) to weaves (spec/wif.md).
 #pragma once
 
 #include <string>
@@ -15,26 +14,26 @@ namespace selvedge {
 /// Largest text that is read, bytes.
 constexpr std::size_t max_wif_text = 16U << 20U;
 
-/// Most yarns of a draft each way, most crossings of all, and most of its smallest repeat.
+/// Limits of a draft: yarns each way, crossings, and crossings of its smallest repeat.
 constexpr int max_wif_threads = 16384;
 constexpr std::size_t max_wif_drawdown = 1U << 24U;
 constexpr std::size_t max_wif_crossings = 4096;
 
 struct WifDraft {
   std::string title;
-  Weave weave;           ///< the smallest repeat; radii are half of the thickness that the draft states
+  Weave weave;           ///< the smallest repeat; radii are half of the draft's thickness
   int warp_threads = 0;  ///< of the whole draft
   int weft_threads = 0;
-  std::vector<std::string> remarks;  ///< what was chosen or left out, one line each
+  std::vector<std::string> remarks;  ///< choices and omissions, one line each
 };
 
-/// The smallest repeat of a draft: the fewest yarns each way of which the whole draft is made of, at least
-/// two times over; an incomplete repeat at the end is left out. Refuses (stitch_invalid, place: section and
-/// key) what is missing, unreadable, out of range or contradicts itself, and repeats of more crossings than
-/// the limit with the texels that they would need.
+/// Reads the smallest repeat of a draft: the fewest yarns each way that the whole draft repeats at least
+/// twice; an incomplete repeat at the end is dropped. Refuses (stitch_invalid, place: section and key) values
+/// that are missing, unreadable, out of range or contradictory, and repeats with too many crossings, naming
+/// the texels that they would need.
 Result<WifDraft> read_wif(std::string_view text, const std::string& file);
 
-/// Texels that a weave needs: 4 to the narrowest yarn each way.
+/// Texels that a weave needs: 4 across the narrowest yarn each way.
 V2i texels_for(const Weave& weave);
 
 }  // namespace selvedge

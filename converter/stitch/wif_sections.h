@@ -1,4 +1,4 @@
-// The text of a WIF file as sections of keys and values, and the kinds of values; wif.h has their meaning.
+// Splits the text of a WIF file into sections of keys and values, and parses values; wif.h interprets them.
 #pragma once
 
 #include <map>
@@ -19,53 +19,52 @@ struct WifFault {
 
 std::string lower(std::string text);
 
-/// "1, 2,3" -> its parts without blanks; nothing between two commas is an empty part.
+/// Splits "1, 2,3" at commas and trims the parts; parts may be empty.
 std::vector<std::string> parts_of(const std::string& text);
 
 class WifSections {
  public:
-  /// Reads the files that programs write: names in any case, lines that end in LF, CRLF or CR, a byte order
-  /// mark, comments behind ";" at the start of a line, empty lines, any single-byte encoding or UTF-8. Of a
-  /// section or a key that comes twice the first counts. Refuses (stitch_invalid, place: the line) lines
-  /// before the first section and lines that are neither a section nor a key, UTF-16, and texts with no
-  /// section.
+  /// Accepts names in any case, lines that end in LF, CRLF or CR, a byte order mark, empty lines, comments
+  /// that begin with ";" at the start of a line, any single-byte encoding or UTF-8. The first of repeated
+  /// sections or keys is used. Refuses (stitch_invalid, place: the line) lines before the first section and
+  /// lines that are neither a section nor a key, UTF-16, and texts without sections.
   static Result<WifSections> read(std::string_view text, const std::string& file);
 
   // Names of sections and keys are in upper case.
 
-  /// Whether there is a section that counts: [CONTENTS] may say that it does not.
+  /// Whether the section exists and [CONTENTS] does not disable it.
   bool has(const std::string& section) const;
-  /// A value, if there is one that is not empty.
+  /// The value, if it is not empty.
   std::optional<std::string> find(const std::string& section, const std::string& key) const;
-  /// Keys and values; none where has() is false.
+  /// Keys and values; empty if has() is false.
   const std::map<std::string, std::string>& all(const std::string& section) const;
-  /// Throws where has() is false.
+  /// Throws if has() is false.
   void need(const std::string& section) const;
 
   /// "[section] key", for messages.
   static std::string place(const std::string& section, const std::string& key);
   static std::optional<bool> truth(const std::string& text);
-  /// Throws for anything but a whole number from `min` to `max`.
+  /// Throws unless the text is a whole number from `min` to `max`.
   static int whole_in(const std::string& text, const std::string& place, int min, int max);
   int whole(const std::string& section, const std::string& key, int min, int max) const;
-  /// Throws for anything but a number of at least 0; nothing for 0, by which some programs mean "not given".
+  /// Throws unless the text is a number >= 0; nothing for 0, which some programs write for "not given".
   static std::optional<double> positive_in(const std::string& text, const std::string& place);
 
-  /// The values of entries 1 to `count` of a section; `usual` where there is no entry, or parse(text, place)
-  /// gives nothing.
+  /// The values of entries 1 to `count` of a section; `default_value` if there is no entry or parse(text,
+  /// place) returns nothing.
   template <class Value, class Parse>
-  std::vector<Value> values(const std::string& section, int count, const Value& usual,
+  std::vector<Value> values(const std::string& section, int count, const Value& default_value,
                             const Parse& parse) const {
-    std::vector<Value> values(count, usual);
+    std::vector<Value> values(count, default_value);
     for (const auto& [key, text] : all(section)) {
       const int index = whole_in(key, place(section, key), 1, count);
       if (text.empty()) continue;
-      if (const auto own = parse(text, place(section, key))) values[index - 1] = *own;
+      if (const auto parsed = parse(text, place(section, key))) values[index - 1] = *parsed;
     }
     return values;
   }
-  /// Entries 1 to `count` of a section, each a list of numbers from 0 (which means none and is left out) to
-  /// `max`; empty where the entry is missing.
+  /// Entries 1 to `count` of a section, each a list of numbers from 0 (ignored) to `max`; empty if the entry
+  /// is missing.
   std::vector<std::vector<int>> lists(const std::string& section, int count, int max) const;
 
  private:

@@ -37,7 +37,7 @@ double thinnest_of(const StitchPattern& pattern) {
 
 /// The rule of MeshOptions::cells_across.
 int cells_across_for(const StitchPattern& pattern) {
-  constexpr double triangles_per_square = 2.9;  // of marching cubes, on surface that lies all ways
+  constexpr double triangles_per_square = 2.9;  // of marching cubes, for surfaces of all orientations
   constexpr double triangles = 29000;
   const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y);
   const double thinnest = thinnest_of(pattern);
@@ -50,7 +50,7 @@ int cells_across_for(const StitchPattern& pattern) {
       std::clamp(std::ceil(longer / step), static_cast<double>(min_across), static_cast<double>(max_across)));
 }
 
-/// Along the yarn, turned about its axis as far as its twist goes at its surface.
+/// The direction of the fibres: along the yarn, turned by its twist at the surface.
 V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
   const double slope = 2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm;
   return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
@@ -62,7 +62,7 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, do
   const auto cells = [&](double extent) { return std::max(1.0, std::round(extent / step)); };
   const double x = cells(pattern.period_mm.x);
   const double y = cells(pattern.period_mm.y);
-  const double z = std::ceil((high - low) / step) + 2;  // a cube of air below and above
+  const double z = std::ceil((high - low) / step) + 2;  // plus an empty cube below and above
   const auto refuse = [&](std::string why) {
     return fail(Code::option_out_of_range, pattern.name, "--grid", std::move(why));
   };
@@ -95,7 +95,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
     return fail(Code::option_out_of_range, pattern.name, "--grid",
                 fmt::format("must lie in {} to {}, are {}", min_across, max_across, cells_across));
   }
-  // Signs need no reach at all; the search along an edge does, and no edge is longer than this.
+  // The search along an edge needs exact values up to the length of an edge.
   const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cells_across * 2;
   const auto surface = ImplicitSurface::build(pattern, reach, pattern.name);
   if (!surface) return tl::unexpected(surface.error());
@@ -115,8 +115,8 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
                                   [](const Yarn& yarn) { return yarn.gloss.weight > 0; });
   for (std::size_t v = 0; v < marched.positions.size(); ++v) {
     mesh.positions.emplace_back(marched.positions[v]);
-    const auto original = static_cast<std::size_t>(marched.original[v]);
-    if (original != v) {  // made before its copies
+    const std::size_t original = marched.original[v];
+    if (original != v) {  // an original precedes its copies
       mesh.normals.push_back(mesh.normals[original]);
       mesh.albedo.push_back(mesh.albedo[original]);
       if (glossy) mesh.fibres.push_back(mesh.fibres[original]);

@@ -11,18 +11,18 @@
 namespace selvedge {
 
 struct MeshOptions {
-  /// Cubes of the grid along the longer period, 4 to 1024. Not given: 40, or as many more as make the radius
-  /// of the thinnest yarn (or ply) 4 cubes; of a large pattern fewer, down to 1.25 cubes, where the mesh
-  /// would have more than about 29,000 triangles.
+  /// Cubes of the grid along the longer period, 4 to 1024. Default: 40, or more so that the radius of the
+  /// thinnest yarn (or ply) has 4 cubes; fewer, down to 1.25 cubes, if the mesh would have more than about
+  /// 29,000 triangles.
   std::optional<int> cells_across{};
 };
 
-/// The yarns' surface of one cell, cut exactly at its walls: a vertex on the wall x = period.x has the same
-/// y, z, normal and albedo, to the bit, as its twin on x = 0, and the walls' cut edges match one to one; the
-/// same in y. Copies of the mesh, a period apart, close without seam or overlap. Vertices lie within
+/// The surface of the yarns in one cell, cut exactly at its walls: a vertex on the wall x = period.x has the
+/// same y, z, normal and albedo, to the bit, as its twin on x = 0, and the cut edges of both walls match one
+/// to one; the same holds in y. So repeated copies of the mesh have no seams or overlaps. Vertices lie within
 /// 0.01 grid edges of the surface (marching_cubes.h). Normals are the function's gradient, albedo is that of
-/// the nearest yarn; where any yarn is glossy, fibres run along the nearest yarn or ply, turned by the twist
-/// of a round one. z is the pattern's own. Refuses an invalid pattern, cells_across out of range, and a grid
+/// the nearest yarn; if any yarn is glossy, fibres follow the nearest yarn or ply, turned by the twist of a
+/// round yarn. z is that of the pattern. Refuses an invalid pattern, cells_across out of range, and a grid
 /// too coarse for its thinnest yarn (less than two cubes to the diameter) or of more than 2^24 points.
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options = {});
 

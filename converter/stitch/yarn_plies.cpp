@@ -20,8 +20,8 @@ struct Station {
   double length = 0;  ///< from the start
 };
 
-/// `across` of one station carried to the next by two reflections (Wang et al. 2008): the least turn about
-/// the curve.
+/// `across` of one station carried to the next by two reflections (Wang et al. 2008), which minimises its
+/// rotation about the curve.
 V3d carried(const Station& from, const Station& to) {
   const V3d way = to.position - from.position;
   const double way2 = way.length2();
@@ -67,14 +67,14 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
   const int n = yarn.plies;
   const double radius = yarn.radius_mm * ply_radius(n);
   const double offset = yarn.radius_mm - radius;
-  // A turn in at least 12 steps, a step no longer than a ply is thick.
+  // At least 12 steps per turn, none longer than a ply is thick.
   const double step = std::min(radius, 1 / (12 * std::max(std::abs(yarn.twist_per_mm), 1e-9)));
   const std::vector<Station> stations = stations_of(yarn, step);
   const double length = stations.back().length;
   const V3d first = stations.front().across;
   const V3d carried_on = stations.back().across;
   const V3d tangent = stations.front().tangent;
-  // How far the frame has turned about the curve when it comes to the next repeat.
+  // Rotation of the frame about the curve after one repeat.
   const double turned = std::atan2(first.cross(carried_on).dot(tangent), first.dot(carried_on));
   const auto places = static_cast<int>(std::lround(yarn.twist_per_mm * length * n));
   const double turn = 2 * pi * places / n - turned;
@@ -130,7 +130,7 @@ Result<StitchPattern> lay_plies(const StitchPattern& pattern, const std::string&
     }
     for (Yarn& ply : plies_of(yarn, pattern.period_mm)) laid.yarns.push_back(std::move(ply));
   }
-  // Plies of a rising yarn may climb a little further than the yarn itself.
+  // Plies of a rising yarn may reach slightly higher than the yarn.
   StitchLimits limits;
   limits.segments *= 8;
   limits.reach_periods *= 8;

@@ -10,26 +10,26 @@ namespace {
 
 using std::numbers::pi;
 
-/// Length of the pieces that a chain is cut into, in radii: short enough that a bend as tight as the radius
-/// leaves its chords by 1/50 of it.
+/// Length of the pieces that a chain is cut into, in radii: a bend with the yarn's own radius deviates from
+/// such chords by 1/50 of it.
 constexpr double piece_radii = 0.4;
 constexpr int projections = 8;         // of the contacts, per step
-constexpr int steps_per_search = 4;    // between looking for neighbours
-constexpr double search_margin = 0.3;  // what may come near until then, in radii
+constexpr int steps_per_search = 4;    // between searches for neighbours
+constexpr double search_margin = 0.3;  // distance, in radii, up to which pairs are kept until the next search
 constexpr int steps_between_distributions = 20;
 constexpr int settling_steps = 60;  // at the end, contacts alone
 constexpr int max_settling_steps = 400;
-constexpr double rest = 2e-3;            // overlap that counts as none, in radii
-constexpr double over_relaxation = 1.4;  // of projections that are averaged
+constexpr double settled_overlap = 2e-3;  // overlap, in radii, that ends the settling
+constexpr double over_relaxation = 1.4;   // of projections that are averaged
 
 /// A yarn as a polyline. Point `size` is point 0 moved by `way`.
 struct Chain {
   std::vector<V3d> points;
   V3d way;
-  V3d across{0, 0, 0};  ///< unit, in the plane across the way; zero of a ring
-  double home = 0;      ///< where it was drawn, along `across`
+  V3d across{0, 0, 0};  ///< unit, in the plane, perpendicular to `way`; zero for a ring
+  double drawn = 0;     ///< its drawn position along `across`
   double radius = 0;
-  std::size_t begin = 0;  ///< index of its first point among all
+  std::size_t begin = 0;  ///< index of its first point among those of all chains
   double spacing = 0;     ///< of its points, mm, within a factor of two of each
   double length() const {
     double sum = 0;
@@ -135,41 +135,40 @@ class Relaxation {
         for (int k = 0; k < fine; ++k) chain.points.push_back(point_at(segment, 1.0 * k / fine));
       }
       if (chain.way.length2() > 0) chain.across = V3d(-chain.way.y, chain.way.x, 0).normalized();
-      for (const V3d& p : chain.points) {
-        chain.home += p.dot(chain.across) / static_cast<double>(chain.points.size());
-      }
+      for (const V3d& p : chain.points)
+        chain.drawn += p.dot(chain.across) / static_cast<double>(chain.points.size());
       chains_.push_back(chain);
       thickest_ = std::max(thickest_, yarn.radius_mm);
     }
     distribute();
   }
 
-  /// Gives back the part of the radii that there was room for.
+  /// Returns the share of the radii for which there is room.
   double run() {
     const int growing = options_.steps / 2;
     const double growth = (1 - options_.start) / (0.8 * growing);
     grown_ = options_.start;
     for (int step = 0; step < options_.steps; ++step) {
       if (step % steps_between_distributions == 0) distribute();
-      // Long steps while the yarns grow, then ever shorter ones.
-      const double left =
+      // Long steps while the yarns grow, then shrinking ones.
+      const double remaining =
           step < growing ? 1.0 : static_cast<double>(options_.steps - step) / (options_.steps - growing);
-      const double time = 0.03 * left * left + 1e-4;
+      const double time = 0.03 * remaining * remaining + 1e-4;
       for (Chain& chain : chains_) {
         const double spacing = chain.length() / static_cast<double>(chain.points.size());
         smooth(chain, kernel_of(chain.points.size(), spacing, chain.radius, time, options_.bending));
         for (V3d& p : chain.points)
-          p += chain.across * (options_.hold * left * (chain.home - p.dot(chain.across)));
+          p += chain.across * (options_.hold * remaining * (chain.drawn - p.dot(chain.across)));
       }
       const double overlap = push_apart(step);
-      const bool jammed = overlap > 0.05 * left + 0.01;
+      const bool jammed = overlap > 0.05 * remaining + 0.01;
       if (jammed) grown_ *= 1 - 0.5 * growth;
       if (!jammed && step < growing) grown_ = std::min(1.0, grown_ + growth);
     }
-    // Contacts alone; where they do not come to rest, thinner yarns.
+    // Contacts alone; the yarns become thinner if they do not settle.
     for (int step = 0; step < max_settling_steps; ++step) {
       const double overlap = push_apart(step);
-      if (overlap < rest) break;
+      if (overlap < settled_overlap) break;
       if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
     }
     return grown_;
@@ -178,26 +177,26 @@ class Relaxation {
   std::vector<BezierSegment> segments_of(std::size_t index) const {
     const Chain& chain = chains_[index];
     const auto count = static_cast<long>(chain.points.size());
-    const double wanted = std::round(chain.length() / (options_.segment_radii * chain.radius));
-    // Some of the points are kept, with the tangents that the points around them give.
-    const auto kept = static_cast<long>(std::clamp(wanted, 4.0, static_cast<double>(count)));
-    const auto at = [&](long i) {
+    const double node_count = std::round(chain.length() / (options_.segment_radii * chain.radius));
+    // Keeps some of the points, with tangents from their neighbours.
+    const auto nodes = static_cast<long>(std::clamp(node_count, 4.0, static_cast<double>(count)));
+    const auto point = [&](long i) {
       const long turn = i >= 0 ? i / count : -((count - 1 - i) / count);
       return chain.points[i - turn * count] + chain.way * static_cast<double>(turn);
     };
     const auto node = [&](long k) {
-      return std::lround(static_cast<double>(k * count) / static_cast<double>(kept));
+      return std::lround(static_cast<double>(k * count) / static_cast<double>(nodes));
     };
     const auto tangent = [&](long i) {  // central differences of fourth order, per point
-      return (at(i + 1) - at(i - 1)) * (2.0 / 3) - (at(i + 2) - at(i - 2)) * (1.0 / 12);
+      return (point(i + 1) - point(i - 1)) * (2.0 / 3) - (point(i + 2) - point(i - 2)) * (1.0 / 12);
     };
     std::vector<BezierSegment> segments;
-    for (long k = 0; k < kept; ++k) {
+    for (long k = 0; k < nodes; ++k) {
       const long i = node(k);
       const long j = node(k + 1);
       const double third = static_cast<double>(j - i) / 3;
-      const V3d end = at(j);
-      segments.push_back({at(i), at(i) + tangent(i) * third, end - tangent(j) * third, end});
+      const V3d end = point(j);
+      segments.push_back({point(i), point(i) + tangent(i) * third, end - tangent(j) * third, end});
     }
     return segments;
   }
@@ -217,7 +216,7 @@ class Relaxation {
   }
 
  private:
-  /// Projects all contacts some times; the largest overlap that is left, in radii.
+  /// Projects all contacts repeatedly; returns the largest remaining overlap, in radii.
   double push_apart(int step) {
     if (step % steps_per_search == 0) search();
     double overlap = 0;
@@ -238,13 +237,13 @@ class Relaxation {
     search();
   }
 
-  double distance_wanted(const Contact& c) const {
+  double min_distance_of(const Contact& c) const {
     const double a = chains_[c.chain_a].radius;
     const double b = chains_[c.chain_b].radius;
     return grown_ * (a + b + options_.gap * std::max(a, b));
   }
 
-  /// Whether the pieces follow each other in one chain so closely that they are no contact.
+  /// Whether the pieces are so close along one chain that they do not count as a contact.
   bool follow(const Contact& c) const {
     if (c.chain_a != c.chain_b) return false;
     const Chain& chain = chains_[c.chain_a];
@@ -270,10 +269,10 @@ class Relaxation {
     const int ny = std::max(1, static_cast<int>(period_.y / reach));
     struct Place {
       std::size_t chain, piece;
-      V3d middle;  ///< within the cell
-      V3d home;    ///< of its cell, subtracted to bring it there
+      V3d middle;       ///< within the cell
+      V3d cell_origin;  ///< of its cell, subtracted to bring it there
     };
-    std::vector<std::vector<Place>> bins(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny));
+    std::vector<std::vector<Place>> bins(static_cast<std::size_t>(nx) * ny);
     std::vector<Place> places;
     const auto bin_at = [](double value, double period, int bins_along) {
       return static_cast<int>(std::floor(value / period * bins_along));
@@ -282,10 +281,10 @@ class Relaxation {
       const Chain& chain = chains_[c];
       for (std::size_t i = 0; i < chain.points.size(); ++i) {
         const V3d middle = (chain.points[i] + chain.next(i)) * 0.5;
-        const V3d home(std::floor(middle.x / period_.x) * period_.x,
-                       std::floor(middle.y / period_.y) * period_.y, 0);
-        const V3d inside = middle - home;
-        places.push_back({c, i, inside, home});
+        const V3d cell_origin(std::floor(middle.x / period_.x) * period_.x,
+                              std::floor(middle.y / period_.y) * period_.y, 0);
+        const V3d inside = middle - cell_origin;
+        places.push_back({c, i, inside, cell_origin});
         const int x = std::clamp(bin_at(inside.x, period_.x, nx), 0, nx - 1);
         const int y = std::clamp(bin_at(inside.y, period_.y, ny), 0, ny - 1);
         bins[y * nx + x].push_back(places.back());
@@ -302,7 +301,8 @@ class Relaxation {
           const int turn_x = static_cast<int>(std::floor(static_cast<double>(x) / nx));
           const V3d turned(turn_x * period_.x, turn_y * period_.y, 0);
           for (const Place& b : bins[(y - turn_y * ny) * nx + x - turn_x * nx]) {
-            add(a.chain, a.piece, b.chain, b.piece, b.middle + turned - a.middle, turned + a.home - b.home);
+            add(a.chain, a.piece, b.chain, b.piece, b.middle + turned - a.middle,
+                turned + a.cell_origin - b.cell_origin);
           }
         }
       }
@@ -321,7 +321,7 @@ class Relaxation {
     if (!follow(contact)) contacts_.push_back(contact);
   }
 
-  /// Moves all pieces that overlap apart, once; the largest overlap before, in radii.
+  /// Moves overlapping pieces apart once; returns the largest overlap before, in radii.
   double project() {
     double largest = 0;
     const std::size_t total = chains_.back().begin + chains_.back().points.size();
@@ -334,24 +334,25 @@ class Relaxation {
       const V3d b = chain_b.points[c.piece_b] + c.shift;
       const V3d along_a = chain_a.next(c.piece_a) - a;
       const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
-      const double wanted = distance_wanted(c);
-      const double far = wanted + chain_a.spacing + chain_b.spacing;
+      const double min_distance = min_distance_of(c);
+      const double far = min_distance + chain_a.spacing + chain_b.spacing;
       if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) continue;
       const Nearest n = nearest_of(a, along_a, b, along_b);
       const V3d apart = a + along_a * n.s - b - along_b * n.t;
       const double distance = apart.length();
-      if (distance >= wanted || distance == 0) continue;
-      largest = std::max(largest, (wanted - distance) / (grown_ * std::min(chain_a.radius, chain_b.radius)));
+      if (distance >= min_distance || distance == 0) continue;
+      largest =
+          std::max(largest, (min_distance - distance) / (grown_ * std::min(chain_a.radius, chain_b.radius)));
       const double parts[4] = {1 - n.s, n.s, 1 - n.t, n.t};
       double norm = 0;
       for (const double part : parts) norm += part * part;
-      const V3d move = apart * ((wanted - distance) / (distance * norm));
-      const std::size_t who[4] = {
+      const V3d move = apart * ((min_distance - distance) / (distance * norm));
+      const std::size_t indices[4] = {
           chain_a.begin + c.piece_a, chain_a.begin + (c.piece_a + 1) % chain_a.points.size(),
           chain_b.begin + c.piece_b, chain_b.begin + (c.piece_b + 1) % chain_b.points.size()};
       for (std::size_t k = 0; k < 4; ++k) {
-        moves_[who[k]] += move * (k < 2 ? parts[k] : -parts[k]) * parts[k];
-        weights_[who[k]] += parts[k];
+        moves_[indices[k]] += move * (k < 2 ? parts[k] : -parts[k]) * parts[k];
+        weights_[indices[k]] += parts[k];
       }
     }
     for (Chain& chain : chains_) {
@@ -360,16 +361,16 @@ class Relaxation {
         if (weight > 0) chain.points[i] += moves_[chain.begin + i] * (over_relaxation / weight);
       }
     }
-    press();
+    limit_thickness();
     return largest;
   }
 
-  /// Keeps all yarns between the plates.
-  void press() {
+  /// Clamps all yarns to max_thickness.
+  void limit_thickness() {
     if (options_.max_thickness == 0) return;
     for (Chain& chain : chains_) {
-      const double most = grown_ * std::max(0.0, 0.5 * options_.max_thickness * thickest_ - chain.radius);
-      for (V3d& p : chain.points) p.z = std::clamp(p.z, -most, most);
+      const double max_z = grown_ * std::max(0.0, 0.5 * options_.max_thickness * thickest_ - chain.radius);
+      for (V3d& p : chain.points) p.z = std::clamp(p.z, -max_z, max_z);
     }
   }
 

@@ -1,11 +1,11 @@
-// Yarns that pull themselves tight until they touch: a drawing of a stitch -> its shape.
+// Relaxes the drawing of a stitch to its shape: yarns tighten until they touch.
 //
-// A stitch is drawn with yarns that are too thin and lie too loose, over and under each other as they should.
-// Relaxing lets every yarn shorten and straighten while all of them grow to their full radius and push each
-// other apart. A yarn that goes over another stays over it: yarns cannot pass through each other.
+// A stitch is drawn with yarns that are too thin and too loose, but pass over and under each other correctly.
+// Relaxation shortens and straightens every yarn while all grow to their full radius and push each other
+// apart. A yarn that goes over another stays over it: yarns cannot pass through each other.
 //
-// Position-based dynamics (Müller et al. 2007) on polylines: by turns an implicit step of each chain under
-// tension and bending, and projections of the contacts between capsules, with the step going to zero.
+// Position-based dynamics (Müller et al. 2007) on polylines: implicit steps of each chain under tension and
+// bending alternate with projections of the contacts between capsules, with steps that shrink to zero.
 #pragma once
 
 #include "converter/stitch/pattern.h"
@@ -13,29 +13,28 @@
 namespace selvedge {
 
 struct RelaxOptions {
-  double bending = 3;  ///< how stiff the yarns are: the length over which they bend, in radii
+  double bending = 3;  ///< stiffness: the length over which yarns bend, in radii
   double gap = 0;      ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
-  double start = 0.2;  ///< part of the radius that all yarns have at the beginning
-  /// Most thickness of the cloth, in radii of the thickest yarn, as between two plates; 0: any. Without it
-  /// yarns with too little room beside each other climb onto each other.
+  double start = 0.2;  ///< share of its radius that a yarn begins with
+  /// Maximum thickness of the cloth, in radii of the thickest yarn; 0: no limit. Without it, yarns with too
+  /// little room beside each other climb onto each other.
   double max_thickness = 0;
-  /// Part of the way back to where they were drawn, across their course in the plane, that yarns go in each
-  /// step: 0 in a knit, whose loops hold themselves; the yarns of a weave are held by reed and beat, or they
-  /// wander.
+  /// Share of the displacement in the plane, across their direction, that each step takes back: 0 for knits,
+  /// whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold them).
   double hold = 0;
   int steps = 240;
-  double segment_radii = 0.8;  ///< length of the Bézier segments that come out
+  double segment_radii = 0.8;  ///< length of the resulting Bézier segments
 };
 
 struct Relaxed {
-  /// The same yarns along the same way, moved, their chains smooth and centred in z; with radii as they were
-  /// given, or as large a part of them as there is room for.
+  /// The same yarns, moved, their chains smooth and centred in z, with the given radii, or smaller ones if
+  /// there is no room.
   StitchPattern pattern;
-  double part = 1;  ///< of the given radii
+  double part = 1;  ///< share of the given radii
 };
 
-/// Neighbouring yarns come out touching: they overlap by less than 1/50 of a radius. Precondition: a valid
-/// pattern whose yarns, at `start` of their radius, do not overlap. The same pattern gives the same bits.
+/// Neighbouring yarns of the result touch: they overlap by less than 1/50 of a radius. Deterministic to the
+/// bit. Precondition: a valid pattern whose yarns, at `start` of their radius, do not overlap.
 Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options = {});
 
 }  // namespace selvedge

@@ -1,12 +1,12 @@
-// The reflectance of yarn at a point of its surface, as a template: Lambert, and the highlight of its fibres.
+// BRDF of yarn as a template: Lambertian, and a highlight of its fibres.
 //
 //   f(l, v) = (1 - w) albedo / pi + w D(h) G(l, v) / (4 l.n v.n),   h = (l + v) / |l + v|
 //
 // D and G are those of Walter et al.'s GGX microfacets with Smith's height-correlated masking (Heitz 2014),
-// with the width r (the roughness) along the fibre and 1 across it. Across, that is a round fibre exactly:
-// the normals of a cylinder have the slope density (1 + s^2)^(-3/2) / 2, which is GGX's of width 1. The
-// facets reflect all light. f is symmetric in l and v; the gloss reflects at most 1 (light that facets block
-// is lost, not reflected twice), so f reflects at most (1 - w) albedo + w <= 1.
+// of width r (the roughness) along the fibre and 1 across it. Width 1 is exact for a round fibre: the normals
+// of a cylinder have the slope density (1 + s^2)^(-3/2) / 2. Facets reflect all light. f is symmetric in l
+// and v; the gloss reflects at most 1 (light that facets block is lost), so f reflects at most (1 - w) albedo
+// + w <= 1.
 #pragma once
 
 #include <algorithm>
@@ -17,14 +17,14 @@
 
 namespace selvedge {
 
-/// The highlight of fibres, added to the diffuse light of a yarn.
+/// The specular highlight of a yarn's fibres.
 struct Gloss {
-  float weight = 0;  ///< share of the light that the fibres' surface reflects, in [0, 1]; 0: Lambert alone
+  float weight = 0;        ///< share of the light that it reflects, in [0, 1]; 0: Lambertian yarn
   float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
   bool operator==(const Gloss&) const = default;
 };
 
-/// Sharper highlights than this are drawn this wide: single precision has no finer directions.
+/// Minimum width: single precision cannot resolve the directions of sharper highlights.
 inline constexpr double min_gloss_width = 0.01;
 
 /// Smith's Lambda for widths (r, 1). `d`: in the frame (fibre, across, normal), d.z > 0.

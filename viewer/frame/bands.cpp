@@ -13,7 +13,7 @@ constexpr int rasteriser_tile = 64;
 
 FrameBands bands_of(const FrameSize& size) {
   FrameBands bands{size.width * size.supersample, size.height * size.supersample, 1, size.supersample};
-  // Whole tiles of the rasteriser, few enough that a band is drawn while the one before is shaded.
+  // Whole tiles of the rasteriser, small enough that a band is drawn while the previous one is shaded.
   const int share =
       (bands.height / bands_per_frame + rasteriser_tile - 1) / rasteriser_tile * rasteriser_tile;
   const int rows = std::clamp(share, 1, std::max(pixels_per_band / bands.width, 1));
@@ -25,7 +25,7 @@ FrameBands bands_of(const FrameSize& size) {
 BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large) {
   BandPixels pixels{first_row, bands.width, bands.rows_from(first_row), nullptr, bands.width};
   if (bands.supersample > 1) {
-    large.resize(static_cast<std::size_t>(pixels.width) * pixels.rows);
+    large.resize(pixels.width * pixels.rows);
     pixels.bottom = large.data();
   } else {
     // The frame's first row is at the top.

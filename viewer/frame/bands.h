@@ -1,4 +1,4 @@
-// A frame is drawn in bands of rows: that bounds its memory, and one band is shaded while the next is drawn.
+// Bands of rows, in which a frame is drawn to bound its memory and to shade one band while the next is drawn.
 #pragma once
 
 #include <cstddef>
@@ -19,11 +19,11 @@ struct FrameBands {
   bool operator==(const FrameBands&) const = default;
 };
 
-/// Bands of a multiple of the supersampling, and of an even number of rows, so that OpenGL's quads of 2 x 2
-/// pixels lie the same in every band.
+/// Bands with a multiple of `supersample` rows, and an even number, so that OpenGL's quads of 2 x 2 pixels
+/// are aligned in every band.
 FrameBands bands_of(const FrameSize& size);
 
-/// Where a band's pixels go: radiance times opacity, and opacity. Row y, counted from the band's bottom,
+/// The output pixels of a band: radiance times opacity, and opacity. Row y, counted from the band's bottom,
 /// begins at bottom + y * stride.
 struct BandPixels {
   int first_row = 0;  ///< of the frame, counted from its bottom
@@ -34,8 +34,8 @@ struct BandPixels {
   V4f& at(int x, int y) const { return bottom[y * stride + x]; }
 };
 
-/// The pixels of the band that begins at `first_row`: the frame's own, or, where supersampled, those of
-/// `large`, which filter_band() then averages.
+/// The pixels of the band that begins at `first_row`: those of the frame, or with supersampling those of
+/// `large`, which filter_band() averages.
 BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large);
 void filter_band(const FrameBands& bands, int first_row, const std::vector<V4f>& large, Frame& frame);
 

@@ -1,4 +1,4 @@
-// A way to a frame: the interface of the three paths, and what they are given.
+// The interface of the three render paths, and their inputs.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@
 
 namespace selvedge {
 
-/// What does not change from frame to frame.
+/// Data that all frames share.
 struct PreparedScene {
   V3d origin{0, 0, 0};  ///< world, m, of the mesh's coordinates
   MergedSurfaces mesh;
@@ -24,7 +24,7 @@ struct PreparedScene {
 struct FrameView {
   const Camera& camera;
   const DrawOptions& options;
-  ShadowPass* shadows = nullptr;  ///< with the maps of the lights; null where there are no shadows
+  ShadowPass* shadows = nullptr;  ///< the lights' shadow maps; null: no shadows
 };
 
 class FramePath {

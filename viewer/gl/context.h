@@ -1,5 +1,4 @@
-// An OpenGL context without a window, behind the one interface that the rest of the viewer sees; each kind is
-// a file and a factory function.
+// OpenGL contexts without a window: one interface, and a factory function for each kind.
 #pragma once
 
 #include <memory>
@@ -20,14 +19,14 @@ class GraphicsContext {
   virtual Function function(const char* name) const = 0;
 };
 
-/// Whose OpenGL draws.
+/// The OpenGL implementation.
 enum class ContextKind { automatic, osmesa, egl };
 
 /// A context of Mesa's software rasteriser: no display, no GPU. GRAPHICS_UNAVAILABLE where that fails.
 Result<std::unique_ptr<GraphicsContext>> make_osmesa_context();
 
-/// A context of EGL without a surface: a graphics processor's where there is one, else Mesa's software
-/// rasteriser. GRAPHICS_UNAVAILABLE where that fails.
+/// A surfaceless EGL context: of a GPU if there is one, else of Mesa's software rasteriser.
+/// GRAPHICS_UNAVAILABLE where that fails.
 Result<std::unique_ptr<GraphicsContext>> make_egl_context();
 
 }  // namespace selvedge

@@ -16,8 +16,8 @@ F extension(const char* name) {
   return reinterpret_cast<F>(eglGetProcAddress(name));
 }
 
-/// Displays that need no window system: every device, then Mesa's own kind. A machine's graphics processors
-/// come first, as EGL lists them before software.
+/// Displays without a window system: every device, then Mesa's surfaceless platform. EGL lists GPUs before
+/// software devices.
 std::vector<EGLDisplay> displays() {
   std::vector<EGLDisplay> result;
   const auto get = extension<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
@@ -42,12 +42,12 @@ class EglContext final : public GraphicsContext {
   ~EglContext() override {
     if (eglGetCurrentContext() == context_)
       eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    // The display is not terminated: it is one for the whole process, and others may use it.
+    // The display is not terminated: it is shared by the whole process.
     eglDestroyContext(display_, context_);
   }
 
   Result<void> make_current() override {
-    // Each thread has an API of its own, and OpenGL ES is what it begins with.
+    // The current API is per thread, initially OpenGL ES.
     if (eglBindAPI(EGL_OPENGL_API) == EGL_TRUE &&
         eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE)
       return {};
@@ -67,7 +67,7 @@ std::unique_ptr<GraphicsContext> context_of(EGLDisplay display) {
                               EGL_NONE};
   EGLConfig config = nullptr;
   EGLint count = 0;
-  // Everything is drawn into frame buffer objects: any configuration will do, and none where EGL allows it.
+  // All drawing goes to framebuffer objects, so any configuration will do, or none if EGL allows it.
   if (eglChooseConfig(display, wanted.data(), &config, 1, &count) != EGL_TRUE || count == 0) config = nullptr;
   constexpr std::array attributes{EGL_CONTEXT_MAJOR_VERSION,
                                   4,

@@ -15,7 +15,7 @@ class OsmesaContext final : public GraphicsContext {
   ~OsmesaContext() override { OSMesaDestroyContext(context_); }
 
   Result<void> make_current() override {
-    // Everything is drawn into frame buffer objects; the buffer that OSMesa asks for is a token.
+    // All drawing goes to framebuffer objects; OSMesa's own buffer is a dummy.
     if (OSMesaMakeCurrent(context_, pixel_.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE)
       return fail(Code::graphics_unavailable, "", "OSMesa", "the context cannot be made current");
     return {};
@@ -31,7 +31,7 @@ class OsmesaContext final : public GraphicsContext {
 }  // namespace
 
 Result<std::unique_ptr<GraphicsContext>> make_osmesa_context() {
-  // Mesa's software rasteriser offers 4.5 at most; asking for more gives no context at all.
+  // Mesa's software rasteriser has at most 4.5; asking for more fails.
   constexpr std::array attributes{OSMESA_FORMAT,
                                   OSMESA_RGBA,
                                   OSMESA_PROFILE,

@@ -1,5 +1,5 @@
-// The OpenGL functions that the viewer calls, loaded from the current context. The exported gl* symbols of a
-// library are never linked: with two OpenGL libraries in one process they may belong to the other one.
+// The OpenGL functions that the viewer calls, loaded from the current context. Exported gl* symbols are never
+// linked: with two OpenGL libraries in one process they may belong to the wrong one.
 #pragma once
 
 #define GL_GLEXT_PROTOTYPES  // for their types

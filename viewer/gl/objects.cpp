@@ -117,11 +117,11 @@ Result<GLuint> GlObjects::program(const std::string& vertex, const std::string& 
 }
 
 GLuint GlObjects::buffer(std::size_t bytes, const void* data, GLbitfield flags) {
-  constexpr std::size_t least = 16;
+  constexpr std::size_t min_bytes = 16;
   GLuint& buffer = buffers_.emplace_back();
   gl_.CreateBuffers(1, &buffer);
-  const bool small = bytes < least;
-  gl_.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(std::max(bytes, least)), small ? nullptr : data,
+  const bool small = bytes < min_bytes;
+  gl_.NamedBufferStorage(buffer, static_cast<GLsizeiptr>(std::max(bytes, min_bytes)), small ? nullptr : data,
                          flags | (small ? GL_DYNAMIC_STORAGE_BIT : 0U));
   if (small && bytes > 0 && data != nullptr)
     gl_.NamedBufferSubData(buffer, 0, static_cast<GLsizeiptr>(bytes), data);

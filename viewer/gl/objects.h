@@ -1,4 +1,4 @@
-// OpenGL objects: programs, buffers, textures, frame buffers.
+// Creates and owns OpenGL objects: programs, buffers, textures, framebuffers.
 #pragma once
 
 #include <array>
@@ -17,20 +17,19 @@ namespace selvedge {
 /// (glsl.h).
 std::string shader_text(const std::string& definitions, std::initializer_list<const char*> parts);
 
-/// GRAPHICS_UNAVAILABLE with the compiler's words where it is refused.
+/// GRAPHICS_UNAVAILABLE with the compiler's message if it is refused.
 Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex, const std::string& fragment);
 
 /// GRAPHICS_UNAVAILABLE if OpenGL has reported errors since the last call.
 Result<void> check_errors(const GlFunctions& gl, const char* place);
 
-/// A texture to draw into or to fetch from: one level, no filter.
+/// A texture with one level and no filter, as a render target or for texelFetch.
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height);
 
-/// A matrix for row vectors as OpenGL's uniforms want one for column vectors.
+/// Converts a matrix for row vectors to an OpenGL uniform for column vectors.
 std::array<GLfloat, 16> gl_matrix(const M44d& matrix);
 
-/// One attribute of a vertex: floats, which lie `offset` bytes from the buffer's begin and then every
-/// `stride` bytes.
+/// One attribute of a vertex: floats at `offset` bytes from the buffer's begin, `stride` bytes apart.
 struct VertexAttribute {
   GLuint location = 0;
   GLuint buffer = 0;
@@ -40,7 +39,7 @@ struct VertexAttribute {
 };
 void add_attribute(const GlFunctions& gl, GLuint array, const VertexAttribute& attribute);
 
-/// The triangles of an index buffer from `first` to before `end`.
+/// Draws the triangles [first, end) of the bound index buffer.
 void draw_triangles(const GlFunctions& gl, std::size_t first, std::size_t end);
 
 /// OpenGL objects that are deleted together. The context must be current whenever a function of this class is
@@ -54,7 +53,7 @@ class GlObjects {
   void clear();
 
   Result<GLuint> program(const std::string& vertex, const std::string& fragment);
-  /// `data` may be null. At least 16 bytes, as shaders want them.
+  /// `data` may be null. The buffer has at least 16 bytes, one vec4 of a shader's array.
   GLuint buffer(std::size_t bytes, const void* data, GLbitfield flags = 0);
   template <class T>
   GLuint buffer(const std::vector<T>& values) {
@@ -65,10 +64,11 @@ class GlObjects {
   GLuint plain_texture(GLenum format, int width, int height);
   /// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
   GLuint colour_texture(const Image& image);
-  /// A texture of one's own making.
+  /// Takes ownership of a texture.
   GLuint keep_texture(GLuint texture);
   GLuint framebuffer();
-  /// With textures to draw into; colour k is output k. GRAPHICS_UNAVAILABLE where OpenGL refuses it.
+  /// A framebuffer with these render targets; colour k is output k. GRAPHICS_UNAVAILABLE if OpenGL refuses
+  /// it.
   Result<GLuint> framebuffer(std::span<const GLuint> colours, GLenum depth_attachment = GL_NONE,
                              GLuint depth = 0);
 

@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t triangles_per_task = 1024;
 static_assert(tile_side == 8, "a tile's pixels are the bits of a number");
 
-/// What of the frame is asked for.
-struct Wanted {
+/// The wanted pixels of the frame.
+struct WantedPixels {
   int width;
   int first_row;
   int rows;
@@ -21,7 +21,7 @@ struct Wanted {
   std::span<const std::uint64_t> tiles;
 };
 
-/// Where a triangle's edges run, in the frame.
+/// Edge functions of a projected triangle.
 class Edges {
  public:
   Edges(const MergedTriangle& triangle, const ProjectedVertices& projected) {
@@ -45,26 +45,26 @@ class Edges {
     sign_ = corner[0].dot(edge_[0]) > 0 ? 1 : -1;
   }
 
-  /// The depth at a pixel's centre, where the triangle covers it; else 1. Two triangles that share an edge
-  /// never cover the same centre: the edge's number is the same with opposite sign, and 0 counts for one.
+  /// The depth at a pixel's centre if the triangle covers it, else 1. Two triangles that share an edge never
+  /// cover the same centre: their edge functions differ only in sign, and 0 counts for one of them.
   double depth_at(int x, int y) const {
     const V3d centre(x + 0.5, y + 0.5, 1);
     const std::array<double, 3> e{sign_ * edge_[0].dot(centre), sign_ * edge_[1].dot(centre),
                                   sign_ * edge_[2].dot(centre)};
-    // One branch for all three, which are as likely one way as the other.
+    // One branch for all three edges, since each alone is unpredictable.
     if (std::min(std::min(e[0], e[1]), e[2]) < 0) return 1;
     for (std::size_t k = 0; k < 3; ++k) {
       if (e[k] == 0 && !owns_[k]) return 1;
     }
     const double depth = z_.dot(centre) / w_.dot(centre);
-    // As OpenGL clips.
+    // Clipped as by OpenGL.
     return depth >= -1 ? depth : 1;
   }
 
  private:
   std::array<V3d, 3> edge_;  ///< times (x, y, 1): twice the area of the triangle of pixel and edge, times w's
   std::array<bool, 3> owns_{};
-  double sign_ = 1;  ///< below 0 where the back is seen
+  double sign_ = 1;  ///< negative if the back is visible
   V3d z_{0, 0, 0};   ///< clip space's, weighted as w_
   V3d w_{0, 0, 0};
 };
@@ -72,22 +72,22 @@ class Edges {
 /// Bits low ... high of eight.
 std::uint64_t bits_between(int low, int high) { return 0xffU >> (7 - (high - low)) << low; }
 
-/// hit(pixel of the band, depth) for every wanted pixel whose centre the triangle covers.
+/// Calls hit(pixel of the band, depth) for every wanted pixel whose centre the triangle covers.
 template <class Hit>
-void each_pixel_of(const MergedTriangle& triangle, const ProjectedVertices& projected, const Wanted& wanted,
-                   const Hit& hit) {
+void each_pixel_of(const MergedTriangle& triangle, const ProjectedVertices& projected,
+                   const WantedPixels& wanted, const Hit& hit) {
   V2f low(0, static_cast<float>(wanted.first_row));
   V2f high(static_cast<float>(wanted.width - 1), static_cast<float>(wanted.first_row + wanted.rows - 1));
-  const auto at = [&](std::size_t k) -> const Group& { return projected.screen[triangle.corners[k]]; };
-  if (at(0)[2] > 0 && at(1)[2] > 0 && at(2)[2] > 0) {
+  const auto screen = [&](std::size_t k) -> const Group& { return projected.screen[triangle.corners[k]]; };
+  if (screen(0)[2] > 0 && screen(1)[2] > 0 && screen(2)[2] > 0) {
     const V2f middle(0.5F * static_cast<float>(projected.width), 0.5F * static_cast<float>(projected.height));
-    const auto place = [&](std::size_t k) { return V2f(at(k)[0], at(k)[1]) / at(k)[2] + middle; };
+    const auto place = [&](std::size_t k) { return V2f(screen(k)[0], screen(k)[1]) / screen(k)[2] + middle; };
     const std::array corners{place(0), place(1), place(2)};
-    // A pixel more on each side than the centres need: positions are rounded here.
+    // One extra pixel on each side, since positions are rounded here.
     for (int axis = 0; axis < 2; ++axis) {
-      const auto [least, most] = std::minmax({corners[0][axis], corners[1][axis], corners[2][axis]});
-      low[axis] = std::max(low[axis], least - 1);
-      high[axis] = std::min(high[axis], most + 0.5F);
+      const auto [lowest, highest] = std::minmax({corners[0][axis], corners[1][axis], corners[2][axis]});
+      low[axis] = std::max(low[axis], lowest - 1);
+      high[axis] = std::min(high[axis], highest + 0.5F);
     }
   }
   if (!(low.x <= high.x && low.y <= high.y)) return;
@@ -121,8 +121,7 @@ void each_pixel_of(const MergedTriangle& triangle, const ProjectedVertices& proj
 
 DeepPixels::DeepPixels(int width, int rows)
     : width_(width), rows_(rows), tile_columns_((width + tile_side - 1) / tile_side) {
-  tiles_.resize(static_cast<std::size_t>(tile_columns_) *
-                static_cast<std::size_t>((rows + tile_side - 1) / tile_side));
+  tiles_.resize(tile_columns_ * ((rows + tile_side - 1) / tile_side));
 }
 
 void DeepPixels::add(std::span<const Pixel> pixels) {
@@ -140,8 +139,7 @@ DeepPixels::Place DeepPixels::place_of(std::uint32_t pixel) const {
 }
 
 bool DeepPixels::has_more(int side, int round) const {
-  const auto s = static_cast<std::size_t>(side);
-  return std::any_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return p.counts[s] > round; });
+  return std::any_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return p.counts[side] > round; });
 }
 
 std::vector<std::uint8_t> DeepPixels::tiles(int side, int round) const {
@@ -153,10 +151,9 @@ std::vector<std::uint8_t> DeepPixels::tiles(int side, int round) const {
 }
 
 void DeepPixels::add_round(int side, int round, const DrawnSide& drawn) {
-  const auto s = static_cast<std::size_t>(side);
   for (const Pixel& p : pixels_) {
     const float depth = drawn.seen.depth[p.pixel];
-    if (p.counts[s] <= round || !(depth < 1)) continue;
+    if (p.counts[side] <= round || !(depth < 1)) continue;
     const std::uint32_t triangle = drawn.list[drawn.seen.triangles[p.pixel]];
     hits_.push_back({p.pixel, depth, triangle, side == 1, drawn.pbr_at(p.pixel)});
   }
@@ -164,13 +161,13 @@ void DeepPixels::add_round(int side, int round, const DrawnSide& drawn) {
 
 void DeepPixels::cast(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                       const std::array<DrawnSide, 2>& sides, int first_row) {
-  const Wanted wanted{width_, first_row, rows_, tile_columns_, tiles_};
+  const WantedPixels wanted{width_, first_row, rows_, tile_columns_, tiles_};
   for (std::size_t side = 0; side < 2; ++side) {
     const std::vector<std::uint32_t>& list = sides[side].list;
     const std::size_t tasks = (list.size() + triangles_per_task - 1) / triangles_per_task;
     std::vector<std::vector<DeepHit>> found(tasks);
     parallel_for(0, static_cast<int>(tasks), [&](int task) {
-      const std::size_t first = static_cast<std::size_t>(task) * triangles_per_task;
+      const std::size_t first = task * triangles_per_task;
       const std::size_t end = std::min(first + triangles_per_task, list.size());
       for (std::size_t i = first; i < end; ++i) {
         const auto hit = [&](std::uint32_t pixel, float depth) {
@@ -184,7 +181,7 @@ void DeepPixels::cast(const MergedSurfaces& mesh, const ProjectedVertices& proje
 }
 
 DeepLayers DeepPixels::sorted() const {
-  // By counting: where each tile's pixels begin, then how many surfaces each pixel has.
+  // A counting sort: the begin of each tile's pixels, then the number of surfaces of each pixel.
   std::vector<std::uint32_t> first(tiles_.size() + 1);
   for (std::size_t i = 0; i < tiles_.size(); ++i)
     first[i + 1] = first[i] + static_cast<std::uint32_t>(std::popcount(tiles_[i]));

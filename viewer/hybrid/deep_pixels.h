@@ -1,4 +1,4 @@
-// Pixels where one side of the cloth lies behind itself, and all that lies there.
+// Deep pixels: those in which one side of the cloth covers itself, and all surfaces in them.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace selvedge {
 
-/// One side of the cloth in a band, with the list that its triangles are numbers of.
+/// One side of the cloth in a band, and the list of triangles that its numbers index.
 struct DrawnSide {
   VisibleSide seen;
   std::vector<std::uint32_t> list;
-  /// Nothing where no surface of the scene needs it.
+  /// Empty if no surface of the scene needs it.
   PbrPixel pbr_at(std::size_t i) const {
     return seen.colours.empty() ? PbrPixel{} : PbrPixel{seen.colours[i], seen.pbr[i]};
   }
@@ -29,36 +29,36 @@ struct DeepHit {
   PbrPixel pbr;
 };
 
-/// The surfaces of pixels: those of pixel i are hits starts[i] ... starts[i + 1] - 1, nearest first.
+/// The surfaces of pixels: pixel i has hits starts[i] ... starts[i + 1] - 1, nearest first.
 struct DeepLayers {
   std::vector<DeepHit> hits;
   std::vector<std::uint32_t> starts{0};
   std::size_t pixels() const { return starts.size() - 1; }
 };
 
-/// They wait until all their layers are known.
+/// The deep pixels of a band, collected until all their layers are known.
 class DeepPixels {
  public:
   DeepPixels(int width, int rows);
 
   struct Pixel {
     std::uint32_t pixel = 0;
-    std::array<std::uint8_t, 2> counts{};  ///< surfaces of the front and of the back
+    std::array<std::uint8_t, 2> counts{};  ///< number of surfaces by side (front, back)
   };
-  /// Each pixel at most once.
+  /// Adds pixels, each at most once.
   void add(std::span<const Pixel> pixels);
   bool empty() const { return pixels_.empty(); }
-  /// Whether some pixel has a surface of this side in round `round`.
+  /// Whether some pixel has a surface of this side in this round.
   bool has_more(int side, int round) const;
-  /// FrameTiles::tiles of the pixels that have.
+  /// FrameTiles::tiles of these pixels.
   std::vector<std::uint8_t> tiles(int side, int round) const;
-  /// Adds what a round has shown of a side at these pixels.
+  /// Adds the surfaces that a round has drawn at these pixels.
   void add_round(int side, int round, const DrawnSide& drawn);
-  /// Finds all surfaces at these pixels on the processor, on all cores: far less work than drawing everything
-  /// again for a few of them. Not for scenes with surfaces without fabric, whose masks OpenGL knows.
+  /// Finds all surfaces at these pixels on the CPU, on all cores: far less work than further rounds of OpenGL
+  /// for a few pixels. Precondition: all surfaces have a fabric; only OpenGL evaluates the masks of others.
   void cast(const MergedSurfaces& mesh, const ProjectedVertices& projected,
             const std::array<DrawnSide, 2>& sides, int first_row);
-  /// The bytes do not depend on the order in which the surfaces were found.
+  /// All layers; the bytes do not depend on the order in which surfaces were added.
   DeepLayers sorted() const;
 
  private:
@@ -71,7 +71,7 @@ class DeepPixels {
   int width_;
   int rows_;
   int tile_columns_;
-  std::vector<std::uint64_t> tiles_;  ///< which pixels of each tile, row by row
+  std::vector<std::uint64_t> tiles_;  ///< mask of pixels of each tile, row by row
   std::vector<Pixel> pixels_;
   std::vector<DeepHit> hits_;
 };

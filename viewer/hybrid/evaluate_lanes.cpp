@@ -11,11 +11,11 @@
 namespace selvedge {
 namespace {
 
-/// Lights whose lookups are kept at a time.
+/// Number of lights whose lookups are computed together.
 constexpr std::size_t lights_at_once = 8;
 constexpr std::size_t max_lobes = 16;
 
-/// Texels of one layout, evaluated together: what each lane reads.
+/// Texels of one layout that are evaluated together: the data of each lane.
 struct LaneBatch {
   explicit LaneBatch(const PackedLayout& layout_of_all) : layout(layout_of_all) {}
 
@@ -27,8 +27,8 @@ struct LaneBatch {
   alignas(64) LaneFloats weight;
 };
 
-/// What is the same for all texels.
-struct Surroundings {
+/// Inputs that all texels share.
+struct SharedInputs {
   const PackedFabric& fabric;
   const LaneDirections& view;
   std::span<const LaneLight> lights;
@@ -62,14 +62,14 @@ SELVEDGE_INLINE WideFloat<N> clamp_to_finite(const WideFloat<N>& x) {
 
 /// phi_a(v) of all a, for lanes first ... first + N - 1.
 template <std::size_t N>
-SELVEDGE_INLINE void fill_view_functions(const Surroundings& s, std::size_t first, const WideTaps<N>& taps) {
-  const auto count = static_cast<std::size_t>(s.fabric.view_functions);
+SELVEDGE_INLINE void fill_view_functions(const SharedInputs& s, std::size_t first, const WideTaps<N>& taps) {
+  const std::size_t count = s.fabric.view_functions;
   for (std::size_t a = 0; a < count; ++a) {
     WideFloat<N> sum(0);
     for (std::size_t tap = 0; tap < 4; ++tap) {
       float values[N];  // NOLINT(modernize-avoid-c-arrays)
       for (std::size_t lane = 0; lane < N; ++lane)
-        values[lane] = s.fabric.view_basis[static_cast<std::size_t>(taps.cell[tap][lane]) * count + a];
+        values[lane] = s.fabric.view_basis[taps.cell[tap][lane] * count + a];
       sum += WideFloat<N>::load(values) * taps.weight[tap];
     }
     sum.store(s.view_functions + a * lane_count + first);
@@ -78,18 +78,18 @@ SELVEDGE_INLINE void fill_view_functions(const Surroundings& s, std::size_t firs
 
 /// psi_b(l) of all b and one light.
 template <std::size_t N>
-SELVEDGE_INLINE void fill_light_functions(const Surroundings& s, std::size_t light, std::size_t first,
+SELVEDGE_INLINE void fill_light_functions(const SharedInputs& s, std::size_t light, std::size_t first,
                                           const WideTaps<N>& taps) {
-  const auto count = static_cast<std::size_t>(s.fabric.light_functions);
-  WideTaps<N> of = taps;
+  const std::size_t count = s.fabric.light_functions;
+  WideTaps<N> group_taps = taps;
   const Group* base[N];  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t tap = 0; tap < 4; ++tap) {
-    for (std::size_t lane = 0; lane < N; ++lane) of.cell[tap][lane] *= s.fabric.light_functions;
+    for (std::size_t lane = 0; lane < N; ++lane) group_taps.cell[tap][lane] *= s.fabric.light_functions;
   }
   for (std::size_t b = 0; b < count; ++b) {
     for (std::size_t lane = 0; lane < N; ++lane) base[lane] = s.fabric.light_basis.data() + b;
     WideFloat<N> psi[4];  // NOLINT(modernize-avoid-c-arrays)
-    look_up<N>(base, of, psi);
+    look_up<N>(base, group_taps, psi);
     for (std::size_t c = 0; c < 3; ++c)
       psi[c].store(s.light_functions + ((light * count + b) * 3 + c) * lane_count + first);
   }
@@ -97,24 +97,23 @@ SELVEDGE_INLINE void fill_light_functions(const Surroundings& s, std::size_t lig
 
 /// Sum over m of c_m phi_a(m) psi_b(m).
 template <std::size_t N>
-SELVEDGE_INLINE void add_products(const Surroundings& s, const LaneBatch& batch, std::size_t light,
+SELVEDGE_INLINE void add_products(const SharedInputs& s, const LaneBatch& batch, std::size_t light,
                                   std::size_t first, WideFloat<N>* sum) {
   using Wide = WideFloat<N>;
-  const auto functions = static_cast<std::size_t>(s.fabric.light_functions);
-  const auto count = static_cast<std::size_t>(batch.layout.products);
+  const std::size_t functions = s.fabric.light_functions;
+  const std::size_t count = batch.layout.products;
   Wide group[4];  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t m = 0; m < count; ++m) {
     if (m % 4 == 0) fetch<N>(batch.entry.data() + first, m / 4, group);
     const V2i& pair = batch.layout.pairs[m];
     Wide factor = group[m % 4];
-    if (pair.x > 0)
-      factor *= Wide::load(s.view_functions + static_cast<std::size_t>(pair.x - 1) * lane_count + first);
+    if (pair.x > 0) factor *= Wide::load(s.view_functions + (pair.x - 1) * lane_count + first);
     const float* psi = s.light_functions + (light * functions + pair.y) * 3 * lane_count + first;
     for (std::size_t c = 0; c < 3; ++c) sum[c] += factor * Wide::load(psi + c * lane_count);
   }
 }
 
-/// The lookups of one set of directions, the same for all texels of a fabric.
+/// Lookups for one set of directions, which all texels of a fabric share.
 template <std::size_t N>
 struct Lookups {
   WideTaps<N> view;
@@ -122,7 +121,7 @@ struct Lookups {
 };
 
 template <std::size_t N>
-SELVEDGE_INLINE void fill(const Surroundings& s, std::size_t first, Lookups<N>& lookups) {
+SELVEDGE_INLINE void fill(const SharedInputs& s, std::size_t first, Lookups<N>& lookups) {
   if (s.fabric.needs_views) {
     wide_interpolate<N>(s.fabric.fabric->views, load<N>(s.view, first), lookups.view);
     fill_view_functions<N>(s, first, lookups.view);
@@ -134,10 +133,10 @@ SELVEDGE_INLINE void fill(const Surroundings& s, std::size_t first, Lookups<N>& 
   }
 }
 
-/// The texels of one batch; `with_alpha`: opacity is added as well. `Known`: how many lobes the layout has,
-/// 0 where only the layout knows.
+/// Evaluates the texels of one batch; `with_alpha`: adds opacity as well. `Known` is the number of lobes if
+/// it is known at compile time, else 0.
 template <std::size_t N, int Known, class Power>
-SELVEDGE_INLINE void evaluate(const Surroundings& s, const LaneBatch& batch, const Lookups<N>& lookups,
+SELVEDGE_INLINE void evaluate(const SharedInputs& s, const LaneBatch& batch, const Lookups<N>& lookups,
                               std::size_t first, bool with_alpha, LaneShading& result) {
   using Wide = WideFloat<N>;
   const PackedLayout& layout = batch.layout;
@@ -161,16 +160,16 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const LaneBatch& batch, con
   Wide parameters[3 * (1 + 4 * (Known > 0 ? Known : max_lobes))];  // NOLINT(modernize-avoid-c-arrays)
   Wide normal[4];                                                  // NOLINT(modernize-avoid-c-arrays)
   Wide tangent[4];                                                 // NOLINT(modernize-avoid-c-arrays)
-  Wide rest[4];                                                    // NOLINT(modernize-avoid-c-arrays)
+  Wide last[4];                                                    // NOLINT(modernize-avoid-c-arrays)
   const Group* const* texel = batch.texel.data() + first;
   fetch<N>(texel, 0, normal);
   fetch<N>(texel, 1, tangent);
-  fetch<N>(texel, 2, rest);
+  fetch<N>(texel, 2, last);
   parameters[0] = normal[3];
   parameters[per_channel] = tangent[3];
-  parameters[2 * per_channel] = rest[0];
+  parameters[2 * per_channel] = last[0];
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t j = 0; j < static_cast<std::size_t>(lobes); ++j)
+    for (int j = 0; j < lobes; ++j)
       fetch<N>(texel, 3 + c * lobes + j, parameters + c * per_channel + 1 + 4 * j);
   }
   const WideVec3<N> n{normal[0], normal[1], normal[2]};
@@ -213,8 +212,8 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const LaneBatch& batch, con
       sum[c] +=
           clamp_to_finite(scale * factor[c]) * (irradiance * Wide(light.irradiance[static_cast<int>(c)]));
   }
-  const auto add = [&](float* to, const Wide& value) __attribute__((always_inline)) {
-    (Wide::load(to) + if_greater(share, zero, value, zero)).store(to);
+  const auto add = [&](float* target, const Wide& value) __attribute__((always_inline)) {
+    (Wide::load(target) + if_greater(share, zero, value, zero)).store(target);
   };
   add(&result.red[first], sum[0] * share);
   add(&result.green[first], sum[1] * share);
@@ -222,27 +221,29 @@ SELVEDGE_INLINE void evaluate(const Surroundings& s, const LaneBatch& batch, con
   if (with_alpha) add(&result.alpha[first], share);
 }
 
-/// Cuts texels into batches. With heights a texel is the mean over the rays of its cells: `ray` says which.
+/// Cuts texels into batches. With heights, a texel is the mean over the rays of its cells, of which `ray` is
+/// one.
 class BatchMaker {
  public:
   BatchMaker(const PackedFabric& fabric, const LaneDirections& view) : fabric_(fabric), view_(view) {}
 
-  /// Calls body(batch) until all lanes of `texels` have been in one.
+  /// Calls body(batch) for batches that together hold all lanes of `texels`.
   template <class Body>
   void for_each_batch(const LaneTexels& texels, const Body& body) const {
-    std::uint32_t left = 0;
-    for (std::size_t lane = 0; lane < lane_count; ++lane) left |= (texels.weight[lane] > 0 ? 1U : 0U) << lane;
-    while (left != 0) {
-      const auto leader = static_cast<std::size_t>(std::countr_zero(left));
+    std::uint32_t remaining = 0;
+    for (std::size_t lane = 0; lane < lane_count; ++lane)
+      remaining |= (texels.weight[lane] > 0 ? 1U : 0U) << lane;
+    while (remaining != 0) {
+      const int leader = std::countr_zero(remaining);
       const int layout = level_of(texels, leader).layout;
-      std::uint32_t group = left;
+      std::uint32_t group = remaining;
       if (fabric_.layouts.size() > 1) {
         for (std::size_t lane = 0; lane < lane_count; ++lane) {
-          const bool other = (left >> lane & 1U) != 0 && level_of(texels, lane).layout != layout;
+          const bool other = (remaining >> lane & 1U) != 0 && level_of(texels, lane).layout != layout;
           group &= ~((other ? 1U : 0U) << lane);
         }
       }
-      left &= ~group;
+      remaining &= ~group;
       const PackedLayout& shared = fabric_.layouts[layout];
       if (!shared.has_heights)
         body(plain(texels, shared, group, leader));
@@ -261,10 +262,10 @@ class BatchMaker {
     LaneBatch batch(layout);
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
       // Inactive lanes repeat the leader's texel with weight 0.
-      const bool on = (group >> lane & 1U) != 0;
-      const std::size_t from = on ? lane : leader;
-      point(batch, lane, level_of(texels, from), texels.texel[from], 0);
-      batch.weight[lane] = on ? texels.weight[lane] : 0.0F;
+      const bool active = (group >> lane & 1U) != 0;
+      const std::size_t source = active ? lane : leader;
+      point(batch, lane, level_of(texels, source), texels.texel[source], 0);
+      batch.weight[lane] = active ? texels.weight[lane] : 0.0F;
     }
     return batch;
   }
@@ -272,7 +273,7 @@ class BatchMaker {
   template <class Body>
   void each_ray(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group, std::size_t leader,
                 const Body& body) const {
-    // Levels of one layout may still divide their texels differently.
+    // Levels of one layout may have different cells per texel.
     for (int ray = 0;; ++ray) {
       LaneBatch batch(layout);
       batch.weight.fill(0);
@@ -307,7 +308,7 @@ class BatchMaker {
                                              V3f(view_.x[lane], view_.y[lane], view_.z[lane]));
   }
 
-  /// What a lane reads: the groups of an entry of a texel.
+  /// Sets the pointers of a lane to an entry of a texel.
   void point(LaneBatch& batch, std::size_t lane, const PackedLevel& level, std::size_t texel,
              std::size_t entry) const {
     const PackedLayout& layout = batch.layout;
@@ -322,47 +323,47 @@ class BatchMaker {
   const LaneDirections& view_;
 };
 
-/// Memory for lookups of any width.
+/// Storage for lookups of any width.
 struct AllLookups {
   alignas(64) std::array<std::byte, lane_count / 4 * sizeof(Lookups<4>)> bytes;
 };
 static_assert(sizeof(Lookups<16>) <= sizeof(AllLookups) && sizeof(Lookups<8>) * 2 <= sizeof(AllLookups));
 
 template <std::size_t N>
-SELVEDGE_INLINE void fill_all(const Surroundings& s, AllLookups& lookups) {
+SELVEDGE_INLINE void fill_all(const SharedInputs& s, AllLookups& lookups) {
   for (std::size_t i = 0; i < lane_count / N; ++i)
     fill<N>(s, i * N, reinterpret_cast<Lookups<N>*>(lookups.bytes.data())[i]);
 }
-SELVEDGE_THREE_BODIES(fill_all, (const Surroundings& s, AllLookups& lookups), (s, lookups))
+SELVEDGE_THREE_BODIES(fill_all, (const SharedInputs& s, AllLookups& lookups), (s, lookups))
 
 template <std::size_t N, class Power>
-SELVEDGE_INLINE void evaluate_by(const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
+SELVEDGE_INLINE void evaluate_by(const SharedInputs& s, const LaneBatch& batch, const AllLookups& lookups,
                                  bool with_alpha, LaneShading& result) {
   for (std::size_t i = 0; i < lane_count / N; ++i) {
-    const Lookups<N>& of = reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i];
-    // The number of lobes that fabrics mostly have.
+    const Lookups<N>& lane_lookups = reinterpret_cast<const Lookups<N>*>(lookups.bytes.data())[i];
+    // The most frequent number of lobes.
     if (batch.layout.lobes == 2)
-      evaluate<N, 2, Power>(s, batch, of, i * N, with_alpha, result);
+      evaluate<N, 2, Power>(s, batch, lane_lookups, i * N, with_alpha, result);
     else
-      evaluate<N, 0, Power>(s, batch, of, i * N, with_alpha, result);
+      evaluate<N, 0, Power>(s, batch, lane_lookups, i * N, with_alpha, result);
   }
 }
 template <std::size_t N>
-SELVEDGE_INLINE void evaluate_exact(const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
+SELVEDGE_INLINE void evaluate_exact(const SharedInputs& s, const LaneBatch& batch, const AllLookups& lookups,
                                     bool with_alpha, LaneShading& result) {
   evaluate_by<N, PositivePower>(s, batch, lookups, with_alpha, result);
 }
 template <std::size_t N>
-SELVEDGE_INLINE void evaluate_fast(const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
+SELVEDGE_INLINE void evaluate_fast(const SharedInputs& s, const LaneBatch& batch, const AllLookups& lookups,
                                    bool with_alpha, LaneShading& result) {
   evaluate_by<N, FastPower>(s, batch, lookups, with_alpha, result);
 }
 SELVEDGE_THREE_BODIES(evaluate_exact,
-                      (const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
+                      (const SharedInputs& s, const LaneBatch& batch, const AllLookups& lookups,
                        bool with_alpha, LaneShading& result),
                       (s, batch, lookups, with_alpha, result))
 SELVEDGE_THREE_BODIES(evaluate_fast,
-                      (const Surroundings& s, const LaneBatch& batch, const AllLookups& lookups,
+                      (const SharedInputs& s, const LaneBatch& batch, const AllLookups& lookups,
                        bool with_alpha, LaneShading& result),
                       (s, batch, lookups, with_alpha, result))
 
@@ -375,14 +376,14 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
   static const std::array by_power{evaluate_exact_for_this_processor(), evaluate_fast_for_this_processor()};
   const auto evaluate = by_power[static_cast<std::size_t>(power)];
   const std::size_t at_once = std::min(lights.size(), lights_at_once);
-  scratch.view_functions.resize(static_cast<std::size_t>(fabric.view_functions) * lane_count);
+  scratch.view_functions.resize(fabric.view_functions * lane_count);
   scratch.light_functions.resize(at_once * fabric.light_functions * 3 * lane_count);
   const BatchMaker batches(fabric, view);
   AllLookups lookups;
   std::size_t first = 0;
   do {
     const std::size_t count = std::min(lights.size() - first, lights_at_once);
-    const Surroundings surroundings{fabric, view, lights.subspan(first, count), scratch.view_functions.data(),
+    const SharedInputs surroundings{fabric, view, lights.subspan(first, count), scratch.view_functions.data(),
                                     scratch.light_functions.data()};
     fill(surroundings, lookups);
     for (const LaneTexels& list : texels) {

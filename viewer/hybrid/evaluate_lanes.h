@@ -1,6 +1,5 @@
-// The evaluation of a fabric for sixteen pixels at once: the fast twin of format/fabric/evaluate.h, held to
-// it by tests. The formula is the same template (format/fabric/lafortune.h); powers are those of
-// format/simd/powers.h.
+// Evaluates a fabric for sixteen pixels at once: the fast twin of format/fabric/evaluate.h, held to it by
+// tests. Both use the template of format/fabric/lafortune.h; powers are those of format/simd/powers.h.
 #pragma once
 
 #include <array>
@@ -27,10 +26,10 @@ struct LaneDirections {
 struct LaneLight {
   LaneDirections direction;  ///< towards the light
   alignas(64) LaneFloats share{};
-  V3f irradiance{1, 1, 1};  ///< times `share`: on a surface that faces the light
+  V3f irradiance{1, 1, 1};  ///< on a surface that faces the light; times `share`
 };
 
-/// One texel for each pixel, and the weight it has there. Where the weight is 0 the others may be anything.
+/// One texel for each pixel, and its weight. If the weight is 0, texel and level are undefined.
 struct LaneTexels {
   alignas(64) LaneFloats weight{};
   alignas(64) std::array<std::int32_t, lane_count> texel{};
@@ -45,7 +44,7 @@ struct LaneShading {
   alignas(64) LaneFloats alpha{};
 };
 
-/// Numbers on their way, kept between calls; one per thread.
+/// Memory that calls reuse; one per thread.
 struct LaneScratch {
   std::vector<float> view_functions;
   std::vector<float> light_functions;

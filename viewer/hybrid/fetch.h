@@ -1,5 +1,5 @@
-// Numbers that lie in groups of four, one group for each pixel, turned into vectors over the pixels. Loads of
-// four and shuffles are several times as fast as the processor's own gathers.
+// Transposes groups of four numbers, one group per pixel, to vectors over the pixels. Loads of four and
+// shuffles are several times as fast as the CPU's gather instructions.
 #pragma once
 
 #include "format/simd/wide_float.h"
@@ -18,8 +18,7 @@ SELVEDGE_INLINE Floats4 quad(const Group* from, std::size_t offset) {
   return result;
 }
 
-// Overloads for each width: numbers of a and b in turns, from the lower and from the upper half of every
-// four.
+// Overloads for each width: interleave numbers of a and b, from the lower and the upper half of every four.
 SELVEDGE_INLINE Floats4 lower(const Floats4& a, const Floats4& b) {
   return __builtin_shufflevector(a, b, 0, 4, 1, 5);
 }
@@ -39,7 +38,7 @@ SELVEDGE_INLINE Floats16 upper(const Floats16& a, const Floats16& b) {
   return __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31);
 }
 
-// The groups of every fourth pixel from r on, side by side.
+// Concatenates the groups of every fourth pixel from r on.
 SELVEDGE_INLINE void gather(const Group* const* from, std::size_t offset, std::size_t r, Floats4& to) {
   to = quad(from[r], offset);
 }
@@ -54,7 +53,7 @@ SELVEDGE_INLINE void gather(const Group* const* from, std::size_t offset, std::s
   to = __builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 }
 
-/// A group of four for each pixel, as four vectors.
+/// Loads group `offset` of each pixel as four vectors.
 template <std::size_t N>
 SELVEDGE_INLINE void fetch(const Group* const* from, std::size_t offset, WideFloat<N>* to) {
   using Floats = typename Lanes<N>::Floats;

@@ -9,27 +9,27 @@
 namespace selvedge {
 namespace {
 
-/// Per pixel, what choosing the texels needs.
+/// Inputs for the choice of texels, per pixel.
 struct Footprints {
   alignas(64) LaneFloats u;  ///< in [0, 1]
   alignas(64) LaneFloats v;
   alignas(64) LaneFloats lower;   ///< the finer of the two levels
   alignas(64) LaneFloats upper;   ///< the coarser
   alignas(64) LaneFloats weight;  ///< of the coarser
-  alignas(64) LaneFloats taps;    ///< into which the footprint is cut
+  alignas(64) LaneFloats taps;    ///< number of taps along the footprint
   alignas(64) LaneFloats axis_u;  ///< in texture coordinates
   alignas(64) LaneFloats axis_v;
 };
 
-/// What the pixels' triangles are made of.
+/// Data of the pixels' triangles.
 struct Corners {
   std::array<std::array<const Group*, lane_count>, 3> screen;
   std::array<std::array<const Group*, lane_count>, 3> attributes;
   alignas(64) LaneFloats width;  ///< of level 0 of the whole fabric
   alignas(64) LaneFloats height;
-  alignas(64) LaneFloats first_level;  ///< of the whole fabric that is there; the others are counted from it
+  alignas(64) LaneFloats first_level;  ///< first level that is present; others count from it
   alignas(64) LaneFloats last_level;
-  alignas(64) LaneFloats counts;  ///< 1 where there is a fabric to look at, else 0
+  alignas(64) LaneFloats counts;  ///< 1 if the pixel shows a fabric, else 0
 };
 
 /// A value at the three corners, interpolated.
@@ -43,7 +43,7 @@ struct Interpolation {
   }
 };
 
-/// Homogeneous: works for corners behind the viewer, and is right in perspective (after Olano and Greer
+/// Homogeneous coordinates: correct in perspective and for corners behind the viewer (after Olano and Greer
 /// 1997).
 template <std::size_t N>
 SELVEDGE_INLINE Interpolation<N> interpolation(const Corners& corners, const PixelBlock& block,
@@ -85,8 +85,7 @@ SELVEDGE_INLINE Interpolation<N> interpolation(const Corners& corners, const Pix
   return result;
 }
 
-/// Texture coordinate from those of the corners: its value with whole repeats of the first corner taken off,
-/// and its change per pixel.
+/// Interpolates a texture coordinate without whole repeats of the first corner; also its change per pixel.
 template <std::size_t N>
 struct Coordinate {
   WideFloat<N> value, right, up;
@@ -97,7 +96,7 @@ SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideF
   using Wide = WideFloat<N>;
   const Wide one = corner[1] - corner[0];
   const Wide two = corner[2] - corner[0];
-  // Exact: what is left has no more digits than before.
+  // This subtraction is exact.
   const Wide start = corner[0] - floor(corner[0]);
   return {start + (at.l1 * one + at.l2 * two), at.l1_right * one + at.l2_right * two,
           at.l1_up * one + at.l2_up * two};
@@ -109,7 +108,7 @@ SELVEDGE_INLINE WideFloat<N> size_of_level(const WideFloat<N>& size0, const Wide
   return max(floor(size0 * scale), WideFloat<N>(1));
 }
 
-/// The texel of `size` that holds the coordinate c, which repeats; the first for NaN.
+/// The texel, of `size`, at the repeating coordinate c; the first for NaN.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> wrap(const WideFloat<N>& c, const WideFloat<N>& size) {
   using Wide = WideFloat<N>;
@@ -146,34 +145,36 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     const Coordinate<N> v = coordinate<N>(at, vs);
     const Wide width = Wide::load(&corners.width[first]);
     const Wide height = Wide::load(&corners.height[first]);
-    const Footprint<Wide> of = footprint<Wide>(
+    const Footprint<Wide> texel_footprint = footprint<Wide>(
         {u.right * width, v.right * height, u.up * width, v.up * height}, static_cast<float>(options.taps));
     // 0 where coordinates overflow.
     const Wide in_u = max(u.value - floor(u.value), Wide(0));
     const Wide in_v = max(v.value - floor(v.value), Wide(0));
     in_u.store(&footprints.u[first]);
     in_v.store(&footprints.v[first]);
-    const Wide before = Wide::load(&corners.first_level[first]);
-    const Wide wanted =
-        (options.forced >= 0 ? Wide(static_cast<float>(options.forced)) : of.level + Wide(options.bias)) -
-        before;
+    const Wide first_level = Wide::load(&corners.first_level[first]);
+    const Wide relative = (options.forced >= 0 ? Wide(static_cast<float>(options.forced))
+                                               : texel_footprint.level + Wide(options.bias)) -
+                          first_level;
     const Wide last = Wide::load(&corners.last_level[first]);
     // Down to the finest for NaN as well.
-    const Wide clamped = min(max(wanted, Wide(0)), last);
+    const Wide clamped = min(max(relative, Wide(0)), last);
     const Wide level = options.blend ? clamped : floor(clamped + Wide(0.5F));
     const Wide lower = floor(level);
     lower.store(&footprints.lower[first]);
     min(lower + Wide(1), last).store(&footprints.upper[first]);
     (level - lower).store(&footprints.weight[first]);
-    // Parts that are smaller than a texel of level 0 need no tap of their own.
-    const Wide long_axis = sqrt(of.axis_x * of.axis_x + of.axis_y * of.axis_y) + Wide(1);
-    const Wide parts = min(of.ratio, long_axis);
-    const Wide most(options.forced >= 0 ? 1.0F : static_cast<float>(options.taps));
-    const Wide cut = max(min(floor(parts + Wide(0.999F)), most), Wide(1));
+    // Taps closer than a texel of level 0 would be redundant.
+    const Wide long_axis = sqrt(texel_footprint.axis_x * texel_footprint.axis_x +
+                                texel_footprint.axis_y * texel_footprint.axis_y) +
+                           Wide(1);
+    const Wide parts = min(texel_footprint.ratio, long_axis);
+    const Wide tap_limit(options.forced >= 0 ? 1.0F : static_cast<float>(options.taps));
+    const Wide cut = max(min(floor(parts + Wide(0.999F)), tap_limit), Wide(1));
     if_greater(parts, Wide(1.001F), cut, Wide(1)).store(&footprints.taps[first]);
     const Wide farthest(1e6F);
-    max(min(of.axis_x / width, farthest), -farthest).store(&footprints.axis_u[first]);
-    max(min(of.axis_y / height, farthest), -farthest).store(&footprints.axis_v[first]);
+    max(min(texel_footprint.axis_x / width, farthest), -farthest).store(&footprints.axis_u[first]);
+    max(min(texel_footprint.axis_y / height, farthest), -farthest).store(&footprints.axis_v[first]);
   }
 }
 SELVEDGE_THREE_BODIES(interpolate_lanes,
@@ -181,30 +182,30 @@ SELVEDGE_THREE_BODIES(interpolate_lanes,
                        Footprints& footprints),
                       (corners, options, block, footprints))
 
-/// Which of a pixel's texels are meant.
+/// Selects texels of a pixel.
 struct Slot {
   int tap = 0;
   bool coarser = false;  ///< of the two levels
-  bool linear = false;   ///< the four texels around where the level is above 0, else the nearest alone
+  bool linear = false;   ///< the four nearest texels if the level is above 0, else the nearest alone
 };
 
 /// Fills one list of texels, or four where `slot.linear`.
 template <std::size_t N>
-SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, const Slot& slot,
-                               LaneTexels* to) {
+SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& footprints, const Slot& slot,
+                               LaneTexels* lists) {
   using Wide = WideFloat<N>;
   const Wide zero(0);
   const Wide one(1);
   const Wide half(0.5F);
   for (std::size_t first = 0; first < lane_count; first += N) {
-    const Wide taps = Wide::load(&at.taps[first]);
+    const Wide taps = Wide::load(&footprints.taps[first]);
     const Wide tap(static_cast<float>(slot.tap));
     const Wide share = one / taps;
     const Wide along = (tap + half) * share - half;
-    const Wide u = Wide::load(&at.u[first]) + along * Wide::load(&at.axis_u[first]);
-    const Wide v = Wide::load(&at.v[first]) + along * Wide::load(&at.axis_v[first]);
-    const Wide level = Wide::load(slot.coarser ? &at.upper[first] : &at.lower[first]);
-    const Wide of_coarser = Wide::load(&at.weight[first]);
+    const Wide u = Wide::load(&footprints.u[first]) + along * Wide::load(&footprints.axis_u[first]);
+    const Wide v = Wide::load(&footprints.v[first]) + along * Wide::load(&footprints.axis_v[first]);
+    const Wide level = Wide::load(slot.coarser ? &footprints.upper[first] : &footprints.lower[first]);
+    const Wide of_coarser = Wide::load(&footprints.weight[first]);
     const Wide of_level = slot.coarser ? of_coarser : one - of_coarser;
     const Wide counted = if_greater(Wide::load(&corners.counts[first]), zero, of_level * share, zero);
     const Wide weight = if_greater(taps, tap, counted, zero);
@@ -212,17 +213,17 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, con
     const Wide scale = power_of_two(-of_whole);
     const Wide width = size_of_level<N>(Wide::load(&corners.width[first]), scale);
     const Wide height = size_of_level<N>(Wide::load(&corners.height[first]), scale);
-    const auto store = [&](const Wide& x, const Wide& y, const Wide& part, LaneTexels& of)
+    const auto store = [&](const Wide& x, const Wide& y, const Wide& part, LaneTexels& texels)
         __attribute__((always_inline)) {
       // Exact: at most 4096 x 4096 texels.
-      store_whole(y * width + x, &of.texel[first]);
-      store_whole(level, &of.level[first]);
-      part.store(&of.weight[first]);
+      store_whole(y * width + x, &texels.texel[first]);
+      store_whole(level, &texels.level[first]);
+      part.store(&texels.weight[first]);
     };
     const Wide x = wrap<N>(u, width);
     const Wide y = wrap<N>(v, height);
     if (!slot.linear) {
-      store(x, y, weight, to[0]);
+      store(x, y, weight, lists[0]);
       continue;
     }
     const Wide from_x = u * width - half;
@@ -231,8 +232,8 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, con
     const Wide upper = floor(from_y);
     const Wide part_x = from_x - left;
     const Wide part_y = from_y - upper;
-    // Level 0 has weight only on the way to level 1: its texels' edges fade with it. Level 0 of a
-    // partial fabric is a coarser level of the whole, so it is filtered.
+    // Level 0 is not filtered, since its texels fade out towards level 1. But level 0 of a partial fabric is
+    // a coarser level of the whole, so it is filtered.
     const auto choose = [&](const Wide& linear, const Wide& nearest) __attribute__((always_inline)) {
       return if_greater(of_whole, zero, linear, nearest);
     };
@@ -242,46 +243,50 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& at, con
     const Wide y1 = wrap<N>((upper + Wide(1.5F)) / height, height);
     const Wide share_x1 = choose(part_x, zero);
     const Wide share_y1 = choose(part_y, zero);
-    store(x0, y0, weight * (one - share_x1) * (one - share_y1), to[0]);
-    store(x1, y0, weight * share_x1 * (one - share_y1), to[1]);
-    store(x0, y1, weight * (one - share_x1) * share_y1, to[2]);
-    store(x1, y1, weight * share_x1 * share_y1, to[3]);
+    store(x0, y0, weight * (one - share_x1) * (one - share_y1), lists[0]);
+    store(x1, y0, weight * share_x1 * (one - share_y1), lists[1]);
+    store(x0, y1, weight * (one - share_x1) * share_y1, lists[2]);
+    store(x1, y1, weight * share_x1 * share_y1, lists[3]);
   }
 }
 SELVEDGE_THREE_BODIES(fill_slot,
-                      (const Corners& corners, const Footprints& at, const Slot& slot, LaneTexels* to),
-                      (corners, at, slot, to))
+                      (const Corners& corners, const Footprints& footprints, const Slot& slot,
+                       LaneTexels* lists),
+                      (corners, footprints, slot, lists))
 
-/// Whether any pixel with a fabric has weight in one of the levels, and whether linear taps matter there.
+/// Whether any pixel with a fabric has weight in one of the levels, and whether bilinear filtering matters
+/// there.
 struct LevelUse {
   bool seen = false;
   bool linear = false;
 };
-LevelUse use_of(const Corners& corners, const Footprints& at, bool coarser) {
+LevelUse use_of(const Corners& corners, const Footprints& footprints, bool coarser) {
   LevelUse use;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const bool seen = corners.counts[lane] > 0 && (coarser ? at.weight[lane] > 0 : at.weight[lane] < 1);
+    const bool seen =
+        corners.counts[lane] > 0 && (coarser ? footprints.weight[lane] > 0 : footprints.weight[lane] < 1);
     use.seen |= seen;
-    use.linear |= seen && corners.first_level[lane] + (coarser ? at.upper[lane] : at.lower[lane]) > 0;
+    use.linear |=
+        seen && corners.first_level[lane] + (coarser ? footprints.upper[lane] : footprints.lower[lane]) > 0;
   }
   return use;
 }
 
-/// Lists the texels of all pixels, over taps along the footprint's longer axis and over the texels around
-/// each, where the options and the footprints want it.
-void list_texels(const Corners& corners, const Footprints& at, const LevelOptions& options,
+/// Lists the texels of all pixels: taps along the footprint's longer axis, and bilinear neighbours of each
+/// tap if options and footprints require them.
+void list_texels(const Corners& corners, const Footprints& footprints, const LevelOptions& options,
                  PixelBlock& block) {
   static const auto fill = fill_slot_for_this_processor();
   float taps = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane)
-    taps = std::max(taps, corners.counts[lane] > 0 ? at.taps[lane] : 0.0F);
+    taps = std::max(taps, corners.counts[lane] > 0 ? footprints.taps[lane] : 0.0F);
   block.texel_count = 0;
   for (const bool coarser : {false, true}) {
-    const LevelUse use = use_of(corners, at, coarser);
+    const LevelUse use = use_of(corners, footprints, coarser);
     if (!use.seen) continue;
     const bool linear = options.linear && use.linear;
     for (int tap = 0; tap < static_cast<int>(taps); ++tap) {
-      fill(corners, at, {tap, coarser, linear}, &block.texels[block.texel_count]);
+      fill(corners, footprints, {tap, coarser, linear}, &block.texels[block.texel_count]);
       block.texel_count += linear ? 4 : 1;
     }
   }
@@ -298,7 +303,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   Corners corners;
   const float middle_x = 0.5F * static_cast<float>(scene.projected.width) - 0.5F;
   const float middle_y = 0.5F * static_cast<float>(scene.projected.height) - 0.5F;
-  // Neighbours mostly lie on one surface.
+  // Neighbouring pixels are mostly on one surface.
   std::uint32_t known_surface = ~0U;
   float width = 1;
   float height = 1;
@@ -306,20 +311,20 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   float last_level = 0;
   float counts = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    // Inactive lanes repeat the first.
-    const std::size_t from = lane < pixels.count ? lane : 0;
-    const MergedTriangle& triangle = scene.mesh.triangles[pixels.triangle[from]];
+    // Inactive lanes repeat the first lane.
+    const std::size_t source = lane < pixels.count ? lane : 0;
+    const MergedTriangle& triangle = scene.mesh.triangles[pixels.triangle[source]];
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = triangle.corners[k];
       corners.screen[k][lane] = &scene.projected.screen[vertex];
       corners.attributes[k][lane] = scene.mesh.attributes[vertex].data();
     }
-    block.from_middle_x[lane] = static_cast<float>(pixels.x[from]) - middle_x;
-    block.from_middle_y[lane] = static_cast<float>(pixels.y[from]) - middle_y;
+    block.from_middle_x[lane] = static_cast<float>(pixels.x[source]) - middle_x;
+    block.from_middle_y[lane] = static_cast<float>(pixels.y[source]) - middle_y;
     block.surface[lane] = triangle.surface;
-    block.triangle[lane] = pixels.triangle[from];
+    block.triangle[lane] = pixels.triangle[source];
     block.handedness[lane] = triangle.handedness;
-    block.side[lane] = pixels.back[from] ? -1.0F : 1.0F;
+    block.side[lane] = pixels.back[source] ? -1.0F : 1.0F;
     if (triangle.surface != known_surface) {
       known_surface = triangle.surface;
       const int fabric = scene.materials[known_surface].fabric;

@@ -1,5 +1,5 @@
-// The index pass (paper section 6): from the triangle that a pixel shows to the texels of the fabric that it
-// sees, with their weights, and the frame in which they lie. Nothing is lit here. Sixteen pixels at once.
+// The index pass (paper section 6): finds, for sixteen pixels at once, the texels of the fabric with their
+// weights, and the garment's frame, from the triangle at each pixel. Shading follows later.
 #pragma once
 
 #include <array>
@@ -20,23 +20,23 @@ struct IndexScene {
   LevelOptions levels;
 };
 
-/// Pixels of a frame in any order, each with a triangle that it sees.
+/// Pixels of a frame in any order, each with its visible triangle.
 struct PixelTriangles {
-  std::size_t count = 0;                             ///< the first so many; at least 1
+  std::size_t count = 0;                             ///< number of pixels in use; at least 1
   std::array<std::uint16_t, lane_count> x{};         ///< pixel of the frame
   std::array<std::uint16_t, lane_count> y{};         ///< counted from the bottom
   std::array<std::uint32_t, lane_count> triangle{};  ///< index into MergedSurfaces::triangles
   std::array<bool, lane_count> back{};
-  bool has_pbr = false;  ///< some surface of the scene needs what follows
+  bool has_pbr = false;  ///< some surface of the scene needs `pbr`
   std::array<PbrPixel, lane_count> pbr{};
 };
 
-/// What these pixels have to evaluate.
+/// The inputs of shading for these pixels.
 struct PixelBlock {
   std::size_t count = 0;
   std::array<std::uint16_t, lane_count> x{};
   std::array<std::uint16_t, lane_count> y{};
-  alignas(64) LaneFloats from_middle_x{};  ///< of the pixel's centre, in pixels from the middle of the frame
+  alignas(64) LaneFloats from_middle_x{};  ///< of the pixel's centre, in pixels, from the centre of the frame
   alignas(64) LaneFloats from_middle_y{};  ///< upwards
   std::array<std::uint32_t, lane_count> surface{};
   std::array<std::uint32_t, lane_count> triangle{};  ///< index into MergedSurfaces::triangles
@@ -47,7 +47,7 @@ struct PixelBlock {
   alignas(64) LaneFloats handedness{};     ///< of the tangents (surfaces.h)
   alignas(64) LaneFloats side{};           ///< 1 where the front is seen, -1 where the back is
   std::array<PbrPixel, lane_count> pbr{};
-  /// Texels of the fabrics of the pixels' surfaces; the weights of a pixel sum to 1.
+  /// Texels of the fabrics; the weights of a pixel sum to 1.
   std::size_t texel_count = 0;
   std::array<LaneTexels, std::size_t{2} * max_taps> texels;
 };

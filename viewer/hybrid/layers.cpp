@@ -9,11 +9,11 @@
 namespace selvedge {
 namespace {
 
-/// Rows that one task shades.
+/// Number of rows that one task shades.
 constexpr int rows_per_task = 4;
 constexpr std::size_t deep_pixels_per_task = 1024;
 
-/// Lays what comes in sixteens behind what the pixels have.
+/// Collects sixteen pixels at a time, shades them, and composites them behind the pixels' colours.
 class Painter {
  public:
   Painter(const IndexScene& index, const ShadingScene& shading, bool has_pbr, const BandPixels& pixels)
@@ -31,7 +31,7 @@ class Painter {
     if (waiting_.count == lane_count) paint();
   }
 
-  /// Those that still wait. A pixel must not be added again before.
+  /// Shades the remaining pixels. A pixel must not be added again before.
   void paint() {
     if (waiting_.count == 0) return;
     find_texels(index_, waiting_, block_);
@@ -56,17 +56,17 @@ class Painter {
   std::int64_t count_ = 0;
 };
 
-/// Whether a row's next sixteen depths are all 1.
+/// Whether the next sixteen depths of a row are all 1.
 bool are_empty(const float* depth) {
   constexpr auto one = std::bit_cast<std::uint32_t>(1.0F);
   std::array<std::uint32_t, lane_count> bits;
   std::memcpy(bits.data(), depth, sizeof bits);
-  std::uint32_t other = 0;
-  for (const std::uint32_t b : bits) other |= b ^ one;
-  return other == 0;
+  std::uint32_t difference = 0;
+  for (const std::uint32_t b : bits) difference |= b ^ one;
+  return difference == 0;
 }
 
-/// Some rows of a band: what one task does.
+/// Shades some rows of a band, the work of one task.
 class RowShader {
  public:
   RowShader(const IndexScene& index, const ShadingScene& shading, const std::array<DrawnSide, 2>& sides,
@@ -95,13 +95,13 @@ class RowShader {
   const std::vector<DeepPixels::Pixel>& deep() const { return deep_; }
 
  private:
-  /// What may be seen behind a pixel's nearest surface.
+  /// The surfaces that may show behind a pixel's nearest one.
   struct Second {
     int x, y;
     std::size_t side;
   };
 
-  std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
+  std::size_t index_of(int x, int y) const { return y * pixels_.width + x; }
   std::uint32_t triangle(std::size_t side, std::size_t i) const {
     return sides_[side].list[sides_[side].seen.triangles[i]];
   }
@@ -161,8 +161,8 @@ LayerCount shade_band(const IndexScene& index, const ShadingScene& shading,
                       const std::array<DrawnSide, 2>& sides, int layers, const BandPixels& pixels,
                       DeepPixels& deep) {
   const int tasks = (pixels.rows + rows_per_task - 1) / rows_per_task;
-  std::vector<LayerCount> counts(static_cast<std::size_t>(tasks));
-  std::vector<std::vector<DeepPixels::Pixel>> found(static_cast<std::size_t>(tasks));
+  std::vector<LayerCount> counts(tasks);
+  std::vector<std::vector<DeepPixels::Pixel>> found(tasks);
   parallel_for(0, tasks, [&](int task) {
     RowShader rows(index, shading, sides, layers, pixels);
     rows.shade(task * rows_per_task, std::min((task + 1) * rows_per_task, pixels.rows));
@@ -182,12 +182,12 @@ LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, cons
   const std::size_t tasks = (count + deep_pixels_per_task - 1) / deep_pixels_per_task;
   std::vector<LayerCount> counts(tasks);
   parallel_for(0, static_cast<int>(tasks), [&](int task) {
-    const std::size_t first = static_cast<std::size_t>(task) * deep_pixels_per_task;
+    const std::size_t first = task * deep_pixels_per_task;
     const std::size_t end = std::min(first + deep_pixels_per_task, count);
-    LayerCount& of = counts[task];
+    LayerCount& count_of_task = counts[task];
     Painter painter(index, shading, true, pixels);
-    // Layer by layer: a pixel must have been painted before it is asked whether it is still open.
-    for (std::size_t layer = 0; layer < static_cast<std::size_t>(layers); ++layer) {
+    // Layer by layer, since a pixel must be composited before it is tested for being opaque.
+    for (int layer = 0; layer < layers; ++layer) {
       const std::int64_t before = painter.count();
       for (std::size_t k = first; k < end; ++k) {
         if (layered.starts[k] + layer >= layered.starts[k + 1]) continue;
@@ -198,9 +198,9 @@ LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, cons
       }
       painter.paint();
       if (painter.count() == before) break;
-      of.layers = static_cast<int>(layer) + 1;
+      count_of_task.layers = layer + 1;
     }
-    of.evaluated = painter.count();
+    count_of_task.evaluated = painter.count();
   });
   LayerCount sum;
   for (const LayerCount& part : counts) sum += part;

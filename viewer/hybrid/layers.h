@@ -1,5 +1,4 @@
-// From the surfaces that lie behind each other at a pixel to its colour, nearest first, until nothing more
-// shows through.
+// Composites the surfaces at each pixel from front to back until nothing more shows through.
 #pragma once
 
 #include <array>
@@ -12,28 +11,28 @@
 
 namespace selvedge {
 
-/// The most surfaces behind each other that a pixel can show.
+/// Maximum number of surfaces that a pixel can show behind each other.
 inline constexpr int max_layers = 64;
 
-/// What is left to be seen when a pixel counts as opaque: less than half a step of an 8-bit picture.
+/// Remaining transparency below which a pixel counts as opaque: half a step of an 8-bit picture.
 inline constexpr float opaque_rest = 0.5F / 255;
 inline bool is_open(const V4f& pixel) { return !(1 - pixel.w < opaque_rest); }
 
-/// What a band did.
+/// Statistics of a band.
 struct LayerCount {
-  std::int64_t covered = 0;    ///< pixels in which something is seen
+  std::int64_t covered = 0;    ///< pixels that are not empty
   std::int64_t evaluated = 0;  ///< over all layers
-  int layers = 0;              ///< the most in one pixel
+  int layers = 0;              ///< largest number in one pixel
   LayerCount& operator+=(const LayerCount& b);
 };
 
-/// Shades the pixels of a band, which are overwritten, at most `layers` surfaces deep; on all cores. Deep
-/// pixels stay empty and are given back in `deep`.
+/// Shades and overwrites the pixels of a band, at most `layers` surfaces deep, on all cores. Deep pixels stay
+/// empty and are added to `deep`.
 LayerCount shade_band(const IndexScene& index, const ShadingScene& shading,
                       const std::array<DrawnSide, 2>& sides, int layers, const BandPixels& pixels,
                       DeepPixels& deep);
 
-/// The same for the deep ones, all of whose layers are known by now.
+/// The same for deep pixels. Precondition: all their layers are known.
 LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, const DeepPixels& deep,
                       int layers, const BandPixels& pixels);
 

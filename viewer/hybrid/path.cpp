@@ -45,7 +45,7 @@ ShadingScene HybridPath::shading(const FrameView& view) const {
   return shading;
 }
 
-/// Both sides of the cloth, the first round.
+/// Draws the first round of both sides of the cloth.
 Result<void> HybridPath::draw_nearest(TriangleLists lists, const FrameTiles& where,
                                       std::array<DrawnSide, 2>& sides, Stopwatch& watch, RenderStats& stats) {
   sides[0].list = std::move(lists.front);
@@ -60,7 +60,7 @@ Result<void> HybridPath::draw_nearest(TriangleLists lists, const FrameTiles& whe
   return {};
 }
 
-/// What lies behind the first round, at the deep pixels.
+/// Draws the surfaces behind the first round at deep pixels.
 Result<void> HybridPath::draw_behind(const IndexScene& index, FrameTiles where,
                                      std::array<DrawnSide, 2>& sides, DeepPixels& deep, Stopwatch& watch,
                                      RenderStats& stats) {
@@ -81,7 +81,7 @@ Result<void> HybridPath::draw_behind(const IndexScene& index, FrameTiles where,
   return {};
 }
 
-/// From what a band's pixels see to the frame. Draws only where the scene has surfaces without fabric.
+/// Shades a band into the frame. Draws only if the scene has surfaces without fabric.
 Result<void> HybridPath::shade(const IndexScene& index, const ShadingScene& shading, int first_row,
                                Band& band, Frame& frame, RenderStats& stats) {
   Stopwatch watch;
@@ -116,7 +116,7 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
   watch.add_to(stats.project);
   const IndexScene index = this->index(projected, view);
-  // What is drawn twice, because of surfaces without fabric, cannot wait for the next band.
+  // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
   const bool at_once = thread_count() == 1 || pass_->has_pbr();
   RenderStats shaded;
   std::future<Result<void>> shading_before;
@@ -152,7 +152,7 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   const int row = bands_.height - 1 - pixel.y;
   const ProjectedVertices projected = place(view.camera);
   std::array<DrawnSide, 2>& sides = in_flight_[0].sides;
-  // A band of one row, and of it the tile that holds the pixel.
+  // A band of one row, restricted to the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
   where.tiles.resize((bands_.width + tile_side - 1) / tile_side);
   where.tiles[pixel.x / tile_side] = 1;
@@ -180,7 +180,7 @@ Result<void> HybridPath::texel_edges(const FrameView& view, std::vector<OverlayP
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
   const IndexScene index = this->index(projected, view);
   std::array<DrawnSide, 2>& sides = in_flight_[0].sides;
-  overlay.resize(static_cast<std::size_t>(bands_.width) * bands_.height);
+  overlay.resize(bands_.width * bands_.height);
   for (std::size_t i = 0; i < lists.size(); ++i) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     const FrameTiles where{first_row, bands_.rows_from(first_row), {}};

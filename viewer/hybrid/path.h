@@ -1,5 +1,5 @@
-// The paper, section 6, without its limits: OpenGL writes triangle numbers, the processor finds texels and
-// turns them into light. Also what a pixel shows, for all paths.
+// The hybrid path (paper section 6, without its limits): OpenGL writes triangle numbers, the CPU finds texels
+// and shades them. Also probes pixels for all paths.
 #pragma once
 
 #include <array>
@@ -23,15 +23,15 @@ class HybridPath final : public FramePath {
   Result<void> resize(const FrameSize& size) override;
   Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
 
-  /// As Renderer's.
+  /// As Renderer::probe() and ::texel_edges().
   Result<std::optional<PixelProbe>> probe(const FrameView& view, const V2i& pixel);
   Result<void> texel_edges(const FrameView& view, std::vector<OverlayPixel>& overlay);
 
  private:
-  /// Rows on their way: while one band is shaded the next is drawn.
+  /// A band in progress: while one is shaded the next is drawn.
   struct Band {
     std::array<DrawnSide, 2> sides;
-    std::vector<V4f> large;  ///< pixels, where supersampled
+    std::vector<V4f> large;  ///< supersampled pixels
   };
 
   explicit HybridPath(const PreparedScene& scene) : scene_(scene) {}

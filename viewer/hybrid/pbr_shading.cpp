@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-/// The pixels' materials side by side.
+/// The pixels' materials, one lane each.
 struct PbrLanes {
   alignas(64) LaneFloats red{};
   alignas(64) LaneFloats green{};
@@ -18,7 +18,7 @@ struct PbrLanes {
   alignas(64) LaneFloats metallic{};
   alignas(64) LaneFloats roughness{};
   LaneDirections normal;                 ///< in the frames' axes
-  alignas(64) LaneFloats from_around{};  ///< radiance from all sides
+  alignas(64) LaneFloats from_around{};  ///< radiance of ambient light
   LaneDirections emission;               ///< red, green, blue
 };
 

@@ -1,4 +1,4 @@
-// Light on materials without a fabric (pbr_brdf.h), sixteen pixels at once.
+// Shades materials without a fabric (pbr_brdf.h), sixteen pixels at once.
 #pragma once
 
 #include <span>
@@ -7,9 +7,9 @@
 
 namespace selvedge {
 
-/// What PbrPixel::words hold, as numbers.
+/// PbrPixel::words, decoded.
 struct PbrValues {
-  V2f slope{0, 0};  ///< of the normal, in the frame of the garment as seen from the front
+  V2f slope{0, 0};  ///< of the normal, in the garment's frame of the front side
   float metallic = 0;
   float roughness = 0;
   V3f emission{0, 0, 0};
@@ -17,8 +17,8 @@ struct PbrValues {
 };
 PbrValues pbr_values(const PbrPixel& pixel);
 
-/// Radiance, not multiplied by opacity, of the pixels of a block as if none of their surfaces had a fabric.
-/// `lights` are in the frames' axes; what is said of light from all sides is ShadingScene's.
+/// Radiance, not multiplied by opacity, of the pixels of a block as if no surface had a fabric. `lights` are
+/// in the axes of `frames`; ambient light is ShadingScene::ambient.
 void shade_pbr(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
                std::span<const LaneLight> lights, LaneShading& result);
 

@@ -10,7 +10,7 @@ namespace {
 
 /// Texture coordinates at a point of the frame (pixels from its bottom left) on a triangle's plane, in
 /// double.
-V2d coordinates(const IndexScene& index, std::uint32_t triangle, const V2d& at) {
+V2d coordinates(const IndexScene& index, std::uint32_t triangle, const V2d& point) {
   const MergedTriangle& corners = index.mesh.triangles[triangle];
   const V2d middle(0.5 * index.projected.width, 0.5 * index.projected.height);
   std::array<V3d, 3> edge;
@@ -19,8 +19,8 @@ V2d coordinates(const IndexScene& index, std::uint32_t triangle, const V2d& at) 
     const std::uint32_t vertex = corners.corners[k];
     const Group& screen = index.projected.screen[vertex];
     const auto w = static_cast<double>(screen[2]);
-    edge[k] = V3d(static_cast<double>(screen[0]) - (at.x - middle.x) * w,
-                  static_cast<double>(screen[1]) - (at.y - middle.y) * w, 0);
+    edge[k] = V3d(static_cast<double>(screen[0]) - (point.x - middle.x) * w,
+                  static_cast<double>(screen[1]) - (point.y - middle.y) * w, 0);
     const auto& attributes = index.mesh.attributes[vertex];
     uv[k] = V2d(static_cast<double>(attributes[0][3]), static_cast<double>(attributes[1][3]));
   }
@@ -36,7 +36,7 @@ V2d coordinates(const IndexScene& index, std::uint32_t triangle, const V2d& at) 
 
 double fraction(double x) { return x - std::floor(x); }
 
-/// Texture coordinates of a pixel's centre and how far they move per pixel, along u and v.
+/// Texture coordinates of a pixel's centre, and their change per pixel along u and v.
 struct PixelCoordinates {
   V2d uv;
   V2d slope;
@@ -49,11 +49,11 @@ PixelCoordinates coordinates_of(const IndexScene& index, std::uint32_t triangle,
   return {V2d(fraction(uv.x), fraction(uv.y)), V2d(std::hypot(right.x, up.x), std::hypot(right.y, up.y))};
 }
 
-/// Texels with fewer pixels than the first have no lines, from the second on the lines are full.
+/// Pixels per texel at which lines begin to appear, and at which they are opaque.
 constexpr double smallest_texel = 2.5;
 constexpr double large_texel = 6;
 
-/// How much of a pixel a line covers that runs where `coordinate` (in texels) is whole.
+/// Coverage of a pixel by a line along integer values of `coordinate` (in texels).
 double line(double coordinate, double texels_per_pixel) {
   if (!(texels_per_pixel > 0)) return 0;
   const double size = 1 / texels_per_pixel;
@@ -66,7 +66,7 @@ OverlayPixel edge_pixel(const IndexScene& index, const PixelBlock& block, std::s
                         std::uint32_t triangle) {
   const int fabric = index.materials[block.surface[lane]].fabric;
   if (fabric < 0) return {};
-  const auto level_index = static_cast<std::size_t>(block.texels[0].level[lane]);
+  const std::size_t level_index = block.texels[0].level[lane];
   const PackedLevel& level = index.fabrics[fabric].levels[level_index];
   const PixelCoordinates at = coordinates_of(index, triangle, block.x[lane], block.y[lane]);
   const V2d size(level.width, level.height);
@@ -97,7 +97,7 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   probe.fabric = index.materials[probe.surface].fabric;
   if (probe.fabric >= 0) {
     const std::vector<PackedLevel>& levels = index.fabrics[probe.fabric].levels;
-    const int before = index.fabrics[probe.fabric].fabric->first_level();
+    const int first_level = index.fabrics[probe.fabric].fabric->first_level();
     const PixelCoordinates at = coordinates_of(index, probe.triangle, block.x[0], block.y[0]);
     probe.uv = at.uv;
     probe.texels_per_pixel = at.slope * V2d(whole_texels(*index.fabrics[probe.fabric].fabric));
@@ -105,8 +105,8 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
       const LaneTexels& texels = block.texels[i];
       if (!(texels.weight[0] > 0)) continue;
       const int width = levels[texels.level[0]].width;
-      probe.texels.push_back({before + texels.level[0], V2i(texels.texel[0] % width, texels.texel[0] / width),
-                              texels.weight[0]});
+      probe.texels.push_back({first_level + texels.level[0],
+                              V2i(texels.texel[0] % width, texels.texel[0] / width), texels.weight[0]});
     }
   }
   const LaneFrames frames = garment_frames(shading.camera, shading.width, shading.height, block);
@@ -114,7 +114,7 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   probe.view = first(frames.view);
   ShadingScratch scratch;
   const LaneShading& light = shade(shading, block, scratch);
-  for (const LaneLight& of : scratch.lights) probe.lights.push_back(first(of.direction));
+  for (const LaneLight& lane_light : scratch.lights) probe.lights.push_back(first(lane_light.direction));
   probe.alpha = light.alpha[0];
   if (probe.alpha > 0) probe.radiance = V3f(light.red[0], light.green[0], light.blue[0]) / probe.alpha;
   return probe;
@@ -137,7 +137,7 @@ void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& s
       waiting.count = 0;
     };
     for (int x = 0; x < width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * width + x;
+      const std::size_t i = y * width + x;
       const std::optional<NearestSurface> seen = nearest_surface(sides, i);
       if (!seen) continue;
       const std::size_t lane = waiting.count;

@@ -1,4 +1,4 @@
-// What the nearest surface shows at a pixel: its texels with their weights, and lines where texels end.
+// Probes the nearest surface at a pixel for its texels and weights, and draws the edges of texels.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace selvedge {
 
-/// A texel that a pixel sees.
+/// A texel in the footprint of a pixel.
 struct ProbedTexel {
   int level = 0;
   V2i texel{0, 0};  ///< row 0 at the top
@@ -22,10 +22,10 @@ struct PixelProbe {
   V2i pixel{0, 0};  ///< from the frame's top left
   std::uint32_t surface = 0;
   std::uint32_t triangle = 0;  ///< index into MergedSurfaces::triangles
-  bool back = false;           ///< of the cloth is seen
+  bool back = false;           ///< the back of the cloth is visible
   V3d position{0, 0, 0};       ///< m, world
-  int fabric = -1;             ///< -1: the surface has none, nor any texels
-  V2d uv{0, 0};                ///< in [0, 1): whole repeats are left out
+  int fabric = -1;             ///< -1: the surface has neither fabric nor texels
+  V2d uv{0, 0};                ///< in [0, 1), without whole repeats
   V2d texels_per_pixel{0, 0};  ///< of the whole fabric's level 0, along u and v
   std::vector<ProbedTexel> texels;
   V3f view{0, 0, 1};        ///< unit, towards the viewer
@@ -39,18 +39,18 @@ struct NearestSurface {
   bool back = false;
 };
 
-/// What the first round shows at pixel `i` of a band; none where that is nothing.
+/// The nearest surface at pixel `i` of a band, from the first round; nothing if the pixel is empty.
 std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
 
 /// Precondition: `pixels` holds one pixel, and `shading` the mesh.
 PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, const PixelTriangles& pixels);
 
-/// Red, green, blue and opacity of an overlay, for a display.
+/// Red, green, blue and opacity, coded for a display.
 using OverlayPixel = std::array<std::uint8_t, 4>;
 
-/// Lines of about a pixel's width where texels of the finer level that a pixel shows end, in another colour
-/// where the fabric repeats. They fade where texels become smaller than a few pixels. Writes all pixels
-/// of the band; `overlay` is the whole frame, top row first.
+/// Draws lines, about a pixel wide, between texels of the finer level at each pixel, in another colour
+/// between repeats. They fade where texels are smaller than a few pixels. Writes all pixels of the band;
+/// `overlay` is the whole frame, top row first.
 void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row, int rows,
                       std::vector<OverlayPixel>& overlay);
 

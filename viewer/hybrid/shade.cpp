@@ -37,12 +37,12 @@ SELVEDGE_INLINE WideVec3<N> choose(const WideFloat<N>& a, const WideFloat<N>& b,
   return {if_greater(a, b, yes.x, no.x), if_greater(a, b, yes.y, no.y), if_greater(a, b, yes.z, no.z)};
 }
 
-/// `v` made unit; `otherwise` where it has no direction.
+/// `v` normalised; `otherwise` if it has no direction.
 template <std::size_t N>
 SELVEDGE_INLINE WideVec3<N> unit_or(const WideVec3<N>& v, const WideVec3<N>& otherwise) {
   using Wide = WideFloat<N>;
   const Wide length2 = v.dot(v);
-  // NaN is not greater than anything, nor is anything greater than it.
+  // Comparisons with NaN are false.
   const Wide usable = if_greater(Wide(1e36F), length2, length2, Wide(0));
   return choose(usable, Wide(1e-36F), v * (Wide(1) / sqrt(length2)), otherwise);
 }
@@ -58,9 +58,9 @@ SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelBlock& block, LaneF
     const Wide side = Wide::load(&block.side[first]);
     Vec normal = unit_or(load<N>(block.normal, first), view * side) * side;
     const Wide cosine = normal.dot(view);
-    const Wide least(horizon);
-    normal = choose(least, cosine, unit_or(normal + view * (least - cosine), view), normal);
-    // The fixed axis: x, or y where the normal lies along x (tangent_of()).
+    const Wide min_cosine(horizon);
+    normal = choose(min_cosine, cosine, unit_or(normal + view * (min_cosine - cosine), view), normal);
+    // The fixed axis: x, or y if the normal is along x (tangent_of()).
     const Wide zero(0);
     const Vec axis = choose(Wide(1) - normal.x * normal.x, Wide(1e-6F), Vec{Wide(1), zero, zero},
                             Vec{zero, Wide(1), zero});
@@ -89,25 +89,25 @@ SELVEDGE_INLINE void light_lanes(const LaneFrames& frame, const V3f& direction, 
 SELVEDGE_THREE_BODIES(light_lanes, (const LaneFrames& frame, const V3f& direction, LaneDirections& result),
                       (frame, direction, result))
 
-/// Keeps a lobe that overflowed from spreading as NaN through sums and filters.
+/// Prevents NaN in sums and filters from lobes that overflowed.
 float tame(float radiance) { return radiance >= 0 ? std::min(radiance, 1e30F) : 0.0F; }
 
-/// What a fabric gave as the picture needs it: opaque where the material says so.
+/// The fabric's result in the picture's form: opaque if the material requires it.
 template <std::size_t N>
 SELVEDGE_INLINE void finish(const LaneFloats& keeps_opacity, LaneShading& shading) {
   using Wide = WideFloat<N>;
   const Wide zero(0);
   const Wide one(1);
-  const Wide most(1e30F);
+  const Wide max_radiance(1e30F);
   for (std::size_t first = 0; first < lane_count; first += N) {
     const Wide keeps = Wide::load(&keeps_opacity[first]);
     const Wide alpha = Wide::load(&shading.alpha[first]);
     const Wide scale = if_greater(keeps, zero, one, if_greater(alpha, zero, one / alpha, zero));
     for (LaneFloats* channel : {&shading.red, &shading.green, &shading.blue}) {
-      float* at = channel->data() + first;
-      const Wide radiance = Wide::load(at) * scale;
-      // NaN is not greater than 0.
-      if_greater(radiance, zero, min(radiance, most), zero).store(at);
+      float* values = channel->data() + first;
+      const Wide radiance = Wide::load(values) * scale;
+      // False for NaN.
+      if_greater(radiance, zero, min(radiance, max_radiance), zero).store(values);
     }
     if_greater(keeps, zero, alpha, one).store(&shading.alpha[first]);
   }
@@ -122,8 +122,8 @@ void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha)
   shading.alpha[lane] = alpha;
 }
 
-/// Whether the material beneath a fabric gives light itself.
-bool shines(const ShadingScene& scene, std::uint32_t surface) {
+/// Whether the material of a fabric has emission.
+bool has_emission(const ShadingScene& scene, std::uint32_t surface) {
   return surface < scene.pbr.size() && scene.pbr[surface].emissive != V3f(0, 0, 0);
 }
 
@@ -133,7 +133,7 @@ std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBloc
   texels.assign(block.texels.begin(), block.texels.begin() + static_cast<std::ptrdiff_t>(block.texel_count));
   for (std::size_t lane = 0; lane < block.count; ++lane) {
     if (scene.materials[block.surface[lane]].fabric == fabric) continue;
-    for (LaneTexels& of : texels) of.weight[lane] = 0;
+    for (LaneTexels& list : texels) list.weight[lane] = 0;
   }
   return texels;
 }
@@ -162,27 +162,27 @@ V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& 
 
 namespace {
 
-/// A light that stands somewhere: from each point of the block another.
+/// A point or spot light, which has another direction at each point of the block.
 void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
                  const Light& light, LaneLight& result) {
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const LightShare at = light_share_at(light, seen_point(*scene.mesh, scene.origin, block, lane));
-    const V3f d(at.direction);
+    const LightShare light_share = light_share_at(light, seen_point(*scene.mesh, scene.origin, block, lane));
+    const V3f d(light_share.direction);
     const auto along = [&](const LaneDirections& axis) {
       return d.x * axis.x[lane] + d.y * axis.y[lane] + d.z * axis.z[lane];
     };
     result.direction.x[lane] = along(frames.tangent);
     result.direction.y[lane] = along(frames.up);
     result.direction.z[lane] = along(frames.normal);
-    result.share[lane] = static_cast<float>(std::min(at.share, 1e24));
+    result.share[lane] = static_cast<float>(std::min(light_share.share, 1e24));
   }
 }
 
-/// Takes from the lights what does not reach the pixels.
+/// Reduces the lights by shadows.
 void cast_shadow(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
                  const ShadowMap& map, LaneLight& light) {
   for (std::size_t lane = 0; lane < block.count; ++lane) {
-    // Its cosine: fabrics give no light from behind, and a share of 0 stays 0.
+    // direction.z is the cosine: fabrics reflect no light from behind, and a share of 0 stays 0.
     if (!(light.direction.z[lane] > 0) && scene.materials[block.surface[lane]].fabric >= 0) continue;
     const V3f tangent(frames.tangent.x[lane], frames.tangent.y[lane], frames.tangent.z[lane]);
     const V3f up(frames.up.x[lane], frames.up.y[lane], frames.up.z[lane]);
@@ -242,7 +242,7 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
       keeps_opacity[lane] = material_of(lane).keeps_opacity ? 1.0F : 0.0F;
   }
   finish(keeps_opacity, light);
-  if (one_surface && material_of(0).fabric >= 0 && !shines(scene, block.surface[0])) return light;
+  if (one_surface && material_of(0).fabric >= 0 && !has_emission(scene, block.surface[0])) return light;
   LaneShading pbr;
   bool any_pbr = false;
   for (std::size_t lane = 0; lane < block.count; ++lane) any_pbr |= material_of(lane).fabric < 0;
@@ -251,7 +251,7 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
     if (material_of(lane).fabric < 0) {
       const float alpha = std::clamp(block.pbr[lane].colour.w, 0.0F, 1.0F);
       set(light, lane, V3f(pbr.red[lane], pbr.green[lane], pbr.blue[lane]) * alpha, alpha);
-    } else if (shines(scene, block.surface[lane])) {
+    } else if (has_emission(scene, block.surface[lane])) {
       const V3f radiance(light.red[lane], light.green[lane], light.blue[lane]);
       set(light, lane, radiance + pbr_values(block.pbr[lane]).emission * light.alpha[lane],
           light.alpha[lane]);

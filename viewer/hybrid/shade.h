@@ -1,4 +1,4 @@
-// The evaluation on the processor (paper section 6): the texels that pixels see are turned into light.
+// Shades the texels of pixels on the CPU (paper section 6).
 #pragma once
 
 #include <span>
@@ -11,10 +11,9 @@
 
 namespace selvedge {
 
-/// The garment's frame at a pixel. The picture of the fabric is stuck to the cloth: `tangent` runs along
-/// growing u and `up` along falling v on both sides, `normal` points out of the side that is seen. So the
-/// back of a cloth looks like the front's mirror image in the cloth's plane; the frame is left-handed
-/// wherever the picture is seen mirrored.
+/// The garment's frame at a pixel. On both sides `tangent` points along growing u and `up` along falling v;
+/// `normal` points out of the visible side. So the back of a cloth is the front mirrored in the cloth's
+/// plane; the frame is left-handed where the texture appears mirrored.
 struct LaneFrames {
   LaneDirections tangent;
   LaneDirections up;
@@ -29,23 +28,23 @@ struct ShadingScene {
   std::span<const SurfaceMaterial> materials;  ///< of the surfaces
   std::span<const PackedFabric> fabrics;
   std::span<const Light> lights;
-  /// For lights that stand somewhere: the block's triangles, and where their coordinates begin.
+  /// For point and spot lights: the mesh of the block's triangles, and the origin of its coordinates.
   const MergedSurfaces* mesh = nullptr;
   V3d origin{0, 0, 0};
-  std::span<const PbrMaterial> pbr{};    ///< of the surfaces; empty: all have a fabric that does not shine
+  std::span<const PbrMaterial> pbr{};    ///< of the surfaces; empty: all have a fabric without emission
   std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
-  float ambient = 0;                     ///< light from all sides on core materials: white shows ambient / pi
-  PowerKind power = PowerKind::exact;    ///< of the fabrics' lobes
+  float ambient = 0;  ///< ambient light on core materials: white has the radiance ambient / pi
+  PowerKind power = PowerKind::exact;  ///< of the fabrics' lobes
 };
 
-/// A normal that an interpolation turned away from the viewer is bent until the view just clears the horizon.
-/// Where there is no tangent the paper's fixed axis takes its place.
+/// Frames of a block. An interpolated normal that faces away from the viewer is bent until the view just
+/// clears the horizon. The paper's fixed axis replaces a missing tangent.
 LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block);
 
-/// What a pixel of the block shows; m, world. `origin`: where the mesh's coordinates begin.
+/// The visible point at a pixel of the block; m, world. `origin` is that of the mesh's coordinates.
 V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& block, std::size_t lane);
 
-/// Kept between calls; one per thread.
+/// Memory that calls reuse; one per thread.
 struct ShadingScratch {
   LaneScratch lanes;
   std::vector<LaneLight> lights;
@@ -54,8 +53,8 @@ struct ShadingScratch {
   LaneShading light;
 };
 
-/// Radiance times opacity, and opacity, of every pixel of the block; what lies behind does not count.
-/// Surfaces without fabric are shaded by shade_pbr(). The result lies in `scratch`.
+/// Radiance times opacity, and opacity, of every pixel of the block without the surfaces behind. Surfaces
+/// without fabric are shaded by shade_pbr(). The result is part of `scratch`.
 const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch);
 
 }  // namespace selvedge

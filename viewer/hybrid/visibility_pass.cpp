@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-// As written in triangle_fragment.glsl.
+// Locations in triangle_fragment.glsl.
 enum Uniform : GLint { first_triangle = 1 };
 enum Unit : GLuint { depth_unit = 1 };
 
@@ -76,7 +76,7 @@ Result<void> VisibilityPass::draw(int side, int round, int first_row,
                                   std::span<const std::uint32_t> triangles) {
   const auto& targets = targets_[side];
   const TriangleTarget& target = targets[round % 2];
-  // The depth alone says whether a pixel is empty.
+  // Only the depth tells whether a pixel is empty, so colours are not cleared.
   gl_.ClearNamedFramebufferfi(target.framebuffer, GL_DEPTH_STENCIL, 0, 1, 0);
   if (triangles.empty()) return {};
 
@@ -87,33 +87,32 @@ Result<void> VisibilityPass::draw(int side, int round, int first_row,
                          corners_.data());
 
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
-  // On by default, and it would change coded values.
+  // Dithering is on by default and would change coded values.
   gl_.Disable(GL_DITHER);
   gl_.Disable(GL_CULL_FACE);
   gl_.Enable(GL_DEPTH_TEST);
   gl_.DepthFunc(GL_LESS);
-  // The first round counts what lies behind each other, seen or not.
+  // The first round counts all surfaces, visible or not, in the stencil buffer.
   if (round == 0)
     gl_.Enable(GL_STENCIL_TEST);
   else
     gl_.Disable(GL_STENCIL_TEST);
   gl_.StencilFunc(GL_ALWAYS, 0, 0xff);
   gl_.StencilOp(GL_KEEP, GL_INCR, GL_INCR);
-  // The viewport is that of the whole frame, moved: a band covers the pixels that it would without bands.
+  // The viewport is the whole frame, shifted, so that a band covers the same pixels as an undivided frame.
   gl_.Viewport(0, -first_row, bands_.width, bands_.height);
   gl_.UseProgram(programs_[round == 0 ? 0 : 1]);
   if (round > 0) gl_.BindTextureUnit(depth_unit, targets[(round + 1) % 2].depth);
   gl_.BindVertexArray(array_);
-  // Without such materials the surfaces differ in nothing that OpenGL has to know.
+  // Without such materials OpenGL can draw all surfaces in one call.
   std::size_t first = 0;
   while (first < triangles.size()) {
     const std::uint32_t surface = mesh_.triangles[triangles[first]].surface;
     std::size_t end = triangles.size();
     if (pbr_.needed()) {
       const auto other = [&](std::uint32_t t) { return mesh_.triangles[t].surface != surface; };
-      end = static_cast<std::size_t>(
-          std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
-          triangles.begin());
+      end = std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
+            triangles.begin();
     }
     draw_surface(surface, first, end);
     first = end;
@@ -123,7 +122,7 @@ Result<void> VisibilityPass::draw(int side, int round, int first_row,
 
 void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const {
   const TriangleTarget& target = targets_[side][round % 2];
-  const std::size_t start = static_cast<std::size_t>(rectangle.y) * bands_.width + rectangle.x;
+  const std::size_t start = rectangle.y * bands_.width + rectangle.x;
   const auto read = [&](GLenum format, GLenum type, void* data) {
     gl_.ReadPixels(rectangle.x, rectangle.y, rectangle.width, rectangle.rows, format, type, data);
   };
@@ -140,7 +139,7 @@ void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle
 }
 
 void VisibilityPass::read(int side, int round, const FrameTiles& where, VisibleSide& to) const {
-  const std::size_t count = static_cast<std::size_t>(bands_.width) * bands_.rows;
+  const std::size_t count = bands_.width * bands_.rows;
   to.triangles.resize(count);
   to.depth.resize(count);
   to.counts.resize(count);
@@ -151,7 +150,7 @@ void VisibilityPass::read(int side, int round, const FrameTiles& where, VisibleS
   gl_.BindFramebuffer(GL_FRAMEBUFFER, targets_[side][round % 2].framebuffer);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, bands_.width);
-  // Each call has its price; many small ones cost more than all pixels.
+  // Each read has a fixed cost; many small ones cost more than all pixels.
   constexpr std::ptrdiff_t max_calls = 16;
   if (where.tiles.empty() ||
       std::count(where.tiles.begin(), where.tiles.end(), std::uint8_t{1}) > max_calls) {

@@ -1,6 +1,6 @@
-// The geometry pass (paper section 6) without its limits: OpenGL writes down, per pixel, the number of the
-// triangle that is seen, and nothing else. Front and back of the cloth are drawn apart, which gives two
-// layers of depth at the price of one; what lies behind them is peeled off in further rounds.
+// The geometry pass (paper section 6, without its limits): OpenGL writes the number of the visible triangle
+// per pixel, and nothing else. Front and back of the cloth are drawn separately, which gives two layers of
+// depth at the price of one; further rounds peel the layers behind them.
 #pragma once
 
 #include <array>
@@ -17,11 +17,11 @@ namespace selvedge {
 /// One side of the cloth in a band of rows, bottom row first (as OpenGL has it); pixel (x, y) at
 /// y * width + x.
 struct VisibleSide {
-  std::vector<std::uint32_t> triangles;  ///< index into the list that was drawn, where something is seen
-  std::vector<float> depth;              ///< OpenGL's, the nearer the smaller; 1: nothing is seen
-  /// How many surfaces lie behind each other there, at most 255. Of the first round only.
+  std::vector<std::uint32_t> triangles;  ///< index into the list that was drawn; undefined in empty pixels
+  std::vector<float> depth;              ///< OpenGL's, smaller is nearer; 1: empty pixel
+  /// Number of surfaces behind each other, at most 255; of the first round only.
   std::vector<std::uint8_t> counts;
-  /// PbrPixel's parts; empty where no surface of the scene needs them.
+  /// Parts of PbrPixel; empty if no surface of the scene needs them.
   std::vector<V4f> colours;
   std::vector<std::array<std::uint32_t, 4>> pbr;
 };
@@ -33,15 +33,15 @@ class VisibilityPass {
   static Result<std::unique_ptr<VisibilityPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                         const Materials& materials, const FrameBands& bands);
 
-  /// Frames of another size; what was drawn is gone.
+  /// Changes the size of frames; discards their contents.
   Result<void> resize(const FrameBands& bands);
 
-  /// Where the vertices are in the frames to come.
+  /// Sets the vertex positions of the following draws.
   void place(const ProjectedVertices& projected);
 
-  /// Draws one side (0: front, 1: back) of the band that begins at `first_row` of the frame, counted from
-  /// its bottom. Round 0 shows the nearest of the listed triangles, round n what lies behind round n - 1 of
-  /// the same side, which must have been drawn just before.
+  /// Draws one side (0: front, 1: back) of the band that begins at `first_row` of the frame, counted from its
+  /// bottom. Round 0 shows the nearest of the listed triangles, round n those behind round n - 1 of the same
+  /// side, which must have been drawn just before.
   Result<void> draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
 
   /// Whether VisibleSide::pbr is filled.
@@ -50,8 +50,8 @@ class VisibilityPass {
   /// Waits until everything is drawn.
   void finish() const { gl_.Finish(); }
 
-  /// Reads what was drawn last of a side: at least the tiles that `where` names, the rest of `to`
-  /// having no meaning. Pixels at the depth 1 are empty.
+  /// Reads the last draw of a side: at least the tiles of `where`; the rest of `to` is undefined. Pixels with
+  /// depth 1 are empty.
   void read(int side, int round, const FrameTiles& where, VisibleSide& to) const;
 
  private:

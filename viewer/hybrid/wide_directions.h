@@ -1,4 +1,4 @@
-// Directions and their interpolation (directions.h) for several pixels at once.
+// Interpolates between the directions of a grid (directions.h) for several pixels at once.
 #pragma once
 
 #include "format/fabric/directions.h"
@@ -13,7 +13,7 @@ struct WideTaps {
   WideFloat<N> weight[4];   // NOLINT(modernize-avoid-c-arrays)
 };
 
-/// The arc tangent of x in [-1, 1], 1e-7 off at most: interpolated at Chebyshev nodes in x^2.
+/// The arc tangent of x in [-1, 1] to 1e-7: a polynomial interpolated at Chebyshev nodes in x^2.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> wide_arctan(const WideFloat<N>& x) {
   const WideFloat<N> s = x * x;
@@ -27,8 +27,8 @@ SELVEDGE_INLINE WideFloat<N> wide_arctan(const WideFloat<N>& x) {
   return sum * x;
 }
 
-/// interpolate() of directions.h in single precision. The concentric map's four quarters are two here: the
-/// longer of x and y gives the radius with its sign, their ratio the angle.
+/// interpolate() of directions.h in single precision. The concentric map's four quarters are merged to two:
+/// the longer of x and y gives the signed radius, their ratio the angle.
 template <std::size_t N>
 SELVEDGE_INLINE void wide_interpolate(const DirectionGrid& grid, const WideVec3<N>& d, WideTaps<N>& taps) {
   using Wide = WideFloat<N>;

@@ -1,6 +1,6 @@
-// Light on materials without a fabric, the twin of viewer/light/pbr_brdf.h, held to it by tests. pbr_light() is the
-// radiance of such a surface. The includer defines light_count() and light_at() (viewer/shader/evaluate.glsl). `frame` is
-// that of the garment; `side` is -1 where the back is visible.
+// Shades materials without a fabric: the GLSL twin of viewer/light/pbr_brdf.h, held to it by tests.
+// pbr_light() returns radiance. The includer defines light_count() and light_at()
+// (viewer/shader/evaluate.glsl). `frame` is that of the garment; `side` is -1 if the back is visible.
 float fifth_power_below(float x) {
   float rest = max(1.0 - x, 0.0);
   return rest * rest * (rest * rest) * rest;

@@ -1,7 +1,6 @@
-// The core material of glTF 2.0, metallic-roughness, as appendix B of the specification has it: a Lambertian
-// base under a layer of GGX microfacets, with the separable form of Smith's masking and shadowing and
-// Schlick's Fresnel term. Templates for one or many pixels; pbr_brdf.glsl is the twin for
-// shaders, held to this one by tests.
+// glTF 2.0's metallic-roughness material (specification, appendix B): a Lambertian base under a layer of GGX
+// microfacets with Smith's separable masking and shadowing and Schlick's Fresnel term. Templates for one or
+// many pixels; pbr_brdf.glsl is the GLSL twin, held to this one by tests.
 #pragma once
 
 #include <cmath>
@@ -12,12 +11,12 @@
 
 namespace selvedge {
 
-/// Of one place. Factors and textures are multiplied already; all in [0, 1].
+/// Material at one point, factors and textures multiplied; all in [0, 1].
 template <class T>
 struct PbrPoint {
   T red, green, blue;  ///< base colour, linear
   T metallic;
-  T roughness;  ///< as the file has it: the square root of the distribution's alpha
+  T roughness;  ///< glTF's: the square root of the distribution's alpha
 };
 
 template <class T>
@@ -31,7 +30,7 @@ struct PbrVector {
   T x, y, z;
 };
 
-/// alpha^2 of a surface that is as smooth as can be: a point of light on a perfect mirror would have no size.
+/// Minimum alpha^2: the highlight of a point light on a perfect mirror would have no size.
 inline constexpr float min_alpha2 = 1e-6F;
 /// Reflectance of dielectrics at normal incidence.
 inline constexpr float dielectric_f0 = 0.04F;
@@ -57,9 +56,8 @@ SELVEDGE_INLINE T fifth_power_below(const T& x) {
   return rest * rest * (rest * rest) * rest;
 }
 
-/// BRDF times cosine, 1/sr; 0 where the light lies behind the surface. Unit vectors: the surface's normal,
-/// towards viewer and light. A normal that is turned away from the viewer counts by its absolute cosine, as
-/// in the specification.
+/// BRDF times cosine, 1/sr; 0 if the light lies behind the surface. n, v, l are unit vectors: the normal,
+/// towards viewer and light. The cosine to the viewer is absolute, as in the specification.
 template <class T>
 SELVEDGE_INLINE PbrColour<T> pbr_brdf(const PbrPoint<T>& m, const PbrVector<T>& n, const PbrVector<T>& v,
                                       const PbrVector<T>& l) {
@@ -92,9 +90,9 @@ SELVEDGE_INLINE PbrColour<T> pbr_brdf(const PbrPoint<T>& m, const PbrVector<T>& 
   return {channel(m.red), channel(m.green), channel(m.blue)};
 }
 
-/// What is seen of light of radiance 1 from everywhere: a share of 1 at most. The Fresnel term is taken at
-/// the normal and flattened for rough surfaces (Lagarde 2011, "Adopting a physically based shading model"):
-/// as if what is lost between microfacets came back.
+/// Radiance reflected from uniform light of radiance 1; at most 1. The Fresnel term is taken at the normal
+/// and flattened for rough surfaces (Lagarde 2011, "Adopting a physically based shading model"), which makes
+/// up for light lost between microfacets.
 template <class T>
 SELVEDGE_INLINE PbrColour<T> pbr_ambient(const PbrPoint<T>& m, const PbrVector<T>& n, const PbrVector<T>& v) {
   const T nv_signed = pbr_dot(n, v);

@@ -5,7 +5,7 @@ layout(location = 20) uniform int is_pbr;  // else the surface has a fabric, and
 layout(location = 21) uniform vec4 pbr_base_color;
 layout(location = 22) uniform float pbr_opaque_from;  // mask: below this opacity nothing is drawn
 layout(location = 23) uniform int pbr_keeps_opacity;
-// Four bits for each of the five textures: its coordinates; 15 where there is none.
+// Four bits for each of the five textures: its mapping; 15 without a texture.
 layout(location = 24) uniform int pbr_textures;
 layout(location = 25) uniform vec4 pbr_factors;  // metal, roughness, scale of normals, strength of occlusion
 layout(location = 26) uniform vec3 pbr_emission;

@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-// As written in pbr_fragment.glsl.
+// Locations in pbr_fragment.glsl.
 enum Uniform : GLint {
   is_pbr = 20,
   base_color,

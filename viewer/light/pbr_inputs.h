@@ -1,6 +1,5 @@
-// The inputs of OpenGL's geometry passes where a scene has materials without fabric: their pictures,
-// coordinates and colours, and the values that change from surface to surface. The hybrid and the shader path
-// share them.
+// Inputs of OpenGL's geometry passes for materials without fabric: pictures, texture coordinates, vertex
+// colours, and uniforms per surface. Shared by the hybrid and the shader path.
 #pragma once
 
 #include <span>
@@ -13,7 +12,7 @@
 
 namespace selvedge {
 
-/// Textures that a geometry pass draws triangle numbers into, and, where needed, PbrPixels.
+/// Render targets of a geometry pass: triangle numbers and, if needed, PbrPixels.
 struct TriangleTarget {
   GLuint framebuffer = 0;
   GLuint triangles = 0;
@@ -24,9 +23,9 @@ struct TriangleTarget {
 
 class PbrInputs {
  public:
-  /// Loads what `materials` need, which is nothing where all surfaces have a fabric that does not shine by
-  /// itself. The context of `gl` must be current whenever a function of this class is called, the destructor
-  /// included. `materials` must outlive the object.
+  /// Uploads what `materials` need: nothing if all surfaces have a fabric and no emission. The context of
+  /// `gl` must be current whenever a function of this class is called, the destructor included. `materials`
+  /// must outlive the object.
   PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
   ~PbrInputs() { gl_.DeleteSamplers(static_cast<GLsizei>(samplers), samplers_.data()); }
   PbrInputs(const PbrInputs&) = delete;
@@ -34,27 +33,27 @@ class PbrInputs {
 
   /// Whether some surface needs a PbrPixel.
   bool needed() const { return needed_; }
-  /// The #define lines of the shaders: PBR where needed, MAPPINGS and VERTEX_COLOURS.
+  /// The #define lines of the shaders: PBR if needed, MAPPINGS and VERTEX_COLOURS.
   std::string definitions() const;
   /// The program of triangle_vertex.glsl and triangle_fragment.glsl, with further definitions.
   Result<GLuint> triangle_program(GlObjects& objects, const std::string& more, bool later) const;
   Result<TriangleTarget> make_target(GlObjects& objects, GLenum depth_format, int width, int height) const;
   /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex.glsl.
   void attach(GLuint array) const;
-  /// Sets uniforms and textures of the program in use for a surface.
+  /// Sets uniforms and textures of the current program for a surface.
   void use(std::size_t surface) const;
 
  private:
-  static constexpr std::size_t samplers = 18;  ///< three ways along u, three along v, nearest or not
+  static constexpr std::size_t samplers = 18;  ///< three wrap modes along u, three along v, nearest or linear
   void bind(GLuint unit, const MaterialTexture& texture) const;
 
   const GlFunctions& gl_;
   const Materials& materials_;
   bool needed_ = false;
   GlObjects objects_;
-  std::size_t more_uvs_ = 0;   ///< mappings beside the first
+  std::size_t more_uvs_ = 0;   ///< mappings after the first
   GLuint uvs_ = 0;             ///< [vertex][more_uvs_]
-  GLuint vertex_colours_ = 0;  ///< 0: no surface has any
+  GLuint vertex_colours_ = 0;  ///< 0: no surface has vertex colours
   std::vector<GLuint> images_;
   std::array<GLuint, samplers> samplers_{};
 };

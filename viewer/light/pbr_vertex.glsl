@@ -1,5 +1,5 @@
-// For vertex shaders: hands the coordinates and colours of a material without fabric on by pass_pbr(). MAPPINGS is the
-// number of its texture mappings, at least 1; VERTEX_COLOURS is defined where the mesh has some.
+// For vertex shaders: pass_pbr() passes on the coordinates and colours of a material without fabric. MAPPINGS is the
+// number of its texture mappings, at least 1; VERTEX_COLOURS is defined if the mesh has vertex colours.
 #if MAPPINGS > 1
 layout(location = 3) in vec2 more_uv[MAPPINGS - 1];
 out vec2 surface_more_uv[MAPPINGS - 1];

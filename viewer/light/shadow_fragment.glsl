@@ -1,2 +1,2 @@
-// Shadow maps keep the depth alone.
+// Shadow maps hold only the depth.
 void main() {}

@@ -1,7 +1,7 @@
-// Shadow maps in shaders: the twin of shadow_share() (viewer/light/shadows.h), held to it by tests. `map`
+// Looks up shadow maps: the GLSL twin of shadow_share() (viewer/light/shadows.h), held to it by tests. `map`
 // counts from 0.
 layout(binding = 3) uniform sampler2DArray shadow_depths;
-// Five a map: the rows; side in texels, and a texel's in metres.
+// Five per map: the rows of the projection; the side in texels and that of a texel in metres.
 layout(std430, binding = 5) readonly buffer Shadows { vec4 shadow_rows[]; };
 
 float shadow_share(uint map, vec3 point, vec3 normal, vec3 light) {

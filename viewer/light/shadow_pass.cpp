@@ -7,7 +7,7 @@
 namespace selvedge {
 namespace {
 
-// As written in shadow_vertex.glsl.
+// Locations in shadow_vertex.glsl.
 enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size };
 
 }  // namespace
@@ -54,7 +54,7 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
   gl_.Disable(GL_BLEND);
   gl_.Disable(GL_STENCIL_TEST);
   gl_.Enable(GL_DEPTH_TEST);
-  // What stands before a spot's near plane casts its shadow, too.
+  // Surfaces in front of a spot's near plane cast shadows, too.
   gl_.Enable(GL_DEPTH_CLAMP);
   gl_.DepthFunc(GL_LESS);
   gl_.Viewport(0, 0, size, size);
@@ -91,7 +91,7 @@ std::span<const ShadowMap> ShadowPass::read() {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, static_cast<GLint>(i));
     ShadowMap map{views_[i], {}};
-    const auto size = static_cast<std::size_t>(map.view.size);
+    const std::size_t size = map.view.size;
     map.depths.resize(size * size);
     gl_.ReadPixels(0, 0, map.view.size, map.view.size, GL_DEPTH_COMPONENT, GL_FLOAT, map.depths.data());
     maps_.push_back(std::move(map));

@@ -14,21 +14,21 @@ namespace selvedge {
 
 class ShadowPass {
  public:
-  /// All surfaces cast shadows but those of glTF materials that blend; holes of fabrics and of masks count as
-  /// cloth. The context of `gl` must be current whenever a function of this class is called, the destructor
+  /// All surfaces cast shadows except glTF materials with alpha mode BLEND; holes of fabrics and masks are
+  /// ignored. The context of `gl` must be current whenever a function of this class is called, the destructor
   /// included. GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<ShadowPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                     const Materials& materials);
 
-  /// Maps for these views, all of one size; nothing is drawn where they are those of the last call.
+  /// Draws maps for these views, all of one size; does nothing if they are those of the last call.
   Result<void> draw(std::span<const ShadowView> views);
 
   std::span<const ShadowView> views() const { return views_; }
-  /// A texture array of depths, one layer for each view, and a buffer as shadow_lookup.glsl wants it; 0
-  /// without views.
+  /// A texture array of depths, one layer for each view, and the buffer of shadow_lookup.glsl; 0 without
+  /// views.
   GLuint texture() const { return texture_; }
   GLuint buffer() const { return buffer_; }
-  /// The maps on the processor, read once after they were drawn.
+  /// The maps on the CPU, read back once after they are drawn.
   std::span<const ShadowMap> read();
 
  private:
@@ -36,7 +36,7 @@ class ShadowPass {
 
   const GlFunctions& gl_;
   GlObjects objects_;
-  GlObjects maps_objects_;  ///< of the views
+  GlObjects maps_objects_;  ///< sized for the current views
   GLuint program_ = 0;
   GLuint array_ = 0;
   std::size_t triangles_ = 0;

@@ -1,4 +1,4 @@
-// Draws what a light sees: the rows of a ShadowView, positions as the surfaces have them.
+// Projects surfaces to a light's view by the rows of a ShadowView.
 layout(location = 0) in vec3 position;
 layout(location = 0) uniform vec4 row_x;
 layout(location = 1) uniform vec4 row_y;

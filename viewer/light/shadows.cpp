@@ -7,14 +7,14 @@
 namespace selvedge {
 namespace {
 
-/// Texels around what a map holds, for taps beyond it.
+/// Margin in texels, for taps beyond the scene.
 constexpr double margin = 4;
-/// Widest half angle of a spot that a flat map can hold.
+/// Maximum half angle of a spot with a shadow map.
 constexpr double widest_cone = 80 * 3.14159265358979 / 180;
-/// A spot sees nothing nearer than this share of what is farthest.
+/// Near plane of a spot as a share of its far plane.
 constexpr double nearest_share = 1e-3;
 
-/// Two directions across `d`.
+/// Two directions perpendicular to `d`.
 std::array<V3d, 2> across(const V3d& d) {
   const V3d axis = std::abs(d.y) < 0.9 ? V3d(0, 1, 0) : V3d(1, 0, 0);
   const V3d right = axis.cross(d).normalized();
@@ -51,7 +51,7 @@ ShadowView parallel_view(const V3d& towards_light, std::span<const V3f> position
   const double extent = std::max({x.length(), y.length(), 1e-9});
   const double texel = extent / (size - 2 * margin);
   const double range = std::max(depth.length(), 1e-9);
-  // Nothing lies right on the near or the far plane.
+  // A margin keeps surfaces off the near and far planes.
   const double near = depth.low - 0.01 * range;
   ShadowView view;
   view.size = size;
@@ -120,21 +120,21 @@ float shadow_share(const ShadowMap& map, const V3f& point, const V3f& normal, co
       point + normal * (texel * shadow_normal_offset * sine) + light * (texel * shadow_light_offset);
   const float w = along(view.rows[3], p);
   if (!(w > 0)) return 1;
-  const V3f at = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;
-  const V2f corner(at.x - 0.5F, at.y - 0.5F);
+  const V3f in_map = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;
+  const V2f corner(in_map.x - 0.5F, in_map.y - 0.5F);
   const V2f first(std::floor(corner.x), std::floor(corner.y));
   const auto last = static_cast<float>(view.size - 3);
   if (!(first.x >= 1 && first.y >= 1 && first.x <= last && first.y <= last)) return 1;
   const V2f part = corner - first;
   const std::array<float, 4> columns{1 - part.x, 1, 1, part.x};
   const std::array<float, 4> rows{1 - part.y, 1, 1, part.y};
-  const auto size = static_cast<std::size_t>(view.size);
+  const std::size_t size = view.size;
   const float* depths =
       &map.depths[(static_cast<std::size_t>(first.y) - 1) * size + static_cast<std::size_t>(first.x) - 1];
   float sum = 0;
   for (std::size_t j = 0; j < 4; ++j) {
     float row = 0;
-    for (std::size_t i = 0; i < 4; ++i) row += depths[j * size + i] >= at.z ? columns[i] : 0.0F;
+    for (std::size_t i = 0; i < 4; ++i) row += depths[j * size + i] >= in_map.z ? columns[i] : 0.0F;
     sum += row * rows[j];
   }
   return sum / 9;

@@ -1,5 +1,5 @@
-// Shadows by depth maps: where a light sees a surface, everything behind it is dark. One map for each light
-// that casts shadows, looked up by all paths with the same formula (shadow_lookup.glsl is the twin).
+// Shadow maps: the depth of the surfaces nearest to each light. All paths look them up with the same formula
+// (shadow_lookup.glsl is the GLSL twin).
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@ namespace selvedge {
 inline constexpr int min_shadow_size = 16;
 inline constexpr int max_shadow_size = 8192;
 inline constexpr int default_shadow_size = 2048;
-/// Lights that cast shadows, at most; further ones shine through everything.
+/// Maximum number of lights that cast shadows; others shine through everything.
 inline constexpr std::size_t max_shadows = 16;
 
 #include "viewer/light/shadow_offsets.glsl"
 
-/// How a light sees the scene. A point p (m, relative to the surfaces' origin) lies at (x, y, z, w) =
-/// rows * (p, 1): at the texels (x / w, y / w) of the map, (0, 0) being the outer corner of the first texel
-/// of the first row, at the depth z / w in [0, 1].
+/// The projection of a light. A point p (m, relative to the surfaces' origin) lies at (x, y, z, w) = rows *
+/// (p, 1): at the texels (x / w, y / w) of the map, (0, 0) being the outer corner of the first texel of the
+/// first row, at the depth z / w in [0, 1].
 struct ShadowView {
   std::size_t light = 0;  ///< index into the lights
   int size = 1;
@@ -31,21 +31,21 @@ struct ShadowView {
   bool operator==(const ShadowView&) const = default;
 };
 
-/// Views of the lights that can cast shadows: those far away and spots with cones below 160 degrees, the
-/// first `max_shadows`. Each holds all `positions` (relative to `origin`, at least one), a spot's what its
-/// cone holds of them.
+/// Views of the first `max_shadows` lights that can cast shadows: directional lights and spots with cones
+/// below 160 degrees. Each covers all `positions` (relative to `origin`, at least one), a spot's those within
+/// its cone.
 std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<const V3f> positions,
                                      const V3d& origin, int size);
 
 struct ShadowMap {
   ShadowView view;
-  std::vector<float> depths;  ///< of the nearest surface; 1: none. Row after row
+  std::vector<float> depths;  ///< of the nearest surface, row by row; 1: no surface
 };
 
-/// The share of the light that reaches a point of a surface with the unit normal `normal`, which is turned to
-/// the viewer; `light` is the unit direction towards the light. Percentage-closer filtering (Reeves, Salesin
-/// and Cook 1987) over 3 x 3 texels, bilinear between them. 0 on the side that is turned away from the light,
-/// 1 beyond the map.
+/// The share of the light that reaches a point of a surface; `normal` is its unit normal on the viewer's
+/// side, `light` the unit direction towards the light. Percentage-closer filtering (Reeves, Salesin and Cook
+/// 1987) over 3 x 3 texels, bilinear between them. 0 if the surface faces away from the light, 1 outside of
+/// the map.
 float shadow_share(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light);
 
 }  // namespace selvedge

@@ -1,6 +1,6 @@
-// Writes which triangle is visible. LISTED: triangles are listed by the side that is visible, and the number is that in
-// the list; else it counts from 1, with the highest bit set where the back is visible. LATER: only what lies behind the
-// round before is drawn. PBR: some material has no fabric (pbr_fragment.glsl stands before this file).
+// Writes the number of the visible triangle. LISTED: the index in a list of triangles by visible side; else
+// it counts from 1, with the highest bit set if the back is visible. LATER: draws only what lies behind the
+// previous round. PBR: some material has no fabric (follows pbr_fragment.glsl).
 layout(location = 1) uniform int first_triangle;  // the number of the first triangle of a draw call
 #ifndef LISTED
 layout(location = 2) uniform int culls_back;
@@ -17,11 +17,11 @@ void main() {
   if (culls_back != 0 && !gl_FrontFacing) discard;
 #endif
 #ifdef LATER
-  // Only here: implicit derivatives need all four pixels of a quad.
+  // Discard only here: implicit derivatives need all four pixels of a quad.
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   if (gl_FragCoord.z <= texelFetch(depth_before, pixel, 0).r) discard;
 #ifndef LISTED
-  // Less than half a step of an 8-bit picture would show through.
+  // Opaque to within half a step of an 8-bit picture.
   if (1.0 - texelFetch(frame_before, pixel, 0).a < 0.5 / 255.0) discard;
 #endif
 #endif

@@ -1,5 +1,5 @@
-// Places the triangles of which triangle_fragment.glsl writes the numbers. LISTED: vertices come projected. PBR: some
-// material has no fabric (pbr_vertex.glsl stands before this file).
+// Projects the triangles for triangle_fragment.glsl. LISTED: vertices are already projected. PBR: some
+// material has no fabric (follows pbr_vertex.glsl).
 #ifdef LISTED
 layout(location = 0) in vec4 clip;
 layout(location = 1) in vec2 uv;
@@ -11,7 +11,7 @@ layout(location = 0) uniform mat4 to_clip;
 #endif
 
 out vec2 surface_uv;
-// Rounds compare depths of several passes.
+// Rounds compare depths between passes.
 invariant gl_Position;
 
 void main() {

@@ -1,4 +1,4 @@
-// What the paper's frames hold (Daubert et al. 2001, section 6): three colours of 8 bits and alpha per pixel.
+// The 8-bit coding of the paper's frames (Daubert et al. 2001, section 6): three colours and alpha per pixel.
 #pragma once
 
 #include <array>
@@ -12,14 +12,14 @@ namespace selvedge {
 /// Red, green, blue, alpha.
 using Coded = std::array<std::uint8_t, 4>;
 
-/// Texels a side that red and green can name.
+/// Texels per side that red and green can index.
 inline constexpr int paper_side_limit = 256;
-/// Kinds of cloth that the alpha of a normal can tell apart.
+/// Kinds of cloth that the alpha of a normal can distinguish.
 inline constexpr int paper_kind_limit = 127;
-/// A level's distance from the next in blue, of 255: levels are 0, 0.1, 0.2 and so on.
+/// Difference of adjacent levels in blue, of 255: levels are 0, 0.1, 0.2 and so on.
 inline constexpr float paper_level_step = 25.5F;
 
-/// A component n of a direction is the colour (n + 1) / 2. At most 1/255 from what was coded.
+/// A component n of a direction is coded as (n + 1) / 2; its error is at most 1/255.
 inline float decode_component(std::uint8_t colour) { return static_cast<float>(colour) / 127.5F - 1; }
 inline V3f decode_direction(const Coded& colour) {
   return {decode_component(colour[0]), decode_component(colour[1]), decode_component(colour[2])};
@@ -30,7 +30,7 @@ inline std::uint8_t code_level(int level) {
 }
 inline float decode_level(std::uint8_t blue) { return static_cast<float>(blue) / paper_level_step; }
 
-/// Alpha of a normal: 0 where nothing is seen. `kind`: below paper_kind_limit.
+/// Alpha of a normal; 0: empty pixel. `kind` is below paper_kind_limit.
 constexpr int code_kind(int kind, bool back) { return 1 + 2 * kind + (back ? 1 : 0); }
 constexpr int decode_kind(std::uint8_t alpha) { return (alpha - 1) / 2; }
 constexpr bool decode_back(std::uint8_t alpha) { return (alpha - 1) % 2 != 0; }

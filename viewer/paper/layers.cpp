@@ -8,35 +8,35 @@
 namespace selvedge {
 namespace {
 
-/// Rows that one task shades.
+/// Number of rows that one task shades.
 constexpr int rows_per_task = 4;
 
-/// Shorter than any unit vector in 8 bits: there was none.
+/// Shorter vectors are not 8-bit unit vectors: the tangent was missing.
 constexpr float min_tangent2 = 0.25F;
 
-/// The coordinate's texel in a level of `to` texels, by the centre of texel `i` of `from`.
-int texel_in(int i, int from, int to) { return (2 * i + 1) * to / (2 * from); }
+/// The texel of a level with `target` texels at the centre of texel `i` of `source`.
+int texel_in(int i, int source, int target) { return (2 * i + 1) * target / (2 * source); }
 
-void set_texel(LaneTexels& to, std::size_t lane, int level, int texel, float weight) {
-  to.level[lane] = level;
-  to.texel[lane] = texel;
-  to.weight[lane] = weight;
+void set_texel(LaneTexels& target, std::size_t lane, int level, int texel, float weight) {
+  target.level[lane] = level;
+  target.texel[lane] = texel;
+  target.weight[lane] = weight;
 }
 
 }  // namespace
 
 void add_pixel(const PaperFrames& frames, std::size_t i, const PaperKinds& kinds,
-               std::span<const PackedFabric> fabrics, bool blend, const V2i& size, const V2i& at,
+               std::span<const PackedFabric> fabrics, bool blend, const V2i& size, const V2i& pixel,
                PixelBlock& block) {
   const std::size_t lane = block.count++;
   const std::uint8_t mark = frames.normals[i][3];
   const V3f n = decode_direction(frames.normals[i]);
   const V3f t = decode_direction(frames.tangents[i]);
   const float has_tangent = t.length2() > min_tangent2 ? 1.0F : 0.0F;
-  block.x[lane] = static_cast<std::uint16_t>(at.x);
-  block.y[lane] = static_cast<std::uint16_t>(at.y);
-  block.from_middle_x[lane] = static_cast<float>(at.x) + 0.5F - 0.5F * static_cast<float>(size.x);
-  block.from_middle_y[lane] = static_cast<float>(at.y) + 0.5F - 0.5F * static_cast<float>(size.y);
+  block.x[lane] = static_cast<std::uint16_t>(pixel.x);
+  block.y[lane] = static_cast<std::uint16_t>(pixel.y);
+  block.from_middle_x[lane] = static_cast<float>(pixel.x) + 0.5F - 0.5F * static_cast<float>(size.x);
+  block.from_middle_y[lane] = static_cast<float>(pixel.y) + 0.5F - 0.5F * static_cast<float>(size.y);
   block.surface[lane] = static_cast<std::uint32_t>(decode_kind(mark));
   block.normal.x[lane] = n.x;
   block.normal.y[lane] = n.y;
@@ -50,12 +50,12 @@ void add_pixel(const PaperFrames& frames, std::size_t i, const PaperKinds& kinds
   const SurfaceMaterial& kind = kinds.kinds[block.surface[lane]];
   const std::vector<PackedLevel>& levels = fabrics[kind.fabric].levels;
   const Coded& texel = frames.texels[i];
-  const float wanted = decode_level(texel[2]);
+  const float level = decode_level(texel[2]);
   const auto last = static_cast<int>(levels.size()) - 1;
-  // Rounded to 8 bits blue may be that of another level than red and green.
-  const int number = blend ? texel[3] : static_cast<int>(std::lround(wanted));
+  // By rounding to 8 bits, blue may give another level than red and green.
+  const int number = blend ? texel[3] : static_cast<int>(std::lround(level));
   const int second = std::min(number + 1, last);
-  const float part = blend ? std::clamp(wanted - static_cast<float>(number), 0.0F, 1.0F) : 0.0F;
+  const float part = blend ? std::clamp(level - static_cast<float>(number), 0.0F, 1.0F) : 0.0F;
   const PackedLevel& fine = levels[number];
   const PackedLevel& coarse = levels[second];
   const int x = texel_in(texel[0], fine.width, coarse.width);
@@ -67,7 +67,7 @@ void add_pixel(const PaperFrames& frames, std::size_t i, const PaperKinds& kinds
 LayerCount shade_round(const PaperFrames& frames, const PaperKinds& kinds, bool blend,
                        const ShadingScene& shading, const BandPixels& pixels) {
   const int tasks = (pixels.rows + rows_per_task - 1) / rows_per_task;
-  std::vector<LayerCount> counts(static_cast<std::size_t>(tasks));
+  std::vector<LayerCount> counts(tasks);
   const V2i size(shading.width, shading.height);
   parallel_for(0, tasks, [&](int task) {
     LayerCount& count = counts[task];
@@ -88,7 +88,7 @@ LayerCount shade_round(const PaperFrames& frames, const PaperKinds& kinds, bool 
     };
     for (int y = task * rows_per_task; y < std::min((task + 1) * rows_per_task, pixels.rows); ++y) {
       for (int x = 0; x < pixels.width; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * pixels.width + x;
+        const std::size_t i = y * pixels.width + x;
         if (frames.normals[i][3] == 0) continue;
         ++count.covered;
         if (!is_open(pixels.at(x, y))) continue;

@@ -14,7 +14,7 @@ tl::unexpected<Error> refuse(const std::string& file, const std::string& reason)
               fmt::format("paper: {}; --path hybrid draws it", reason));
 }
 
-/// What of a fabric the paper's path cannot draw; empty: nothing.
+/// The reason why the paper's path cannot draw a fabric; empty if it can.
 std::string beyond_paper(const Fabric& fabric) {
   const FabricLevel& finest = fabric.levels.front();
   if (finest.width > paper_side_limit || finest.height > paper_side_limit) {
@@ -46,17 +46,17 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
     SurfaceMaterial kind;
     kind.fabric = material.fabric;
     kind.keeps_opacity = material.keeps_opacity;
-    const auto known =
+    const auto found =
         std::find_if(result.kinds.begin(), result.kinds.end(), [&](const SurfaceMaterial& other) {
           return other.fabric == kind.fabric && other.keeps_opacity == kind.keeps_opacity;
         });
-    result.of_surfaces.push_back(static_cast<int>(known - result.kinds.begin()));
-    if (known == result.kinds.end()) result.kinds.push_back(kind);
+    result.of_surfaces.push_back(static_cast<int>(found - result.kinds.begin()));
+    if (found == result.kinds.end()) result.kinds.push_back(kind);
     const PbrMaterial& pbr = materials.pbr[i];
     const std::string line = fmt::format("{}: {}: --path paper draws neither its occlusion nor its emission",
                                          scene.file, material_name(surfaces[i]));
-    const bool more = pbr.occlusion.image >= 0 || pbr.emissive != V3f(0, 0, 0);
-    if (more && std::find(remarks.begin(), remarks.end(), line) == remarks.end()) remarks.push_back(line);
+    const bool has_more = pbr.occlusion.image >= 0 || pbr.emissive != V3f(0, 0, 0);
+    if (has_more && std::find(remarks.begin(), remarks.end(), line) == remarks.end()) remarks.push_back(line);
   }
   if (result.kinds.size() > static_cast<std::size_t>(paper_kind_limit)) {
     return refuse(scene.file, fmt::format("{} kinds of cloth; an alpha of 8 bits tells {} apart",
@@ -81,7 +81,7 @@ Result<void> check_paper_lights(std::span<const Light> lights) {
 }
 
 int finest_for_paper(int finest) {
-  // OpenGL's level may be half of one from the formula's; the rest is for what its drivers round.
+  // OpenGL's level may differ by half a level from the formula's; the rest allows for rounding in drivers.
   const int level = std::max(finest - 1, 0);
   return level - level % 2;
 }

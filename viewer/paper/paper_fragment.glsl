@@ -1,5 +1,5 @@
-// The fragment shader of the paper's passes; defined as for paper_vertex.glsl. LATER: only what lies behind the round
-// before is drawn.
+// The fragment shader of the paper's passes, with the definitions of paper_vertex.glsl. LATER: draws only
+// what lies behind the previous round.
 in vec2 texture_coordinates;
 in vec4 colour;
 
@@ -18,7 +18,7 @@ void main() {
 #else
   out_colour = texture(index_texture, texture_coordinates, level_bias);
 #endif
-  // Only here: implicit derivatives need all four pixels of a quad.
+  // Discard only here: implicit derivatives need all four pixels of a quad.
   if (culls_back != 0 && !gl_FrontFacing) discard;
 #ifdef LATER
   if (gl_FragCoord.z <= texelFetch(depth_before, ivec2(gl_FragCoord.xy), 0).r) discard;

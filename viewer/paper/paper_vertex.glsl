@@ -1,5 +1,5 @@
-// The vertex shader of the paper's passes: what its hardware did without shaders. Defined is one of NORMALS, TANGENTS and
-// TEXELS: which of the colours of viewer/paper/coding.h is written.
+// The vertex shader of the paper's passes, which its hardware did without. One of NORMALS, TANGENTS and
+// TEXELS is defined: the colour of viewer/paper/coding.h to write.
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 tangent;
@@ -8,7 +8,7 @@ layout(location = 0) uniform mat4 to_clip;
 
 out vec2 texture_coordinates;
 out vec4 colour;
-// The passes compare depths for equality.
+// Passes compare depths for equality.
 invariant gl_Position;
 
 void main() {

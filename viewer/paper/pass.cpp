@@ -11,7 +11,7 @@
 namespace selvedge {
 namespace {
 
-// As written in paper_vertex.glsl and paper_fragment.glsl.
+// Locations in paper_vertex.glsl and paper_fragment.glsl.
 enum Uniform : GLint { to_clip, culls_back, kind, level_bias };
 enum Unit : GLuint { index_unit, depth_unit };
 
@@ -36,7 +36,7 @@ Result<std::unique_ptr<PaperPass>> PaperPass::create(const GlFunctions& gl, cons
   pass->level_counts_.resize(fabrics.size(), 1);
   pass->first_levels_.resize(fabrics.size(), 0);
   for (const SurfaceMaterial& kind : kinds.kinds) {
-    const auto i = static_cast<std::size_t>(kind.fabric);
+    const std::size_t i = kind.fabric;
     if (pass->index_textures_[i] != 0) continue;
     pass->level_counts_[i] = static_cast<int>(fabrics[i].levels.size());
     pass->first_levels_[i] = fabrics[i].first_level();
@@ -139,14 +139,14 @@ void PaperPass::draw_cloth(Target target, int round, float bias) {
 }
 
 Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const LevelOptions& levels) {
-  drawn_into_ = static_cast<std::size_t>(round % 2);
+  drawn_into_ = round % 2;
   const GLuint target = framebuffers_[drawn_into_];
   clip_ = gl_matrix(clip);
   const auto filter_levels = [&](GLint filter) {
     for (std::size_t i = 0; i < index_textures_.size(); ++i) {
       if (index_textures_[i] == 0) continue;
       const int last = level_counts_[i] - 1;
-      // Counted in the whole fabric, of which this may be a part.
+      // Levels count in the whole fabric; this one may be partial.
       const int forced = levels.forced < 0 ? -1 : std::clamp(levels.forced - first_levels_[i], 0, last);
       gl_.TextureParameteri(index_textures_[i], GL_TEXTURE_BASE_LEVEL, std::max(forced, 0));
       gl_.TextureParameteri(index_textures_[i], GL_TEXTURE_MAX_LEVEL, forced >= 0 ? forced : last);
@@ -154,13 +154,13 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
     }
   };
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target);
-  // On by default, and it would change coded values.
+  // Dithering is on by default and would change coded values.
   gl_.Disable(GL_DITHER);
   gl_.Disable(GL_BLEND);
   gl_.Disable(GL_CULL_FACE);
   gl_.Disable(GL_STENCIL_TEST);
   gl_.Enable(GL_DEPTH_TEST);
-  // The viewport is that of the whole frame, moved: a band covers the pixels that it would without bands.
+  // The viewport is the whole frame, shifted, so that a band covers the same pixels as an undivided frame.
   gl_.Viewport(0, -first_row, bands_.width, bands_.height);
   gl_.BindVertexArray(array_);
   gl_.BindTextureUnit(depth_unit, depths_[1 - drawn_into_]);
@@ -168,11 +168,11 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
   constexpr GLenum first_attachment = GL_COLOR_ATTACHMENT0;
   constexpr std::array<GLfloat, 4> nothing{0, 0, 0, 0};
   constexpr GLfloat farthest = 1;
-  // The alpha of the normals alone says whether a pixel is empty.
+  // Only the alpha of normals tells whether a pixel is empty.
   gl_.NamedFramebufferDrawBuffers(target, 1, &first_attachment);
   gl_.ClearNamedFramebufferfv(target, GL_COLOR, 0, nothing.data());
   gl_.ClearNamedFramebufferfv(target, GL_DEPTH, 0, &farthest);
-  // Of surfaces at one depth the last counts in all passes.
+  // Of surfaces at equal depth, the last one wins in all passes.
   gl_.DepthFunc(GL_LEQUAL);
   gl_.BeginQuery(GL_ANY_SAMPLES_PASSED, any_);
   draw_cloth(normals, round, 0);
@@ -180,7 +180,7 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
   gl_.DepthFunc(GL_EQUAL);
   draw_cloth(tangents, round, 0);
   filter_levels(GL_NEAREST_MIPMAP_NEAREST);
-  // Half a level finer, red and green are places in the finer of the two levels that blue is to lie between.
+  // With a bias of half a level, red and green belong to the finer of the two levels between which blue lies.
   draw_cloth(texels, round, levels.blend ? -0.5F : 0.0F);
   if (levels.blend) {
     filter_levels(GL_NEAREST_MIPMAP_LINEAR);
@@ -196,7 +196,7 @@ Result<bool> PaperPass::draw(const M44d& clip, int first_row, int round, const L
 }
 
 void PaperPass::read(PaperFrames& frames) const {
-  const std::size_t count = static_cast<std::size_t>(bands_.width) * bands_.rows;
+  const std::size_t count = bands_.width * bands_.rows;
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffers_[drawn_into_]);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);

@@ -1,6 +1,6 @@
 // The paper's geometry passes (Daubert et al. 2001, section 6): the cloth is drawn with normals as colours,
-// then with index textures whose mip levels OpenGL chooses by itself. Where two levels are blended a second
-// pass writes blue alone. What lies behind is peeled off in further rounds.
+// then with index textures whose mip levels OpenGL selects. To blend levels, a second pass writes blue alone.
+// Further rounds peel the layers behind.
 #pragma once
 
 #include <array>
@@ -17,36 +17,35 @@
 
 namespace selvedge {
 
-/// A band of rows, bottom row first; pixel (x, y) at y * width + x. Where nothing is seen the alpha of the
-/// normal is 0, and nothing else has a meaning.
+/// A band of rows, bottom row first; pixel (x, y) at y * width + x. Empty pixels have a normal with alpha 0,
+/// and all else is undefined.
 struct PaperFrames {
   std::vector<Coded> normals;   ///< alpha: code_kind()
   std::vector<Coded> tangents;  ///< alpha: 255 where the texture is upright, 0 where it is mirrored
-  /// Red and green: the texel's place in the level that alpha names. Blue: the level (decode_level()); with
-  /// `blend` a fraction between that of alpha and the next.
+  /// Red and green: the texel in the level given by alpha. Blue: the level (decode_level()); with `blend` a
+  /// fraction between that of alpha and the next.
   std::vector<Coded> texels;
 };
 
 class PaperPass {
  public:
-  /// Everything is copied into OpenGL, but `mesh` and `materials`, which must outlive the object. The context
-  /// of `gl` must be current whenever a function of this class is called, the destructor included.
-  /// `materials` are those of the surfaces. Precondition: the fabrics of `kinds` are within the paper's
-  /// limits.
+  /// Uploads everything but `mesh` and `materials`, which must outlive the object. The context of `gl` must
+  /// be current whenever a function of this class is called, the destructor included. `materials` are those
+  /// of the surfaces. Precondition: the fabrics of `kinds` are within the paper's limits.
   static Result<std::unique_ptr<PaperPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                    std::span<const SurfaceMaterial> materials,
                                                    const PaperKinds& kinds, std::span<const Fabric> fabrics,
                                                    const FrameBands& bands);
-  /// Frames of another size; what was drawn is gone.
+  /// Changes the size of frames; discards their contents.
   Result<void> resize(const FrameBands& bands);
 
   /// Draws the band that begins at `first_row` of the frame, counted from its bottom. Round 0 shows the
-  /// nearest surface, round n what lies behind that of round n - 1, which must have been drawn just before.
-  /// `clip`: world -> clip (camera.h). Of `levels` blend and forced count. Waits until everything is drawn;
-  /// gives whether there is anything.
+  /// nearest surface, round n the one behind that of round n - 1, which must have been drawn just before.
+  /// `clip`: world -> clip (camera.h). Only blend and forced of `levels` are used. Waits until everything is
+  /// drawn; returns whether any pixel was.
   Result<bool> draw(const M44d& clip, int first_row, int round, const LevelOptions& levels);
 
-  /// Reads what was drawn last.
+  /// Reads the frames of the last draw().
   void read(PaperFrames& frames) const;
 
  private:
@@ -68,14 +67,14 @@ class PaperPass {
   PaperKinds kinds_;
   std::vector<TriangleSpan> spans_;
   std::array<std::array<GLuint, 2>, 3> programs_{};  ///< [target][of round 0, of the others]
-  std::vector<GLuint> index_textures_;               ///< of the fabrics; 0 where no surface has it
+  std::vector<GLuint> index_textures_;               ///< of the fabrics; 0 if no surface has the fabric
   std::vector<int> level_counts_;
   std::vector<int> first_levels_;  ///< of the whole fabric
   GLuint array_ = 0;
   GLuint any_ = 0;
   std::array<GLuint, 3> colours_{};
   std::array<GLuint, 2> depths_{};        ///< of even and odd rounds
-  std::array<GLuint, 2> framebuffers_{};  ///< the same
+  std::array<GLuint, 2> framebuffers_{};  ///< of even and odd rounds
   std::size_t drawn_into_ = 0;
   std::array<GLfloat, 16> clip_{};
 };

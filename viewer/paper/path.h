@@ -1,4 +1,4 @@
-// The algorithm as Daubert et al. (2001, section 6) published it, in colours of 8 bits.
+// The render path as published by Daubert et al. (2001, section 6), with colours of 8 bits.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace selvedge {
 
 class PaperPath final : public FramePath {
  public:
-  /// `gl` and `prepared`, which is made of the others, must outlive the object. Errors and remarks as
+  /// `gl` and `prepared`, made of the other arguments, must outlive the object. Errors and remarks as
   /// paper_kinds(); GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<PaperPath>> create(const GlFunctions& gl, const Scene& scene,
                                                    const std::vector<Surface>& surfaces,

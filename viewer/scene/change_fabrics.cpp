@@ -20,9 +20,9 @@ Scene change_fabrics(const Scene& scene, std::span<const Fabric> fabrics, std::s
       reference.reset();
       continue;
     }
-    const V2d before(fabrics[reference->fabric].period_mm);
-    const V2d after(fabrics[choice[i]].period_mm);
-    V2d ratio = before / after;
+    const V2d old_period(fabrics[reference->fabric].period_mm);
+    const V2d new_period(fabrics[choice[i]].period_mm);
+    V2d ratio = old_period / new_period;
     if (reference->transform.rotation != 0) ratio = V2d(std::sqrt(ratio.x * ratio.y));
     reference->transform.offset *= ratio;
     reference->transform.scale *= ratio;

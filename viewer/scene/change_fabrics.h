@@ -1,4 +1,4 @@
-// Other fabrics on the same garment.
+// Changes the fabrics of a garment.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ namespace selvedge {
 std::vector<int> fabrics_of(const Scene& scene);
 
 /// `scene` with fabric choice[i] (index into `fabrics`) on material i; -1 takes the fabric away. Materials
-/// that had no fabric keep none, for they have no place to put it. The yarns keep their size on the cloth:
+/// without a fabric keep none, as they lack its texture transform. The yarns keep their size on the cloth:
 /// the texture transform is scaled by old period / new period (by the geometric mean of both sides' ratios
 /// where it rotates). Scene::fabrics is left alone. Preconditions: choice.size() == materials; the indices
 /// exist.

@@ -1,4 +1,4 @@
-// How a surface is drawn, as the passes have to know it.
+// Materials of surfaces in the form that the passes use.
 #pragma once
 
 #include <array>
@@ -9,27 +9,26 @@
 
 namespace selvedge {
 
-/// What the passes have to know of a material.
+/// The properties of a material that geometry passes need.
 struct SurfaceMaterial {
-  int fabric = -1;  ///< index into the fabrics; -1: none, a core material
+  int fabric = -1;  ///< index into the fabrics; -1: a core material
   V4f base_color{1, 1, 1, 1};
-  float opaque_from = 0;       ///< where the opacity of the base colour is less, nothing is drawn
-  bool keeps_opacity = false;  ///< else base colour or fabric count as opaque
+  float opaque_from = 0;       ///< nothing is drawn if the base colour's opacity is less
+  bool keeps_opacity = false;  ///< else base colour and fabric count as opaque
   bool culls_back = false;
 };
 
 /// A picture on a surface.
 struct MaterialTexture {
-  int image = -1;  ///< index into Materials::images; -1: none, a factor of 1
-  int mapping =
-      0;  ///< with which coordinates it is looked up: 0 SurfaceVertex::uv, k Surface::more_uvs[k - 1]
+  int image = -1;   ///< index into Materials::images; -1: no texture, a factor of 1
+  int mapping = 0;  ///< texture coordinates: 0 is SurfaceVertex::uv, k Surface::more_uvs[k - 1]
   Wrap wrap_u = Wrap::repeat;
   Wrap wrap_v = Wrap::repeat;
   bool nearest = false;
 };
 
-/// glTF's core material of a surface. On one with a fabric only occlusion and emission count. The base
-/// colour's factors are `SurfaceMaterial::base_color`, the picture named here and Surface::colors.
+/// glTF's core material of a surface. With a fabric, only occlusion and emission are used. The base colour is
+/// the product of `SurfaceMaterial::base_color`, the texture here and Surface::colors.
 struct PbrMaterial {
   MaterialTexture base_color;
   float metallic = 1;
@@ -44,7 +43,7 @@ struct PbrMaterial {
   bool unlit = false;
 };
 
-/// What a pixel sees of a material without fabric, textures and factors multiplied; and the emission of any.
+/// The core material at a pixel, textures and factors multiplied; with a fabric, only emission and occlusion.
 struct PbrPixel {
   V4f colour{0, 0, 0, 0};  ///< linear base colour and opacity
   /// Pairs of 16 bits, the first of each pair in the lower half: the normal in the frame of the garment, x

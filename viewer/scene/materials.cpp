@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-/// Pictures that were tried already: colours and data of one file are two pictures.
+/// Cache of decoded pictures; colour and data of one file are two pictures.
 using Decoded = std::map<std::pair<int, Transfer>, int>;
 
 /// Index into `materials.images` of a decoded picture, or -1.

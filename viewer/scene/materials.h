@@ -1,4 +1,4 @@
-// Materials of the scene as the index pass wants them.
+// Converts the materials of a scene for drawing.
 #pragma once
 
 #include <string>
@@ -12,15 +12,14 @@
 namespace selvedge {
 
 struct Materials {
-  std::vector<SurfaceMaterial> surfaces;  ///< how each surface is drawn
+  std::vector<SurfaceMaterial> surfaces;  ///< one per surface
   std::vector<PbrMaterial> pbr;           ///< one per surface
   std::vector<Image> images;              ///< linear
 };
 
-/// Decodes the pictures that `surfaces` need; one that cannot be read is left out with a line in `remarks`.
-/// A fabric is drawn on both sides, since cloth is thin and shows its back through its holes; glTF's
-/// doubleSided and alphaMode hold for the materials without one. GLTF_REFERENCE where a fabric is not among
-/// the `fabrics` given.
+/// Decodes the pictures that `surfaces` need; unreadable ones are skipped with a line in `remarks`. Fabrics
+/// are drawn on both sides, since cloth is thin and its back shows through holes; doubleSided applies to
+/// materials without a fabric. GLTF_REFERENCE if a fabric is not among the `fabrics` given.
 Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& surfaces, std::size_t fabrics,
                                std::vector<std::string>& remarks);
 

@@ -10,20 +10,21 @@ namespace {
 
 constexpr std::size_t chunk_size = 4096;
 
-/// body(chunk, first, end) for [0, count) in chunks, on all cores.
+/// Calls body(chunk, first, end) for the chunks of [0, count) on all cores.
 template <class Body>
 void in_chunks(std::size_t count, const Body& body) {
   const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
   parallel_for(0, static_cast<int>(chunks), [&](int chunk) {
-    const std::size_t first = static_cast<std::size_t>(chunk) * chunk_size;
-    body(static_cast<std::size_t>(chunk), first, std::min(first + chunk_size, count));
+    const std::size_t first = chunk * chunk_size;
+    body(chunk, first, std::min(first + chunk_size, count));
   });
 }
 
 /// Pixels by which a rasteriser may round a corner.
 constexpr float rounding = 1.0F / 64;
 
-/// The pixels whose centres lie within [low, high], a coordinate of the frame; first > last where none do.
+/// The pixels whose centres lie within [low, high], a coordinate of the frame; first > last if there are
+/// none.
 struct PixelRange {
   int first = 0;
   int last = -1;
@@ -46,7 +47,7 @@ class TriangleSieve {
     return x.first <= x.last ? y : PixelRange{};
   }
 
-  /// Whether the triangle may cover the centre of a pixel that is of interest.
+  /// Whether the triangle may cover the centre of a selected pixel.
   bool keeps(const MergedTriangle& triangle) const {
     auto [x, y] = ranges(triangle);
     y.first = std::max(y.first, where_.first_row);
@@ -57,19 +58,19 @@ class TriangleSieve {
          ++row) {
       const auto begin = where_.tiles.begin() + row * tile_columns_;
       if (std::any_of(begin + x.first / tile_side, begin + x.last / tile_side + 1,
-                      [](std::uint8_t on) { return on != 0; }))
+                      [](std::uint8_t tile) { return tile != 0; }))
         return true;
     }
     return false;
   }
 
-  /// Twice the signed area, above 0 where the front is seen; corners behind the viewer are no special case.
+  /// Twice the signed area, positive if the front is visible; also valid for corners behind the viewer.
   double facing(const MergedTriangle& triangle) const {
-    const auto at = [&](std::size_t k) {
+    const auto homogeneous = [&](std::size_t k) {
       const Group& c = corner(triangle, k);
       return V3d(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2]));
     };
-    return at(0).dot(at(1).cross(at(2)));
+    return homogeneous(0).dot(homogeneous(1).cross(homogeneous(2)));
   }
 
  private:
@@ -82,8 +83,8 @@ class TriangleSieve {
     return {PixelRange{0, projected_.width - 1}, PixelRange{0, projected_.height - 1}};
   }
   PixelRange range(const MergedTriangle& triangle, std::size_t axis, int size) const {
-    const auto at = [&](std::size_t k) { return corner(triangle, k)[axis] / corner(triangle, k)[2]; };
-    const auto [low, high] = std::minmax({at(0), at(1), at(2)});
+    const auto projected = [&](std::size_t k) { return corner(triangle, k)[axis] / corner(triangle, k)[2]; };
+    const auto [low, high] = std::minmax({projected(0), projected(1), projected(2)});
     const float centre = 0.5F * static_cast<float>(size);
     return pixels_within(low + centre, high + centre, size);
   }
@@ -169,12 +170,12 @@ ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int widt
 
 namespace {
 
-/// Puts a triangle on the list of the side that is seen, if any is.
+/// Adds a triangle to the list of its visible side, if there is one.
 void add_by_side(const TriangleSieve& sieve, const MergedSurfaces& mesh,
                  std::span<const SurfaceMaterial> materials, std::size_t triangle,
-                 std::span<TriangleLists> to) {
+                 std::span<TriangleLists> targets) {
   const double facing = sieve.facing(mesh.triangles[triangle]);
-  for (TriangleLists& lists : to) {
+  for (TriangleLists& lists : targets) {
     if (facing > 0) lists.front.push_back(static_cast<std::uint32_t>(triangle));
     if (facing < 0 && !materials[mesh.triangles[triangle].surface].culls_back)
       lists.back.push_back(static_cast<std::uint32_t>(triangle));
@@ -206,15 +207,15 @@ std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const Projecte
                                       std::span<const SurfaceMaterial> materials, int band_rows) {
   const FrameTiles everywhere{0, projected.height, {}};
   const TriangleSieve sieve(projected, everywhere);
-  const auto bands = static_cast<std::size_t>((projected.height + band_rows - 1) / band_rows);
+  const std::size_t bands = (projected.height + band_rows - 1) / band_rows;
   std::vector<std::vector<TriangleLists>> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
   in_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
     parts[chunk].resize(bands);
     for (std::size_t i = first; i < end; ++i) {
       const PixelRange rows = sieve.rows(mesh.triangles[i]);
       if (rows.first > rows.last) continue;
-      const auto lowest = static_cast<std::size_t>(rows.first / band_rows);
-      const auto highest = static_cast<std::size_t>(rows.last / band_rows);
+      const std::size_t lowest = rows.first / band_rows;
+      const std::size_t highest = rows.last / band_rows;
       add_by_side(sieve, mesh, materials, i, std::span(parts[chunk]).subspan(lowest, highest - lowest + 1));
     }
   });

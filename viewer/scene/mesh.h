@@ -1,4 +1,4 @@
-// All surfaces of a scene as one mesh, and where its triangles land in a frame.
+// Merges the surfaces of a scene into one mesh, projects it, and lists triangles by their place in a frame.
 #pragma once
 
 #include <array>
@@ -21,18 +21,18 @@ struct MergedTriangle {
 
 struct MergedSurfaces {
   std::vector<V3f> positions;
-  /// Two groups a vertex: normal and u; tangent and v.
+  /// Two groups per vertex: normal and u; tangent and v.
   std::vector<std::array<Group, 2>> attributes;
   std::vector<MergedTriangle> triangles;  ///< in the order of the surfaces
-  /// Surface::more_uvs and Surface::colors of all, [mapping - 1][vertex] and [vertex]; (0, 0) and white where
-  /// a surface has none, empty where none has.
+  /// Surface::more_uvs, [mapping - 1][vertex], and Surface::colors, [vertex]; (0, 0) and white for a surface
+  /// without them, empty if all surfaces lack them.
   std::vector<std::vector<V2f>> more_uvs;
   std::vector<V4f> colors;
 };
 
 MergedSurfaces merge(std::span<const Surface> surfaces);
 
-/// Triangles of one surface, which lie side by side in the mesh.
+/// The triangles of one surface, which are consecutive in the mesh.
 struct TriangleSpan {
   std::uint32_t surface = 0;
   std::size_t first = 0;
@@ -40,10 +40,10 @@ struct TriangleSpan {
 };
 std::vector<TriangleSpan> spans_of(const MergedSurfaces& mesh);
 
-/// Three vertices for each triangle, as an index buffer wants them.
+/// Three vertices per triangle, as in an index buffer.
 std::vector<std::uint32_t> corners_of(const MergedSurfaces& mesh);
 
-/// The vertices in a frame of `width` x `height` pixels.
+/// The vertices projected to a frame of `width` x `height` pixels.
 struct ProjectedVertices {
   int width = 1;
   int height = 1;
@@ -56,7 +56,7 @@ struct ProjectedVertices {
 /// `clip`: world -> clip (camera.h), for coordinates relative to the surfaces' origin.
 ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int width, int height);
 
-/// Which parts of a frame are of interest: squares of `tile_side` pixels, all of them where `tiles` is empty.
+/// Selects parts of a frame: squares of `tile_side` pixels; all of them if `tiles` is empty.
 inline constexpr int tile_side = 8;
 struct FrameTiles {
   int first_row = 0;
@@ -64,14 +64,14 @@ struct FrameTiles {
   std::vector<std::uint8_t> tiles;  ///< [row / tile_side][x / tile_side], rows counted from first_row
 };
 
-/// Triangles by the side that is seen, in the order of the mesh.
+/// Triangles by the visible side, in the order of the mesh.
 struct TriangleLists {
   std::vector<std::uint32_t> front;
   std::vector<std::uint32_t> back;
 };
 
-/// Those that may cover the centre of a pixel in the tiles. Triangles without area are on neither list, nor
-/// are backs that are not drawn.
+/// The triangles that may cover the centre of a pixel in the tiles. Triangles without area and culled backs
+/// are on neither list.
 TriangleLists list_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                              std::span<const SurfaceMaterial> materials, const FrameTiles& where);
 
@@ -79,7 +79,7 @@ TriangleLists list_triangles(const MergedSurfaces& mesh, const ProjectedVertices
 std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                       std::span<const SurfaceMaterial> materials, int band_rows);
 
-/// Those of a list that may still, for other tiles.
+/// The triangles of `list` that may cover the centre of a pixel in other tiles.
 std::vector<std::uint32_t> sift_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                           std::span<const std::uint32_t> list, const FrameTiles& where);
 

@@ -23,17 +23,17 @@ PackedLayout layout_of(const FabricLevel& level) {
 }
 
 void pack_texels(const FabricLevel& level, const PackedLayout& layout, std::vector<Group>& groups) {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(level.texels()); ++i) {
+  for (int i = 0; i < level.texels(); ++i) {
     const V3f n = level.has(LayerKind::frame) ? level.frame()[i].normal : V3f(0, 0, 1);
     const V3f t = level.has(LayerKind::frame) ? level.frame()[i].tangent : V3f(1, 0, 0);
-    const auto per_channel = static_cast<std::size_t>(parameter_count(layout.lobes));
+    const std::size_t per_channel = parameter_count(layout.lobes);
     const float* p = layout.has_lobes ? &level.lobes()[i * 3 * per_channel] : nullptr;
     const auto rho = [&](std::size_t channel) { return p != nullptr ? p[channel * per_channel] : 0.0F; };
     groups.push_back({n.x, n.y, n.z, rho(0)});
     groups.push_back({t.x, t.y, t.z, rho(1)});
     groups.push_back({rho(2), 0, 0, 0});
     for (std::size_t channel = 0; channel < 3; ++channel) {
-      for (std::size_t j = 0; j < static_cast<std::size_t>(layout.lobes); ++j) {
+      for (int j = 0; j < layout.lobes; ++j) {
         const float* lobe = p + channel * per_channel + 1 + 4 * j;
         groups.push_back({lobe[0], lobe[1], lobe[2], lobe[3]});
       }
@@ -63,8 +63,8 @@ void pack_entries(const FabricLevel& level, std::vector<Group>& groups) {
 }
 
 void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& packed) {
-  const auto views = static_cast<std::size_t>(fabric.views.count());
-  const auto lights = static_cast<std::size_t>(fabric.lights.count());
+  const std::size_t views = fabric.views.count();
+  const std::size_t lights = fabric.lights.count();
   const std::size_t view_functions = bases.view.size() / views;
   const std::size_t light_functions = bases.light.size() / lights;
   for (std::size_t view = 0; view < views; ++view) {
@@ -88,23 +88,23 @@ PackedFabric pack(const Fabric& fabric) {
   packed.fabric = &fabric;
   for (const FabricLevel& level : fabric.levels) {
     const PackedLayout layout = layout_of(level);
-    const auto known = std::find(packed.layouts.begin(), packed.layouts.end(), layout);
-    PackedLevel to;
-    to.width = level.width;
-    to.height = level.height;
-    to.layout = static_cast<int>(known - packed.layouts.begin());
-    if (known == packed.layouts.end()) packed.layouts.push_back(layout);
-    const auto texels = static_cast<std::size_t>(level.texels());
-    pack_texels(level, layout, to.texels);
-    if (layout.has_views) pack_views(level, texels * fabric.views.count(), to.views);
-    for (const V3f& s : level.light_table()) to.lights.push_back({s.x, s.y, s.z, 0});
+    const auto found = std::find(packed.layouts.begin(), packed.layouts.end(), layout);
+    PackedLevel target;
+    target.width = level.width;
+    target.height = level.height;
+    target.layout = static_cast<int>(found - packed.layouts.begin());
+    if (found == packed.layouts.end()) packed.layouts.push_back(layout);
+    const std::size_t texels = level.texels();
+    pack_texels(level, layout, target.texels);
+    if (layout.has_views) pack_views(level, texels * fabric.views.count(), target.views);
+    for (const V3f& s : level.light_table()) target.lights.push_back({s.x, s.y, s.z, 0});
     if (level.has(LayerKind::products)) {
-      pack_entries(level, to.entries);
+      pack_entries(level, target.entries);
       if (packed.light_functions == 0) pack_bases(fabric, *level.bases, packed);
     }
     packed.needs_views |= layout.has_views || packed.view_functions > 0;
     packed.needs_lights |= layout.has_lights || layout.products > 0;
-    packed.levels.push_back(std::move(to));
+    packed.levels.push_back(std::move(target));
   }
   return packed;
 }

@@ -1,5 +1,5 @@
-// A fabric laid out for the evaluation of many pixels at once: everything in groups of four numbers, which
-// are fetched for several pixels and turned into vectors. Prepared once.
+// Packs a fabric for the evaluation of many pixels at once: all numbers in groups of four, which are fetched
+// for several pixels and transposed to vectors.
 #pragma once
 
 #include <array>
@@ -9,22 +9,22 @@
 
 namespace selvedge {
 
-/// Which numbers a level has. Texels of levels with equal layouts can be evaluated together.
+/// The numbers that a level has. Texels of levels with equal layouts can be evaluated together.
 struct PackedLayout {
-  bool has_lobes = false;   ///< else g = 1
-  int lobes = 0;            ///< beside the diffuse term
-  bool has_views = false;   ///< T or alpha; else both are 1
-  bool has_table = false;   ///< T or S: the bracket has a first term
-  bool has_lights = false;  ///< S; else 1
+  bool has_lobes = false;   ///< if not, g = 1
+  int lobes = 0;            ///< without the diffuse term
+  bool has_views = false;   ///< T or alpha; if not, both are 1
+  bool has_table = false;   ///< T or S: the formula's bracket has a first term
+  bool has_lights = false;  ///< S; if not, S = 1
   bool has_heights = false;
   int entries = 1;  ///< of a texel's products
   int products = 0;
   std::vector<V2i> pairs;  ///< of the products
   bool operator==(const PackedLayout&) const = default;
-  /// Groups of a texel: normal and rho of red, tangent and rho of green, rho of blue and nothing; then
-  /// (Cx, Cy, Cz, n) for [channel][lobe].
+  /// Groups of a texel: normal and red rho; tangent and green rho; blue rho and padding; then (Cx, Cy, Cz, n)
+  /// for [channel][lobe].
   int texel_groups() const { return 3 + 3 * lobes; }
-  /// Groups of an entry: its coefficients, the last group filled up with 0.
+  /// Groups of an entry: its coefficients, padded with 0.
   int entry_groups() const { return (products + 3) / 4; }
 };
 
@@ -41,7 +41,7 @@ struct PackedLevel {
 };
 
 struct PackedFabric {
-  const Fabric* fabric = nullptr;  ///< where it comes from; rays through slabs are marched there
+  const Fabric* fabric = nullptr;  ///< its source, in which rays are marched through slabs
   std::vector<PackedLevel> levels;
   std::vector<PackedLayout> layouts;
   int view_functions = 0;          ///< phi_a, a > 0
@@ -52,7 +52,7 @@ struct PackedFabric {
   bool needs_lights = false;
 };
 
-/// `fabric` must outlive what is made of it, and have passed validate().
+/// `fabric` must outlive the result. Precondition: validate() holds.
 PackedFabric pack(const Fabric& fabric);
 
 }  // namespace selvedge

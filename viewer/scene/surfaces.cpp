@@ -62,7 +62,7 @@ Result<void> check(const Scene& scene, const ScenePrimitive& primitive, const Sc
   return {};
 }
 
-/// The charts of a primitive: for every vertex a vertex that stands for its chart.
+/// The charts of a primitive: for every vertex, a representative vertex of its chart.
 std::vector<std::uint32_t> charts_of(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
   std::vector<std::uint32_t> parent(vertices);
   std::iota(parent.begin(), parent.end(), 0U);
@@ -81,10 +81,10 @@ std::vector<std::uint32_t> charts_of(const std::vector<std::uint32_t>& indices, 
   return parent;
 }
 
-/// By how much a chart may be moved without its picture changing; 0: not at all.
+/// The period of a wrapped picture, by which a chart may be moved; 0: not at all.
 double period_of(Wrap wrap) { return wrap == Wrap::repeat ? 1 : wrap == Wrap::mirror ? 2 : 0; }
 
-/// The coordinates under a mapping, each chart brought near zero; empty where the primitive has none.
+/// The coordinates of a mapping, each chart brought near zero; empty if the primitive has none.
 Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive, const Mapping& mapping,
                              const std::vector<std::uint32_t>& charts) {
   std::vector<V2d> uvs;
@@ -99,8 +99,8 @@ Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive
   const V2d period(period_of(mapping.wrap_u), period_of(mapping.wrap_v));
   std::vector<V2d> low(uvs.size(), V2d(HUGE_VAL, HUGE_VAL));
   for (std::size_t v = 0; v < uvs.size(); ++v) {
-    V2d& least = low[charts[v]];
-    least = V2d(std::min(least.x, uvs[v].x), std::min(least.y, uvs[v].y));
+    V2d& chart_low = low[charts[v]];
+    chart_low = V2d(std::min(chart_low.x, uvs[v].x), std::min(chart_low.y, uvs[v].y));
   }
   for (std::size_t v = 0; v < uvs.size(); ++v) {
     for (int c = 0; c < 2; ++c) {
@@ -110,11 +110,11 @@ Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive
   return uvs;
 }
 
-/// An instance in the world in double, before anything is rounded.
+/// An instance in world space, in double precision.
 struct Placed {
   std::vector<V3d> position;
   std::vector<V3d> normal;
-  std::vector<V4f> tangent;  ///< the file's own, where it has some
+  std::vector<V4f> tangent;  ///< from the file, if it has tangents
   std::vector<std::uint32_t> indices;
 };
 
@@ -127,7 +127,7 @@ Result<Placed> place(const Scene& scene, const SceneInstance& instance, const V3
     if (!finite(placed.position.back()))
       return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite");
   }
-  // Rows of the cofactor matrix: the inverse transpose up to a factor, and defined for flat scales, too.
+  // Rows of the cofactor matrix: the inverse transpose up to a factor, but defined for flat scales, too.
   const M44d& m = instance.world;
   const V3d x(m[0][0], m[0][1], m[0][2]);
   const V3d y(m[1][0], m[1][1], m[1][2]);
@@ -149,7 +149,7 @@ Result<Placed> place(const Scene& scene, const SceneInstance& instance, const V3
     placed.tangent.emplace_back(unit.x, unit.y, unit.z, static_cast<float>(t.w * sign));
   }
   placed.indices = primitive.indices;
-  // A mirroring turns the triangles' winding around (glTF 2.0, section 3.7.4).
+  // Mirroring reverses the winding of triangles (glTF 2.0, section 3.7.4).
   if (mirrored) {
     for (std::size_t i = 0; i + 2 < placed.indices.size(); i += 3)
       std::swap(placed.indices[i + 1], placed.indices[i + 2]);
@@ -157,8 +157,8 @@ Result<Placed> place(const Scene& scene, const SceneInstance& instance, const V3
   return placed;
 }
 
-/// The coordinates that tangents follow: the fabric's, or those of the normal texture if the file itself
-/// gives no tangents; nullptr where there is nothing that they are needed for.
+/// The coordinates that tangents follow: the fabric's, or those of the normal texture if the file has no
+/// tangents; nullptr if tangents are not needed.
 const std::vector<V2d>* tangent_coordinates(const SceneMaterial& material, const Mappings& mappings,
                                             const std::vector<std::vector<V2d>>& uvs, const Placed& placed) {
   int mapping = material.fabric ? 0 : -1;
@@ -173,7 +173,7 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
   Tangents tangents;
   tangents.indices = placed.indices;
   if (const std::vector<V2d>* along = tangent_coordinates(material, mappings, uvs, placed)) {
-    // A fabric's picture is upright or mirrored as the normals see it; a normal texture as MikkTSpace does.
+    // A fabric counts as upright or mirrored seen from the normals; a normal texture as in MikkTSpace.
     const Facing facing = material.fabric ? Facing::normals : Facing::winding;
     tangents = compute_tangents(placed.position, placed.normal, *along, placed.indices, facing);
   } else if (!material.fabric) {
@@ -233,7 +233,7 @@ Mappings mappings_of(const SceneMaterial& material) {
     add_texture(material.metallic_roughness_texture);
     add_texture(material.normal_texture);
   }
-  add_texture(material.occlusion_texture);  // these two count beside a fabric, too
+  add_texture(material.occlusion_texture);  // occlusion and emission apply to fabrics, too
   add_texture(material.emissive_texture);
   return mappings;
 }

@@ -1,5 +1,5 @@
-// The scene turned into vertices that OpenGL can draw: instances placed in the world, texture coordinates
-// transformed and brought near zero, tangents along growing u.
+// Converts a scene to vertices for OpenGL: instances in world space, texture coordinates transformed and
+// brought near zero, tangents along growing u.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@
 namespace selvedge {
 
 struct SurfaceVertex {
-  V3f position;  ///< m, world axes, relative to the origin that was asked for
+  V3f position;  ///< m, world axes, relative to the given origin
   V3f normal;    ///< unit, world
-  /// xyz: unit, along dP/du after the material's texture transform, world; zero where u has no direction.
-  /// w: +1 where the texture is seen upright from the side of the normal, -1 where it is mirrored: the
-  /// direction of falling v is w * (normal x tangent). Of the fabric's coordinates, else of the normal
-  /// texture's, where the file's own TANGENT comes first.
+  /// xyz: unit, world, along dP/du after the material's texture transform; zero if u has no direction. w: +1
+  /// if the texture is upright seen from the side of the normal, -1 if mirrored: the direction of falling v
+  /// is w * (normal x tangent). For the fabric's coordinates, else for the normal texture's, where the file's
+  /// own TANGENT takes precedence.
   V4f tangent;
-  V2f uv;  ///< of mapping 0; whole repeats taken off per chart, so that float keeps the texels apart
+  V2f uv;  ///< of mapping 0; without whole repeats of each chart, so that floats resolve the texels
 };
 
-/// Texture coordinates as the picture or fabric is looked up with: one set of the file under one transform.
+/// Texture coordinates of a picture or fabric: one set of the file under one transform.
 struct Mapping {
   int tex_coord = 0;
   UvTransform transform;
@@ -30,8 +30,8 @@ struct Mapping {
   Wrap wrap_v = Wrap::repeat;
 };
 
-/// All mappings of a material, each once: of its fabric, or, without one, of the base colour, then of the
-/// other textures. The first is SurfaceVertex::uv. `number_of` says which one a texture is looked up with.
+/// The different mappings of a material: first that of its fabric, or else of the base colour, which is
+/// SurfaceVertex::uv; then those of the other textures. `number_of` returns the index of a mapping.
 struct Mappings {
   std::vector<Mapping> list;
   int number_of(const Mapping& mapping) const;
@@ -44,18 +44,17 @@ struct Surface {
   int material = -1;  ///< index into Scene::materials; -1: the default material of glTF
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  std::vector<std::vector<V2f>>
-      more_uvs;             ///< of mappings 1, 2 ...: one per vertex; empty without coordinates
-  std::vector<V4f> colors;  ///< linear factors on the base colour; empty: white
+  std::vector<std::vector<V2f>> more_uvs;  ///< of mappings 1, 2 ..., per vertex; empty without coordinates
+  std::vector<V4f> colors;                 ///< linear factors on the base colour; empty: white
 };
 
-/// All instances. Tangents are those of compute_tangents, in the world and after the texture transform; a
-/// vertex between mirrored and upright triangles is doubled. (Derivatives in the fragment shader would need
-/// no vertices, but lose their digits in close views of large coordinates, and make every flat triangle show
-/// in an anisotropic highlight.) A chart is what triangles connect by common vertices. In double, each is
-/// moved by whole repeats to just above zero (by pairs of them where the picture is mirrored, not at all
-/// where it ends). GARMENT_NO_UVS for a primitive with a fabric and without the texture coordinates it names;
-/// MESH_INVALID or MESH_NOT_FINITE for arrays that do not fit together.
+/// All instances. Tangents are those of compute_tangents, in world space after the texture transform; a
+/// vertex between mirrored and upright triangles is duplicated. (Derivatives in the fragment shader would
+/// lose digits in close views of large coordinates, and show flat triangles in anisotropic highlights.) A
+/// chart is a set of triangles connected by common vertices. Each chart is moved, in double, by whole repeats
+/// to just above zero (by pairs of repeats with mirrored wrapping, not at all with clamping). GARMENT_NO_UVS
+/// for a primitive that lacks the texture coordinates of its fabric; MESH_INVALID or MESH_NOT_FINITE for
+/// inconsistent arrays.
 Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origin);
 
 }  // namespace selvedge

@@ -1,12 +1,12 @@
-// Where the viewer is, seen from the pixels of a frame.
+// Directions from the pixels of a frame towards the viewer.
 #pragma once
 
 #include "format/scene/camera.h"
 
 namespace selvedge {
 
-/// Directions towards the viewer before they are made unit: base + x * right + y * up, x and y in pixels from
-/// the middle of the frame.
+/// Directions towards the viewer, not normalised: base + x * right + y * up, x and y in pixels from the
+/// centre of the frame.
 struct ViewRays {
   V3f base;
   V3f right;

@@ -14,7 +14,7 @@ float table_number(uint place, bool halves, uint i) {
 vec3 table_vector(uint place, bool halves, uint i) {
   return vec3(table_number(place, halves, i), table_number(place, halves, i + 1u), table_number(place, halves, i + 2u));
 }
-vec3 held(vec3 x) { return min(x, vec3(largest)); }
+vec3 clamp_to_finite(vec3 x) { return min(x, vec3(largest)); }
 
 struct Taps {
   uvec4 cell;
@@ -29,7 +29,7 @@ vec2 hemisphere_to_square(vec3 d) {
   float z = clamp(d.z, 0.0, 1.0);
   float whole = length(vec2(planar, z));
   float r = planar / whole / sqrt(1.0 + z / whole);
-  // The angle from the nearest axis, of at most an eighth of a turn.
+  // The angle from the nearest axis, at most an eighth of a turn.
   vec2 s = abs(d.x) > abs(d.y) ? vec2(d.x, d.y) : vec2(d.y, d.x);
   float turn = atan(s.y / s.x) / quarter;
   vec2 p = vec2(s.x > 0.0 ? r : -r, 0.0);
@@ -64,10 +64,10 @@ vec3 lobes_at(uint place, uint lobes, vec3 l, vec3 v) {
     }
     sum[c] = one;
   }
-  return held(sum * l.z);
+  return clamp_to_finite(sum * l.z);
 }
 
-// One entry of a texel under all lights, as it is seen from `view`: adds weight * alpha * (radiance, 1).
+// Evaluates one entry of a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).
 void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat3 frame, float weight,
                  inout vec4 sum) {
   uint views = word(fabric + fabric_view_columns) * word(fabric + fabric_view_rows);
@@ -90,7 +90,7 @@ void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat
       if (table != 0u) colour += share * table_vector(table, word(level + level_view_table_halves) != 0u, 3u * at);
     }
     if (opacity != 0u) alpha = min(total, 1.0);
-    if (table != 0u) of_view = total > 0.0 ? held(colour / total) : vec3(0.0);
+    if (table != 0u) of_view = total > 0.0 ? clamp_to_finite(colour / total) : vec3(0.0);
   }
   sum.a += weight * alpha;
   if (!(view.z > 0.0) || !(alpha > 0.0)) return;
@@ -144,11 +144,11 @@ void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat
         }
         bracket += factor * psi;
       }
-      // Not max(): NaN becomes 0 as well.
+      // Unlike max(), this turns NaN into 0.
       for (int c = 0; c < 3; ++c) bracket[c] = bracket[c] > 0.0 ? min(bracket[c], largest) : 0.0;
     }
     vec3 g = own_lobes == 0u ? vec3(1.0) : lobes_at(own_lobes, lobes, l * local, local_view);
-    radiance += held(scale * held(bracket * g)) * irradiance;
+    radiance += clamp_to_finite(scale * clamp_to_finite(bracket * g)) * irradiance;
   }
   for (int c = 0; c < 3; ++c) radiance[c] = radiance[c] >= 0.0 ? min(radiance[c], 1e30) : 0.0;
   sum.rgb += weight * alpha * radiance;

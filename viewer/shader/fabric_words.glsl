@@ -1,3 +1,3 @@
-// The fabrics on a desktop: one buffer of words (word_layout.glsl).
+// Fabrics in one buffer of words (word_layout.glsl).
 layout(std430, binding = 0) readonly buffer Fabrics { uint words[]; };
 uint word(uint at) { return words[at]; }

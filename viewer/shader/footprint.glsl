@@ -1,6 +1,6 @@
-// From how texture coordinates change across a pixel to mip levels and taps: the twin of footprint() in
-// format/scene/footprint.h. vec4(level, ratio, axis); the slopes (x, y) are those per pixel to the right and up, in texels
-// of level 0.
+// Mip levels and taps from the derivatives of texture coordinates: the GLSL twin of footprint() in
+// format/scene/footprint.h. Returns vec4(level, ratio, axis); the slopes (x, y) are per pixel to the right
+// and up, in texels of level 0.
 vec4 footprint(vec2 right, vec2 up, float taps) {
   float e = right.x * right.x + up.x * up.x;
   float f = right.x * right.y + up.x * up.y;

@@ -1,6 +1,6 @@
-// The lights at surface_point; SHADOWS: dimmed by shadow_shares, which the includer fills for the pixel.
-// Four a light: direction towards it (spot: against its axis) and kind (0 far away, 1 point, 2 spot); irradiance
-// and range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
+// The lights at surface_point; SHADOWS: dimmed by shadow_shares, which the includer computes for the pixel. Four per
+// light: direction towards it (spot: against its axis) and kind (0 directional, 1 point, 2 spot); irradiance and
+// range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
 layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
 layout(location = 5) uniform int lights_in_use;
 
@@ -35,7 +35,7 @@ void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
   irradiance *= min(share, 1e24);
 }
 #ifdef SHADOWS
-// By the numbers of the maps.
+// Indexed by shadow map.
 float shadow_shares[16];
 #endif
 void light_at(uint i, out vec3 direction, out vec3 irradiance) {

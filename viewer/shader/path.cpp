@@ -13,8 +13,7 @@
 namespace selvedge {
 namespace {
 
-// Locations of the uniforms, units and bindings, as written in triangle_*.glsl, shade_pixel.glsl and
-// lights.glsl.
+// Uniform locations, texture units and bindings in triangle_*.glsl, shade_pixel.glsl and lights.glsl.
 namespace triangle {
 enum Uniform : GLint {
   to_clip,
@@ -91,15 +90,15 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
                                              (pbr.emissive != V3f(0, 0, 0) ? shines_flag : 0)});
   }
 
-  GLint64 room = 0;
-  gl_.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &room);
+  GLint64 max_bytes = 0;
+  gl_.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_bytes);
   const std::size_t largest =
       std::max({words.size() * sizeof(words[0]), vertices.size() * sizeof(V4f), triangles.size() * 16});
-  if (largest > static_cast<std::size_t>(room)) {
+  if (largest > static_cast<std::size_t>(max_bytes)) {
     return fail(Code::option_out_of_range, {}, "--path",
                 fmt::format("shader: {} bytes in one buffer; this OpenGL allows {}. The hybrid path has no "
                             "such limit",
-                            largest, room));
+                            largest, max_bytes));
   }
   spans_ = spans_of(mesh);
   buffers_ = {objects_.buffer(words), objects_.buffer(vertices), objects_.buffer(triangles),
@@ -108,7 +107,7 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
   for (GLuint& clock : clocks_) clock = objects_.query(GL_TIMESTAMP);
   empty_array_ = objects_.vertex_array();
   array_ = objects_.vertex_array();
-  // u and v stand apart: v is one group behind u.
+  // u and v are one group apart.
   constexpr std::size_t stride = 3 * sizeof(V4f);
   add_attribute(gl_, array_, {0, buffers_[1], 3, 0, stride});
   add_attribute(gl_, array_, {1, buffers_[1], 1, 3 * sizeof(float), stride});
@@ -153,14 +152,14 @@ Result<void> ShaderPath::resize(const FrameSize& size) {
   return {};
 }
 
-/// The triangle numbers of a round.
+/// Draws the triangle numbers of a round.
 void ShaderPath::draw_round(int round, const std::array<GLfloat, 16>& clip) {
-  const GLuint to = rounds_[round % 2].framebuffer;
+  const GLuint framebuffer = rounds_[round % 2].framebuffer;
   constexpr std::array<GLuint, 4> nothing{0, 0, 0, 0};
   constexpr GLfloat farthest = 1;
-  gl_.ClearNamedFramebufferuiv(to, GL_COLOR, 0, nothing.data());
-  gl_.ClearNamedFramebufferfv(to, GL_DEPTH, 0, &farthest);
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, to);
+  gl_.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, 0, nothing.data());
+  gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   gl_.Disable(GL_BLEND);
   gl_.Enable(GL_DEPTH_TEST);
   gl_.DepthFunc(GL_LESS);
@@ -181,7 +180,7 @@ void ShaderPath::draw_round(int round, const std::array<GLfloat, 16>& clip) {
   gl_.EndQuery(GL_ANY_SAMPLES_PASSED);
 }
 
-/// Lays the light of a round behind what is there.
+/// Shades a round and composites it behind the accumulated light.
 void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
                              const std::array<GLfloat, 16>& clip) {
   const ViewRays rays = view_rays(view.camera, width_, height_);
@@ -248,12 +247,12 @@ Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) 
   const std::array<GLfloat, 16> clip = gl_matrix(clip_matrix(view.camera, scene_.origin));
   constexpr std::array<GLfloat, 4> empty{0, 0, 0, 0};
   gl_.ClearNamedFramebufferfv(result_, GL_COLOR, 0, empty.data());
-  // On by default, and it would change coded values.
+  // Dithering is on by default and would change coded values.
   gl_.Disable(GL_DITHER);
   gl_.Disable(GL_CULL_FACE);
   gl_.Disable(GL_STENCIL_TEST);
   gl_.Viewport(0, 0, width_, height_);
-  // Waits for the graphics processor.
+  // Waits for the GPU.
   const auto timed = [&](std::uint64_t& stage, const auto& draw) {
     gl_.QueryCounter(clocks_[0], GL_TIMESTAMP);
     draw();
@@ -285,7 +284,7 @@ Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     return good;
   gl_.Finish();
   watch.add_to(stats.geometry);
-  large_.resize(static_cast<std::size_t>(width_) * height_);
+  large_.resize(width_ * height_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, result_);
   gl_.NamedFramebufferReadBuffer(result_, GL_COLOR_ATTACHMENT0);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);

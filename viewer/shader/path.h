@@ -1,6 +1,5 @@
-// A frame made wholly by OpenGL: triangle numbers, round by round from front to back, each round turned into
-// light by a shader that evaluates the fabrics. The same numbers and the same formulas as the hybrid path's,
-// on the graphics processor.
+// The shader path, wholly in OpenGL: triangle numbers, round by round from front to back, each round shaded
+// by a shader that evaluates the fabrics. Inputs and formulas are those of the hybrid path.
 #pragma once
 
 #include <array>
@@ -16,8 +15,8 @@ namespace selvedge {
 
 class ShaderPath final : public FramePath {
  public:
-  /// Loads mesh, pictures and fabrics. `gl` and `scene` must outlive the object. OPTION_OUT_OF_RANGE where
-  /// the fabrics are larger than a shader's buffer may be; GRAPHICS_UNAVAILABLE.
+  /// Loads mesh, pictures and fabrics. `gl` and `scene` must outlive the object. OPTION_OUT_OF_RANGE if the
+  /// fabrics exceed the largest buffer of a shader; GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<ShaderPath>> create(const GlFunctions& gl, const PreparedScene& scene,
                                                     std::span<const Fabric> fabrics, const FrameSize& size);
 
@@ -44,16 +43,16 @@ class ShaderPath final : public FramePath {
   int height_ = 0;
   std::vector<TriangleSpan> spans_;
   std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
-  std::array<GLuint, 2> shading_programs_{};   ///< without and with shadows, which is made when it is needed
+  std::array<GLuint, 2> shading_programs_{};   ///< without and with shadows (created when needed)
   GLuint array_ = 0;
   GLuint empty_array_ = 0;
   std::array<GLuint, 4> buffers_{};  ///< in the order of their bindings
   GLuint lights_ = 0;
   std::size_t light_room_ = 0;
-  GLuint any_ = 0;                  ///< query: did a round show anything
+  GLuint any_ = 0;                  ///< query: whether a round drew any pixel
   std::array<GLuint, 2> clocks_{};  ///< queries
   std::array<TriangleTarget, 2> rounds_{};
-  GLuint result_ = 0;         ///< framebuffer: light so far
+  GLuint result_ = 0;         ///< framebuffer of the accumulated light
   GLuint result_colour_ = 0;  ///< its texture
   std::vector<V4f> large_;
 };

@@ -1,16 +1,16 @@
-// From triangle numbers to light: the twin of viewer/hybrid/index_pass.h and shade.h. PBR: some material has no fabric;
-// SHADOWS: there are shadow maps.
+// Shades a pixel from its triangle number: the GLSL twin of viewer/hybrid/index_pass.h and shade.h. PBR: some
+// material has no fabric; SHADOWS: there are shadow maps.
 layout(binding = 0) uniform usampler2D triangle_numbers;
 #ifdef PBR
 // PbrPixel (viewer/scene/material.h).
 layout(binding = 1) uniform sampler2D pbr_colours;
 layout(binding = 2) uniform usampler2D pbr_words;
 #endif
-// Three a vertex: position and u, normal and v, tangent and nothing.
+// Three per vertex: position and u, normal and v, tangent and padding.
 layout(std430, binding = 1) readonly buffer Vertices { vec4 vertices[]; };
-// Corners; surface, with the highest bit set where the tangents are left-handed.
+// Corners; surface, with the highest bit set if the tangents are left-handed.
 layout(std430, binding = 2) readonly buffer Triangles { uvec4 triangles[]; };
-// Number of the fabric, -1 where there is none; flags: its opacity counts 1, unlit 2, it gives light itself 4.
+// Number of the fabric or -1; flags: 1 keeps its opacity, 2 unlit, 4 emission.
 layout(std430, binding = 3) readonly buffer Surfaces { ivec2 surfaces[]; };
 layout(location = 0) uniform mat4 to_clip;
 layout(location = 1) uniform vec2 frame_size;
@@ -128,7 +128,7 @@ void main() {
     vec4 colour = texelFetch(pbr_colours, ivec2(gl_FragCoord.xy), 0);
     vec3 light = pbr_light(colour.rgb, pbr, (surface.y & 2) != 0, ambient / 3.14159265358979324, frame, side, view);
     float alpha = clamp(colour.a, 0.0, 1.0);
-    // Not max(): NaN becomes 0 as well.
+    // Unlike max(), this turns NaN into 0.
     for (int c = 0; c < 3; ++c) light[c] = light[c] >= 0.0 ? min(light[c], 1e30) : 0.0;
     out_colour = vec4(light * alpha, alpha);
     return;
@@ -165,7 +165,7 @@ void main() {
         shade_texel(uint(surface.x), k, texel_at(fabric, k, at), local_view, frame, part, sum);
         continue;
       }
-      // The four texels around.
+      // The four nearest texels.
       vec2 of_level = vec2(size_of(fabric, k));
       vec2 corner = at * of_level - 0.5;
       vec2 within_cell = corner - floor(corner);

@@ -1,6 +1,7 @@
-// Rays through the slabs of a fabric (format/fabric/slabs.h), in double, and shade_texel(), which evaluates the entries
-// that they meet, or the only entry of a texel without slabs.
-// format/fabric/slabs.h: the walk of a ray along one axis of the cells, by the depth below the top.
+// Marches rays through the slabs of a fabric (the GLSL twin of format/fabric/slabs.h) in double precision.
+// shade_texel() evaluates the entries that they meet, or the only entry of a texel without slabs.
+//
+// The walk of a ray along one axis of the cells, by the depth below the top.
 struct Walk {
   float slope;
   float edge;
@@ -9,7 +10,7 @@ struct Walk {
   int cells;
 };
 Walk walk_from(double start, float slope, int cells) {
-  // Single precision would lose the place within the cell.
+  // Single precision would lose the position within the cell.
   double repeated = start - floor(start / double(cells)) * double(cells);
   Walk walk;
   walk.slope = slope;
@@ -30,7 +31,7 @@ void step_on(inout Walk walk) {
   if (walk.cell < 0) walk.cell = walk.cells - 1;
 }
 
-// Texel and entry of the yarn that a ray meets; false: none.
+// Finds texel and entry of the yarn that a ray meets; false if there is none.
 bool march(uint fabric, uint level, dvec2 uv, vec3 view, out uvec2 hit) {
   hit = uvec2(0u);
   int columns = int(word(level + level_columns));
@@ -45,29 +46,29 @@ bool march(uint fabric, uint level, dvec2 uv, vec3 view, out uvec2 hit) {
   double above = double(highest) - double(number(fabric + fabric_reference_height));
   Walk x = walk_from(uv.x * double(cells.x) + above * up.x, float(-up.x), cells.x);
   Walk y = walk_from(uv.y * double(cells.y) + above * up.y, float(-up.y), cells.y);
-  float entered = 0.0;
+  float entry_depth = 0.0;
   for (int visited = 0; visited < 16384; ++visited) {
-    float left = min(min(leaves(x), leaves(y)), deepest);
-    float from = highest - entered;
-    float to = highest - left;
+    float exit_depth = min(min(leaves(x), leaves(y)), deepest);
+    float ray_top = highest - entry_depth;
+    float ray_bottom = highest - exit_depth;
     uint texel = uint(y.cell / rows) * word(level + level_width) + uint(x.cell / columns);
     uint cell = uint((y.cell % rows) * columns + x.cell % columns);
     float best = -largest;
     bool met = false;
     for (int slab = 0; slab < slabs; ++slab) {
       uint entry = uint(slab * columns * rows) + cell;
-      uint at = word(level + level_heights) + 2u * (texel * uint(slabs * columns * rows) + entry);
-      float top = number(at);
-      float bottom = number(at + 1u);
-      if (!(top > bottom) || to > top || from < bottom || min(top, from) <= best) continue;
-      best = min(top, from);
+      uint heights = word(level + level_heights) + 2u * (texel * uint(slabs * columns * rows) + entry);
+      float top = number(heights);
+      float bottom = number(heights + 1u);
+      if (!(top > bottom) || ray_bottom > top || ray_top < bottom || min(top, ray_top) <= best) continue;
+      best = min(top, ray_top);
       hit = uvec2(texel, entry);
       met = true;
     }
     if (met) return true;
-    if (left >= deepest) return false;
-    entered = left;
-    if (leaves(x) <= left) {
+    if (exit_depth >= deepest) return false;
+    entry_depth = exit_depth;
+    if (leaves(x) <= exit_depth) {
       step_on(x);
     } else {
       step_on(y);

@@ -36,7 +36,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
 }
 
 Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeContext make_context) {
-  // The least of each file that makes a fabric.
+  // The smallest part of each file that is a valid fabric.
   std::vector<LevelRange> coarsest;
   for (const FabricReader& reader : open.readers) {
     const int last = reader.header().levels - 1;
@@ -46,7 +46,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeCon
   if (!fabrics) return tl::unexpected(fabrics.error());
   auto picture = create(std::move(open.scene), std::move(*fabrics), std::move(make_context));
   if (!picture) return picture;
-  // Their bytes are the scene's, which have stayed where they were.
+  // The readers refer to the scene's bytes, which do not move with it.
   (*picture)->readers_ = std::move(open.readers);
   (*picture)->file_bytes_ = open.file_bytes;
   return picture;
@@ -81,7 +81,7 @@ Result<void> ShowPicture::load(const ShowState& state) {
   renderer_.reset();
   options_.path = static_cast<RenderPath>(state.path);
   dressed_ = change_fabrics(scene_, fabrics_, state.fabrics);
-  // Nothing of a state before, which may have been refused.
+  // Starts from defaults, as the previous state may have been refused.
   options_.levels = state.levels;
   options_.shadows = state.shadows;
   options_.lights.clear();
@@ -92,9 +92,9 @@ Result<void> ShowPicture::load(const ShowState& state) {
   return {};
 }
 
-/// Reads what the picture asks for and is not there yet.
+/// Reads the levels that the picture needs and that are not read yet.
 Result<void> ShowPicture::read_levels(const ShowState& state) {
-  // Of files that were added all is read.
+  // Added files are read whole.
   std::vector<FabricHeader> added;
   for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i)
     added.push_back(header_without_layers(fabrics_[i]));
@@ -145,7 +145,7 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *camera;
   options_.levels = state.levels;
-  // Where it loads, the lights are gone.
+  // Loading resets the lights.
   if (auto good = read_levels(state); !good) return good;
   options_.ambient = state.ambient;
   options_.shadows = state.shadows;
@@ -181,9 +181,9 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
   return {};
 }
 
-Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& at) {
-  if (!renderer_ || !(at.x >= 0 && at.x < 1 && at.y >= 0 && at.y < 1)) return std::nullopt;
-  const V2i pixel(static_cast<int>(at.x * frame_.width), static_cast<int>(at.y * frame_.height));
+Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& point) {
+  if (!renderer_ || !(point.x >= 0 && point.x < 1 && point.y >= 0 && point.y < 1)) return std::nullopt;
+  const V2i pixel(static_cast<int>(point.x * frame_.width), static_cast<int>(point.y * frame_.height));
   return renderer_->probe(camera_, options_, pixel);
 }
 

@@ -9,7 +9,7 @@ V3d to_camera_frame(const Camera& camera, const V3d& d) {
   return {d.dot(camera.right), d.dot(camera.up), d.dot(camera.back())};
 }
 
-/// The axes alone, which need no scene.
+/// Only the axes, which do not depend on the scene.
 Camera axes_of(const CameraOptions& options) {
   const std::array<V3d, 1> anywhere{V3d(0, 0, 0)};
   CameraOptions plain;
