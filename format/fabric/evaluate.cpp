@@ -177,6 +177,11 @@ Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& l
     return evaluate(texels, fabric, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light,
                     view);
   };
+  const auto& yarns = fabric.levels.front().yarns();
+  if (level < 0 && yarns) {
+    const Shading point = yarns->shade(uv, fabric.reference_height, light, view);
+    return level > -1 ? blend(point, at(0), static_cast<float>(1 + level)) : point;
+  }
   const Shading near = at(levels.lower);
   return levels.weight > 0 ? blend(near, at(levels.lower + 1), levels.weight) : near;
 }

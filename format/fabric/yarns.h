@@ -9,10 +9,12 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "format/base/error.h"
 #include "format/base/vec.h"
+#include "format/fabric/layers.h"
 #include "format/fabric/shading.h"
 #include "format/fabric/yarn_reflectance.h"
 
@@ -53,9 +55,23 @@ struct YarnData {
       nodes;  ///< curve by curve; those of a curve lie where its chain takes them, also beyond the cell
   std::vector<float>
       light;  ///< [((station * angle_functions + i) * light_functions_of_yarn + k) * 3 + colour]
-  int stations() const { return static_cast<int>(light.size()) / light_values_per_station; }
   bool operator==(const YarnData&) const = default;
 };
+
+YarnCounts counts_of(const YarnData& data);
+
+/// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
+/// the members of YarnCurve; x, y, z of the nodes. `indirect`: every value over all stations.
+inline constexpr int values_per_curve = 11;
+inline constexpr int values_per_node = 3;
+inline int curve_value_count(const YarnCounts& counts) {
+  return values_per_curve * counts.curves + values_per_node * counts.nodes;
+}
+std::vector<float> curve_values(const YarnData& data);
+std::vector<float> indirect_values(const YarnData& data);
+/// The inverse, of values that may be followed by others. Refuses what validate() refuses.
+Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
+                                   const YarnCounts& counts, const V2f& period);
 
 /// Counts that do not agree, values out of range or not finite, segments without length: refused, the place
 /// being "curve 3" or "node 17".
