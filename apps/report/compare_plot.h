@@ -2,11 +2,9 @@
 // of view and light and over the levels, for held-out and training pairs.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "apps/report/drawing.h"
 #include "format/fabric/fabric.h"
 #include "format/samples/samples.h"
 
@@ -22,9 +20,13 @@ struct PlotNames {
 /// over the order of their flatter direction.
 std::vector<std::size_t> spread_pairs(const std::vector<DirectionPair>& pairs, std::size_t count);
 
-/// `training`: as TrainingPairs gives them. Refuses what compare() refuses, and samples without held-out
-/// pairs (samples_malformed).
-Result<Drawing> plot(const Fabric& fabric, const PairSamples& held_out, const PairSamples& training,
-                     const PlotNames& names);
+/// Linear RGB for a number of [-1, 1], beyond them that of the ends: blue below 0, nearly white at 0, red
+/// above. Equal steps are equal steps of lightness on both sides, for colour-blind eyes as well.
+V3f diverging_colour(double t);
+
+/// An SVG file. `training`: as TrainingPairs gives them. Refuses what compare() refuses, and samples without
+/// held-out pairs (samples_malformed).
+Result<std::string> compare_plot(const Fabric& fabric, const PairSamples& held_out,
+                                 const PairSamples& training, const PlotNames& names);
 
 }  // namespace selvedge

@@ -1,14 +1,11 @@
-#include "apps/report/trade_page.h"
-
+// The page of a sweep: plots with the front drawn, tables with command lines and small pictures.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "apps/report/markup.h"
-#include "apps/report/trade_plot.h"
-#include "apps/report/trade_records.h"
+#include "apps/report/chart.h"
+#include "apps/report/trade.h"
 #include "format/base/atomic_file.h"
 
 namespace selvedge {
@@ -16,119 +13,26 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Costs that pictures are weighed against: the name in a record's `front`, where the cost stands, and its
-/// words.
-struct Cost {
-  const char* name;
-  const char* pointer;
-  const char* words;
-};
-constexpr Cost costs[] = {{"bytes", "/bytes", "bytes"},
-                          {"make", "/seconds/make", "time to make"},
-                          {"work", "/processorSeconds", "work of all cores"},
-                          {"frame", "/frameMs", "frame"}};
-constexpr const char* picture_psnr = "/pictures/all/psnr";
-
-std::vector<TradeFigure> figures(const Json& rows, const char* cost, const char* quality) {
-  std::vector<TradeFigure> result;
-  for (const Json& row : rows) result.push_back({number_at(row, cost), number_at(row, quality)});
-  return result;
-}
-
-/// The records as an array, each with the fronts that it lies on.
-Json with_fronts(const std::vector<Json>& records, bool fabrics) {
-  Json rows = Json::array();
-  for (const Json& record : records) rows.push_back(record);
-  for (const Cost& cost : costs) {
-    if (!fabrics && cost.name != std::string_view("frame")) continue;
-    const std::vector<bool> front = pareto_front(figures(rows, cost.pointer, picture_psnr));
-    for (std::size_t i = 0; i < front.size(); ++i) rows[i]["front"][cost.name] = bool{front[i]};
-  }
-  return rows;
-}
-
-Json json_of(const TradeTable& table) {
-  Json all = {{"program", "selvedge"}, {"report", 1}, {"verb", "trade"}};
-  all.update(table.sweep);
-  all["points"] = with_fronts(table.fabrics, true);
-  all["frames"] = with_fronts(table.frames, false);
-  if (!table.presets.empty()) all["framePresets"] = table.presets;
-  return all;
-}
-
-/// A field of a CSV file (RFC 4180).
-std::string field(const Json& value) {
-  if (value.is_null()) return "";
-  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
-  return '"' + text + '"';
-}
-
-/// Each record a line, its members flat: "seconds/make". All columns that any record has.
-std::string csv_of(const Json& all) {
-  Json columns = Json::object();
-  std::vector<Json> rows;
-  for (const char* kind : {"points", "frames"}) {
-    for (const Json& record : all[kind]) {
-      rows.push_back(record.flatten());
-      for (const auto& [name, value] : rows.back().items()) columns[name] = name.substr(1);
-    }
-  }
-  rows.insert(rows.begin(), columns);
-  std::string text;
-  for (const Json& row : rows) {
-    std::string line;
-    for (const auto& [name, title] : columns.items()) line += ',' + field(row.value(name, Json()));
-    text += line.substr(std::min<std::size_t>(1, line.size())) + '\n';
-  }
-  return text;
-}
-
 /// A picture as an address that contains it; empty where there is no picture.
-std::string picture_data(const std::string& folder, const std::string& name) {
-  const auto bytes = read_file(fmt::format("{}/{}/{}.png", folder, trade_pictures_folder, name));
-  if (!bytes) return "";
-  return "data:image/png;base64," + base64(std::vector<std::uint8_t>(bytes->begin(), bytes->end()));
+std::string picture_data(const TradeFolder& folder, const std::string& name) {
+  const auto bytes = read_file(folder.picture(name));
+  return bytes ? png_address({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}) : "";
 }
 
-std::string picture(const std::string& folder, const std::string& name) {
-  const std::string data = picture_data(folder, name);
-  return data.empty() ? "" : fmt::format(R"(<img alt="{}" src="{}">)", escaped(name), data);
-}
-
-/// The true picture, which stands beside each of the others and is embedded once.
-struct TruthPicture {
-  std::string definition;
-  std::string use;
-};
-
-TruthPicture truth_picture(const std::string& folder, const Json& sweep) {
-  const std::string data = picture_data(folder, trade_truth_picture);
-  const double width = 4 * std::floor(number_at(sweep, "/identity/size/0") / 2);
-  const double height = std::floor(number_at(sweep, "/identity/size/1") / 2);
-  if (data.empty() || !(width > 0 && height > 0)) return {};
-  return {
-      fmt::format(
-          R"(<svg width="0" height="0" style="position:absolute"><defs><image id="truth" width="{}" height="{}" href="{}"/></defs></svg>)",
-          width, height, data),
-      fmt::format(R"(<svg width="{}" height="{}"><use href="#truth"/></svg>)", width, height)};
-}
-
-/// A column of numbers in both tables, or of fabrics alone.
+/// A column of numbers; `of_frames`: in both tables, else of fabrics alone.
 struct Column {
   const char* title;
   const char* pointer;
-  const char* form;
+  int digits;
   bool of_frames = true;
 };
 constexpr Column columns[] = {
-    {"near", "/pictures/near/psnr", "{:.2f}"},   {"middle", "/pictures/middle/psnr", "{:.2f}"},
-    {"far", "/pictures/far/psnr", "{:.2f}"},     {"grazing", "/pictures/grazing/psnr", "{:.2f}"},
-    {"all, dB", picture_psnr, "{:.2f}"},         {"SSIM", "/pictures/all/ssim", "{:.4f}"},
-    {"bytes", "/bytes", "{:.0f}", false},        {"bake, s", "/seconds/bake", "{:.2f}", false},
-    {"fit, s", "/seconds/fit", "{:.2f}", false}, {"all cores, s", "/processorSeconds", "{:.2f}", false},
-    {"load, ms", "/loadMs", "{:.2f}"},           {"frame, ms", "/frameMs", "{:.2f}"}};
+    {"near", "/pictures/near/psnr", 2},   {"middle", "/pictures/middle/psnr", 2},
+    {"far", "/pictures/far/psnr", 2},     {"grazing", "/pictures/grazing/psnr", 2},
+    {"all, dB", trade_psnr, 2},           {"SSIM", "/pictures/all/ssim", 4},
+    {"bytes", "/bytes", 0, false},        {"bake, s", "/seconds/bake", 2, false},
+    {"fit, s", "/seconds/fit", 2, false}, {"all cores, s", "/processorSeconds", 2, false},
+    {"load, ms", "/loadMs", 2},           {"frame, ms", "/frameMs", 2}};
 
 std::string joined(const std::string& list, const std::string& separator, const std::string& next) {
   return list.empty() ? next : list + separator + next;
@@ -145,14 +49,14 @@ std::string knobs_text(const Json& knobs) {
 std::string held_out_text(const Json& record) {
   std::string psnr;
   std::string relative;
-  for (const Json& level : record.value("heldOut", Json::array())) {
+  for (const Json& level : array_at(record, "heldOut")) {
     psnr = joined(psnr, " / ", fmt::format("{:.1f}", number_at(level, "/psnr")));
     relative = joined(relative, " / ", fmt::format("{:.3f}", number_at(level, "/relativeL2")));
   }
   return psnr + "<br>" + relative;
 }
 
-std::string table_of(const std::string& folder, const Json& rows, const std::string& truth, bool fabrics) {
+std::string table_of(const TradeFolder& folder, const Json& rows, const std::string& truth, bool fabrics) {
   std::string text = "<table><tr><th>#</th><th class=\"l\">knobs, command</th>";
   for (const Column& column : columns) {
     if (fabrics || column.of_frames) text += fmt::format("<th>{}</th>", column.title);
@@ -164,9 +68,10 @@ std::string table_of(const std::string& folder, const Json& rows, const std::str
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Json& row = rows[i];
     std::string front;
-    for (const Cost& cost : costs) {
+    for (const TradeCost& cost : trade_costs) {
       if (row["front"].value(cost.name, false)) front = joined(front, ", ", cost.words);
     }
+    const std::string name = text_at(row, "name");
     const std::string quality = text_at(row, "quality");
     text += fmt::format("<tr{}><td>{}</td><td class=\"l\">{}{}<br><code>{}</code></td>",
                         front.empty() ? "" : " class=\"front\"", i + 1,
@@ -175,12 +80,13 @@ std::string table_of(const std::string& folder, const Json& rows, const std::str
     for (const Column& column : columns) {
       if (!fabrics && !column.of_frames) continue;
       const double value = number_at(row, column.pointer);
-      text += fmt::format("<td>{}</td>",
-                          std::isfinite(value) ? fmt::format(fmt::runtime(column.form), value) : "–");
+      text += std::isfinite(value) ? fmt::format("<td>{:.{}f}</td>", value, column.digits) : "<td>–</td>";
     }
     if (fabrics) text += fmt::format("<td class=\"l\">{}</td>", held_out_text(row));
-    text += fmt::format("<td class=\"l\">{}</td><td>{}<br>{}</td></tr>\n", front,
-                        picture(folder, text_at(row, "name")), truth);
+    const std::string picture = picture_data(folder, name);
+    text += fmt::format("<td class=\"l\">{}</td><td>", front);
+    if (!picture.empty()) text += fmt::format("<img alt=\"{}\" src=\"{}\">", escaped(name), picture);
+    text += "<br>" + truth + "</td></tr>\n";
   }
   return text + "</table>\n";
 }
@@ -198,10 +104,10 @@ p { max-width: 900px; }
 </style>
 )";
 
-std::string text_of_sweep(const Json& sweep) {
-  const Json identity = object_at(sweep, "identity");
+std::string text_of_sweep(const Json& trade) {
+  const Json identity = object_at(trade, "identity");
   const Json machine = object_at(identity, "machine");
-  const Json truth = object_at(sweep, "truth");
+  const Json truth = object_at(trade, "truth");
   std::string noise;
   for (const auto& [view, value] : truth.items()) {
     const double psnr = number_at(value, "/noisePsnr");
@@ -219,87 +125,90 @@ std::string text_of_sweep(const Json& sweep) {
       number_at(identity, "/heldOut/texels"), number_at(identity, "/heldOut/samples"));
 }
 
-/// The plots, without those that have nothing to show.
-Result<std::string> plots_of(const Json& all) {
+/// Records over a logarithmic axis of cost, numbered as in the table, with the front as a line of steps: the
+/// best quality up to that cost. Records without a positive cost are left out; empty without any other.
+std::string plot_of(const char* title, const char* below, const char* left, std::vector<V2d> figures) {
+  for (V2d& f : figures) {
+    if (!(f.x > 0)) f.x = NAN;
+  }
+  const std::vector<bool> on_front = pareto_front(figures);
+  Series beaten{{}, blue, 0, 3.5, {}, {10, -5}};
+  Series front{{}, vermilion, 0, 4.5, {}, {10, -5}};
+  V2d low(HUGE_VAL, HUGE_VAL);
+  V2d high(-HUGE_VAL, -HUGE_VAL);
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    const V2d& f = figures[i];
+    if (!std::isfinite(f.x) || !std::isfinite(f.y)) continue;
+    Series& series = on_front[i] ? front : beaten;
+    series.points.push_back(f);
+    series.labels.push_back(fmt::format("{}", i + 1));
+    low = {std::min(low.x, f.x), std::min(low.y, f.y)};
+    high = {std::max(high.x, f.x), std::max(high.y, f.y)};
+  }
+  if (front.points.empty()) return "";
+  // A little air around the points.
+  const double wide = std::pow(std::max(2.0, high.x / low.x), 0.06);
+  const double tall = 0.06 * std::max(0.01, high.y - low.y);
+  Chart chart{title,
+              left,
+              below,
+              logarithmic_axis(low.x / wide, std::max(high.x, 2 * low.x) * wide),
+              linear_axis(low.y - tall, std::max(high.y, low.y + 0.01) + tall),
+              {}};
+  std::vector<V2d> corners = front.points;
+  std::sort(corners.begin(), corners.end(), [](const V2d& a, const V2d& b) { return a.x < b.x; });
+  Series steps{{}, vermilion, 2, 0, {}, {}};
+  for (const V2d& at : corners) {
+    if (!steps.points.empty()) steps.points.emplace_back(at.x, steps.points.back().y);
+    steps.points.push_back(at);
+  }
+  steps.points.emplace_back(chart.x.high, steps.points.back().y);
+  chart.series = {steps, beaten, front};
+  Svg svg;
+  draw_chart(svg, {64, 56}, {472, 288}, chart);
+  return svg.file(560, 400, title);
+}
+
+std::string plots_of(const Json& trade) {
   constexpr const char* pictures = "pictures, PSNR in dB";
   constexpr const char* held_out = "held out, finest level, dB";
   constexpr const char* held_out_psnr = "/heldOut/0/psnr";
-  struct Plot {
-    const char* title;
-    const char* rows;
-    const char* cost_text;
-    const char* cost;
-    const char* quality_text;
-    const char* quality;
+  constexpr const char* bytes = "bytes of the file";
+  constexpr const char* make = "seconds to bake and fit";
+  const auto plot = [&](const char* title, const char* rows, const char* below, const char* cost,
+                        const char* left, const char* quality) {
+    return plot_of(title, below, left, trade_figures(trade[rows], cost, quality));
   };
-  constexpr Plot plots[] = {
-      {"Pictures against bytes", "points", "bytes of the file", "/bytes", pictures, picture_psnr},
-      {"Pictures against time to make", "points", "seconds to bake and fit", "/seconds/make", pictures,
-       picture_psnr},
-      {"Pictures against time per frame", "points", "ms a frame", "/frameMs", pictures, picture_psnr},
-      {"Held-out directions against bytes", "points", "bytes of the file", "/bytes", held_out, held_out_psnr},
-      {"Held-out directions against time to make", "points", "seconds to bake and fit", "/seconds/make",
-       held_out, held_out_psnr},
-      {"The viewer's settings", "frames", "ms a frame", "/frameMs", pictures, picture_psnr}};
-  std::string text;
-  for (const Plot& plot : plots) {
-    const Drawing drawing = trade_plot(
-        {plot.title, plot.cost_text, plot.quality_text, figures(all[plot.rows], plot.cost, plot.quality)});
-    if (drawing.shapes.empty()) continue;
-    auto svg = svg_of(drawing);
-    if (!svg) return svg;
-    text += *svg;
-  }
-  return text;
-}
-
-Result<std::string> html_of(const std::string& folder, const Json& all) {
-  auto plots = plots_of(all);
-  if (!plots) return plots;
-  const std::string title =
-      escaped("Speed against accuracy: " + text_at(object_at(all, "identity"), "stitch"));
-  const TruthPicture truth = truth_picture(folder, all);
-  std::string text = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta "
-      "charset=\"utf-8\"><title>{0}</title>\n{1}</head><body>\n"
-      "<h1>{0}</h1>\n{2}<div class=\"plots\">\n{3}</div>\n<p>The line is the front: the best pictures up to "
-      "that "
-      "cost. Numbers are those of the tables, where settings on a front are coloured.</p>\n{4}\n"
-      "<h2>Fabrics</h2>\n{5}",
-      title, style, text_of_sweep(all), *plots, truth.definition,
-      table_of(folder, all["points"], truth.use, true));
-  if (!all["frames"].empty())
-    text += "<h2>Settings of the viewer</h2>\n" + table_of(folder, all["frames"], truth.use, false);
-  return text + "</body></html>\n";
+  return plot("Pictures against bytes", "points", bytes, "/bytes", pictures, trade_psnr) +
+         plot("Pictures against time to make", "points", make, "/seconds/make", pictures, trade_psnr) +
+         plot("Pictures against time per frame", "points", "ms a frame", "/frameMs", pictures, trade_psnr) +
+         plot("Held-out directions against bytes", "points", bytes, "/bytes", held_out, held_out_psnr) +
+         plot("Held-out directions against time to make", "points", make, "/seconds/make", held_out,
+              held_out_psnr) +
+         plot("The viewer's settings", "frames", "ms a frame", "/frameMs", pictures, trade_psnr);
 }
 
 }  // namespace
 
-std::vector<bool> pareto_front(const std::vector<TradeFigure>& figures) {
-  std::vector<bool> front;
-  for (const TradeFigure& a : figures) {
-    // Comparisons with what is not finite are false.
-    front.push_back(std::isfinite(a.cost) && std::isfinite(a.quality) &&
-                    std::none_of(figures.begin(), figures.end(), [&](const TradeFigure& b) {
-                      return b.cost <= a.cost && b.quality >= a.quality &&
-                             (b.cost < a.cost || b.quality > a.quality);
-                    }));
-  }
-  return front;
-}
-
-Result<void> write_trade_page(const std::string& folder) {
-  const auto table = read_trade_table(folder);
-  if (!table) return tl::unexpected(table.error());
-  const Json json = json_of(*table);
-  const auto html = html_of(folder, json);
-  if (!html) return tl::unexpected(html.error());
-  if (auto ok =
-          write_file(folder + "/trade.json", json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-      !ok)
-    return ok;
-  if (auto ok = write_file(folder + "/trade.csv", csv_of(json)); !ok) return ok;
-  return write_file(folder + "/index.html", *html);
+std::string trade_page(const TradeFolder& folder, const Json& trade) {
+  // The true picture stands beside each of the others and is embedded once.
+  const std::string size =
+      fmt::format(R"(width="{}" height="{}")", 4 * std::floor(number_at(trade, "/identity/size/0") / 2),
+                  std::floor(number_at(trade, "/identity/size/1") / 2));
+  const std::string truth = fmt::format("<svg {}><use href=\"#truth\"/></svg>", size);
+  std::string text = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta "
+      "charset=\"utf-8\"><title>{0}</title>\n{1}</head><body>\n"
+      "<h1>{0}</h1>\n{2}<div class=\"plots\">\n{3}</div>\n<p>The line is the front: the best pictures up to "
+      "that cost. Numbers are those of the tables, where settings on a front are coloured.</p>\n"
+      "<svg width=\"0\" height=\"0\" style=\"position:absolute\"><defs><image id=\"truth\" {4} href=\"{5}\"/>"
+      "</defs></svg>\n<h2>Fabrics</h2>\n{6}",
+      escaped("Speed against accuracy: " + text_at(object_at(trade, "identity"), "stitch")), style,
+      text_of_sweep(trade), plots_of(trade), size, picture_data(folder, trade_truth_picture),
+      table_of(folder, trade["points"], truth, true));
+  if (!trade["frames"].empty())
+    text += "<h2>Settings of the viewer</h2>\n" + table_of(folder, trade["frames"], truth, false);
+  return text + "</body></html>\n";
 }
 
 }  // namespace selvedge

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 namespace selvedge {
 namespace {
@@ -57,58 +55,39 @@ constexpr LevelOptions unblended(LevelOptions levels) {
 constexpr LevelOptions nearest_levels;
 constexpr LevelOptions finest_alone{true, 0, 1, 0, false};
 
-/// What a name stands for.
-struct FrameQuality {
-  LevelOptions levels;
-  int supersample;
-  PowerKind power;
-};
-/// In the order of frame_quality_names. With fast powers, for no picture is further from the truth by them
-/// (docs/trade.md). tests/bench/frame_presets.mjs tells whether another setting beats one of them.
-constexpr std::array<FrameQuality, frame_quality_names.size()> qualities{{
-    {nearest_levels, 1, PowerKind::fast},
-    {best_levels, 1, PowerKind::fast},
-    {best_levels, 2, PowerKind::fast},
-    {best_levels, 3, PowerKind::fast},
-}};
-
 }  // namespace
 
 TradeSetting usual_setting() { return setting_of(best_levels, 1); }
 
 TradeSetting quality_setting(std::size_t quality) {
-  const auto& [levels, supersample, power] = qualities[quality];
-  return setting_of(levels, supersample, RenderPath::hybrid, power);
+  // With fast powers, for no picture is further from the truth by them (docs/trade.md).
+  // tests/bench/frame_presets.mjs tells whether another setting beats one of them.
+  return setting_of(quality == 0 ? nearest_levels : best_levels, std::max(1, static_cast<int>(quality)),
+                    RenderPath::hybrid, PowerKind::fast);
 }
 
 std::vector<TradeSetting> trade_settings() {
-  std::vector<TradeSetting> settings;
-  const auto add = [&](const TradeSetting& setting) {
-    const auto same = [&](const TradeSetting& other) { return other.name == setting.name; };
-    if (std::none_of(settings.begin(), settings.end(), same)) settings.push_back(setting);
+  std::vector<TradeSetting> settings{usual_setting()};
+  const auto add = [&](const LevelOptions& levels, std::initializer_list<int> supersamples,
+                       RenderPath path = RenderPath::hybrid, PowerKind power = PowerKind::exact) {
+    for (const int n : supersamples) settings.push_back(setting_of(levels, n, path, power));
   };
-  add(usual_setting());
-  for (std::size_t i = 0; i < qualities.size(); ++i) add(quality_setting(i));
-  for (const int taps : {1, 2, 4, 16}) add(setting_of(with_taps(nearest_levels, taps), 1));
-  for (const int taps : {1, 2}) add(setting_of(with_taps(best_levels, taps), 1));
-  add(setting_of(unblended(nearest_levels), 1));
-  add(setting_of(unblended(best_levels), 1));
-  for (const int supersample : {1, 2, 3, 4}) add(setting_of(finest_alone, supersample));
-  for (const int supersample : {2, 4}) {
-    add(setting_of(nearest_levels, supersample));
-    add(setting_of(with_taps(best_levels, 1), supersample));
-  }
-  add(setting_of(with_taps(nearest_levels, 4), 2));
-  add(setting_of(unblended(best_levels), 2));
-  add(setting_of(best_levels, 3));
-  add(setting_of(nearest_levels, 1));
-  for (const int supersample : {2, 4}) add(setting_of(best_levels, supersample));
-  add(setting_of(finest_alone, 1, RenderPath::hybrid, PowerKind::fast));
-  add(setting_of(best_levels, 4, RenderPath::hybrid, PowerKind::fast));
+  for (std::size_t i = 0; i < frame_quality_names.size(); ++i) settings.push_back(quality_setting(i));
+  add(nearest_levels, {1, 2, 4});
+  add(with_taps(nearest_levels, 2), {1});
+  add(with_taps(nearest_levels, 4), {1, 2});
+  add(with_taps(nearest_levels, 16), {1});
+  add(with_taps(best_levels, 1), {1, 2, 4});
+  add(with_taps(best_levels, 2), {1});
+  add(unblended(nearest_levels), {1});
+  add(unblended(best_levels), {1, 2});
+  add(best_levels, {2, 3, 4});
+  add(finest_alone, {1, 2, 3, 4});
+  add(finest_alone, {1}, RenderPath::hybrid, PowerKind::fast);
+  add(best_levels, {4}, RenderPath::hybrid, PowerKind::fast);
   for (const LevelOptions& levels : {nearest_levels, unblended(nearest_levels)})
-    add(setting_of(levels, 1, RenderPath::paper));
-  for (const LevelOptions& levels : {best_levels, nearest_levels})
-    add(setting_of(levels, 1, RenderPath::shader));
+    add(levels, {1}, RenderPath::paper);
+  for (const LevelOptions& levels : {best_levels, nearest_levels}) add(levels, {1}, RenderPath::shader);
   return settings;
 }
 

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <nlohmann/json.hpp>
+
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/make_choice.h"
 #include "apps/selvedge/option_groups.h"
 #include "apps/selvedge/run_fit.h"
 
@@ -36,6 +38,69 @@ void check_slabs(const Options& options, const MakeCommand& command) {
   options.refuse_if(!has_budget && command.samples.empty(), "counts for nothing without --budget",
                     {"--slabs"});
   options.refuse_if(!has_slabs, "counts for nothing without --slabs", {"--cells", "--slab-lobes"});
+}
+
+/// Refuses options that the limits choose or do not know of.
+void check_limits(const Options& options) {
+  options.refuse_if(
+      true, "is chosen by --max-bytes, --min-db and --max-seconds",
+      {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes", "--no-table",
+       "--light-table", "--slabs", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
+  // What a plan leaves out is not in the measured sizes and times.
+  options.refuse_if(
+      true, "excludes --max-bytes, --min-db and --max-seconds",
+      {"--quality", "--keep-samples", "--for", "--frames", "--glossy-slabs", "--slab-lobes", "--cells"});
+}
+
+/// Gives the knobs that are not on the command line the preset's values.
+void apply_preset(const Options& options, MakeCommand& command) {
+  const MakeOptions preset = *preset_named(command.quality);
+  nlohmann::json knobs = knobs_of(preset);
+  for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget"}) {
+    if (options.given((std::string("--") + knob).c_str())) knobs.erase(knob);
+  }
+  // Layers go together: who asks for some by name has chosen them.
+  if (options.given("--no-table") || options.given("--light-table")) {
+    knobs.erase("layers");
+    knobs.erase("budget");
+  }
+  if (options.given("--budget") && !preset.budget) knobs.erase("layers");
+  if (options.given("--half-lobes") || options.given("--float-tables")) knobs.erase("storage");
+  if (!options.given("--budget")) command.options.budget.reset();
+  const int slabs = command.options.bake.slabs;
+  (void)set_knobs(knobs, "", "", command.options);
+  if (options.given("--slabs")) command.options.bake.slabs = slabs;
+  // Yarns that need more texels have as many bytes for each.
+  command.options.budget_texels = knobs.contains("budget") ? preset.budget_texels : 0;
+}
+
+/// --quality, --max-bytes, --min-db and --max-seconds, what they choose, and the options that they exclude.
+void add_choice(Options& options, MakeCommand& command) {
+  MakeLimits& limits = command.limits;
+  options.group("Speed against accuracy");
+  static constexpr std::array<std::string_view, 5> names{"draft", "standard", "high", "reference", "paper"};
+  options.choice(
+      "--quality", names,
+      "Settings that are worth their cost, or those of the paper; options given beside it stay as given. "
+      "Its budget grows with the texels [standard]",
+      [&command](std::size_t index) { command.quality = names[index]; });
+  options.bytes("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)");
+  options
+      .number("--min-db", limits.held_out, "X",
+              "Choose the settings: at least so many dB on held-out directions at 64x64 texels; the cheapest")
+      .in(0, 200);
+  options.number("--max-seconds", limits.seconds, "S", "Choose the settings: at most so long to bake and fit")
+      .in(1e-3, 1e9);
+  options.check([&options, &command] {
+    if (command.limits.any()) {
+      check_limits(options);
+      // The knobs of the table's rows are laid over the paper's.
+      (void)set_knobs(knobs_of(MakeOptions()), "", "", command.options);
+      command.options.budget_texels = 0;
+    } else {
+      apply_preset(options, command);
+    }
+  });
 }
 
 void declare(Options& options, MakeCommand& command) {
@@ -78,18 +143,18 @@ void declare(Options& options, TradeCommand& command) {
       .number("--truth-samples", command.truth_samples, "N",
               "Rays a pixel of the true pictures, a multiple of 4")
       .in(4, 1 << 20);
-  options.number("--held-out-pairs", command.held_out_pairs, "N", "Pairs of directions to measure errors by")
+  options.number("--held-out-pairs", command.held_out.pairs, "N", "Pairs of directions to measure errors by")
       .in(1, 65536);
   options
-      .number("--held-out-samples", command.held_out_samples, "N", "Rays per texel and pair, an even number")
+      .number("--held-out-samples", command.held_out.samples, "N", "Rays per texel and pair, an even number")
       .in(2, 1 << 20);
   options.size("--size", command.size, "Of the pictures", 22, 2048);
   options.flag("--keep-samples", command.keep_samples, "Keep the points' samples: large");
   options.check([&command] {
     if (command.truth_samples % 4 != 0)
       refuse("--truth-samples", fmt::format("{} is no multiple of 4", command.truth_samples));
-    if (command.held_out_samples % 2 != 0)
-      refuse("--held-out-samples", fmt::format("{} is no multiple of 2", command.held_out_samples));
+    if (command.held_out.samples % 2 != 0)
+      refuse("--held-out-samples", fmt::format("{} is no multiple of 2", command.held_out.samples));
     if (command.output == "-") refuse("--output", "is a folder");
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
   });

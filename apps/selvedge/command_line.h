@@ -8,6 +8,7 @@
 
 #include "apps/common/report.h"
 #include "converter/bake/bake.h"
+#include "converter/presets/held_out.h"
 #include "converter/presets/presets.h"
 #include "converter/presets/within_limits.h"
 #include "converter/stitch/find_cell.h"
@@ -63,8 +64,7 @@ struct TradeCommand {
   int repeats = 3;     ///< of every timed run
   V2i size{160, 120};  ///< of pictures
   int truth_samples = 64;
-  int held_out_pairs = 48;
-  int held_out_samples = 32;
+  HeldOutOptions held_out;  ///< its texels are those of the finest point
   bool keep_samples = false;
 };
 

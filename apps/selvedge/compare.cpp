@@ -16,7 +16,7 @@ namespace {
 struct CompareCommand {
   CommonOptions common;
   std::vector<std::string> files;  ///< fabrics, then the samples
-  std::string plot;                ///< of a single fabric; empty: none
+  std::string plot;                ///< .svg of the one fabric; empty: none
 };
 
 void declare(Options& options, CompareCommand& command) {
@@ -26,8 +26,8 @@ void declare(Options& options, CompareCommand& command) {
       .count(2, 1000);
   options
       .text("--plot", command.plot, "FILE",
-            "Draw truth, fit and difference, and the error over angles and levels (.png .svg)")
-      .ends_in({".png", ".svg"});
+            "Draw truth, fit and difference, and the error over angles and levels (.svg)")
+      .ends_in({".svg"});
   options.check([&command] {
     if (!command.plot.empty() && command.files.size() != 2) refuse("--plot", "draws one fabric");
   });
@@ -59,24 +59,14 @@ std::string comparison_text(const Comparison& c) {
   return text;
 }
 
-/// Draws a comparison in the format of the file's ending.
 Result<void> draw(const std::string& output, const Fabric& fabric, const PairSamples& held_out,
                   SamplesReader& reader, const std::string& fabric_path) {
   const auto training = read_training_pairs(reader);
   if (!training) return tl::unexpected(training.error());
-  const auto drawing =
-      plot(fabric, held_out, *training, {fabric_path, reader.name(), size_of_file(fabric_path)});
-  if (!drawing) return tl::unexpected(drawing.error());
-  const auto failed = [&](Error error) {
-    error.file = output;
-    return tl::unexpected(std::move(error));
-  };
-  if (output.ends_with(".svg")) {
-    const auto svg = svg_of(*drawing);
-    return svg ? write_file(output, *svg) : failed(svg.error());
-  }
-  const auto png = png_of(*drawing);
-  return png ? write_file(output, *png) : failed(png.error());
+  auto svg =
+      compare_plot(fabric, held_out, *training, {fabric_path, reader.name(), size_of_file(fabric_path)});
+  if (!svg) return tl::unexpected(svg.error());
+  return write_file(output, *svg);
 }
 
 Result<int> run(const CompareCommand& command) {

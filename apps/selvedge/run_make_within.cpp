@@ -5,8 +5,6 @@
 
 #include "apps/common/paths.h"
 #include "apps/selvedge/run_make.h"
-#include "converter/presets/held_out.h"
-#include "converter/presets/within_limits.h"
 #include "format/base/parallel.h"
 #include "format/quality/compare.h"
 
@@ -32,67 +30,33 @@ Json to_json(const TriedSetting& setting) {
           {"made", to_json(setting.made)}};
 }
 
-class Search {
- public:
-  explicit Search(const MakeCommand& command) : command_(command) {}
-
-  Result<WithinLimits> run() {
-    const auto cell = find_cell(command_.input, command_.cell);
-    if (!cell) return tl::unexpected(cell.error());
-    const int min_texels =
-        cell->stitch ? std::max(cell->stitch->min_texels.x, cell->stitch->min_texels.y) : 1;
-    if (min_texels > HeldOutOptions().texels) {
-      return fail(Code::option_out_of_range, command_.input, "--texels",
-                  fmt::format("its yarns need {}, more than the {} that settings are known for", min_texels,
-                              HeldOutOptions().texels));
-    }
-    return make_within(measured_settings(), command_.limits, command_.options, min_texels, thread_count(),
-                       [&](const MakeOptions& options) { return make(options, cell->mesh); });
-  }
-
-  const MadeFabric& made(std::size_t index) const { return made_[index]; }
-  Result<void> commit(std::size_t index) { return files_[index].commit(); }
-
- private:
-  Result<void> bake_pairs(const CellMesh& mesh) {
-    const auto file = AtomicFile::create(command_.output);
-    if (!file) return tl::unexpected(file.error());
-    BakeOptions base = command_.options.bake;
-    base.resumable = false;
-    auto pairs = bake_held_out(mesh, command_.input, HeldOutOptions(), base, file->temporary());
-    if (!pairs) return tl::unexpected(naming_output(pairs.error(), *file, command_.output));
-    held_out_ = std::move(*pairs);
-    return {};
-  }
-
-  Result<MakeFigures> make(const MakeOptions& options, const CellMesh& mesh) {
-    auto file = AtomicFile::create(command_.output);
-    if (!file) return tl::unexpected(file.error());
-    MakeCommand command = command_;
-    command.options = options;
-    command.output = file->temporary();
-    auto made = make_fabric(command);
-    if (!made) return tl::unexpected(naming_output(made.error(), *file, command_.output));
-    if (held_out_.pairs.empty()) {
-      if (auto ok = bake_pairs(mesh); !ok) return tl::unexpected(ok.error());
-    }
-    const auto fabric = read_fabric(command.output);
-    if (!fabric) return tl::unexpected(fabric.error());
-    const auto comparison = compare_with_finer(*fabric, held_out_, PairKind::held_out);
-    if (!comparison) return tl::unexpected(comparison.error());
-    made->fitted.output = command_.output;
-    const MakeFigures figures{static_cast<double>(made->fitted.bytes), made->seconds,
-                              comparison->levels.front().psnr};
-    made_.push_back(std::move(*made));
-    files_.push_back(std::move(*file));
-    return figures;
-  }
-
-  const MakeCommand& command_;
-  PairSamples held_out_;
-  std::vector<MadeFabric> made_;
-  std::vector<AtomicFile> files_;
+/// A fabric beside the place of the output.
+struct Try {
+  AtomicFile file;
+  MadeFabric made;
 };
+
+Result<Try> make_beside(const MakeCommand& wanted, const MakeOptions& options) {
+  auto file = AtomicFile::create(wanted.output);
+  if (!file) return tl::unexpected(file.error());
+  MakeCommand command = wanted;
+  command.options = options;
+  command.output = file->temporary();
+  auto made = make_fabric(command);
+  if (!made) return tl::unexpected(naming_output(made.error(), *file, wanted.output));
+  made->fitted.output = wanted.output;
+  return Try{std::move(*file), std::move(*made)};
+}
+
+Result<PairSamples> bake_pairs(const MakeCommand& command, const CellMesh& mesh) {
+  const auto file = AtomicFile::create(command.output);
+  if (!file) return tl::unexpected(file.error());
+  BakeOptions base = command.options.bake;
+  base.resumable = false;
+  auto pairs = ensure_held_out(mesh, command.input, HeldOutOptions(), base, file->temporary());
+  if (!pairs) return tl::unexpected(naming_output(pairs.error(), *file, command.output));
+  return pairs;
+}
 
 }  // namespace
 
@@ -101,8 +65,35 @@ Result<int> run_within_limits(const MakeCommand& command) {
   const auto distinct = check_distinct(
       {{"the input", command.input}, {"--output", command.output}, {"--report", command.report}});
   if (!distinct) return tl::unexpected(distinct.error());
-  Search search(command);
-  const auto result = search.run();
+  const auto cell = find_cell(command.input, command.cell);
+  if (!cell) return tl::unexpected(cell.error());
+  const V2i least = cell->stitch ? cell->stitch->min_texels : V2i(1, 1);
+  const int min_texels = std::max(least.x, least.y);
+  if (min_texels > HeldOutOptions().texels) {
+    return fail(Code::option_out_of_range, command.input, "--texels",
+                fmt::format("its yarns need {}, more than the {} that settings are known for", min_texels,
+                            HeldOutOptions().texels));
+  }
+  std::vector<Try> tries;
+  PairSamples held_out;
+  const auto make = [&](const MakeOptions& options) -> Result<MakeFigures> {
+    auto made = make_beside(command, options);
+    if (!made) return tl::unexpected(made.error());
+    if (held_out.pairs.empty()) {
+      auto pairs = bake_pairs(command, cell->mesh);
+      if (!pairs) return tl::unexpected(pairs.error());
+      held_out = std::move(*pairs);
+    }
+    const auto fabric = read_fabric(made->file.temporary());
+    if (!fabric) return tl::unexpected(fabric.error());
+    const auto comparison = compare_with_finer(*fabric, held_out, PairKind::held_out);
+    if (!comparison) return tl::unexpected(comparison.error());
+    tries.push_back(std::move(*made));
+    return MakeFigures{static_cast<double>(tries.back().made.fitted.bytes), tries.back().made.seconds,
+                       comparison->levels.front().psnr};
+  };
+  const auto result =
+      make_within(measured_settings(), command.limits, command.options, min_texels, thread_count(), make);
   if (!result) return tl::unexpected(result.error());
   const TriedSetting& nearest = result->tried[result->nearest];
   if (!result->met) {
@@ -110,8 +101,8 @@ Result<int> run_within_limits(const MakeCommand& command) {
                 fmt::format("are met by none of {} settings made; the nearest is {}: {}",
                             result->tried.size(), options_of(nearest), figures_text(nearest.made)));
   }
-  if (auto ok = search.commit(result->nearest); !ok) return tl::unexpected(ok.error());
-  const MadeFabric& made = search.made(result->nearest);
+  auto& [file, made] = tries[result->nearest];
+  if (auto ok = file.commit(); !ok) return tl::unexpected(ok.error());
   Json json = to_json(nearest);
   json["tried"] = Json::array();
   std::string text;

@@ -17,44 +17,40 @@ std::span<const float> floats(const std::vector<V>& values) {
   return {reinterpret_cast<const float*>(values.data()), values.size() * V::dimensions()};
 }
 
-/// A new accessor whose element i is element sources[i] of the old one.
-Result<int> gather(GltfDocument& document, int accessor, const std::vector<std::uint32_t>& sources,
-                   const std::string& place) {
-  Result<AccessorShape> shape = shape_of(document, accessor, place);
-  if (!shape) return tl::unexpected<Error>(std::move(shape.error()));
-  const auto elements = read_elements(document, accessor, place);
-  if (!elements) return tl::unexpected<Error>(elements.error());
-  const std::size_t size = component_size(shape->component_type) * shape->components;
+/// A new accessor whose element i is element sources[i] of the old one; -1 after a fault.
+int gather(GltfDocument& document, GltfReader& reader, int accessor,
+           const std::vector<std::uint32_t>& sources, const std::string& place) {
+  AccessorShape shape = reader.accessor_shape(accessor, place);
+  const std::vector<std::uint8_t> elements = reader.elements(accessor, place);
+  const std::size_t size = shape.element_size();
   std::vector<std::uint8_t> gathered;
   gathered.reserve(sources.size() * size);
   for (const std::uint32_t source : sources) {
-    if (source >= shape->count) {
-      return fail(Code::gltf_malformed, document.file, place, fmt::format("there is no element {}", source));
-    }
-    const auto first = elements->begin() + static_cast<std::ptrdiff_t>(source * size);
+    if (source >= shape.count)
+      reader.fail(Code::gltf_malformed, place, fmt::format("there is no element {}", source));
+    if (reader.fault) return -1;
+    const auto first = elements.begin() + static_cast<std::ptrdiff_t>(source * size);
     gathered.insert(gathered.end(), first, first + static_cast<std::ptrdiff_t>(size));
   }
-  shape->count = sources.size();
+  shape.count = sources.size();
   Json json = document.json["accessors"][accessor];
   json.erase("byteOffset");
   json.erase("sparse");
-  json["bufferView"] = append_attribute_view(document, *shape, gathered);
-  json["count"] = shape->count;
+  json["bufferView"] = append_attribute_view(document, shape, gathered);
+  json["count"] = shape.count;
   if (json.contains("min") || json.contains("max")) {
-    set_bounds(json, to_floats(gathered, shape->component_type, false), shape->components);
+    set_bounds(json, to_floats(gathered, shape.component_type, false), shape.components);
   }
   document.json["accessors"].push_back(std::move(json));
   return static_cast<int>(document.json["accessors"].size()) - 1;
 }
 
-Result<void> gather_all(GltfDocument& document, Json& attributes, const std::vector<std::uint32_t>& sources,
-                        const std::string& place) {
+void gather_all(GltfDocument& document, GltfReader& reader, Json& attributes,
+                const std::vector<std::uint32_t>& sources, const std::string& place) {
   for (const auto& [semantic, accessor] : attributes.items()) {
-    const Result<int> fresh = gather(document, index_of(accessor), sources, place + "/" + semantic);
-    if (!fresh) return tl::unexpected<Error>(fresh.error());
-    accessor = *fresh;
+    accessor = gather(document, reader, index_of(accessor), sources, place + "/" + semantic);
+    if (reader.fault) return;
   }
-  return {};
 }
 
 }  // namespace
@@ -70,11 +66,11 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
   const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
   Json json = document.json["meshes"][mesh]["primitives"][primitive];
   if (!member(member(json, "attributes"), "TANGENT").is_null()) return false;
-  Result<std::optional<ScenePrimitive>> read =
-      read_primitive(document, json, place, std::numeric_limits<std::uint32_t>::max());
-  if (!read) return tl::unexpected<Error>(std::move(read.error()));
-  if (!*read) return false;
-  ScenePrimitive& vertices = **read;
+  GltfReader reader(document);
+  std::optional<ScenePrimitive> read =
+      read_primitive(reader, json, place, std::numeric_limits<std::uint32_t>::max());
+  if (reader.fault || !read) return reader.result(false);
+  ScenePrimitive& vertices = *read;
   const std::vector<V2d>& uvs = vertices.tex_coords[tex_coord];
   if (uvs.empty()) {
     return fail(Code::garment_no_uvs, document.file, place + "/attributes",
@@ -88,11 +84,9 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
   std::iota(sources.begin(), sources.end(), 0U);
   if (flat) {
     const Json& position = json["attributes"]["POSITION"];
-    const Result<AccessorShape> shape = shape_of(document, index_of(position), place);
-    if (!shape) return tl::unexpected<Error>(shape.error());
-    auto triangles = read_triangles(document, json, place, shape->count);
-    if (!triangles) return tl::unexpected<Error>(std::move(triangles.error()));
-    sources = std::move(*triangles);
+    const AccessorShape shape = reader.accessor_shape(index_of(position), place);
+    sources = read_triangles(reader, json, place, shape.count);
+    if (reader.fault) return reader.result(false);
   }
   const std::vector<V3d> positions(vertices.positions.begin(), vertices.positions.end());
   std::vector<V3d> normals(vertices.normals.begin(), vertices.normals.end());
@@ -109,16 +103,11 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
       sources.push_back(sources[copied]);
       vertices.normals.push_back(vertices.normals[copied]);
     }
-    if (Result<void> good = gather_all(document, json["attributes"], sources, place + "/attributes"); !good) {
-      return tl::unexpected<Error>(std::move(good.error()));
-    }
+    gather_all(document, reader, json["attributes"], sources, place + "/attributes");
     if (json.contains("targets")) {
-      for (Json& target : json["targets"]) {
-        if (Result<void> good = gather_all(document, target, sources, place + "/targets"); !good) {
-          return tl::unexpected<Error>(std::move(good.error()));
-        }
-      }
+      for (Json& target : json["targets"]) gather_all(document, reader, target, sources, place + "/targets");
     }
+    if (reader.fault) return reader.result(false);
     json["indices"] = append_index_accessor(document, tangents.indices);
     json.erase("mode");
   }

@@ -23,8 +23,9 @@ int find_or_add(Json& root, const char* array, const Json& entry) {
 int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name) {
   const Json& images = member(document.json, "images");
   for (std::size_t i = 0; images.is_array() && i < images.size(); ++i) {
-    const auto present = bytes_of_view(document, index_of(member(images[i], "bufferView")), "");
-    if (present && std::equal(present->begin(), present->end(), bytes.begin(), bytes.end())) {
+    GltfReader reader(document);
+    const auto present = reader.bytes(index_of(member(images[i], "bufferView")), "");
+    if (!reader.fault && std::equal(present.begin(), present.end(), bytes.begin(), bytes.end())) {
       return static_cast<int>(i);
     }
   }

@@ -75,7 +75,7 @@ class Restorer {
 
  private:
   Result<void> find_lost() {
-    const Result<std::vector<SceneFabric>> present = read_fabrics(document_);
+    const Result<std::vector<SceneFabric>> present = read_fabric_entries(document_);
     if (!present) return tl::unexpected<Error>(present.error());
     const Json& materials = member(document_.json, "materials");
     const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;

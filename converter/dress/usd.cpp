@@ -77,7 +77,7 @@ class Assets : public UsdAssets {
       const Result<std::string> path = resolve_uri(document_, uri, place);
       return path ? reference(*path) : leave_out(to_line(path.error()));
     }
-    Result<std::vector<std::uint8_t>> bytes = read_image(document_, index);
+    Result<std::vector<std::uint8_t>> bytes = read_image_bytes(document_, index);
     if (!bytes) return leave_out(to_line(bytes.error()));
     const bool png = bytes->size() > 4 && (*bytes)[0] == 0x89 && (*bytes)[1] == 'P';
     const bool jpeg = bytes->size() > 4 && (*bytes)[0] == 0xFF && (*bytes)[1] == 0xD8;

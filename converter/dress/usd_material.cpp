@@ -48,9 +48,9 @@ class Network {
   /// A texture as the shader `name`; false without a texture or its picture.
   bool texture(const char* name, const Json& info, const std::string& more) {
     if (!info.is_object()) return false;
-    const auto json = entry_of(document_, "textures", index_of(member(info, names::gltf::index)), "");
-    if (!json) return false;
-    const std::string file = assets_.image(index_of(member(**json, "source")));
+    const Json& json = entry_of(document_, "textures", index_of(member(info, names::gltf::index)));
+    if (json.is_null()) return false;
+    const std::string file = assets_.image(index_of(member(json, "source")));
     if (file.empty()) return false;
     int set = std::max(0, index_of(member(info, names::gltf::tex_coord)));
     const UvTransform transform = read_uv_transform(info, set);
@@ -63,7 +63,7 @@ class Network {
                           "                token inputs:wrapT = \"{}\"\n"
                           "                float outputs:a\n"
                           "                float3 outputs:rgb\n",
-                          usd_asset(file), more, st, wrap(**json, "wrapS"), wrap(**json, "wrapT")));
+                          usd_asset(file), more, st, wrap(json, "wrapS"), wrap(json, "wrapT")));
     return true;
   }
 
@@ -88,8 +88,8 @@ class Network {
 
  private:
   const char* wrap(const Json& texture, const char* key) const {
-    const auto sampler = entry_of(document_, "samplers", index_of(member(texture, "sampler")), "");
-    const int mode = sampler ? index_of(member(**sampler, key)) : -1;
+    const Json& sampler = entry_of(document_, "samplers", index_of(member(texture, "sampler")));
+    const int mode = index_of(member(sampler, key));
     return mode == 33071 ? "clamp" : mode == 33648 ? "mirror" : "repeat";
   }
 

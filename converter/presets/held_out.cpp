@@ -4,9 +4,16 @@
 
 namespace selvedge {
 
-Result<PairSamples> bake_held_out(const CellMesh& mesh, const std::string& name,
-                                  const HeldOutOptions& options, const BakeOptions& base,
-                                  const std::string& output) {
+Result<PairSamples> ensure_held_out(const CellMesh& mesh, const std::string& name,
+                                    const HeldOutOptions& options, const BakeOptions& base,
+                                    const std::string& path) {
+  const auto read = [&]() -> Result<PairSamples> {
+    auto reader = SamplesReader::open(path);
+    if (!reader) return tl::unexpected(reader.error());
+    if (reader->header().width != options.texels || reader->header().height != options.texels) return {};
+    return reader->read_pairs(PairKind::held_out);
+  };
+  if (auto there = read(); there && static_cast<int>(there->pairs.size()) == options.pairs) return there;
   BakeOptions bake_options;
   bake_options.width = bake_options.height = options.texels;
   bake_options.views = bake_options.lights = bake_options.samples = 1;
@@ -18,20 +25,9 @@ Result<PairSamples> bake_held_out(const CellMesh& mesh, const std::string& name,
   bake_options.ground = base.ground;
   bake_options.reference = base.reference;
   bake_options.resumable = base.resumable;
-  if (const auto baked = bake(mesh, name, bake_options, "{}", output); !baked)
+  if (const auto baked = bake(mesh, name, bake_options, "{}", path); !baked)
     return tl::unexpected(baked.error());
-  auto reader = SamplesReader::open(output);
-  if (!reader) return tl::unexpected(reader.error());
-  return reader->read_pairs(PairKind::held_out);
-}
-
-std::optional<PairSamples> read_held_out(const std::string& path, const HeldOutOptions& options) {
-  auto reader = SamplesReader::open(path);
-  if (!reader || reader->header().width != options.texels || reader->header().height != options.texels)
-    return std::nullopt;
-  auto pairs = reader->read_pairs(PairKind::held_out);
-  if (!pairs || static_cast<int>(pairs->pairs.size()) != options.pairs) return std::nullopt;
-  return std::move(*pairs);
+  return read();
 }
 
 }  // namespace selvedge

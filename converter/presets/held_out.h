@@ -13,13 +13,11 @@ struct HeldOutOptions {
   int samples = 32;  ///< rays per texel and pair, even
 };
 
-/// Bakes the pairs to a samples file. Only seed, ground, reference plane and `resumable` of `base` are used.
-/// `name` stands for the mesh in messages.
-Result<PairSamples> bake_held_out(const CellMesh& mesh, const std::string& name,
-                                  const HeldOutOptions& options, const BakeOptions& base,
-                                  const std::string& output);
-
-/// The pairs of a samples file, if it exists, is complete, and matches the options.
-std::optional<PairSamples> read_held_out(const std::string& path, const HeldOutOptions& options);
+/// Reads them from a samples file; bakes it where it is not there, not whole, or has other pairs. Of `base`
+/// the seed, the ground, the plane of the texels and whether the bake is resumable count. `name` stands for
+/// the mesh in messages.
+Result<PairSamples> ensure_held_out(const CellMesh& mesh, const std::string& name,
+                                    const HeldOutOptions& options, const BakeOptions& base,
+                                    const std::string& path);
 
 }  // namespace selvedge

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <nlohmann/json.hpp>
 
 #include "format/base/json_text.h"
@@ -131,120 +132,58 @@ bool has_budget(const Json& knobs) {
   return layers != layers_values.end() && layers->budget;
 }
 
-/// Collects the points of a grid as objects of knobs.
-class Grid {
- public:
-  explicit Grid(std::string file) : file_(std::move(file)) {}
-
-  Result<void> read(const Json& json) {
-    for (const auto& [key, value] : json.items()) {
-      if (key != "centre" && key != "vary" && key != "points")
-        return refusal(file_, pointer_to("", key), "is not a part of a grid");
-    }
-    const Json empty = Json::object();
-    if (auto ok = set(json.value("centre", empty), "/centre", centre_); !ok) return ok;
-    if (auto ok = add(centre_, "/centre"); !ok) return ok;
-    if (auto ok = vary(json.value("vary", empty)); !ok) return ok;
-    if (auto ok = add_points(json.value("points", Json::array())); !ok) return ok;
-    const auto chooses = [](const MakeOptions& point) { return point.budget.has_value(); };
-    if (centre_.contains("budget") && std::none_of(points.begin(), points.end(), chooses))
-      return refusal(file_, "/centre/budget", "counts for nothing: no point chooses its layers within it");
-    return check();
-  }
-
-  std::vector<MakeOptions> points;
-
- private:
-  /// Overrides knobs of a point.
-  Result<void> set(const Json& knobs, const std::string& place, Json& point) const {
-    MakeOptions unused;
-    if (auto ok = set_knobs(knobs, file_, place, unused); !ok) return ok;
-    for (const auto& [name, value] : knobs.items()) {
-      if (name == "directions") {
-        point["views"] = point["lights"] = value;
-      } else {
-        point[name] = value;
-      }
-    }
-    return {};
-  }
-
-  /// `varied`: the point may repeat the centre.
-  Result<void> add(const Json& point, const std::string& place, bool varied = false) {
-    MakeOptions options;
-    if (auto ok = set_knobs(point, file_, place, options); !ok) return ok;
-    const std::string name = settings_name(options);
-    if (varied && name == settings_name(points.front())) return {};
-    if (std::any_of(points.begin(), points.end(),
-                    [&](const auto& other) { return settings_name(other) == name; }))
-      return refusal(file_, place, "is a point already");
-    points.push_back(std::move(options));
-    return {};
-  }
-
-  Result<void> refuse_idle_budget(const Json& point, const std::string& place) const {
-    if (has_budget(point)) return {};
-    return refusal(
-        file_, place,
-        fmt::format("counts for nothing with layers {}", text_of(point.value("layers", Json("paper")))));
-  }
-
-  Result<void> vary(const Json& vary) {
-    if (!vary.is_object()) return refusal(file_, "/vary", "is not an object");
-    for (const auto& [knob, values] : vary.items()) {
-      const std::string place = pointer_to("/vary", knob);
-      if (!values.is_array()) return refusal(file_, place, "is not an array");
-      if (knob == "budget") {
-        if (auto ok = refuse_idle_budget(centre_, place); !ok) return ok;
-      }
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        Json point = centre_;
-        if (auto ok = set({{knob, values[i]}}, "/vary", point); !ok) return ok;
-        if (auto ok = add(point, fmt::format("{}/{}", place, i), true); !ok) return ok;
-      }
-    }
-    return {};
-  }
-
-  Result<void> add_points(const Json& chosen) {
-    if (!chosen.is_array()) return refusal(file_, "/points", "is not an array");
-    for (std::size_t i = 0; i < chosen.size(); ++i) {
-      const std::string place = fmt::format("/points/{}", i);
-      Json point = centre_;
-      if (auto ok = set(chosen[i], place, point); !ok) return ok;
-      if (chosen[i].contains("budget")) {
-        if (auto ok = refuse_idle_budget(point, place + "/budget"); !ok) return ok;
-      }
-      if (auto ok = add(point, place); !ok) return ok;
-    }
-    return {};
-  }
-
-  Result<void> check() const {
-    constexpr std::size_t max_points = 1000;
-    if (points.size() > max_points)
-      return refusal(file_, "", fmt::format("{} points are more than {}", points.size(), max_points));
-    int largest = 1;
-    for (const MakeOptions& point : points) largest = std::max(largest, point.bake.width);
-    for (const MakeOptions& point : points) {
-      int size = largest;
-      while (size > point.bake.width && size % 2 == 0) size /= 2;
-      // The held-out pairs are baked at the finest size and pooled for the others.
-      if (size != point.bake.width)
-        return refusal(file_, "",
-                       fmt::format("texels of the point {}: {} is not {} halved", settings_name(point),
-                                   point.bake.width, largest));
-      if (point.budget == 0)
-        return refusal(
-            file_, "",
-            fmt::format("the point {} has no budget to choose its layers within", settings_name(point)));
-    }
-    return {};
-  }
-
-  std::string file_;
-  Json centre_ = Json::object();
+/// What a grid gives a point beside its centre's knobs.
+struct GridPoint {
+  Json knobs;
+  std::string object;  ///< JSON pointers: of the knobs, for messages about one of them
+  std::string place;   ///< and of the point
+  bool varied = false;
 };
+
+/// The parts of a grid in their order, the centre first.
+Result<std::vector<GridPoint>> grid_points(const Json& grid, const std::string& file) {
+  for (const auto& [key, value] : grid.items()) {
+    if (key != "centre" && key != "vary" && key != "points")
+      return refusal(file, pointer_to("", key), "is not a part of a grid");
+  }
+  std::vector<GridPoint> given{{grid.value("centre", Json::object()), "/centre", "/centre", false}};
+  const Json vary = grid.value("vary", Json::object());
+  if (!vary.is_object()) return refusal(file, "/vary", "is not an object");
+  for (const auto& [knob, values] : vary.items()) {
+    const std::string place = pointer_to("/vary", knob);
+    if (!values.is_array()) return refusal(file, place, "is not an array");
+    for (std::size_t i = 0; i < values.size(); ++i)
+      given.push_back({{{knob, values[i]}}, "/vary", fmt::format("{}/{}", place, i), true});
+  }
+  const Json chosen = grid.value("points", Json::array());
+  if (!chosen.is_array()) return refusal(file, "/points", "is not an array");
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const std::string place = fmt::format("/points/{}", i);
+    given.push_back({chosen[i], place, place, false});
+  }
+  return given;
+}
+
+/// Refuses points that cannot be swept together.
+Result<void> check_points(const std::vector<MakeOptions>& points, const std::string& file) {
+  constexpr std::size_t max_points = 1000;
+  if (points.size() > max_points)
+    return refusal(file, "", fmt::format("{} points are more than {}", points.size(), max_points));
+  int largest = 1;
+  for (const MakeOptions& point : points) largest = std::max(largest, point.bake.width);
+  for (const MakeOptions& point : points) {
+    const int texels = point.bake.width;
+    // The finest size has the held-out pairs, which are pooled for the others.
+    if (largest % texels != 0 || !std::has_single_bit(static_cast<unsigned>(largest / texels)))
+      return refusal(
+          file, "",
+          fmt::format("texels of the point {}: {} is not {} halved", name_of(point), texels, largest));
+    if (point.budget == 0)
+      return refusal(file, "",
+                     fmt::format("the point {} has no budget to choose its layers within", name_of(point)));
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -319,9 +258,39 @@ std::string settings_name(const MakeOptions& o) {
 Result<std::vector<MakeOptions>> read_grid(const std::string& text, const std::string& name) {
   const auto json = parse_json_object(text, name);
   if (!json) return tl::unexpected(json.error());
-  Grid grid(name);
-  if (auto ok = grid.read(*json); !ok) return tl::unexpected(ok.error());
-  return std::move(grid.points);
+  const auto given = grid_points(*json, name);
+  if (!given) return tl::unexpected(given.error());
+  std::vector<MakeOptions> points;
+  Json centre = Json::object();
+  for (const GridPoint& part : *given) {
+    MakeOptions options;
+    if (auto ok = set_knobs(part.knobs, name, part.object, options); !ok) return tl::unexpected(ok.error());
+    Json knobs = centre;
+    knobs.update(part.knobs);
+    if (knobs.contains("directions")) {
+      knobs["views"] = knobs["lights"] = knobs["directions"];
+      knobs.erase("directions");
+    }
+    if (points.empty()) {
+      centre = knobs;
+    } else if (part.knobs.contains("budget") && !has_budget(knobs)) {
+      return refusal(
+          name, part.object + "/budget",
+          fmt::format("counts for nothing with layers {}", text_of(knobs.value("layers", Json("paper")))));
+    }
+    options = with_knobs(knobs.dump());
+    const auto is_same = [&](const MakeOptions& other) { return name_of(other) == name_of(options); };
+    // The centre's values may be varied, too.
+    if (part.varied && is_same(points.front())) continue;
+    if (std::any_of(points.begin(), points.end(), is_same))
+      return refusal(name, part.place, "is a point already");
+    points.push_back(std::move(options));
+  }
+  const auto chooses = [](const MakeOptions& point) { return point.budget.has_value(); };
+  if (centre.contains("budget") && std::none_of(points.begin(), points.end(), chooses))
+    return refusal(name, "/centre/budget", "counts for nothing: no point chooses its layers within it");
+  if (auto ok = check_points(points, name); !ok) return tl::unexpected(ok.error());
+  return points;
 }
 
 }  // namespace selvedge

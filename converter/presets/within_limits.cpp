@@ -18,25 +18,11 @@ std::array<double, 4> rank_of(const MakeLimits& limits, const MakeFigures& f) {
   return {octaves, std::max(0.0, *limits.held_out - f.held_out), f.seconds, f.bytes};
 }
 
-/// Correction of the table's means for a stitch and a machine.
-struct Correction {
-  double bytes = 1;  ///< of settings without a budget
-  double seconds = 1;
-  double held_out = 0;
-};
-
-MakeFigures corrected(const MeasuredSetting& row, bool has_budget, const Correction& c) {
-  return {row.bytes * (has_budget ? 1 : c.bytes), row.seconds * c.seconds, row.held_out + c.held_out};
-}
-
-/// The row's options within the limits.
-TriedSetting setting_of(const MeasuredSetting& row, const MakeLimits& limits, const MakeOptions& base,
-                        const Correction& correction) {
-  TriedSetting setting{with_knobs(row.knobs, base), {}, {}};
-  auto& budget = setting.options.budget;
-  setting.expected = corrected(row, budget.has_value(), correction);
-  if (budget && limits.bytes) {
-    const bool enough = limits.held_out && setting.expected.held_out >= *limits.held_out;
+/// A row of the table as it is made within the limits.
+TriedSetting setting_of(const MeasuredSetting& row, const MakeLimits& limits, const MakeOptions& base) {
+  TriedSetting setting{with_knobs(row.knobs, base), {row.bytes, row.seconds, row.held_out}, {}};
+  if (auto& budget = setting.options.budget; budget && limits.bytes) {
+    const bool enough = limits.held_out && row.held_out >= *limits.held_out;
     budget = enough ? std::min(*budget, *limits.bytes) : *limits.bytes;
   }
   return setting;
@@ -53,26 +39,29 @@ bool meets(const MakeLimits& limits, const MakeFigures& f) {
 Result<WithinLimits> make_within(std::span<const MeasuredSetting> table, const MakeLimits& limits,
                                  const MakeOptions& base, int min_texels, int threads,
                                  const std::function<Result<MakeFigures>(const MakeOptions&)>& make) {
-  Correction correction{1, 1.0 / threads, 0};
+  std::vector<MeasuredSetting> rows(table.begin(), table.end());
+  for (MeasuredSetting& row : rows) row.seconds /= threads;
   WithinLimits result;
   for (int turn = 0; turn < 2; ++turn) {
-    const MeasuredSetting* row = nullptr;
-    TriedSetting best;
-    for (const MeasuredSetting& other : table) {
-      TriedSetting setting = setting_of(other, limits, base, correction);
+    std::optional<TriedSetting> best;
+    for (const MeasuredSetting& row : rows) {
+      TriedSetting setting = setting_of(row, limits, base);
       if (setting.options.bake.width < min_texels) continue;
-      if (turn > 0 && settings_name(setting.options) == settings_name(result.tried.front().options)) continue;
-      if (row != nullptr && rank_of(limits, setting.expected) >= rank_of(limits, best.expected)) continue;
-      row = &other;
-      best = std::move(setting);
+      if (turn > 0 && name_of(setting.options) == name_of(result.tried.front().options)) continue;
+      if (!best || rank_of(limits, setting.expected) < rank_of(limits, best->expected)) best = setting;
     }
-    if (row == nullptr) break;
-    const auto made = make(best.options);
+    if (!best) break;
+    const auto made = make(best->options);
     if (!made) return tl::unexpected(made.error());
-    best.made = *made;
-    correction = {best.options.budget ? 1 : made->bytes / row->bytes, made->seconds / row->seconds,
-                  made->held_out - row->held_out};
-    result.tried.push_back(std::move(best));
+    best->made = *made;
+    // How this stitch and this machine differ from the means of the table.
+    const MakeFigures& expected = best->expected;
+    for (MeasuredSetting& row : rows) {
+      if (!best->options.budget && !with_knobs(row.knobs).budget) row.bytes *= made->bytes / expected.bytes;
+      row.seconds *= made->seconds / expected.seconds;
+      row.held_out += made->held_out - expected.held_out;
+    }
+    result.tried.push_back(*best);
     result.met = meets(limits, *made);
     if (result.met || rank_of(limits, *made) < rank_of(limits, result.tried.front().made))
       result.nearest = turn;

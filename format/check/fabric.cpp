@@ -19,7 +19,7 @@ bool is_zero(const ExrPixels& pixels) {
   });
 }
 
-/// Everything that is wrong with one file, stage by stage.
+/// Checks one file, stage by stage.
 class Checker {
  public:
   Checker(ExrReader file, const FabricLimits& limits)
@@ -32,7 +32,7 @@ class Checker {
         if (header_->layer(layer) && check_layer_part(file_, *header_, layer, sink_)) readable_.insert(layer);
       }
       understood_ = !sink_.has_error();
-      check_surroundings(file_, *header_, sink_);
+      check_extras(file_, *header_, sink_);
     }
     int levels = 0;
     for (const ExrPart& part : file_.parts()) levels = std::max(levels, part.levels);
@@ -41,7 +41,7 @@ class Checker {
   }
 
  private:
-  /// Level k of all parts: decoded, and of the layers that can be understood also judged.
+  /// Decodes level k of all parts, and checks the values of readable layers.
   void check_level(int k) {
     const std::size_t errors_before = sink_.errors();
     FabricLevel level;
@@ -52,12 +52,12 @@ class Checker {
     for (std::size_t p = 0; p < file_.parts().size(); ++p) {
       const ExrPart& part = file_.parts()[p];
       if (k >= part.levels) continue;
-      if (is_lossy(part.compression)) continue;  // no reader decodes it
+      if (is_lossy(part.compression)) continue;  // readers do not decode it
       const auto pixels = file_.read_level(static_cast<int>(p), k);
       if (!pixels) {
         sink_.add(pixels.error());
       } else if (const auto layer = layer_named(part.name); layer && readable_.contains(*layer)) {
-        take_pixels(part, *pixels, *layer, k, level);
+        check_pixels(part, *pixels, *layer, k, level);
       }
     }
     if (sink_.errors() == errors_before && level.has(LayerKind::yarns) && level.has(LayerKind::indirect)) {
@@ -65,13 +65,14 @@ class Checker {
     }
     if (level.bases) bases_ = level.bases;
     if (level.has(LayerKind::products)) level.bases = bases_;
-    // Of a fabric that is not whole the light says nothing.
+    // The light of an incomplete fabric says nothing.
     if (!understood_ || k >= header_->levels || sink_.errors() > errors_before) return;
     warn_of_peaks(level, k, half_lobes(), sink_);
     warn_of_energy(level, *header_, k, sink_);
   }
 
-  void take_pixels(const ExrPart& part, const ExrPixels& pixels, LayerKind layer, int k, FabricLevel& level) {
+  void check_pixels(const ExrPart& part, const ExrPixels& pixels, LayerKind layer, int k,
+                    FabricLevel& level) {
     if (header_->has(layer, k)) {
       decode_layer(part, pixels, *header_, layer, k, level, sink_);
     } else if (!is_zero(pixels)) {

@@ -1,4 +1,4 @@
-// Every broken rule of a fabric file: what `check` prints, where a reader stops at the first.
+// The checker of fabric files: it lists all broken rules; a reader stops at the first.
 #pragma once
 
 #include <cstdint>

@@ -31,7 +31,7 @@ void check_channel_names(const std::vector<ExrPart>& parts, IssueSink& sink) {
   }
 }
 
-/// That all channels are known and have one precision, which is that of the text.
+/// Checks that all channels are known and have the precision of the attribute text.
 void check_layer_channels(const ExrPart& part, const FabricHeader& header, LayerKind layer, IssueSink& sink) {
   const std::vector<std::string> names = channel_names(layer, header.shape);
   const std::set<std::string> known(names.begin(), names.end());
@@ -81,7 +81,7 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
   }
   if (const std::string missing = missing_levels(header); !missing.empty())
     sink.add(Code::fabric_levels, "/whole", missing);
-  // A level with products does without the tables; which have which is the fit's choice.
+  // A level with products needs no tables; the fit chooses between them.
   for (const LayerKind layer :
        {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity, LayerKind::light}) {
     if (!header.layer(layer)) continue;
@@ -96,7 +96,7 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
   }
 }
 
-/// What the file says of its own fit, and whether its sizes are the file's.
+/// Checks the record of the fit, and its sizes against those of the file.
 void check_fit_record(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
   const auto record = fit_record_of(header.provenance, header.levels, sink);
   if (!record) return;
@@ -116,7 +116,7 @@ void check_fit_record(const ExrReader& file, const FabricHeader& header, IssueSi
 
 }  // namespace
 
-void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
+void check_extras(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
   const auto& parts = file.parts();
   check_mirrors(parts.front(), header, sink);
   if (file.find_part(names::part_preview) < 0) {

@@ -1,4 +1,4 @@
-// What in a fabric file no reader of its layers depends on, but other programs and people do.
+// Checks of what readers of layers ignore: unknown parts, the preview, mirrored attributes, the fit record.
 #pragma once
 
 #include "format/base/issue_sink.h"
@@ -7,8 +7,8 @@
 
 namespace selvedge {
 
-/// Parts and channels that are not known, names that tools take for colours, the preview, mirrors of the
-/// attribute text, levels that are missing, the record of the fit.
-void check_surroundings(const ExrReader& file, const FabricHeader& header, IssueSink& sink);
+/// Adds issues of unknown parts and channels, names that tools take for colours, the preview, mirrors of the
+/// attribute text, missing levels, and the record of the fit.
+void check_extras(const ExrReader& file, const FabricHeader& header, IssueSink& sink);
 
 }  // namespace selvedge

@@ -13,20 +13,21 @@ namespace {
 /// Larger pictures are not opened at all: the largest that fits the limits of the viewer, stored raw.
 constexpr std::uint64_t max_picture_bytes = std::uint64_t{1} << 30;
 
-/// Views that nothing reads have to lie within their buffers, too: other programs read them.
+/// Unused views have to lie within their buffers, too: other programs read them.
 void check_views(const GltfDocument& document, IssueSink& issues) {
   for (int i = 0; i < static_cast<int>(array_of(document.json, "bufferViews").size()); ++i) {
-    const auto view = view_of(document, i, "");
-    if (!view) issues.add(view.error());
+    GltfReader reader(document);
+    reader.view(i, "");
+    if (reader.fault) issues.add(*reader.fault);
   }
 }
 
-/// Readers go on without a picture that they cannot have; a garment is not complete without it.
+/// Readers go on without an unreadable picture; a garment is not complete without it.
 void check_pictures(const GltfDocument& document, IssueSink& issues) {
   const Json& images = array_of(document.json, "images");
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
-    if (!images[i].contains("uri") && !images[i].contains("bufferView")) continue;  // an extension's
-    const auto bytes = read_image(document, i, max_picture_bytes);
+    if (!images[i].contains("uri") && !images[i].contains("bufferView")) continue;  // an extension has it
+    const auto bytes = read_image_bytes(document, i, max_picture_bytes);
     if (!bytes) issues.add(Code::image_unreadable, fmt::format("/images/{}", i), bytes.error().message);
   }
 }
@@ -45,9 +46,9 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   const std::optional<GltfDocument> document = load_gltf(bytes, path, limits, issues);
   if (!document) return issues.take();
   Scene read = read_everything(*document, issues);
-  if (!issues.has_error()) check_views(*document, issues);  // else it would name the same faults again
+  if (!issues.has_error()) check_views(*document, issues);  // else it would repeat the same faults
   check_pictures(*document, issues);
-  check_fabrics(*document, issues);
+  check_fabric_extension(*document, read, issues);
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);
   return issues.take();
 }

@@ -1,4 +1,4 @@
-// The checker of glTF files with fabrics: all issues of a file, where a reader stops at the first error.
+// The checker of glTF files with fabrics: it lists all issues of a file; a reader stops at the first error.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@ namespace selvedge {
 
 /// Reads everything that dressing and drawing read of a .gltf or .glb file, and checks the rules of
 /// SELVEDGE_materials_fabric; opens the files that it refers to, fabrics among them (check_fabric). Rules of
-/// glTF that no reading depends on are left to the Khronos validator. Places are JSON pointers. The issues of
-/// an embedded fabric have "/extensions/SELVEDGE_materials_fabric/fabrics/N" before their own place, those of
-/// a fabric file have that file's name. No errors: a file that read_scene reads; `scene` is then what it
-/// gives.
+/// glTF that no reading depends on are left to the Khronos validator. Places are JSON pointers. Issues of an
+/// embedded fabric have "/extensions/SELVEDGE_materials_fabric/fabrics/N" before their own place, those of a
+/// fabric file have that file's name. read_scene reads a file without errors; `scene` then receives the same.
 Issues check_gltf(const std::string& path, const GltfLimits& limits = {}, Scene* scene = nullptr);
-/// From memory; `path` is used in messages and for what relative URIs are relative to.
+/// From memory; messages name `path`, and relative URIs are relative to its folder.
 Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, const GltfLimits& limits = {},
                   Scene* scene = nullptr);
 
-/// The part of it that is about fabrics: the rules of SELVEDGE_materials_fabric, and the fabrics themselves.
-void check_fabrics(const GltfDocument& document, IssueSink& issues);
+/// The rules of SELVEDGE_materials_fabric, and the fabrics themselves. `scene` is the document as
+/// read_everything reads it.
+void check_fabric_extension(const GltfDocument& document, const Scene& scene, IssueSink& issues);
 
 }  // namespace selvedge

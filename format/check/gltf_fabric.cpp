@@ -24,7 +24,7 @@ using namespace names::gltf;
 
 namespace {
 
-/// Of two transforms that were meant to be the same: what float arithmetic makes of them.
+/// Two transforms count as equal up to this relative error, which float arithmetic makes.
 constexpr double transform_tolerance = 1e-5;
 
 bool close(double a, double b) {
@@ -36,17 +36,17 @@ bool close(const UvTransform& a, const UvTransform& b) {
          close(a.scale.y, b.scale.y) && close(a.rotation, b.rotation);
 }
 
-/// What the fabric of an entry of the root array says of the materials that use it.
+/// Facts of a fabric file that its materials have to agree with.
 struct FabricFacts {
   bool holes = false;
   std::string digest;  ///< of its header
 };
 
-/// Nothing if the fabric cannot be read.
+/// An entry of the root array; empty if its fabric cannot be read.
 using Entry = std::optional<FabricFacts>;
 
-/// Visits the textures below a material (objects shaped like a textureInfo), with their place; what is in
-/// extras and the reference to a fabric are none.
+/// Visits the textures below a material (objects shaped like a textureInfo), with their place. Extras and the
+/// reference to a fabric are left out.
 template <class F>
 void for_each_texture(const Json& json, const std::string& place, const F& visit) {
   for (const auto& [key, value] : json.items()) {
@@ -65,11 +65,11 @@ bool lists(const Json& root, const char* array) {
   return std::find(names.begin(), names.end(), fabric_extension) != names.end();
 }
 
-/// What is wrong with entries and references themselves is found by who reads them (read_materials).
+/// The rules that readers do not check: faults of entries and references are found by read_materials.
 class FabricCheck {
  public:
-  FabricCheck(const GltfDocument& document, IssueSink& issues)
-      : document_(document), root_(document.json), issues_(issues), uses_(uses_of(document.json)) {}
+  FabricCheck(const GltfDocument& document, const Scene& scene, IssueSink& issues)
+      : document_(document), root_(document.json), scene_(scene), issues_(issues) {}
 
   void check() {
     if (lists(root_, "extensionsRequired"))
@@ -99,18 +99,18 @@ class FabricCheck {
   Entry check_entry(int number) {
     const Json& json = entry(number);
     const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
-    const Result<SceneFabric> fabric = read_fabric(document_, number);
+    const Result<SceneFabric> fabric = read_fabric_entry(document_, number);
     if (!json.is_object()) return {};
     if (member(json, mime_type) != fabric_mime_type)
       wrong(place + "/" + mime_type, fmt::format("has to be \"{}\"", fabric_mime_type));
     if (json.contains(name) && !json[name].is_string()) wrong(place + "/" + name, "is not a string");
     if (!fabric) return {};
     if (json.contains(buffer_view)) check_view(index_of(json[buffer_view]), place + "/" + buffer_view);
-    // Entries may share a file or a view, which is looked at once.
+    // Entries may share a file or a view, which is checked once.
     const Json& source = json.contains(uri) ? json[uri] : json[buffer_view];
     const auto [known, fresh] = sources_.try_emplace(source.dump(), entries_.size());
     if (!fresh) return entries_[known->second];
-    return fabric->path.empty() ? check_bytes(fabric->bytes, place) : check_file(fabric->path, place);
+    return check_source(*fabric, place);
   }
 
   void check_view(int view, const std::string& place) {
@@ -120,32 +120,27 @@ class FabricCheck {
     }
   }
 
-  Entry check_file(const std::string& path, const std::string& place) {
+  Entry check_source(const SceneFabric& fabric, const std::string& place) {
     std::error_code ignored;
-    if (!document_.external_files || !std::filesystem::is_regular_file(path, ignored)) {
-      issues_.add(Code::gltf_reference, place + "/" + uri, fmt::format("there is no file {}", path));
+    const bool embedded = fabric.path.empty();
+    const bool present =
+        embedded || (document_.external_files && std::filesystem::is_regular_file(fabric.path, ignored));
+    if (!present) {
+      issues_.add(Code::gltf_reference, place + "/" + uri, fmt::format("there is no file {}", fabric.path));
       return {};
     }
-    const Issues found = check_fabric(path);
-    issues_.add(found);
-    return has_error(found) ? Entry() : facts_of(FabricReader::open(path));
-  }
-
-  Entry check_bytes(std::span<const std::uint8_t> bytes, const std::string& place) {
-    Issues found = check_fabric(bytes, document_.file);
+    Issues found = embedded ? check_fabric(fabric.bytes, document_.file) : check_fabric(fabric.path);
     for (Error& issue : found) {
-      issue.file = document_.file;
-      issue.place = issue.place.empty() ? place : place + ": " + issue.place;
+      if (embedded) issue.place = issue.place.empty() ? place : place + ": " + issue.place;
     }
     issues_.add(found);
-    return has_error(found) ? Entry() : facts_of(FabricReader::open(bytes, document_.file));
-  }
-
-  static Entry facts_of(Result<FabricReader> reader) {
+    if (has_error(found)) return {};
+    auto reader =
+        embedded ? FabricReader::open(fabric.bytes, document_.file) : FabricReader::open(fabric.path);
     if (!reader) return {};
-    const auto fabric = reader->read_levels(0, 0, {LayerKind::opacity, LayerKind::heights});
-    if (!fabric) return {};
-    return FabricFacts{has_holes(*fabric, 0), reader->digest()};
+    const auto level = reader->read_levels(0, 0, {LayerKind::opacity, LayerKind::heights});
+    if (!level) return {};
+    return FabricFacts{has_holes(*level, 0), reader->digest()};
   }
 
   void check_material(const Json& material, int number) {
@@ -159,15 +154,15 @@ class FabricCheck {
       wrong(fmt::format("{}/extensions/{}/{}/{}", place, fabric_extension, fabric, tex_coord),
             "is not a UV set");
     }
-    const auto reference = read_fabric_reference(document_, number, fabric_count(document_));
+    const std::optional<FabricReference>& reference = scene_.materials[number].fabric;
     if (!reference) return;
-    check_primitives(material, number, (*reference)->tex_coord);
+    check_primitives(material, number, reference->tex_coord);
     if (member(material, "doubleSided") != true) {
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
     }
-    check_fallback(material, place, **reference);
-    check_mirror(material, place, **reference);
-    if (const Entry& facts = entries_[(*reference)->fabric]) check_alpha(material, place, facts->holes);
+    check_fallback(material, place, *reference);
+    check_mirror(material, place, *reference);
+    if (const Entry& facts = entries_[reference->fabric]) check_alpha(material, place, facts->holes);
   }
 
   void check_primitives(const Json& material, int number, int set) {
@@ -206,7 +201,7 @@ class FabricCheck {
                   fmt::format("is {}: other viewers show metal", metal));
     }
     for_each_texture(material, place, [&](const Json& info, const std::string& where) {
-      // These two stand beside the fabric, they are no part of the fallback.
+      // These two are drawn beside the fabric; they do not belong to the fallback.
       if (where == place + "/emissiveTexture" || where == place + "/occlusionTexture") return;
       check_layout(info, where, reference);
       check_wrap(info, where);
@@ -231,13 +226,10 @@ class FabricCheck {
 
   void check_wrap(const Json& info, const std::string& place) {
     constexpr int repeat = 10497;
-    const auto texture = entry_of(document_, "textures", index_of(member(info, index)), place);
-    if (!texture) return;
-    const int number = index_of(member(**texture, "sampler"));
-    const auto sampler = entry_of(document_, "samplers", number, place);
-    if (!sampler) return;
+    const Json& texture = entry_of(document_, "textures", index_of(member(info, index)));
+    const int number = index_of(member(texture, "sampler"));
     for (const char* axis : {"wrapS", "wrapT"}) {
-      const Json& wrap = member(**sampler, axis);
+      const Json& wrap = member(entry_of(document_, "samplers", number), axis);
       if (wrap.is_null() || wrap == repeat) continue;
       issues_.add(Code::gltf_fallback, place,
                   fmt::format("{} of its sampler {} is {}: it does not repeat as the fabric does", axis,
@@ -291,14 +283,17 @@ class FabricCheck {
 
   const GltfDocument& document_;
   const Json& root_;
+  const Scene& scene_;
   IssueSink& issues_;
   std::vector<Entry> entries_;
   std::map<std::string, std::size_t> sources_;  ///< uri or view -> the first entry that names it
-  Uses uses_;
+  Uses uses_ = uses_of(root_);
 };
 
 }  // namespace
 
-void check_fabrics(const GltfDocument& document, IssueSink& issues) { FabricCheck(document, issues).check(); }
+void check_fabric_extension(const GltfDocument& document, const Scene& scene, IssueSink& issues) {
+  FabricCheck(document, scene, issues).check();
+}
 
 }  // namespace selvedge

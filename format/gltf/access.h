@@ -1,7 +1,6 @@
 // Reading a glTF document's JSON and binary data, with every index, offset and length checked.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -13,10 +12,10 @@
 
 namespace selvedge {
 
-/// A member of an object, or JSON null where there is none (also where `object` is not an object).
+/// A member of an object; JSON null if it is absent or `object` is not an object.
 const Json& member(const Json& object, const char* key);
 
-/// An array member; an empty array where there is none, or something else.
+/// An array member; an empty array if it is absent or something else.
 const Json& array_of(const Json& object, const char* key);
 
 /// A string, or "".
@@ -31,23 +30,18 @@ std::optional<std::size_t> size_of(const Json& value);
 /// A finite number, or `otherwise`.
 double number_of(const Json& value, double otherwise);
 
-/// The entry `index` of the root array `array` ("nodes", "meshes", ...), which has to be an object.
-Result<const Json*> entry_of(const GltfDocument& document, const char* array, int index,
-                             const std::string& place);
+/// The entry `index` of the root array `array` ("nodes", "meshes", ...), or JSON null if it is not an object.
+const Json& entry_of(const GltfDocument& document, const char* array, int index);
 
-/// Checks a buffer view against the declared size of its buffer, and gives back its entry.
-Result<const Json*> view_of(const GltfDocument& document, int view, const std::string& place);
-
-/// Bytes of a buffer view.
-Result<std::span<const std::uint8_t>> bytes_of_view(const GltfDocument& document, int view,
-                                                    const std::string& place);
+/// Numbers per element of an accessor: SCALAR 1, VEC2 2 ... MAT4 16; 0 for an unknown type.
+int components_of(const Json& accessor);
 
 /// Size in bytes of one component; 0 for an unknown type.
 std::size_t component_size(int component_type);
 
 struct AccessorShape {
   std::size_t count = 0;
-  int components = 1;         ///< SCALAR 1, VEC2 2 ... MAT4 16
+  int components = 1;
   int component_type = 5126;  ///< as in glTF: 5120 byte ... 5126 float
   bool normalized = false;
 
@@ -56,57 +50,90 @@ struct AccessorShape {
   }
 };
 
-Result<AccessorShape> shape_of(const GltfDocument& document, int accessor, const std::string& place);
-
-/// How many vertices or elements a document may make up that no bytes of its own stand behind (shared views,
-/// accessors without one): a million, and 32 for every byte of its buffers.
+/// The number of vertices or elements that a document may describe without bytes of its own for each (shared
+/// views, accessors without one): a million, and 32 for every byte of its buffers.
 std::size_t unbacked_elements(const GltfDocument& document);
-
-/// Elements without gaps, in the component type of the accessor, sparse values applied: what has to be copied
-/// when vertices are duplicated. Nothing is allocated before elements and replacements are known to lie
-/// within their views; an accessor without a view has at most `unbacked_elements`.
-Result<std::vector<std::uint8_t>> read_elements(const GltfDocument& document, int accessor,
-                                                const std::string& place);
-
-/// All elements as numbers, `shape_of().components` each: sparse values applied, normalised integers mapped
-/// as glTF 2.0 section 3.11 says, plain integers as they are. Vectors, and 4 x 4 matrices of floats.
-Result<std::vector<double>> read_numbers(const GltfDocument& document, int accessor,
-                                         const std::string& place);
-
-/// The elements of an attribute as vectors, as many numbers each as V has; MESH_NOT_FINITE for NaN and
-/// infinities. `count`: how many there have to be, 0: any number.
-template <class V>
-Result<std::vector<V>> read_vectors(const GltfDocument& document, int accessor, std::size_t count,
-                                    const std::string& place) {
-  const Result<AccessorShape> shape = shape_of(document, accessor, place);
-  if (!shape) return tl::unexpected<Error>(shape.error());
-  constexpr std::size_t components = V::dimensions();
-  if (static_cast<std::size_t>(shape->components) != components || (count > 0 && shape->count != count)) {
-    return fail(Code::gltf_malformed, document.file, place,
-                std::to_string(shape->count) + " elements of " + std::to_string(shape->components) +
-                    " numbers do not belong here");
-  }
-  const Result<std::vector<double>> numbers = read_numbers(document, accessor, place);
-  if (!numbers) return tl::unexpected<Error>(numbers.error());
-  std::vector<V> vectors(shape->count);
-  for (std::size_t i = 0; i < vectors.size(); ++i) {
-    for (std::size_t c = 0; c < components; ++c) {
-      const double value = (*numbers)[i * components + c];
-      if (!std::isfinite(value)) {
-        return fail(Code::mesh_not_finite, document.file, place,
-                    "element " + std::to_string(i) + " is not finite");
-      }
-      vectors[i][static_cast<int>(c)] = static_cast<typename V::BaseType>(value);
-    }
-  }
-  return vectors;
-}
-
-/// All elements of an unsigned integer SCALAR accessor.
-Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, int accessor,
-                                                const std::string& place);
 
 /// Gapless elements as floats, one per component.
 std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized);
+
+/// Follows the references of a document up to the first fault. After it nothing more is read and every
+/// function returns an empty value, so that callers need to look at `fault` only where they use a value.
+/// `place` is the JSON pointer of the reference, for the fault.
+class GltfReader {
+ public:
+  explicit GltfReader(const GltfDocument& read) : document(read) {}
+
+  const GltfDocument& document;
+  std::optional<Error> fault;
+
+  /// Sets `fault` unless there is one.
+  void fail(Code code, std::string place, std::string message);
+
+  /// The value of a result; if it holds an error, that becomes the fault, and the value is empty.
+  template <class T>
+  T take(Result<T> result) {
+    if (!result) fail(result.error().code, result.error().place, result.error().message);
+    return result ? std::move(*result) : T();
+  }
+
+  /// `value`, or the fault.
+  template <class T>
+  Result<T> result(T value) {
+    if (fault) return tl::unexpected<Error>(*fault);
+    return value;
+  }
+
+  /// entry_of; GLTF_ACCESSOR if there is none.
+  const Json& entry(const char* array, int index, const std::string& place);
+
+  /// A buffer view; GLTF_ACCESSOR if it reaches beyond the declared size of its buffer.
+  const Json& view(int index, const std::string& place);
+
+  /// The bytes of a buffer view; GLTF_ACCESSOR if the buffer does not have them.
+  std::span<const std::uint8_t> bytes(int view, const std::string& place);
+
+  /// GLTF_MALFORMED for a wrong count, type or componentType.
+  AccessorShape accessor_shape(int accessor, const std::string& place);
+
+  /// Elements without gaps, in the component type of the accessor, sparse values applied: the form in which
+  /// vertices are copied. Nothing is allocated before elements and replacements are known to lie within their
+  /// views (else GLTF_ACCESSOR); an accessor without a view has at most `unbacked_elements` (FILE_TOO_LARGE).
+  Bytes elements(int accessor, const std::string& place);
+
+  /// All elements as numbers, accessor_shape().components each: sparse values applied, normalised integers
+  /// mapped as glTF 2.0 section 3.11 says, plain integers unchanged. Vectors, and 4 x 4 matrices of floats;
+  /// GLTF_MALFORMED for other matrices.
+  std::vector<double> numbers(int accessor, const std::string& place);
+
+  /// All elements of an unsigned integer SCALAR accessor; GLTF_MALFORMED for other types.
+  std::vector<std::uint32_t> indices(int accessor, const std::string& place);
+
+  /// The elements of the accessor that the member `semantic` of `attributes` names, as vectors; empty without
+  /// that member. `count`: how many elements are needed, 0: any number. GLTF_MALFORMED for another number of
+  /// elements or components, MESH_NOT_FINITE for NaN and infinities. `place` is that of `attributes`.
+  template <class V>
+  std::vector<V> attribute(const Json& attributes, const char* semantic, std::size_t count,
+                           const std::string& place) {
+    const Json& accessor = member(attributes, semantic);
+    if (accessor.is_null()) return {};
+    const std::string where = place + "/" + semantic;
+    constexpr std::size_t components = V::dimensions();
+    const std::vector<double> values = vector_numbers(index_of(accessor), components, count, where);
+    std::vector<V> vectors(values.size() / components);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      vectors[i / components][static_cast<int>(i % components)] =
+          static_cast<typename V::BaseType>(values[i]);
+    }
+    return vectors;
+  }
+
+ private:
+  std::vector<double> vector_numbers(int accessor, std::size_t components, std::size_t count,
+                                     const std::string& place);
+  Bytes gather(const Json& object, std::size_t count, std::size_t size, const std::string& place);
+  void apply_sparse(const Json& sparse, const AccessorShape& shape, const std::string& place,
+                    Bytes& elements);
+};
 
 }  // namespace selvedge

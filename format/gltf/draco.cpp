@@ -1,6 +1,9 @@
 #include "format/gltf/draco.h"
 
 #include <draco/compression/decode.h>
+#include <draco/compression/point_cloud/point_cloud_decoder.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/metadata/metadata_decoder.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,14 +16,19 @@
 #include <optional>
 #include <set>
 
-#include "format/gltf/draco_header.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {
 namespace {
 
-/// A regular mesh takes a bit or two for each face and little more: this is far beyond any real one.
+draco::DecoderBuffer buffer_of(std::span<const std::uint8_t> bytes) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return buffer;
+}
+
+/// Limits far beyond real meshes, which take a bit or two for each face and little more.
 constexpr std::size_t free_elements = std::size_t{1} << 16;
 constexpr std::size_t elements_per_byte = 64;
 
@@ -62,173 +70,188 @@ void make_valid(const std::string& semantic, std::vector<float>& values, std::si
   }
 }
 
-/// The primitive's attribute `semantic`: a new view behind its accessor.
-Result<void> expand_attribute(GltfDocument& document, const draco::Mesh& mesh, const std::string& semantic,
-                              int id, int accessor, const std::string& place) {
-  Result<AccessorShape> shape = shape_of(document, accessor, place);
-  if (!shape) return tl::unexpected<Error>(std::move(shape.error()));
-  const draco::PointAttribute* attribute =
-      id < 0 ? nullptr : mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(id));
-  if (attribute == nullptr || attribute->num_components() != shape->components) {
-    return fail(Code::gltf_malformed, document.file, place,
-                fmt::format("Draco attribute {} is missing or has the wrong number of components", id));
-  }
-  // Any byte may stand where Draco would then read a bool; glTF has none.
-  if (attribute->data_type() == draco::DT_BOOL) {
-    return fail(Code::gltf_malformed, document.file, place, fmt::format("Draco attribute {} is boolean", id));
-  }
-  shape->count = mesh.num_points();
-  std::vector<std::uint8_t> elements(shape->count * shape->element_size());
-  if (!copy_values(mesh, *attribute, shape->component_type, elements.data())) {
-    return fail(Code::file_damaged, document.file, place, "a Draco value does not fit into its accessor");
-  }
-  Json json = document.json["accessors"][accessor];
-  std::vector<float> values = to_floats(elements, shape->component_type, false);
-  if (shape->component_type == 5126) {
-    make_valid(semantic, values, static_cast<std::size_t>(shape->components));
-    std::memcpy(elements.data(), values.data(), elements.size());
-  }
-  if (json.contains("min") || json.contains("max")) set_bounds(json, values, shape->components);
-  json.erase("byteOffset");
-  json["bufferView"] = append_attribute_view(document, *shape, elements);
-  json["count"] = shape->count;
-  document.json["accessors"][accessor] = std::move(json);
-  return {};
-}
+class Expander {
+ public:
+  explicit Expander(GltfDocument& document) : document_(document), reader_(document) {}
 
-Result<void> expand_indices(GltfDocument& document, const draco::Mesh& mesh, int accessor,
-                            const std::string& place) {
-  const auto json = entry_of(document, "accessors", accessor, place);
-  if (!json) return tl::unexpected<Error>(json.error());
-  std::vector<std::uint32_t> indices;
-  indices.reserve(std::size_t{mesh.num_faces()} * 3);
-  for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
-    for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f))) {
-      if (point.value() >= mesh.num_points()) {
-        return fail(Code::file_damaged, document.file, place,
-                    "a Draco face refers to a point that is not there");
+  std::optional<Error> expand() {
+    for (std::size_t m = 0; m < array_of(document_.json, "meshes").size(); ++m) {
+      const std::size_t primitives = array_of(document_.json["meshes"][m], "primitives").size();
+      for (std::size_t p = 0; p < primitives && !reader_.fault; ++p) {
+        const Json primitive = document_.json["meshes"][m]["primitives"][p];
+        if (member(member(primitive, "extensions"), names::gltf::draco).is_null()) continue;
+        expand_primitive(primitive, fmt::format("/meshes/{}/primitives/{}", m, p));
+        Json& plain = document_.json["meshes"][m]["primitives"][p];
+        erase_extension(plain, names::gltf::draco);
+        plain.erase("mode");  // decoded faces are a list, whatever the primitive was before
       }
-      indices.push_back(point.value());
+    }
+    if (reader_.fault) return reader_.fault;
+    if (!expanded_.empty()) reuse_views();
+    drop_extension(document_.json, names::gltf::draco);
+    return std::nullopt;
+  }
+
+ private:
+  void expand_primitive(const Json& primitive, const std::string& place) {
+    const Json& extension = member(member(primitive, "extensions"), names::gltf::draco);
+    const std::string where = place + "/extensions/" + names::gltf::draco;
+    const int view = index_of(member(extension, "bufferView"));
+    const std::unique_ptr<draco::Mesh> mesh = decode(view, where);
+    const Json& attributes = member(extension, "attributes");
+    if (!attributes.is_object()) reader_.fail(Code::gltf_malformed, where, "no attributes");
+    if (reader_.fault) return;
+    for (const auto& [semantic, id] : attributes.items()) {
+      const int accessor = index_of(member(member(primitive, "attributes"), semantic.c_str()));
+      const std::string attribute = where + "/attributes/" + semantic;
+      if (is_fresh(accessor, view, attribute))
+        expand_attribute(*mesh, semantic, index_of(id), accessor, attribute);
+    }
+    const int indices = index_of(member(primitive, "indices"));
+    if (is_fresh(indices, view, place)) expand_indices(*mesh, indices, place + "/indices");
+  }
+
+  /// Not null if there is no fault.
+  std::unique_ptr<draco::Mesh> decode(int view, const std::string& place) {
+    const std::span<const std::uint8_t> bytes = reader_.bytes(view, place);
+    const std::optional<DracoCounts> counts = draco_counts(bytes);
+    if (!counts) reader_.fail(Code::file_damaged, place, "Draco: no mesh, or its header is damaged");
+    const std::size_t limit = free_elements + elements_per_byte * bytes.size();
+    if (counts && (counts->faces > limit || counts->points > limit)) {
+      reader_.fail(Code::file_too_large, place,
+                   fmt::format("Draco: {} faces and {} points of {} bytes", counts->faces, counts->points,
+                               bytes.size()));
+    }
+    if (reader_.fault) return nullptr;
+    try {
+      draco::DecoderBuffer buffer = buffer_of(bytes);
+      auto mesh = draco::Decoder().DecodeMeshFromBuffer(&buffer);
+      if (!mesh.ok()) {
+        reader_.fail(Code::file_damaged, place, fmt::format("Draco: {}", mesh.status().error_msg_string()));
+      } else if (mesh.value()->num_points() == 0 || mesh.value()->num_faces() == 0) {
+        reader_.fail(Code::gltf_malformed, place, "Draco: a mesh without triangles");
+      } else {
+        return std::move(mesh).value();
+      }
+    } catch (const std::exception& error) {
+      reader_.fail(Code::file_damaged, place, fmt::format("Draco: {}", error.what()));
+    }
+    return nullptr;
+  }
+
+  /// Whether the accessor still has to be filled from `view`. Primitives may share accessors and views.
+  bool is_fresh(int accessor, int view, const std::string& place) {
+    const auto [entry, fresh] = expanded_.emplace(accessor, view);
+    if (entry->second != view) {
+      reader_.fail(Code::gltf_malformed, place,
+                   fmt::format("accessor {} is filled by two Draco meshes", accessor));
+    }
+    return fresh && !reader_.fault;
+  }
+
+  /// The primitive's attribute `semantic`: a new view behind its accessor.
+  void expand_attribute(const draco::Mesh& mesh, const std::string& semantic, int id, int accessor,
+                        const std::string& place) {
+    AccessorShape shape = reader_.accessor_shape(accessor, place);
+    const draco::PointAttribute* attribute =
+        id < 0 ? nullptr : mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(id));
+    if (attribute == nullptr || attribute->num_components() != shape.components) {
+      reader_.fail(Code::gltf_malformed, place,
+                   fmt::format("Draco attribute {} is missing or has the wrong number of components", id));
+    } else if (attribute->data_type() == draco::DT_BOOL) {
+      // Draco would read arbitrary bytes as bool; glTF has no booleans.
+      reader_.fail(Code::gltf_malformed, place, fmt::format("Draco attribute {} is boolean", id));
+    }
+    if (reader_.fault) return;
+    shape.count = mesh.num_points();
+    Bytes elements(shape.count * shape.element_size());
+    if (!copy_values(mesh, *attribute, shape.component_type, elements.data()))
+      return reader_.fail(Code::file_damaged, place, "a Draco value does not fit into its accessor");
+    Json json = document_.json["accessors"][accessor];
+    std::vector<float> values = to_floats(elements, shape.component_type, false);
+    if (shape.component_type == 5126) {
+      make_valid(semantic, values, static_cast<std::size_t>(shape.components));
+      std::memcpy(elements.data(), values.data(), elements.size());
+    }
+    if (json.contains("min") || json.contains("max")) set_bounds(json, values, shape.components);
+    json.erase("byteOffset");
+    json["bufferView"] = append_attribute_view(document_, shape, elements);
+    json["count"] = shape.count;
+    document_.json["accessors"][accessor] = std::move(json);
+  }
+
+  void expand_indices(const draco::Mesh& mesh, int accessor, const std::string& place) {
+    reader_.entry("accessors", accessor, place);
+    std::vector<std::uint32_t> indices;
+    indices.reserve(std::size_t{mesh.num_faces()} * 3);
+    for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
+      for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f))) indices.push_back(point.value());
+    }
+    if (*std::max_element(indices.begin(), indices.end()) >= mesh.num_points())
+      reader_.fail(Code::file_damaged, place, "a Draco face refers to a point that is not there");
+    if (reader_.fault) return;
+    append_index_accessor(document_, indices);
+    // The primitive keeps the number of its accessor, which gets the new data.
+    Json& accessors = document_.json["accessors"];
+    Json& old = accessors[accessor];
+    for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = accessors.back()[key];
+    for (const char* key : {"byteOffset", "min", "max"}) old.erase(key);
+    accessors.erase(accessors.size() - 1);
+  }
+
+  /// Moves new views to the places of the compressed ones, which are unused now: removing those would
+  /// renumber the views behind them, to which other extensions may refer.
+  void reuse_views() {
+    std::set<int> free;
+    for (const auto& [accessor, view] : expanded_) free.insert(view);
+    Json& views = document_.json["bufferViews"];
+    for (const int place : free) {
+      const int last = static_cast<int>(views.size()) - 1;
+      views[place] = views.back();
+      views.erase(static_cast<std::size_t>(last));
+      for (const auto& [accessor, view] : expanded_) {
+        Json& json = document_.json["accessors"][accessor];
+        if (json["bufferView"] == last) json["bufferView"] = place;
+      }
     }
   }
-  append_index_accessor(document, indices);
-  // The new accessor's data goes behind the old number, which the primitive already has.
-  Json& accessors = document.json["accessors"];
-  Json& old = accessors[accessor];
-  for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = accessors.back()[key];
-  for (const char* key : {"byteOffset", "min", "max"}) old.erase(key);
-  accessors.erase(accessors.size() - 1);
-  return {};
-}
 
-Result<std::unique_ptr<draco::Mesh>> decode(const GltfDocument& document, int view,
-                                            const std::string& place) {
-  const auto bytes = bytes_of_view(document, view, place);
-  if (!bytes) return tl::unexpected<Error>(bytes.error());
-  const std::optional<DracoCounts> counts = draco_counts(*bytes);
-  if (!counts)
-    return fail(Code::file_damaged, document.file, place, "Draco: no mesh, or its header is damaged");
-  if (const std::size_t most = free_elements + elements_per_byte * bytes->size();
-      counts->faces > most || counts->points > most) {
-    return fail(Code::file_too_large, document.file, place,
-                fmt::format("Draco: {} faces and {} points of {} bytes", counts->faces, counts->points,
-                            bytes->size()));
-  }
-  try {
-    draco::DecoderBuffer buffer;
-    buffer.Init(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-    draco::Decoder decoder;
-    auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
-    if (!mesh.ok()) {
-      return fail(Code::file_damaged, document.file, place,
-                  fmt::format("Draco: {}", mesh.status().error_msg_string()));
-    }
-    std::unique_ptr<draco::Mesh> decoded = std::move(mesh).value();
-    if (decoded->num_points() == 0 || decoded->num_faces() == 0) {
-      return fail(Code::gltf_malformed, document.file, place, "Draco: a mesh without triangles");
-    }
-    return decoded;
-  } catch (const std::exception& error) {
-    return fail(Code::file_damaged, document.file, place, fmt::format("Draco: {}", error.what()));
-  }
-}
-
-using Expanded = std::map<int, int>;  ///< accessor -> the compressed view that its values came from
-
-/// Whether the accessor still has to be filled from `view`. Primitives may share accessors and views.
-Result<bool> is_fresh(const GltfDocument& document, Expanded& expanded, int accessor, int view,
-                      const std::string& place) {
-  const auto [entry, fresh] = expanded.emplace(accessor, view);
-  if (!fresh && entry->second != view) {
-    return fail(Code::gltf_malformed, document.file, place,
-                fmt::format("accessor {} is filled by two Draco meshes", accessor));
-  }
-  return fresh;
-}
-
-Result<void> expand_primitive(GltfDocument& document, const Json& primitive, const std::string& place,
-                              Expanded& expanded) {
-  const Json& extension = member(member(primitive, "extensions"), names::gltf::draco);
-  const std::string where = place + "/extensions/" + names::gltf::draco;
-  const int view = index_of(member(extension, "bufferView"));
-  const Result<std::unique_ptr<draco::Mesh>> mesh = decode(document, view, where);
-  if (!mesh) return tl::unexpected<Error>(mesh.error());
-  const Json& attributes = member(extension, "attributes");
-  if (!attributes.is_object()) return fail(Code::gltf_malformed, document.file, where, "no attributes");
-  for (const auto& [semantic, id] : attributes.items()) {
-    const int accessor = index_of(member(member(primitive, "attributes"), semantic.c_str()));
-    const std::string attribute = where + "/attributes/" + semantic;
-    const Result<bool> fresh = is_fresh(document, expanded, accessor, view, attribute);
-    if (!fresh) return tl::unexpected<Error>(fresh.error());
-    if (!*fresh) continue;
-    if (Result<void> good = expand_attribute(document, **mesh, semantic, index_of(id), accessor, attribute);
-        !good) {
-      return good;
-    }
-  }
-  const int indices = index_of(member(primitive, "indices"));
-  const Result<bool> fresh = is_fresh(document, expanded, indices, view, place);
-  if (!fresh) return tl::unexpected<Error>(fresh.error());
-  return *fresh ? expand_indices(document, **mesh, indices, place + "/indices") : Result<void>{};
-}
-
-/// Puts new views into the places of the compressed ones, which nothing refers to any more: views cannot be
-/// removed, because other extensions may refer to the ones behind them by number.
-void reuse_views(GltfDocument& document, const Expanded& expanded) {
-  std::set<int> free;
-  for (const auto& [accessor, view] : expanded) free.insert(view);
-  Json& views = document.json["bufferViews"];
-  for (const int place : free) {
-    const int last = static_cast<int>(views.size()) - 1;
-    views[place] = views.back();
-    views.erase(static_cast<std::size_t>(last));
-    for (const auto& [accessor, view] : expanded) {
-      Json& json = document.json["accessors"][accessor];
-      if (json["bufferView"] == last) json["bufferView"] = place;
-    }
-  }
-}
+  GltfDocument& document_;
+  GltfReader reader_;
+  std::map<int, int> expanded_;  ///< accessor -> the compressed view that its values came from
+};
 
 }  // namespace
 
-Result<void> expand_draco(GltfDocument& document) {
-  Expanded expanded;
-  for (std::size_t m = 0; m < array_of(document.json, "meshes").size(); ++m) {
-    const std::size_t primitives = array_of(document.json["meshes"][m], "primitives").size();
-    for (std::size_t p = 0; p < primitives; ++p) {
-      const Json primitive = document.json["meshes"][m]["primitives"][p];
-      if (member(member(primitive, "extensions"), names::gltf::draco).is_null()) continue;
-      const std::string place = fmt::format("/meshes/{}/primitives/{}", m, p);
-      if (Result<void> good = expand_primitive(document, primitive, place, expanded); !good) return good;
-      Json& plain = document.json["meshes"][m]["primitives"][p];
-      plain["extensions"].erase(names::gltf::draco);
-      if (plain["extensions"].empty()) plain.erase("extensions");
-      plain.erase("mode");  // decoded faces are a list, whatever the primitive was before
-    }
+std::optional<DracoCounts> draco_counts(std::span<const std::uint8_t> bytes) {
+  draco::DecoderBuffer buffer = buffer_of(bytes);
+  draco::DracoHeader header{};
+  if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return std::nullopt;
+  if (header.encoder_type != draco::TRIANGULAR_MESH || header.encoder_method > 1) return std::nullopt;
+  const int version = header.version_major * 256 + header.version_minor;
+  draco::GeometryMetadata metadata;
+  if (version >= 0x103 && (header.flags & METADATA_FLAG_MASK) != 0 &&
+      !draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &metadata)) {
+    return std::nullopt;
   }
-  if (!expanded.empty()) reuse_views(document, expanded);
-  drop_extension(document.json, names::gltf::draco);
-  return {};
+  const bool edgebreaker = header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING;
+  const bool packed = version >= (edgebreaker ? 0x200 : 0x202);
+  bool good = true;
+  const auto count = [&] {
+    std::uint64_t value = 0;
+    std::uint32_t fixed = 0;
+    good = good && (packed ? draco::DecodeVarint(&value, &buffer) : buffer.Decode(&fixed));
+    return packed ? value : fixed;
+  };
+  std::uint8_t traversal = 0;
+  if (edgebreaker) good = buffer.Decode(&traversal);
+  if (edgebreaker && version < 0x202) count();  // vertices that splits add
+  const std::uint64_t first = count();
+  const std::uint64_t second = count();
+  if (!good) return std::nullopt;
+  return edgebreaker ? DracoCounts{second, first} : DracoCounts{first, second};
 }
+
+std::optional<Error> expand_draco(GltfDocument& document) { return Expander(document).expand(); }
 
 }  // namespace selvedge

@@ -26,7 +26,7 @@ int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int
     document.buffers.emplace_back();
     root["buffers"] = Json::array({Json::object()});
   }
-  std::vector<std::uint8_t>& buffer = document.buffers.back();
+  Bytes& buffer = document.buffers.back();
   buffer.resize((buffer.size() + 3) / 4 * 4);
   Json view{
       {"buffer", document.buffers.size() - 1}, {"byteOffset", buffer.size()}, {"byteLength", bytes.size()}};
@@ -42,7 +42,7 @@ int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
   const std::size_t size = shape.element_size();
   const std::size_t stride = (size + 3) / 4 * 4;
   if (stride == size) return append_view(document, elements, 34962);
-  std::vector<std::uint8_t> rows(shape.count * stride);
+  Bytes rows(shape.count * stride);
   for (std::size_t i = 0; i < shape.count; ++i) {
     std::memcpy(rows.data() + i * stride, elements.data() + i * size, size);
   }
@@ -98,16 +98,15 @@ void use_extension(Json& root, const char* name) {
 void drop_extension(Json& root, const char* name) {
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
     if (!member(root, list).is_array()) continue;
-    Json kept = Json::array();
-    for (const Json& entry : root[list]) {
-      if (entry != name) kept.push_back(entry);
-    }
-    if (kept.empty()) {
-      root.erase(list);
-    } else {
-      root[list] = std::move(kept);
-    }
+    Json& names = root[list];
+    names.erase(std::remove(names.begin(), names.end(), name), names.end());
+    if (names.empty()) root.erase(list);
   }
+}
+
+void erase_extension(Json& object, const char* name) {
+  object["extensions"].erase(name);
+  if (object["extensions"].empty()) object.erase("extensions");
 }
 
 }  // namespace selvedge

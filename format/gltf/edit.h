@@ -7,12 +7,13 @@
 
 namespace selvedge {
 
-/// Appends bytes to the document's last buffer (made if there is none), 4-aligned; index of the new view.
-/// `target`: 34962 vertices, 34963 indices, 0 none; `stride`: 0 none.
+/// Appends bytes to the document's last buffer (a new one if it has no buffers), 4-aligned, and returns the
+/// index of the new view.
+/// `target`: 34962 vertices, 34963 indices, 0 neither; `stride`: 0 without one.
 int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int target = 0, int stride = 0);
 
-/// Appends a vertex attribute from gapless elements; rows are padded to 4 bytes where glTF asks for it. Gives
-/// back the index of the view; the accessor is the caller's.
+/// Appends a vertex attribute from gapless elements; rows are padded to 4 bytes where glTF asks for it.
+/// Returns the index of the view; the caller makes the accessor.
 int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
                           std::span<const std::uint8_t> elements);
 
@@ -26,5 +27,8 @@ void set_bounds(Json& accessor, std::span<const float> values, int components);
 /// Adds to (or removes from) extensionsUsed. Removing also takes it out of extensionsRequired.
 void use_extension(Json& root, const char* name);
 void drop_extension(Json& root, const char* name);
+
+/// Removes the extension from an object that has it, and "extensions" if it is then empty.
+void erase_extension(Json& object, const char* name);
 
 }  // namespace selvedge

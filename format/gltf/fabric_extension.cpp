@@ -52,9 +52,9 @@ std::optional<TransformFault> fault_of(const UvTransform& transform) {
       return TransformFault{which, fmt::format("{:g} is beyond 32-bit floats", value)};
     }
   }
-  const double least = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
-  if (least >= double{Limits::min()}) return std::nullopt;
-  return TransformFault{scale, fmt::format("{:g} is no scale: the fabric lies in no direction", least)};
+  const double smallest = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
+  if (smallest >= double{Limits::min()}) return std::nullopt;
+  return TransformFault{scale, fmt::format("{:g} is no scale: the fabric lies in no direction", smallest)};
 }
 
 Json texture_info(int number, int set, const UvTransform& transform) {
@@ -71,73 +71,66 @@ Json texture_info(int number, int set, const UvTransform& transform) {
 
 int fabric_count(const GltfDocument& document) { return static_cast<int>(entries_of(document).size()); }
 
-Result<SceneFabric> read_fabric(const GltfDocument& document, int number) {
+Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int number) {
+  GltfReader reader(document);
   const Json& entry = entries_of(document)[number];
   const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
-  if (!entry.is_object()) return fail(Code::gltf_extension, document.file, place, "is not an object");
-  if (entry.contains(uri) == entry.contains(buffer_view)) {
-    return fail(Code::gltf_extension, document.file, place, "needs either a uri or a bufferView");
-  }
+  const std::string where = place + "/" + uri;
+  const std::string address = string_of(member(entry, uri));
   SceneFabric read;
   read.name = string_of(member(entry, name));
-  if (entry.contains(buffer_view)) {
-    const auto bytes = bytes_of_view(document, index_of(entry[buffer_view]), place + "/" + buffer_view);
-    if (!bytes) return tl::unexpected<Error>(bytes.error());
-    read.bytes.assign(bytes->begin(), bytes->end());
-    return read;
-  }
-  const std::string where = place + "/" + uri;
-  const std::string address = string_of(entry[uri]);
-  if (address.empty()) return fail(Code::gltf_extension, document.file, where, "is not a string, or empty");
-  if (address.starts_with("data:")) {
-    auto bytes = read_uri(document, address, where);
-    if (!bytes) return tl::unexpected<Error>(std::move(bytes.error()));
-    read.bytes = std::move(*bytes);
+  if (!entry.is_object()) {
+    reader.fail(Code::gltf_extension, place, "is not an object");
+  } else if (entry.contains(uri) == entry.contains(buffer_view)) {
+    reader.fail(Code::gltf_extension, place, "needs either a uri or a bufferView");
+  } else if (entry.contains(buffer_view)) {
+    const auto bytes = reader.bytes(index_of(entry[buffer_view]), place + "/" + buffer_view);
+    read.bytes.assign(bytes.begin(), bytes.end());
+  } else if (address.empty()) {
+    reader.fail(Code::gltf_extension, where, "is not a string, or empty");
+  } else if (address.starts_with("data:")) {
+    read.bytes = read_uri(reader, address, where);
   } else {
-    auto path = resolve_uri(document, address, where);
-    if (!path) return tl::unexpected<Error>(std::move(path.error()));
-    read.path = std::move(*path);
+    read.path = reader.take(resolve_uri(document, address, where));
   }
-  return read;
+  return reader.result(std::move(read));
 }
 
-Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document) {
+Result<std::vector<SceneFabric>> read_fabric_entries(const GltfDocument& document) {
+  GltfReader reader(document);
   std::vector<SceneFabric> read;
-  for (int i = 0; i < fabric_count(document); ++i) {
-    Result<SceneFabric> one = read_fabric(document, i);
-    if (!one) return tl::unexpected<Error>(std::move(one.error()));
-    read.push_back(std::move(*one));
-  }
-  return read;
+  for (int i = 0; i < fabric_count(document); ++i)
+    read.push_back(reader.take(read_fabric_entry(document, i)));
+  return reader.result(std::move(read));
 }
 
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
                                                              int fabrics_present) {
+  GltfReader reader(document);
   const std::string place = fmt::format("/materials/{}/extensions/{}", material, fabric_extension);
-  const auto json = entry_of(document, "materials", material, place);
-  if (!json) return tl::unexpected<Error>(json.error());
-  const Json& extension = member(member(**json, "extensions"), fabric_extension);
-  if (extension.is_null()) return std::optional<FabricReference>{};
+  const Json& json = reader.entry("materials", material, place);
+  const Json& extension = member(member(json, "extensions"), fabric_extension);
+  if (extension.is_null()) return reader.result(std::optional<FabricReference>());
   const Json& info = member(extension, fabric);
   FabricReference reference;
   reference.fabric = index_of(member(info, index));
   reference.tex_coord = std::max(0, index_of(member(info, tex_coord)));
   reference.transform = read_uv_transform(info, reference.tex_coord);
-  if (reference.fabric < 0 || reference.fabric >= fabrics_present) {
-    return fail(
-        Code::gltf_extension, document.file, place + "/fabric/index",
-        reference.fabric < 0 ? "is not an index" : fmt::format("there is no fabric {}", reference.fabric));
-  }
-  if (const std::optional<TransformFault> fault = fault_of(reference.transform)) {
-    return fail(Code::gltf_extension, document.file,
+  if (reference.fabric < 0) {
+    reader.fail(Code::gltf_extension, place + "/fabric/index", "is not an index");
+  } else if (reference.fabric >= fabrics_present) {
+    reader.fail(Code::gltf_extension, place + "/fabric/index",
+                fmt::format("there is no fabric {}", reference.fabric));
+  } else if (const std::optional<TransformFault> fault = fault_of(reference.transform)) {
+    reader.fail(Code::gltf_extension,
                 fmt::format("{}/{}/extensions/{}/{}", place, fabric, texture_transform, fault->member),
                 fault->reason);
   }
-  return std::optional(reference);
+  return reader.result(std::optional(reference));
 }
 
 Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
-  const Result<std::vector<SceneFabric>> present = read_fabrics(document);
+  const Result<std::vector<SceneFabric>> present = read_fabric_entries(document);
   if (!present) return tl::unexpected<Error>(present.error());
   for (std::size_t i = 0; i < present->size(); ++i) {
     const std::string address = string_of(member(entries_of(document)[i], uri));

@@ -1,9 +1,12 @@
 // The extension SELVEDGE_materials_fabric, see spec/SELVEDGE_materials_fabric.
 //
-// Root:      "extensions": {"SELVEDGE_materials_fabric": {"fabrics": [{"name"?, "mimeType", "uri" |
-// "bufferView"}]}} Material:  "extensions": {"SELVEDGE_materials_fabric": {"fabric": {"index", "texCoord"?,
-// "extensions"?}}} with KHR_texture_transform in the reference's own extensions. The reference is mirrored in
-// the material's "extras" under the same name, because some optimisers keep nothing else.
+// Root:
+//   "extensions": {"SELVEDGE_materials_fabric": {"fabrics": [{"name"?, "mimeType", "uri" | "bufferView"}]}}
+// Material:
+//   "extensions": {"SELVEDGE_materials_fabric": {"fabric": {"index", "texCoord"?, "extensions"?}}}
+//
+// A reference has KHR_texture_transform in its own extensions. It is mirrored in the material's "extras"
+// under the same name, because some optimisers keep nothing else.
 #pragma once
 
 #include <optional>
@@ -18,43 +21,43 @@ namespace selvedge {
 /// Entries of the root array of fabrics; 0 without the extension.
 int fabric_count(const GltfDocument& document);
 
-/// An entry of the root array. An external fabric: the path, whether or not it is there; an embedded one: the
-/// bytes. GLTF_EXTENSION for what is no entry.
-Result<SceneFabric> read_fabric(const GltfDocument& document, int index);
+/// An entry of the root array: the path of an external fabric, whether or not the file exists, or the bytes
+/// of an embedded one. GLTF_EXTENSION for a malformed entry.
+Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int index);
 
 /// All of them in their order.
-Result<std::vector<SceneFabric>> read_fabrics(const GltfDocument& document);
+Result<std::vector<SceneFabric>> read_fabric_entries(const GltfDocument& document);
 
-/// The material's reference, or nothing. GLTF_EXTENSION for an index beyond `fabrics` and a transform with a
-/// fault.
+/// The material's reference; nothing if it has none. GLTF_EXTENSION for an index beyond `fabrics` and for a
+/// transform with a fault.
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
                                                              int fabrics);
 
-/// KHR_texture_transform of a textureInfo-shaped object; the identity where there is none. `tex_coord` is
+/// KHR_texture_transform of a textureInfo-shaped object; the identity if it has none. `tex_coord` is
 /// overridden if the transform names one.
 UvTransform read_uv_transform(const Json& texture_info, int& tex_coord);
 
-/// Why no fabric can be laid on a surface by a transform: the member's name, and the reason.
+/// The member of a transform that makes it unusable for a fabric, and the reason.
 struct TransformFault {
   const char* member;
   std::string reason;
 };
 
-/// Numbers beyond 32-bit floats, and scales that are 0 as such; nothing for a good transform.
+/// The fault of a transform with numbers beyond 32-bit floats, or a scale that is 0 as a float.
 std::optional<TransformFault> fault_of(const UvTransform& transform);
 
 /// A textureInfo-shaped object: index, texCoord if not 0, and the transform if it is not the identity.
 Json texture_info(int index, int tex_coord, const UvTransform& transform);
 
-/// Where a fabric to be written is.
+/// A fabric that is to be added to a document.
 struct FabricSource {
   std::string name;
-  std::string uri;                  ///< external: relative to the output; empty if embedded
-  std::vector<std::uint8_t> bytes;  ///< embedded
+  std::string uri;  ///< external: relative to the output; empty if embedded
+  Bytes bytes;      ///< embedded
 };
 
-/// Adds the fabric to the root array and gives back its index; an entry with the same URI, or with the same
-/// bytes, is used again.
+/// Adds the fabric to the root array and returns its index; an entry with the same URI or the same bytes is
+/// used again.
 Result<int> add_fabric(GltfDocument& document, const FabricSource& source);
 
 /// Sets (or replaces) the material's reference and its mirror in extras. Precondition: both exist.

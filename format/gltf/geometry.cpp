@@ -8,8 +8,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "format/gltf/access.h"
-
 namespace selvedge {
 namespace {
 
@@ -20,7 +18,7 @@ int mode_of(const Json& primitive) {
   return mode.is_null() ? triangles : index_of(mode);
 }
 
-/// Numbers of an array of exactly `count`, or of `otherwise` where the member is absent.
+/// Reads an array of exactly `count` numbers; `out` stays as it is if the member is absent.
 template <std::size_t count>
 bool numbers(const Json& value, std::array<double, count>& out) {
   if (value.is_null()) return true;
@@ -32,28 +30,14 @@ bool numbers(const Json& value, std::array<double, count>& out) {
   return true;
 }
 
-/// The attribute's values; empty where it is absent.
-template <class V>
-Result<std::vector<V>> read_attribute(const GltfDocument& document, const Json& primitive,
-                                      const char* semantic, std::size_t count, const std::string& place) {
-  const Json& accessor = member(member(primitive, "attributes"), semantic);
-  if (accessor.is_null()) return std::vector<V>();
-  return read_vectors<V>(document, index_of(accessor), count,
-                         fmt::format("{}/attributes/{}", place, semantic));
-}
-
 /// COLOR_0 has three or four numbers.
-Result<std::vector<V4f>> read_colors(const GltfDocument& document, const Json& primitive, std::size_t count,
-                                     const std::string& place) {
-  const Json& accessor = member(member(primitive, "attributes"), "COLOR_0");
-  const Result<AccessorShape> shape = shape_of(document, index_of(accessor), place + "/attributes/COLOR_0");
-  if (accessor.is_null() || (shape && shape->components == 4))
-    return read_attribute<V4f>(document, primitive, "COLOR_0", count, place);
-  const auto opaque = read_attribute<V3f>(document, primitive, "COLOR_0", count, place);
-  if (!opaque) return tl::unexpected<Error>(opaque.error());
+std::vector<V4f> read_colors(GltfReader& reader, const Json& attributes, std::size_t count,
+                             const std::string& place) {
+  if (components_of(entry_of(reader.document, "accessors", index_of(member(attributes, "COLOR_0")))) == 4)
+    return reader.attribute<V4f>(attributes, "COLOR_0", count, place);
   std::vector<V4f> colors;
-  colors.reserve(opaque->size());
-  for (const V3f& c : *opaque) colors.emplace_back(c.x, c.y, c.z, 1.0F);
+  for (const V3f& c : reader.attribute<V3f>(attributes, "COLOR_0", count, place))
+    colors.emplace_back(c.x, c.y, c.z, 1.0F);
   return colors;
 }
 
@@ -85,24 +69,23 @@ void make_flat(ScenePrimitive& primitive) {
 
 }  // namespace
 
-Result<std::vector<std::uint32_t>> read_triangles(const GltfDocument& document, const Json& primitive,
-                                                  const std::string& place, std::size_t vertices) {
+std::vector<std::uint32_t> read_triangles(GltfReader& reader, const Json& primitive, const std::string& place,
+                                          std::size_t vertices) {
   const int mode = mode_of(primitive);
-  if (mode < triangles || mode > fan)
-    return fail(Code::gltf_malformed, document.file, place + "/mode", "unknown mode");
-  std::vector<std::uint32_t> list(vertices);
-  std::iota(list.begin(), list.end(), 0U);
-  if (const Json& accessor = member(primitive, "indices"); !accessor.is_null()) {
-    const std::string where = place + "/indices";
-    Result<std::vector<std::uint32_t>> read = read_indices(document, index_of(accessor), where);
-    if (!read) return read;
-    list = std::move(*read);
-    const auto bad = std::find_if(list.begin(), list.end(), [&](std::uint32_t i) { return i >= vertices; });
-    if (bad != list.end()) {
-      return fail(Code::gltf_accessor, document.file, where,
-                  fmt::format("index {} of {} vertices", *bad, vertices));
-    }
+  if (mode < triangles || mode > fan) reader.fail(Code::gltf_malformed, place + "/mode", "unknown mode");
+  std::vector<std::uint32_t> list;
+  if (const Json& accessor = member(primitive, "indices"); accessor.is_null()) {
+    list.resize(vertices);
+    std::iota(list.begin(), list.end(), 0U);
+  } else {
+    list = reader.indices(index_of(accessor), place + "/indices");
   }
+  const auto bad = std::find_if(list.begin(), list.end(), [&](std::uint32_t i) { return i >= vertices; });
+  if (bad != list.end()) {
+    reader.fail(Code::gltf_accessor, place + "/indices",
+                fmt::format("index {} of {} vertices", *bad, vertices));
+  }
+  if (reader.fault) return {};
   if (mode == triangles) {
     list.resize(list.size() / 3 * 3);
     return list;
@@ -119,48 +102,30 @@ Result<std::vector<std::uint32_t>> read_triangles(const GltfDocument& document, 
   return expanded;
 }
 
-Result<std::optional<ScenePrimitive>> read_primitive(const GltfDocument& document, const Json& primitive,
-                                                     const std::string& place, std::size_t vertex_limit,
-                                                     const Pose& pose) {
+std::optional<ScenePrimitive> read_primitive(GltfReader& reader, const Json& primitive,
+                                             const std::string& place, std::size_t vertex_limit,
+                                             const Pose& pose) {
+  const Json& attributes = member(primitive, "attributes");
+  const std::string where = place + "/attributes";
   const int mode = mode_of(primitive);
-  if (member(member(primitive, "attributes"), "POSITION").is_null() || (mode >= 0 && mode < triangles))
-    return std::optional<ScenePrimitive>{};
+  if (member(attributes, "POSITION").is_null() || (mode >= 0 && mode < triangles)) return std::nullopt;
   ScenePrimitive result;
   result.material = index_of(member(primitive, "material"));
-  auto positions = read_attribute<V3f>(document, primitive, "POSITION", 0, place);
-  if (!positions) return tl::unexpected<Error>(std::move(positions.error()));
-  const std::size_t vertices = positions->size();
-  if (vertices > vertex_limit) return fail(Code::file_too_large, document.file, place, "too many vertices");
-  result.positions = std::move(*positions);
-
-  auto indices = read_triangles(document, primitive, place, vertices);
-  if (!indices) return tl::unexpected<Error>(std::move(indices.error()));
-  result.indices = std::move(*indices);
-
-  const auto fill = [&](auto& values, auto read) -> std::optional<Error> {
-    if (!read) return std::move(read.error());
-    values = std::move(*read);
-    return std::nullopt;
-  };
-  const auto attribute = [&]<class V>(std::vector<V>& values, const char* semantic) {
-    return fill(values, read_attribute<V>(document, primitive, semantic, vertices, place));
-  };
-  for (std::optional<Error> error :
-       {attribute(result.normals, "NORMAL"), attribute(result.tangents, "TANGENT"),
-        attribute(result.tex_coords[0], "TEXCOORD_0"), attribute(result.tex_coords[1], "TEXCOORD_1"),
-        fill(result.colors, read_colors(document, primitive, vertices, place))}) {
-    if (error) return tl::unexpected<Error>(std::move(*error));
-  }
-  if (Result<void> good = apply_pose(document, primitive, place, pose, result); !good) {
-    return tl::unexpected<Error>(std::move(good.error()));
-  }
+  result.positions = reader.attribute<V3f>(attributes, "POSITION", 0, where);
+  const std::size_t vertices = result.positions.size();
+  if (vertices > vertex_limit) reader.fail(Code::file_too_large, place, "too many vertices");
+  result.indices = read_triangles(reader, primitive, place, vertices);
+  result.normals = reader.attribute<V3f>(attributes, "NORMAL", vertices, where);
+  result.tangents = reader.attribute<V4f>(attributes, "TANGENT", vertices, where);
+  result.tex_coords[0] = reader.attribute<V2d>(attributes, "TEXCOORD_0", vertices, where);
+  result.tex_coords[1] = reader.attribute<V2d>(attributes, "TEXCOORD_1", vertices, where);
+  result.colors = read_colors(reader, attributes, vertices, where);
+  apply_pose(reader, primitive, place, pose, result);
   if (result.normals.empty()) {
-    if (result.indices.size() > vertex_limit) {
-      return fail(Code::file_too_large, document.file, place, "too many vertices");
-    }
-    make_flat(result);
+    if (result.indices.size() > vertex_limit) reader.fail(Code::file_too_large, place, "too many vertices");
+    if (!reader.fault) make_flat(result);
   }
-  return std::optional(std::move(result));
+  return result;
 }
 
 std::optional<M44d> local_transform(const Json& node) {

@@ -1,4 +1,4 @@
-// Which primitives of a glTF document have which material.
+// The primitives of a glTF document by their material.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@
 namespace selvedge {
 
 using Place = std::pair<int, int>;            ///< mesh, primitive
-using Uses = std::map<int, std::set<Place>>;  ///< material -> where it is used; -1: triangles without one
+using Uses = std::map<int, std::set<Place>>;  ///< by material; -1: triangles without one
 
 /// Primitives of triangles by their material, worn directly or in a mapping of KHR_materials_variants.
 Uses uses_of(const Json& json);

@@ -71,20 +71,18 @@ class Reader {
     if (info.is_null()) return texture;
     texture.tex_coord = std::max(0, index_of(member(info, "texCoord")));
     texture.transform = read_uv_transform(info, texture.tex_coord);
-    const auto json = entry_of(document_, "textures", index_of(member(info, "index")), "");
-    if (!json) {
-      remark(scene_, json.error().message);
+    const int number = index_of(member(info, "index"));
+    const Json& json = entry_of(document_, "textures", number);
+    if (json.is_null()) {
+      remark(scene_, fmt::format("there is no /textures/{}", number));
       return texture;
     }
-    if (const Json& sampler = member(**json, "sampler"); !sampler.is_null()) {
-      if (const auto entry = entry_of(document_, "samplers", index_of(sampler), "")) {
-        constexpr int nearest = 9728;
-        texture.wrap_u = wrap_of(member(**entry, "wrapS"));
-        texture.wrap_v = wrap_of(member(**entry, "wrapT"));
-        texture.nearest = member(**entry, "magFilter") == nearest;
-      }
-    }
-    const Json& source = member(**json, "source");
+    constexpr int nearest = 9728;
+    const Json& sampler = entry_of(document_, "samplers", index_of(member(json, "sampler")));
+    texture.wrap_u = wrap_of(member(sampler, "wrapS"));
+    texture.wrap_v = wrap_of(member(sampler, "wrapT"));
+    texture.nearest = member(sampler, "magFilter") == nearest;
+    const Json& source = member(json, "source");
     if (source.is_null()) {
       remark(scene_, "a texture without a PNG or JPEG picture is left out");
       return texture;
@@ -93,12 +91,12 @@ class Reader {
     return texture;
   }
 
-  /// Pictures are not worth refusing a garment for: what cannot be had is remarked.
+  /// An unreadable picture is remarked; the garment is read without it.
   int add_image(int index) {
     const auto known = images_.find(index);
     if (known != images_.end()) return known->second;
     int result = -1;
-    if (auto bytes = read_image(document_, index, image_bytes_)) {
+    if (auto bytes = read_image_bytes(document_, index, image_bytes_)) {
       const Json& json = document_.json["images"][index];
       SceneImage image{string_of(member(json, "name")), string_of(member(json, "mimeType")), {}};
       const std::string uri = string_of(member(json, "uri"));
@@ -126,7 +124,7 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, Sce
                     IssueSink& issues) {
   const int fabrics = fabric_count(document);
   for (int i = 0; i < fabrics; ++i) {
-    Result<SceneFabric> fabric = read_fabric(document, i);
+    Result<SceneFabric> fabric = read_fabric_entry(document, i);
     if (!fabric) issues.add(fabric.error());
     scene.fabrics.push_back(fabric ? std::move(*fabric) : SceneFabric());
   }
@@ -142,8 +140,8 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, Sce
 }
 
 void remark(Scene& scene, std::string text) {
-  constexpr std::size_t most = 100;
-  if (scene.remarks.size() >= most) return;
+  constexpr std::size_t max_remarks = 100;
+  if (scene.remarks.size() >= max_remarks) return;
   if (std::find(scene.remarks.begin(), scene.remarks.end(), text) == scene.remarks.end()) {
     scene.remarks.push_back(std::move(text));
   }

@@ -1,4 +1,4 @@
-// glTF's materials -> those of a Scene, with the pictures they use.
+// Reading a glTF document's materials, with their pictures, into a Scene.
 #pragma once
 
 #include "format/base/error.h"
@@ -8,11 +8,11 @@
 namespace selvedge {
 
 /// Fills scene.materials, images and fabrics; materials keep their order. Pictures are loaded, up to
-/// `image_bytes` of them together; one that cannot be had is remarked and its texture left out. Fabrics'
-/// files are not opened. What SELVEDGE_materials_fabric forbids is added to `issues`.
+/// `image_bytes` in total; an unreadable one is remarked and its texture left out. Files of fabrics are not
+/// opened. Broken rules of SELVEDGE_materials_fabric are added to `issues`.
 void read_materials(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene, IssueSink& issues);
 
-/// Adds a remark, unless it is there already or there are very many.
+/// Adds a remark, unless the scene has it already or has a hundred.
 void remark(Scene& scene, std::string text);
 
 }  // namespace selvedge

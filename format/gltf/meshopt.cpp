@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
-#include <cstring>
+#include <array>
 #include <span>
 
 #include "format/gltf/edit.h"
@@ -18,16 +18,29 @@ using names::gltf::meshopt;
 /// The attribute codec spends at least 2 bits on 16 bytes, the index codecs a byte on an index or a triangle.
 constexpr std::size_t bytes_per_byte = 64;
 
-enum class Mode { attributes, triangles, indices };
-enum class Filter { none, octahedral, quaternion, exponential };
+enum class Mode { attributes, triangles, indices, unknown };
+enum class Filter { none, octahedral, quaternion, exponential, unknown };
 
-/// What the extension says of a view.
+NLOHMANN_JSON_SERIALIZE_ENUM(Mode, {{Mode::unknown, nullptr},
+                                    {Mode::attributes, "ATTRIBUTES"},
+                                    {Mode::triangles, "TRIANGLES"},
+                                    {Mode::indices, "INDICES"}})
+NLOHMANN_JSON_SERIALIZE_ENUM(Filter, {{Filter::unknown, ""},
+                                      {Filter::none, nullptr},
+                                      {Filter::none, "NONE"},
+                                      {Filter::octahedral, "OCTAHEDRAL"},
+                                      {Filter::quaternion, "QUATERNION"},
+                                      {Filter::exponential, "EXPONENTIAL"}})
+
+/// A view's compressed stream, as the extension describes it.
 struct Stream {
   Mode mode = Mode::attributes;
   Filter filter = Filter::none;
   std::size_t count = 0;
   std::size_t stride = 0;
   std::span<const std::uint8_t> bytes;
+
+  std::size_t size() const { return count * stride; }  ///< decoded, in bytes
 };
 
 const char* extension_of(const Json& object) {
@@ -37,7 +50,7 @@ const char* extension_of(const Json& object) {
   return nullptr;
 }
 
-/// Why the numbers of a stream break a rule of the extension; nullptr where they do not.
+/// The rule of the extension that the numbers of a stream break; nullptr if they keep all.
 const char* fault_of(const Stream& s) {
   if (s.count == 0) return "count is not a positive integer";
   if (s.mode == Mode::attributes && (s.stride == 0 || s.stride > 256 || s.stride % 4 != 0))
@@ -51,57 +64,44 @@ const char* fault_of(const Stream& s) {
   return nullptr;
 }
 
-Result<Stream> stream_of(const GltfDocument& document, const Json& view, const Json& extension,
-                         const std::string& place) {
-  const auto refuse = [&](Code code, std::string message) {
-    return fail(code, document.file, place, std::move(message));
-  };
-  Stream stream;
-  const std::string mode = string_of(member(extension, "mode"));
-  const std::string filter = string_of(member(extension, "filter"));
-  if (mode == "TRIANGLES") {
-    stream.mode = Mode::triangles;
-  } else if (mode == "INDICES") {
-    stream.mode = Mode::indices;
-  } else if (mode != "ATTRIBUTES") {
-    return refuse(Code::gltf_malformed, "unknown mode");
-  }
-  if (filter == "OCTAHEDRAL") {
-    stream.filter = Filter::octahedral;
-  } else if (filter == "QUATERNION") {
-    stream.filter = Filter::quaternion;
-  } else if (filter == "EXPONENTIAL") {
-    stream.filter = Filter::exponential;
-  } else if (!member(extension, "filter").is_null() && filter != "NONE") {
-    return refuse(Code::gltf_unsupported, fmt::format("filter \"{}\"", filter));
-  }
-  stream.count = size_of(member(extension, "count")).value_or(0);
-  stream.stride = size_of(member(extension, "byteStride")).value_or(0);
-  if (const char* fault = fault_of(stream)) return refuse(Code::gltf_malformed, fault);
+/// An empty stream after a fault.
+Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, const std::string& place) {
+  const auto refuse = [&](Code code, std::string message) { reader.fail(code, place, std::move(message)); };
+  const auto size = [&](const char* key) { return size_of(member(extension, key)).value_or(0); };
+  const Json& filter = member(extension, "filter");
+  Stream stream{
+      member(extension, "mode").get<Mode>(), filter.get<Filter>(), size("count"), size("byteStride"), {}};
+  if (stream.mode == Mode::unknown) refuse(Code::gltf_malformed, "unknown mode");
+  if (stream.filter == Filter::unknown)
+    refuse(Code::gltf_unsupported, fmt::format("filter \"{}\"", string_of(filter)));
+  if (const char* fault = fault_of(stream)) refuse(Code::gltf_malformed, fault);
   const Json& view_stride = member(view, "byteStride");
   if (!view_stride.is_null() && size_of(view_stride) != stream.stride)
-    return refuse(Code::gltf_malformed, "byteStride is not that of the view");
-  if (size_of(member(view, "byteLength")) != stream.count * stream.stride)
-    return refuse(Code::gltf_malformed, "count times byteStride is not the view's byteLength");
+    refuse(Code::gltf_malformed, "byteStride is not that of the view");
+  if (size_of(member(view, "byteLength")) != stream.size())
+    refuse(Code::gltf_malformed, "count times byteStride is not the view's byteLength");
 
+  const auto& buffers = reader.document.buffers;
   const auto buffer = static_cast<std::size_t>(index_of(member(extension, "buffer")));
-  if (buffer >= document.buffers.size()) return refuse(Code::gltf_accessor, "there is no such buffer");
-  const std::size_t present = document.buffers[buffer].size();
-  const std::size_t offset = size_of(member(extension, "byteOffset")).value_or(0);
-  const std::size_t length = size_of(member(extension, "byteLength")).value_or(0);
+  if (buffer >= buffers.size()) refuse(Code::gltf_accessor, "there is no such buffer");
+  if (reader.fault) return {};
+  const std::size_t present = buffers[buffer].size();
+  const std::size_t offset = size("byteOffset");
+  const std::size_t length = size("byteLength");
   if (offset > present || length > present - offset) {
-    return refuse(Code::gltf_accessor,
-                  fmt::format("bytes {} to {} of a buffer of {}", offset, offset + length, present));
+    refuse(Code::gltf_accessor,
+           fmt::format("bytes {} to {} of a buffer of {}", offset, offset + length, present));
+    return {};
   }
-  stream.bytes = std::span<const std::uint8_t>(document.buffers[buffer]).subspan(offset, length);
-  if (stream.count * stream.stride > bytes_per_byte * length) {
-    return refuse(Code::file_damaged, fmt::format("meshopt: {} elements of {} bytes cannot be in {} bytes",
-                                                  stream.count, stream.stride, length));
+  stream.bytes = std::span<const std::uint8_t>(buffers[buffer]).subspan(offset, length);
+  if (stream.size() > bytes_per_byte * length) {
+    refuse(Code::file_damaged, fmt::format("meshopt: {} elements of {} bytes cannot be in {} bytes",
+                                           stream.count, stream.stride, length));
   }
   return stream;
 }
 
-/// Whether the stream is of a version that this library does not know: 1 of the attribute codec.
+/// Whether the stream has a version that meshoptimizer does not know: 1 of the attribute codec.
 bool is_newer(const Stream& stream) {
   constexpr std::uint8_t attributes = 0xa0;
   return stream.mode == Mode::attributes && !stream.bytes.empty() && (stream.bytes[0] & 0xf0) == attributes &&
@@ -109,24 +109,16 @@ bool is_newer(const Stream& stream) {
 }
 
 bool decode(const Stream& s, std::uint8_t* out) {
-  switch (s.mode) {
-    case Mode::triangles:
-      return meshopt_decodeIndexBuffer(out, s.count, s.stride, s.bytes.data(), s.bytes.size()) == 0;
-    case Mode::indices:
-      return meshopt_decodeIndexSequence(out, s.count, s.stride, s.bytes.data(), s.bytes.size()) == 0;
-    case Mode::attributes:
-      break;
-  }
-  if (meshopt_decodeVertexBuffer(out, s.count, s.stride, s.bytes.data(), s.bytes.size()) != 0) return false;
-  if (s.filter == Filter::octahedral) meshopt_decodeFilterOct(out, s.count, s.stride);
-  if (s.filter == Filter::quaternion) meshopt_decodeFilterQuat(out, s.count, s.stride);
-  if (s.filter == Filter::exponential) meshopt_decodeFilterExp(out, s.count, s.stride);
+  using Decode = int (*)(void*, std::size_t, std::size_t, const unsigned char*, std::size_t);
+  using Unfilter = void (*)(void*, std::size_t, std::size_t);
+  constexpr std::array<Decode, 3> decoders{meshopt_decodeVertexBuffer, meshopt_decodeIndexBuffer,
+                                           meshopt_decodeIndexSequence};
+  constexpr std::array<Unfilter, 4> filters{nullptr, meshopt_decodeFilterOct, meshopt_decodeFilterQuat,
+                                            meshopt_decodeFilterExp};
+  const Decode decoder = decoders[static_cast<std::size_t>(s.mode)];
+  if (decoder(out, s.count, s.stride, s.bytes.data(), s.bytes.size()) != 0) return false;
+  if (s.filter != Filter::none) filters[static_cast<std::size_t>(s.filter)](out, s.count, s.stride);
   return true;
-}
-
-void drop(Json& object, const char* extension) {
-  object["extensions"].erase(extension);
-  if (object["extensions"].empty()) object.erase("extensions");
 }
 
 /// Whether the view's own bytes are in the file.
@@ -137,48 +129,50 @@ bool has_plain_bytes(const GltfDocument& document, const Json& view) {
 
 }  // namespace
 
-Result<void> expand_meshopt(GltfDocument& document) {
+std::optional<Error> expand_meshopt(GltfDocument& document) {
+  GltfReader reader(document);
   const std::size_t views = array_of(document.json, "bufferViews").size();
   std::size_t budget = 0;  // views that share their bytes do not multiply them
-  for (const std::vector<std::uint8_t>& buffer : document.buffers) budget += bytes_per_byte * buffer.size();
-  std::vector<std::uint8_t> decoded;
+  for (const Bytes& buffer : document.buffers) budget += bytes_per_byte * buffer.size();
+  Bytes decoded;
   const std::size_t target = document.buffers.size();
   for (std::size_t i = 0; i < views; ++i) {
     Json& view = document.json["bufferViews"][i];
     const char* name = extension_of(view);
     if (name == nullptr) continue;
     const std::string place = fmt::format("/bufferViews/{}/extensions/{}", i, name);
-    const Result<Stream> stream = stream_of(document, view, view["extensions"][name], place);
-    if (!stream) return tl::unexpected<Error>(stream.error());
-    if (!is_newer(*stream) || !has_plain_bytes(document, view)) {
-      const std::size_t size = stream->count * stream->stride;
-      if (size > budget) return fail(Code::file_too_large, document.file, place, "meshopt: too many bytes");
-      budget -= size;
-      if (is_newer(*stream)) {
-        return fail(Code::gltf_unsupported, document.file, place,
-                    fmt::format("meshopt: version {} of the attribute codec", stream->bytes[0] & 0x0f));
+    const Stream stream = stream_of(reader, view, view["extensions"][name], place);
+    if (reader.fault) return reader.fault;
+    if (!is_newer(stream) || !has_plain_bytes(document, view)) {
+      if (stream.size() > budget) {
+        reader.fail(Code::file_too_large, place, "meshopt: too many bytes");
+      } else if (is_newer(stream)) {
+        reader.fail(Code::gltf_unsupported, place,
+                    fmt::format("meshopt: version {} of the attribute codec", stream.bytes[0] & 0x0f));
       }
-      std::vector<std::uint8_t> bytes(size);
-      if (!decode(*stream, bytes.data())) {
-        return fail(Code::file_damaged, document.file, place, "meshopt: the stream is damaged");
-      }
+      if (reader.fault) return reader.fault;
+      budget -= stream.size();
       decoded.resize((decoded.size() + 15) / 16 * 16);
       view["buffer"] = target;
       view["byteOffset"] = decoded.size();
-      decoded.insert(decoded.end(), bytes.begin(), bytes.end());
+      decoded.resize(decoded.size() + stream.size());
+      if (!decode(stream, decoded.data() + decoded.size() - stream.size())) {
+        reader.fail(Code::file_damaged, place, "meshopt: the stream is damaged");
+        return reader.fault;
+      }
     }
-    drop(view, name);
+    erase_extension(view, name);
   }
   for (std::size_t b = 0; b < target; ++b) {
     Json& buffer = document.json["buffers"][b];
-    while (const char* name = extension_of(buffer)) drop(buffer, name);
+    while (const char* name = extension_of(buffer)) erase_extension(buffer, name);
   }
   if (!decoded.empty()) {
     document.json["buffers"].push_back(Json{{"byteLength", decoded.size()}});
     document.buffers.push_back(std::move(decoded));
   }
   for (const char* name : {meshopt, khr_meshopt}) drop_extension(document.json, name);
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace selvedge

@@ -1,7 +1,6 @@
-// Every name that is on disk: one constant each, checked against the texts in spec/.
+// Names in glTF files (spec/SELVEDGE_materials_fabric), one constant each.
 #pragma once
 
-/// Names in glTF files (spec/SELVEDGE_materials_fabric).
 namespace selvedge::names::gltf {
 
 inline constexpr const char* fabric_extension = "SELVEDGE_materials_fabric";

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/gltf/access.h"
 #include "format/gltf/materials.h"
 #include "format/gltf/names.h"
 
@@ -16,10 +15,8 @@ namespace selvedge {
 namespace {
 
 std::string name_of(const Json& json, const Json& node) {
-  for (const Json* named : {&json, &node}) {
-    if (std::string name = string_of(member(*named, "name")); !name.empty()) return name;
-  }
-  return "";
+  const std::string name = string_of(member(json, "name"));
+  return name.empty() ? string_of(member(node, "name")) : name;
 }
 
 V3d row(const M44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
@@ -32,47 +29,37 @@ bool is_positive(double value) { return std::isfinite(value) && value > 0; }
 
 }  // namespace
 
-std::optional<SceneCamera> camera_of_node(const GltfDocument& document, const Json& node, const M44d& world,
-                                          Scene& scene) {
+void read_camera(const GltfDocument& document, const Json& node, const M44d& world, Scene& scene) {
   const int index = index_of(member(node, "camera"));
-  if (index < 0) return std::nullopt;
-  const auto json = entry_of(document, "cameras", index, "");
+  if (index < 0) return;
+  const Json& json = entry_of(document, "cameras", index);
   SceneCamera camera;
   camera.world = world;
-  bool good = json.has_value() && finite(world) && row(world, 2).length() > 0;
-  if (good) {
-    camera.name = name_of(**json, node);
-    camera.perspective = member(**json, "type") != "orthographic";
-    const Json& lens = member(**json, camera.perspective ? "perspective" : "orthographic");
-    camera.znear = number_of(member(lens, "znear"), 0);
-    if (const double far = number_of(member(lens, "zfar"), 0); far > camera.znear) camera.zfar = far;
-    if (camera.perspective) {
-      camera.yfov = number_of(member(lens, "yfov"), 0);
-      if (const double aspect = number_of(member(lens, "aspectRatio"), 0); is_positive(aspect))
-        camera.aspect = aspect;
-      good = is_positive(camera.yfov) && camera.yfov < std::numbers::pi && camera.znear > 0;
-    } else {
-      camera.magnification = V2d(number_of(member(lens, "xmag"), 0), number_of(member(lens, "ymag"), 0));
-      good = is_positive(camera.magnification.x) && is_positive(camera.magnification.y) && camera.zfar;
-    }
-  }
-  if (good) return camera;
+  camera.name = name_of(json, node);
+  camera.perspective = member(json, "type") != "orthographic";
+  const Json& lens = member(json, camera.perspective ? "perspective" : "orthographic");
+  const auto number = [&](const char* key) { return number_of(member(lens, key), 0); };
+  camera.znear = number("znear");
+  camera.yfov = number("yfov");
+  camera.magnification = V2d(number("xmag"), number("ymag"));
+  if (const double far = number("zfar"); far > camera.znear) camera.zfar = far;
+  if (const double aspect = number("aspectRatio"); is_positive(aspect)) camera.aspect = aspect;
+  const bool has_lens = camera.perspective
+                            ? is_positive(camera.yfov) && camera.yfov < std::numbers::pi && camera.znear > 0
+                            : is_positive(camera.magnification.x) && is_positive(camera.magnification.y) &&
+                                  camera.zfar.has_value();
+  if (has_lens && finite(world) && row(world, 2).length() > 0) return scene.cameras.push_back(camera);
   remark(scene, fmt::format("/cameras/{}: nothing can be seen through it; left out", index));
-  return std::nullopt;
 }
 
-std::optional<SceneLight> light_of_node(const GltfDocument& document, const Json& node, const M44d& world,
-                                        Scene& scene) {
+void read_light(const GltfDocument& document, const Json& node, const M44d& world, Scene& scene) {
   using names::gltf::lights_punctual;
   const Json& number = member(member(member(node, "extensions"), lights_punctual), "light");
-  if (number.is_null()) return std::nullopt;
+  if (number.is_null()) return;
   const int index = index_of(number);
   const Json& lights = array_of(member(member(document.json, "extensions"), lights_punctual), "lights");
   const std::string place = fmt::format("/extensions/{}/lights/{}", lights_punctual, index);
-  const auto leave_out = [&](const char* why) -> std::optional<SceneLight> {
-    remark(scene, fmt::format("{}: {}; left out", place, why));
-    return std::nullopt;
-  };
+  const auto leave_out = [&](const char* why) { remark(scene, fmt::format("{}: {}; left out", place, why)); };
   if (static_cast<std::size_t>(index) >= lights.size()) return leave_out("there is no such light");
   const Json& json = lights[index];
   SceneLight light;
@@ -91,7 +78,7 @@ std::optional<SceneLight> light_of_node(const GltfDocument& document, const Json
   light.intensity = static_cast<float>(number_of(member(json, "intensity"), 1));
   light.range = number_of(member(json, "range"), 0);
   light.position = V3d(world[3][0], world[3][1], world[3][2]);
-  // Only the direction: the extension leaves scales out.
+  // The extension ignores scales.
   light.direction = -row(world, 2).normalized();
   if (light.kind == LightKind::spot) {
     const Json& spot = member(json, "spot");
@@ -104,40 +91,31 @@ std::optional<SceneLight> light_of_node(const GltfDocument& document, const Json
   if (!finite(world) || light.direction.length() < 0.5) return leave_out("its node has no direction");
   if (!(light.intensity >= 0) || !std::isfinite(light.intensity) || !(light.range >= 0))
     return leave_out("its intensity or range is out of range");
-  return light;
+  scene.lights.push_back(light);
 }
 
-Result<std::vector<M44d>> places_of_node(const GltfDocument& document, const Json& node,
-                                         const std::string& place, const M44d& world, std::size_t limit) {
+std::vector<M44d> places_of_node(GltfReader& reader, const Json& node, const std::string& place,
+                                 const M44d& world, std::size_t limit) {
   using names::gltf::gpu_instancing;
   const Json& extension = member(member(node, "extensions"), gpu_instancing);
-  if (extension.is_null()) return std::vector<M44d>{world};
-  const std::string where = fmt::format("{}/extensions/{}", place, gpu_instancing);
+  if (extension.is_null()) return {world};
+  const std::string where = fmt::format("{}/extensions/{}/attributes", place, gpu_instancing);
   const Json& attributes = member(extension, "attributes");
   std::size_t count = 0;  // of the first attribute, and so of all
-  std::vector<V3d> translations;
-  std::vector<Imath::V4d> rotations;
-  std::vector<V3d> scales;
-  const auto read = [&]<class V>(const char* name, std::vector<V>& values) -> Result<void> {
+  const auto read = [&]<class V>(V, const char* name) {
     const Json& accessor = member(attributes, name);
-    if (accessor.is_null()) return {};
-    const std::string at = fmt::format("{}/attributes/{}", where, name);
-    const Result<AccessorShape> shape = shape_of(document, index_of(accessor), at);
-    if (shape && shape->count > limit)
-      return fail(Code::file_too_large, document.file, at, "too many instances");
-    auto found = read_vectors<V>(document, index_of(accessor), count, at);
-    if (!found) return tl::unexpected<Error>(std::move(found.error()));
-    values = std::move(*found);
-    count = values.size();
-    return {};
+    const std::string at = where + "/" + name;
+    if (!accessor.is_null() && reader.accessor_shape(index_of(accessor), at).count > limit)
+      reader.fail(Code::file_too_large, at, "too many instances");
+    const std::vector<V> values = reader.attribute<V>(attributes, name, count, where);
+    if (!values.empty()) count = values.size();
+    return values;
   };
-  for (Result<void> good :
-       {read("TRANSLATION", translations), read("ROTATION", rotations), read("SCALE", scales)}) {
-    if (!good) return tl::unexpected<Error>(std::move(good.error()));
-  }
+  const auto translations = read(V3d(), "TRANSLATION");
+  const auto rotations = read(Imath::V4d(), "ROTATION");
+  const auto scales = read(V3d(), "SCALE");
   std::vector<M44d> places;
-  places.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count && !reader.fault; ++i) {
     M44d local;
     if (!scales.empty()) local.setScale(scales[i]);
     if (!rotations.empty()) {

@@ -20,46 +20,36 @@
 namespace selvedge {
 namespace {
 
-/// A file may name that many broken primitives; the rest is not read.
+/// Reading stops after this number of broken primitives.
 constexpr int max_failures = 100;
 
 class Reader {
  public:
-  /// `everything`: reads all nodes, and on after an error.
-  Reader(const GltfDocument& document, const SceneLimits& limits, const SceneChoice& choice, bool everything,
-         IssueSink& issues)
-      : document_(document),
-        limits_(limits),
-        choice_(choice),
-        everything_(everything),
-        issues_(issues),
-        transforms_(document) {
+  /// `everything`: reads all nodes, and goes on after an error.
+  Reader(const GltfDocument& document, const SceneLimits& limits, bool everything, IssueSink& issues)
+      : document_(document), limits_(limits), everything_(everything), issues_(issues) {
     limits_.vertices = std::min(limits_.vertices, unbacked_elements(document));
   }
 
-  Scene read() {
+  Scene read(const SceneChoice& choice) {
     scene_.file = document_.file;
-    const Result<int> scene = choose("--scene", choice_.scene, array_of(document_.json, "scenes"));
+    const int scene = choose("--scene", choice.scene, array_of(document_.json, "scenes"));
     const Json& extension = member(member(document_.json, "extensions"), names::gltf::variants);
-    const Result<int> variant = choose("--variant", choice_.variant, array_of(extension, "variants"));
-    for (const Result<int>* chosen : {&scene, &variant}) {
-      if (!*chosen) issues_.add(chosen->error());
-    }
-    if (!scene || !variant) return {};
-    variant_ = *variant;
+    variant_ = choose("--variant", choice.variant, array_of(extension, "variants"));
+    if (issues_.has_error()) return {};
     read_materials(document_, limits_.image_bytes, scene_, issues_);
-    read_nodes(roots(*scene));
-    remark_on_what_is_not_read();
+    read_nodes(roots(scene));
+    remark_on_unread_features();
     return std::move(scene_);
   }
 
  private:
-  /// Whether nothing more is to be read.
+  /// Whether reading stops here.
   bool is_done() const { return exhausted_ || (!everything_ && issues_.has_error()); }
 
   void add(Error error) {
     exhausted_ = exhausted_ || error.code == Code::file_too_large;
-    // Several primitives may find the same fault in what they share.
+    // Primitives that share an accessor find the same fault.
     if (reported_.emplace(error.code, error.place).second) issues_.add(std::move(error));
   }
 
@@ -67,67 +57,64 @@ class Reader {
     add(Error{code, document_.file, std::move(place), std::move(message)});
   }
 
-  void remark(std::string text) { selvedge::remark(scene_, std::move(text)); }
+  /// Whether the reader has found a fault, which is then added to the issues.
+  bool has_failed(const GltfReader& reader) {
+    if (reader.fault) add(*reader.fault);
+    return reader.fault.has_value();
+  }
 
-  /// Scene primitives of a mesh in the pose of a node: indices into scene_.primitives. Nodes that show the
-  /// same share them.
+  /// The primitives of a mesh in the pose of a node, as indices into scene_.primitives. Nodes with the same
+  /// mesh, skin and weights share them.
   std::vector<int> read_mesh(int mesh, const Json& node, const std::string& place) {
-    const auto json = entry_of(document_, "meshes", mesh, place + "/mesh");
-    if (!json) {
-      add(json.error());
-      return {};
-    }
+    GltfReader reader(document_);
+    const Json& json = reader.entry("meshes", mesh, place + "/mesh");
+    if (has_failed(reader)) return {};
     shown_.insert(mesh);
     const auto [entry, fresh] = meshes_.try_emplace(
         fmt::format("{} {} {}", mesh, index_of(member(node, "skin")), member(node, "weights").dump()));
     if (!fresh) return entry->second;
-    const Result<Pose> pose = pose_of(document_, node, **json, transforms_, place);
-    if (!pose) {
-      add(pose.error());
-      return {};
-    }
-    const std::string name = string_of(member(**json, "name"));
-    const Json& primitives = array_of(**json, "primitives");
+    const Pose pose = pose_of(reader, node, json, transforms_, place);
+    if (has_failed(reader)) return {};
+    const Json& primitives = array_of(json, "primitives");
     for (std::size_t p = 0; p < primitives.size() && !is_done(); ++p) {
-      auto primitive = read_primitive(mesh, static_cast<int>(p), primitives[p], *pose);
-      if (!primitive) {
-        add(primitive.error());
-        exhausted_ = exhausted_ || ++failures_ == max_failures;
-        continue;
-      }
-      if (!*primitive) continue;
-      (*primitive)->name = fmt::format("{}/{}", name.empty() ? fmt::format("mesh {}", mesh) : name, p);
-      remark_on_coarse_coordinates(primitives[p], **primitive);
+      GltfReader own(document_);  // so that the faults of all primitives are found
+      auto primitive = read_primitive(own, json, mesh, static_cast<int>(p), pose);
+      if (has_failed(own)) exhausted_ = exhausted_ || ++failures_ == max_failures;
+      if (own.fault || !primitive) continue;
+      remark_on_coarse_coordinates(primitives[p], *primitive);
       entry->second.push_back(static_cast<int>(scene_.primitives.size()));
-      scene_.primitives.push_back(std::move(**primitive));
+      scene_.primitives.push_back(std::move(*primitive));
     }
     return entry->second;
   }
 
-  /// Nothing for a primitive that is left out.
-  Result<std::optional<ScenePrimitive>> read_primitive(int mesh, int index, const Json& json,
-                                                       const Pose& pose) {
+  /// Nothing for a primitive without triangles, which is remarked, or with a fault.
+  std::optional<ScenePrimitive> read_primitive(GltfReader& reader, const Json& mesh_json, int mesh, int index,
+                                               const Pose& pose) {
+    const Json& json = mesh_json["primitives"][index];
     const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, index);
-    auto read = selvedge::read_primitive(document_, json, place, limits_.vertices - vertices_, pose);
-    if (!read) return read;
-    if (!*read) {
-      remark(fmt::format("{}: left out, for it has no triangles or no POSITION", place));
-      return read;
+    auto read = selvedge::read_primitive(reader, json, place, limits_.vertices - vertices_, pose);
+    if (reader.fault) return std::nullopt;
+    if (!read) {
+      remark(scene_, fmt::format("{}: left out, for it has no triangles or no POSITION", place));
+      return std::nullopt;
     }
-    ScenePrimitive& primitive = **read;
-    vertices_ += primitive.positions.size();
-    indices_ += primitive.indices.size();
+    vertices_ += read->positions.size();
+    indices_ += read->indices.size();
     if (indices_ / indices_per_vertex > limits_.vertices) {
-      return fail(Code::file_too_large, document_.file, place, "too many triangles");
+      reader.fail(Code::file_too_large, place, "too many triangles");
+      return std::nullopt;
     }
     if (everything_) check_variants(json, place);
-    if (variant_ >= 0) primitive.material = material_of_variant(json, primitive.material);
-    if (primitive.material >= static_cast<int>(scene_.materials.size())) {
-      return fail(Code::gltf_accessor, document_.file, place + "/material",
-                  fmt::format("there is no material {}", primitive.material));
+    if (variant_ >= 0) read->material = material_of_variant(json, read->material);
+    if (read->material >= static_cast<int>(scene_.materials.size())) {
+      reader.fail(Code::gltf_accessor, place + "/material",
+                  fmt::format("there is no material {}", read->material));
     }
-    primitive.mesh = mesh;
-    primitive.index = index;
+    const std::string name = string_of(member(mesh_json, "name"));
+    read->name = fmt::format("{}/{}", name.empty() ? fmt::format("mesh {}", mesh) : name, index);
+    read->mesh = mesh;
+    read->index = index;
     return read;
   }
 
@@ -156,16 +143,15 @@ class Reader {
     return otherwise;
   }
 
-  /// Far from zero the file's own floats are too far apart for a fabric's texels: nothing can bring them
-  /// back.
+  /// Remarks texture coordinates so far from zero that the file's floats are too coarse for a fabric's
+  /// texels.
   void remark_on_coarse_coordinates(const Json& json, const ScenePrimitive& primitive) {
     if (primitive.material < 0) return;
     const SceneMaterial& material = scene_.materials[primitive.material];
     if (!material.fabric || material.fabric->tex_coord > 1) return;
     const std::string semantic = fmt::format("TEXCOORD_{}", material.fabric->tex_coord);
-    const auto shape =
-        shape_of(document_, index_of(member(member(json, "attributes"), semantic.c_str())), "");
-    if (!shape || shape->component_type != 5126) return;
+    const int accessor = index_of(member(member(json, "attributes"), semantic.c_str()));
+    if (member(entry_of(document_, "accessors", accessor), "componentType") != 5126) return;
     V2d largest(0, 0);
     for (const V2d& uv : primitive.tex_coords[material.fabric->tex_coord]) {
       largest = V2d(std::max(largest.x, std::abs(uv.x)), std::max(largest.y, std::abs(uv.y)));
@@ -179,22 +165,20 @@ class Reader {
         std::max(material.fabric->transform.apply_linear(V2d(double{step_at(largest.x)}, 0)).length(),
                  material.fabric->transform.apply_linear(V2d(0, double{step_at(largest.y)})).length());
     if (step <= finest) return;
-    remark(fmt::format("{}: its {} reach {:.4g}, where floats are {:.2g} repeats of the fabric apart",
-                       primitive.name, semantic, std::max(largest.x, largest.y), step));
+    remark(scene_, fmt::format("{}: its {} reach {:.4g}, where floats are {:.2g} repeats of the fabric apart",
+                               primitive.name, semantic, std::max(largest.x, largest.y), step));
   }
 
-  /// The nodes of the scene that was chosen, else of the default one; without scenes, and where everything is
-  /// read, all that have no parent.
+  /// The nodes of the chosen scene, else of the default one. Without scenes, and if everything is read, all
+  /// nodes without a parent.
   std::vector<int> roots(int scene) const {
     std::vector<int> result;
     const Json& scenes = array_of(document_.json, "scenes");
     if (!scenes.empty()) {
       if (scene < 0) scene = std::max(0, index_of(member(document_.json, "scene")));
-      const bool present = static_cast<std::size_t>(scene) < scenes.size();
-      if (!present) result.push_back(-1);  // which is no node
-      if (present) {
-        for (const Json& node : array_of(scenes[scene], "nodes")) result.push_back(index_of(node));
-      }
+      const Json& chosen = entry_of(document_, "scenes", scene);
+      if (chosen.is_null()) result.push_back(-1);  // not a node
+      for (const Json& node : array_of(chosen, "nodes")) result.push_back(index_of(node));
       if (!everything_) return result;
     }
     const std::set<int> listed(result.begin(), result.end());
@@ -213,31 +197,24 @@ class Reader {
       const auto [index, parent] = open.back();
       open.pop_back();
       const std::string place = fmt::format("/nodes/{}", index);
-      const auto node = entry_of(document_, "nodes", index, "/scenes");
-      if (!node) {
-        add(node.error());
-        continue;
-      }
-      const std::optional<M44d> local = local_transform(**node);
-      if (!visited.insert(index).second) {
-        add(Code::gltf_malformed, place, "the node is reached twice");
-        continue;
-      }
-      if (!local) {
-        add(Code::gltf_malformed, place, "the transform is not made of the right number of numbers");
-        continue;
-      }
+      GltfReader reader(document_);
+      const Json& node = reader.entry("nodes", index, "/scenes");
+      const std::optional<M44d> local = local_transform(node);
+      if (!visited.insert(index).second)
+        reader.fail(Code::gltf_malformed, place, "the node is reached twice");
+      if (!local) reader.fail(Code::gltf_malformed, place, malformed_transform);
+      if (has_failed(reader)) continue;
       const M44d world = *local * parent;
-      read_mesh_of_node(**node, place, world);
-      if (auto camera = camera_of_node(document_, **node, world, scene_)) scene_.cameras.push_back(*camera);
-      if (auto light = light_of_node(document_, **node, world, scene_)) scene_.lights.push_back(*light);
-      const Json& children = array_of(**node, "children");
+      read_mesh_of_node(node, place, world);
+      read_camera(document_, node, world, scene_);
+      read_light(document_, node, world, scene_);
+      const Json& children = array_of(node, "children");
       for (std::size_t c = children.size(); c-- > 0;) open.emplace_back(index_of(children[c]), world);
     }
     if (everything_) read_the_rest(visited);
   }
 
-  /// What no scene shows.
+  /// Meshes and nodes that no scene shows.
   void read_the_rest(const std::set<int>& visited) {
     for (int i = 0; i < static_cast<int>(array_of(document_.json, "nodes").size()); ++i) {
       if (!visited.contains(i))
@@ -252,49 +229,50 @@ class Reader {
     const int mesh = index_of(member(node, "mesh"));
     if (mesh < 0) return;
     const std::vector<int> primitives = read_mesh(mesh, node, place);
-    // A skin's joints say where its vertices are, the node does not (glTF 2.0, section 3.7.3.3).
+    // A skin's joints place its vertices, its node does not (glTF 2.0, section 3.7.3.3).
     const bool skinned = !member(node, "skin").is_null();
-    const auto places = places_of_node(document_, node, place, skinned ? M44d() : world, limits_.instances);
-    if (!places) return add(places.error());
-    if (places->size() * primitives.size() > limits_.instances - scene_.instances.size()) {
-      return add(Code::file_too_large, place, "too many instances");
-    }
-    for (const M44d& at : *places) {
+    GltfReader reader(document_);
+    const auto places = places_of_node(reader, node, place, skinned ? M44d() : world, limits_.instances);
+    if (places.size() * primitives.size() > limits_.instances - scene_.instances.size())
+      reader.fail(Code::file_too_large, place, "too many instances");
+    if (has_failed(reader)) return;
+    for (const M44d& at : places) {
       for (const int primitive : primitives) scene_.instances.push_back({primitive, at});
     }
   }
 
-  /// An entry of `entries` by its name, else by its number; -1 where `wanted` is empty.
-  Result<int> choose(const char* option, const std::string& wanted, const Json& entries) const {
+  /// An entry of `entries` by its name, else by its number; -1 if `wanted` is empty or there is no such
+  /// entry.
+  int choose(const char* option, const std::string& wanted, const Json& entries) {
     if (wanted.empty()) return -1;
     int found = -1;
     std::string present;
     for (int i = static_cast<int>(entries.size()) - 1; i >= 0; --i) {
-      // The first of a name, which comes before a number.
+      // The first entry of that name; names come before numbers.
       const std::string name = string_of(member(entries[i], "name"));
       if (name == wanted || (found < 0 && std::to_string(i) == wanted)) found = i;
       present = fmt::format("{} \"{}\"{}{}", i, name, present.empty() ? "" : ", ", present);
     }
-    if (found >= 0) return found;
-    return fail(
-        Code::option_out_of_range, document_.file, option,
-        fmt::format("there is no \"{}\"; the file has {}", wanted, present.empty() ? "none" : present));
+    if (found < 0) {
+      add(Code::option_out_of_range, option,
+          fmt::format("there is no \"{}\"; the file has {}", wanted, present.empty() ? "none" : present));
+    }
+    return found;
   }
 
-  void remark_on_what_is_not_read() {
-    if (!member(document_.json, "animations").is_null()) remark("animations are not played");
+  void remark_on_unread_features() {
+    if (!member(document_.json, "animations").is_null()) remark(scene_, "animations are not played");
     for (const Json& name : array_of(document_.json, "extensionsUsed")) {
       if (name == names::gltf::variants && variant_ < 0)
-        remark("KHR_materials_variants: the default materials are used");
+        remark(scene_, "KHR_materials_variants: the default materials are used");
     }
   }
 
   const GltfDocument& document_;
   SceneLimits limits_;
-  const SceneChoice& choice_;
   bool everything_;
   IssueSink& issues_;
-  NodeTransforms transforms_;
+  NodeTransforms transforms_{document_};
   int variant_ = -1;
   Scene scene_;
   static constexpr std::size_t indices_per_vertex = 6;  ///< of a closed mesh
@@ -311,13 +289,13 @@ class Reader {
 
 Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits, const SceneChoice& choice) {
   IssueSink issues(document.file);
-  Scene scene = Reader(document, limits, choice, false, issues).read();
+  Scene scene = Reader(document, limits, false, issues).read(choice);
   if (issues.has_error()) return tl::unexpected<Error>(issues.first_error());
   return scene;
 }
 
 Scene read_everything(const GltfDocument& document, IssueSink& issues) {
-  return Reader(document, {}, {}, true, issues).read();
+  return Reader(document, {}, true, issues).read({});
 }
 
 Result<Scene> read_scene(const std::string& path, const SceneLimits& limits, const SceneChoice& choice) {

@@ -1,4 +1,4 @@
-// glTF -> Scene.
+// Reading a glTF file as a Scene.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct SceneLimits {
   std::uint64_t image_bytes = std::uint64_t{1} << 30;  ///< of all encoded pictures; beyond, they are left out
 };
 
-/// What of a file is read, by name or number; empty: the file's own choice.
+/// The scene and the variant to read, by name or number; empty: the file's own choice.
 struct SceneChoice {
   std::string scene;    ///< else the default scene, else the first, else all root nodes
   std::string variant;  ///< of KHR_materials_variants; else the primitives' own materials
@@ -28,15 +28,15 @@ struct SceneChoice {
 /// Reads a scene of a .gltf or .glb file.
 ///
 /// Strips and fans become triangles; points and lines are left out with a remark. A primitive without normals
-/// gets flat ones, as glTF asks for: its vertices are no longer shared. Node transforms and copies by
+/// gets flat ones, as glTF requires: its vertices are no longer shared. Node transforms and copies by
 /// EXT_mesh_gpu_instancing are kept beside the primitives (SceneInstance). Morph targets are applied with
 /// their default weights, skins as their joints rest; animations are not played (remarked). Pictures that
 /// core materials use are loaded; a missing one is remarked and the texture left out. Materials keep their
 /// order; scene material -1 is glTF's default one. Fabrics' files are not opened.
 ///
-/// Refused: everything that glTF forbids and that would be read (places are JSON pointers), NaN or infinite
-/// positions and texture coordinates, nodes that are their own ancestors or have two parents.
-/// OPTION_OUT_OF_RANGE for a choice that the file does not have.
+/// Refused are broken rules of glTF in everything that is read (places are JSON pointers), NaN or infinite
+/// numbers in attributes, and nodes that are their own ancestors or have two parents. OPTION_OUT_OF_RANGE for
+/// a choice that the file does not have.
 Result<Scene> read_scene(const std::string& path, const SceneLimits& limits = {},
                          const SceneChoice& choice = {});
 
@@ -44,8 +44,8 @@ Result<Scene> read_scene(const std::string& path, const SceneLimits& limits = {}
 Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits = {},
                          const SceneChoice& choice = {});
 
-/// For a checker: reads every node and every mesh, in a scene or not, and adds all errors to `issues`. What
-/// is broken is missing in the scene.
+/// For a checker: reads every node and every mesh, in a scene or not, and adds all errors to `issues`. Broken
+/// nodes and meshes are missing in the scene.
 Scene read_everything(const GltfDocument& document, IssueSink& issues);
 
 }  // namespace selvedge

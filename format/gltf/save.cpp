@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -9,6 +8,7 @@
 #include <set>
 
 #include "format/base/atomic_file.h"
+#include "format/base/option_text.h"
 #include "format/gltf/document.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/uri.h"
@@ -18,11 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Views keep their place modulo this when they move: more than any component type asks for.
+/// Views keep their place modulo this when they move: more than any component type needs.
 constexpr std::size_t alignment = 16;
 
 /// A range of a buffer, and the object that refers to it by "buffer", "byteOffset" and "byteLength": a buffer
-/// view, or what an extension has that is shaped like one.
+/// view, or a similar object of an extension.
 struct Range {
   Json* view = nullptr;
   std::size_t buffer = 0;
@@ -47,14 +47,15 @@ void find_ranges(const GltfDocument& document, Json& json, std::vector<Range>& r
   for (Json& child : json) find_ranges(document, child, ranges);
 }
 
-/// All buffers become one, without the bytes that nothing refers to. Overlapping ranges stay together.
-void merge_buffers(GltfDocument& document) {
+/// Merges all buffers into one, which is returned, without unused bytes. Overlapping ranges stay together.
+Bytes merge_buffers(GltfDocument& document) {
+  if (document.buffers.empty()) return {};
   std::vector<Range> ranges;
   find_ranges(document, document.json, ranges);
   std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) {
     return std::pair(a.buffer, a.begin) < std::pair(b.buffer, b.begin);
   });
-  std::vector<std::uint8_t> whole;
+  Bytes whole;
   for (std::size_t i = 0; i < ranges.size();) {
     const Range first = ranges[i];
     whole.resize(whole.size() + (first.begin % alignment + alignment - whole.size() % alignment) % alignment);
@@ -72,44 +73,33 @@ void merge_buffers(GltfDocument& document) {
   }
   if (whole.empty()) {
     document.json.erase("buffers");
-    document.buffers.clear();
-    return;
+  } else {
+    Json json = document.json["buffers"][0];
+    json.erase("uri");
+    json["byteLength"] = whole.size();
+    document.json["buffers"] = Json::array({std::move(json)});
   }
-  Json json = document.json["buffers"][0];
-  json.erase("uri");
-  json["byteLength"] = whole.size();
-  document.json["buffers"] = Json::array({std::move(json)});
-  document.buffers = {std::move(whole)};
+  document.buffers.clear();
+  return whole;
 }
 
-std::string type_by_content(const std::vector<std::uint8_t>& bytes) {
-  constexpr std::array<std::uint8_t, 3> jpeg{0xFF, 0xD8, 0xFF};
-  const bool is_jpeg = bytes.size() >= 3 && std::equal(jpeg.begin(), jpeg.end(), bytes.begin());
-  return is_jpeg ? "image/jpeg" : "image/png";
-}
-
-std::string lower_ending(const std::string& uri) {
-  std::string ending = fs::path(uri).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return ending;
-}
-
-/// Pictures with a URI go into the file; those that cannot be found keep it.
+/// Embeds pictures that have a URI; missing ones keep it.
 void embed_images(GltfDocument& document) {
   for (std::size_t i = 0; i < array_of(document.json, "images").size(); ++i) {
     const std::string address = string_of(member(document.json["images"][i], "uri"));
     if (address.empty()) continue;
     const bool inlined = address.starts_with("data:");
-    const auto bytes = read_uri(document, address, "");
-    if (!bytes || bytes->empty()) continue;
-    const int view = append_view(document, *bytes);
+    GltfReader reader(document);
+    const Bytes bytes = read_uri(reader, address, "");
+    if (bytes.empty()) continue;
+    const int view = append_view(document, bytes);
     Json& image = document.json["images"][i];
     if (!image.contains("mimeType")) {
-      const std::string ending = inlined ? "" : lower_ending(address);
-      image["mimeType"] = ending == ".ktx2"   ? "image/ktx2"
-                          : ending == ".webp" ? "image/webp"
-                                              : type_by_content(*bytes);
+      const bool is_jpeg = bytes.size() >= 3 && bytes[0] == 0xFF && bytes[1] == 0xD8 && bytes[2] == 0xFF;
+      image["mimeType"] = !inlined && has_ending(address, ".ktx2")   ? "image/ktx2"
+                          : !inlined && has_ending(address, ".webp") ? "image/webp"
+                          : is_jpeg                                  ? "image/jpeg"
+                                                                     : "image/png";
     }
     if (!inlined && !image.contains("name")) image["name"] = fs::path(address).stem().string();
     image.erase("uri");
@@ -117,12 +107,12 @@ void embed_images(GltfDocument& document) {
   }
 }
 
-std::vector<std::uint8_t> glb_of(std::string json, std::vector<std::uint8_t> binary) {
+Bytes glb_of(std::string json, Bytes binary) {
   const auto padded = [](std::size_t size) { return (size + 3) / 4 * 4; };
   json.resize(padded(json.size()), ' ');
   binary.resize(padded(binary.size()));
   const std::size_t size = 20 + json.size() + (binary.empty() ? 0 : 8 + binary.size());
-  std::vector<std::uint8_t> file;
+  Bytes file;
   file.reserve(size);
   const auto append_words = [&](std::initializer_list<std::size_t> values) {
     for (const std::size_t value : values) {
@@ -154,47 +144,36 @@ fs::path buffer_path(const GltfDocument& document, const std::set<fs::path>& inp
 
 Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
   const fs::path output(path);
-  const std::string ending = lower_ending(path);
-  if (ending != ".glb" && ending != ".gltf") {
+  const bool binary = has_ending(output.filename().string(), ".glb");
+  if (!binary && !has_ending(output.filename().string(), ".gltf"))
     return fail(Code::option_out_of_range, path, "", "the output has to end in .glb or .gltf");
-  }
   std::set<fs::path> inputs;
   for (const Json& buffer : array_of(document.json, "buffers")) {
     const std::string uri = string_of(member(buffer, "uri"));
     const auto input = resolve_uri(document, uri, "");
     if (!uri.empty() && input) inputs.insert(*input);
   }
-  const bool binary = ending == ".glb";
   move_document(document, output.parent_path().string());
   if (binary) embed_images(document);
-  if (!document.buffers.empty()) merge_buffers(document);
-  const bool has_buffer = !document.buffers.empty();
+  Bytes buffer = merge_buffers(document);
   if (binary) {
-    const auto file = glb_of(document.json.dump(),
-                             has_buffer ? std::move(document.buffers[0]) : std::vector<std::uint8_t>());
+    const Bytes file = glb_of(document.json.dump(), std::move(buffer));
     if (file.size() > 0xFFFFFFFF) return fail(Code::file_too_large, path, "", "more than 4 GB");
-    if (Result<void> good = write_file(path, file); !good) return tl::unexpected<Error>(good.error());
-    return file.size();
+    return write_file(path, file).map([&] { return std::uint64_t{file.size()}; });
   }
-  // Both or neither: the text is in place last, and only if the buffer could be written.
+  // Both files are written or neither: the text gets its place last, if the buffer could be written.
   Result<AtomicFile> file = AtomicFile::create(path);
   if (!file) return tl::unexpected<Error>(std::move(file.error()));
-  const fs::path target = has_buffer ? buffer_path(document, inputs, output) : fs::path();
-  if (has_buffer) document.json["buffers"][0]["uri"] = relative_uri(target.string(), document.folder);
+  const fs::path target = buffer.empty() ? fs::path() : buffer_path(document, inputs, output);
+  if (!buffer.empty()) document.json["buffers"][0]["uri"] = relative_uri(target.string(), document.folder);
   const std::string text = document.json.dump(2) + "\n";
-  std::uint64_t size = 0;
-  if (has_buffer) {
-    size += document.buffers[0].size();
-    if (Result<void> good = write_file(target.string(), document.buffers[0]); !good) {
-      return tl::unexpected<Error>(good.error());
-    }
-  }
+  const Result<void> written = buffer.empty() ? Result<void>() : write_file(target.string(), buffer);
+  if (!written) return tl::unexpected<Error>(written.error());
   std::ofstream stream(file->temporary(), std::ios::binary | std::ios::trunc);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();
   if (!stream) return fail(Code::file_unwritable, path, "", "cannot be written");
-  if (Result<void> good = file->commit(); !good) return tl::unexpected<Error>(std::move(good.error()));
-  return size + text.size();
+  return file->commit().map([&] { return std::uint64_t{buffer.size() + text.size()}; });
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
-#include "format/gltf/access.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {
@@ -18,9 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Bytes = std::vector<std::uint8_t>;
-
-/// "%20" becomes a space; "+" stays what it is.
+/// "%20" becomes a space; "+" stays as it is.
 std::string percent_decoded(const std::string& text) {
   const auto digit = [&](std::size_t at) {
     const char c = at < text.size() ? text[at] : '\0';
@@ -40,7 +37,7 @@ std::string percent_decoded(const std::string& text) {
   return decoded;
 }
 
-/// Nothing for what is not base64; the padding at the end may be missing.
+/// Nothing if the text is not base64; the padding at the end may be missing.
 std::optional<Bytes> base64_decoded(std::string_view text) {
   constexpr std::string_view alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   const std::size_t digits = std::min(text.find_first_not_of(alphabet), text.size());
@@ -57,7 +54,7 @@ std::optional<Bytes> base64_decoded(std::string_view text) {
 
 fs::path canonical(const std::string& folder) {
   std::error_code ignored;
-  // Absolute first: a relative path of which nothing exists yet would stay relative.
+  // Absolute first: a relative path that does not exist yet would stay relative.
   return fs::weakly_canonical(fs::absolute(folder.empty() ? fs::path(".") : fs::path(folder)), ignored);
 }
 
@@ -72,47 +69,43 @@ Result<std::string> resolve_uri(const GltfDocument& document, const std::string&
   return (fs::path(document.folder) / percent_decoded(uri)).lexically_normal().string();
 }
 
-Result<Bytes> read_uri(const GltfDocument& document, const std::string& uri, const std::string& place,
-                       std::uint64_t limit) {
+Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place, std::uint64_t limit) {
   if (uri.starts_with("data:")) {
     const std::size_t comma = uri.find(',');
     if (comma == std::string::npos) {
-      return fail(Code::gltf_malformed, document.file, place, "a data URI without a comma");
+      reader.fail(Code::gltf_malformed, place, "a data URI without a comma");
+      return {};
     }
     const std::string text = percent_decoded(uri.substr(comma + 1));
-    if (!uri.substr(0, comma).ends_with(";base64")) return Bytes(text.begin(), text.end());
-    if (std::optional<Bytes> bytes = base64_decoded(text)) return std::move(*bytes);
-    return fail(Code::gltf_malformed, document.file, place, "a data URI with broken base64");
+    if (!uri.substr(0, comma).ends_with(";base64")) return {text.begin(), text.end()};
+    std::optional<Bytes> bytes = base64_decoded(text);
+    if (!bytes) reader.fail(Code::gltf_malformed, place, "a data URI with broken base64");
+    return std::move(bytes).value_or(Bytes());
   }
-  const Result<std::string> path = resolve_uri(document, uri, place);
-  if (!path) return tl::unexpected<Error>(path.error());
-  if (!document.external_files) {
-    return fail(Code::gltf_unsupported, document.file, place, "other files are not to be opened");
-  }
-  const Result<std::string> bytes = read_file(*path, limit);
-  if (!bytes) {
-    return fail(bytes.error().code, document.file, place,
-                fmt::format("{}: {}", uri.substr(0, 200), bytes.error().message));
-  }
-  return Bytes(bytes->begin(), bytes->end());
+  const std::string path = reader.take(resolve_uri(reader.document, uri, place));
+  if (!reader.document.external_files)
+    reader.fail(Code::gltf_unsupported, place, "other files are not to be opened");
+  if (reader.fault) return {};
+  const Result<std::string> file = read_file(path, limit);
+  if (file) return {file->begin(), file->end()};
+  reader.fail(file.error().code, place, fmt::format("{}: {}", uri.substr(0, 200), file.error().message));
+  return {};
 }
 
-Result<Bytes> read_image(const GltfDocument& document, int image, std::uint64_t limit) {
+Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit) {
+  GltfReader reader(document);
   const std::string place = fmt::format("/images/{}", image);
-  const auto json = entry_of(document, "images", image, place);
-  if (!json) return tl::unexpected<Error>(json.error());
-  const std::string uri = string_of(member(**json, names::gltf::uri));
-  Result<Bytes> bytes;
+  const Json& json = reader.entry("images", image, place);
+  const std::string uri = string_of(member(json, names::gltf::uri));
+  Bytes bytes;
   if (!uri.empty()) {
-    bytes = read_uri(document, uri, place, limit);
+    bytes = read_uri(reader, uri, place, limit);
   } else {
-    bytes = bytes_of_view(document, index_of(member(**json, names::gltf::buffer_view)), place)
-                .map([](std::span<const std::uint8_t> view) { return Bytes(view.begin(), view.end()); });
+    const auto view = reader.bytes(index_of(member(json, names::gltf::buffer_view)), place);
+    bytes.assign(view.begin(), view.end());
   }
-  if (bytes && bytes->size() > limit) {
-    return fail(Code::file_too_large, document.file, place, "the pictures are too large");
-  }
-  return bytes;
+  if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");
+  return reader.result(std::move(bytes));
 }
 
 std::string relative_uri(const std::string& target, const std::string& folder) {
@@ -127,15 +120,14 @@ std::string relative_uri(const std::string& target, const std::string& folder) {
 }
 
 void move_document(GltfDocument& document, const std::string& folder) {
-  const bool moves = canonical(document.folder) != canonical(folder);
   const auto move = [&](Json& entry) {
     const std::string uri = string_of(member(entry, names::gltf::uri));
     if (uri.empty() || uri.starts_with("data:")) return;
-    // An address on the network stays what it is.
+    // An address on the network stays as it is.
     const Result<std::string> path = resolve_uri(document, uri, "");
     if (path) entry[names::gltf::uri] = relative_uri(*path, folder);
   };
-  if (moves) {
+  if (canonical(document.folder) != canonical(folder)) {
     const std::string fabrics =
         fmt::format("/extensions/{}/{}", names::gltf::fabric_extension, names::gltf::fabrics);
     for (const Json::json_pointer& list :

@@ -1,9 +1,7 @@
-// The functions of OpenImageIO that the project uses: picture files and text. They are in a module that is
-// loaded at the first picture, because OpenImageIO brings 250 shared libraries, and loading them takes longer
-// than most commands.
+// The functions of OpenImageIO that the project uses: picture files. They are a module of their own,
+// which is loaded at the first picture: OpenImageIO brings 250 shared libraries, and loading them takes
+// longer than many a command.
 #pragma once
-
-#include <array>
 
 #include "format/picture/image.h"
 
@@ -18,11 +16,6 @@ struct OpenImageIo {
   Result<std::vector<std::uint8_t>> (*encode_png)(const Image& image, std::span<const std::uint8_t> bytes,
                                                   Transfer transfer);
   Result<std::vector<std::uint8_t>> (*encode_exr)(const Image& image);
-  /// Width of the inked part of a text, pixels. `size`: pixels; `font`: path of a TrueType file.
-  int (*text_width)(const std::string& text, int size, const std::string& font);
-  /// Draws over a picture of three channels; (x, y) is the left end of the baseline.
-  Result<void> (*draw_text)(Image& image, int x, int y, const std::string& text, int size,
-                            const std::string& font, const std::array<float, 3>& colour);
 };
 
 /// Loads the module by the RUNPATH of the program or library. `code` is the error if it cannot be loaded.

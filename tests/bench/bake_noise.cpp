@@ -14,20 +14,13 @@
 #include "converter/stitch/find_cell.h"
 #include "format/base/parallel.h"
 #include "format/base/random.h"
+#include "tests/bench/rows.h"
 #include "tests/converter/load_cell.h"
 
 namespace {
 
 using namespace selvedge;
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) {
-    fmt::print(stderr, "bake_noise: {}\n", to_line(result.error()));
-    std::exit(1);
-  }
-  return std::move(*result);
-}
+using bench::need;
 
 /// opacity * radiance: [(texel * views + view) * lights + light].
 using Seen = std::vector<V3f>;

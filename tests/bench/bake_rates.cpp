@@ -15,20 +15,14 @@
 #include "converter/light/sobol.h"
 #include "converter/stitch/find_cell.h"
 #include "tests/bench/bare_rays.h"
+#include "tests/bench/rows.h"
 #include "tests/converter/load_cell.h"
 
 namespace {
 
 using namespace selvedge;
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) {
-    fmt::print(stderr, "bake_rates: {}\n", to_line(result.error()));
-    std::exit(1);
-  }
-  return std::move(*result);
-}
+using bench::cpu_seconds;
+using bench::need;
 
 struct Stage {
   const char* name;

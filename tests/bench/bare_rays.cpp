@@ -3,8 +3,9 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <ctime>
 #include <limits>
+
+#include "tests/bench/rows.h"
 
 namespace selvedge {
 
@@ -44,12 +45,6 @@ BareTracer::~BareTracer() {
   rtcReleaseDevice(state_->device);
 }
 
-double cpu_seconds() {
-  std::timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 namespace {
 
 struct alignas(64) Valid {
@@ -75,13 +70,13 @@ double seconds_of(std::span<const BareRays> packets, const Rays& rays_of, const 
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   Query query{};
   std::fill_n(rays_of(query).mask, 16, 0xffffffffU);
-  const double start = cpu_seconds();
+  const double start = bench::cpu_seconds();
   for (const BareRays& packet : packets) {
     Valid valid{};
     set_rays(packet, rays_of(query), valid);
     trace(valid.lane.data(), context, query);
   }
-  return cpu_seconds() - start;
+  return bench::cpu_seconds() - start;
 }
 
 }  // namespace

@@ -33,7 +33,4 @@ class BareTracer {
   std::unique_ptr<State> state_;
 };
 
-/// CPU seconds of the process so far, of all its threads.
-double cpu_seconds();
-
 }  // namespace selvedge

@@ -17,21 +17,14 @@
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
+#include "tests/bench/rows.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/fabrics.h"
 
 namespace {
 
 using namespace selvedge;
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) {
-    std::fprintf(stderr, "bench: %s\n", to_line(result.error()).c_str());
-    std::exit(1);
-  }
-  return std::move(*result);
-}
+using bench::need;
 
 std::string scratch(const char* name) {
   return (std::filesystem::temp_directory_path() / (std::string("selvedge-bench-") + name)).string();

@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
+#include "tests/bench/rows.h"
 #include "tests/format/fabrics.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/renderer.h"
@@ -15,10 +15,6 @@
 namespace {
 
 using namespace selvedge;
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 double peak_mib() {
   rusage usage{};
@@ -31,8 +27,8 @@ void draw(const char* name, int columns, int width, int height, std::size_t ligh
   Scene scene;
   test::add(scene, test::sphere(columns, columns / 2, V2d(200, 100)), test::material(0));
   const std::vector<Fabric> fabrics{test::random_fabric(32, 32, 1)};
-  const auto points = world_points(scene);
-  const auto camera = make_camera(*points, static_cast<double>(width) / height, {});
+  const Camera camera =
+      bench::need(make_camera(bench::need(world_points(scene)), static_cast<double>(width) / height, {}));
   RenderOptions options;
   options.width = width;
   options.height = height;
@@ -43,20 +39,16 @@ void draw(const char* name, int columns, int width, int height, std::size_t ligh
     light.irradiance = V3f(1 / static_cast<float>(lights));
     options.lights.push_back(light);
   }
-  const double start = seconds();
-  const auto renderer = Renderer::create(scene, fabrics, options);
-  if (!renderer) {
-    std::fprintf(stderr, "selvedge-bench-extremes: %s\n", to_line(renderer.error()).c_str());
-    std::exit(1);
-  }
-  const double ready = seconds();
+  const double start = bench::wall_seconds();
+  const auto renderer = bench::need(Renderer::create(scene, fabrics, options));
+  const double ready = bench::wall_seconds();
   Frame frame;
   RenderStats stats;
   double drawn = 0;
   for (int i = 0; i < 2; ++i) {
-    const double before = seconds();
-    if (const auto good = (*renderer)->draw(*camera, options, frame, stats); !good) std::exit(1);
-    drawn = seconds() - before;
+    const double before = bench::wall_seconds();
+    if (const auto good = renderer->draw(camera, options, frame, stats); !good) std::exit(1);
+    drawn = bench::wall_seconds() - before;
   }
   int wrong = 0;
   for (const V4f& p : frame.pixels) wrong += std::isfinite(p.x + p.y + p.z + p.w) ? 0 : 1;

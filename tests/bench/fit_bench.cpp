@@ -17,7 +17,6 @@
 #include <sys/resource.h>
 
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <mutex>
 #include <numeric>
@@ -28,6 +27,7 @@
 #include "format/base/parallel.h"
 #include "format/base/random.h"
 #include "format/quality/compare.h"
+#include "tests/bench/rows.h"
 #include "tests/converter/load_cell.h"
 #include "tests/fitter/ceres_reference.h"
 #include "tests/fitter/reflectance.h"
@@ -35,24 +35,8 @@
 namespace {
 
 using namespace selvedge;
-
-void need(const Result<void>& result) {
-  if (result) return;
-  fmt::print(stderr, "fit_bench: {}\n", to_line(result.error()));
-  std::exit(1);
-}
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) {
-    fmt::print(stderr, "fit_bench: {}\n", to_line(result.error()));
-    std::exit(1);
-  }
-  return std::move(*result);
-}
-
-/// Processor seconds of all threads, which others on the machine disturb less than the clock on the wall.
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+using bench::cpu_seconds;
+using bench::need;
 
 struct Input {
   SamplesHeader header;

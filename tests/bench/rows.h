@@ -1,11 +1,13 @@
-// What the programs of tests/bench have in common: errors that end them, and figures that tests/bench/run
-// keeps.
+// What the programs of tests/bench have in common: errors that end them, clocks, and figures that
+// tests/bench/run keeps.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,19 @@ inline void need(const Result<void>& result) {
   if (result) return;
   std::fprintf(stderr, "%s\n", to_line(result.error()).c_str());
   std::exit(1);
+}
+
+/// Seconds of a clock on the wall.
+inline double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Processor seconds of all threads of the process, the rasteriser's included: others on the machine disturb
+/// them less.
+inline double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
 /// Figures by name: `--rows FILE` writes them, one "name,value,unit" a line.

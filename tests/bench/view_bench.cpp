@@ -3,9 +3,8 @@
 // [--rows FILE]
 // [--paths hybrid,paper,shader] SCENE.glb ... The first scene is the one whose growth is told.
 #include <algorithm>
-#include <chrono>
-#include <ctime>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -25,16 +24,6 @@ using bench::need;
 constexpr V2i full_size(1920, 1080);
 constexpr double zoom = 1.15;  ///< the sweater then covers more than half of the pixels
 
-double wall() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-/// Of all threads, those of the rasteriser included.
-double processor() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
-}
-
 struct Sample {
   double wall = 0;
   double processor = 0;
@@ -45,37 +34,23 @@ struct Sample {
 class Samples {
  public:
   void add(const Sample& sample) { samples_.push_back(sample); }
-  double median(double (*of)(const Sample&)) const {
-    std::vector<double> values;
-    for (const Sample& s : samples_) values.push_back(of(s) * 1e3);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
-  double frame() const {
-    return median([](const Sample& s) { return s.wall; });
-  }
-  double processor() const {
-    return median([](const Sample& s) { return s.processor; });
-  }
-  double project() const {
-    return median([](const Sample& s) { return s.stats.project; });
-  }
-  double geometry() const {
-    return median([](const Sample& s) { return s.stats.geometry; });
-  }
-  double read_back() const {
-    return median([](const Sample& s) { return s.stats.read_back; });
-  }
-  double evaluation() const {
-    return median([](const Sample& s) { return s.stats.evaluation; });
-  }
-  double filter() const {
-    return median([](const Sample& s) { return s.stats.filter; });
+  double frame() const { return median(&Sample::wall); }
+  double processor() const { return median(&Sample::processor); }
+  /// Of a stage.
+  double stage(double RenderStats::*seconds) const {
+    return median([seconds](const Sample& s) { return s.stats.*seconds; });
   }
   const RenderStats& last() const { return samples_.back().stats; }
 
  private:
+  template <class Seconds>
+  double median(const Seconds& seconds) const {
+    std::vector<double> values;
+    for (const Sample& s : samples_) values.push_back(std::invoke(seconds, s) * 1e3);
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
   std::vector<Sample> samples_;
 };
 
@@ -114,11 +89,11 @@ Result<Samples> draw(const Subject& subject, RenderPath path, const V2i& size, i
     const Camera camera = need(make_camera(subject.points, 16.0 / 9, view));
     options.lights = default_lights(camera);
     Sample sample;
-    const double start = wall();
-    const double start_processor = processor();
+    const double start = bench::wall_seconds();
+    const double start_processor = bench::cpu_seconds();
     need((*renderer)->draw(camera, options, frame, sample.stats));
-    sample.wall = wall() - start;
-    sample.processor = processor() - start_processor;
+    sample.wall = bench::wall_seconds() - start;
+    sample.processor = bench::cpu_seconds() - start_processor;
     return sample;
   };
   // The first frames compile shaders and touch memory for the first time.
@@ -172,9 +147,9 @@ template <class Body>
 double rate(std::size_t blocks, const Body& body) {
   double best = 0;
   for (int repeat = 0; repeat < 12; ++repeat) {
-    const double start = wall();
+    const double start = bench::wall_seconds();
     body();
-    best = std::max(best, static_cast<double>(blocks * lane_count * 4) / (wall() - start));
+    best = std::max(best, static_cast<double>(blocks * lane_count * 4) / (bench::wall_seconds() - start));
   }
   return best;
 }
@@ -258,15 +233,17 @@ void draw_by_all_paths(const Subject& subject, const std::vector<RenderPath>& pa
     fmt::print("| {} | {} | {:.1f} % | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {} |\n",
                subject.name, name,
                100.0 * static_cast<double>(last.covered_pixels) / (full_size.x * full_size.y), surfaces,
-               samples->project(), samples->geometry(), samples->read_back(), samples->evaluation(),
+               samples->stage(&RenderStats::project), samples->stage(&RenderStats::geometry),
+               samples->stage(&RenderStats::read_back), samples->stage(&RenderStats::evaluation),
                samples->frame(), samples->processor(), ratio);
     std::fflush(stdout);
     rows.add(fmt::format("frame/{}/{}", subject.name, name), samples->frame(), "ms");
     rows.add(fmt::format("frame/{}/{}/processor", subject.name, name), samples->processor(), "ms");
     if (path == RenderPath::hybrid) {
-      rows.add("frame/" + subject.name + "/hybrid/geometry", samples->geometry(), "ms");
-      rows.add("frame/" + subject.name + "/hybrid/read_back", samples->read_back(), "ms");
-      rows.add("frame/" + subject.name + "/hybrid/evaluation", samples->evaluation(), "ms");
+      rows.add("frame/" + subject.name + "/hybrid/geometry", samples->stage(&RenderStats::geometry), "ms");
+      rows.add("frame/" + subject.name + "/hybrid/read_back", samples->stage(&RenderStats::read_back), "ms");
+      rows.add("frame/" + subject.name + "/hybrid/evaluation", samples->stage(&RenderStats::evaluation),
+               "ms");
     }
   }
 }
@@ -316,12 +293,14 @@ void growth(const Subject& subject, bench::Rows& rows) {
     const Samples samples = need(draw(of, RenderPath::hybrid, size, 15));
     const RenderStats& last = samples.last();
     fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", last.triangles,
-               last.covered_pixels, samples.project(), samples.geometry(), samples.read_back(),
-               samples.evaluation(), 1e6 * samples.evaluation() / static_cast<double>(last.evaluated_pixels),
+               last.covered_pixels, samples.stage(&RenderStats::project),
+               samples.stage(&RenderStats::geometry), samples.stage(&RenderStats::read_back),
+               samples.stage(&RenderStats::evaluation),
+               1e6 * samples.stage(&RenderStats::evaluation) / static_cast<double>(last.evaluated_pixels),
                samples.frame(), samples.processor());
     std::fflush(stdout);
-    rows.add("growth/" + name + "/geometry", samples.geometry(), "ms");
-    rows.add("growth/" + name + "/evaluation", samples.evaluation(), "ms");
+    rows.add("growth/" + name + "/geometry", samples.stage(&RenderStats::geometry), "ms");
+    rows.add("growth/" + name + "/evaluation", samples.stage(&RenderStats::evaluation), "ms");
   };
   line(subject, full_size / 2, "pixels_1/4");
   // The root of a half is 0.7071.
@@ -343,7 +322,8 @@ void fast_powers(const Subject& subject, bench::Rows& rows) {
     samples[kind] = need(draw(subject, RenderPath::hybrid, full_size, frames_of(RenderPath::hybrid),
                               static_cast<PowerKind>(kind), &last[kind]));
     fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} |", subject.name, power_names[kind],
-               samples[kind].evaluation(), samples[kind].frame(), samples[kind].processor());
+               samples[kind].stage(&RenderStats::evaluation), samples[kind].frame(),
+               samples[kind].processor());
     if (kind == 0) fmt::print(" | |\n");
   }
   const bench::PictureDifference apart = bench::difference(last[0], last[1]);

@@ -43,6 +43,12 @@ sweep() {
   selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 --held-out-pairs 4 \
     --held-out-samples 4 "$@"
 }
+# edited STATEMENT: of JavaScript, over `r`, the record of the sweep.
+edited() {
+  node -e 'const fs = require("fs"), r = JSON.parse(fs.readFileSync("sweep/trade.json", "utf8"));
+    eval(process.argv[1]);
+    fs.writeFileSync("sweep/trade.json", JSON.stringify(r, null, 2));' "$1"
+}
 
 test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   echo "$grid" >grid.json
@@ -56,8 +62,8 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   selvedge-view render "sweep/fabrics/$point.fabric.exr" --place near --size 32x24 -o near.png
   exits 0 selvedge-view compare sweep/truth/near.png near.png --json
   cp "$scratch/out" compared.json
-  holds "Math.abs(r.pictures.near.psnr - JSON.parse(require('fs').readFileSync('compared.json')).psnr) < 0.05" \
-    "sweep/points/$point.json"
+  holds "Math.abs(r.points.find(p => p.name === '$point').pictures.near.psnr -
+    JSON.parse(require('fs').readFileSync('compared.json')).psnr) < 0.05" sweep/trade.json
   holds 'r.identity.machine.cores > 0 && r.points.length === 3 && r.points.every(p => p.bytes > 0 && p.seconds.make > 0 &&
     p.loadMs > 0 && p.frameMs > 0 && p.heldOut.length === 4 && p.pictures.near.ssim > 0 && p.pictures.all.psnr > 10)' \
     sweep/trade.json
@@ -66,9 +72,15 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   holds 'r.frames.filter(f => f.usual).every(f =>
     Math.abs(f.pictures.all.psnr - r.points.find(p => p.name === f.fabric).pictures.all.psnr) < 0.05)' sweep/trade.json
   [ "$(grep -c '<svg xmlns' sweep/index.html)" = 6 ]
+  # Nothing is measured twice, and nothing stands there twice.
+  cp sweep/trade.json before.json
+  exits 0 selvedge-view trade sweep --repeats 1 --size 32x24 --json
+  holds 'r.measured === 0'
+  same sweep/trade.json before.json
   # Beside each picture the truth, which is in the page once.
   [ "$(grep -c '<use href="#truth"/>' sweep/index.html)" = "$(grep -c '<img alt=' sweep/index.html)" ]
-  [ "$(wc -l <sweep/trade.csv)" = "$((1 + 3 + $(find sweep/frames -name '*-t8*' -o -name 't8*2lobes*--*' | wc -l)))" ]
+  holds 'r.frames.length === 32 && require("fs").readFileSync("sweep/trade.csv", "utf8").split("\n").length === 1 + 3 + 32 + 1' \
+    sweep/trade.json
 }
 
 test_both_programs_tell_a_terminal_how_far_a_sweep_is_and_what_is_left() {
@@ -95,16 +107,17 @@ test_the_viewer_adds_to_a_sweep_of_its_own_machine_and_program_alone() {
     !r.frames.some(f => f.knobs.path === "paper") && r.frames.some(f => f.knobs.power === "fast") &&
     Object.values(r.framePresets).every(name => r.frames.some(f => f.name === name))' sweep/trade.json
   # A record of another program is measured anew; one that nothing asks for is not shown.
-  record=$(ls sweep/frames/*--hybrid-level0-x1.json)
-  sed -i 's/"software": "selvedge [^"]*"/"software": "selvedge 0.0"/' "$record"
-  sed 's/hybrid-level0-x1/hybrid-level9-x1/' "$record" >"${record/level0/level9}"
+  edited 'const frame = r.frames.find(f => f.name.endsWith("--hybrid-level0-x1"));
+    frame.madeBy.software = "selvedge 0.0";
+    r.frames.push({...frame, name: frame.name.replace("level0", "level9")});'
   exits 0 view --json
   holds 'r.measured === 1'
   holds '!r.frames.some(f => f.name.includes("level9"))' sweep/trade.json
-  cp sweep/sweep.json kept.json
-  sed -i 's/"processor": "[^"]*"/"processor": "Another"/' sweep/sweep.json
+  cp sweep/trade.json kept.json
+  edited 'r.identity.machine.processor = "Another"'
   refuses OPTION_OUT_OF_RANGE /identity/machine/processor view --quiet
-  sed 's/"software": "selvedge [^"]*"/"software": "selvedge 0.0"/' kept.json >sweep/sweep.json
+  cp kept.json sweep/trade.json
+  edited 'r.identity.software = "selvedge 0.0"'
   refuses OPTION_OUT_OF_RANGE /identity/software view --quiet
 }
 
@@ -152,14 +165,25 @@ test_the_command_of_a_point_makes_its_fabric() {
 test_an_interrupted_sweep_goes_on_where_it_was() {
   echo "$grid" >grid.json
   sweep --quiet
-  cp -r sweep/points before
-  rm sweep/points/*-1lobes-*.json sweep/index.html
+  cp sweep/trade.json before.json
+  edited 'r.points = r.points.filter(p => p.name.includes("-2lobes-"))'
+  rm sweep/index.html
   exits 0 sweep --json
   holds 'r.points === 3 && r.measured === 1'
   [ -f sweep/index.html ]
-  for kept in sweep/points/*-2lobes-*.json; do same "$kept" "before/${kept##*/}"; done
+  holds 'const before = JSON.parse(require("fs").readFileSync("before.json")).points;
+    r.points.every((p, i) => p.name === before[i].name && (p.name.includes("-1lobes-") || p.seconds.make === before[i].seconds.make))' \
+    sweep/trade.json
   exits 0 sweep --json
   holds 'r.measured === 0'
+  # Points of another grid in the same folder are still known.
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
+  exits 0 sweep --json
+  holds 'r.points === 1 && r.measured === 0'
+  holds 'r.points.length === 1' sweep/trade.json
+  echo "$grid" >grid.json
+  exits 0 sweep --json
+  holds 'r.points === 3 && r.measured === 0'
 }
 
 test_a_folder_keeps_to_one_sweep() {
@@ -181,22 +205,25 @@ test_a_folder_keeps_to_one_sweep() {
 
 test_a_folder_belongs_to_the_sweep_that_began_in_it() {
   mkdir sweep
-  printf '{"identity":3}' >sweep/sweep.json
+  printf '{"identity":3}' >sweep/trade.json
   printf '{"centre":{"texels":8,"directions":16,"samples":2,"layers":"paper"}}' >grid.json
-  refuses FILE_DAMAGED sweep/sweep.json selvedge trade plain-knit -o sweep --grid grid.json --quiet
+  refuses FILE_DAMAGED sweep/trade.json selvedge trade plain-knit -o sweep --grid grid.json --quiet
   # Whatever is there when it is broken off, the folder says whose it is.
-  rm sweep/sweep.json
+  rm sweep/trade.json
   (timeout -s KILL 2 selvedge trade plain-knit -o sweep --grid grid.json --truth-samples 4000 --quiet || true) 2>"$scratch/err"
-  refuses OPTION_OUT_OF_RANGE sweep/sweep.json selvedge trade plain-weave -o sweep --grid grid.json --quiet
+  refuses OPTION_OUT_OF_RANGE sweep/trade.json selvedge trade plain-weave -o sweep --grid grid.json --quiet
 }
 
 test_what_is_damaged_in_a_sweep_is_measured_again() {
   echo "$grid" >grid.json
   sweep --quiet
   cp -r sweep before
-  for record in sweep/points/*-1lobes-*.json; do echo '{"name":' >"$record"; done
-  echo '[1' >sweep/truth/near.json
-  echo '{"noisePsnr": "loud"}' >sweep/truth/middle.json
+  edited 'r.points = r.points.map(p => p.name.includes("-1lobes-") ? {name: p.name} : p);
+    r.truth.near = [1];
+    r.bakes = 3;
+    r.framePresets = "x";
+    r.truth.middle.noisePsnr = "loud";'
+  rm sweep/truth/middle.png
   cp sweep/pictures/truth.png sweep/truth/far.exr
   # Another size is another picture.
   selvedge swatch --truth plain-knit --place grazing --size 24x24 --samples 2 -o sweep/truth/grazing.exr --quiet
@@ -204,9 +231,11 @@ test_what_is_damaged_in_a_sweep_is_measured_again() {
   rm sweep/fabrics/t4-*
   exits 0 sweep --json
   holds 'r.points === 3 && r.measured === 2'
-  for file in truth/near.json truth/middle.json truth/far.exr truth/grazing.exr truth/held-out.samples.exr; do
-    same "sweep/$file" "before/$file"
+  for file in near.exr middle.exr middle.png far.exr grazing.exr held-out.samples.exr; do
+    same "sweep/truth/$file" "before/truth/$file"
   done
+  holds 'const before = JSON.parse(require("fs").readFileSync("before/trade.json"));
+    ["near", "middle", "far", "grazing"].every(view => r.truth[view].noisePsnr === before.truth[view].noisePsnr)' sweep/trade.json
   exits 0 sweep --json
   holds 'r.measured === 0'
 }
@@ -238,7 +267,6 @@ test_a_point_whose_budget_cannot_be_met_is_left_out() {
   holds 'r.points === 2 && r.measured === 2'
   grep -qE '^selvedge: plain-knit: t8-.* is left out: 1 bytes; the smallest fabric found has ' "$scratch/err" ||
     fail "$(cat "$scratch/err")"
-  holds 'r.points.length === 2' sweep/sweep.json
   holds 'r.points.length === 2' sweep/trade.json
   [ -z "$(find sweep/bakes -name '*.exr')" ]
   # It is known from then on.
@@ -255,19 +283,19 @@ test_a_point_whose_budget_cannot_be_met_is_left_out() {
 test_damaged_records_of_points_are_measured_anew_and_refused_by_the_viewer() {
   echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
   sweep --quiet
-  cp -r sweep kept
-  for change in 's/"bytes": [0-9]+/"bytes": null/' '/"far"/,/psnr/ s/"psnr": [0-9.]+/"psnr": "x"/' 's/"command": /"commands": /'; do
-    sed -i -E "$change" sweep/points/*.json
-    if cmp -s sweep/points/*.json kept/points/*.json; then fail "nothing was changed by $change"; fi
-    refuses FILE_DAMAGED sweep/points/ selvedge-view trade sweep --repeats 1 --size 32x24
+  for change in 'r.points[0].bytes = null' 'r.points[0].pictures.far.psnr = "x"' 'delete r.points[0].command'; do
+    edited "$change"
+    refuses FILE_DAMAGED /points/0 selvedge-view trade sweep --repeats 1 --size 32x24
     exits 0 sweep --json
     holds 'r.measured === 1'
   done
-  for change in 's/"trade": 1/"trade": 2/' 's/"noisePsnr"/"noise"/'; do
-    sed -E "$change" kept/sweep.json >sweep/sweep.json
-    refuses FILE_DAMAGED sweep/sweep.json selvedge-view trade sweep --repeats 1 --size 32x24
+  cp sweep/trade.json kept.json
+  for change in 'r.trade = 2' 'delete r.truth.far.noisePsnr'; do
+    edited "$change"
+    refuses FILE_DAMAGED sweep/trade.json selvedge-view trade sweep --repeats 1 --size 32x24
+    cp kept.json sweep/trade.json
   done
-  refuses FILE_MISSING none/sweep.json selvedge-view trade none
+  refuses FILE_MISSING none/trade.json selvedge-view trade none
 }
 
 test_damaged_records_of_frames_are_measured_anew_and_stop_no_sweep() {
@@ -275,56 +303,54 @@ test_damaged_records_of_frames_are_measured_anew_and_stop_no_sweep() {
   sweep --quiet
   view() { selvedge-view trade sweep --repeats 1 --size 32x24 "$@"; }
   view --quiet
-  cp sweep/frames.json kept.json
-  sed -i 's/"swept": true/"swept": "yes"/' sweep/frames/*--hybrid-level0-x1.json
-  sed -i 's/"usual": false/"usual": [1]/' sweep/frames/*--hybrid-level0-x2.json
-  echo '{' >"$(ls sweep/frames/*--hybrid-level0-x3.json)"
-  for damaged in '[]' '{'; do
-    echo "$damaged" >sweep/frames.json
+  cp sweep/trade.json kept.json
+  for damaged in '[]' '"x"' '{"frames": 1}'; do
+    edited "r.frames = $damaged"
     exits 0 sweep --quiet
     holds 'r.points.length === 1 && r.frames.length === 0' sweep/trade.json
   done
-  echo '{' >sweep/points/junk.json
+  cp kept.json sweep/trade.json
+  edited 'const frame = name => r.frames.find(f => f.name.endsWith(name));
+    frame("--hybrid-level0-x1").swept = "yes";
+    frame("--hybrid-level0-x2").usual = [1];
+    delete frame("--hybrid-level0-x3").pictures;'
   exits 0 view --json
   holds 'r.measured === 3'
-  same sweep/frames.json kept.json
-  holds 'r.frames.length >= 20' sweep/trade.json
+  holds 'const names = all => JSON.stringify(all.map(f => f.name));
+    r.frames.length >= 20 && names(r.frames) === names(JSON.parse(require("fs").readFileSync("kept.json")).frames)' sweep/trade.json
 }
 
 test_the_viewer_refuses_a_sweep_whose_points_are_not_there() {
   echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
   sweep --quiet
   view() { selvedge-view trade sweep --repeats 1 --size 32x24 "$@"; }
-  # with_names LIST: those of the points.
-  cp sweep/sweep.json kept.json
-  with_names() {
-    node -p 'const sweep = JSON.parse(require("fs").readFileSync("kept.json", "utf8"));
-      sweep.points = JSON.parse(process.argv[1]); JSON.stringify(sweep)' "$1" >sweep/sweep.json
-  }
-  with_names '["another"]'
-  refuses FILE_MISSING sweep.json view
-  with_names "[\"$(printf 'x%.0s' $(seq 300))\"]"
-  refuses FILE_MISSING sweep.json view
+  cp sweep/trade.json kept.json
+  for name in another "$(printf 'x%.0s' $(seq 200))"; do
+    edited "r.points[0].name = '$name'"
+    refuses FILE_MISSING trade.json view
+  done
   for name in ../../outside /tmp/outside .. ''; do
-    with_names "[\"$name\"]"
-    refuses FILE_DAMAGED sweep/sweep.json view
+    edited "r.points[0].name = '$name'"
+    refuses FILE_DAMAGED sweep/trade.json view
   done
-  for names in '[]' '{}' '[1]'; do
-    with_names "$names"
-    refuses FILE_DAMAGED sweep/sweep.json view
+  for points in '{}' '[1]'; do
+    edited "r.points = $points"
+    refuses FILE_DAMAGED sweep/trade.json view
   done
+  edited 'r.points = []'
+  refuses FILE_MISSING trade.json view
+  cp kept.json sweep/trade.json
   rm sweep/fabrics/*
-  cp kept.json sweep/sweep.json
-  refuses FILE_MISSING sweep.json view
+  refuses FILE_MISSING trade.json view
 }
 
 test_pictures_from_other_places_are_another_sweep() {
   echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
   sweep --quiet
-  sed -i 's/"places": "[^"]*"/"places": "0123"/' sweep/sweep.json
+  edited 'r.identity.places = "0123"'
   refuses OPTION_OUT_OF_RANGE places sweep --quiet
   refuses OPTION_OUT_OF_RANGE /identity/places selvedge-view trade sweep --quiet
-  sed -i '/"places": /d' sweep/sweep.json
+  edited 'delete r.identity.places'
   refuses OPTION_OUT_OF_RANGE places sweep --quiet
   refuses FILE_DAMAGED /identity/places selvedge-view trade sweep --quiet
 }
@@ -357,11 +383,11 @@ test_a_sweep_leaves_nothing_of_one_that_was_killed() {
   wait $! 2>/dev/null || true
   [ -n "$(ls sweep/bakes)" ] || fail "was killed too early or too late"
   exits 0 begin
-  [ "$(find sweep/bakes -type f | sed 's/.*[.]//' | sort -u)" = json ] || fail "left behind: $(ls sweep/bakes)"
+  [ -z "$(ls sweep/bakes)" ] || fail "left behind: $(ls sweep/bakes)"
   # Samples that were still needed when it was killed, and no longer are.
   touch sweep/bakes/t8-v64-l64-s200-b2.samples.exr
   exits 0 begin
-  [ "$(find sweep/bakes -type f | sed 's/.*[.]//' | sort -u)" = json ] || fail "left behind: $(ls sweep/bakes)"
+  [ -z "$(ls sweep/bakes)" ] || fail "left behind: $(ls sweep/bakes)"
 }
 
 test_a_sweep_refuses_halves_that_are_not_alike() {

@@ -11,11 +11,12 @@
 #include "tests/converter/fabrics.h"
 #include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
 
 namespace selvedge::test {
 
 struct Workshop {
-  Folder folder{"dress_test"};
+  Folder folder;
   std::string fabric = folder / "net.exr";
   std::string garment = folder / "garment.glb";
   std::string output = folder / "dressed.glb";
@@ -28,10 +29,9 @@ struct Workshop {
   /// Writes the garment again after `edit` has changed its JSON.
   template <class F>
   void edit(const F& change) {
-    Result<GltfDocument> document = load_gltf(garment);
-    REQUIRE(document);
-    change(document->json);
-    REQUIRE(save_gltf(*document, garment));
+    GltfDocument document = need(load_gltf(garment));
+    change(document.json);
+    REQUIRE(save_gltf(document, garment));
   }
 
   Result<DressReport> dress(const DressOptions& options) const {

@@ -11,6 +11,7 @@
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"
 #include "format/quality/compare.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -45,11 +46,10 @@ SampleLevel samples_of(const SamplesHeader& header, const Radiance& radiance) {
 }
 
 FitResult fit_all(SampleLevel level, const SamplesHeader& header, const FitOptions& options = {}) {
-  const auto result = fit(level, header, options);
-  REQUIRE_MESSAGE(result, to_line(result.error()));
-  const auto valid = validate(result->fabric);
+  const auto result = test::need(fit(level, header, options));
+  const auto valid = validate(result.fabric);
   CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
-  return *result;
+  return result;
 }
 
 /// Relative L2 of the fit against a function, over random directions.
@@ -308,12 +308,10 @@ TEST_CASE("compare finds on the pairs of the fit the error that the fit has reac
   };
   const FitResult result = fit_all(samples_of(header, uneven), header);
   REQUIRE(result.training.pairs.size() == 72);
-  const auto comparison = compare(result.fabric, result.training, PairKind::held_out);
-  REQUIRE(comparison);
+  const auto comparison = test::need(compare(result.fabric, result.training, PairKind::held_out));
   for (std::size_t k = 0; k < result.levels.size(); ++k) {
     // The fabric is in single precision, the fit's own sum in double.
-    CHECK(comparison->levels[k].relative_l2 ==
-          doctest::Approx(result.levels[k].training_error).epsilon(1e-3));
+    CHECK(comparison.levels[k].relative_l2 == doctest::Approx(result.levels[k].training_error).epsilon(1e-3));
     CHECK(result.levels[k].training_error > 0.001);
   }
 }

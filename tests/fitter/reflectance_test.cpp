@@ -3,25 +3,18 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <numbers>
 #include <sstream>
 
 #include "format/fabric/lafortune.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 
 namespace {
-
-const std::string folder = std::string(SELVEDGE_DATA_DIR) + "/reflectance/";
-
-bool is_absent(const std::string& file) {
-  if (std::filesystem::exists(folder + file)) return false;
-  MESSAGE("skipped: there is no " << folder + file);
-  return true;
-}
 
 /// Parameters as in lafortune.h, by material and channel, of a file of three isotropic lobes each.
 std::map<std::string, std::map<char, std::vector<double>>> read_lobes(const std::string& path) {
@@ -47,13 +40,12 @@ std::map<std::string, std::map<char, std::vector<double>>> read_lobes(const std:
 
 TEST_CASE("measured fabrics: the error falls with the lobes, green fabric's to 0.048 with three") {
   for (const char* name : {"beige-fabric", "green-fabric", "nylon", "pink-felt", "red-fabric"}) {
-    const std::string file = std::string("sgd_") + name + ".csv";
-    if (is_absent(file)) return;
-    const auto reflectance = test::read_reflectance(folder + file);
-    REQUIRE(reflectance);
+    const std::string file = test::shared_data(std::string("reflectance/sgd_") + name + ".csv");
+    if (file.empty()) return;
+    const auto reflectance = test::need(test::read_reflectance(file));
     double before = 1;
     for (const int lobes : {1, 2, 3}) {
-      const test::ReflectanceError error = test::fit_reflectance(*reflectance, lobes);
+      const test::ReflectanceError error = test::fit_reflectance(reflectance, lobes);
       CHECK(error.weighted < before);
       before = error.weighted;
     }
@@ -62,9 +54,10 @@ TEST_CASE("measured fabrics: the error falls with the lobes, green fabric's to 0
 }
 
 TEST_CASE("published fits of three lobes are recovered to 1 % in function values") {
-  if (is_absent("cornell_lafortune_3lobe.csv")) return;
+  const std::string file = test::shared_data("reflectance/cornell_lafortune_3lobe.csv");
+  if (file.empty()) return;
   const auto directions = directions_of({16, 16});
-  for (const auto& [material, channels] : read_lobes(folder + "cornell_lafortune_3lobe.csv")) {
+  for (const auto& [material, channels] : read_lobes(file)) {
     CAPTURE(material);
     REQUIRE(channels.size() == 3);
     const std::array<const std::vector<double>*, 3> truth{&channels.at('r'), &channels.at('g'),

@@ -10,6 +10,7 @@
 #include "format/exr/exr.h"
 #include "format/fabric/file.h"
 #include "format/fabric/rules.h"
+#include "tests/require.h"
 
 namespace selvedge::test {
 
@@ -76,18 +77,16 @@ struct OpenedFabric {
 
 inline OpenedFabric open_fabric(const std::string& path) {
   OpenedFabric fabric;
-  auto reader = ExrReader::open(path);
-  REQUIRE(reader);
-  fabric.parts = reader->parts();
+  auto reader = need(ExrReader::open(path));
+  fabric.parts = reader.parts();
   for (ExrPart& part : fabric.parts) {
     for (const char* written : {"name", "type", "chunkCount"}) part.attributes.erase(written);
   }
   for (std::size_t p = 0; p < fabric.parts.size(); ++p) {
     auto& levels = fabric.pixels.emplace_back();
     for (int k = 0; k < fabric.parts[p].levels; ++k) {
-      auto pixels = reader->read_level(static_cast<int>(p), k);
-      REQUIRE(pixels);
-      levels.push_back(std::move(*pixels));
+      auto pixels = need(reader.read_level(static_cast<int>(p), k));
+      levels.push_back(std::move(pixels));
     }
   }
   fabric.text = nlohmann::json::parse(std::get<std::string>(fabric.parts[0].attributes["selvedge.fabric"]));
@@ -98,14 +97,13 @@ inline OpenedFabric open_fabric(const std::string& path) {
 inline void save_fabric(const std::string& path, OpenedFabric fabric, const std::string& text) {
   fabric.parts[0].attributes["selvedge.fabric"] = text;
   fabric.parts[0].attributes["selvedge.digest"] = header_digest(text, fabric.parts);
-  auto writer = ExrWriter::create(path, fabric.parts);
-  REQUIRE_MESSAGE(writer, to_line(writer.error()));
+  auto writer = need(ExrWriter::create(path, fabric.parts));
   for (std::size_t p = 0; p < fabric.parts.size(); ++p) {
     for (std::size_t k = 0; k < fabric.pixels[p].size(); ++k) {
-      REQUIRE(writer->write_level(static_cast<int>(p), static_cast<int>(k), fabric.pixels[p][k]));
+      REQUIRE(writer.write_level(static_cast<int>(p), static_cast<int>(k), fabric.pixels[p][k]));
     }
   }
-  REQUIRE(writer->commit());
+  REQUIRE(writer.commit());
 }
 
 inline void save_fabric(const std::string& path, const OpenedFabric& fabric) {

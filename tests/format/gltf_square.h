@@ -109,7 +109,7 @@ inline std::string text_of(const Issues& issues) {
 }
 
 inline Issues check(const Folder& folder, const Square& square) {
-  put(folder / "case.glb", glb(square.json.dump(), square.bytes));
+  write_bytes(folder / "case.glb", glb(square.json.dump(), square.bytes));
   return check_gltf(folder / "case.glb");
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/require.h"
+
 namespace selvedge::samples {
 namespace {
 
@@ -61,9 +63,8 @@ TEST_CASE("half a tube is unrolled without stretch") {
   const Panel panel = bend(24, 16, [](double a, double b) {
     return V3d(-0.1 * std::cos(std::numbers::pi * a), 0.4 * b, 0.1 * std::sin(std::numbers::pi * a));
   });
-  const Result<std::vector<V2d>> plane = flatten(panel);
-  REQUIRE(plane);
-  const Stretch worst = worst_of(panel, *plane);
+  const std::vector<V2d> plane = test::need(flatten(panel));
+  const Stretch worst = worst_of(panel, plane);
   CHECK(worst.most < 1 + 1e-6);
   CHECK(worst.least > 1 - 1e-6);
 }
@@ -75,9 +76,8 @@ TEST_CASE("a cap of a sphere is stretched no more than its curvature asks for") 
     const double y = 0.5 * b - 0.25;
     return V3d(x, y, std::sqrt(1 - x * x - y * y));
   });
-  const Result<std::vector<V2d>> plane = flatten(panel);
-  REQUIRE(plane);
-  const Stretch worst = worst_of(panel, *plane);
+  const std::vector<V2d> plane = test::need(flatten(panel));
+  const Stretch worst = worst_of(panel, plane);
   CHECK(worst.most < 1.04);
   CHECK(worst.least > 0.96);
   CHECK(worst.most - worst.least > 0.005);  // Gauss: it cannot be none
@@ -85,11 +85,10 @@ TEST_CASE("a cap of a sphere is stretched no more than its curvature asks for") 
 
 TEST_CASE("the flat panel keeps the outside up") {
   const Panel panel = bend(4, 4, [](double a, double b) { return V3d(a, b, 0.1 * a * b); });
-  const Result<std::vector<V2d>> plane = flatten(panel);
-  REQUIRE(plane);
+  const std::vector<V2d> plane = test::need(flatten(panel));
   for (const V3i& t : panel.triangles) {
-    const V2d& a = (*plane)[t[0]];
-    CHECK(((*plane)[t[1]] - a) % ((*plane)[t[2]] - a) > 0);
+    const V2d& a = plane[t[0]];
+    CHECK((plane[t[1]] - a) % (plane[t[2]] - a) > 0);
   }
 }
 

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/require.h"
+
 namespace selvedge::samples {
 namespace {
 
@@ -33,33 +35,30 @@ QuadSurface cube() {
 }
 
 TEST_CASE("every quad becomes four with the label of its parent") {
-  const Result<QuadSurface> fine = subdivide(grid(3, 2), 2);
-  REQUIRE(fine);
-  REQUIRE(fine->quads.size() == 3 * 2 * 16);
-  REQUIRE(fine->labels.size() == fine->quads.size());
-  for (std::size_t q = 0; q < fine->quads.size(); ++q) {
+  const QuadSurface fine = test::need(subdivide(grid(3, 2), 2));
+  REQUIRE(fine.quads.size() == 3 * 2 * 16);
+  REQUIRE(fine.labels.size() == fine.quads.size());
+  for (std::size_t q = 0; q < fine.quads.size(); ++q) {
     V3d middle(0, 0, 0);
-    for (const int v : fine->quads[q]) middle += fine->positions[v] / 4;
+    for (const int v : fine.quads[q]) middle += fine.positions[v] / 4;
     // Flat, evenly spaced: the columns keep their place, but for the outermost, whose corners are rounded.
-    CHECK(std::abs(middle.x - (fine->labels[q] + 0.5)) < 0.5);
+    CHECK(std::abs(middle.x - (fine.labels[q] + 0.5)) < 0.5);
     CHECK(middle.z == 0);
   }
 }
 
 TEST_CASE("a cube's corner moves to where Catmull and Clark put it") {
-  const Result<QuadSurface> fine = subdivide(cube(), 1);
-  REQUIRE(fine);
-  CHECK(fine->positions.size() == 8 + 12 + 6);
+  const QuadSurface fine = test::need(subdivide(cube(), 1));
+  CHECK(fine.positions.size() == 8 + 12 + 6);
   // Valence 3: (Q + 2 R + 0 S) / 3 with Q = 1/3 (face points' mean), R = 2/3 (edge middles' mean): 5/9.
-  for (int axis = 0; axis < 3; ++axis) CHECK(fine->positions[7][axis] == doctest::Approx(5.0 / 9));
+  for (int axis = 0; axis < 3; ++axis) CHECK(fine.positions[7][axis] == doctest::Approx(5.0 / 9));
 }
 
 TEST_CASE("no level of subdivision changes nothing") {
   const QuadSurface surface = grid(2, 2);
-  const Result<QuadSurface> same = subdivide(surface, 0);
-  REQUIRE(same);
-  CHECK(same->positions == surface.positions);
-  CHECK(same->quads == surface.quads);
+  const QuadSurface same = test::need(subdivide(surface, 0));
+  CHECK(same.positions == surface.positions);
+  CHECK(same.quads == surface.quads);
 }
 
 TEST_CASE("refuses a cage that is no two-manifold") {

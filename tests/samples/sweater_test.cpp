@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "samples/sweater_cage.h"
+#include "tests/require.h"
 #include "tests/samples/garment_checks.h"
 
 namespace selvedge::samples {
@@ -19,20 +20,19 @@ V3d from_axis(const V3d& p, bool sleeve) {
 }
 
 TEST_CASE("the sweater is one surface with four openings, of the size of a sweater") {
-  const Result<Assembly> sweater = make_sweater();
-  REQUIRE(sweater);
-  CHECK(count_boundary_loops(*sweater) == 4);  // hem, neck and two cuffs
+  const Assembly sweater = test::need(make_sweater());
+  CHECK(count_boundary_loops(sweater) == 4);  // hem, neck and two cuffs
 
-  V3d low = sweater->points.front();
+  V3d low = sweater.points.front();
   V3d high = low;
   std::size_t triangles = 0;
-  for (const V3d& p : sweater->points) {
+  for (const V3d& p : sweater.points) {
     for (int k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], p[k]);
       high[k] = std::max(high[k], p[k]);
     }
   }
-  for (const Patch& patch : sweater->patches) triangles += patch.triangles.size();
+  for (const Patch& patch : sweater.patches) triangles += patch.triangles.size();
   CHECK(low.y == 0);
   CHECK(high.y == doctest::Approx(0.65).epsilon(0.03));
   CHECK(high.x - low.x == doctest::Approx(1.0).epsilon(0.05));  // cuff to cuff
@@ -42,17 +42,17 @@ TEST_CASE("the sweater is one surface with four openings, of the size of a sweat
   CHECK(triangles < 62000);
 
   // Outwards: but for folds that hang over the hem or lie in the armpit.
-  const std::vector<V3d> normals = normals_of(*sweater);
+  const std::vector<V3d> normals = normals_of(sweater);
   std::size_t outwards = 0;
   std::size_t counted = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    const Patch& patch = sweater->patches[i];
+    const Patch& patch = sweater.patches[i];
     REQUIRE(patch.material == "sweater");
     for (const int point : patch.points) {
       const V3d& normal = normals[point];
       CHECK(normal.length() == doctest::Approx(1));
       // The body is shifted by its hem, which the sleeves' line does not know of.
-      const V3d p = sweater->points[point] - V3d(0, 0.035, 0);
+      const V3d p = sweater.points[point] - V3d(0, 0.035, 0);
       outwards += normal.dot(from_axis(p, i >= 2)) > 0 ? 1 : 0;
       ++counted;
     }
@@ -61,10 +61,9 @@ TEST_CASE("the sweater is one surface with four openings, of the size of a sweat
 }
 
 TEST_CASE("the sweater's stitches keep their size") {
-  const Result<Assembly> sweater = make_sweater();
-  REQUIRE(sweater);
-  const Measured body = measure(*sweater, "sweater");
-  const Measured trim = measure(*sweater, "trim");
+  const Assembly sweater = test::need(make_sweater());
+  const Measured body = measure(sweater, "sweater");
+  const Measured trim = measure(sweater, "trim");
   MESSAGE("within 10 %: body " << 100 * body.kept / body.area << " %, trim " << 100 * trim.kept / trim.area
                                << " %; largest " << body.largest << " and " << trim.largest);
   CHECK(body.mirrored == 0);
@@ -75,17 +74,16 @@ TEST_CASE("the sweater's stitches keep their size") {
 }
 
 TEST_CASE("the sweater's wales run down the body and along the sleeves") {
-  const Result<Assembly> sweater = make_sweater();
-  REQUIRE(sweater);
+  const Assembly sweater = test::need(make_sweater());
   for (std::size_t i = 0; i < 4; ++i) {
-    const Patch& patch = sweater->patches[i];
+    const Patch& patch = sweater.patches[i];
     double area = 0;
     double straight = 0;
     for (const V3i& t : patch.triangles) {
       const std::size_t a = static_cast<std::size_t>(t[0]);
       const std::size_t b = static_cast<std::size_t>(t[1]);
       const std::size_t c = static_cast<std::size_t>(t[2]);
-      const auto point = [&](std::size_t v) { return sweater->points[patch.points[v]]; };
+      const auto point = [&](std::size_t v) { return sweater.points[patch.points[v]]; };
       const V3d p = point(b) - point(a);
       const V3d q = point(c) - point(a);
       const V2d d = patch.tex_coords[b] - patch.tex_coords[a];
@@ -106,19 +104,18 @@ TEST_CASE("the sweater's wales run down the body and along the sleeves") {
 }
 
 TEST_CASE("vertices on a seam have the same position and normal, bit by bit") {
-  const Result<Assembly> sweater = make_sweater({.levels = 1, .drape_steps = 20});
-  REQUIRE(sweater);
-  const Garment garment = garment_of(*sweater, "sweater");
+  const Assembly sweater = test::need(make_sweater({.levels = 1, .drape_steps = 20}));
+  const Garment garment = garment_of(sweater, "sweater");
   REQUIRE(garment.primitives.size() == 2);
   CHECK(garment.materials[0].name == "sweater");
   CHECK(garment.materials[1].name == "trim");
   for (std::size_t m = 0; m < 2; ++m) {
     const GarmentPrimitive& primitive = garment.primitives[m];
     std::size_t vertex = 0;
-    for (const Patch& patch : sweater->patches) {
+    for (const Patch& patch : sweater.patches) {
       if (patch.material != garment.materials[m].name) continue;
       for (const int point : patch.points) {
-        CHECK(primitive.positions[vertex] == V3f(sweater->points[point]));
+        CHECK(primitive.positions[vertex] == V3f(sweater.points[point]));
         CHECK(primitive.normals[vertex].length() == doctest::Approx(1));
         ++vertex;
       }
@@ -129,11 +126,9 @@ TEST_CASE("vertices on a seam have the same position and normal, bit by bit") {
 
 TEST_CASE("the sweater is the same each time") {
   const SweaterOptions quick{.levels = 2, .drape_steps = 50};
-  const Result<Assembly> first = make_sweater(quick);
-  const Result<Assembly> second = make_sweater(quick);
-  REQUIRE(first);
-  REQUIRE(second);
-  CHECK(same(*first, *second));
+  const Assembly first = test::need(make_sweater(quick));
+  const Assembly second = test::need(make_sweater(quick));
+  CHECK(same(first, second));
 }
 
 }  // namespace

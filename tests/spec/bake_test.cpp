@@ -6,12 +6,13 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "converter/bake/bake.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/exr/exr.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
 #include "tests/spec/spec_text.h"
 
 using namespace selvedge;
@@ -23,15 +24,12 @@ namespace {
 StitchPattern example_pattern() {
   const auto blocks = code_blocks(page("stitch.md"), "json");
   REQUIRE(blocks.size() == 1);
-  const auto pattern = read_stitch(blocks[0], "stitch.md");
-  REQUIRE_MESSAGE(pattern, to_line(pattern.error()));
-  return *pattern;
+  return test::need(read_stitch(blocks[0], "stitch.md"));
 }
 
 /// As spec/samples.md has it: 6 x 3 texels, 4 views, 6 lights.
 void bake_example(const std::string& path) {
-  const auto mesh = mesh_stitch(example_pattern());
-  REQUIRE(mesh);
+  const auto mesh = test::need(mesh_stitch(example_pattern()));
   BakeOptions options;
   options.width = 6;
   options.height = 3;
@@ -39,8 +37,7 @@ void bake_example(const std::string& path) {
   options.lights = 6;
   options.validation_pairs = options.held_out_pairs = 2;
   options.rim_pairs = 1;
-  const auto report = bake(*mesh, "stitch.md", options, "{}", path);
-  REQUIRE_MESSAGE(report, to_line(report.error()));
+  test::need(bake(mesh, "stitch.md", options, "{}", path));
 }
 
 std::string output_of(const std::string& command) {
@@ -65,10 +62,9 @@ std::vector<double> constant_color(const std::string& text) {
 }  // namespace
 
 TEST_CASE("the example of a stitch description is a mesh of a straight yarn") {
-  const auto mesh = mesh_stitch(example_pattern());
-  REQUIRE(mesh);
-  CHECK(mesh->period == V2d(2, 1));
-  for (const V3f& p : mesh->positions) {
+  const auto mesh = test::need(mesh_stitch(example_pattern()));
+  CHECK(mesh.period == V2d(2, 1));
+  for (const V3f& p : mesh.positions) {
     // A hundredth of a grid edge of 2 mm / 40.
     CHECK(std::abs(std::hypot(p.y - 0.5F, p.z) - 0.3F) < 0.001F);
   }
@@ -86,21 +82,19 @@ TEST_CASE("every member of a stitch description is in the page") {
 TEST_CASE("every part, channel and member of a samples file is in the page") {
   const Folder folder;
   bake_example(folder / "straight.samples.exr");
-  const auto reader = ExrReader::open(folder / "straight.samples.exr");
-  REQUIRE(reader);
+  const auto reader = test::need(ExrReader::open(folder / "straight.samples.exr"));
   const std::string text = page("samples.md");
-  REQUIRE(reader->parts().size() == 5);
-  for (const ExrPart& part : reader->parts()) {
+  REQUIRE(reader.parts().size() == 5);
+  for (const ExrPart& part : reader.parts()) {
     CHECK_MESSAGE(test::names(text, part.name), part.name);
     for (const ExrChannel& channel : part.channels) {
       // The page lists the channels of one set of pairs for all.
-      const std::string name =
-          std::regex_replace(channel.name, std::regex("^(held-out|rim)\\."), "validation.");
+      const std::string name = replaced(channel.name, "^(held-out|rim)\\.", "validation.");
       CHECK_MESSAGE(test::names(text, name), channel.name);
       CHECK(channel.half);
     }
   }
-  const auto& attributes = reader->parts().front().attributes;
+  const auto& attributes = reader.parts().front().attributes;
   const json header = json::parse(std::get<std::string>(attributes.at("selvedge.samples")));
   for (const auto& item : header.items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
   for (const auto& item : header["views"].items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
@@ -116,11 +110,10 @@ TEST_CASE("every part, channel and member of a samples file is in the page") {
 TEST_CASE("directions of pairs lie in the bands that the page states") {
   const Folder folder;
   bake_example(folder / "s.exr");
-  const auto reader = SamplesReader::open(folder / "s.exr");
-  REQUIRE(reader);
+  const auto reader = test::need(SamplesReader::open(folder / "s.exr"));
   CHECK(page("samples.md").find("0.15 <= z < 1") != std::string::npos);
   CHECK(rim_z == 0.15);
-  const auto& pairs = reader->header().pairs;
+  const auto& pairs = reader.header().pairs;
   for (const std::size_t set : {0U, 1U}) {
     for (const DirectionPair& pair : pairs[set]) CHECK(std::min(pair.light.z, pair.view.z) >= 0.15F);
   }
@@ -137,10 +130,8 @@ TEST_CASE("the commands of the page read the values that the reader reads") {
   }
   const Folder folder;
   bake_example(folder / "straight.samples.exr");
-  auto reader = SamplesReader::open(folder / "straight.samples.exr");
-  REQUIRE(reader);
-  const auto level = reader->read_level();
-  REQUIRE(level);
+  auto reader = test::need(SamplesReader::open(folder / "straight.samples.exr"));
+  const auto level = test::need(reader.read_level());
   const auto commands = code_blocks(page("samples.md"), "sh");
   REQUIRE(commands.size() == 3);
   const std::string here = "cd '" + folder / "" + "' && ";
@@ -148,7 +139,7 @@ TEST_CASE("the commands of the page read the values that the reader reads") {
   const std::size_t texel = 1 * 6 + 2;
   const std::size_t view = 3;
   const std::size_t light = 4;
-  const V3f& radiance = level->radiance[(texel * 4 + view) * 6 + light];
+  const V3f& radiance = level.radiance[(texel * 4 + view) * 6 + light];
   CHECK(radiance.x > 0);
   const auto colour = constant_color(output_of(here + commands[0]));
   REQUIRE(colour.size() == 3);
@@ -157,7 +148,7 @@ TEST_CASE("the commands of the page read the values that the reader reads") {
 
   const auto opacity = constant_color(output_of(here + commands[1]));
   REQUIRE(opacity.size() == 1);
-  CHECK(std::abs(opacity[0] - static_cast<double>(level->alpha[texel * 4 + view])) < 1e-6);
+  CHECK(std::abs(opacity[0] - static_cast<double>(level.alpha[texel * 4 + view])) < 1e-6);
 
   CHECK(output_of(here + commands[2]).find("selvedge.samples") != std::string::npos);
 }

@@ -3,12 +3,13 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "format/base/digest.h"
 #include "format/exr/exr.h"
 #include "format/fabric/file.h"
 #include "tests/format/fabrics.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
 #include "tests/spec/spec_text.h"
 
 using namespace selvedge;
@@ -61,11 +62,10 @@ DirectionGrid grid_named(const std::string& cell) {
 TEST_CASE("the example of the attribute text is what the described fabric is written with") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "example.exr", example()));
-  const auto header = read_fabric_header(folder / "example.exr");
-  REQUIRE(header);
+  const auto header = test::need(read_fabric_header(folder / "example.exr"));
   const auto blocks = code_blocks(page("fabric.md"), "json");
   REQUIRE(blocks.size() == 1);
-  CHECK(json::parse(blocks[0]) == json::parse(*header));
+  CHECK(json::parse(blocks[0]) == json::parse(header));
 }
 
 TEST_CASE("digests are made of the bytes that the page states") {
@@ -76,14 +76,13 @@ TEST_CASE("digests are made of the bytes that the page states") {
 
   const Folder folder;
   REQUIRE(write_fabric(folder / "example.exr", example()));
-  const auto reader = ExrReader::open(folder / "example.exr");
-  REQUIRE(reader);
+  const auto reader = test::need(ExrReader::open(folder / "example.exr"));
   const auto blocks = code_blocks(text, "text");
   REQUIRE(blocks.size() == 1);
   std::string tail = blocks[0];
   tail.pop_back();  // the line feed before the fence
-  const std::string digest = digest_of(text_attribute(*reader, "selvedge.fabric") + tail);
-  CHECK(digest == text_attribute(*reader, "selvedge.digest"));
+  const std::string digest = digest_of(text_attribute(reader, "selvedge.fabric") + tail);
+  CHECK(digest == text_attribute(reader, "selvedge.digest"));
   CHECK(names(text, digest));
 }
 
@@ -94,33 +93,30 @@ TEST_CASE("the bytes of the small file are those that the page shows") {
   const std::string text = page("fabric.md");
   CHECK(file.size() == 2690);
   CHECK(text.find("2,690 bytes") != std::string::npos);
-  const std::regex row(R"(\n\| (\d+) \| `((?:[0-9a-f]{2} ?)+)` \|)");
-  int rows = 0;
-  for (auto i = std::sregex_iterator(text.begin(), text.end(), row); i != std::sregex_iterator(); ++i) {
+  const auto rows = matches(text, R"(\n\| (\d+) \| `((?:[0-9a-f]{2} ?)+)` \|)");
+  for (const auto& row : rows) {
     std::string expected;
-    std::istringstream bytes((*i)[2]);
-    for (std::string byte; bytes >> byte;) expected += static_cast<char>(std::stoi(byte, nullptr, 16));
-    CHECK_MESSAGE(file.substr(std::stoul((*i)[1]), expected.size()) == expected, "offset ", (*i)[1]);
-    ++rows;
+    for (const std::string& byte : split(row[1], ' '))
+      expected += static_cast<char>(std::stoi(byte, nullptr, 16));
+    CHECK_MESSAGE(file.substr(std::stoul(row[0]), expected.size()) == expected, "offset ", row[0]);
   }
-  CHECK(rows > 40);
+  CHECK(rows.size() > 40);
 }
 
 TEST_CASE("every member, attribute and channel of a fabric file is in the page") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "all.exr", random_slab_fabric(4, 4, {2, 2}, 2, 1)));
-  const auto reader = ExrReader::open(folder / "all.exr");
-  REQUIRE(reader);
+  const auto reader = test::need(ExrReader::open(folder / "all.exr"));
   const std::string text = page("fabric.md");
   std::vector<std::string> paths;
-  collect_paths(json::parse(text_attribute(*reader, "selvedge.fabric")), "", paths);
+  collect_paths(json::parse(text_attribute(reader, "selvedge.fabric")), "", paths);
   CHECK(paths.size() > 20);
   for (std::string path : paths) {
-    path = std::regex_replace(path, std::regex("layers/\\w+/(levels|precision)"), "layers/*/$1");
+    path = replaced(path, "layers/\\w+/(levels|precision)", "layers/*/$1");
     const std::string leaf = path.substr(path.rfind('/') + 1);
     CHECK_MESSAGE((names(text, path) || names(text, leaf)), path);
   }
-  for (const ExrPart& part : reader->parts()) {
+  for (const ExrPart& part : reader.parts()) {
     CHECK_MESSAGE(names(text, part.name), part.name);
     for (const auto& attribute : part.attributes) {
       const std::string& name = attribute.first;
@@ -130,12 +126,12 @@ TEST_CASE("every member, attribute and channel of a fabric file is in the page")
       CHECK_MESSAGE((of_openexr || names(text, name)), name);
     }
     for (const ExrChannel& channel : part.channels) {
-      std::string pattern = std::regex_replace(channel.name, std::regex("\\.(red|green|blue)$"), ".c");
+      std::string pattern = replaced(channel.name, "\\.(red|green|blue)$", ".c");
       const char* direction = part.name == "light" ? ".LLLL" : ".VVVV";
-      pattern = std::regex_replace(pattern, std::regex("\\.\\d{4}"), direction);
-      pattern = std::regex_replace(pattern, std::regex("^heights\\.\\d+"), "heights.E");
-      pattern = std::regex_replace(pattern, std::regex("^(products|bases)\\.\\d+"), "$1.I");
-      pattern = std::regex_replace(pattern, std::regex("\\.\\d\\."), ".J.");
+      pattern = replaced(pattern, "\\.\\d{4}", direction);
+      pattern = replaced(pattern, "^heights\\.\\d+", "heights.E");
+      pattern = replaced(pattern, "^(products|bases)\\.\\d+", "$1.I");
+      pattern = replaced(pattern, "\\.\\d\\.", ".J.");
       CHECK_MESSAGE(names(text, pattern), channel.name);
     }
   }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 #include "viewer/scene/surfaces.h"
@@ -49,15 +50,14 @@ Frame drawn(const Extreme& of, RenderPath path) {
   RenderOptions options = of.options;
   options.path = path;
   options.context = ContextKind::osmesa;
-  const Result<Frame> frame = render(of.scene, of.fabrics, of.camera, options);
-  test::require(frame);
+  const Frame frame = test::need(render(of.scene, of.fabrics, of.camera, options));
   int wrong = 0;
-  for (const V4f& p : frame->pixels) {
+  for (const V4f& p : frame.pixels) {
     for (int c = 0; c < 4; ++c) wrong += std::isfinite(p[c]) && p[c] >= 0 ? 0 : 1;
     wrong += p.w <= 1 ? 0 : 1;
   }
   CHECK(wrong == 0);
-  return *frame;
+  return frame;
 }
 
 void on_both_paths(const Extreme& of, const std::function<void(const Frame&)>& check) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
 #include "viewer/gl/glsl.h"
@@ -27,15 +28,11 @@ void main() {
 
 /// The GLSL twin over slopes (right.x, right.y, up.x, up.y).
 std::vector<V4f> in_shader(const std::vector<V4f>& slopes, int side, float taps) {
-  const auto context = make_osmesa_context();
-  test::require(context);
-  REQUIRE((*context)->make_current());
-  const Result<GlFunctions> loaded = load_gl_functions(**context);
-  test::require(loaded);
-  const GlFunctions& gl = *loaded;
-  const Result<GLuint> program = make_program(gl, shader_text("", {glsl::frame_vertex}),
-                                              shader_text("", {glsl::footprint, main_of_test}));
-  test::require(program);
+  const auto context = test::need(make_osmesa_context());
+  REQUIRE(context->make_current());
+  const GlFunctions& gl = test::need(load_gl_functions(*context));
+  const GLuint program = test::need(make_program(gl, shader_text("", {glsl::frame_vertex}),
+                                                 shader_text("", {glsl::footprint, main_of_test})));
   const GLuint input = make_plain_texture(gl, GL_RGBA32F, side, side);
   gl.TextureSubImage2D(input, 0, 0, 0, side, side, GL_RGBA, GL_FLOAT, slopes.data());
   const GLuint output = make_plain_texture(gl, GL_RGBA32F, side, side);
@@ -51,7 +48,7 @@ std::vector<V4f> in_shader(const std::vector<V4f>& slopes, int side, float taps)
   gl.VertexArrayElementBuffer(array, indices);
   gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   gl.Viewport(0, 0, side, side);
-  gl.UseProgram(*program);
+  gl.UseProgram(program);
   gl.Uniform1f(0, taps);
   gl.BindTextureUnit(0, input);
   gl.BindVertexArray(array);

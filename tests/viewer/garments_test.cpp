@@ -11,6 +11,7 @@
 #include "format/picture/image.h"
 #include "format/scene/scene_points.h"
 #include "tests/format/encoded_cloths.h"
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 
@@ -78,10 +79,9 @@ TEST_CASE("the encodings of one cloth have the same coordinates, within a step o
   for (const std::string& prefix : test::encoded_cloths()) {
     CAPTURE(prefix);
     const auto file = [&](const char* name) { return prefix + name + ".glb"; };
-    const Result<Scene> plain = read_scene(file("plain"));
-    test::require(plain);
-    const std::vector<V3d> positions = world_positions(*plain);
-    const auto& uvs = plain->primitives[0].tex_coords[0];
+    const Scene plain = test::need(read_scene(file("plain")));
+    const std::vector<V3d> positions = world_positions(plain);
+    const auto& uvs = plain.primitives[0].tex_coords[0];
     double extent = 0;
     double range = 0;
     for (int c = 0; c < 3; ++c) {
@@ -99,13 +99,11 @@ TEST_CASE("the encodings of one cloth have the same coordinates, within a step o
                                      Encoding{"draco_sequential", 12, 14}, Encoding{"quantized", 12, 14},
                                      Encoding{"meshopt_medium", 12, 14}, Encoding{"meshopt_high", 12, 14}}) {
       CAPTURE(encoding.name);
-      const Result<Scene> scene = read_scene(file(encoding.name));
-      test::require(scene);
-      const ScenePrimitive& cloth = scene->primitives[0];
+      const Scene scene = test::need(read_scene(file(encoding.name)));
+      const ScenePrimitive& cloth = scene.primitives[0];
       REQUIRE(cloth.positions.size() == positions.size());
       const double position_step = extent / ((1 << encoding.position_bits) - 1);
-      const std::vector<std::size_t> partner =
-          partners(positions, world_positions(*scene), 4 * position_step);
+      const std::vector<std::size_t> partner = partners(positions, world_positions(scene), 4 * position_step);
       const double uv_step = range / ((1 << encoding.uv_bits) - 1);
       double worst = 0;
       std::size_t alone = 0;
@@ -126,33 +124,29 @@ TEST_CASE("the encodings of one cloth have the same coordinates, within a step o
 
 TEST_CASE("the encodings of one cloth give the same picture, within what their steps allow") {
   constexpr int waves = 4;
-  const Result<SceneImage> picture = smooth_picture(waves);
-  test::require(picture);
+  const SceneImage picture = test::need(smooth_picture(waves));
   for (const std::string& prefix : test::encoded_cloths()) {
     CAPTURE(prefix);
     std::vector<float> first;
     for (const char* name :
          {"plain", "draco_edgebreaker", "draco_sequential", "quantized", "meshopt_medium", "meshopt_high"}) {
       CAPTURE(name);
-      Result<Scene> scene = read_scene(prefix + name + ".glb");
-      test::require(scene);
+      Scene scene = test::need(read_scene(prefix + name + ".glb"));
       // One smooth picture under the same light everywhere: what differs is where it lies.
       SceneMaterial material;
       material.base_color_texture.image = 0;
       material.double_sided = true;
-      scene->images = {*picture};
-      scene->materials = {material};
-      for (ScenePrimitive& primitive : scene->primitives) {
+      scene.images = {picture};
+      scene.materials = {material};
+      for (ScenePrimitive& primitive : scene.primitives) {
         primitive.material = 0;
         primitive.normals.assign(primitive.positions.size(), V3f(0, 1, 0));
         primitive.tangents.clear();
       }
-      const auto points = world_points(*scene);
-      test::require(points);
+      const auto points = test::need(world_points(scene));
       CameraOptions above;
       above.elevation = 90;
-      const auto camera = make_camera(*points, 1, above);
-      test::require(camera);
+      const auto camera = test::need(make_camera(points, 1, above));
       RenderOptions options;
       options.width = options.height = 200;
       options.layers = 1;
@@ -160,10 +154,9 @@ TEST_CASE("the encodings of one cloth give the same picture, within what their s
       light.direction = V3d(0, 1, 0);
       light.irradiance = V3f(std::numbers::pi_v<float>);
       options.lights = {light};
-      const Result<Frame> frame = render(*scene, {}, *camera, options);
-      test::require(frame);
+      const Frame frame = test::need(render(scene, {}, camera, options));
       if (first.empty()) {
-        for (const V4f& p : frame->pixels) first.insert(first.end(), {p.x, p.y, p.z, p.w});
+        for (const V4f& p : frame.pixels) first.insert(first.end(), {p.x, p.y, p.z, p.w});
         continue;
       }
       // A wave's steepest slope, in sRGB-free light, is pi * waves per repeat; a step moves the picture by
@@ -172,8 +165,8 @@ TEST_CASE("the encodings of one cloth give the same picture, within what their s
       const double bound = std::numbers::pi * waves * (1 + 0.25) / 4095 + 1.0 / 255;
       std::size_t seen = 0;
       std::size_t far = 0;
-      for (std::size_t i = 0; i < frame->pixels.size(); ++i) {
-        const V4f& p = frame->pixels[i];
+      for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
+        const V4f& p = frame.pixels[i];
         if (p.w == 0 && first[4 * i + 3] == 0) continue;
         ++seen;
         for (int c = 0; c < 4; ++c) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
 #include "viewer/hybrid/layers.h"
@@ -28,33 +29,28 @@ inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabr
   Indexed result;
   result.width = width;
   result.height = height;
-  const Result<std::vector<Surface>> surfaces = build_surfaces(scene, V3d(0, 0, 0));
-  require(surfaces);
+  const std::vector<Surface> surfaces = need(build_surfaces(scene, V3d(0, 0, 0)));
   std::vector<std::string> remarks;
-  const Result<Materials> materials = materials_of(scene, *surfaces, fabrics.size(), remarks);
-  require(materials);
-  result.materials = materials->surfaces;
-  result.mesh = merge(*surfaces);
+  const Materials materials = need(materials_of(scene, surfaces, fabrics.size(), remarks));
+  result.materials = materials.surfaces;
+  result.mesh = merge(surfaces);
   for (const Fabric& fabric : fabrics) result.packed.push_back(pack(fabric));
   result.projected = project(result.mesh, clip_matrix(camera, V3d(0, 0, 0)), width, height);
 
-  const auto context = make_osmesa_context();
-  require(context);
-  require((*context)->make_current());
-  const Result<GlFunctions> gl = load_gl_functions(**context);
-  require(gl);
+  const auto context = need(make_osmesa_context());
+  need(context->make_current());
+  const GlFunctions gl = need(load_gl_functions(*context));
   const FrameTiles where{first_row, rows == 0 ? height : rows, {}};
-  const auto pass = VisibilityPass::create(*gl, result.mesh, *materials, {width, height, where.rows});
-  require(pass);
-  (*pass)->place(result.projected);
+  const auto pass = need(VisibilityPass::create(gl, result.mesh, materials, {width, height, where.rows}));
+  pass->place(result.projected);
   const TriangleLists lists = list_triangles(result.mesh, result.projected, result.materials, where);
   std::array<DrawnSide, 2> sides;
   sides[0].list = lists.front;
   sides[1].list = lists.back;
   for (int side = 0; side < 2; ++side) {
     DrawnSide& drawn = sides[side];
-    require((*pass)->draw(side, 0, first_row, drawn.list));
-    (*pass)->read(side, 0, where, drawn.seen);
+    need(pass->draw(side, 0, first_row, drawn.list));
+    pass->read(side, 0, where, drawn.seen);
   }
   const IndexScene index{result.mesh, result.projected, result.materials, result.packed, levels};
   PixelTriangles waiting;

@@ -5,6 +5,7 @@
 
 #include "format/scene/lights.h"
 #include "format/scene/scene_points.h"
+#include "tests/require.h"
 #include "tests/viewer/seen_levels.h"
 
 // Levels foreseen against those that pixels ask for, where scenes and cameras are at their edges.
@@ -34,9 +35,7 @@ ScenePrimitive triangle(const std::array<V3f, 3>& corners, const std::array<V2d,
 }
 
 Camera camera_for(const CameraOptions& options) {
-  const auto camera = make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, aspect, options);
-  test::require(camera);
-  return *camera;
+  return test::need(make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, aspect, options));
 }
 
 /// Whether pixels ask for none but the levels foreseen; the number of pixels.
@@ -195,15 +194,13 @@ TEST_CASE("levels are foreseen of triangles, cameras and textures at random") {
     options.distance = power(-1, 2);
     options.zoom = random.uniform() < 0.3 ? 3 : 1;
     options.focus = V2d(between(0, 1), between(0, 1));
-    const auto points = world_points(scene);
-    test::require(points);
-    const auto camera = make_camera(*points, aspect, options);
-    test::require(camera);
+    const auto points = test::need(world_points(scene));
+    const auto camera = test::need(make_camera(points, aspect, options));
     CAPTURE(i);
-    const int seen = is_foreseen(scene, *camera, fabric);
+    const int seen = is_foreseen(scene, camera, fabric);
     pixels += seen;
     frames += seen > 0 ? 1 : 0;
-    left_out += asked(scene, *camera, best_levels, fabric).first;
+    left_out += asked(scene, camera, best_levels, fabric).first;
   }
   MESSAGE(frames << " frames, " << pixels << " pixels, " << left_out << " levels left out");
   CHECK(frames > 100);
@@ -241,12 +238,10 @@ TEST_CASE("what a one-sided material shows from behind counts for nothing") {
       }
     }
     // From all around some eye sees the front.
-    const auto points = world_points(scene);
-    test::require(points);
-    const auto around = make_orbit(*points, aspect, 3, 4, {});
-    test::require(around);
-    CHECK(pixel_covers(scene, *around, seen_height, 4, units)[0].fronts);
-    CHECK_FALSE(pixel_covers(scene, *around, seen_height, 4, units)[0].backs);
+    const auto points = test::need(world_points(scene));
+    const auto around = test::need(make_orbit(points, aspect, 3, 4, {}));
+    CHECK(pixel_covers(scene, around, seen_height, 4, units)[0].fronts);
+    CHECK_FALSE(pixel_covers(scene, around, seen_height, 4, units)[0].backs);
     // Both sides of one that is seen edge on, as far as can be known.
     scene.materials[0].double_sided = true;
     CameraOptions options;
@@ -265,8 +260,7 @@ TEST_CASE(
   test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
   scene.fabrics.resize(1);
   const Fabric fabric = test::random_fabric(64, 64, 3);
-  const auto points = world_points(scene);
-  test::require(points);
+  const auto points = test::need(world_points(scene));
   const std::vector<V2d> units{V2d(64, 64)};
   const auto range_of = [&](double nearest, double farthest) {
     const auto around = make_orbit(*points, aspect, nearest, farthest, {});
@@ -286,9 +280,8 @@ TEST_CASE(
     options.azimuth = 360 * random.uniform();
     options.elevation = 180 * random.uniform() - 90;
     options.distance = std::pow(10.0, 6 * random.uniform() - 3);
-    const auto camera = make_camera(*points, aspect, options);
-    test::require(camera);
-    is_foreseen(scene, *camera, fabric);
+    const auto camera = test::need(make_camera(points, aspect, options));
+    is_foreseen(scene, camera, fabric);
   }
 }
 

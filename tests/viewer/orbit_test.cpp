@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/show/state.h"
 #include "viewer/turntable.h"
@@ -16,17 +17,9 @@ namespace {
 const std::vector<V3d> cube = box_corners(std::vector<V3d>{V3d(-1, -2, -3), V3d(1, 2, 3), V3d(0, 0, 0)});
 constexpr double aspect = 1.5;
 
-CameraOptions started(CameraOptions options = {}) {
-  const Result<CameraOptions> orbit = start_orbit(cube, aspect, options);
-  test::require(orbit);
-  return *orbit;
-}
+CameraOptions started(CameraOptions options = {}) { return test::need(start_orbit(cube, aspect, options)); }
 
-Camera camera_of(const CameraOptions& orbit) {
-  const Result<Camera> camera = make_camera(cube, aspect, orbit);
-  test::require(camera);
-  return *camera;
-}
+Camera camera_of(const CameraOptions& orbit) { return test::need(make_camera(cube, aspect, orbit)); }
 
 /// Where a point is seen, in [-1, 1]^2.
 V2d seen_at(const Camera& camera, const V3d& point) {
@@ -178,28 +171,26 @@ TEST_CASE("a turntable keeps its distance and shows everything all the way round
   CameraOptions options;
   options.elevation = 15;
   options.azimuth = 10;
-  const Result<std::vector<Camera>> cameras = turntable(cube, aspect, options, 12);
-  test::require(cameras);
-  REQUIRE(cameras->size() == 12);
-  for (const Camera& camera : *cameras) {
-    CHECK(camera.position.length() == doctest::Approx(cameras->front().position.length()));
+  const std::vector<Camera> cameras = test::need(turntable(cube, aspect, options, 12));
+  REQUIRE(cameras.size() == 12);
+  for (const Camera& camera : cameras) {
+    CHECK(camera.position.length() == doctest::Approx(cameras.front().position.length()));
     for (const V3d& corner : cube) {
       const V2d at = seen_at(camera, corner);
       CHECK(std::max(std::abs(at.x), std::abs(at.y)) <= 1);
     }
   }
   // A quarter of the way.
-  CHECK((*cameras)[3].right.dot((*cameras)[0].right) == doctest::Approx(0).epsilon(1e-9));
-  CHECK((*cameras)[3].position.dot((*cameras)[0].right) > 0);
+  CHECK(cameras[3].right.dot(cameras[0].right) == doctest::Approx(0).epsilon(1e-9));
+  CHECK(cameras[3].position.dot(cameras[0].right) > 0);
 }
 
 TEST_CASE("one frame is the camera that the options ask for") {
   CameraOptions options;
   options.azimuth = 33;
-  const Result<std::vector<Camera>> cameras = turntable(cube, aspect, options, 0);
-  test::require(cameras);
-  REQUIRE(cameras->size() == 1);
-  CHECK((*cameras)[0].position == camera_of(options).position);
+  const std::vector<Camera> cameras = test::need(turntable(cube, aspect, options, 0));
+  REQUIRE(cameras.size() == 1);
+  CHECK(cameras[0].position == camera_of(options).position);
 }
 
 TEST_CASE("frames of a series are numbered from 1 with four digits") {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 #include "viewer/scene/surfaces.h"
@@ -18,12 +19,9 @@ struct Setting {
 };
 
 inline Camera camera_of(const Setting& setting) {
-  const auto points = world_points(setting.scene);
-  require(points);
-  const auto camera = make_camera(
-      *points, static_cast<double>(setting.options.width) / setting.options.height, setting.camera);
-  require(camera);
-  return *camera;
+  const auto points = need(world_points(setting.scene));
+  return need(make_camera(points, static_cast<double>(setting.options.width) / setting.options.height,
+                          setting.camera));
 }
 
 inline Frame drawn(const Setting& setting, RenderPath path) {
@@ -31,9 +29,7 @@ inline Frame drawn(const Setting& setting, RenderPath path) {
   RenderOptions options = setting.options;
   options.path = path;
   options.context = ContextKind::osmesa;
-  const Result<Frame> frame = render(setting.scene, setting.fabrics, camera, options);
-  require(frame);
-  return *frame;
+  return need(render(setting.scene, setting.fabrics, camera, options));
 }
 
 /// What a picture of an 8-bit display shows, premultiplied.

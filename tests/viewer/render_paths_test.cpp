@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 #include "tests/viewer/paths.h"
 #include "viewer/renderer.h"
 
@@ -72,17 +73,15 @@ TEST_CASE("a point light over a Lambertian square has the radiance of its closed
   point.position = V3d(0.2, 0.1, 0.7);
   point.irradiance = V3f(2);
   setting.options.lights = {point};
-  const auto points = world_points(setting.scene);
-  test::require(points);
-  const auto camera = make_camera(*points, 1, setting.camera);
-  test::require(camera);
+  const auto points = test::need(world_points(setting.scene));
+  const auto camera = test::need(make_camera(points, 1, setting.camera));
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
     const Frame frame = test::drawn(setting, path);
     for (int y = 8; y < 56; y += 9) {
       for (int x = 8; x < 56; x += 9) {
         const V2d s((2.0 * x + 1) / 64 - 1, 1 - (2.0 * y + 1) / 64);
-        const V2d at = camera->window_centre + s * camera->window_half;
-        const V3d p = camera->position + camera->right * at.x + camera->up * at.y;
+        const V2d at = camera.window_centre + s * camera.window_half;
+        const V3d p = camera.position + camera.right * at.x + camera.up * at.y;
         const V3d towards = point.position - V3d(p.x, p.y, 0);
         const double expected = 0.5 / 3.14159265358979 * 2 * towards.z / std::pow(towards.length2(), 1.5);
         CHECK(frame.pixels[y * 64 + x].x == doctest::Approx(expected).epsilon(1e-3));
@@ -100,26 +99,22 @@ TEST_CASE("a probe sees the light of the picture, lights that stand somewhere in
   point.kind = LightKind::point;
   point.position = V3d(0.2, 0.1, 0.7);
   setting.options.lights = {point};
-  const auto points = world_points(setting.scene);
-  test::require(points);
-  const auto camera = make_camera(*points, 1, setting.camera);
-  test::require(camera);
+  const auto points = test::need(world_points(setting.scene));
+  const auto camera = test::need(make_camera(points, 1, setting.camera));
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
     setting.options.path = path;
     setting.options.context = ContextKind::osmesa;
-    const auto renderer = Renderer::create(setting.scene, setting.fabrics, setting.options);
-    test::require(renderer);
+    const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
     Frame frame;
     RenderStats stats;
-    REQUIRE((*renderer)->draw(*camera, setting.options, frame, stats));
-    const auto probe = (*renderer)->probe(*camera, setting.options, V2i(20, 40));
-    test::require(probe);
-    REQUIRE(probe->has_value());
-    CHECK((*probe)->radiance.x > 0.01F);
-    CHECK((*probe)->radiance.x == doctest::Approx(frame.pixels[40 * 64 + 20].x).epsilon(1e-4));
+    REQUIRE(renderer->draw(camera, setting.options, frame, stats));
+    const auto probe = test::need(renderer->probe(camera, setting.options, V2i(20, 40)));
+    REQUIRE(probe.has_value());
+    CHECK(probe->radiance.x > 0.01F);
+    CHECK(probe->radiance.x == doctest::Approx(frame.pixels[40 * 64 + 20].x).epsilon(1e-4));
     // After a probe the next frame is the same.
     const Frame before = frame;
-    REQUIRE((*renderer)->draw(*camera, setting.options, frame, stats));
+    REQUIRE(renderer->draw(camera, setting.options, frame, stats));
     CHECK(frame.pixels == before.pixels);
   }
 }

@@ -7,18 +7,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/base/error.h"
 #include "format/base/random.h"
 #include "format/fabric/fabric.h"
 #include "format/scene/scene.h"
 
 namespace selvedge::test {
-
-/// Ends the test case with the error's line where there is one.
-template <class T>
-void require(const Result<T>& result) {
-  if (!result) FAIL(to_line(result.error()));
-}
 
 /// A random direction of the whole sphere, some of them straight along an axis.
 inline V3f any_direction(Random& random) {

@@ -7,6 +7,7 @@
 
 #include "format/fabric/evaluate.h"
 #include "format/picture/swatch_picture.h"
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 
@@ -18,13 +19,12 @@ const std::vector<V3d> directions{V3d(0, 0, 1), V3d(0.5, 0.3, 0.8), V3d(-0.9, 0.
 
 Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_options,
                             RenderOptions options) {
-  const Result<Swatch> swatch = make_swatch(fabric, swatch_options);
-  test::require(swatch);
-  options.width = swatch->width;
-  options.height = swatch->height;
+  const Swatch swatch = test::need(make_swatch(fabric, swatch_options));
+  options.width = swatch.width;
+  options.height = swatch.height;
   options.levels.forced = swatch_options.level;
   options.layers = 1;
-  return render(swatch->scene, {fabric}, swatch->camera, options);
+  return render(swatch.scene, {fabric}, swatch.camera, options);
 }
 
 /// Largest difference between a swatch of one pixel per texel and the reference, relative to the peak.
@@ -38,18 +38,17 @@ double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d
   RenderOptions options;
   options.levels.blend = false;
   options.lights = {{light.normalized(), V3f(1, 1, 1)}};
-  const Result<Frame> frame = render_swatch(fabric, swatch, options);
-  test::require(frame);
+  const Frame frame = test::need(render_swatch(fabric, swatch, options));
   const FabricLevel& of = fabric.levels[level];
-  REQUIRE(frame->width == of.width * repeats.x);
-  REQUIRE(frame->height == of.height * repeats.y);
+  REQUIRE(frame.width == of.width * repeats.x);
+  REQUIRE(frame.height == of.height * repeats.y);
   double peak = 0;
   double worst = 0;
-  for (int y = 0; y < frame->height; ++y) {
-    for (int x = 0; x < frame->width; ++x) {
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
       const Shading expected = evaluate(fabric, level, x % of.width, y % of.height, V3f(light.normalized()),
                                         V3f(view.normalized()));
-      const V4f& pixel = frame->pixels[y * frame->width + x];
+      const V4f& pixel = frame.pixels[y * frame.width + x];
       for (int c = 0; c < 3; ++c) {
         const double value = expected.alpha * expected.radiance[c];
         peak = std::max(peak, value);
@@ -98,14 +97,12 @@ TEST_CASE("a swatch at one pixel per 2^k texels hardly changes when levels are b
   swatch.pixels_per_texel = 0.25;
   RenderOptions options;
   options.lights = {{V3d(0, 0, 1), V3f(1, 1, 1)}};
-  const Result<Frame> blended = render_swatch(fabric, swatch, options);
+  const Frame blended = test::need(render_swatch(fabric, swatch, options));
   options.levels.blend = false;
-  const Result<Frame> single = render_swatch(fabric, swatch, options);
-  REQUIRE(blended);
-  REQUIRE(single);
+  const Frame single = test::need(render_swatch(fabric, swatch, options));
   double worst = 0;
-  for (std::size_t i = 0; i < single->pixels.size(); ++i) {
-    const V4f d = blended->pixels[i] - single->pixels[i];
+  for (std::size_t i = 0; i < single.pixels.size(); ++i) {
+    const V4f d = blended.pixels[i] - single.pixels[i];
     worst = std::max<double>(worst, std::sqrt(d.dot(d)));
   }
   // Mesa's level is known to be off by up to 0.05; neighbouring levels of the random fabric differ by
@@ -119,9 +116,8 @@ TEST_CASE("light from behind the cloth gives no radiance but leaves the opacity"
   swatch.level = 0;
   RenderOptions options;
   options.lights = {{V3d(0.6, 0, -0.8), V3f(1, 1, 1)}};
-  const Result<Frame> frame = render_swatch(fabric, swatch, options);
-  REQUIRE(frame);
-  for (const V4f& pixel : frame->pixels) {
+  const Frame frame = test::need(render_swatch(fabric, swatch, options));
+  for (const V4f& pixel : frame.pixels) {
     CHECK(V3f(pixel.x, pixel.y, pixel.z) == V3f(0, 0, 0));
     CHECK(pixel.w > 0);
   }
@@ -139,9 +135,8 @@ TEST_CASE("several lights add up") {
   for (const std::vector<Light>& lights :
        {std::vector{first}, std::vector{second}, std::vector{first, second}}) {
     options.lights = lights;
-    const Result<Frame> frame = render_swatch(fabric, swatch, options);
-    REQUIRE(frame);
-    frames.push_back(*frame);
+    const Frame frame = test::need(render_swatch(fabric, swatch, options));
+    frames.push_back(frame);
   }
   for (std::size_t i = 0; i < frames[0].pixels.size(); ++i) {
     for (unsigned c = 0; c < 3; ++c)
@@ -153,9 +148,7 @@ TEST_CASE("several lights add up") {
 TEST_CASE("a swatch refuses what cannot be shown") {
   const Fabric fabric = test::random_fabric(4, 4, 1);
   const auto code_of = [&](const SwatchOptions& options) {
-    const Result<Swatch> swatch = make_swatch(fabric, options);
-    REQUIRE_FALSE(swatch);
-    return swatch.error().code;
+    return test::error_of(make_swatch(fabric, options)).code;
   };
   SwatchOptions options;
   options.view = V3d(1, 0, 0);
@@ -190,14 +183,13 @@ TEST_CASE("a swatch from a place is within 1/255 of the reference evaluation's p
         options.layers = 1;
         options.levels = levels;
         options.lights = shot.lights;
-        const Result<Frame> frame = render(swatch_scene(period, shot), {fabric}, shot.camera, options);
-        test::require(frame);
+        const Frame frame = test::need(render(swatch_scene(period, shot), {fabric}, shot.camera, options));
         float peak = 0;
         for (const V4f& p : expected.pixels) peak = std::max({peak, p.x, p.y, p.z});
         REQUIRE(peak > 0);
         int far = 0;
         for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
-          const V4f d = frame->pixels[i] - expected.pixels[i];
+          const V4f d = frame.pixels[i] - expected.pixels[i];
           const float worst = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z), std::abs(d.w) * peak});
           far += worst > peak / 255 ? 1 : 0;
         }
@@ -221,19 +213,17 @@ TEST_CASE("frames with fast powers differ from those with exact ones by less tha
       options.height = shot.height;
       options.layers = 1;
       options.lights = shot.lights;
-      const Result<Frame> exact = render(swatch_scene(period, shot), {fabric}, shot.camera, options);
-      test::require(exact);
+      const Frame exact = test::need(render(swatch_scene(period, shot), {fabric}, shot.camera, options));
       options.power = PowerKind::fast;
-      const Result<Frame> fast = render(swatch_scene(period, shot), {fabric}, shot.camera, options);
-      test::require(fast);
+      const Frame fast = test::need(render(swatch_scene(period, shot), {fabric}, shot.camera, options));
       float peak = 0;
       float worst = 0;
-      for (std::size_t i = 0; i < exact->pixels.size(); ++i) {
+      for (std::size_t i = 0; i < exact.pixels.size(); ++i) {
         for (unsigned c = 0; c < 3; ++c) {
-          peak = std::max(peak, exact->pixels[i][c]);
-          worst = std::max(worst, std::abs(exact->pixels[i][c] - fast->pixels[i][c]));
+          peak = std::max(peak, exact.pixels[i][c]);
+          worst = std::max(worst, std::abs(exact.pixels[i][c] - fast.pixels[i][c]));
         }
-        CHECK(exact->pixels[i].w == fast->pixels[i].w);
+        CHECK(exact.pixels[i].w == fast.pixels[i].w);
       }
       CHECK(worst > 0);
       CHECK(worst < 0.1F * peak / 255);

@@ -1,12 +1,11 @@
 #include "format/picture/openimageio.h"
 
 #include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <memory>
 
@@ -129,24 +128,9 @@ Result<std::vector<std::uint8_t>> encode_exr(const Image& image) {
   return encode("exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
 }
 
-int text_width(const std::string& text, int size, const std::string& font) {
-  const OIIO::ROI roi = OIIO::ImageBufAlgo::text_size(text, size, font);
-  return roi.defined() ? roi.width() : 0;
-}
-
-Result<void> draw_text(Image& image, int x, int y, const std::string& text, int size, const std::string& font,
-                       const std::array<float, 3>& colour) {
-  using namespace OIIO::ImageBufAlgo;
-  OIIO::ImageBuf pixels(OIIO::ImageSpec(image.width, image.height, image.channels, OIIO::TypeDesc::FLOAT),
-                        image.pixels.data());
-  if (render_text(pixels, x, y, text, size, font, colour, TextAlignX::Left, TextAlignY::Baseline, 0, {}, 1))
-    return {};
-  return fail(Code::image_unwritable, {}, {}, pixels.geterror());
-}
-
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) const OpenImageIo selvedge_openimageio;
-const OpenImageIo selvedge_openimageio{read, encode_png, encode_exr, text_width, draw_text};
+const OpenImageIo selvedge_openimageio{read, encode_png, encode_exr};
 
 }  // namespace selvedge

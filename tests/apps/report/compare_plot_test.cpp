@@ -5,11 +5,14 @@
 #include <OpenImageIO/detail/pugixml/pugixml.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
+#include "apps/report/svg.h"
 #include "fitter/training_pairs.h"
 #include "format/quality/compare.h"
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -54,12 +57,10 @@ TEST_CASE("plot: three tiles a pair, and the numbers are those of compare") {
   const Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
   const PairSamples held_out = random_truth(20, 1);
   const PairSamples training = random_truth(30, 2);
-  const auto drawing = plot(fabric, held_out, training, names);
-  REQUIRE_MESSAGE(drawing, to_line(drawing.error()));
-  const auto svg = svg_of(*drawing);
-  REQUIRE(svg);
+  const auto svg = compare_plot(fabric, held_out, training, names);
+  REQUIRE_MESSAGE(svg, to_line(svg.error()));
   OIIO::pugi::xml_document document;
-  REQUIRE(document.load_string(svg->c_str()));
+  REQUIRE(document.load_string(svg.c_str()));
   std::vector<std::string> pictures;
   std::multiset<std::string> texts;
   for (const auto& node : document.child("svg").children()) {
@@ -87,53 +88,66 @@ TEST_CASE("plot: three tiles a pair, and the numbers are those of compare") {
   CHECK(texts.count("4 x 4 texels, 1 lobe x table, 1,234,567 bytes, beside the truth of k.samples.exr") == 1);
 }
 
-TEST_CASE("plot: the PNG has the SVG's size, its tiles the truth's colours, and the same bytes every time") {
+TEST_CASE("plot: tiles have the truth's colours, and the plot the same bytes every time") {
   const Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
   PairSamples held_out = random_truth(1, 1);
   // Half of the texels at the peak, half at a quarter of it.
   for (std::size_t t = 0; t < 16; ++t) held_out.radiance[t] = V3f(t % 4 < 2 ? 0.5F : 0.125F);
-  const auto drawing = plot(fabric, held_out, random_truth(4, 2), names);
-  REQUIRE(drawing);
-  const auto png = png_of(*drawing);
-  REQUIRE_MESSAGE(png, to_line(png.error()));
-  CHECK(*png == *png_of(*plot(fabric, held_out, random_truth(4, 2), names)));
-  const auto image = decode_image(*png, "plot", Transfer::keep);
-  REQUIRE(image);
-  CHECK(image->width == drawing->width);
-  CHECK(image->height == drawing->height);
-  const auto first = std::find_if(drawing->shapes.begin(), drawing->shapes.end(), [](const Drawn& shape) {
-    return std::holds_alternative<DrawnPicture>(shape);
-  });
-  REQUIRE(first != drawing->shapes.end());
-  const DrawnPicture& truth = std::get<DrawnPicture>(*first);
-  const auto red_at = [&](double u, double v) {
-    const auto x = static_cast<std::size_t>(truth.corner.x + u * truth.image.width);
-    const auto y = static_cast<std::size_t>(truth.corner.y + v * truth.image.height);
-    return image->pixels[4 * (y * static_cast<std::size_t>(image->width) + x)];
+  const auto svg = compare_plot(fabric, held_out, random_truth(4, 2), names);
+  REQUIRE(svg);
+  CHECK(*svg == *compare_plot(fabric, held_out, random_truth(4, 2), names));
+  OIIO::pugi::xml_document document;
+  REQUIRE(document.load_string(svg->c_str()));
+  const auto truth = document.child("svg").child("image");
+  // The picture that this has to be, texel by texel.
+  const int width = truth.attribute("width").as_int();
+  Image expected{width, truth.attribute("height").as_int(), 3, {}};
+  CHECK(width % 4 == 0);
+  for (int i = 0; i < width * expected.height; ++i)
+    expected.pixels.insert(expected.pixels.end(), 3, i % width < width / 2 ? 1.0F : 0.25F);
+  CHECK(std::string(truth.attribute("href").value()) == png_address(*encode_png(expected)));
+}
+
+TEST_CASE("plot: colours of differences are as light on both sides, and lightness falls evenly") {
+  // Oklab's lightness by the matrices of its publication.
+  const auto lightness = [](const V3f& c) {
+    const V3d d(c);
+    const double l = 0.4122214708 * d.x + 0.5363325363 * d.y + 0.0514459929 * d.z;
+    const double m = 0.2119034982 * d.x + 0.6806995451 * d.y + 0.1073969566 * d.z;
+    const double s = 0.0883024619 * d.x + 0.2817188376 * d.y + 0.6299787005 * d.z;
+    return 0.2104542553 * std::cbrt(l) + 0.7936177850 * std::cbrt(m) - 0.0040720468 * std::cbrt(s);
   };
-  CHECK(red_at(0.3, 0.7) == 1);
-  CHECK(red_at(0.8, 0.2) == doctest::Approx(linear_to_srgb(0.25F)).epsilon(0.005));
+  for (double t = 0; t < 1.01; t += 0.125) {
+    for (const double sign : {-1.0, 1.0}) {
+      // A hundredth of the lightness of white is what one can just see.
+      CHECK(std::abs(lightness(diverging_colour(sign * t)) - (0.975 - 0.525 * t)) < 0.016);
+    }
+  }
+  CHECK(diverging_colour(-0.5).z > diverging_colour(-0.5).x);
+  CHECK(diverging_colour(0.5).x > diverging_colour(0.5).z);
+  CHECK(diverging_colour(7) == diverging_colour(1));
 }
 
 TEST_CASE("plot: a cell of any shape gives a page that can be drawn") {
   for (const V2f& period : {V2f(1, 1e5F), V2f(1e5F, 1), V2f(1, 30)}) {
     Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
     fabric.period_mm = period;
-    const auto drawing = plot(fabric, random_truth(20, 1), random_truth(30, 2), names);
-    REQUIRE(drawing);
-    CHECK(drawing->height < 4000);
-    CHECK(svg_of(*drawing));
+    const auto svg = compare_plot(fabric, random_truth(20, 1), random_truth(30, 2), names);
+    REQUIRE(svg);
+    OIIO::pugi::xml_document document;
+    REQUIRE(document.load_string(svg->c_str()));
+    CHECK(document.child("svg").attribute("height").as_int() < 4000);
   }
 }
 
 TEST_CASE("plot: refuses samples without held-out pairs, and those of another cell") {
   const Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
-  const auto none = plot(fabric, PairSamples(), random_truth(4, 2), names);
+  const auto none = compare_plot(fabric, PairSamples(), random_truth(4, 2), names);
   REQUIRE_FALSE(none);
   CHECK(none.error().code == Code::samples_malformed);
   CHECK(none.error().file == "k.samples.exr");
   const auto other =
-      plot(test::random_fabric(8, 4, {2, 2}, 1, 3), random_truth(2, 1), random_truth(4, 2), names);
+      compare_plot(test::random_fabric(8, 4, {2, 2}, 1, 3), random_truth(2, 1), random_truth(4, 2), names);
   REQUIRE_FALSE(other);
   CHECK(other.error().code == Code::fabric_mismatch);
 }

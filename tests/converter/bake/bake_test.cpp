@@ -12,6 +12,7 @@
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -42,15 +43,11 @@ struct Baked {
 
 Baked bake_mesh(const CellMesh& mesh, const BakeOptions& options) {
   const Folder folder;
-  const auto report = bake(mesh, "test", options, "{}", folder / "s.exr");
-  REQUIRE_MESSAGE(report, to_line(report.error()));
-  auto reader = SamplesReader::open(folder / "s.exr");
-  REQUIRE_MESSAGE(reader, to_line(reader.error()));
-  auto level = reader->read_level();
-  REQUIRE_MESSAGE(level, to_line(level.error()));
-  auto pairs = reader->read_pairs(PairKind::held_out);
-  REQUIRE(pairs);
-  return {reader->header(), std::move(*level), std::move(*pairs)};
+  test::need(bake(mesh, "test", options, "{}", folder / "s.exr"));
+  auto reader = test::need(SamplesReader::open(folder / "s.exr"));
+  auto level = test::need(reader.read_level());
+  auto pairs = test::need(reader.read_pairs(PairKind::held_out));
+  return {reader.header(), std::move(level), std::move(pairs)};
 }
 
 }  // namespace
@@ -121,21 +118,20 @@ TEST_CASE("a mesh is lit the same a million cells away") {
 }
 
 TEST_CASE("an OBJ file is lit the same a million cells away") {
-  const auto knit = load_cell("plain-knit", {.cells_across = 16});
-  REQUIRE(knit);
+  const auto knit = test::need(load_cell("plain-knit", {.cells_across = 16}));
   const auto text = [&](double cells) {
     std::string out;
-    for (const V3f& p : knit->positions) {
-      out += fmt::format("v {} {} {}\n", static_cast<double>(p.x) + cells * knit->period.x,
-                         static_cast<double>(p.y) - cells * knit->period.y, static_cast<double>(p.z) + cells);
+    for (const V3f& p : knit.positions) {
+      out += fmt::format("v {} {} {}\n", static_cast<double>(p.x) + cells * knit.period.x,
+                         static_cast<double>(p.y) - cells * knit.period.y, static_cast<double>(p.z) + cells);
     }
-    for (const V3i& t : knit->triangles) out += fmt::format("f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1);
+    for (const V3i& t : knit.triangles) out += fmt::format("f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1);
     return out;
   };
   const auto level = [&](double cells) {
-    const auto mesh = read_mesh(text(cells), "knit.obj", {.period = knit->period, .up_axis = UpAxis::z});
-    REQUIRE_MESSAGE(mesh, to_line(mesh.error()));
-    return bake_mesh(*mesh, small_bake()).level;
+    const auto mesh =
+        test::need(read_mesh(text(cells), "knit.obj", {.period = knit.period, .up_axis = UpAxis::z}));
+    return bake_mesh(mesh, small_bake()).level;
   };
   const SampleLevel here = level(0);
   const SampleLevel there = level(1e6);
@@ -242,15 +238,14 @@ TEST_CASE("a white fence under a white sky is white") {
   CellMesh mesh = fence(2, 0.7F, 1, 1);
   const Folder folder;
   REQUIRE(bake(mesh, "test", o, "{}", folder / "s.exr"));
-  const auto level = SamplesReader::open(folder / "s.exr")->read_level();
-  REQUIRE(level);
+  const auto level = test::need(SamplesReader::open(folder / "s.exr")->read_level());
   double sum = 0;
   double worst = 0;
-  const std::size_t entries = level->alpha.size();
+  const std::size_t entries = level.alpha.size();
   for (std::size_t e = 0; e < entries; ++e) {
     double radiance = 0;
     for (std::size_t l = 0; l < 256; ++l)
-      radiance += static_cast<double>(level->radiance[e * 256 + l].x) * 2 * pi / 256;
+      radiance += static_cast<double>(level.radiance[e * 256 + l].x) * 2 * pi / 256;
     sum += radiance / static_cast<double>(entries);
     worst = std::max(worst, std::abs(radiance - 1));
   }
@@ -296,26 +291,23 @@ TEST_CASE("a mesh with too many points for cached light is traced, and the repor
   }
   BakeOptions o = small_bake();
   const Folder folder;
-  const auto large = bake(mesh, "test", o, "{}", folder / "large.exr");
-  REQUIRE_MESSAGE(large, to_line(large.error()));
-  CHECK(large->indirect == IndirectLight::traced);
-  REQUIRE(large->remarks.size() == 1);
-  CHECK(large->remarks.front().find("50000 points") != std::string::npos);
-  const auto reader = SamplesReader::open(folder / "large.exr");
-  REQUIRE(reader);
-  CHECK(nlohmann::json::parse(reader->header().provenance)["bake"]["indirect"] == "traced");
+  const auto large = test::need(bake(mesh, "test", o, "{}", folder / "large.exr"));
+  CHECK(large.indirect == IndirectLight::traced);
+  REQUIRE(large.remarks.size() == 1);
+  CHECK(large.remarks.front().find("50000 points") != std::string::npos);
+  const auto reader = test::need(SamplesReader::open(folder / "large.exr"));
+  CHECK(nlohmann::json::parse(reader.header().provenance)["bake"]["indirect"] == "traced");
 
   // Asked for, it is no remark and the same file.
   o.indirect = IndirectLight::traced;
-  const auto asked = bake(mesh, "test", o, "{}", folder / "asked.exr");
-  REQUIRE(asked);
-  CHECK(asked->remarks.empty());
+  const auto asked = test::need(bake(mesh, "test", o, "{}", folder / "asked.exr"));
+  CHECK(asked.remarks.empty());
   CHECK(bytes_of(folder / "asked.exr") == bytes_of(folder / "large.exr"));
 
-  const auto small = bake(fence(1, 0.5F, 0.6F, 0.3F), "test", small_bake(), "{}", folder / "small.exr");
-  REQUIRE(small);
-  CHECK(small->indirect == IndirectLight::cached);
-  CHECK(small->remarks.empty());
+  const auto small =
+      test::need(bake(fence(1, 0.5F, 0.6F, 0.3F), "test", small_bake(), "{}", folder / "small.exr"));
+  CHECK(small.indirect == IndirectLight::cached);
+  CHECK(small.remarks.empty());
 }
 
 TEST_CASE("bad input is refused before anything is written") {
@@ -349,8 +341,6 @@ TEST_CASE("bad input is refused before anything is written") {
     mesh.period = V2d(0.01, 0.01);
     expected = Code::mesh_invalid;
   }
-  const auto report = bake(mesh, "test", o, "{}", folder / "s.exr");
-  REQUIRE_FALSE(report);
-  CHECK(report.error().code == expected);
+  CHECK(test::error_of(bake(mesh, "test", o, "{}", folder / "s.exr")).code == expected);
   CHECK(folder.files() == 0);
 }

@@ -7,6 +7,7 @@
 #include "converter/stitch/find_cell.h"
 #include "format/samples/pool.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 namespace selvedge {
 namespace {
@@ -70,8 +71,7 @@ TEST_CASE("as many levels are fitted as are asked for") {
 
 TEST_CASE("what a coarser level sees is what the finer texels see together") {
   const test::Folder folder;
-  const auto cell = find_cell("plain-knit", {});
-  REQUIRE(cell);
+  const auto cell = test::need(find_cell("plain-knit", {}));
   BakeOptions options;
   options.width = options.height = 16;
   options.views = 9;
@@ -80,14 +80,10 @@ TEST_CASE("what a coarser level sees is what the finer texels see together") {
   options.validation_pairs = options.held_out_pairs = options.rim_pairs = 0;
   const auto level_of = [&](const BakeOptions& o, const char* name) {
     const std::string path = folder / name;
-    const auto report = bake(cell->mesh, "knit", o, "{}", path);
-    REQUIRE(report);
-    auto reader = SamplesReader::open(path);
-    REQUIRE(reader);
-    CHECK(reader->header().whole == o.whole);
-    auto level = reader->read_level();
-    REQUIRE(level);
-    return *level;
+    test::need(bake(cell.mesh, "knit", o, "{}", path));
+    auto reader = test::need(SamplesReader::open(path));
+    CHECK(reader.header().whole == o.whole);
+    return test::need(reader.read_level());
   };
   const SampleLevel pooled = pool(pool(level_of(options, "fine.exr")));
   BakeOptions coarse = options;

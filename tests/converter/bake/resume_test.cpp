@@ -9,6 +9,7 @@
 #include "format/base/atomic_file.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -32,16 +33,13 @@ BakeOptions small_bake() {
 }
 
 BakeReport baked(const BakeOptions& options, const std::string& output) {
-  const auto report = bake(mesh(), "test", options, "{}", output);
-  REQUIRE_MESSAGE(report, to_line(report.error()));
-  return *report;
+  return test::need(bake(mesh(), "test", options, "{}", output));
 }
 
 /// The journal of a bake that ended early: a shard of everything is one, before it got its name.
 std::string journal_of(const BakeOptions& options, const Folder& folder, const char* output) {
   const std::string path = folder / (std::string(output) + ".journal");
-  const auto report = bake_shard(mesh(), "test", options, "{}", {}, folder / "all.shard");
-  REQUIRE_MESSAGE(report, to_line(report.error()));
+  test::need(bake_shard(mesh(), "test", options, "{}", {}, folder / "all.shard"));
   std::filesystem::rename(folder / "all.shard", path);
   return path;
 }
@@ -103,12 +101,10 @@ TEST_CASE("shards in any order merge to the bytes of the whole") {
   std::vector<std::string> shards;
   for (const int index : {2, 0, 1}) {
     shards.push_back(folder / ("part" + std::to_string(index)));
-    const auto report = bake_shard(mesh(), "test", o, "{}", {index, 3}, shards.back());
-    REQUIRE_MESSAGE(report, to_line(report.error()));
-    CHECK(report->units >= 6);
+    const auto report = test::need(bake_shard(mesh(), "test", o, "{}", {index, 3}, shards.back()));
+    CHECK(report.units >= 6);
   }
-  const auto merged = merge_shards(shards, folder / "merged.exr");
-  REQUIRE_MESSAGE(merged, to_line(merged.error()));
+  const auto merged = test::need(merge_shards(shards, folder / "merged.exr"));
   CHECK(bytes_of(folder / "merged.exr") == bytes_of(folder / "whole.exr"));
   CHECK(folder.files() == 5);
 }
@@ -120,9 +116,8 @@ TEST_CASE("shards that do not make a whole are refused") {
   o.seed = 2;
   REQUIRE(bake_shard(mesh(), "test", o, "{}", {1, 2}, folder / "b"));
   const auto refused = [&](std::vector<std::string> shards, const char* why) {
-    const auto merged = merge_shards(shards, folder / "m.exr");
-    REQUIRE_FALSE(merged);
-    CHECK_MESSAGE(merged.error().message.find(why) != std::string::npos, to_line(merged.error()));
+    const Error error = test::error_of(merge_shards(shards, folder / "m.exr"));
+    CHECK_MESSAGE(error.message.find(why) != std::string::npos, to_line(error));
     CHECK_FALSE(std::filesystem::exists(folder / "m.exr"));
   };
   refused({folder / "a"}, "in none of the shards");
@@ -157,9 +152,8 @@ TEST_CASE("a target for the noise is met with no more samples than it takes") {
 TEST_CASE("the noise of a bake is in its file") {
   const Folder folder;
   const BakeReport report = baked(small_bake(), folder / "s.exr");
-  const auto reader = SamplesReader::open(folder / "s.exr");
-  REQUIRE(reader);
-  const auto noise = nlohmann::json::parse(reader->header().provenance)["bake"]["noise"];
+  const auto reader = test::need(SamplesReader::open(folder / "s.exr"));
+  const auto noise = nlohmann::json::parse(reader.header().provenance)["bake"]["noise"];
   CHECK(noise["samples"] == report.noise);
   CHECK(noise["truth"] == report.truth_noise);
   CHECK(report.noise > 0);
@@ -170,29 +164,26 @@ TEST_CASE("pairs of directions come from a file") {
   REQUIRE(write_file(folder / "pairs.json", std::string(R"({
     "held-out": [{"light": [0, 0, 2], "view": [3, 0, 4]}, {"light": [0, 1, 1], "view": [0, 0, 1]}],
     "rim": [{"light": [1, 0, 0.01], "view": [0, 0, 1]}]})")));
-  const auto pairs = read_pairs(folder / "pairs.json");
-  REQUIRE_MESSAGE(pairs, to_line(pairs.error()));
+  const auto pairs = test::need(read_pairs(folder / "pairs.json"));
   BakeOptions o = small_bake();
-  o.pairs = *pairs;
+  o.pairs = pairs;
   baked(o, folder / "s.exr");
-  auto reader = SamplesReader::open(folder / "s.exr");
-  REQUIRE(reader);
-  CHECK(reader->header().pairs[0].empty());
-  REQUIRE(reader->header().pairs[1].size() == 2);
-  CHECK(reader->header().pairs[1][0].light == V3f(0, 0, 1));
-  CHECK(reader->header().pairs[1][0].view == V3f(0.6F, 0, 0.8F));
-  CHECK(reader->header().pairs[2].size() == 1);
-  REQUIRE(reader->read_pairs(PairKind::held_out));
+  auto reader = test::need(SamplesReader::open(folder / "s.exr"));
+  CHECK(reader.header().pairs[0].empty());
+  REQUIRE(reader.header().pairs[1].size() == 2);
+  CHECK(reader.header().pairs[1][0].light == V3f(0, 0, 1));
+  CHECK(reader.header().pairs[1][0].view == V3f(0.6F, 0, 0.8F));
+  CHECK(reader.header().pairs[2].size() == 1);
+  REQUIRE(reader.read_pairs(PairKind::held_out));
 }
 
 TEST_CASE("a file of pairs that is not one is refused with the place") {
   const Folder folder;
   const auto refused = [&](const char* text, const char* place) {
     REQUIRE(write_file(folder / "pairs.json", std::string(text)));
-    const auto pairs = read_pairs(folder / "pairs.json");
-    REQUIRE_FALSE(pairs);
-    CHECK(pairs.error().code == Code::json_malformed);
-    CHECK(pairs.error().place == place);
+    const Error pairs = test::error_of(read_pairs(folder / "pairs.json"));
+    CHECK(pairs.code == Code::json_malformed);
+    CHECK(pairs.place == place);
   };
   refused("[1]", "");
   refused("{\"rim\": 1}", "/rim");

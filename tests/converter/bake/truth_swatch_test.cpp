@@ -10,6 +10,7 @@
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -40,9 +41,7 @@ SwatchShot texels_of(const CellMesh& mesh, int width, int height, const V3f& vie
 }
 
 TruthSwatch traced(const CellMesh& mesh, const SwatchShot& shot, const TruthOptions& options) {
-  auto swatch = trace_swatch(mesh, "test", shot, options);
-  REQUIRE_MESSAGE(swatch, to_line(swatch.error()));
-  return std::move(*swatch);
+  return test::need(trace_swatch(mesh, "test", shot, options));
 }
 
 }  // namespace
@@ -81,8 +80,7 @@ TEST_CASE("what is not yarn in a traced swatch is a hole, and its share the opac
 }
 
 TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel") {
-  const auto mesh = load_cell("plain-knit");
-  REQUIRE(mesh);
+  const auto mesh = test::need(load_cell("plain-knit"));
   constexpr int width = 8;
   constexpr int height = 6;
   BakeOptions bake_options;
@@ -100,18 +98,16 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
   for (const IndirectLight indirect : {IndirectLight::traced, IndirectLight::cached}) {
     bake_options.indirect = indirect;
     const Folder folder;
-    REQUIRE(bake(*mesh, "test", bake_options, "{}", folder / "s.exr"));
-    auto reader = SamplesReader::open(folder / "s.exr");
-    REQUIRE(reader);
-    const auto truth = reader->read_pairs(PairKind::held_out);
-    REQUIRE(truth);
+    REQUIRE(bake(mesh, "test", bake_options, "{}", folder / "s.exr"));
+    auto reader = test::need(SamplesReader::open(folder / "s.exr"));
+    const auto truth = test::need(reader.read_pairs(PairKind::held_out));
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       TruthOptions options;
       options.samples = 256;
       options.bounces = 3;
       options.indirect = indirect;
       const TruthSwatch swatch =
-          traced(*mesh, texels_of(*mesh, width, height, pairs[p].view, pairs[p].light), options);
+          traced(mesh, texels_of(mesh, width, height, pairs[p].view, pairs[p].light), options);
       double squared = 0;
       double expected = 0;
       double mean = 0;
@@ -119,9 +115,9 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
       for (std::size_t i = 0; i < swatch.frame.pixels.size(); ++i) {
         const std::size_t at = p * swatch.frame.pixels.size() + i;
         const V4f& pixel = swatch.frame.pixels[i];
-        const V3d baked(truth->radiance[at] * truth->alpha[at]);
+        const V3d baked(truth.radiance[at] * truth.alpha[at]);
         squared += (V3d(V3f(pixel.x, pixel.y, pixel.z)) - baked).length2();
-        expected += V3d(truth->noise[at]).length2();
+        expected += V3d(truth.noise[at]).length2();
         mean += static_cast<double>(pixel.x);
         mean_expected += baked.x;
       }
@@ -141,16 +137,15 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
 }
 
 TEST_CASE("the noise of a traced swatch is its distance from one with many rays") {
-  const auto mesh = load_cell("plain-weave");
-  REQUIRE(mesh);
-  const SwatchShot shot = swatch_shot(SwatchView::middle, mesh->period, 24, 18);
+  const auto mesh = test::need(load_cell("plain-weave"));
+  const SwatchShot shot = swatch_shot(SwatchView::middle, mesh.period, 24, 18);
   TruthOptions few;
   few.samples = 16;
   TruthOptions many;
   many.samples = 1024;
   many.seed = 2;
-  const TruthSwatch a = traced(*mesh, shot, few);
-  const TruthSwatch b = traced(*mesh, shot, many);
+  const TruthSwatch a = traced(mesh, shot, few);
+  const TruthSwatch b = traced(mesh, shot, many);
   double squared = 0;
   for (std::size_t i = 0; i < a.frame.pixels.size(); ++i) {
     const V4f d = a.frame.pixels[i] - b.frame.pixels[i];
@@ -163,15 +158,14 @@ TEST_CASE("the noise of a traced swatch is its distance from one with many rays"
 }
 
 TEST_CASE("a traced swatch is the same for any number of threads") {
-  const auto mesh = load_cell("plain-knit");
-  REQUIRE(mesh);
-  const SwatchShot shot = swatch_shot(SwatchView::grazing, mesh->period, 16, 12);
+  const auto mesh = test::need(load_cell("plain-knit"));
+  const SwatchShot shot = swatch_shot(SwatchView::grazing, mesh.period, 16, 12);
   TruthOptions options;
   options.samples = 4;
   set_threads(1);
-  const TruthSwatch one = traced(*mesh, shot, options);
+  const TruthSwatch one = traced(mesh, shot, options);
   set_threads(0);
-  const TruthSwatch all = traced(*mesh, shot, options);
+  const TruthSwatch all = traced(mesh, shot, options);
   CHECK(one.frame.pixels == all.frame.pixels);
   CHECK(one.noise == all.noise);
 }
@@ -180,7 +174,5 @@ TEST_CASE("a light that stands somewhere is refused by the traced swatch") {
   const CellMesh mesh = floor_of(1, 1, 0.5F);
   SwatchShot shot = swatch_shot(SwatchView::near, mesh.period, 4, 3);
   shot.lights[0].kind = LightKind::point;
-  const auto swatch = trace_swatch(mesh, "test", shot);
-  REQUIRE_FALSE(swatch);
-  CHECK(swatch.error().code == Code::option_out_of_range);
+  CHECK(test::error_of(trace_swatch(mesh, "test", shot)).code == Code::option_out_of_range);
 }

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <filesystem>
 
-#include "format/base/atomic_file.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/read_scene.h"
 #include "format/scene/tangents.h"
 #include "samples/gltf_writer.h"
 #include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -89,7 +90,7 @@ TEST_CASE("tangents: triangles that run against their normals are mirrored by th
 }
 
 TEST_CASE("tangents: duplicated vertices take every attribute and morph target along") {
-  const Folder folder("gltf_tangents_test");
+  const Folder folder;
   Garment garment;
   garment.materials = {GarmentMaterial{.name = "cloth"}};
   GarmentPrimitive primitive;
@@ -99,48 +100,42 @@ TEST_CASE("tangents: duplicated vertices take every attribute and morph target a
   primitive.indices = {0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2};
   garment.primitives = {primitive};
   REQUIRE(write_garment(folder / "a.glb", garment));
-  Result<GltfDocument> document = load_gltf(folder / "a.glb");
-  REQUIRE(document);
+  GltfDocument document = test::need(load_gltf(folder / "a.glb"));
   std::vector<float> moves;
   for (int i = 0; i < 18; ++i) moves.push_back(static_cast<float>(i));
   const std::vector<std::uint8_t> joints{0, 1, 2, 3, 4, 5};  // as a SCALAR of bytes, padded to 4 in the file
   AccessorShape shape{6, 1, 5121, false};
-  const int view = append_attribute_view(*document, shape, joints);
-  document->json["accessors"].push_back(
+  const int view = append_attribute_view(document, shape, joints);
+  document.json["accessors"].push_back(
       Json{{"bufferView", view}, {"componentType", 5121}, {"count", 6}, {"type", "SCALAR"}});
-  document->json["meshes"][0]["primitives"][0]["attributes"]["_ID"] = document->json["accessors"].size() - 1;
-  const int target = append_float_accessor(*document, moves, 3, true);
-  document->json["meshes"][0]["primitives"][0]["targets"] = Json::array({Json{{"POSITION", target}}});
+  document.json["meshes"][0]["primitives"][0]["attributes"]["_ID"] = document.json["accessors"].size() - 1;
+  const int target = append_float_accessor(document, moves, 3, true);
+  document.json["meshes"][0]["primitives"][0]["targets"] = Json::array({Json{{"POSITION", target}}});
 
-  const Result<bool> added = add_tangents(*document, 0, 0, 0);
-  REQUIRE(added);
-  CHECK(*added);
-  CHECK_FALSE(*add_tangents(*document, 0, 0, 0));
-  const Json& json = document->json["meshes"][0]["primitives"][0];
+  const bool added = test::need(add_tangents(document, 0, 0, 0));
+  CHECK(added);
+  CHECK_FALSE(*add_tangents(document, 0, 0, 0));
+  const Json& json = document.json["meshes"][0]["primitives"][0];
   for (const auto& [semantic, accessor] : json["attributes"].items()) {
     CAPTURE(semantic);
-    CHECK(document->json["accessors"][accessor.get<std::size_t>()]["count"] == 8);
+    CHECK(document.json["accessors"][accessor.get<std::size_t>()]["count"] == 8);
   }
-  const auto moved = read_numbers(*document, index_of(json["targets"][0]["POSITION"]), "");
-  REQUIRE(moved);
-  CHECK((*moved)[18] == 3);  // the copy of vertex 1
-  CHECK((*moved)[21] == 6);  // and of vertex 2
-  const auto ids = read_numbers(*document, index_of(json["attributes"]["_ID"]), "");
-  REQUIRE(ids);
-  CHECK((*ids)[6] == 1);
-  CHECK((*ids)[7] == 2);
+  GltfReader reader(*document);
+  const auto moved = reader.numbers(index_of(json["targets"][0]["POSITION"]), "");
+  const auto ids = reader.numbers(index_of(json["attributes"]["_ID"]), "");
+  REQUIRE_FALSE(reader.fault);
+  CHECK(moved[18] == 3);  // the copy of vertex 1
+  CHECK(moved[21] == 6);  // and of vertex 2
+  CHECK(ids[6] == 1);
+  CHECK(ids[7] == 2);
   CHECK(read_scene(*document)->primitives[0].tangents.size() == 8);
 }
 
 TEST_CASE("tangents: agree with those that a simulated drape was exported with") {
-  const std::string file = std::string(SELVEDGE_DATA_DIR) + "/garments/babylon/cloth/cloth_meshV1.glb";
-  if (!fs::exists(file)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const Result<Scene> scene = read_scene(file);
-  REQUIRE(scene);
-  const ScenePrimitive& cloth = scene->primitives[0];
+  const std::string file = test::shared_data("garments/babylon/cloth/cloth_meshV1.glb");
+  if (file.empty()) return;
+  const Scene scene = test::need(read_scene(file));
+  const ScenePrimitive& cloth = scene.primitives[0];
   REQUIRE_FALSE(cloth.tangents.empty());
   const std::vector<V3d> positions(cloth.positions.begin(), cloth.positions.end());
   const std::vector<V3d> normals(cloth.normals.begin(), cloth.normals.end());

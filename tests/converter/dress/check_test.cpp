@@ -9,6 +9,7 @@
 #include "tests/converter/fabrics.h"
 #include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -21,21 +22,19 @@ Scene dressed(const Folder& folder, const Fabric& fabric) {
   REQUIRE(write_fabric(folder / "fabric.exr", fabric));
   const DressOptions everything{.all = true};
   REQUIRE(dress(folder / "plain.glb", folder / "fabric.exr", folder / "dressed.glb", everything));
-  Result<Scene> scene = read_scene(folder / "dressed.glb");
-  REQUIRE(scene);
-  return std::move(*scene);
+  return test::need(read_scene(folder / "dressed.glb"));
 }
 
 }  // namespace
 
 TEST_CASE("dressed check: what dress writes is right, with holes and without") {
-  const Folder folder("dressed_check_test");
+  const Folder folder;
   CHECK(check_dressed(dressed(folder, test::net_fabric())).empty());
   CHECK(check_dressed(dressed(folder, test::lambert_fabric(V2d(5, 4), 8, V3f(0.9F, 0.4F, 0.1F)))).empty());
 }
 
 TEST_CASE("dressed check: a fallback of another colour is a warning") {
-  const Folder folder("dressed_check_test");
+  const Folder folder;
   Scene scene = dressed(folder, test::lambert_fabric(V2d(5, 4), 8, V3f(0.5F, 0.4F, 0.3F)));
   scene.materials[0].base_color = V4f(1, 0.8F, 1, 1);  // 0.4 becomes 0.32
   const Issues issues = check_dressed(scene);
@@ -47,7 +46,7 @@ TEST_CASE("dressed check: a fallback of another colour is a warning") {
 }
 
 TEST_CASE("dressed check: repeats of another size than the fabric's are a warning, turned or not") {
-  const Folder folder("dressed_check_test");
+  const Folder folder;
   Scene scene = dressed(folder, test::net_fabric(V2d(5, 4)));
   UvTransform& transform = scene.materials[0].fabric->transform;
   CHECK(transform.scale == V2d(200, 250));

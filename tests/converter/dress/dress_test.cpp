@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "converter/dress/fallback.h"
-#include "format/base/atomic_file.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
@@ -17,6 +16,8 @@
 #include "tests/converter/fabrics.h"
 #include "tests/converter/workshop.h"
 #include "tests/format/encoded_cloths.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 using test::square;
@@ -44,22 +45,20 @@ TEST_CASE("dress: one metre of 5 x 4 mm takes 200 x 250 repeats, and twice that 
     CHECK(report->materials[0].spread == V2d(0, 0));
     CHECK(report->warnings.empty());
     CHECK(report->bytes == fs::file_size(workshop.output));
-    const Result<Scene> scene = read_scene(workshop.output);
-    REQUIRE(scene);
-    REQUIRE(scene->materials[0].fabric);
-    CHECK(scene->materials[0].fabric->transform.scale.x == doctest::Approx(200 * scale));
-    CHECK(scene->materials[0].base_color_texture.transform.scale.y == doctest::Approx(250 * scale));
-    CHECK(scene->fabrics[0].bytes.size() == fs::file_size(workshop.fabric));
-    CHECK(read_fabric(scene->fabrics[0].bytes, "embedded").has_value());
+    const Scene scene = test::need(read_scene(workshop.output));
+    REQUIRE(scene.materials[0].fabric);
+    CHECK(scene.materials[0].fabric->transform.scale.x == doctest::Approx(200 * scale));
+    CHECK(scene.materials[0].base_color_texture.transform.scale.y == doctest::Approx(250 * scale));
+    CHECK(scene.fabrics[0].bytes.size() == fs::file_size(workshop.fabric));
+    CHECK(read_fabric(scene.fabrics[0].bytes, "embedded").has_value());
   }
 }
 
 TEST_CASE("dress: repeats that are given win over the physical size") {
   const Workshop workshop;
-  const Result<DressReport> report = workshop.dress({.all = true, .repeats = V2d(7, 9)});
-  REQUIRE(report);
-  CHECK(report->materials[0].repeats == V2d(7, 9));
-  CHECK(report->materials[0].metres_per_uv.x == doctest::Approx(1));
+  const DressReport report = test::need(workshop.dress({.all = true, .repeats = V2d(7, 9)}));
+  CHECK(report.materials[0].repeats == V2d(7, 9));
+  CHECK(report.materials[0].metres_per_uv.x == doctest::Approx(1));
 }
 
 TEST_CASE("dress: primitives that disagree on the size are reported with their spread") {
@@ -78,9 +77,8 @@ TEST_CASE("dress: primitives that disagree on the size are reported with their s
 TEST_CASE("dress: the fallback is a core material on the same UV set and transform") {
   const Workshop workshop;
   REQUIRE(workshop.dress(everything));
-  const Result<GltfDocument> document = load_gltf(workshop.output);
-  REQUIRE(document);
-  const Json& json = document->json;
+  const GltfDocument document = test::need(load_gltf(workshop.output));
+  const Json& json = document.json;
   const Json& material = json["materials"][0];
   const Json& transform = material["extensions"][extension]["fabric"]["extensions"]["KHR_texture_transform"];
   CHECK(material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] ==
@@ -128,9 +126,8 @@ TEST_CASE("dress: what the fallback replaces goes and the rest stays") {
                                           {"X_other", {{"a", 1}}}};
   });
   REQUIRE(workshop.dress(everything));
-  const Result<GltfDocument> document = load_gltf(workshop.output);
-  REQUIRE(document);
-  const Json& material = document->json["materials"][0];
+  const GltfDocument document = test::need(load_gltf(workshop.output));
+  const Json& material = document.json["materials"][0];
   CHECK_FALSE(material["extensions"].contains("KHR_materials_clearcoat"));
   CHECK(material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == 2);
   CHECK(material["extensions"]["X_other"]["a"] == 1);
@@ -155,13 +152,11 @@ TEST_CASE("dress: a fabric beside the glTF is referred to from the output's fold
   const Workshop workshop;
   fs::create_directories(workshop.folder.path() / "out");
   const std::string output = workshop.folder / "out/dressed.gltf";
-  const Result<DressReport> report = dress(workshop.garment, workshop.fabric, output, everything);
-  REQUIRE(report);
-  CHECK_FALSE(report->embedded);
+  const DressReport report = test::need(dress(workshop.garment, workshop.fabric, output, everything));
+  CHECK_FALSE(report.embedded);
   CHECK(load_gltf(output)->json["extensions"][extension]["fabrics"][0]["uri"] == "../net.exr");
-  const Result<Scene> scene = read_scene(output);
-  REQUIRE(scene);
-  CHECK(fs::equivalent(scene->fabrics[0].path, workshop.fabric));
+  const Scene scene = test::need(read_scene(output));
+  CHECK(fs::equivalent(scene.fabrics[0].path, workshop.fabric));
 }
 
 TEST_CASE("dress: dressing again replaces the reference and makes nothing twice") {
@@ -222,19 +217,17 @@ TEST_CASE("dress: triangles without a material get one when all are dressed") {
     json.erase("materials");
     json["meshes"][0]["primitives"][0].erase("material");
   });
-  const Result<DressReport> report = workshop.dress(everything);
-  REQUIRE(report);
-  CHECK(report->materials[0].name == "fabric");
+  const DressReport report = test::need(workshop.dress(everything));
+  CHECK(report.materials[0].name == "fabric");
 }
 
 TEST_CASE("dress: bad input is one error and no output") {
   Workshop workshop;
   const auto refused = [&](const DressOptions& options) {
-    const Result<DressReport> report = workshop.dress(options);
-    REQUIRE_FALSE(report.has_value());
+    const Error error = test::error_of(workshop.dress(options));
     CHECK_FALSE(fs::exists(workshop.output));
-    CHECK(to_line(report.error()).find('\n') == std::string::npos);
-    return report.error().code;
+    CHECK(to_line(error).find('\n') == std::string::npos);
+    return error.code;
   };
   CHECK(refused({.all = true, .tex_coord = 1}) == Code::garment_no_uvs);
   CHECK(refused({.all = true, .repeats = V2d(0, 1)}) == Code::option_out_of_range);
@@ -275,23 +268,20 @@ TEST_CASE("fallback: a lobe's base colour is its directional albedo along the no
 TEST_CASE("dress: the picture of the fallback holds the albedo sRGB-encoded, and the opacity as it is") {
   const Workshop workshop;
   REQUIRE(workshop.dress(everything));
-  const Result<Scene> scene = read_scene(workshop.output);
-  REQUIRE(scene);
-  const SceneMaterial& material = scene->materials[0];
+  const Scene scene = test::need(read_scene(workshop.output));
+  const SceneMaterial& material = scene.materials[0];
   CHECK(material.alpha_mode == AlphaMode::mask);
   CHECK(material.alpha_cutoff == 0.5F);
-  const SceneImage& encoded = scene->images[material.base_color_texture.image];
-  const Result<Image> stored = decode_image(encoded.bytes, "stored", Transfer::keep);
-  REQUIRE(stored);
+  const SceneImage& encoded = scene.images[material.base_color_texture.image];
+  const Image stored = test::need(decode_image(encoded.bytes, "stored", Transfer::keep));
   const Fallback fallback = bake_fallback(test::net_fabric(V2d(5, 4)));
   const Image& linear = fallback.base_color;
-  REQUIRE(stored->pixels.size() == linear.pixels.size());
+  REQUIRE(stored.pixels.size() == linear.pixels.size());
   for (std::size_t i = 0; i < linear.pixels.size(); ++i) {
     // IEC 61966-2-1, written out.
     const double value = linear.pixels[i];
     const double srgb = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
-    CHECK(std::abs(stored->pixels[i] - (i % 4 == 3 ? value : srgb)) <=
-          0.5 / 255 + 1e-6);  // rounded to 8 bits
+    CHECK(std::abs(stored.pixels[i] - (i % 4 == 3 ? value : srgb)) <= 0.5 / 255 + 1e-6);  // rounded to 8 bits
   }
 }
 
@@ -324,11 +314,8 @@ TEST_CASE("fallback: holes take the mean colour and normals point up in green") 
 }
 
 TEST_CASE("dress: the garments of the field can be dressed, each at its own size") {
-  const fs::path data = fs::path(SELVEDGE_DATA_DIR) / "garments";
-  if (!fs::exists(data)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
+  const std::string data = test::shared_data("garments/");
+  if (data.empty()) return;
   struct Case {
     const char* file;
     const char* material;
@@ -342,7 +329,7 @@ TEST_CASE("dress: the garments of the field can be dressed, each at its own size
         Case{"encodings/enc__SheenCloth__quantized.glb", "#0"}}) {
     CAPTURE(item.file);
     Workshop workshop;
-    workshop.garment = (data / item.file).string();
+    workshop.garment = data + item.file;
     const Result<DressReport> report = workshop.dress({.materials = {item.material}});
     REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
     const DressedMaterial& material = report->materials[0];
@@ -356,11 +343,9 @@ TEST_CASE("dress: one cloth in several encodings has one size once its UVs are d
     Workshop workshop;
     workshop.garment = file;
     // Repeats per raw UV unit; the old transform's scale says how many raw units one decoded unit is.
-    const Result<Scene> before = read_scene(workshop.garment);
-    REQUIRE(before);
-    const Result<DressReport> report = workshop.dress(everything);
-    REQUIRE(report);
-    return report->materials[0].repeats.x;
+    test::need(read_scene(workshop.garment));
+    const DressReport report = test::need(workshop.dress(everything));
+    return report.materials[0].repeats.x;
   };
   for (const std::string& prefix : test::encoded_cloths()) {
     const double plain = size_of_cloth(prefix + "plain.glb");

@@ -8,6 +8,7 @@
 #include "format/base/atomic_file.h"
 #include "format/gltf/read_scene.h"
 #include "tests/converter/workshop.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::square;
@@ -54,10 +55,9 @@ struct Restoration {
   template <class F>
   void pack(const F& damage, const DressOptions& options = {.all = true}) {
     REQUIRE(workshop.dress(options));
-    Result<GltfDocument> document = load_gltf(workshop.output);
-    REQUIRE(document);
-    damage(document->json);
-    REQUIRE(save_gltf(*document, packed));
+    GltfDocument document = test::need(load_gltf(workshop.output));
+    damage(document.json);
+    REQUIRE(save_gltf(document, packed));
   }
 
   Result<ReattachReport> reattach(const ReattachOptions& options) const {
@@ -66,11 +66,10 @@ struct Restoration {
 
   /// The error's code, once nothing has been written.
   Code refused(const ReattachOptions& options) const {
-    const auto report = reattach(options);
-    REQUIRE_FALSE(report.has_value());
+    const Error error = test::error_of(reattach(options));
     CHECK_FALSE(fs::exists(restored));
-    CHECK(to_line(report.error()).find('\n') == std::string::npos);
-    return report.error().code;
+    CHECK(to_line(error).find('\n') == std::string::npos);
+    return error.code;
   }
 };
 
@@ -89,15 +88,14 @@ TEST_CASE("reattach: an embedded fabric comes back with the transform of the bas
   CHECK(report->warnings.empty());
   CHECK(report->embedded == 1);
   CHECK(report->bytes == fs::file_size(job.restored));
-  const Result<Scene> scene = read_scene(job.restored);
-  REQUIRE(scene);
-  REQUIRE(scene->materials[0].fabric);
-  const UvTransform& transform = scene->materials[0].fabric->transform;
+  const Scene scene = test::need(read_scene(job.restored));
+  REQUIRE(scene.materials[0].fabric);
+  const UvTransform& transform = scene.materials[0].fabric->transform;
   CHECK(transform.scale == V2d(200 * 128, 250 * 64));
   CHECK(transform.offset == V2d(50, 0));
-  CHECK(transform.scale == scene->materials[0].base_color_texture.transform.scale);
+  CHECK(transform.scale == scene.materials[0].base_color_texture.transform.scale);
   const Result<std::string> file = read_file(workshop.fabric);
-  CHECK(std::string(scene->fabrics[0].bytes.begin(), scene->fabrics[0].bytes.end()) == *file);
+  CHECK(std::string(scene.fabrics[0].bytes.begin(), scene.fabrics[0].bytes.end()) == *file);
   const Json json = load_gltf(job.restored)->json;
   CHECK(json["extensionsUsed"].dump().find(extension) != std::string::npos);
   CHECK_FALSE(json.contains("extensionsRequired"));
@@ -197,12 +195,11 @@ TEST_CASE("reattach: a fabric beside the glTF is found where the mirror says, el
   fs::remove(job.restored);
 
   fs::rename(workshop.fabric, workshop.folder / "moved.exr");
-  const auto missing = job.reattach({});
-  REQUIRE_FALSE(missing);
-  CHECK(missing.error().code == Code::gltf_reference);
-  CHECK(missing.error().file == job.packed);
-  CHECK(missing.error().place == "/materials/0/extras/SELVEDGE_materials_fabric");
-  CHECK(missing.error().message.find("net.exr") != std::string::npos);
+  const Error error = test::error_of(job.reattach({}));
+  CHECK(error.code == Code::gltf_reference);
+  CHECK(error.file == job.packed);
+  CHECK(error.place == "/materials/0/extras/SELVEDGE_materials_fabric");
+  CHECK(error.message.find("net.exr") != std::string::npos);
   CHECK_FALSE(fs::exists(job.restored));
   REQUIRE(job.reattach({.fabrics = {workshop.folder / "moved.exr"}}));
   CHECK(load_gltf(job.restored)->json["extensions"][extension]["fabrics"][0]["uri"] == "../moved.exr");
@@ -288,11 +285,10 @@ TEST_CASE("mirror: its URI moves with the glTF") {
   fs::create_directories(workshop.folder / "out");
   const std::string output = workshop.folder / "out/dressed.gltf";
   REQUIRE(dress(workshop.garment, workshop.fabric, output, {.all = true}));
-  Result<GltfDocument> document = load_gltf(output);
-  REQUIRE(document);
-  CHECK(read_mirror(*document, 0)->value().uri == "../net.exr");
+  GltfDocument document = test::need(load_gltf(output));
+  CHECK(read_mirror(document, 0)->value().uri == "../net.exr");
   const std::string moved = workshop.folder / "moved.gltf";
-  REQUIRE(save_gltf(*document, moved));
+  REQUIRE(save_gltf(document, moved));
   CHECK(read_mirror(*load_gltf(moved), 0)->value().uri == "net.exr");
 }
 

@@ -8,6 +8,7 @@
 
 #include "converter/dress/usd_material.h"
 #include "tests/converter/workshop.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::square;
@@ -23,11 +24,8 @@ struct UsdLayer {
 
   explicit UsdLayer(const Workshop& workshop, const DressOptions& options = {.all = true}) {
     REQUIRE(workshop.dress(options));
-    const Result<GltfDocument> document = load_gltf(workshop.output);
-    REQUIRE(document);
-    Result<UsdFiles> made = usd_of(*document, workshop.folder / "layer.usda");
-    REQUIRE_MESSAGE(made.has_value(), to_line(made.error()));
-    files = std::move(*made);
+    const GltfDocument document = test::need(load_gltf(workshop.output));
+    files = test::need(usd_of(document, workshop.folder / "layer.usda"));
     text.assign(files.files.back().bytes.begin(), files.files.back().bytes.end());
   }
 
@@ -127,7 +125,7 @@ TEST_CASE("usd: a material without a fabric is a UsdPreviewSurface like any othe
 TEST_CASE("usd: pictures that are files stay where they are, and none is overwritten") {
   Workshop workshop(square(2));
   const auto with_image = [&](const std::string& uri) {
-    test::put(workshop.folder / uri, "\x89PNG picture");
+    test::write_bytes(workshop.folder / uri, "\x89PNG picture");
     workshop.edit([&](Json& json) {
       json["images"] = Json::array({Json{{"uri", uri}}});
       json["textures"] = Json::array({Json{{"source", 0}}});
@@ -142,9 +140,8 @@ TEST_CASE("usd: pictures that are files stay where they are, and none is overwri
   CHECK(UsdLayer(workshop, {.materials = {"cloth 0"}}).has("asset inputs:file = @./wood.png@"));
   with_image("layer-image1.png");
   REQUIRE(workshop.dress({.materials = {"cloth 0"}}));
-  const Result<UsdFiles> files = usd_of(*load_gltf(workshop.output), workshop.folder / "layer.usda");
-  REQUIRE_FALSE(files.has_value());
-  CHECK(files.error().code == Code::file_unwritable);
+  CHECK(test::error_of(usd_of(*load_gltf(workshop.output), workshop.folder / "layer.usda")).code ==
+        Code::file_unwritable);
 }
 
 TEST_CASE("usd: pictures that USD does not know are left out with a remark") {
@@ -160,7 +157,6 @@ TEST_CASE("usd: pictures that USD does not know are left out with a remark") {
 
 TEST_CASE("usd: the layer's name has to end in .usda") {
   const Workshop workshop;
-  const Result<GltfDocument> document = load_gltf(workshop.garment);
-  REQUIRE(document);
-  CHECK(usd_of(*document, workshop.folder / "layer.usd").error().code == Code::option_out_of_range);
+  const GltfDocument document = test::need(load_gltf(workshop.garment));
+  CHECK(usd_of(document, workshop.folder / "layer.usd").error().code == Code::option_out_of_range);
 }

@@ -14,6 +14,7 @@
 #include "format/base/random.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -37,9 +38,7 @@ Estimate estimate_of(const std::vector<double>& values) {
 }
 
 RayScene scene_of(const CellMesh& mesh, std::optional<float> ground = {}) {
-  auto scene = RayScene::create(mesh, "test", ground);
-  REQUIRE_MESSAGE(scene, to_line(scene.error()));
-  return std::move(*scene);
+  return test::need(RayScene::create(mesh, "test", ground));
 }
 
 /// Means over the cell of opacity * radiance (red), one estimate per seed: [light].
@@ -71,13 +70,12 @@ double hidden(double slope, double rise_over_run) {
 }
 
 CellMesh glossy_knit(float weight, float roughness) {
-  auto mesh = load_cell("plain-knit", {.cells_across = 16});
-  REQUIRE(mesh);
-  for (const V3f& n : mesh->normals) {
-    mesh->fibres.push_back(n.cross(V3f(0.3F, 1.0F, 0.2F)).normalized());
-    mesh->gloss.push_back({weight, roughness});
+  auto mesh = test::need(load_cell("plain-knit", {.cells_across = 16}));
+  for (const V3f& n : mesh.normals) {
+    mesh.fibres.push_back(n.cross(V3f(0.3F, 1.0F, 0.2F)).normalized());
+    mesh.gloss.push_back({weight, roughness});
   }
-  return *mesh;
+  return mesh;
 }
 
 }  // namespace
@@ -151,10 +149,9 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
     CHECK(std::abs(two.mean - exact * (1 - x)) <= 3.46 * two.error + exact / 400);
   }
   SUBCASE("once per point") {
-    auto cache = IrradianceCache::build(scene, 1);
-    REQUIRE(cache);
-    const std::vector<float> indirect = cache->solve(scene, {&light, 1}, unlimited_bounces);
-    const Estimate e = floor_seen(&*cache, indirect, unlimited_bounces, 16);
+    auto cache = test::need(IrradianceCache::build(scene, 1));
+    const std::vector<float> indirect = cache.solve(scene, {&light, 1}, unlimited_bounces);
+    const Estimate e = floor_seen(&cache, indirect, unlimited_bounces, 16);
     // The stripe of light on the floor is a quarter wide; its edges are known to half of the distance of two
     // points, 1/29, and cancel in part: one half of that.
     CHECK(std::abs(e.mean - exact) <= 0.5 / 29 / open * exact);
@@ -185,11 +182,10 @@ TEST_CASE("every built-in stitch is white in a white furnace") {
   const std::vector<V3f> views = directions_of(grid_of(4));
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
-    auto mesh = load_cell(info.name);
-    REQUIRE(mesh);
-    std::fill(mesh->albedo.begin(), mesh->albedo.end(), V3f(1, 1, 1));
-    for (Gloss& gloss : mesh->gloss) gloss.weight = 0;
-    const RayScene scene = scene_of(*mesh);
+    auto mesh = test::need(load_cell(info.name));
+    std::fill(mesh.albedo.begin(), mesh.albedo.end(), V3f(1, 1, 1));
+    for (Gloss& gloss : mesh.gloss) gloss.weight = 0;
+    const RayScene scene = scene_of(mesh);
     const PathTracer tracer(scene, unlimited_bounces);
     double total = 0;
     double total_square = 0;
@@ -201,8 +197,8 @@ TEST_CASE("every built-in stitch is white in a white furnace") {
         for (std::uint32_t i = 0; i < paths; ++i) {
           PathSampler sampler(i, mix(static_cast<std::uint64_t>(texel)));
           const V2d within = sampler.next();
-          const V3d at((texel % side + within.x) / side * mesh->period.x,
-                       (texel / side + within.y) / side * mesh->period.y, 0);
+          const V3d at((texel % side + within.x) / side * mesh.period.x,
+                       (texel / side + within.y) / side * mesh.period.y, 0);
           const double w =
               sky_seen(scene, tracer, at + V3d(v) * (20 / static_cast<double>(v.z)), -V3d(v), sampler);
           sum += w;
@@ -355,11 +351,10 @@ TEST_CASE("the error falls at least with the square root of the samples") {
 
 TEST_CASE("light that is computed once per point is that of paths, on a glossy knit over a ground") {
   const RayScene scene = scene_of(glossy_knit(0.3F, 0.3F), 0.5F);
-  auto cache = IrradianceCache::build(scene, 1);
-  REQUIRE(cache);
+  auto cache = test::need(IrradianceCache::build(scene, 1));
   const std::vector<V3f> lights = directions_of(grid_of(9));
-  const std::vector<float> indirect = cache->solve(scene, lights, unlimited_bounces);
-  const TexelBaker cached(scene, &*cache, unlimited_bounces, {4, 4}, 1);
+  const std::vector<float> indirect = cache.solve(scene, lights, unlimited_bounces);
+  const TexelBaker cached(scene, &cache, unlimited_bounces, {4, 4}, 1);
   const TexelBaker traced(scene, nullptr, unlimited_bounces, {4, 4}, 1);
   for (const V3f& view : directions_of(grid_of(4))) {
     const auto a = cell_means(cached, view, {lights, indirect}, 64, 16);

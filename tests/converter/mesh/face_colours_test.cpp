@@ -49,14 +49,16 @@ TEST_CASE("colours of faces are kept: OFF, PLY, OBJ with its material file, bina
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n"
       "property uchar blue\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3 0 255 0\n"));
-  const Temporary materials("colours.mtl", "newmtl red one\nKd 1 0 0\n# x\nnewmtl green\nNs 3\nKd 0 1 0\n");
+  const std::string materials = "newmtl red one\nKd 1 0 0\n# x\nnewmtl green\nNs 3\nKd 0 1 0\n";
   check_red_and_green(read_text("f.obj",
-                                "mtllib selvedge_colours.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-                                "usemtl red one\nf 1 2 3\nusemtl green\nf 1 3 4\n"));
+                                "mtllib colours.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                "usemtl red one\nf 1 2 3\nusemtl green\nf 1 3 4\n",
+                                two_by_two, materials));
   // Without its material file, and with one elsewhere, an OBJ file is grey.
-  for (const char* name : {"none.mtl", "../selvedge_colours.mtl"}) {
+  for (const char* name : {"none.mtl", "../colours.mtl"}) {
     CHECK(read_text("grey.obj",
-                    std::string("mtllib ") + name + "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl green\nf 1 2 3\n")
+                    std::string("mtllib ") + name + "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl green\nf 1 2 3\n",
+                    two_by_two, materials)
               .albedo[0] == V3f(0.5F));
   }
   for (const auto& [title, red, none] :

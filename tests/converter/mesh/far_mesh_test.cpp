@@ -7,6 +7,7 @@
 #include "converter/stitch/find_cell.h"
 #include "tests/converter/load_cell.h"
 #include "tests/converter/mesh_texts.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -49,21 +50,20 @@ std::string text_of(const std::string& format, const CellMesh& mesh, const V3d& 
 }  // namespace
 
 TEST_CASE("a mesh a million cells away is read as the one that is here") {
-  const auto knit = load_cell("plain-knit", {.cells_across = 16});
-  REQUIRE(knit);
-  const MeshImportOptions options{.period = knit->period, .up_axis = UpAxis::z};
-  const V3d away(1e6 * knit->period.x, -1e6 * knit->period.y, 3e6);
+  const auto knit = test::need(load_cell("plain-knit", {.cells_across = 16}));
+  const MeshImportOptions options{.period = knit.period, .up_axis = UpAxis::z};
+  const V3d away(1e6 * knit.period.x, -1e6 * knit.period.y, 3e6);
   for (const std::string format : {"obj", "off", "ply", "stl"}) {
     CAPTURE(format);
-    const CellMesh here = read_text("here." + format, text_of(format, *knit, V3d(0)), options);
-    const CellMesh there = read_text("there." + format, text_of(format, *knit, away), options);
+    const CellMesh here = read_text("here." + format, text_of(format, knit, V3d(0)), options);
+    const CellMesh there = read_text("there." + format, text_of(format, knit, away), options);
     CHECK(there.triangles.size() == here.triangles.size());
     REQUIRE(there.positions.size() == here.positions.size());
     // Up to whole periods and the height: once found from the first vertex, it is the same for all.
     V3d shift = V3d(there.positions[0]) - V3d(here.positions[0]);
-    shift.x = std::round(shift.x / knit->period.x) * knit->period.x;
-    shift.y = std::round(shift.y / knit->period.y) * knit->period.y;
-    CHECK(std::abs(shift.x) + std::abs(shift.y) <= 2 * (knit->period.x + knit->period.y));
+    shift.x = std::round(shift.x / knit.period.x) * knit.period.x;
+    shift.y = std::round(shift.y / knit.period.y) * knit.period.y;
+    CHECK(std::abs(shift.x) + std::abs(shift.y) <= 2 * (knit.period.x + knit.period.y));
     double most = 0;
     for (std::size_t v = 0; v < here.positions.size(); ++v) {
       most = std::max(most, (V3d(there.positions[v]) - V3d(here.positions[v]) - shift).length());

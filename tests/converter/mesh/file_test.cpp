@@ -10,10 +10,11 @@
 
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
-#include "format/base/atomic_file.h"
 #include "tests/converter/load_cell.h"
 #include "tests/converter/mesh_texts.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -191,9 +192,7 @@ TEST_CASE("a bad period is refused") {
 }
 
 TEST_CASE("missing files and unknown endings are refused") {
-  const auto missing = read_mesh("no/such/mesh.obj", two_by_two);
-  REQUIRE_FALSE(missing);
-  CHECK(missing.error().code == Code::file_missing);
+  CHECK(test::error_of(read_mesh("no/such/mesh.obj", two_by_two)).code == Code::file_missing);
   CHECK(refusal("mesh.3ds", "x").code == Code::mesh_invalid);
 }
 
@@ -273,44 +272,36 @@ TEST_CASE("faces that refer to absent vertices are refused") {
 }
 
 TEST_CASE("a stitch written and read again is the same mesh") {
-  const auto mesh = mesh_stitch(plain_weave(), {16});
-  REQUIRE(mesh);
-  for (const char* name : {"again.obj", "again.PLY"}) {
-    const std::string path =
-        (std::filesystem::temp_directory_path() / (std::string("selvedge_") + name)).string();
-    REQUIRE(write_mesh(path, *mesh));
-    const auto again = read_mesh(path, {.period = mesh->period});
-    std::filesystem::remove(path);
-    REQUIRE(again);
-    CHECK(again->positions == mesh->positions);  // shortest decimals and raw floats lose nothing
-    CHECK(again->triangles == mesh->triangles);
-    for (std::size_t v = 0; v < mesh->normals.size(); ++v) {
-      CHECK((again->normals[v] - mesh->normals[v]).length() < 1e-6F);
-      if (std::string(name) == "again.obj") continue;
+  const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
+  const test::Folder folder;
+  for (const std::string name : {"again.obj", "again.PLY"}) {
+    REQUIRE(write_mesh(folder / name, mesh));
+    const auto again = test::need(read_mesh(folder / name, {.period = mesh.period}));
+    CHECK(again.positions == mesh.positions);  // shortest decimals and raw floats lose nothing
+    CHECK(again.triangles == mesh.triangles);
+    for (std::size_t v = 0; v < mesh.normals.size(); ++v) {
+      CHECK((again.normals[v] - mesh.normals[v]).length() < 1e-6F);
+      if (name == "again.obj") continue;
       for (unsigned i = 0; i < 3; ++i) {
         // Half a step of 1/255 on the sRGB curve, whose slope is at most 2.3.
-        CHECK(std::abs(again->albedo[v][i] - mesh->albedo[v][i]) < 0.5 / 255 * 2.3);
+        CHECK(std::abs(again.albedo[v][i] - mesh.albedo[v][i]) < 0.5 / 255 * 2.3);
       }
     }
   }
 }
 
 TEST_CASE("what cannot be written leaves nothing behind") {
-  const auto mesh = mesh_stitch(plain_weave(), {16});
-  REQUIRE(mesh);
-  CHECK(write_mesh("out.glb", *mesh).error().code == Code::file_unwritable);
-  CHECK(write_mesh("no/such/folder/out.ply", *mesh).error().code == Code::file_unwritable);
+  const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
+  CHECK(write_mesh("out.glb", mesh).error().code == Code::file_unwritable);
+  CHECK(write_mesh("no/such/folder/out.ply", mesh).error().code == Code::file_unwritable);
   CHECK_FALSE(std::filesystem::exists("no"));
   CHECK(write_mesh("empty.obj", {}).error().code == Code::mesh_empty);
   CHECK_FALSE(std::filesystem::exists("empty.obj"));
 }
 
 TEST_CASE("reads a mesh of somebody else's whole") {
-  const std::string path = SELVEDGE_DATA_DIR "/gltf/robust/meshopt/demo/pirate.obj";
-  if (!std::filesystem::exists(path)) {
-    MESSAGE("skipped: no ", path);
-    return;
-  }
+  const std::string path = test::shared_data("gltf/robust/meshopt/demo/pirate.obj");
+  if (path.empty()) return;
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::ifstream lines(path);
@@ -322,10 +313,9 @@ TEST_CASE("reads a mesh of somebody else's whole") {
     for (std::string word; words >> word;) ++corners;
     triangles += corners - 2;
   }
-  const auto mesh = read_mesh(path, {.period = V2d(10, 10)});
-  REQUIRE(mesh);
-  CHECK(mesh->positions.size() == vertices);
-  CHECK(mesh->triangles.size() == triangles);
+  const auto mesh = test::need(read_mesh(path, {.period = V2d(10, 10)}));
+  CHECK(mesh.positions.size() == vertices);
+  CHECK(mesh.triangles.size() == triangles);
 }
 
 TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of line end are read") {

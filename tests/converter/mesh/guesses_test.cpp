@@ -2,12 +2,11 @@
 
 #include <doctest/doctest.h>
 
-#include <filesystem>
-
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "tests/converter/load_cell.h"
 #include "tests/converter/mesh_texts.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -20,11 +19,11 @@ TEST_CASE("a mesh without extent has no period to guess") {
 
 TEST_CASE("period, unit and axis are guessed where they are not given, and where they come from is said") {
   const auto chosen = [](const std::string& name, const std::string& text, const MeshImportOptions& options) {
-    const Temporary file(name, text);
+    const test::Folder folder;
+    test::write_bytes(folder / name, text);
     MeshChoices choices;
-    const auto mesh = read_mesh(file.path(), options, &choices);
-    REQUIRE(mesh);
-    CHECK(mesh->period == choices.period);
+    const auto mesh = test::need(read_mesh(folder / name, options, &choices));
+    CHECK(mesh.period == choices.period);
     return choices;
   };
   // 6 x 4 x 1, flat along z, y and x; then in metres.
@@ -59,16 +58,13 @@ TEST_CASE("period, unit and axis are guessed where they are not given, and where
 }
 
 TEST_CASE("our own meshes are read back without options") {
-  const auto mesh = mesh_stitch(plain_weave(), {16});
-  REQUIRE(mesh);
-  for (const char* ending : {".obj", ".ply"}) {
-    const std::string path = (std::filesystem::temp_directory_path() / "selvedge_own").string() + ending;
-    REQUIRE(write_mesh(path, *mesh));
-    const auto again = read_mesh(path, {});
-    std::filesystem::remove(path);
-    REQUIRE(again);
-    CHECK(again->period == mesh->period);
-    CHECK(again->positions == mesh->positions);
+  const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
+  const test::Folder folder;
+  for (const std::string& path : {folder / "own.obj", folder / "own.ply"}) {
+    REQUIRE(write_mesh(path, mesh));
+    const auto again = test::need(read_mesh(path, {}));
+    CHECK(again.period == mesh.period);
+    CHECK(again.positions == mesh.positions);
   }
 }
 

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/require.h"
+
 using namespace selvedge;
 
 TEST_CASE("knobs come back from their JSON, and options tell them apart") {
@@ -63,11 +65,10 @@ TEST_CASE("points that differ in the fit alone share a bake") {
 TEST_CASE("a grid that cannot be swept is refused with the knob as its place") {
   const auto refused = [](const char* text, const char* place, Code code = Code::option_out_of_range) {
     CAPTURE(text);
-    const auto points = read_grid(text, "g.json");
-    REQUIRE_FALSE(points);
-    CHECK(points.error().code == code);
-    CHECK(points.error().file == "g.json");
-    CHECK(points.error().place == place);
+    const Error error = test::error_of(read_grid(text, "g.json"));
+    CHECK(error.code == code);
+    CHECK(error.file == "g.json");
+    CHECK(error.place == place);
   };
   refused("[]", "", Code::json_malformed);
   refused("{", "line 1, column 2", Code::json_malformed);

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/require.h"
+
 using namespace selvedge;
 
 namespace {
@@ -39,12 +41,11 @@ Result<MakeFigures> make_with_budget(const MakeOptions& options) {
 template <class Table, class Make>
 WithinLimits made(const Table& table, const MakeLimits& limits, const Make& make, int min_texels = 1,
                   int threads = 1) {
-  const auto result = make_within(table, limits, {}, min_texels, threads, make);
-  REQUIRE(result);
-  REQUIRE(result->nearest < result->tried.size());
-  CHECK(result->tried.size() <= 2);
-  CHECK(result->met == meets(limits, result->tried[result->nearest].made));
-  return *result;
+  const auto result = test::need(make_within(table, limits, {}, min_texels, threads, make));
+  REQUIRE(result.nearest < result.tried.size());
+  CHECK(result.tried.size() <= 2);
+  CHECK(result.met == meets(limits, result.tried[result.nearest].made));
+  return result;
 }
 
 int texels_of(const WithinLimits& result) { return result.tried[result.nearest].options.bake.width; }

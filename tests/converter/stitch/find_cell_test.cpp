@@ -2,33 +2,25 @@
 
 #include <doctest/doctest.h>
 
-#include <filesystem>
-
 #include "converter/stitch/library.h"
 #include "converter/stitch/pattern_json.h"
 #include "format/base/atomic_file.h"
 #include "tests/converter/load_cell.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
 TEST_CASE("a name, a stitch description and a mesh file all give a cell") {
-  const auto folder = std::filesystem::temp_directory_path();
-  const std::string json = (folder / "selvedge_cell.json").string();
-  const std::string ply = (folder / "selvedge_cell.ply").string();
+  const test::Folder folder;
   const MeshOptions options{16};
-  const auto built_in = load_cell("plain-weave", options);
-  REQUIRE(built_in);
-  REQUIRE(write_file(json, to_json(plain_weave())));
-  REQUIRE(write_mesh(ply, *built_in));
-  const auto described = load_cell(json, options);
-  const auto imported = load_cell(ply, options, {.period = V2d(2, 2)});
-  std::filesystem::remove(json);
-  std::filesystem::remove(ply);
-  REQUIRE(described);
-  CHECK(described->positions == built_in->positions);
-  REQUIRE(imported);
-  CHECK(imported->positions == built_in->positions);
-  CHECK(imported->period == built_in->period);
+  const auto built_in = test::need(load_cell("plain-weave", options));
+  REQUIRE(write_file(folder / "cell.json", to_json(plain_weave())));
+  REQUIRE(write_mesh(folder / "cell.ply", built_in));
+  CHECK(test::need(load_cell(folder / "cell.json", options)).positions == built_in.positions);
+  const auto imported = test::need(load_cell(folder / "cell.ply", options, {.period = V2d(2, 2)}));
+  CHECK(imported.positions == built_in.positions);
+  CHECK(imported.period == built_in.period);
 }
 
 TEST_CASE("each kind of name gives its own refusal") {

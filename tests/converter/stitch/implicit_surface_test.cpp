@@ -9,6 +9,7 @@
 #include "format/base/random.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -16,9 +17,7 @@ using namespace selvedge::testing;
 namespace {
 
 ImplicitSurface surface_of(const StitchPattern& pattern, double reach = 0.5) {
-  auto built = ImplicitSurface::build(pattern, reach, pattern.name);
-  REQUIRE(built);
-  return *built;
+  return test::need(ImplicitSurface::build(pattern, reach, pattern.name));
 }
 
 V3d random_point(Random& random, const V2d& period, double z_range) {
@@ -112,9 +111,7 @@ TEST_CASE("beyond the reach there is no nearest yarn") {
 
 TEST_CASE("refuses yarns too long for their radius") {
   StitchPattern pattern = cylinder(4, 1e-7);
-  const auto built = ImplicitSurface::build(pattern, 0.1, "long");
-  REQUIRE_FALSE(built);
-  CHECK(built.error().code == Code::mesh_invalid);
+  CHECK(test::error_of(ImplicitSurface::build(pattern, 0.1, "long")).code == Code::mesh_invalid);
 }
 
 TEST_CASE("the clearance of parallel yarns is their spacing less their radii") {

@@ -3,13 +3,14 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/pattern_json.h"
 #include "format/base/atomic_file.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -17,9 +18,8 @@ using namespace selvedge::testing;
 namespace {
 
 StitchPattern found(const std::string& name, const StitchSettings& settings = {}) {
-  const auto stitch = find_stitch(name, settings);
-  REQUIRE(stitch);
-  return stitch->pattern;
+  const auto stitch = test::need(find_stitch(name, settings));
+  return stitch.pattern;
 }
 
 double min_radius(const StitchPattern& pattern) {
@@ -90,31 +90,35 @@ int longest_float(const std::string& row, char c) {
 
 }  // namespace
 
-TEST_CASE("every built-in stitch is found by its name and valid") {
+// In one test: to make all stitches is what takes long.
+TEST_CASE(
+    "every built-in stitch is found by its name and valid, its chains are smooth, its neighbours touch") {
   CHECK(built_in_stitches().size() == 10);
   for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
     const StitchPattern pattern = found(info.name);
     CHECK(pattern.name == info.name);
     CHECK(validate(pattern, info.name));
     CHECK_FALSE(info.description.empty());
     CHECK(info.description.find('\n') == std::string::npos);
+    // Gap and overlap of neighbouring yarns are at most 2 % of the radius.
+    const auto clearance = test::need(minimum_clearance(pattern, ""));
+    const double share = clearance / min_radius(pattern);
+    MESSAGE(info.name, ": clearance ", clearance, " mm, ", 100 * share, " % of the radius");
+    CHECK(share < touching_overlap);
+    CHECK(share > -touching_overlap);
+    // Each segment leaves in the direction in which the one before arrived.
+    for (const Yarn& yarn : pattern.yarns) {
+      for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
+        const BezierSegment& before = yarn.segments[s];
+        const BezierSegment& after = yarn.segments[(s + 1) % yarn.segments.size()];
+        const V3d arrival = derivative_at(before, 1).normalized();
+        CHECK((arrival - derivative_at(after, 0).normalized()).length() < 1e-9);
+      }
+    }
   }
   CHECK(plain_knit().yarns[0].segments == found("plain-knit").yarns[0].segments);
   CHECK(plain_weave().yarns[0].segments == found("plain-weave").yarns[0].segments);
-}
-
-TEST_CASE(
-    "neighbouring yarns of every built-in stitch touch: gap and overlap are at most 2 % of the radius") {
-  for (const StitchInfo& info : built_in_stitches()) {
-    CAPTURE(info.name);
-    const StitchPattern pattern = found(info.name);
-    const auto clearance = minimum_clearance(pattern, "");
-    REQUIRE(clearance);
-    const double share = *clearance / min_radius(pattern);
-    MESSAGE(info.name, ": clearance ", *clearance, " mm, ", 100 * share, " % of the radius");
-    CHECK(share < touching_overlap);
-    CHECK(share > -touching_overlap);
-  }
 }
 
 TEST_CASE("slack is the gap between neighbouring yarns, and makes them longer") {
@@ -129,20 +133,6 @@ TEST_CASE("slack is the gap between neighbouring yarns, and makes them longer") 
     const double r = tight.yarns[0].radius_mm;
     CHECK(std::abs(*minimum_clearance(loose, "") - 0.3 * r) < 0.03 * r);
     CHECK(std::abs(*minimum_clearance(tight, "")) < 0.02 * r);
-  }
-}
-
-TEST_CASE("chains are smooth: each segment leaves in the direction in which the one before arrived") {
-  for (const StitchInfo& info : built_in_stitches()) {
-    CAPTURE(info.name);
-    for (const Yarn& yarn : found(info.name).yarns) {
-      for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
-        const BezierSegment& before = yarn.segments[s];
-        const BezierSegment& after = yarn.segments[(s + 1) % yarn.segments.size()];
-        const V3d arrival = derivative_at(before, 1).normalized();
-        CHECK((arrival - derivative_at(after, 0).normalized()).length() < 1e-9);
-      }
-    }
   }
 }
 
@@ -166,15 +156,14 @@ TEST_CASE("a knit has one endless chain per course, drawn through the course bel
 TEST_CASE("lace has eyelets: where yarn overs lie a disc of a third of a stitch is free of yarn") {
   const StitchPattern lace = found("lace");
   CHECK(lace.yarns.size() == 4);
-  const auto surface = ImplicitSurface::build(lace, 2, "");
-  REQUIRE(surface);
+  const auto surface = test::need(ImplicitSurface::build(lace, 2, ""));
   int eyelets = 0;
   std::vector<V2d> seen;
   for (int y = 0; y < 76; ++y) {
     for (int x = 0; x < 100; ++x) {
       const V2d at((x + 0.5) * 0.2, (y + 0.5) * 0.2);
       double free = 2;
-      for (int z = -12; z <= 12; ++z) free = std::min(free, surface->distance({at.x, at.y, 0.2 * z}));
+      for (int z = -12; z <= 12; ++z) free = std::min(free, surface.distance({at.x, at.y, 0.2 * z}));
       if (free < 5.0 / 6) continue;
       ++eyelets;
       const auto near = [&](const V2d& other) {
@@ -251,10 +240,9 @@ TEST_CASE("parameters move what they name") {
 
 TEST_CASE("parameters are refused by their name, and yarns that have no room") {
   const auto place = [](const char* name, const StitchSettings& settings) {
-    const auto stitch = find_stitch(name, settings);
-    REQUIRE_FALSE(stitch);
-    CHECK(stitch.error().code == Code::option_out_of_range);
-    return stitch.error().place;
+    const Error error = test::error_of(find_stitch(name, settings));
+    CHECK(error.code == Code::option_out_of_range);
+    return error.place;
   };
   CHECK(place("plain-knit", {{"gauge", {1}}}) == "--set gauge");
   CHECK(place("plain-knit", {{"wale_mm", {0}}}) == "--set wale_mm");
@@ -265,23 +253,19 @@ TEST_CASE("parameters are refused by their name, and yarns that have no room") {
 }
 
 TEST_CASE("a stitch description on disk is found by its path and takes no parameters") {
-  const auto path = std::filesystem::temp_directory_path() / "selvedge_found_stitch.json";
+  const test::Folder folder;
+  const std::string path = folder / "found.json";
   StitchPattern pattern = plain_weave();
   pattern.name = "mine";
-  REQUIRE(write_file(path.string(), to_json(pattern)));
-  const auto described = find_stitch(path.string());
-  const auto set = find_stitch(path.string(), {{"slack", {0}}});
-  std::filesystem::remove(path);
-  REQUIRE(described);
-  CHECK(described->pattern.name == "mine");
+  REQUIRE(write_file(path, to_json(pattern)));
+  CHECK(test::need(find_stitch(path)).pattern.name == "mine");
+  const auto set = find_stitch(path, {{"slack", {0}}});
   REQUIRE_FALSE(set);
   CHECK(set.error().place == "--set slack");
 }
 
 TEST_CASE("an unknown name is refused with the names that exist") {
-  const auto unknown = find_stitch("cable");
-  REQUIRE_FALSE(unknown);
-  CHECK(to_line(unknown.error()) ==
+  CHECK(to_line(test::error_of(find_stitch("cable"))) ==
         "cable: no such file and no such built-in stitch (there are plain-knit, purl, rib, garter, "
         "two-colour, lace, "
         "plain-weave, twill, satin, basket) [STITCH_UNKNOWN]");

@@ -2,11 +2,10 @@
 
 #include <doctest/doctest.h>
 
-#include <filesystem>
-
 #include "converter/stitch/library.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -42,16 +41,15 @@ std::string refusal(const std::string& text) {
 }  // namespace
 
 TEST_CASE("reads a stitch description") {
-  const auto pattern = read_stitch(good, "t.json");
-  REQUIRE(pattern);
-  CHECK(pattern->name == "one");
-  CHECK(pattern->period_mm == V2d(4, 4));
-  REQUIRE(pattern->yarns.size() == 1);
-  CHECK(pattern->yarns[0].name.empty());
-  CHECK(pattern->yarns[0].radius_mm == 0.5);
-  CHECK(pattern->yarns[0].albedo == V3f(0.1F, 0.2F, 0.3F));
-  REQUIRE(pattern->yarns[0].segments.size() == 1);
-  CHECK(pattern->yarns[0].segments[0][2] == V3d(3, 2, 0));
+  const auto pattern = test::need(read_stitch(good, "t.json"));
+  CHECK(pattern.name == "one");
+  CHECK(pattern.period_mm == V2d(4, 4));
+  REQUIRE(pattern.yarns.size() == 1);
+  CHECK(pattern.yarns[0].name.empty());
+  CHECK(pattern.yarns[0].radius_mm == 0.5);
+  CHECK(pattern.yarns[0].albedo == V3f(0.1F, 0.2F, 0.3F));
+  REQUIRE(pattern.yarns[0].segments.size() == 1);
+  CHECK(pattern.yarns[0].segments[0][2] == V3d(3, 2, 0));
 }
 
 TEST_CASE("a pattern written and read again is the same to the bit") {
@@ -63,31 +61,29 @@ TEST_CASE("a pattern written and read again is the same to the bit") {
   odd.yarns[0].plies = 3;
   odd.yarns[0].twist_per_mm = -1.0 / 7;
   for (const StitchPattern& pattern : {plain_knit(), plain_weave(), odd}) {
-    const auto again = read_stitch(to_json(pattern), "again");
-    REQUIRE(again);
-    CHECK(again->name == pattern.name);
-    CHECK(again->period_mm == pattern.period_mm);
-    REQUIRE(again->yarns.size() == pattern.yarns.size());
+    const auto again = test::need(read_stitch(to_json(pattern), "again"));
+    CHECK(again.name == pattern.name);
+    CHECK(again.period_mm == pattern.period_mm);
+    REQUIRE(again.yarns.size() == pattern.yarns.size());
     for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
-      CHECK(again->yarns[y].name == pattern.yarns[y].name);
-      CHECK(again->yarns[y].radius_mm == pattern.yarns[y].radius_mm);
-      CHECK(again->yarns[y].albedo == pattern.yarns[y].albedo);
-      CHECK(again->yarns[y].segments == pattern.yarns[y].segments);
-      CHECK(again->yarns[y].gloss == pattern.yarns[y].gloss);
-      CHECK(again->yarns[y].plies == pattern.yarns[y].plies);
-      CHECK(again->yarns[y].twist_per_mm == pattern.yarns[y].twist_per_mm);
+      CHECK(again.yarns[y].name == pattern.yarns[y].name);
+      CHECK(again.yarns[y].radius_mm == pattern.yarns[y].radius_mm);
+      CHECK(again.yarns[y].albedo == pattern.yarns[y].albedo);
+      CHECK(again.yarns[y].segments == pattern.yarns[y].segments);
+      CHECK(again.yarns[y].gloss == pattern.yarns[y].gloss);
+      CHECK(again.yarns[y].plies == pattern.yarns[y].plies);
+      CHECK(again.yarns[y].twist_per_mm == pattern.yarns[y].twist_per_mm);
     }
   }
 }
 
 TEST_CASE("gloss, plies and twist may be left out: a round dull yarn") {
-  const auto pattern = read_stitch(good, "t.json");
-  REQUIRE(pattern);
-  CHECK(pattern->yarns[0].gloss == Gloss{});
-  CHECK(pattern->yarns[0].plies == 1);
-  CHECK(pattern->yarns[0].twist_per_mm == 0);
+  const auto pattern = test::need(read_stitch(good, "t.json"));
+  CHECK(pattern.yarns[0].gloss == Gloss{});
+  CHECK(pattern.yarns[0].plies == 1);
+  CHECK(pattern.yarns[0].twist_per_mm == 0);
   for (const char* member : {"gloss", "roughness", "plies", "twist_per_mm"}) {
-    CHECK(to_json(*pattern).find(member) == std::string::npos);
+    CHECK(to_json(pattern).find(member) == std::string::npos);
   }
 }
 
@@ -151,7 +147,5 @@ TEST_CASE("members it does not know are ignored") {
 
 TEST_CASE("a text beyond the limit and a missing file are refused") {
   CHECK(refusal(std::string(max_stitch_text + 1, ' ')).substr(0, 14) == "FILE_TOO_LARGE");
-  const auto missing = read_stitch_file("no/such/stitch.json");
-  REQUIRE_FALSE(missing);
-  CHECK(missing.error().code == Code::file_missing);
+  CHECK(test::error_of(read_stitch_file("no/such/stitch.json")).code == Code::file_missing);
 }

@@ -11,6 +11,9 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "format/base/atomic_file.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 
@@ -248,54 +251,47 @@ TEST_CASE("a repeat that is too large is refused with the texels that it would n
 }
 
 TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room for") {
-  const auto path = (std::filesystem::temp_directory_path() / "selvedge_twill.wif").string();
-  REQUIRE(write_file(path, with("Thickness=0.06", "Thickness=0.3", good)));
-  const auto stitch = find_stitch(path, {{"warp_plies", {2}}, {"weft_gloss", {0.5}}});
-  std::filesystem::remove(path);
-  REQUIRE(stitch);
-  CHECK(stitch->min_texels == V2i(16, 16));
-  CHECK(stitch->pattern.name == "selvedge_twill");
-  CHECK(stitch->pattern.period_mm.y == doctest::Approx(8));
-  REQUIRE(stitch->pattern.yarns.size() == 8);
-  CHECK(stitch->pattern.yarns[0].plies == 2);
-  CHECK(stitch->pattern.yarns[4].gloss.weight == 0.5F);
-  CHECK(stitch->pattern.yarns[0].radius_mm < 0.5);
-  const double least = std::min(stitch->pattern.yarns[0].radius_mm, stitch->pattern.yarns[4].radius_mm);
-  CHECK(std::abs(*minimum_clearance(stitch->pattern, "")) < touching_overlap * least);
-  REQUIRE(stitch->remarks.size() == 3);
+  const test::Folder folder;
+  test::write_bytes(folder / "twill.wif", with("Thickness=0.06", "Thickness=0.3", good));
+  const auto stitch =
+      test::need(find_stitch(folder / "twill.wif", {{"warp_plies", {2}}, {"weft_gloss", {0.5}}}));
+  CHECK(stitch.min_texels == V2i(16, 16));
+  CHECK(stitch.pattern.name == "twill");
+  CHECK(stitch.pattern.period_mm.y == doctest::Approx(8));
+  REQUIRE(stitch.pattern.yarns.size() == 8);
+  CHECK(stitch.pattern.yarns[0].plies == 2);
+  CHECK(stitch.pattern.yarns[4].gloss.weight == 0.5F);
+  CHECK(stitch.pattern.yarns[0].radius_mm < 0.5);
+  const double least = std::min(stitch.pattern.yarns[0].radius_mm, stitch.pattern.yarns[4].radius_mm);
+  CHECK(std::abs(*minimum_clearance(stitch.pattern, "")) < touching_overlap * least);
+  REQUIRE(stitch.remarks.size() == 3);
   // By how much they were thinned: the warp is drawn as thick as its spacing, 1 mm.
-  CHECK(stitch->thickness_share < 0.995);
-  CHECK(stitch->pattern.yarns[0].radius_mm == doctest::Approx(0.5 * stitch->thickness_share));
-  CHECK(stitch->remarks.back() ==
+  CHECK(stitch.thickness_share < 0.995);
+  CHECK(stitch.pattern.yarns[0].radius_mm == doctest::Approx(0.5 * stitch.thickness_share));
+  CHECK(stitch.remarks.back() ==
         fmt::format("yarns thinned to {:.2f} of the draft's thickness: round ones have no more room",
-                    stitch->thickness_share));
+                    stitch.thickness_share));
 }
 
 TEST_CASE("a draft with room for its yarns keeps their thickness, and nothing is said of it") {
-  const auto path = (std::filesystem::temp_directory_path() / "selvedge_loose.wif").string();
-  REQUIRE(write_file(path, with("Thickness=0.06", "Thickness=0.03", good)));
-  const auto stitch = find_stitch(path);
-  std::filesystem::remove(path);
-  REQUIRE(stitch);
-  CHECK(stitch->thickness_share == 1);
-  CHECK(stitch->pattern.yarns[0].radius_mm == doctest::Approx(0.15));
-  for (const std::string& remark : stitch->remarks) CHECK(remark.find("thinned") == std::string::npos);
+  const test::Folder folder;
+  test::write_bytes(folder / "loose.wif", with("Thickness=0.06", "Thickness=0.03", good));
+  const auto stitch = test::need(find_stitch(folder / "loose.wif"));
+  CHECK(stitch.thickness_share == 1);
+  CHECK(stitch.pattern.yarns[0].radius_mm == doctest::Approx(0.15));
+  for (const std::string& remark : stitch.remarks) CHECK(remark.find("thinned") == std::string::npos);
 }
 
 TEST_CASE("the real drafts become weaves") {
-  const std::filesystem::path folder = std::filesystem::path(SELVEDGE_DATA_DIR) / "yarn/wif";
-  if (!std::filesystem::exists(folder)) {
-    MESSAGE("skipped: no ", folder.string());
-    return;
-  }
+  const std::string folder = test::shared_data("yarn/wif");
+  if (folder.empty()) return;
   int drafts = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".wif") continue;
     ++drafts;
     const std::string path = entry.path().string();
-    const auto text = read_file(path, max_wif_text);
-    REQUIRE(text);
-    const auto read = read_wif(*text, path);
+    const auto text = test::need(read_file(path, max_wif_text));
+    const auto read = read_wif(text, path);
     CAPTURE(path);
     INFO((read ? std::string("read") : to_line(read.error())));
     REQUIRE(read);
@@ -303,11 +299,10 @@ TEST_CASE("the real drafts become weaves") {
     MESSAGE(entry.path().filename().string(), ": ", read->remarks[0], ", ", texels.x, " x ", texels.y,
             " texels");
     if (read->weave.warp_is_over.size() > 200) continue;  // takes seconds: those are made by hand
-    const auto stitch = find_stitch(path);
-    REQUIRE(stitch);
+    const auto stitch = test::need(find_stitch(path));
     double least = 1e9;
-    for (const Yarn& yarn : stitch->pattern.yarns) least = std::min(least, yarn.radius_mm);
-    CHECK(*minimum_clearance(stitch->pattern, path) > -touching_overlap * least);
+    for (const Yarn& yarn : stitch.pattern.yarns) least = std::min(least, yarn.radius_mm);
+    CHECK(*minimum_clearance(stitch.pattern, path) > -touching_overlap * least);
   }
   CHECK(drafts == 21);
 }

@@ -9,6 +9,7 @@
 #include "converter/stitch/marching_cubes.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -16,10 +17,9 @@ using namespace selvedge::testing;
 namespace {
 
 CellMesh mesh_of(const StitchPattern& pattern, int cells) {
-  auto mesh = mesh_stitch(pattern, {cells});
-  REQUIRE(mesh);
-  CHECK(validate(*mesh, pattern.name));
-  return *mesh;
+  auto mesh = test::need(mesh_stitch(pattern, {cells}));
+  CHECK(validate(mesh, pattern.name));
+  return mesh;
 }
 
 /// log2 of how much the error shrinks from one grid to one twice as fine.
@@ -179,14 +179,13 @@ TEST_CASE(
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
     const StitchPattern pattern = find_stitch(info.name)->pattern;
-    const auto mesh = mesh_stitch(pattern);
-    REQUIRE(mesh);
-    MESSAGE(info.name, ": ", mesh->positions.size(), " vertices, ", mesh->triangles.size(), " triangles");
+    const auto mesh = test::need(mesh_stitch(pattern));
+    MESSAGE(info.name, ": ", mesh.positions.size(), " vertices, ", mesh.triangles.size(), " triangles");
     // Daubert et al. 2001, section 7: 1,300 to 23,000 vertices, 2,400 to 31,000 triangles.
-    CHECK(mesh->positions.size() >= 1300);
-    CHECK(mesh->positions.size() <= 23000);
-    CHECK(mesh->triangles.size() >= 2400);
-    CHECK(mesh->triangles.size() <= 31000);
+    CHECK(mesh.positions.size() >= 1300);
+    CHECK(mesh.positions.size() <= 23000);
+    CHECK(mesh.triangles.size() >= 2400);
+    CHECK(mesh.triangles.size() <= 31000);
   }
   CHECK(mesh_of(plain_knit(), 120).positions.size() > 23000);
 }
@@ -274,24 +273,16 @@ TEST_CASE("the same pattern gives the same mesh") {
 
 TEST_CASE("refuses grids too coarse, too fine or out of range") {
   for (const int cells : {3, 0, -1, 1025}) {
-    const auto mesh = mesh_stitch(plain_knit(), {cells});
-    REQUIRE_FALSE(mesh);
-    CHECK(mesh.error().code == Code::option_out_of_range);
+    CHECK(test::error_of(mesh_stitch(plain_knit(), {cells})).code == Code::option_out_of_range);
   }
-  const auto coarse = mesh_stitch(plain_knit(), {5});
-  REQUIRE_FALSE(coarse);
-  CHECK(to_line(coarse.error()) ==
+  CHECK(to_line(test::error_of(mesh_stitch(plain_knit(), {5}))) ==
         "plain-knit: --grid: 5 are too few for a yarn of radius 0.6 mm, at least 9 "
         "[OPTION_OUT_OF_RANGE]");
-  const auto fine = mesh_stitch(plain_knit(), {1000});
-  REQUIRE_FALSE(fine);
-  CHECK(fine.error().code == Code::option_out_of_range);
+  CHECK(test::error_of(mesh_stitch(plain_knit(), {1000})).code == Code::option_out_of_range);
 }
 
 TEST_CASE("refuses to mesh an invalid pattern") {
   StitchPattern pattern = plain_knit();
   pattern.yarns.clear();
-  const auto mesh = mesh_stitch(pattern);
-  REQUIRE_FALSE(mesh);
-  CHECK(mesh.error().code == Code::stitch_invalid);
+  CHECK(test::error_of(mesh_stitch(pattern)).code == Code::stitch_invalid);
 }

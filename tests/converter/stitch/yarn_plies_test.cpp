@@ -7,17 +7,14 @@
 
 #include "converter/stitch/library.h"
 #include "tests/converter/cells.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
 
 namespace {
 
-StitchPattern laid(const StitchPattern& pattern) {
-  const auto plies = lay_plies(pattern, "test");
-  REQUIRE(plies);
-  return *plies;
-}
+StitchPattern laid(const StitchPattern& pattern) { return test::need(lay_plies(pattern, "test")); }
 
 }  // namespace
 

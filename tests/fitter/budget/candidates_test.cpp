@@ -17,6 +17,7 @@
 #include "tests/fitter/slab_fabrics.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -261,11 +262,11 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
   header.pairs[0] = truth.pairs;
   FitOptions options;
   options.lobes = 1;
-  const auto fitter = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
-  REQUIRE_MESSAGE(fitter, to_line(fitter.error()));
+  const auto fitter =
+      test::need(LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options));
   double last = 1e9;
   for (const double bytes : {16000.0, 20000.0, 40000.0, 1e6}) {
-    const LayerFit chosen = fitter->choose(bytes);
+    const LayerFit chosen = fitter.choose(bytes);
     REQUIRE(validate(chosen.fabric));
     REQUIRE(chosen.levels.size() == 5);
     CHECK(chosen.bytes <= bytes);
@@ -298,9 +299,8 @@ TEST_CASE("the choice of layers scales with the radiance") {
     for (std::vector<V3f>* radiance : {&truth.radiance, &seen.radiance}) {
       for (V3f& r : *radiance) r *= factor;
     }
-    const auto fitter = LayerFitter::create(seen, header, heights_of(fabric), truth, options);
-    REQUIRE(fitter);
-    const LayerFit chosen = fitter->choose(40000);
+    const auto fitter = test::need(LayerFitter::create(seen, header, heights_of(fabric), truth, options));
+    const LayerFit chosen = fitter.choose(40000);
     REQUIRE(validate(chosen.fabric));
     std::string text;
     for (const LevelReport& level : chosen.levels) text += level.layers + "; ";
@@ -328,11 +328,9 @@ TEST_CASE("without pairs to choose by, or with heights of other texels, layers a
   const Fabric fabric = ribbed(4, 4);
   SamplesHeader header = samples_header_of(fabric);
   const PairSamples truth = truth_of(fabric, 2);
-  const auto none = LayerFitter::create(seen_of(fabric), header, {}, PairSamples{}, {});
-  REQUIRE_FALSE(none);
-  CHECK(none.error().code == Code::samples_malformed);
+  CHECK(test::error_of(LayerFitter::create(seen_of(fabric), header, {}, PairSamples{}, {})).code ==
+        Code::samples_malformed);
   const HeightLayer other{{1, 1, 1}, {1}, {0}};
-  const auto wrong = LayerFitter::create(seen_of(fabric), header, other, truth, {});
-  REQUIRE_FALSE(wrong);
-  CHECK(wrong.error().code == Code::samples_malformed);
+  CHECK(test::error_of(LayerFitter::create(seen_of(fabric), header, other, truth, {})).code ==
+        Code::samples_malformed);
 }

@@ -12,6 +12,7 @@
 #include "format/quality/compare.h"
 #include "tests/fitter/slab_fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -200,36 +201,35 @@ TEST_CASE("where yarn is glossy slabs with lobes are chosen, and the file is as 
   header.pairs[0] = truth.pairs;
   FitOptions options;
   options.lobes = 1;
-  const auto fitter = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
-  REQUIRE_MESSAGE(fitter, to_line(fitter.error()));
-  const LayerFit chosen = fitter->choose(30000);
+  const auto fitter =
+      test::need(LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options));
+  const LayerFit chosen = fitter.choose(30000);
   CHECK(chosen.levels[0].layers.find("2 lobes, 1 slab") == 0);
   CHECK_FALSE(chosen.levels[0].iterations);  // whose report is that of the paper's model
   const Folder folder;
   REQUIRE(write_fabric(folder / "f.exr", chosen.fabric));
-  const auto read = read_fabric(folder / "f.exr");
-  REQUIRE_MESSAGE(read, to_line(read.error()));
+  const auto read = test::need(read_fabric(folder / "f.exr"));
   const std::vector<LevelTruth> truths = level_truths(truth);
-  const double error = level_error(read->levels[0], *read, truth.pairs, truths[0]);
+  const double error = level_error(read.levels[0], read, truth.pairs, truths[0]);
   CHECK(std::sqrt(error) == doctest::Approx(*chosen.levels[0].validation).epsilon(0.01));
   // Levels of the paper's model get lobes of no size: all levels have as many.
-  for (const FabricLevel& level : read->levels) {
+  for (const FabricLevel& level : read.levels) {
     if (level.has(LayerKind::lobes)) CHECK(level.lobe_count() == 2);
   }
   // On demand, at every level with cells enough.
   options.glossy_slabs = true;
   options.slab_lobes = 1;
-  const auto forced = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
-  REQUIRE(forced);
-  const LayerFit all = forced->choose(60000);
+  const auto forced =
+      test::need(LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options));
+  const LayerFit all = forced.choose(60000);
   CHECK(all.levels[0].layers.find("1 lobe, 1 slab") == 0);
   CHECK(all.levels[1].layers.find("slab") == std::string::npos);  // 8 rows of cells
   REQUIRE(validate(all.fabric));
   options.glossy_slabs = false;
   options.slab_lobes = 0;
-  const auto without = LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options);
-  REQUIRE(without);
-  const LayerFit plain = without->choose(30000);
+  const auto without =
+      test::need(LayerFitter::create(seen_of(fabric), header, heights_of(fabric), truth, options));
+  const LayerFit plain = without.choose(30000);
   CHECK(plain.levels[0].layers.find("lobes, 1 slab") == std::string::npos);
   CHECK(*plain.levels[0].validation > std::sqrt(2.0) * *chosen.levels[0].validation);
 }

@@ -9,6 +9,7 @@
 #include "fitter/fit.h"
 #include "format/base/random.h"
 #include "format/fabric/lafortune.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -134,19 +135,16 @@ TEST_CASE("fitted frames give a valid fabric, a smaller error than averaged ones
   }
   FitOptions options;
   options.lobes = 1;
-  const auto averaged = fit(level, header, options);
+  const auto averaged = test::need(fit(level, header, options));
   options.frames = true;
-  const auto found = fit(level, header, options);
-  REQUIRE(averaged);
-  REQUIRE(found);
-  CHECK(validate(found->fabric));
+  const auto found = test::need(fit(level, header, options));
+  CHECK(validate(found.fabric));
   for (std::size_t k = 0; k < 2; ++k) {
-    CHECK(found->levels[k].averaged_error ==
-          doctest::Approx(averaged->levels[k].training_error).epsilon(0.02));
-    CHECK(found->levels[k].training_error < averaged->levels[k].training_error);
-    CHECK(averaged->levels[k].averaged_error == 0);
+    CHECK(found.levels[k].averaged_error == doctest::Approx(averaged.levels[k].training_error).epsilon(0.02));
+    CHECK(found.levels[k].training_error < averaged.levels[k].training_error);
+    CHECK(averaged.levels[k].averaged_error == 0);
   }
-  CHECK(found->levels[0].training_error < 0.3 * averaged->levels[0].training_error);
+  CHECK(found.levels[0].training_error < 0.3 * averaged.levels[0].training_error);
 }
 
 TEST_CASE("the gain of frames is over averaged normals with the same layers") {

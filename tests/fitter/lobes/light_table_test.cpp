@@ -10,6 +10,7 @@
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/lafortune.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -58,11 +59,10 @@ FitResult fitted(const Made& made, bool light_table) {
   options.light_table = light_table;
   // Without the pull towards 1 that real samples need, the data's own tables come back.
   options.table = {1e-5, 1e-5};
-  const auto result = fit(made.level, made.header, options);
-  REQUIRE_MESSAGE(result, to_line(result.error()));
-  const auto valid = validate(result->fabric);
+  const auto result = test::need(fit(made.level, made.header, options));
+  const auto valid = validate(result.fabric);
   CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
-  return *result;
+  return result;
 }
 
 }  // namespace

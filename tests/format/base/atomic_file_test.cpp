@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -18,11 +19,10 @@ using test::Folder;
 TEST_CASE("a file appears with commit and not before") {
   const Folder folder;
   {
-    auto file = AtomicFile::create(folder / "a");
-    REQUIRE(file);
+    auto file = test::need(AtomicFile::create(folder / "a"));
     CHECK_FALSE(std::filesystem::exists(folder / "a"));
-    test::write_bytes(file->temporary(), "whole");
-    REQUIRE(file->commit());
+    test::write_bytes(file.temporary(), "whole");
+    REQUIRE(file.commit());
   }
   CHECK(test::bytes_of(folder / "a") == "whole");
   CHECK(folder.files() == 1);
@@ -32,9 +32,8 @@ TEST_CASE("a file that is given up leaves what was there before") {
   const Folder folder;
   REQUIRE(write_file(folder / "a", std::string("before")));
   {
-    auto file = AtomicFile::create(folder / "a");
-    REQUIRE(file);
-    test::write_bytes(file->temporary(), "half");
+    auto file = test::need(AtomicFile::create(folder / "a"));
+    test::write_bytes(file.temporary(), "half");
   }
   CHECK(test::bytes_of(folder / "a") == "before");
   CHECK(folder.files() == 1);
@@ -48,9 +47,7 @@ TEST_CASE("a link stays a link, and what is no plain file stays as it is") {
   CHECK(std::filesystem::is_symlink(folder / "link"));
   CHECK(test::bytes_of(folder / "a") == "after");
   REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
-  const auto refused = write_file(folder / "pipe", std::string("text"));
-  REQUIRE_FALSE(refused);
-  CHECK(refused.error().code == Code::file_unwritable);
+  CHECK(test::error_of(write_file(folder / "pipe", std::string("text"))).code == Code::file_unwritable);
   CHECK(std::filesystem::is_fifo(folder / "pipe"));
 }
 
@@ -65,18 +62,16 @@ TEST_CASE("a place that cannot be written to is named") {
 TEST_CASE("a file or a link in the place of the temporary one is left as it is") {
   const Folder folder;
   // The name of the next temporary file, from that of this one.
-  const auto first = AtomicFile::create(folder / "a");
-  REQUIRE(first);
-  const std::string name = first->temporary();
+  const auto first = test::need(AtomicFile::create(folder / "a"));
+  const std::string name = first.temporary();
   const std::size_t dash = name.rfind('-');
   const std::string next = name.substr(0, dash + 1) + std::to_string(std::stoi(name.substr(dash + 1)) + 1);
   test::write_bytes(folder / "other", "untouched");
   std::filesystem::create_symlink(folder / "other", next);
-  auto second = AtomicFile::create(folder / "a");
-  REQUIRE(second);
-  CHECK(second->temporary() != next);
-  test::write_bytes(second->temporary(), "whole");
-  REQUIRE(second->commit());
+  auto second = test::need(AtomicFile::create(folder / "a"));
+  CHECK(second.temporary() != next);
+  test::write_bytes(second.temporary(), "whole");
+  REQUIRE(second.commit());
   CHECK(test::bytes_of(folder / "other") == "untouched");
   CHECK(std::filesystem::is_symlink(next));
   CHECK(test::bytes_of(folder / "a") == "whole");
@@ -100,13 +95,12 @@ TEST_CASE("what a killed program left is removed by the next, what a living one 
   CHECK(folder.files() == 2);
   test::write_bytes(folder / "a.part-of-something", "of others");
   test::write_bytes(folder / "ab.part-999999999-0", "of another file");
-  const auto living = AtomicFile::create(folder / "a");
-  REQUIRE(living);
+  const auto living = test::need(AtomicFile::create(folder / "a"));
   CHECK(folder.files() == 3);
   killed();
   CHECK(folder.files() == 5);
   REQUIRE(write_file(folder / "a", std::string("whole")));
-  CHECK(std::filesystem::exists(living->temporary()));
+  CHECK(std::filesystem::exists(living.temporary()));
   CHECK(folder.files() == 4);
 }
 

@@ -13,13 +13,13 @@ using namespace selvedge;
 using namespace selvedge::test;
 
 TEST_CASE("gltf check: a good file has no issues") {
-  const Folder folder("gltf_check_test");
+  const Folder folder;
   INFO(text_of(check(folder, Square())));
   CHECK(check(folder, Square()).empty());
 }
 
 TEST_CASE("gltf check: what cannot be read is named where it stands") {
-  const Folder folder("gltf_check_test");
+  const Folder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   check_cases(
       folder,
@@ -110,7 +110,7 @@ TEST_CASE("gltf check: what cannot be read is named where it stands") {
 }
 
 TEST_CASE("gltf check: joints are within the smallest skin of the mesh, skins within theirs") {
-  const Folder folder("gltf_check_test");
+  const Folder folder;
   const auto bind = [](Square& s, const char* type, const Json& joints) {
     s.skin();
     s.json["accessors"].push_back({{"componentType", 5126}, {"count", 1}, {"type", type}});
@@ -160,11 +160,11 @@ TEST_CASE("gltf check: joints are within the smallest skin of the mesh, skins wi
 }
 
 TEST_CASE("gltf check: chunks and lengths of a GLB") {
-  const Folder folder("gltf_check_test");
+  const Folder folder;
   const Square square;
   const std::string whole = glb(square.json.dump(), square.bytes);
   const auto first = [&](std::string bytes) {
-    put(folder / "case.glb", bytes);
+    write_bytes(folder / "case.glb", bytes);
     const Issues issues = check_gltf(folder / "case.glb");
     REQUIRE_FALSE(issues.empty());
     return issues[0];
@@ -182,7 +182,7 @@ TEST_CASE("gltf check: chunks and lengths of a GLB") {
 }
 
 TEST_CASE("gltf check: every issue of a file is listed, up to a number, and the rest is counted") {
-  const Folder folder("gltf_check_test");
+  const Folder folder;
   Square square;
   for (int i = 0; i < 250; ++i) square.json["nodes"].push_back({{"mesh", 9}});
   const Issues issues = check(folder, square);
@@ -192,7 +192,7 @@ TEST_CASE("gltf check: every issue of a file is listed, up to a number, and the 
 }
 
 TEST_CASE("gltf check: what a small file asks for is not allocated, and takes no time") {
-  const Folder folder("gltf_check_test");
+  const Folder folder;
   const std::clock_t start = std::clock();  // of this process: the machine may do other things, too
   const std::vector<std::function<void(Square&)>> demands{
       [](Square& s) {
@@ -237,15 +237,15 @@ TEST_CASE("gltf check: what a small file asks for is not allocated, and takes no
 }
 
 TEST_CASE("gltf check: deep nesting and long data URIs that are none are named") {
-  const Folder folder("gltf_check_test");
-  put(folder / "deep.gltf", R"({"asset":{"version":"2.0"},"extras":)" + std::string(1000000, '['));
+  const Folder folder;
+  write_bytes(folder / "deep.gltf", R"({"asset":{"version":"2.0"},"extras":)" + std::string(1000000, '['));
   CHECK(check_gltf(folder / "deep.gltf")[0].code == Code::gltf_malformed);
   for (const char* uri : {"data:application/octet-stream;base64,A",
                           "data:application/octet-stream;base64,A*==", "data:application/octet-stream",
                           "none.bin", "http://example.com/a.bin"}) {
     CAPTURE(uri);
-    put(folder / "uri.gltf",
-        R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":")" + std::string(uri) + "\"}]}");
+    write_bytes(folder / "uri.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":")" +
+                                         std::string(uri) + "\"}]}");
     const Issues issues = check_gltf(folder / "uri.gltf");
     REQUIRE(issues.size() == 1);
     CHECK(issues[0].place == "/buffers/0");
@@ -253,17 +253,17 @@ TEST_CASE("gltf check: deep nesting and long data URIs that are none are named")
 }
 
 TEST_CASE("gltf check: a member that stands twice is named, in a .gltf and in a GLB, and not read") {
-  const Folder folder("gltf_check_test");
+  const Folder folder;
   const Square square;
   const auto repeated = [&](std::string json) {
     const std::string name = R"("target":34962)";
     return json.insert(json.rfind(name), R"("target":34962,)");
   };
-  put(folder / "case.glb", glb(repeated(square.json.dump()), square.bytes));
+  write_bytes(folder / "case.glb", glb(repeated(square.json.dump()), square.bytes));
   Square beside;
   beside.at("/buffers/0")["uri"] = "case.bin";
-  put(folder / "case.bin", beside.bytes);
-  put(folder / "case.gltf", repeated(beside.json.dump()));
+  write_bytes(folder / "case.bin", beside.bytes);
+  write_bytes(folder / "case.gltf", repeated(beside.json.dump()));
   for (const char* name : {"case.glb", "case.gltf"}) {
     const Issues issues = check_gltf(folder / name);
     INFO(text_of(issues));

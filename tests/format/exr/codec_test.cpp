@@ -9,6 +9,7 @@
 #include "format/exr/unpack.h"
 #include "tests/format/damage.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -42,10 +43,9 @@ ExrPixels pixels_of(const ExrPart& part, int level, std::uint64_t seed) {
 }
 
 void write_all(const std::string& path, const ExrPart& part, int levels) {
-  auto writer = ExrWriter::create(path, {part});
-  REQUIRE(writer);
-  for (int k = 0; k < levels; ++k) REQUIRE(writer->write_level(0, k, pixels_of(part, k, 1)));
-  REQUIRE(writer->commit());
+  auto writer = test::need(ExrWriter::create(path, {part}));
+  for (int k = 0; k < levels; ++k) REQUIRE(writer.write_level(0, k, pixels_of(part, k, 1)));
+  REQUIRE(writer.commit());
 }
 
 std::string message_of(const Result<ExrPixels>& pixels) {
@@ -68,9 +68,8 @@ TEST_CASE("what OpenEXR writes in a lossless compression comes back bit by bit")
         part.increasing_y = layout != 1;
         const int levels = layout == 2 ? 1 + static_cast<int>(std::log2(std::max(width, height))) : 1;
         write_all(folder / "a.exr", part, levels);
-        auto reader = ExrReader::open(folder / "a.exr");
-        REQUIRE_MESSAGE(reader, to_line(reader.error()));
-        const ExrPart& read = reader->parts()[0];
+        auto reader = test::need(ExrReader::open(folder / "a.exr"));
+        const ExrPart& read = reader.parts()[0];
         CHECK(read.compression == compression);
         CHECK(read.tiled == (layout != 0));
         CHECK(read.mipmapped == (layout == 2));
@@ -79,13 +78,13 @@ TEST_CASE("what OpenEXR writes in a lossless compression comes back bit by bit")
         CHECK(read.tile_width == (layout == 0 ? 0 : 16));
         CHECK(read.tile_height == (layout == 0 ? 0 : 24));
         for (int k = 0; k < levels; ++k) {
-          const auto pixels = reader->read_level(0, k);
+          const auto pixels = reader.read_level(0, k);
           REQUIRE_MESSAGE(pixels, compression << ": " << message_of(pixels));
           CHECK(pixels->planes == pixels_of(part, k, 1).planes);
         }
-        CHECK_FALSE(reader->read_level(0, levels));
-        CHECK_FALSE(reader->read_level(0, -1));
-        CHECK_FALSE(reader->read_rows(0, height - 1, 2));
+        CHECK_FALSE(reader.read_level(0, levels));
+        CHECK_FALSE(reader.read_level(0, -1));
+        CHECK_FALSE(reader.read_rows(0, height - 1, 2));
       }
     }
   }
@@ -96,9 +95,7 @@ TEST_CASE("a lossy or unknown compression is not written") {
   for (const char* compression : {"pxr24", "b44", "b44a", "dwaa", "dwab", "zap", ""}) {
     ExrPart part = mixed_part(4, 4);
     part.compression = compression;
-    const auto writer = ExrWriter::create(folder / "a.exr", {part});
-    REQUIRE_FALSE(writer);
-    CHECK(writer.error().code == Code::option_out_of_range);
+    CHECK(test::error_of(ExrWriter::create(folder / "a.exr", {part})).code == Code::option_out_of_range);
     CHECK(is_lossy(compression) == (std::string(compression) != "zap" && compression[0] != '\0'));
   }
   for (const char* compression : {"none", "rle", "zips", "zip", "piz"}) CHECK_FALSE(is_lossy(compression));
@@ -112,12 +109,9 @@ TEST_CASE("a part in a lossy compression is described, but its pixels are not re
   write_all(folder / "a.exr", part, 1);
   std::string bytes = test::bytes_of(folder / "a.exr");
   bytes[test::exr_value_at(bytes, "compression", "compression")] = 9;
-  auto reader = ExrReader::open(test::as_bytes(bytes), "dwab");
-  REQUIRE(reader);
-  CHECK(reader->parts()[0].compression == "dwab");
-  const auto pixels = reader->read_level(0);
-  REQUIRE_FALSE(pixels);
-  CHECK(pixels.error().code == Code::exr_unsupported);
+  auto reader = test::need(ExrReader::open(test::as_bytes(bytes), "dwab"));
+  CHECK(reader.parts()[0].compression == "dwab");
+  CHECK(test::error_of(reader.read_level(0)).code == Code::exr_unsupported);
 }
 
 TEST_CASE("a chunk that decodes to too few or too many bytes is refused, not filled up") {
@@ -136,9 +130,8 @@ TEST_CASE("a chunk that decodes to too few or too many bytes is refused, not fil
       write_all(folder / "a.exr", packed_as, 1);
       const std::string bytes = test::bytes_of(folder / "a.exr");
       const InputFile source(test::as_bytes(bytes));
-      const auto scan = scan_exr(source, "a", {});
-      REQUIRE(scan);
-      const ExrChunk& chunk = scan->chunks[0][0];
+      const auto scan = test::need(scan_exr(source, "a", {}));
+      const ExrChunk& chunk = scan.chunks[0][0];
       const auto packed = test::as_bytes(bytes).subspan(chunk.offset, chunk.packed_bytes);
       std::vector<std::uint8_t> good(unpacked_size(packed_as));
       CHECK(exr_unpack(packed_as, chunk, packed, good));
@@ -158,17 +151,15 @@ TEST_CASE("packed bytes of any kind are decoded or refused") {
   for (const char* compression : {"rle", "zip", "piz"}) {
     part.compression = compression;
     part.tiled = true;
-    auto writer = ExrWriter::create(folder / "a.exr", {part});
-    REQUIRE(writer);
+    auto writer = test::need(ExrWriter::create(folder / "a.exr", {part}));
     ExrPixels smooth = pixels_of(part, 0, 1);
     smooth.planes[0] = smooth.planes[1] = smooth.planes[2];
-    REQUIRE(writer->write_level(0, 0, smooth));
-    REQUIRE(writer->commit());
+    REQUIRE(writer.write_level(0, 0, smooth));
+    REQUIRE(writer.commit());
     const std::string bytes = test::bytes_of(folder / "a.exr");
     const InputFile source(test::as_bytes(bytes));
-    const auto scan = scan_exr(source, "a", {});
-    REQUIRE(scan);
-    const ExrChunk& chunk = scan->chunks[0][0];
+    const auto scan = test::need(scan_exr(source, "a", {}));
+    const ExrChunk& chunk = scan.chunks[0][0];
     const auto whole = test::as_bytes(bytes).subspan(chunk.offset, chunk.packed_bytes);
     REQUIRE(whole.size() < size);
     std::vector<std::uint8_t> pixels(size);

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -33,21 +34,18 @@ ExrPixels ramp(int width, int height, int from = 0) {
 
 TEST_CASE("rows written in pieces are read in any range") {
   const Folder folder;
-  auto writer = ExrWriter::create(folder / "a.exr", {part_of("rows", 3, 10, true)});
-  REQUIRE(writer);
-  REQUIRE(writer->write_rows(0, ramp(3, 4)));
-  REQUIRE(writer->write_rows(0, ramp(3, 6, 12)));
-  REQUIRE(writer->commit());
-  auto reader = ExrReader::open(folder / "a.exr");
-  REQUIRE(reader);
-  CHECK(reader->find_part("rows") == 0);
-  CHECK(reader->find_part("columns") == -1);
-  const auto rows = reader->read_rows(0, 3, 2);
-  REQUIRE(rows);
+  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part_of("rows", 3, 10, true)}));
+  REQUIRE(writer.write_rows(0, ramp(3, 4)));
+  REQUIRE(writer.write_rows(0, ramp(3, 6, 12)));
+  REQUIRE(writer.commit());
+  auto reader = test::need(ExrReader::open(folder / "a.exr"));
+  CHECK(reader.find_part("rows") == 0);
+  CHECK(reader.find_part("columns") == -1);
+  const auto rows = test::need(reader.read_rows(0, 3, 2));
   // The file orders channels by name: "a" comes first.
-  CHECK(reader->parts()[0].channels[0].name == "a");
-  CHECK(rows->planes[1] == std::vector<float>{9, 10, 11, 12, 13, 14});
-  CHECK(rows->planes[0][0] == -9);
+  CHECK(reader.parts()[0].channels[0].name == "a");
+  CHECK(rows.planes[1] == std::vector<float>{9, 10, 11, 12, 13, 14});
+  CHECK(rows.planes[0][0] == -9);
 }
 
 TEST_CASE("attributes of every kind come back") {
@@ -55,38 +53,33 @@ TEST_CASE("attributes of every kind come back") {
   ExrPart part = part_of("attributes", 1, 1, false);
   part.attributes = {
       {"text", std::string("t")}, {"whole", 7}, {"real", 0.1F}, {"v2", V2f(1, 2)}, {"v3", V3f(3, 4, 5)}};
-  auto writer = ExrWriter::create(folder / "a.exr", {part});
-  REQUIRE(writer);
-  REQUIRE(writer->write_rows(0, ramp(1, 1)));
-  REQUIRE(writer->commit());
-  const auto reader = ExrReader::open(folder / "a.exr");
-  REQUIRE(reader);
-  for (const auto& [name, value] : part.attributes) CHECK(reader->parts()[0].attributes.at(name) == value);
+  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part}));
+  REQUIRE(writer.write_rows(0, ramp(1, 1)));
+  REQUIRE(writer.commit());
+  const auto reader = test::need(ExrReader::open(folder / "a.exr"));
+  for (const auto& [name, value] : part.attributes) CHECK(reader.parts()[0].attributes.at(name) == value);
 }
 
 TEST_CASE("black compresses as far as ZIP goes and is read all the same") {
   const Folder folder;
   ExrPart part = part_of("black", 1024, 1024, true);
   part.mipmapped = true;
-  auto writer = ExrWriter::create(folder / "a.exr", {part});
-  REQUIRE(writer);
+  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part}));
   for (int level = 0, size = 1024; size >= 1; ++level, size /= 2) {
     const auto count = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
     REQUIRE(
-        writer->write_level(0, level, {size, size, {std::vector<float>(count), std::vector<float>(count)}}));
+        writer.write_level(0, level, {size, size, {std::vector<float>(count), std::vector<float>(count)}}));
   }
-  REQUIRE(writer->commit());
-  auto reader = ExrReader::open(folder / "a.exr");
-  REQUIRE(reader);
-  CHECK(reader->read_level(0, 0));
+  REQUIRE(writer.commit());
+  auto reader = test::need(ExrReader::open(folder / "a.exr"));
+  CHECK(reader.read_level(0, 0));
 }
 
 TEST_CASE("more than the limit is refused before anything is allocated") {
   const Folder folder;
-  auto writer = ExrWriter::create(folder / "a.exr", {part_of("rows", 8, 8, false)});
-  REQUIRE(writer);
-  REQUIRE(writer->write_rows(0, ramp(8, 8)));
-  REQUIRE(writer->commit());
+  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part_of("rows", 8, 8, false)}));
+  REQUIRE(writer.write_rows(0, ramp(8, 8)));
+  REQUIRE(writer.commit());
   const auto refused = [&](const ExrLimits& limits) {
     auto reader = ExrReader::open(folder / "a.exr", limits);
     if (!reader) return reader.error().code == Code::file_too_large;

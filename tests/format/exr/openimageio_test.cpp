@@ -8,6 +8,7 @@
 #include <set>
 
 #include "format/exr/exr.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 namespace fs = std::filesystem;
@@ -42,11 +43,8 @@ std::size_t differences(const ExrPart& part, const ExrPixels& pixels, OIIO::Imag
 
 TEST_CASE(
     "exr: pictures of the OpenEXR project are read as OpenImageIO reads them, or refused for what they are") {
-  const fs::path folder = fs::path(SELVEDGE_DATA_DIR) / "exr";
-  if (!fs::exists(folder)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
+  const std::string folder = test::shared_data("exr");
+  if (folder.empty()) return;
   // Luminance and chroma sub-sampled; a data window off the origin.
   const std::set<std::string> refused{"Rec709_YC.exr", "XYZ_YC.exr", "t08.exr"};
   int read = 0;

@@ -9,6 +9,7 @@
 
 #include "tests/format/damage.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::exr_value_at;
@@ -33,16 +34,15 @@ std::string good_file() {
     parts[p].channels = {{"ab", false}, {"cd", true}};
   }
   parts[0].attributes["mark"] = std::string("text");
-  auto writer = ExrWriter::create(folder / "a.exr", parts);
-  REQUIRE(writer);
+  auto writer = test::need(ExrWriter::create(folder / "a.exr", parts));
   for (std::size_t p = 0; p < 3; ++p) {
     const ExrPart& part = parts[p];
     const auto count = static_cast<std::size_t>(part.width * part.height);
     const ExrPixels pixels{
         part.width, part.height, {std::vector<float>(count, 1), std::vector<float>(count, 2)}};
-    REQUIRE(writer->write_level(static_cast<int>(p), 0, pixels));
+    REQUIRE(writer.write_level(static_cast<int>(p), 0, pixels));
   }
-  REQUIRE(writer->commit());
+  REQUIRE(writer.commit());
   return test::bytes_of(folder / "a.exr");
 }
 
@@ -289,23 +289,21 @@ TEST_CASE("only what is asked for is read, and every byte counts once") {
   part.height = 400;
   part.compression = "none";
   part.channels = {{"ab", false}, {"cd", true}};
-  auto writer = ExrWriter::create(folder / "a.exr", {part});
-  REQUIRE(writer);
+  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part}));
   const std::vector<float> plane(20 * 400, 1);
-  REQUIRE(writer->write_level(0, 0, {20, 400, {plane, plane}}));
-  REQUIRE(writer->commit());
+  REQUIRE(writer.write_level(0, 0, {20, 400, {plane, plane}}));
+  REQUIRE(writer.commit());
   const std::string bytes = test::bytes_of(folder / "a.exr");
-  auto reader = ExrReader::open(test::as_bytes(bytes), "f");
-  REQUIRE(reader);
+  auto reader = test::need(ExrReader::open(test::as_bytes(bytes), "f"));
   // Headers, tables and the heads of the chunks.
-  const std::uint64_t opened = reader->bytes_read();
+  const std::uint64_t opened = reader.bytes_read();
   CHECK(opened < bytes.size() / 2);
-  REQUIRE(reader->read_rows(0, 390, 10));
-  CHECK(reader->bytes_read() - opened == 10 * 20 * 6);
-  REQUIRE(reader->read_rows(0, 392, 3));
-  CHECK(reader->bytes_read() - opened == 10 * 20 * 6);
-  REQUIRE(reader->read_rows(0, 380, 15));
-  CHECK(reader->bytes_read() - opened == 20 * 20 * 6);
-  REQUIRE(reader->read_level(0, 0));
-  CHECK(reader->bytes_read() == bytes.size());
+  REQUIRE(reader.read_rows(0, 390, 10));
+  CHECK(reader.bytes_read() - opened == 10 * 20 * 6);
+  REQUIRE(reader.read_rows(0, 392, 3));
+  CHECK(reader.bytes_read() - opened == 10 * 20 * 6);
+  REQUIRE(reader.read_rows(0, 380, 15));
+  CHECK(reader.bytes_read() - opened == 20 * 20 * 6);
+  REQUIRE(reader.read_level(0, 0));
+  CHECK(reader.bytes_read() == bytes.size());
 }

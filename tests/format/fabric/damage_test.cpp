@@ -8,6 +8,7 @@
 #include "tests/format/damage.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -58,10 +59,9 @@ std::string file_of_the_papers_layers() { return file_of(test::random_fabric(3, 
 /// Where the packed pixels of the first chunk begin: all before it is structure.
 std::size_t begin_of_pixels(const std::string& bytes) {
   const InputFile source(test::as_bytes(bytes));
-  const auto scan = scan_exr(source, "whole", {});
-  REQUIRE(scan);
+  const auto scan = test::need(scan_exr(source, "whole", {}));
   std::uint64_t first = bytes.size();
-  for (const auto& part : scan->chunks) {
+  for (const auto& part : scan.chunks) {
     for (const ExrChunk& chunk : part) first = std::min(first, chunk.offset);
   }
   return static_cast<std::size_t>(first);
@@ -76,10 +76,9 @@ void write_samples(const std::string& path) {
   header.lights = {1, 1};
   header.pairs[1] = random_pairs(2, 0.15, 1);
   header.provenance = "{}";
-  auto writer = SamplesWriter::create(path, header);
-  REQUIRE(writer);
+  auto writer = test::need(SamplesWriter::create(path, header));
   for (int view = 0; view < 2; ++view) {
-    REQUIRE(writer->write_view({{0.5F, 1}, {{0, 0, 1}, {0, 0.5F, 1}}, {{1, 2, 3}, {4, 5, 6}}}));
+    REQUIRE(writer.write_view({{0.5F, 1}, {{0, 0, 1}, {0, 0.5F, 1}}, {{1, 2, 3}, {4, 5, 6}}}));
   }
   PairSamples pairs;
   pairs.pairs = header.pairs[1];
@@ -89,8 +88,8 @@ void write_samples(const std::string& path) {
     pairs.radiance.emplace_back(1.0F, 2.0F, 3.0F);
     pairs.noise.emplace_back(0.5F, 0.5F, 0.5F);
   }
-  REQUIRE(writer->write_pairs(PairKind::held_out, pairs));
-  REQUIRE(writer->commit());
+  REQUIRE(writer.write_pairs(PairKind::held_out, pairs));
+  REQUIRE(writer.commit());
 }
 
 /// Everything in the file, or the first issue.
@@ -108,8 +107,7 @@ Result<SampleLevel> read_samples(const std::string& bytes) {
 
 TEST_CASE("a fabric file cut short anywhere is refused when it is opened") {
   const std::string bytes = file_of_the_papers_layers();
-  const auto whole = ExrReader::open(test::as_bytes(bytes), "whole");
-  REQUIRE_MESSAGE(whole, to_line(whole.error()));
+  test::need(ExrReader::open(test::as_bytes(bytes), "whole"));
   std::size_t accepted = 0;
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     // A buffer of that length and no more: a read beyond it is one that the address sanitizer sees.
@@ -123,15 +121,14 @@ TEST_CASE("a fabric file cut short anywhere is refused when it is opened") {
 
 TEST_CASE("a fabric file with a damaged byte is refused or read bit-equal") {
   const std::string bytes = file_of_all_layers();
-  const auto whole = read_fabric(test::as_bytes(bytes), "whole");
-  REQUIRE_MESSAGE(whole, to_line(whole.error()));
+  const auto whole = test::need(read_fabric(test::as_bytes(bytes), "whole"));
   std::size_t refused = 0;
   std::size_t equal = 0;
   std::string wrong;
   test::damage_each_byte(bytes, 0, bytes.size(), [&](const std::string& damaged, std::size_t at) {
     const auto fabric = read_fabric(test::as_bytes(damaged), "damaged");
     if (fabric) {
-      same_fabric(*fabric, *whole) ? void(++equal) : void(wrong += std::to_string(at) + " ");
+      same_fabric(*fabric, whole) ? void(++equal) : void(wrong += std::to_string(at) + " ");
     } else {
       is_named(fabric.error()) ? void(++refused) : void(wrong += std::to_string(at) + " ");
     }
@@ -144,15 +141,13 @@ TEST_CASE("a fabric file with a damaged byte is refused or read bit-equal") {
 
 TEST_CASE("one level of one part of a damaged file is refused or read, and never of another shape") {
   const std::string bytes = file_of_the_papers_layers();
-  auto whole = ExrReader::open(test::as_bytes(bytes), "whole");
-  REQUIRE_MESSAGE(whole, to_line(whole.error()));
-  const std::size_t parts = whole->parts().size();
+  auto whole = test::need(ExrReader::open(test::as_bytes(bytes), "whole"));
+  const std::size_t parts = whole.parts().size();
   REQUIRE(parts == 5);
   std::vector<ExrPixels> expected;
   for (std::size_t p = 0; p < parts; ++p) {
-    auto pixels = whole->read_level(static_cast<int>(p), 0);
-    REQUIRE(pixels);
-    expected.push_back(std::move(*pixels));
+    auto pixels = test::need(whole.read_level(static_cast<int>(p), 0));
+    expected.push_back(std::move(pixels));
   }
   const std::size_t first_pixels = begin_of_pixels(bytes);
   std::string wrong;
@@ -170,9 +165,9 @@ TEST_CASE("one level of one part of a damaged file is refused or read, and never
                                : is_named(pixels.error());
       // Precision of a channel and its name are the header digest's to hold.
       const bool same_channels =
-          part.name == whole->parts()[p].name &&
-          std::equal(part.channels.begin(), part.channels.end(), whole->parts()[p].channels.begin(),
-                     whole->parts()[p].channels.end(), [](const ExrChannel& a, const ExrChannel& b) {
+          part.name == whole.parts()[p].name &&
+          std::equal(part.channels.begin(), part.channels.end(), whole.parts()[p].channels.begin(),
+                     whole.parts()[p].channels.end(), [](const ExrChannel& a, const ExrChannel& b) {
                        return a.name == b.name && a.half == b.half;
                      });
       const bool changed = pixels && same_channels && at < first_pixels && !same_pixels(*pixels, expected[p]);
@@ -186,8 +181,7 @@ TEST_CASE("a samples file cut short is refused, and one with a damaged byte is r
   const Folder folder;
   write_samples(folder / "a.exr");
   const std::string bytes = test::bytes_of(folder / "a.exr");
-  const auto whole = read_samples(bytes);
-  REQUIRE_MESSAGE(whole, to_line(whole.error()));
+  test::need(read_samples(bytes));
   std::size_t wrong = 0;
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     const auto level = read_samples(bytes.substr(0, length));

@@ -5,6 +5,7 @@
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -43,11 +44,9 @@ TEST_CASE("a fabric comes back from its file bit by bit") {
                                                     {100, 40, DirectionGrid{2, 2}, 1}}) {
     const Fabric fabric = test::random_slab_fabric(width, height, views, lobes, 3);
     const std::string path = folder / "a.fabric.exr";
-    const auto written = write_fabric(path, fabric);
-    REQUIRE_MESSAGE(written, to_line(written.error()));
-    const auto read = read_fabric(path);
-    REQUIRE_MESSAGE(read, to_line(read.error()));
-    check_equal(fabric, *read);
+    test::need(write_fabric(path, fabric));
+    const auto read = test::need(read_fabric(path));
+    check_equal(fabric, read);
   }
 }
 
@@ -59,9 +58,8 @@ TEST_CASE("layers and levels that a fabric lacks stay absent") {
   for (FabricLevel& level : fabric.levels) level.remove(LayerKind::frame);
   fabric.levels.pop_back();
   REQUIRE(write_fabric(folder / "a.exr", fabric));
-  const auto read = read_fabric(folder / "a.exr");
-  REQUIRE_MESSAGE(read, to_line(read.error()));
-  check_equal(fabric, *read);
+  const auto read = test::need(read_fabric(folder / "a.exr"));
+  check_equal(fabric, read);
 }
 
 TEST_CASE("the same fabric gives the same bytes") {
@@ -78,9 +76,8 @@ TEST_CASE("a fabric is read from memory as from a file") {
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const std::string bytes = test::bytes_of(folder / "a.exr");
   const auto read =
-      read_fabric({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory");
-  REQUIRE_MESSAGE(read, to_line(read.error()));
-  check_equal(fabric, *read);
+      test::need(read_fabric({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory"));
+  check_equal(fabric, read);
 }
 
 TEST_CASE("a cut-short fabric file is refused, wherever it is cut") {
@@ -89,10 +86,9 @@ TEST_CASE("a cut-short fabric file is refused, wherever it is cut") {
   const std::string bytes = test::bytes_of(folder / "a.exr");
   for (std::size_t length = 0; length + 1 < bytes.size(); length += 97) {
     test::write_bytes(folder / "cut.exr", bytes.substr(0, length));
-    const auto read = read_fabric(folder / "cut.exr");
-    REQUIRE_FALSE(read);
-    CHECK(read.error().file == folder / "cut.exr");
-    CHECK_FALSE(read.error().message.empty());
+    const Error error = test::error_of(read_fabric(folder / "cut.exr"));
+    CHECK(error.file == folder / "cut.exr");
+    CHECK_FALSE(error.message.empty());
   }
 }
 
@@ -119,10 +115,9 @@ TEST_CASE("values that half precision cannot hold are refused with their place, 
   const Folder folder;
   Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 4);
   fabric.levels[0].view_table()[5].y = 1e6F;
-  const auto written = write_fabric(folder / "a.exr", fabric);
-  REQUIRE_FALSE(written);
-  CHECK(written.error().code == Code::fabric_not_finite);
-  CHECK(written.error().place == "table/table.0001.green/pixel 1,0");
+  const Error error = test::error_of(write_fabric(folder / "a.exr", fabric));
+  CHECK(error.code == Code::fabric_not_finite);
+  CHECK(error.place == "table/table.0001.green/pixel 1,0");
   CHECK(folder.files() == 0);
   FabricWriteOptions wide;
   wide.half = {};
@@ -172,18 +167,15 @@ TEST_CASE("in any precision and codec a fabric that is read and written again ha
     for (const char* codec : {"none", "rle", "zips", "zip", "piz"}) {
       CAPTURE(codec);
       options.codec = codec;
-      const auto written = write_fabric(folder / "a.exr", fabric, options);
-      REQUIRE_MESSAGE(written, to_line(written.error()));
-      auto reader = FabricReader::open(folder / "a.exr");
-      REQUIRE(reader);
-      CHECK(reader->half() == half);
-      const auto once = reader->read();
-      REQUIRE_MESSAGE(once, to_line(once.error()));
+      test::need(write_fabric(folder / "a.exr", fabric, options));
+      auto reader = test::need(FabricReader::open(folder / "a.exr"));
+      CHECK(reader.half() == half);
+      const auto once = test::need(reader.read());
       // 32 bits hold all; 16 bits what random_fabric makes exact in them, and lobes once they are rounded.
-      if (!half.contains(LayerKind::lobes)) check_equal(fabric, *once);
-      REQUIRE(write_fabric(folder / "b.exr", *once, options));
+      if (!half.contains(LayerKind::lobes)) check_equal(fabric, once);
+      REQUIRE(write_fabric(folder / "b.exr", once, options));
       CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
-      check_equal(*once, *read_fabric(folder / "b.exr"));
+      check_equal(once, *read_fabric(folder / "b.exr"));
     }
   }
 }
@@ -193,10 +185,10 @@ TEST_CASE("a lossy codec is refused by its name, and nothing is written") {
   FabricWriteOptions options;
   for (const char* codec : {"pxr24", "b44", "b44a", "dwaa", "dwab", "jpeg", ""}) {
     options.codec = codec;
-    const auto written = write_fabric(folder / "a.exr", test::random_fabric(2, 2, {1, 1}, 0, 4), options);
-    REQUIRE_FALSE(written);
-    CHECK(written.error().code == Code::option_out_of_range);
-    CHECK(written.error().message.find(std::string("'") + codec + "'") != std::string::npos);
+    const Error error =
+        test::error_of(write_fabric(folder / "a.exr", test::random_fabric(2, 2, {1, 1}, 0, 4), options));
+    CHECK(error.code == Code::option_out_of_range);
+    CHECK(error.message.find(std::string("'") + codec + "'") != std::string::npos);
     CHECK(folder.files() == 0);
   }
 }

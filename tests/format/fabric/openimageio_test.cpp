@@ -7,6 +7,7 @@
 #include "format/fabric/file.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -15,13 +16,12 @@ namespace {
 
 /// Every channel of every level of every part, bit by bit; gives back how many values were compared.
 std::size_t compare_with_openimageio(const std::string& path) {
-  auto ours = ExrReader::open(path);
-  REQUIRE(ours);
+  auto ours = test::need(ExrReader::open(path));
   const auto theirs = OIIO::ImageInput::open(path);
   REQUIRE(theirs);
   std::size_t compared = 0;
-  for (int p = 0; p < static_cast<int>(ours->parts().size()); ++p) {
-    const ExrPart& part = ours->parts()[p];
+  for (int p = 0; p < static_cast<int>(ours.parts().size()); ++p) {
+    const ExrPart& part = ours.parts()[p];
     for (int k = 0; k < part.levels; ++k) {
       CAPTURE(part.name);
       CAPTURE(k);
@@ -29,10 +29,9 @@ std::size_t compare_with_openimageio(const std::string& path) {
       const OIIO::ImageSpec& spec = theirs->spec();
       CHECK(spec.get_string_attribute("oiio:subimagename") == part.name);
       REQUIRE(spec.nchannels == static_cast<int>(part.channels.size()));
-      const auto pixels = ours->read_level(p, k);
-      REQUIRE(pixels);
-      REQUIRE(spec.width == pixels->width);
-      REQUIRE(spec.height == pixels->height);
+      const auto pixels = test::need(ours.read_level(p, k));
+      REQUIRE(spec.width == pixels.width);
+      REQUIRE(spec.height == pixels.height);
       const auto texels = static_cast<std::size_t>(spec.width * spec.height);
       std::vector<float> values(texels * part.channels.size());
       REQUIRE(theirs->read_image(p, k, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()));
@@ -44,7 +43,7 @@ std::size_t compare_with_openimageio(const std::string& path) {
         bool equal = true;
         for (std::size_t i = 0; i < texels; ++i) {
           const float value = values[i * part.channels.size() + static_cast<std::size_t>(channel)];
-          equal = equal && std::memcmp(&value, &pixels->planes[c][i], sizeof value) == 0;
+          equal = equal && std::memcmp(&value, &pixels.planes[c][i], sizeof value) == 0;
         }
         CHECK(equal);
         compared += texels;
@@ -52,7 +51,7 @@ std::size_t compare_with_openimageio(const std::string& path) {
     }
     CHECK_FALSE(theirs->seek_subimage(p, part.levels));
   }
-  CHECK_FALSE(theirs->seek_subimage(static_cast<int>(ours->parts().size()), 0));
+  CHECK_FALSE(theirs->seek_subimage(static_cast<int>(ours.parts().size()), 0));
   return compared;
 }
 
@@ -65,8 +64,7 @@ TEST_CASE("OpenImageIO reads every part and level of a fabric bit by bit as we d
   FabricWriteOptions options;
   for (const LayerSet& half : {LayerSet(), table_layers, LayerSet::all()}) {
     options.half = half;
-    const auto written = write_fabric(folder / "a.exr", fabric, options);
-    REQUIRE_MESSAGE(written, to_line(written.error()));
+    test::need(write_fabric(folder / "a.exr", fabric, options));
     // 4 channels of the preview; 27 + 6 + 12 + 4 of the layers, over all levels.
     CHECK(compare_with_openimageio(folder / "a.exr") ==
           70 * 9 * 4 + 75 * (70 * 9 + 35 * 4 + 17 * 2 + 8 + 4 + 2 + 1));

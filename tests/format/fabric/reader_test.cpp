@@ -6,17 +6,14 @@
 #include "tests/format/fabric_files.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
 
 namespace {
 
-FabricReader open_reader(const std::string& path) {
-  auto reader = FabricReader::open(path);
-  REQUIRE_MESSAGE(reader, to_line(reader.error()));
-  return std::move(*reader);
-}
+FabricReader open_reader(const std::string& path) { return test::need(FabricReader::open(path)); }
 
 /// Bytes beside those of opening that a read takes.
 std::uint64_t cost(const std::string& path, const std::function<void(FabricReader&)>& read) {
@@ -37,14 +34,13 @@ TEST_CASE("a level read by itself is that of the whole") {
   CHECK(reader.header().views == fabric.views);
   CHECK(reader.half() == table_layers);
   for (int k = 3; k >= 0; --k) {
-    const auto level = reader.read_level(k);
-    REQUIRE(level);
+    const auto level = test::need(reader.read_level(k));
     const FabricLevel& expected = fabric.levels[k];
-    CHECK(level->width == expected.width);
-    CHECK(level->height == expected.height);
-    for (const LayerKind kind : all_layers) CHECK((*level)[kind] == expected[kind]);
-    CHECK(level->pairs == expected.pairs);
-    CHECK(level->bases->light == expected.bases->light);
+    CHECK(level.width == expected.width);
+    CHECK(level.height == expected.height);
+    for (const LayerKind kind : all_layers) CHECK(level[kind] == expected[kind]);
+    CHECK(level.pairs == expected.pairs);
+    CHECK(level.bases->light == expected.bases->light);
   }
 }
 
@@ -52,27 +48,25 @@ TEST_CASE("layers that were not asked for are not there") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(4, 4, {2, 2}, 1, 8)));
   FabricReader reader = open_reader(folder / "a.exr");
-  const auto level = reader.read_level(1, {LayerKind::lobes, LayerKind::opacity});
-  REQUIRE(level);
-  CHECK(level->has(LayerKind::lobes));
-  CHECK(level->has(LayerKind::opacity));
-  CHECK_FALSE(level->has(LayerKind::frame));
-  CHECK_FALSE(level->has(LayerKind::table));
+  const auto level = test::need(reader.read_level(1, {LayerKind::lobes, LayerKind::opacity}));
+  CHECK(level.has(LayerKind::lobes));
+  CHECK(level.has(LayerKind::opacity));
+  CHECK_FALSE(level.has(LayerKind::frame));
+  CHECK_FALSE(level.has(LayerKind::table));
 }
 
 TEST_CASE("a range of levels is a fabric whose level 0 is its first") {
   const Folder folder;
   const Fabric fabric = test::random_fabric(11, 5, {2, 2}, 1, 8);
   REQUIRE(write_fabric(folder / "a.exr", fabric));
-  const auto upper = open_reader(folder / "a.exr").read_levels(1, 2);
-  REQUIRE(upper);
-  REQUIRE(upper->levels.size() == 2);
-  CHECK(upper->levels[0].width == 5);
-  CHECK(upper->levels[1].height == 1);
-  CHECK(upper->period_mm == fabric.period_mm);
-  CHECK(upper->levels[1][LayerKind::lobes] == fabric.levels[2][LayerKind::lobes]);
-  CHECK(validate(*upper));
-  CHECK(upper->whole == WholeFabric{V2i(11, 5), 1, 4});
+  const auto upper = test::need(open_reader(folder / "a.exr").read_levels(1, 2));
+  REQUIRE(upper.levels.size() == 2);
+  CHECK(upper.levels[0].width == 5);
+  CHECK(upper.levels[1].height == 1);
+  CHECK(upper.period_mm == fabric.period_mm);
+  CHECK(upper.levels[1][LayerKind::lobes] == fabric.levels[2][LayerKind::lobes]);
+  CHECK(validate(upper));
+  CHECK(upper.whole == WholeFabric{V2i(11, 5), 1, 4});
   CHECK(open_reader(folder / "a.exr").read_levels(0, 1)->whole == WholeFabric{V2i(11, 5), 0, 4});
   CHECK_FALSE(open_reader(folder / "a.exr").read_levels(0, 3)->whole.has_value());
 }
@@ -80,20 +74,18 @@ TEST_CASE("a range of levels is a fabric whose level 0 is its first") {
 TEST_CASE("a part of a fabric says in its file what it is a part of, and parts of it count on") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(44, 21, {2, 2}, 1, 8)));
-  const auto part = open_reader(folder / "a.exr").read_levels(2, 5);
-  REQUIRE(part);
-  REQUIRE(write_fabric(folder / "b.exr", *part));
+  const auto part = test::need(open_reader(folder / "a.exr").read_levels(2, 5));
+  REQUIRE(write_fabric(folder / "b.exr", part));
   FabricReader reader = open_reader(folder / "b.exr");
   CHECK(reader.header().whole == WholeFabric{V2i(44, 21), 2, 6});
   CHECK(reader.read()->whole == reader.header().whole);
   CHECK(whole_texels(reader.header()) == V2i(44, 21));
   CHECK(reader.header().first_level() == 2);
-  const auto again = reader.read_levels(1, 2);
-  REQUIRE(again);
-  CHECK(again->whole == WholeFabric{V2i(44, 21), 3, 6});
-  CHECK(again->first_level() == 3);
-  CHECK(V2i(again->levels[0].width, again->levels[0].height) == V2i(5, 2));
-  Fabric wrong = *part;
+  const auto again = test::need(reader.read_levels(1, 2));
+  CHECK(again.whole == WholeFabric{V2i(44, 21), 3, 6});
+  CHECK(again.first_level() == 3);
+  CHECK(V2i(again.levels[0].width, again.levels[0].height) == V2i(5, 2));
+  Fabric wrong = part;
   for (const WholeFabric& whole : {WholeFabric{V2i(44, 21), 3}, WholeFabric{V2i(44, 21), 0},
                                    WholeFabric{V2i(44, 20), 2}, WholeFabric{V2i(45, 21), 2}}) {
     wrong.whole = whole;
@@ -134,16 +126,14 @@ TEST_CASE("levels of a whole survive reading and writing, and so does that nothi
         std::optional(WholeFabric{V2i(89, 42), 1, 7}), std::optional(WholeFabric{V2i(89, 42), 1, 0})}) {
     part.whole = whole;
     REQUIRE(write_fabric(folder / "a.exr", part));
-    const auto read = read_fabric(folder / "a.exr");
-    REQUIRE(read);
-    CHECK(read->whole == whole);
-    REQUIRE(write_fabric(folder / "b.exr", *read));
+    const auto read = test::need(read_fabric(folder / "a.exr"));
+    CHECK(read.whole == whole);
+    REQUIRE(write_fabric(folder / "b.exr", read));
     CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
     // Without the last, which there is.
-    const auto cut = open_reader(folder / "b.exr").read_levels(0, 1);
-    REQUIRE(cut);
-    REQUIRE(cut->whole);
-    CHECK(cut->whole->levels == std::max(whole ? whole->levels : 0, part.first_level() + 3));
+    const auto cut = test::need(open_reader(folder / "b.exr").read_levels(0, 1));
+    REQUIRE(cut.whole);
+    CHECK(cut.whole->levels == std::max(whole ? whole->levels : 0, part.first_level() + 3));
   }
   for (const WholeFabric& whole :
        {WholeFabric{V2i(44, 21), 0, 0}, WholeFabric{V2i(44, 21), 0, 3}, WholeFabric{V2i(44, 21), 0, 7},
@@ -180,11 +170,10 @@ TEST_CASE("damage to one level is an error of that level and of no other") {
   CHECK(reader.read_level(0));
   CHECK(reader.read_level(2));
   CHECK(reader.read_level(1, {LayerKind::lobes, LayerKind::frame, LayerKind::opacity}));
-  const auto bad = reader.read_level(1);
-  REQUIRE_FALSE(bad);
-  CHECK(bad.error().code == Code::fabric_digest);
-  CHECK(bad.error().place == "table/level 1");
-  CHECK(bad.error().file == folder / "bad.exr");
+  const Error error = test::error_of(reader.read_level(1));
+  CHECK(error.code == Code::fabric_digest);
+  CHECK(error.place == "table/level 1");
+  CHECK(error.file == folder / "bad.exr");
   CHECK_FALSE(reader.read());
 }
 
@@ -194,7 +183,5 @@ TEST_CASE("a bad header is found on opening, before any level is read") {
   test::OpenedFabric file = test::open_fabric(folder / "good.exr");
   file.drop("frame");
   test::save_fabric(folder / "bad.exr", file);
-  const auto reader = FabricReader::open(folder / "bad.exr");
-  REQUIRE_FALSE(reader);
-  CHECK(reader.error().code == Code::fabric_part);
+  CHECK(test::error_of(FabricReader::open(folder / "bad.exr")).code == Code::fabric_part);
 }

@@ -6,6 +6,7 @@
 
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -47,10 +48,9 @@ TEST_CASE("seen from above every column is met where it stands") {
   const SlabMarch march(fabric.levels[0], fabric);
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 10; ++i) {
-      const auto hit = march(V2d((i + 0.5) / 10, (j + 0.5) / 3), {0, 0, 1});
-      REQUIRE(hit);
-      CHECK(hit->texel == static_cast<std::size_t>(5 * j + i / 2));
-      CHECK(hit->entry == static_cast<std::size_t>(i % 2));
+      const auto hit = test::need(march(V2d((i + 0.5) / 10, (j + 0.5) / 3), {0, 0, 1}));
+      CHECK(hit.texel == static_cast<std::size_t>(5 * j + i / 2));
+      CHECK(hit.entry == static_cast<std::size_t>(i % 2));
     }
   }
 }
@@ -61,10 +61,9 @@ TEST_CASE("a ray meets the flat top where the line through the plane's point has
   const SlabMarch march(fabric.levels[0], fabric);
   for (const double slope : {-7.3, -1.9, -0.4, 0.0, 0.7, 2.6, 11.0}) {
     for (double u = -2.03; u < 2; u += 0.117) {
-      const auto hit = march(V2d(u, 0.5), towards(slope, 1));
-      REQUIRE(hit);
+      const auto hit = test::need(march(V2d(u, 0.5), towards(slope, 1)));
       const double landed = u - 0.6 * slope / 16;
-      CHECK(hit->texel == static_cast<std::size_t>((landed - std::floor(landed)) * 16));
+      CHECK(hit.texel == static_cast<std::size_t>((landed - std::floor(landed)) * 16));
     }
   }
 }
@@ -73,9 +72,8 @@ TEST_CASE("rows run downwards while y points up") {
   const Fabric fabric = slab_fabric(1, 8, 0.5F, 0.0F);
   const SlabMarch march(fabric.levels[0], fabric);
   // Seen from +y the ray goes on to -y on its way down: to a greater v.
-  const auto hit = march(V2d(0.5, 2.5 / 8), V3f(0, 0.9F, std::sqrt(1 - 0.81F)));
-  REQUIRE(hit);
-  CHECK(hit->texel == static_cast<std::size_t>(2.5 + 0.5 * 0.9 / std::sqrt(1 - 0.81)));
+  const auto hit = test::need(march(V2d(0.5, 2.5 / 8), V3f(0, 0.9F, std::sqrt(1 - 0.81F))));
+  CHECK(hit.texel == static_cast<std::size_t>(2.5 + 0.5 * 0.9 / std::sqrt(1 - 0.81)));
 }
 
 TEST_CASE("a rib hides what lies behind it as far as its height reaches") {
@@ -88,10 +86,9 @@ TEST_CASE("a rib hides what lies behind it as far as its height reaches") {
   for (int i = 0; i < 800; ++i) {
     const double on_low = 2 + 6 * (i + 0.5) / 800;  // place on the low part, mm
     const double on_plane = on_low - (1 - 0.25);    // where the same ray passes the plane
-    const auto hit = march(V2d(on_plane / 8, 0.5), view);
-    REQUIRE(hit);
+    const auto hit = test::need(march(V2d(on_plane / 8, 0.5), view));
     const bool behind = on_low - 2 < 0.75;
-    CHECK((hit->texel < 2) == behind);
+    CHECK((hit.texel < 2) == behind);
     hidden += behind ? 1 : 0;
   }
   CHECK(hidden == 100);
@@ -102,22 +99,18 @@ TEST_CASE("a ray passes under yarn that ends above it, and through gaps") {
   // The lower slab is there in texel 3 only.
   fabric.levels[0].set_heights({{1, 1, 2}, {0, 0, 1, 0, 0, 0, 0, 0.2F}, {0, 0, 0.8F, 0, 0, 0, 0, 0.1F}});
   const SlabMarch march(fabric.levels[0], fabric);
-  const auto above = march(V2d(1.5 / 4, 0.5), {0, 0, 1});
-  REQUIRE(above);
-  CHECK(above->texel == 1);
-  CHECK(above->entry == 0);
-  const auto below = march(V2d(3.5 / 4, 0.5), {0, 0, 1});
-  REQUIRE(below);
-  CHECK(below->texel == 3);
-  CHECK(below->entry == 1);
+  const auto above = test::need(march(V2d(1.5 / 4, 0.5), {0, 0, 1}));
+  CHECK(above.texel == 1);
+  CHECK(above.entry == 0);
+  const auto below = test::need(march(V2d(3.5 / 4, 0.5), {0, 0, 1}));
+  CHECK(below.texel == 3);
+  CHECK(below.entry == 1);
   CHECK_FALSE(march(V2d(0.5 / 4, 0.5), {0, 0, 1}));
   // From -x under texel 1's yarn: at x = 2 mm the ray is at 0.5 mm, at texel 3's middle near its slab.
-  const auto under = march(V2d((3.5 - 0.85 * 2) / 4, 0.5), towards(-2, 1));
-  REQUIRE(under);
-  CHECK(under->texel == 1);
-  const auto past = march(V2d((3.5 - 0.85 * 0.5) / 4, 0.5), towards(-0.5, 1));
-  REQUIRE(past);
-  CHECK(past->texel == 3);
+  const auto under = test::need(march(V2d((3.5 - 0.85 * 2) / 4, 0.5), towards(-2, 1)));
+  CHECK(under.texel == 1);
+  const auto past = test::need(march(V2d((3.5 - 0.85 * 0.5) / 4, 0.5), towards(-0.5, 1)));
+  CHECK(past.texel == 3);
 }
 
 TEST_CASE("of slabs in one cell the ray takes the one it comes to first") {
@@ -234,9 +227,7 @@ TEST_CASE("products that do not fit their bases and heights are refused") {
   }
   SUBCASE("no products") { level.pairs.clear(); }
   SUBCASE("other cells than the other levels'") { level.cells = {1, 1, 4}; }
-  const auto valid = validate(fabric);
-  REQUIRE_FALSE(valid);
-  CHECK(valid.error().code == Code::fabric_malformed);
+  CHECK(test::error_of(validate(fabric)).code == Code::fabric_malformed);
 }
 
 TEST_CASE("a ray stays within the level however many repeats it passes") {
@@ -248,10 +239,9 @@ TEST_CASE("a ray stays within the level however many repeats it passes") {
     for (int i = 0; i < 1000; ++i) {
       const double angle = 0.0063 * i;
       const V2d uv((i + 0.5) / 1000, 0.5);
-      const auto hit = march(uv, V3f(V3d(0.8 * std::cos(angle), 0.8 * std::sin(angle), 0.6)));
-      REQUIRE(hit);
-      REQUIRE(hit->texel < 35);
-      REQUIRE(hit->entry < 6);
+      const auto hit = test::need(march(uv, V3f(V3d(0.8 * std::cos(angle), 0.8 * std::sin(angle), 0.6))));
+      REQUIRE(hit.texel < 35);
+      REQUIRE(hit.entry < 6);
     }
   }
 }

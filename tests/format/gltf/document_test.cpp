@@ -11,6 +11,7 @@
 #include "format/gltf/read_scene.h"
 #include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::bytes_of;
@@ -38,32 +39,30 @@ std::string triangle(
 Code code_of(const Folder& folder, const std::string& content) {
   const std::string path = folder / "case.glb";
   REQUIRE(write_file(path, content));
-  const Result<Scene> scene = read_scene(path);
-  REQUIRE_FALSE(scene.has_value());
-  CHECK(scene.error().file == path);
-  CHECK(to_line(scene.error()).find('\n') == std::string::npos);
-  return scene.error().code;
+  const Error error = test::error_of(read_scene(path));
+  CHECK(error.file == path);
+  CHECK(to_line(error).find('\n') == std::string::npos);
+  return error.code;
 }
 
 }  // namespace
 
 TEST_CASE("gltf: a written garment is read back as it was, and is the same each time") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_garment(folder / "a.glb", square()));
   REQUIRE(write_garment(folder / "b.glb", square()));
   CHECK(*read_file(folder / "a.glb") == *read_file(folder / "b.glb"));
-  const Result<Scene> scene = read_scene(folder / "a.glb");
-  REQUIRE(scene);
-  REQUIRE(scene->primitives.size() == 1);
-  CHECK(scene->primitives[0].positions == square().primitives[0].positions);
-  CHECK(scene->primitives[0].tex_coords[0] == std::vector<V2d>{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0)});
-  CHECK(scene->primitives[0].indices == square().primitives[0].indices);
-  CHECK(scene->materials[0].name == "cloth 0");
-  CHECK(scene->remarks.empty());
+  const Scene scene = test::need(read_scene(folder / "a.glb"));
+  REQUIRE(scene.primitives.size() == 1);
+  CHECK(scene.primitives[0].positions == square().primitives[0].positions);
+  CHECK(scene.primitives[0].tex_coords[0] == std::vector<V2d>{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0)});
+  CHECK(scene.primitives[0].indices == square().primitives[0].indices);
+  CHECK(scene.materials[0].name == "cloth 0");
+  CHECK(scene.remarks.empty());
 }
 
 TEST_CASE("gltf: a garment with a NaN, a wrong index or no triangles is not written") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   Garment garment = square();
   garment.primitives[0].positions[2].x = std::numeric_limits<float>::quiet_NaN();
   CHECK(write_garment(folder / "a.glb", garment).error().code == Code::mesh_not_finite);
@@ -76,24 +75,24 @@ TEST_CASE("gltf: a garment with a NaN, a wrong index or no triangles is not writ
 }
 
 TEST_CASE("gltf: a GLB cut short at any place is an error") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_garment(folder / "whole.glb", square()));
   const std::string whole = *read_file(folder / "whole.glb");
   for (std::size_t size = 0; size < whole.size(); ++size) {
-    test::put(folder / "short.glb", whole.substr(0, size));
+    test::write_bytes(folder / "short.glb", whole.substr(0, size));
     CHECK_FALSE(read_scene(folder / "short.glb").has_value());
   }
 }
 
 TEST_CASE("gltf: a GLB with any one byte changed is read or refused, never more than that") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_garment(folder / "whole.glb", square()));
   const std::string whole = *read_file(folder / "whole.glb");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (const char change : {'\x01', '\x80', '\x0F'}) {
       std::string changed = whole;
       changed[at] = static_cast<char>(changed[at] ^ change);
-      test::put(folder / "changed.glb", changed);
+      test::write_bytes(folder / "changed.glb", changed);
       const Result<GltfDocument> document = load_gltf(folder / "changed.glb");
       if (!document) continue;
       (void)read_scene(*document);
@@ -103,7 +102,7 @@ TEST_CASE("gltf: a GLB with any one byte changed is read or refused, never more 
 }
 
 TEST_CASE("gltf: what reaches beyond a buffer, a view or a list is refused") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   const std::string p = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
   const std::string accessor = R"("bufferView":0,"componentType":5126,"type":"VEC3")";
   CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":4)")) == Code::gltf_accessor);
@@ -120,17 +119,16 @@ TEST_CASE("gltf: what reaches beyond a buffer, a view or a list is refused") {
 }
 
 TEST_CASE("gltf: NaN in positions is named with its attribute") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   REQUIRE(write_file(folder / "nan.glb", triangle("", bytes_of<float>({0, 0, 0, 1, 0, 0, 0, nan, 0}))));
-  const Result<Scene> scene = read_scene(folder / "nan.glb");
-  REQUIRE_FALSE(scene.has_value());
-  CHECK(scene.error().code == Code::mesh_not_finite);
-  CHECK(scene.error().place == "/meshes/0/primitives/0/attributes/POSITION");
+  const Error error = test::error_of(read_scene(folder / "nan.glb"));
+  CHECK(error.code == Code::mesh_not_finite);
+  CHECK(error.place == "/meshes/0/primitives/0/attributes/POSITION");
 }
 
 TEST_CASE("gltf: missing files, other versions, required extensions and deep nesting are refused") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   CHECK(read_scene(folder / "none.glb").error().code == Code::file_missing);
   CHECK(code_of(folder, "") == Code::json_malformed);
   CHECK(code_of(folder, "[]") == Code::gltf_malformed);
@@ -143,8 +141,8 @@ TEST_CASE("gltf: missing files, other versions, required extensions and deep nes
 }
 
 TEST_CASE("gltf: a document that is not to open other files refuses their URIs, and data URIs are its own") {
-  const Folder folder("selvedge_gltf");
-  test::put(folder / "three.bin", "abc");
+  const Folder folder;
+  test::write_bytes(folder / "three.bin", "abc");
   const auto load = [&](const std::string& uri, bool external_files) {
     const std::string text =
         R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":3,"uri":")" + uri + R"("}]})";
@@ -161,78 +159,72 @@ TEST_CASE("gltf: a document that is not to open other files refuses their URIs, 
 }
 
 TEST_CASE("gltf: nodes that are their own ancestors are refused") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_file(folder / "cycle.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],)"
                                             R"("nodes":[{"children":[1]},{"children":[0]}]})"));
   CHECK(read_scene(folder / "cycle.gltf").error().code == Code::gltf_malformed);
 }
 
 TEST_CASE("gltf: node transforms multiply from the leaf to the root") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   std::string file = triangle();
   REQUIRE(write_file(folder / "a.glb", file));
-  Result<GltfDocument> document = load_gltf(folder / "a.glb");
-  REQUIRE(document);
+  GltfDocument document = test::need(load_gltf(folder / "a.glb"));
   // A quarter turn about z after doubling, then one step along x: (1, 0, 0) -> (0, 2, 0) -> (3, 2, 0).
-  document->json["nodes"] = Json::parse(R"([{"translation":[3,0,0],"children":[1]},
+  document.json["nodes"] = Json::parse(R"([{"translation":[3,0,0],"children":[1]},
       {"mesh":0,"rotation":[0,0,0.70710678118654752,0.70710678118654752],"scale":[2,2,2]}])");
-  const Result<Scene> scene = read_scene(*document);
-  REQUIRE(scene);
-  REQUIRE(scene->instances.size() == 1);
-  const V3d point = V3d(1, 0, 0) * scene->instances[0].world;
+  const Scene scene = test::need(read_scene(document));
+  REQUIRE(scene.instances.size() == 1);
+  const V3d point = V3d(1, 0, 0) * scene.instances[0].world;
   CHECK((point - V3d(3, 2, 0)).length() < 1e-12);
 }
 
 TEST_CASE("gltf: strips and fans become triangles with their winding") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_garment(folder / "a.glb", square()));
-  Result<GltfDocument> document = load_gltf(folder / "a.glb");
-  REQUIRE(document);
-  Json& primitive = document->json["meshes"][0]["primitives"][0];
-  primitive["indices"] = append_index_accessor(*document, std::vector<std::uint32_t>{0, 1, 3, 2});
-  document->json["meshes"][0]["primitives"][0]["mode"] = 5;
-  Result<Scene> scene = read_scene(*document);
+  GltfDocument document = test::need(load_gltf(folder / "a.glb"));
+  Json& primitive = document.json["meshes"][0]["primitives"][0];
+  primitive["indices"] = append_index_accessor(document, std::vector<std::uint32_t>{0, 1, 3, 2});
+  document.json["meshes"][0]["primitives"][0]["mode"] = 5;
+  Result<Scene> scene = read_scene(document);
   REQUIRE(scene);
   CHECK(scene->primitives[0].indices == std::vector<std::uint32_t>{0, 1, 3, 1, 2, 3});
-  document->json["meshes"][0]["primitives"][0]["mode"] = 6;
-  scene = read_scene(*document);
+  document.json["meshes"][0]["primitives"][0]["mode"] = 6;
+  scene = read_scene(document);
   REQUIRE(scene);
   CHECK(scene->primitives[0].indices == std::vector<std::uint32_t>{1, 3, 0, 3, 2, 0});
 }
 
 TEST_CASE("gltf: a primitive without normals gets flat ones") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_file(folder / "a.glb", triangle()));
-  const Result<Scene> scene = read_scene(folder / "a.glb");
-  REQUIRE(scene);
-  CHECK(scene->primitives[0].normals == std::vector<V3f>(3, V3f(0, 0, 1)));
+  const Scene scene = test::need(read_scene(folder / "a.glb"));
+  CHECK(scene.primitives[0].normals == std::vector<V3f>(3, V3f(0, 0, 1)));
 }
 
 TEST_CASE("gltf: saving keeps every member, in the same order, and drops only unused bytes") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   const std::string odd =
       R"("extras":{"z":[1,2.5,{"a":null}]},"extensionsUsed":["X_unknown"],)"
       R"("extensions":{"X_unknown":{"view":{"buffer":0,"byteOffset":36,"byteLength":4}}},)";
   const std::string bytes = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}) + "datarest";
   REQUIRE(write_file(folder / "a.glb", triangle(odd, bytes)));
-  const Result<GltfDocument> before = load_gltf(folder / "a.glb");
-  REQUIRE(before);
-  REQUIRE(save_gltf(*before, folder / "b.glb"));
-  const Result<GltfDocument> after = load_gltf(folder / "b.glb");
-  REQUIRE(after);
-  CHECK(after->buffers[0].size() == 40);
-  Json expected = before->json;
+  const GltfDocument before = test::need(load_gltf(folder / "a.glb"));
+  REQUIRE(save_gltf(before, folder / "b.glb"));
+  const GltfDocument after = test::need(load_gltf(folder / "b.glb"));
+  CHECK(after.buffers[0].size() == 40);
+  Json expected = before.json;
   expected["buffers"][0]["byteLength"] = 40;
   expected["bufferViews"][0]["byteOffset"] = 0;
-  CHECK(after->json == expected);
-  const Json& view = after->json["extensions"]["X_unknown"]["view"];
+  CHECK(after.json == expected);
+  const Json& view = after.json["extensions"]["X_unknown"]["view"];
   const auto offset = view["byteOffset"].get<std::size_t>();
-  CHECK(std::string(after->buffers[0].begin() + static_cast<std::ptrdiff_t>(offset),
-                    after->buffers[0].end()) == "data");
+  CHECK(std::string(after.buffers[0].begin() + static_cast<std::ptrdiff_t>(offset), after.buffers[0].end()) ==
+        "data");
 }
 
 TEST_CASE("gltf: a .gltf is written with one buffer beside it, and never over the input's") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_garment(folder / "a.glb", square()));
   REQUIRE(save_gltf(*load_gltf(folder / "a.glb"), folder / "b.gltf"));
   CHECK(fs::exists(folder / "b.bin"));
@@ -246,7 +238,7 @@ TEST_CASE("gltf: a .gltf is written with one buffer beside it, and never over th
 }
 
 TEST_CASE("gltf: pictures are found from another folder, or go into the GLB byte for byte") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   fs::create_directories(folder.path() / "in put");
   fs::create_directories(folder.path() / "out");
   REQUIRE(write_file(folder / "in put/pic ture.png", std::string("\x89PNG picture")));
@@ -257,18 +249,17 @@ TEST_CASE("gltf: pictures are found from another folder, or go into the GLB byte
                      R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":1}}}]})"));
   for (const char* name : {"out/b.gltf", "out/b.glb"}) {
     REQUIRE(save_gltf(*load_gltf(folder / "in put/a.gltf"), folder / name));
-    const Result<Scene> scene = read_scene(folder / name);
-    REQUIRE(scene);
-    REQUIRE(scene->images.size() == 1);
-    CHECK(std::string(scene->images[0].bytes.begin(), scene->images[0].bytes.end()) == "\x89PNG picture");
-    CHECK(scene->materials[1].base_color_texture.image == -1);
-    CHECK(scene->remarks.size() == 1);
+    const Scene scene = test::need(read_scene(folder / name));
+    REQUIRE(scene.images.size() == 1);
+    CHECK(std::string(scene.images[0].bytes.begin(), scene.images[0].bytes.end()) == "\x89PNG picture");
+    CHECK(scene.materials[1].base_color_texture.image == -1);
+    CHECK(scene.remarks.size() == 1);
   }
   CHECK(load_gltf(folder / "out/b.gltf")->json["images"][1]["uri"] == "../in%20put/none.png");
 }
 
 TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {
-  const Folder folder("gltf_test");
+  const Folder folder;
   REQUIRE(write_garment(folder / "a.glb", square()));
   const Result<GltfDocument> document = load_gltf(folder / "a.glb");
   CHECK(save_gltf(*document, folder / "absent/a.gltf").error().code == Code::file_unwritable);
@@ -278,14 +269,13 @@ TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {
 
 TEST_CASE("gltf: every name on disk is in the text of the extension") {
   namespace on = names::gltf;
-  const Result<std::string> text =
-      read_file(std::string(SELVEDGE_SOURCE_DIR) + "/spec/SELVEDGE_materials_fabric/README.md");
-  REQUIRE(text);
+  const std::string text =
+      test::need(read_file(std::string(SELVEDGE_SOURCE_DIR) + "/spec/SELVEDGE_materials_fabric/README.md"));
   for (const char* on_disk :
        {on::fabric_extension, on::fabrics, on::fabric, on::name, on::mime_type, on::uri, on::buffer_view,
         on::index, on::tex_coord, on::fabric_mime_type, on::texture_transform, on::rotation, on::scale}) {
     CAPTURE(on_disk);
-    CHECK(text->find(on_disk) != std::string::npos);
+    CHECK(text.find(on_disk) != std::string::npos);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "format/gltf/access.h"
 #include "format/gltf/read_scene.h"
 #include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -70,10 +71,11 @@ struct Compressed {
 
 template <class T>
 std::vector<T> values_of(const GltfDocument& document, int view) {
-  const auto bytes = bytes_of_view(document, view, "");
-  REQUIRE(bytes.has_value());
-  std::vector<T> values(bytes->size() / sizeof(T));
-  std::memcpy(values.data(), bytes->data(), bytes->size());
+  GltfReader reader(document);
+  const auto bytes = reader.bytes(view, "");
+  REQUIRE_FALSE(reader.fault);
+  std::vector<T> values(bytes.size() / sizeof(T));
+  std::memcpy(values.data(), bytes.data(), bytes.size());
   return values;
 }
 
@@ -94,13 +96,11 @@ Compressed square() {
 }  // namespace
 
 TEST_CASE("meshopt: a compressed square is the square, and nothing of the compression is left") {
-  const Result<GltfDocument> document = square().load();
-  REQUIRE_MESSAGE(document.has_value(), to_line(document.error()));
-  CHECK(document->json.dump().find("meshopt") == std::string::npos);
-  const Result<Scene> scene = read_scene(*document);
-  REQUIRE_MESSAGE(scene.has_value(), to_line(scene.error()));
-  REQUIRE(scene->primitives.size() == 1);
-  const ScenePrimitive& flat = scene->primitives[0];  // without normals: each corner a vertex of its own
+  const GltfDocument document = test::need(square().load());
+  CHECK(document.json.dump().find("meshopt") == std::string::npos);
+  const Scene scene = test::need(read_scene(document));
+  REQUIRE(scene.primitives.size() == 1);
+  const ScenePrimitive& flat = scene.primitives[0];  // without normals: each corner a vertex of its own
   CHECK(flat.positions ==
         std::vector<V3f>{V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 0, 0), V3f(1, 1, 0), V3f(0, 1, 0)});
 }
@@ -125,12 +125,11 @@ TEST_CASE("meshopt: index sequences of 16 and 32 bits come back in their order")
   for (const std::size_t stride : {2, 4}) {
     Compressed file;
     file.add(sequence(indices), "INDICES", indices.size(), stride);
-    const Result<GltfDocument> document = file.load();
-    REQUIRE_MESSAGE(document.has_value(), to_line(document.error()));
+    const GltfDocument document = test::need(file.load());
     std::vector<unsigned> read;
-    if (stride == 4) read = values_of<unsigned>(*document, 0);
+    if (stride == 4) read = values_of<unsigned>(document, 0);
     if (stride == 2) {
-      const auto shorts = values_of<std::uint16_t>(*document, 0);
+      const auto shorts = values_of<std::uint16_t>(document, 0);
       read.assign(shorts.begin(), shorts.end());
     }
     CHECK(read == indices);
@@ -158,9 +157,8 @@ TEST_CASE("meshopt: octahedral vectors come back within their bits, handedness u
   }
   Compressed file;
   file.add(attributes(plain, 4), "ATTRIBUTES", rows.size(), 4)["filter"] = "OCTAHEDRAL";
-  const Result<GltfDocument> document = file.load();
-  REQUIRE_MESSAGE(document.has_value(), to_line(document.error()));
-  const auto values = values_of<std::int8_t>(*document, 0);
+  const GltfDocument document = test::need(file.load());
+  const auto values = values_of<std::int8_t>(document, 0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     CAPTURE(i);
     const V3f v = V3f(values[4 * i], values[4 * i + 1], values[4 * i + 2]) / 127.0F;
@@ -183,9 +181,8 @@ TEST_CASE("meshopt: quaternions come back with their largest component rebuilt")
       bytes_of<std::int16_t>({code(0.5F), code(0.5F), code(0.5F), mark(0)});  // all the same
   Compressed file;
   file.add(attributes(plain, 8), "ATTRIBUTES", 3, 8)["filter"] = "QUATERNION";
-  const Result<GltfDocument> document = file.load();
-  REQUIRE_MESSAGE(document.has_value(), to_line(document.error()));
-  const auto values = values_of<std::int16_t>(*document, 0);
+  const GltfDocument document = test::need(file.load());
+  const auto values = values_of<std::int16_t>(document, 0);
   const std::vector<V4f> expected{V4f(0, 0, 0, 1), V4f(half, 0, 0, half), V4f(0.5F, 0.5F, 0.5F, 0.5F)};
   for (std::size_t i = 0; i < expected.size(); ++i) {
     for (std::size_t c = 0; c < 4; ++c) {
@@ -207,9 +204,8 @@ TEST_CASE("meshopt: exponents and mantissas come back as floats") {
       bytes_of<std::int32_t>({code(0, 1), code(-1, 3), code(4, -5), code(-20, 1 << 20)});
   Compressed file;
   file.add(attributes(plain, 4), "ATTRIBUTES", 4, 4)["filter"] = "EXPONENTIAL";
-  const Result<GltfDocument> document = file.load();
-  REQUIRE_MESSAGE(document.has_value(), to_line(document.error()));
-  CHECK(values_of<float>(*document, 0) == std::vector<float>{1, 1.5F, -80, 1});
+  const GltfDocument document = test::need(file.load());
+  CHECK(values_of<float>(document, 0) == std::vector<float>{1, 1.5F, -80, 1});
 }
 
 TEST_CASE("meshopt: broken rules are named at the view") {
@@ -238,20 +234,16 @@ TEST_CASE("meshopt: broken rules are named at the view") {
     CAPTURE(one.what);
     Compressed file = square();
     file.json["bufferViews"][one.view]["extensions"]["EXT_meshopt_compression"][one.key] = one.value;
-    const Result<GltfDocument> document = file.load();
-    REQUIRE_FALSE(document.has_value());
-    CHECK(document.error().code == one.code);
-    CHECK(document.error().place ==
-          "/bufferViews/" + std::to_string(one.view) + "/extensions/EXT_meshopt_compression");
+    const Error error = test::error_of(file.load());
+    CHECK(error.code == one.code);
+    CHECK(error.place == "/bufferViews/" + std::to_string(one.view) + "/extensions/EXT_meshopt_compression");
   }
 }
 
 TEST_CASE("meshopt: a stream cannot ask for more than it could hold") {
   Compressed file;
   file.add(attributes(std::string(64, '\1'), 4), "ATTRIBUTES", 1 << 20, 4);
-  const Result<GltfDocument> document = file.load();
-  REQUIRE_FALSE(document.has_value());
-  CHECK(document.error().code == Code::file_damaged);
+  CHECK(test::error_of(file.load()).code == Code::file_damaged);
 
   Compressed shared;  // many views of the same bytes
   const std::string zeros(1 << 16, '\0');
@@ -261,23 +253,19 @@ TEST_CASE("meshopt: a stream cannot ask for more than it could hold") {
   shared.json["buffers"][0]["byteLength"] = stream.size();
   for (Json& view : shared.json["bufferViews"])
     view["extensions"]["EXT_meshopt_compression"]["byteOffset"] = 0;
-  const Result<GltfDocument> many = shared.load();
-  REQUIRE_FALSE(many.has_value());
-  CHECK(many.error().code == Code::file_too_large);
+  CHECK(test::error_of(shared.load()).code == Code::file_too_large);
 }
 
 TEST_CASE("meshopt: a newer bitstream is named, unless the plain bytes are there") {
   Compressed file = square();
   file.bytes[0] = '\xa1';
-  const Result<GltfDocument> document = file.load();
-  REQUIRE_FALSE(document.has_value());
-  CHECK(document.error().code == Code::gltf_unsupported);
-  CHECK(document.error().place == "/bufferViews/0/extensions/EXT_meshopt_compression");
+  const Error error = test::error_of(file.load());
+  CHECK(error.code == Code::gltf_unsupported);
+  CHECK(error.place == "/bufferViews/0/extensions/EXT_meshopt_compression");
 
   file.json["buffers"][1]["uri"] = "data:application/octet-stream;base64," + std::string(80, 'A');
-  const Result<GltfDocument> plain = file.load();
-  REQUIRE_MESSAGE(plain.has_value(), to_line(plain.error()));
-  CHECK(values_of<float>(*plain, 0) == std::vector<float>(12, 0.0F));
+  const GltfDocument plain = test::need(file.load());
+  CHECK(values_of<float>(plain, 0) == std::vector<float>(12, 0.0F));
 }
 
 TEST_CASE("meshopt: any damaged byte is refused or read, never more") {

@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "format/base/atomic_file.h"
 #include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 namespace fs = std::filesystem;
@@ -67,19 +68,15 @@ std::vector<std::map<std::string, std::string>> facts() {
 }  // namespace
 
 TEST_CASE("gltf scene: garments have the triangles, vertices and bounds that other programs count") {
-  const fs::path folder = SELVEDGE_DATA_DIR;
-  if (!fs::exists(folder)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
+  const fs::path folder = test::shared_data("");
+  if (folder.empty()) return;
   int read = 0;
   for (auto& row : facts()) {
     const std::string file = row["file"];
     if (!file.starts_with("garments/") || row["decoded_tris(gltf-transform)"].empty()) continue;
     CAPTURE(file);
-    const Result<Scene> scene = read_scene((folder / file).string());
-    REQUIRE_MESSAGE(scene.has_value(), to_line(scene.error()));
-    const Counts counts = count(*scene);
+    const Scene scene = test::need(read_scene((folder / file).string()));
+    const Counts counts = count(scene);
     // The table counts meshes, of whatever scene; we read the default scene, and no points and lines.
     const bool whole = file.find("MultipleScenes") == std::string::npos &&
                        file.find("MeshPrimitiveModes") == std::string::npos;

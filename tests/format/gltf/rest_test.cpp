@@ -6,6 +6,7 @@
 
 #include "format/gltf/read_scene.h"
 #include "tests/format/gltf_square.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -124,10 +125,9 @@ TEST_CASE("rest: joints that the skin does not have are refused at the attribute
   square.json["skins"][0]["joints"] = {1};
   const auto number = add_accessor(square, std::string(16, '\5'), 5121, 4, "VEC4");
   square.primitive()["attributes"]["JOINTS_0"] = number;
-  const Result<Scene> scene = read(square);
-  REQUIRE_FALSE(scene.has_value());
-  CHECK(scene.error().code == Code::gltf_accessor);
-  CHECK(scene.error().place == "/meshes/0/primitives/0/attributes/JOINTS_0");
+  const Error error = test::error_of(read(square));
+  CHECK(error.code == Code::gltf_accessor);
+  CHECK(error.place == "/meshes/0/primitives/0/attributes/JOINTS_0");
 }
 
 TEST_CASE("rest: joints in a ring are refused, not followed") {
@@ -136,9 +136,7 @@ TEST_CASE("rest: joints in a ring are refused, not followed") {
   square.json["nodes"].push_back({{"children", {3}}});
   square.json["nodes"].push_back({{"children", {2}}});
   square.json["skins"][0]["joints"] = {3};
-  const Result<Scene> scene = read(square);
-  REQUIRE_FALSE(scene.has_value());
-  CHECK(scene.error().code == Code::gltf_malformed);
+  CHECK(test::error_of(read(square)).code == Code::gltf_malformed);
 }
 
 TEST_CASE("rest: instances stand at translation, rotation and scale before the node's own transform") {
@@ -158,9 +156,7 @@ TEST_CASE("rest: instances stand at translation, rotation and scale before the n
   CHECK((V3d(1, 0, 0) * scene.instances[0].world - V3d(2, 12, 3)).length() < 1e-9);
   CHECK((V3d(1, 0, 0) * scene.instances[1].world - V3d(-1, 10, -3)).length() < 1e-9);
   attributes["SCALE"] = add_accessor(square, bytes_of<float>({1, 1, 1}), 5126, 1, "VEC3");
-  const Result<Scene> bad = read(square);
-  REQUIRE_FALSE(bad.has_value());
-  CHECK(bad.error().place == "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/SCALE");
+  CHECK(test::error_of(read(square)).place == "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/SCALE");
 }
 
 TEST_CASE("scenes: one may be chosen by name or number, what is not there is refused") {
@@ -169,11 +165,10 @@ TEST_CASE("scenes: one may be chosen by name or number, what is not there is ref
   CHECK(good(square).instances.size() == 1);
   CHECK(good(square, {.scene = "empty", .variant = ""}).instances.empty());
   CHECK(good(square, {.scene = "1", .variant = ""}).instances.empty());
-  const Result<Scene> bad = read(square, {.scene = "full", .variant = ""});
-  REQUIRE_FALSE(bad.has_value());
-  CHECK(bad.error().code == Code::option_out_of_range);
-  CHECK(bad.error().place == "--scene");
-  CHECK(bad.error().message.find("1 \"empty\"") != std::string::npos);
+  const Error error = test::error_of(read(square, {.scene = "full", .variant = ""}));
+  CHECK(error.code == Code::option_out_of_range);
+  CHECK(error.place == "--scene");
+  CHECK(error.message.find("1 \"empty\"") != std::string::npos);
 }
 
 TEST_CASE("variants: the primitives wear the material of the one that is chosen") {
@@ -183,9 +178,7 @@ TEST_CASE("variants: the primitives wear the material of the one that is chosen"
   CHECK(good(square).primitives[0].material == 0);
   CHECK(good(square, {.scene = "", .variant = "b"}).primitives[0].material == 1);
   CHECK(good(square, {.scene = "", .variant = "0"}).primitives[0].material == 0);
-  const Result<Scene> bad = read(square, {.scene = "", .variant = "c"});
-  REQUIRE_FALSE(bad.has_value());
-  CHECK(bad.error().place == "--variant");
+  CHECK(test::error_of(read(square, {.scene = "", .variant = "c"})).place == "--variant");
 }
 
 TEST_CASE("lights: they stand and shine as their nodes do, whatever their scale") {

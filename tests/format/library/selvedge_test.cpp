@@ -10,6 +10,7 @@
 #include "format/fabric/gpu_words.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -27,15 +28,14 @@ struct Written {
 
 TEST_CASE("the library tells what the fabric holds") {
   const Written written;
-  const auto file = FabricFile::open(written.path);
-  REQUIRE(file);
-  CHECK(file->facts().levels == static_cast<int>(written.fabric.levels.size()));
-  CHECK(file->facts().view_columns == 2);
-  CHECK(file->facts().view_rows == 3);
-  CHECK(file->facts().mm_per_repeat[1] == written.fabric.period_mm.y);
-  for (int k = 0; k < file->facts().levels; ++k) {
+  const auto file = test::need(FabricFile::open(written.path));
+  CHECK(file.facts().levels == static_cast<int>(written.fabric.levels.size()));
+  CHECK(file.facts().view_columns == 2);
+  CHECK(file.facts().view_rows == 3);
+  CHECK(file.facts().mm_per_repeat[1] == written.fabric.period_mm.y);
+  for (int k = 0; k < file.facts().levels; ++k) {
     const FabricLevel& level = written.fabric.levels[k];
-    const FabricLevelData data = file->level(k);
+    const FabricLevelData data = file.level(k);
     const auto texels = static_cast<std::size_t>(level.texels());
     CHECK(data.width == level.width);
     CHECK(data.lobes == 2);
@@ -57,17 +57,16 @@ TEST_CASE("the library gives every layer of a fabric of slabs, as it was written
     fabric.levels[0].remove(kind);
   }
   REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
-  const auto file = FabricFile::open(folder / "f.exr");
-  REQUIRE(file);
-  CHECK(file->facts().light_columns == fabric.lights.columns);
-  CHECK(file->facts().light_rows == fabric.lights.rows);
+  const auto file = test::need(FabricFile::open(folder / "f.exr"));
+  CHECK(file.facts().light_columns == fabric.lights.columns);
+  CHECK(file.facts().light_rows == fabric.lights.rows);
   const auto same = [](auto given, const auto& expected) {
     return !expected.empty() && std::equal(given.begin(), given.end(), expected.begin(), expected.end());
   };
-  for (int k = 0; k < file->facts().levels; ++k) {
+  for (int k = 0; k < file.facts().levels; ++k) {
     CAPTURE(k);
     const FabricLevel& level = fabric.levels[k];
-    const FabricLevelData data = file->level(k);
+    const FabricLevelData data = file.level(k);
     CHECK(data.parameters.empty() == (k == 0));
     CHECK(data.frames.empty() == (k == 0));
     CHECK(data.view_table.empty() == (k == 0));
@@ -85,7 +84,7 @@ TEST_CASE("the library gives every layer of a fabric of slabs, as it was written
     REQUIRE(data.light_basis.size() == 3 * level.bases->light.size());
     CHECK(data.light_basis[4] == level.bases->light[1].y);
   }
-  CHECK(file->gpu_words() == gpu_words({&fabric, 1}));
+  CHECK(file.gpu_words() == gpu_words({&fabric, 1}));
 }
 
 TEST_CASE("a part of a fabric says what it is a part of") {
@@ -93,24 +92,21 @@ TEST_CASE("a part of a fabric says what it is a part of") {
   Fabric fabric = random_fabric(5, 2, {1, 1}, 1, 3);
   fabric.whole = WholeFabric{{20, 9}, 2, 5};
   REQUIRE(write_fabric(folder / "part.exr", fabric));
-  const auto part = FabricFile::open(folder / "part.exr");
-  REQUIRE(part);
-  CHECK(part->facts().whole_texels == std::array{20, 9});
-  CHECK(part->facts().whole_level == 2);
-  CHECK(part->facts().whole_levels == 5);
+  const auto part = test::need(FabricFile::open(folder / "part.exr"));
+  CHECK(part.facts().whole_texels == std::array{20, 9});
+  CHECK(part.facts().whole_level == 2);
+  CHECK(part.facts().whole_levels == 5);
   const Written written;
-  const auto whole = FabricFile::open(written.path);
-  REQUIRE(whole);
-  CHECK(whole->facts().whole_texels == std::array{6, 5});
-  CHECK(whole->facts().whole_level == 0);
-  CHECK(whole->facts().whole_levels == whole->facts().levels);
+  const auto whole = test::need(FabricFile::open(written.path));
+  CHECK(whole.facts().whole_texels == std::array{6, 5});
+  CHECK(whole.facts().whole_level == 0);
+  CHECK(whole.facts().whole_levels == whole.facts().levels);
 }
 
 TEST_CASE("many directions at once give what each gives alone") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "f.exr", random_slab_fabric(6, 5, {2, 3}, 2, 7)));
-  const auto file = FabricFile::open(folder / "f.exr");
-  REQUIRE(file);
+  const auto file = test::need(FabricFile::open(folder / "f.exr"));
   std::vector<std::array<float, 3>> lights;
   std::vector<std::array<float, 3>> views;
   for (const DirectionPair& pair : random_pairs(20, 0.05, 4)) {
@@ -119,71 +115,65 @@ TEST_CASE("many directions at once give what each gives alone") {
   }
   std::vector<FabricRadiance> texel(lights.size());
   std::vector<FabricRadiance> place(lights.size());
-  REQUIRE(file->evaluate(1, 2, 1, lights, views, texel));
-  REQUIRE(file->evaluate_at(0.4, 3.3, -0.2, lights, views, place));
+  REQUIRE(file.evaluate(1, 2, 1, lights, views, texel));
+  REQUIRE(file.evaluate_at(0.4, 3.3, -0.2, lights, views, place));
   float brightest = 0;
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    const auto one = file->evaluate(1, 2, 1, lights[i], views[i]);
-    REQUIRE(one);
-    CHECK(texel[i].rgb == one->rgb);
-    CHECK(texel[i].alpha == one->alpha);
-    CHECK(place[i].rgb == file->evaluate_at(0.4, 3.3, -0.2, lights[i], views[i])->rgb);
-    brightest = std::max(brightest, one->rgb[0]);
+    const auto one = test::need(file.evaluate(1, 2, 1, lights[i], views[i]));
+    CHECK(texel[i].rgb == one.rgb);
+    CHECK(texel[i].alpha == one.alpha);
+    CHECK(place[i].rgb == file.evaluate_at(0.4, 3.3, -0.2, lights[i], views[i])->rgb);
+    brightest = std::max(brightest, one.rgb[0]);
   }
   CHECK(brightest > 0);
   texel[0].alpha = 7;
   views[19][1] = std::numeric_limits<float>::infinity();
-  CHECK_FALSE(file->evaluate(1, 2, 1, lights, views, texel));
-  CHECK_FALSE(file->evaluate(1, 2, 1, lights, std::span(views).first(19), texel));
-  CHECK_FALSE(file->evaluate(99, 2, 1, lights, lights, texel));
+  CHECK_FALSE(file.evaluate(1, 2, 1, lights, views, texel));
+  CHECK_FALSE(file.evaluate(1, 2, 1, lights, std::span(views).first(19), texel));
+  CHECK_FALSE(file.evaluate(99, 2, 1, lights, lights, texel));
   CHECK(texel[0].alpha == 7);
 }
 
 TEST_CASE("the library evaluates as the reference does, and says nothing where there is nothing") {
   const Written written;
-  const auto file = FabricFile::open(written.path);
-  REQUIRE(file);
+  const auto file = test::need(FabricFile::open(written.path));
   const V3f light = V3f(0.3F, -0.2F, 0.7F).normalized();
   const V3f view = V3f(-0.1F, 0.5F, 0.6F).normalized();
   const std::array<float, 3> l{light.x, light.y, light.z};
   const std::array<float, 3> v{view.x, view.y, view.z};
   for (const double level : {0.0, 0.25, 1.0, 1.5, 9.0}) {
     const Shading expected = evaluate(written.fabric, level, V2d(-3.3, 0.7), light, view);
-    const auto answer = file->evaluate_at(level, -3.3, 0.7, l, v);
-    REQUIRE(answer);
-    CHECK(answer->rgb[1] == expected.radiance.y);
-    CHECK(answer->alpha == expected.alpha);
+    const auto answer = test::need(file.evaluate_at(level, -3.3, 0.7, l, v));
+    CHECK(answer.rgb[1] == expected.radiance.y);
+    CHECK(answer.alpha == expected.alpha);
   }
-  CHECK(file->evaluate(1, 2, 1, l, v)->rgb[0] == evaluate(written.fabric, 1, 2, 1, light, view).radiance.x);
-  CHECK_FALSE(file->evaluate(0, 6, 0, l, v));
-  CHECK_FALSE(file->evaluate(0, 0, -1, l, v));
-  CHECK_FALSE(file->evaluate(-1, 0, 0, l, v));
-  CHECK_FALSE(file->evaluate(99, 0, 0, l, v));
-  CHECK_FALSE(file->evaluate_at(0, std::numeric_limits<double>::quiet_NaN(), 0, l, v));
-  CHECK_FALSE(file->evaluate(0, 0, 0, {std::numeric_limits<float>::infinity(), 0, 0}, v));
+  CHECK(file.evaluate(1, 2, 1, l, v)->rgb[0] == evaluate(written.fabric, 1, 2, 1, light, view).radiance.x);
+  CHECK_FALSE(file.evaluate(0, 6, 0, l, v));
+  CHECK_FALSE(file.evaluate(0, 0, -1, l, v));
+  CHECK_FALSE(file.evaluate(-1, 0, 0, l, v));
+  CHECK_FALSE(file.evaluate(99, 0, 0, l, v));
+  CHECK_FALSE(file.evaluate_at(0, std::numeric_limits<double>::quiet_NaN(), 0, l, v));
+  CHECK_FALSE(file.evaluate(0, 0, 0, {std::numeric_limits<float>::infinity(), 0, 0}, v));
 }
 
 TEST_CASE("levels that were not asked for are not there, the others are what they were") {
   const Written written;
   FabricReadOptions options;
   options.first_level = options.last_level = 1;
-  const auto whole = FabricFile::open(written.path);
-  const auto part = FabricFile::open(written.path, nullptr, options);
-  REQUIRE(whole);
-  REQUIRE(part);
-  CHECK(part->facts().levels == whole->facts().levels);
-  CHECK_FALSE(part->has_level(0));
-  CHECK(part->has_level(1));
-  CHECK_FALSE(part->has_level(2));
-  CHECK(part->level(0).parameters.empty());
+  const auto whole = test::need(FabricFile::open(written.path));
+  const auto part = test::need(FabricFile::open(written.path, nullptr, options));
+  CHECK(part.facts().levels == whole.facts().levels);
+  CHECK_FALSE(part.has_level(0));
+  CHECK(part.has_level(1));
+  CHECK_FALSE(part.has_level(2));
+  CHECK(part.level(0).parameters.empty());
   const std::array<float, 3> up{0, 0, 1};
-  CHECK(part->evaluate(1, 1, 1, up, up)->rgb == whole->evaluate(1, 1, 1, up, up)->rgb);
-  CHECK(part->evaluate_at(1, 0.4, 0.4, up, up)->rgb == whole->evaluate_at(1, 0.4, 0.4, up, up)->rgb);
-  CHECK_FALSE(part->evaluate_at(1.5, 0.4, 0.4, up, up));
+  CHECK(part.evaluate(1, 1, 1, up, up)->rgb == whole.evaluate(1, 1, 1, up, up)->rgb);
+  CHECK(part.evaluate_at(1, 0.4, 0.4, up, up)->rgb == whole.evaluate_at(1, 0.4, 0.4, up, up)->rgb);
+  CHECK_FALSE(part.evaluate_at(1.5, 0.4, 0.4, up, up));
   options.first_level = std::numeric_limits<int>::max();
-  const auto nothing = FabricFile::open(written.path, nullptr, options);
-  REQUIRE(nothing);
-  CHECK_FALSE(nothing->has_level(0));
+  const auto nothing = test::need(FabricFile::open(written.path, nullptr, options));
+  CHECK_FALSE(nothing.has_level(0));
 }
 
 TEST_CASE("a fabric beyond the limits that a program sets is refused") {

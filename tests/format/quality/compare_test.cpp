@@ -6,6 +6,7 @@
 
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -39,19 +40,19 @@ Fabric constant_fabric(float radiance, float opacity) {
 
 TEST_CASE("a constant error has the figures that follow by hand") {
   // Truth 0.8 * 0.5 = 0.4 over black, fit 0.5 * 1 = 0.5: error 0.1 everywhere, peak 0.4.
-  const auto result = compare(constant_fabric(0.5F, 1), constant_truth(8, 0.8F, 0.5F), PairKind::held_out);
-  REQUIRE(result);
-  CHECK(result->peak == doctest::Approx(0.4));
-  REQUIRE(result->levels.size() == 3);
-  for (const LevelComparison& level : result->levels) {
+  const auto result =
+      test::need(compare(constant_fabric(0.5F, 1), constant_truth(8, 0.8F, 0.5F), PairKind::held_out));
+  CHECK(result.peak == doctest::Approx(0.4));
+  REQUIRE(result.levels.size() == 3);
+  for (const LevelComparison& level : result.levels) {
     CHECK(level.psnr == doctest::Approx(20 * std::log10(0.4 / 0.1)));
     CHECK(level.relative_l2 == doctest::Approx(0.25));
     CHECK(level.mean_error == doctest::Approx(0.25));
     CHECK(level.alpha_rms == doctest::Approx(0.5));
   }
   // 16 texels of three channels in each of the pairs.
-  REQUIRE(result->by_pair.size() == 8);
-  for (const PairComparison& pair : result->by_pair) {
+  REQUIRE(result.by_pair.size() == 8);
+  for (const PairComparison& pair : result.by_pair) {
     CHECK(pair.psnr == doctest::Approx(20 * std::log10(0.4 / 0.1)));
     CHECK(pair.squared == doctest::Approx(48 * 0.01));
     CHECK(pair.energy == doctest::Approx(48 * 0.16));
@@ -66,10 +67,9 @@ TEST_CASE("the peak is the truth's 99.9th percentile at level 0, one for all lev
   }
   truth.radiance[0] = V3f(100);
   truth.radiance[1] = V3f(100);
-  const auto result = compare(constant_fabric(0, 1), truth, PairKind::held_out);
-  REQUIRE(result);
+  const auto result = test::need(compare(constant_fabric(0, 1), truth, PairKind::held_out));
   // The largest of the others is 1,999 / 2,000.
-  CHECK(result->peak == doctest::Approx(1999.0 / 2000).epsilon(1e-3));
+  CHECK(result.peak == doctest::Approx(1999.0 / 2000).epsilon(1e-3));
 }
 
 TEST_CASE("independent noise of the truth falls by 6.02 dB with every level") {
@@ -78,13 +78,12 @@ TEST_CASE("independent noise of the truth falls by 6.02 dB with every level") {
   for (V3f& n : truth.noise) {
     for (int c = 0; c < 3; ++c) n[c] = test::uniform(random, -1, 1);
   }
-  const auto result = compare(constant_fabric(1, 1), truth, PairKind::held_out);
-  REQUIRE(result);
+  const auto result = test::need(compare(constant_fabric(1, 1), truth, PairKind::held_out));
   // Mean square of a uniform number in [-1, 1] is 1/3: 4.77 dB below the peak of 1. The last level has 6,000
   // values, whose mean square is known to 1.2 %: 0.05 dB; bound: 4 of them.
-  CHECK(result->levels[0].noise_psnr == doctest::Approx(4.77).epsilon(0.01));
-  CHECK(std::abs(result->levels[1].noise_psnr - result->levels[0].noise_psnr - 6.02) < 0.2);
-  CHECK(std::abs(result->levels[2].noise_psnr - result->levels[1].noise_psnr - 6.02) < 0.2);
+  CHECK(result.levels[0].noise_psnr == doctest::Approx(4.77).epsilon(0.01));
+  CHECK(std::abs(result.levels[1].noise_psnr - result.levels[0].noise_psnr - 6.02) < 0.2);
+  CHECK(std::abs(result.levels[2].noise_psnr - result.levels[1].noise_psnr - 6.02) < 0.2);
 }
 
 TEST_CASE("an exact fit has 200 dB, and holes count as black") {
@@ -100,15 +99,13 @@ TEST_CASE("an exact fit has 200 dB, and holes count as black") {
 TEST_CASE("where nearly all is black the peak is the brightest, and a wrong fit of black has 0 dB") {
   const Fabric grey = constant_fabric(0.1F, 1);
   PairSamples truth = constant_truth(1, 0, 1);
-  const auto black = compare(grey, truth, PairKind::held_out);
-  REQUIRE(black);
-  CHECK(black->levels[0].psnr == 0);
-  CHECK(black->levels[0].relative_l2 == 1);
+  const auto black = test::need(compare(grey, truth, PairKind::held_out));
+  CHECK(black.levels[0].psnr == 0);
+  CHECK(black.levels[0].relative_l2 == 1);
   truth.radiance[0].x = 0.25F;
-  const auto one = compare(grey, truth, PairKind::held_out);
-  REQUIRE(one);
-  CHECK(one->peak == doctest::Approx(0.25));
-  CHECK(one->levels[0].psnr < 20);
+  const auto one = test::need(compare(grey, truth, PairKind::held_out));
+  CHECK(one.peak == doctest::Approx(0.25));
+  CHECK(one.levels[0].psnr < 20);
 }
 
 TEST_CASE("against a finer truth each texel stands for those within it") {
@@ -127,40 +124,33 @@ TEST_CASE("against a finer truth each texel stands for those within it") {
   }
   truth.alpha_noise.assign(truth.alpha.size(), 0);
   truth.noise.assign(truth.alpha.size(), V3f(0, 0, 0));
-  const auto result = compare_with_finer(fabric, truth, PairKind::held_out);
-  REQUIRE(result);
-  REQUIRE(result->levels.size() == 4);
-  CHECK(result->levels[0].width == 8);
+  const auto result = test::need(compare_with_finer(fabric, truth, PairKind::held_out));
+  REQUIRE(result.levels.size() == 4);
+  CHECK(result.levels[0].width == 8);
   // Radiance times alpha rounds in floats.
-  CHECK(result->levels[0].psnr > 150);
+  CHECK(result.levels[0].psnr > 150);
   // Means of four equal values round in double precision, and radiance is divided by alpha before.
-  CHECK(result->levels[1].relative_l2 < 1e-6);
-  CHECK(result->levels[3].width == 1);
+  CHECK(result.levels[1].relative_l2 < 1e-6);
+  CHECK(result.levels[3].width == 1);
 }
 
 TEST_CASE("against a truth of its own size the finer comparison is the plain one") {
   const Fabric fabric = constant_fabric(0.5F, 1);
   const PairSamples truth = constant_truth(8, 0.8F, 0.5F);
-  const auto plain = compare(fabric, truth, PairKind::held_out);
-  const auto finer = compare_with_finer(fabric, truth, PairKind::held_out);
-  REQUIRE(plain);
-  REQUIRE(finer);
-  REQUIRE(finer->levels.size() == plain->levels.size());
-  for (std::size_t k = 0; k < plain->levels.size(); ++k)
-    CHECK(finer->levels[k].psnr == plain->levels[k].psnr);
+  const auto plain = test::need(compare(fabric, truth, PairKind::held_out));
+  const auto finer = test::need(compare_with_finer(fabric, truth, PairKind::held_out));
+  REQUIRE(finer.levels.size() == plain.levels.size());
+  for (std::size_t k = 0; k < plain.levels.size(); ++k) CHECK(finer.levels[k].psnr == plain.levels[k].psnr);
   PairSamples odd = constant_truth(8, 0.8F, 0.5F);
   odd.width = 2;
   odd.height = 8;
-  const auto refused = compare_with_finer(fabric, odd, PairKind::held_out);
-  REQUIRE_FALSE(refused);
-  CHECK(refused.error().code == Code::fabric_mismatch);
+  CHECK(test::error_of(compare_with_finer(fabric, odd, PairKind::held_out)).code == Code::fabric_mismatch);
 }
 
 TEST_CASE("samples of another size are refused, even with as many texels") {
   PairSamples truth = constant_truth(2, 1, 1);
   truth.width = 8;
   truth.height = 2;
-  const auto result = compare(constant_fabric(1, 1), truth, PairKind::held_out);
-  REQUIRE_FALSE(result);
-  CHECK(result.error().code == Code::fabric_mismatch);
+  CHECK(test::error_of(compare(constant_fabric(1, 1), truth, PairKind::held_out)).code ==
+        Code::fabric_mismatch);
 }

@@ -8,6 +8,7 @@
 #include "format/check/fabric.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -40,8 +41,7 @@ std::vector<std::string> advice_on(const std::string& provenance) {
   const Folder folder;
   Fabric fabric = test::lambert_fabric(2, 1, {1, 1, 1});
   fabric.provenance = provenance;
-  const auto written = write_fabric(folder / "f.exr", fabric);
-  REQUIRE_MESSAGE(written, to_line(written.error()));
+  test::need(write_fabric(folder / "f.exr", fabric));
   std::vector<std::string> places;
   for (const Error& issue : check_fabric(folder / "f.exr")) {
     CHECK(severity_of(issue.code) == Severity::warning);
@@ -69,43 +69,38 @@ TEST_CASE("a fabric file says of every level what compare finds in it, and how m
   REQUIRE(write_fabric(folder / "f.exr", stored, record, options));
 
   for (const Error& issue : check_fabric(folder / "f.exr")) CHECK(issue.code != Code::fabric_advice);
-  auto reader = FabricReader::open(folder / "f.exr");
-  REQUIRE(reader);
-  const auto read = reader->read();
-  REQUIRE(read);
-  const auto found = record_in(*read);
-  REQUIRE(found);
-  REQUIRE(found->levels.size() == 4);
-  const auto of_held_out = compare(*read, held_out, PairKind::held_out);
-  REQUIRE(of_held_out);
-  const auto of_training = compare(*read, training, PairKind::held_out, of_held_out->peak);
-  REQUIRE(of_training);
-  CHECK(found->peak == doctest::Approx(of_held_out->peak).epsilon(1e-5));
+  auto reader = test::need(FabricReader::open(folder / "f.exr"));
+  const auto read = test::need(reader.read());
+  const auto found = test::need(record_in(read));
+  REQUIRE(found.levels.size() == 4);
+  const auto of_held_out = test::need(compare(read, held_out, PairKind::held_out));
+  const auto of_training = test::need(compare(read, training, PairKind::held_out, of_held_out.peak));
+  CHECK(found.peak == doctest::Approx(of_held_out.peak).epsilon(1e-5));
   for (std::size_t k = 0; k < 4; ++k) {
-    const LevelReport& level = found->levels[k];
+    const LevelReport& level = found.levels[k];
     REQUIRE(level.held_out);
     REQUIRE(level.training);
     CHECK(level.held_out->pairs == 6);
     CHECK(level.training->pairs == 9);
     // Half a unit of the last digit that is written.
-    CHECK(std::abs(level.held_out->psnr - of_held_out->levels[k].psnr) < 0.00501);
-    CHECK(std::abs(level.training->psnr - of_training->levels[k].psnr) < 0.00501);
-    CHECK(std::abs(level.held_out->relative_l2 - of_held_out->levels[k].relative_l2) < 0.0000501);
-    CHECK(std::abs(level.training->relative_l2 - of_training->levels[k].relative_l2) < 0.0000501);
-    CHECK(level.layers == layers_text(read->levels[k]));
+    CHECK(std::abs(level.held_out->psnr - of_held_out.levels[k].psnr) < 0.00501);
+    CHECK(std::abs(level.training->psnr - of_training.levels[k].psnr) < 0.00501);
+    CHECK(std::abs(level.held_out->relative_l2 - of_held_out.levels[k].relative_l2) < 0.0000501);
+    CHECK(std::abs(level.training->relative_l2 - of_training.levels[k].relative_l2) < 0.0000501);
+    CHECK(level.layers == layers_text(read.levels[k]));
     std::uint64_t bytes = 0;
     for (const LayerKind layer : all_layers) {
-      if (layer != LayerKind::bases) bytes += reader->packed_bytes(layer, static_cast<int>(k));
+      if (layer != LayerKind::bases) bytes += reader.packed_bytes(layer, static_cast<int>(k));
     }
     CHECK(level.bytes == bytes);
     CHECK(bytes > 0);
   }
-  CHECK(found->levels[1].iterations == 12.3);
-  CHECK(found->levels[1].converged == 15);
-  CHECK(found->levels[1].at_limit == 1);
-  CHECK_FALSE(found->levels[0].iterations);
-  REQUIRE(found->warnings.size() == 1);
-  CHECK(found->warnings[0].message == record.warnings[0].message);
+  CHECK(found.levels[1].iterations == 12.3);
+  CHECK(found.levels[1].converged == 15);
+  CHECK(found.levels[1].at_limit == 1);
+  CHECK_FALSE(found.levels[0].iterations);
+  REQUIRE(found.warnings.size() == 1);
+  CHECK(found.warnings[0].message == record.warnings[0].message);
 }
 
 TEST_CASE("without compression a level takes the bytes of its values") {
@@ -114,18 +109,16 @@ TEST_CASE("without compression a level takes the bytes of its values") {
   FabricWriteOptions options;
   options.codec = "none";
   REQUIRE(write_fabric(folder / "f.exr", fabric, FitRecord(), options));
-  const auto read = read_fabric(folder / "f.exr");
-  REQUIRE(read);
-  const auto record = record_in(*read);
-  REQUIRE(record);
+  const auto read = test::need(read_fabric(folder / "f.exr"));
+  const auto record = test::need(record_in(read));
   // Three channels of rho and two lobes of four floats; frame, table and opacity in halves.
   const std::uint64_t per_texel = 3 * 9 * 4 + 6 * 2 + 4 * 3 * 2 + 4 * 2;
   for (std::size_t k = 0; k < 4; ++k) {
-    const auto texels = static_cast<std::uint64_t>(read->levels[k].texels());
-    CHECK(record->levels[k].bytes == texels * per_texel);
-    CHECK_FALSE(record->levels[k].held_out);
+    const auto texels = static_cast<std::uint64_t>(read.levels[k].texels());
+    CHECK(record.levels[k].bytes == texels * per_texel);
+    CHECK_FALSE(record.levels[k].held_out);
   }
-  CHECK(record->levels[0].layers == "2 lobes x table");
+  CHECK(record.levels[0].layers == "2 lobes x table");
 }
 
 TEST_CASE("a fabric as stored is the fabric that is read") {
@@ -138,12 +131,11 @@ TEST_CASE("a fabric as stored is the fabric that is read") {
   const Fabric stored = as_stored(fabric, options.half);
   CHECK(stored.levels[0][LayerKind::opacity] != fabric.levels[0][LayerKind::opacity]);
   REQUIRE(write_fabric(folder / "f.exr", fabric, options));
-  const auto read = read_fabric(folder / "f.exr");
-  REQUIRE(read);
-  for (std::size_t k = 0; k < read->levels.size(); ++k) {
-    CHECK(stored.levels[k][LayerKind::opacity] == read->levels[k][LayerKind::opacity]);
-    CHECK(stored.levels[k][LayerKind::lobes] == read->levels[k][LayerKind::lobes]);
-    CHECK(stored.levels[k][LayerKind::products] == read->levels[k][LayerKind::products]);
+  const auto read = test::need(read_fabric(folder / "f.exr"));
+  for (std::size_t k = 0; k < read.levels.size(); ++k) {
+    CHECK(stored.levels[k][LayerKind::opacity] == read.levels[k][LayerKind::opacity]);
+    CHECK(stored.levels[k][LayerKind::lobes] == read.levels[k][LayerKind::lobes]);
+    CHECK(stored.levels[k][LayerKind::products] == read.levels[k][LayerKind::products]);
     CHECK(stored.levels[k].bases == stored.levels[0].bases);
   }
   REQUIRE(write_fabric(folder / "s.exr", stored, options));

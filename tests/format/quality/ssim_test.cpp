@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/require.h"
+
 namespace selvedge {
 namespace {
 
@@ -19,10 +21,9 @@ Image picture(int width, int height, int channels, const Value& value) {
 }
 
 double ssim(const Image& a, const Image& b) {
-  const auto result = structural_similarity(a, b);
-  REQUIRE(result);
-  REQUIRE(result->has_value());
-  return **result;
+  const auto result = test::need(structural_similarity(a, b));
+  REQUIRE(result.has_value());
+  return *result;
 }
 
 const auto noise = [](int x, int y, int) { return (x * 37 + y * 91 + x * y * 13) % 256 / 255.0; };
@@ -66,12 +67,10 @@ TEST_CASE("similarity is the mean over the colours, whatever alpha is") {
 }
 
 TEST_CASE("a picture smaller than a window has no similarity, one of another size is refused") {
-  const auto small = structural_similarity(picture(10, 40, 1, noise), picture(10, 40, 1, noise));
-  REQUIRE(small);
-  CHECK_FALSE(small->has_value());
-  const auto other = structural_similarity(picture(12, 12, 1, noise), picture(12, 13, 1, noise));
-  REQUIRE_FALSE(other);
-  CHECK(other.error().code == Code::image_mismatch);
+  const auto small = test::need(structural_similarity(picture(10, 40, 1, noise), picture(10, 40, 1, noise)));
+  CHECK_FALSE(small.has_value());
+  CHECK(test::error_of(structural_similarity(picture(12, 12, 1, noise), picture(12, 13, 1, noise))).code ==
+        Code::image_mismatch);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/format/files.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
@@ -63,52 +64,45 @@ Result<void> write(const std::string& path, const SamplesHeader& header, float l
 TEST_CASE("samples come back from their file in the texel's order") {
   const Folder folder;
   const SamplesHeader header = small_header();
-  const auto written = write(folder / "s.exr", header);
-  REQUIRE_MESSAGE(written, to_line(written.error()));
-  auto reader = SamplesReader::open(folder / "s.exr");
-  REQUIRE_MESSAGE(reader, to_line(reader.error()));
-  CHECK(reader->header().width == 3);
-  CHECK(reader->header().lights == header.lights);
-  CHECK(reader->header().pairs[1][1].light == header.pairs[1][1].light);
-  const auto level = reader->read_level();
-  REQUIRE_MESSAGE(level, to_line(level.error()));
+  test::need(write(folder / "s.exr", header));
+  auto reader = test::need(SamplesReader::open(folder / "s.exr"));
+  CHECK(reader.header().width == 3);
+  CHECK(reader.header().lights == header.lights);
+  CHECK(reader.header().pairs[1][1].light == header.pairs[1][1].light);
+  const auto level = test::need(reader.read_level());
   for (std::size_t t = 0; t < 6; ++t) {
-    CHECK(level->normal[t] == V3f(0, 2, 4 * static_cast<float>(t)));
+    CHECK(level.normal[t] == V3f(0, 2, 4 * static_cast<float>(t)));
     for (std::size_t v = 0; v < 4; ++v) {
-      CHECK(level->alpha[t * 4 + v] == 0.25F * static_cast<float>(v + 1));
+      CHECK(level.alpha[t * 4 + v] == 0.25F * static_cast<float>(v + 1));
       for (std::size_t l = 0; l < 3; ++l) {
-        const V3f& r = level->radiance[(t * 4 + v) * 3 + l];
+        const V3f& r = level.radiance[(t * 4 + v) * 3 + l];
         CHECK(r == V3f(static_cast<float>(l * 6 + t), static_cast<float>(v), 1));
       }
     }
   }
-  const auto pairs = reader->read_pairs(PairKind::held_out);
-  REQUIRE(pairs);
-  CHECK(pairs->radiance[7] == V3f(7, 2, 3));
-  CHECK(pairs->noise[7] == V3f(0.5F, -0.5F, 7));
-  CHECK(reader->read_pairs(PairKind::rim)->pairs.empty());
+  const auto pairs = test::need(reader.read_pairs(PairKind::held_out));
+  CHECK(pairs.radiance[7] == V3f(7, 2, 3));
+  CHECK(pairs.noise[7] == V3f(0.5F, -0.5F, 7));
+  CHECK(reader.read_pairs(PairKind::rim)->pairs.empty());
 }
 
 TEST_CASE("negative samples are refused with their place") {
   const Folder folder;
   REQUIRE(write(folder / "s.exr", small_header(), -1));
-  auto reader = SamplesReader::open(folder / "s.exr");
-  REQUIRE(reader);
-  const auto level = reader->read_level();
-  REQUIRE_FALSE(level);
-  CHECK(level.error().code == Code::samples_not_finite);
-  CHECK(level.error().place == "radiance/pixel 8,1");
+  auto reader = test::need(SamplesReader::open(folder / "s.exr"));
+  const Error error = test::error_of(reader.read_level());
+  CHECK(error.code == Code::samples_not_finite);
+  CHECK(error.place == "radiance/pixel 8,1");
 }
 
 TEST_CASE("a count that does not fit into an int is refused") {
   const std::string file =
       std::string(SELVEDGE_SOURCE_DIR) + "/tests/fuzz/regressions/samples/direction-count-beyond-an-int.exr";
   const std::string bytes = test::bytes_of(file);
-  const auto reader =
-      SamplesReader::open({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory");
-  REQUIRE_FALSE(reader);
-  CHECK(reader.error().code == Code::samples_malformed);
-  CHECK(reader.error().file == "memory");
+  const Error error = test::error_of(
+      SamplesReader::open({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory"));
+  CHECK(error.code == Code::samples_malformed);
+  CHECK(error.file == "memory");
 }
 
 TEST_CASE("radiance that half precision loses is a warning of whoever writes it") {
@@ -116,15 +110,14 @@ TEST_CASE("radiance that half precision loses is a warning of whoever writes it"
   SamplesHeader header = small_header();
   header.pairs[1].clear();
   const auto warnings_at = [&](float factor) {
-    auto writer = SamplesWriter::create(folder / "s.exr", header);
-    REQUIRE(writer);
+    auto writer = test::need(SamplesWriter::create(folder / "s.exr", header));
     for (int v = 0; v < header.views.count(); ++v) {
       ViewSamples samples = view_samples(header, v);
       for (V3f& r : samples.radiance) r *= factor;
-      REQUIRE(writer->write_view(samples));
+      REQUIRE(writer.write_view(samples));
     }
-    REQUIRE(writer->commit());
-    return writer->warnings();
+    REQUIRE(writer.commit());
+    return writer.warnings();
   };
   // Samples go up to 17; the smallest step of half precision is 6e-8, and of it half is lost at most.
   for (const float factor : {0.0F, 1e-7F, 1.0F, 1e3F}) CHECK(warnings_at(factor).empty());

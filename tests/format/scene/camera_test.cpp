@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "format/base/random.h"
+#include "tests/require.h"
 
 namespace selvedge {
 namespace {
@@ -34,11 +35,10 @@ TEST_CASE("the camera shows all points, and fills the frame") {
         options.projection = projection;
         options.azimuth = 70;
         options.elevation = elevation;
-        const Result<Camera> camera = make_camera(cloud(), aspect, options);
-        REQUIRE(camera);
+        const Camera camera = test::need(make_camera(cloud(), aspect, options));
         double reach = 0;
         for (const V3d& p : cloud()) {
-          const V3d q = to_image(*camera, p);
+          const V3d q = to_image(camera, p);
           reach = std::max({reach, std::abs(q.x), std::abs(q.y)});
           CHECK(std::abs(q.z) < 1);
         }
@@ -56,12 +56,11 @@ TEST_CASE("the view direction at a pixel points from the surface to the viewer")
   options.elevation = 30;
   options.zoom = 2;
   options.focus = V2d(0.3, 0.6);
-  const Result<Camera> camera = make_camera(cloud(), 1.5, options);
-  REQUIRE(camera);
+  const Camera camera = test::need(make_camera(cloud(), 1.5, options));
   for (const V3d& p : cloud()) {
-    const V3d q = to_image(*camera, p);
-    const V3d expected = (camera->position - p).normalized();
-    CHECK((view_direction(*camera, V2d(q.x, q.y)) - expected).length() < 1e-12);
+    const V3d q = to_image(camera, p);
+    const V3d expected = (camera.position - p).normalized();
+    CHECK((view_direction(camera, V2d(q.x, q.y)) - expected).length() < 1e-12);
   }
 }
 
@@ -85,15 +84,13 @@ TEST_CASE("an oblique parallel camera shows its image plane undistorted") {
 
 TEST_CASE("zoom enlarges around the focus") {
   CameraOptions options;
-  const Result<Camera> wide = make_camera(cloud(), 1.5, options);
+  const Camera wide = test::need(make_camera(cloud(), 1.5, options));
   options.zoom = 4;
   options.focus = V2d(0.75, 0.25);
-  const Result<Camera> close = make_camera(cloud(), 1.5, options);
-  REQUIRE(wide);
-  REQUIRE(close);
+  const Camera close = test::need(make_camera(cloud(), 1.5, options));
   for (const V3d& p : cloud()) {
-    const V3d a = to_image(*wide, p);
-    const V3d b = to_image(*close, p);
+    const V3d a = to_image(wide, p);
+    const V3d b = to_image(close, p);
     CHECK(b.x == doctest::Approx(4 * (a.x - 0.5)));
     CHECK(b.y == doctest::Approx(4 * (a.y - 0.5)));
   }
@@ -105,12 +102,11 @@ TEST_CASE("look-at puts its point into the middle at the given distance") {
   options.elevation = 12;
   options.look_at = V3d(4, 0.5, 1);
   options.distance = 2.5;
-  const Result<Camera> camera = make_camera(cloud(), 1, options);
-  REQUIRE(camera);
-  const V3d q = to_image(*camera, V3d(4, 0.5, 1));
+  const Camera camera = test::need(make_camera(cloud(), 1, options));
+  const V3d q = to_image(camera, V3d(4, 0.5, 1));
   CHECK(std::abs(q.x) < 1e-12);
   CHECK(std::abs(q.y) < 1e-12);
-  CHECK((camera->position - V3d(4, 0.5, 1)).length() == doctest::Approx(2.5));
+  CHECK((camera.position - V3d(4, 0.5, 1)).length() == doctest::Approx(2.5));
 }
 
 TEST_CASE("azimuth 90 looks from +x and elevation 90 from above") {
@@ -126,9 +122,8 @@ TEST_CASE("a single point can be looked at") {
   for (const Projection projection : {Projection::perspective, Projection::parallel}) {
     CameraOptions options;
     options.projection = projection;
-    const Result<Camera> camera = make_camera(point, 1, options);
-    REQUIRE(camera);
-    const V3d q = to_image(*camera, point[0]);
+    const Camera camera = test::need(make_camera(point, 1, options));
+    const V3d q = to_image(camera, point[0]);
     CHECK(std::abs(q.x) < 1e-6);
     CHECK(std::abs(q.y) < 1e-6);
     CHECK(std::abs(q.z) <= 1);
@@ -139,10 +134,9 @@ TEST_CASE("options out of range are refused by name") {
   const auto place_of = [](auto change) {
     CameraOptions options;
     change(options);
-    const Result<Camera> camera = make_camera(cloud(), 1, options);
-    REQUIRE_FALSE(camera);
-    CHECK(camera.error().code == Code::option_out_of_range);
-    return camera.error().place;
+    const Error error = test::error_of(make_camera(cloud(), 1, options));
+    CHECK(error.code == Code::option_out_of_range);
+    return error.place;
   };
   CHECK(place_of([](CameraOptions& o) { o.field_of_view = 180; }) == "--fov");
   CHECK(place_of([](CameraOptions& o) { o.elevation = 91; }) == "--elevation");
@@ -168,15 +162,14 @@ TEST_CASE("a camera of the file stands where its node is, whatever its scale") {
   scene.cameras = {camera_in_file()};
   const std::vector<V3d> points{V3d(-9, 0, 0), V3d(0, 0, 0)};
   for (const char* wanted : {"side", "0"}) {
-    const Result<Camera> camera = camera_of(scene, wanted, points, 2, {});
-    REQUIRE(camera.has_value());
-    CHECK((camera->position - V3d(1, 2, 3)).length() < 1e-12);
-    CHECK((camera->back() - V3d(1, 0, 0)).length() < 1e-12);
-    CHECK((camera->up - V3d(0, 1, 0)).length() < 1e-12);
-    CHECK(camera->near == 0.5);
-    CHECK(camera->far > 10);
+    const Camera camera = test::need(camera_of(scene, wanted, points, 2, {}));
+    CHECK((camera.position - V3d(1, 2, 3)).length() < 1e-12);
+    CHECK((camera.back() - V3d(1, 0, 0)).length() < 1e-12);
+    CHECK((camera.up - V3d(0, 1, 0)).length() < 1e-12);
+    CHECK(camera.near == 0.5);
+    CHECK(camera.far > 10);
     // 90 degrees from bottom to top: the point one before and one above it is on the upper edge.
-    const V3d edge = V3d(0, 3, 3) * clip_matrix(*camera, V3d(0, 0, 0));
+    const V3d edge = V3d(0, 3, 3) * clip_matrix(camera, V3d(0, 0, 0));
     CHECK(edge.y == doctest::Approx(1));
     CHECK(edge.x == doctest::Approx(0));
   }
@@ -203,11 +196,10 @@ TEST_CASE("what a camera of the file shows in its own frame is seen whole in ano
 TEST_CASE("a camera that the scene does not have is refused with those that it has") {
   Scene scene;
   scene.cameras = {camera_in_file()};
-  const Result<Camera> camera = camera_of(scene, "top", std::vector<V3d>{V3d(0, 0, 0)}, 1, {});
-  REQUIRE_FALSE(camera.has_value());
-  CHECK(camera.error().code == Code::option_out_of_range);
-  CHECK(camera.error().place == "--camera");
-  CHECK(camera.error().message.find("0 \"side\"") != std::string::npos);
+  const Error error = test::error_of(camera_of(scene, "top", std::vector<V3d>{V3d(0, 0, 0)}, 1, {}));
+  CHECK(error.code == Code::option_out_of_range);
+  CHECK(error.place == "--camera");
+  CHECK(error.message.find("0 \"side\"") != std::string::npos);
 }
 
 }  // namespace

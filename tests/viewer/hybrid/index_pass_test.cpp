@@ -9,6 +9,7 @@
 #include "format/fabric/evaluate.h"
 #include "format/gltf/read_scene.h"
 #include "format/scene/footprint.h"
+#include "tests/require.h"
 #include "tests/viewer/indexed.h"
 #include "tests/viewer/ray_caster.h"
 
@@ -21,9 +22,7 @@ Camera tilted(double aspect) {
   options.azimuth = 25;
   options.zoom = 1.7;
   const std::vector<V3d> points{V3d(-1, -1, 0), V3d(1, -1, 0), V3d(1, 1, 0), V3d(-1, 1, 0)};
-  const Result<Camera> camera = make_camera(points, aspect, options);
-  REQUIRE(camera);
-  return *camera;
+  return test::need(make_camera(points, aspect, options));
 }
 
 /// log2 of the longer axis of the ellipse that a disc of one pixel becomes among the texels of level 0: the
@@ -102,9 +101,7 @@ TEST_CASE("texels and levels are those of a ray through the pixel, on 99.9 % of 
     Scene scene;
     test::add(scene, test::sphere(24, 12, V2d(30, 15)), test::material(0));
     const std::vector<V3d> points{V3d(-1, -1, -1), V3d(1, 1, 1)};
-    const Result<Camera> made = make_camera(points, static_cast<double>(width) / height, {});
-    REQUIRE(made);
-    const Camera& camera = *made;
+    const Camera& camera = test::need(make_camera(points, static_cast<double>(width) / height, {}));
     const Agreement a =
         compare_to_rays(test::index_nearest(scene, fabrics, camera, width, height, {}), fabrics, camera, 1);
     CHECK(a.compared > 5000);
@@ -151,13 +148,12 @@ TEST_CASE("several taps lie along the footprint's longer axis, with levels as fi
   CameraOptions grazing;
   grazing.elevation = 75;
   const std::vector<V3d> points{V3d(-1, -1, 0), V3d(1, 1, 0)};
-  const Result<Camera> camera = make_camera(points, 1, grazing);
-  REQUIRE(camera);
+  const Camera camera = test::need(make_camera(points, 1, grazing));
   LevelOptions one;
   LevelOptions four;
   four.taps = 4;
-  const test::Indexed a = test::index_nearest(scene, fabrics, *camera, 100, 100, one);
-  const test::Indexed b = test::index_nearest(scene, fabrics, *camera, 100, 100, four);
+  const test::Indexed a = test::index_nearest(scene, fabrics, camera, 100, 100, one);
+  const test::Indexed b = test::index_nearest(scene, fabrics, camera, 100, 100, four);
   REQUIRE(a.blocks.size() == b.blocks.size());
   int finer = 0;
   for (std::size_t i = 0; i < a.blocks.size(); ++i) {

@@ -7,6 +7,7 @@
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 #include "tests/viewer/indexed.h"
 #include "tests/viewer/plain_frame.h"
 
@@ -142,9 +143,8 @@ TEST_CASE("the picture is within 1/255 of the reference evaluation over the same
   options.elevation = 20;
   options.azimuth = 30;
   const std::vector<V3d> points{V3d(-1, -1, -1), V3d(1, 1, 1)};
-  const Result<Camera> camera = make_camera(points, 4.0 / 3, options);
-  REQUIRE(camera);
-  const std::vector<Light> lights = default_lights(*camera);
+  const Camera camera = test::need(make_camera(points, 4.0 / 3, options));
+  const std::vector<Light> lights = default_lights(camera);
   Fabric no_heights = test::random_slab_fabric(16, 16, {8, 8}, 2, 4);
   for (FabricLevel& level : no_heights.levels) {
     level.remove(LayerKind::heights);
@@ -173,7 +173,7 @@ TEST_CASE("the picture is within 1/255 of the reference evaluation over the same
       test::add(scene, test::square(40, 0), test::material(1), aside);
       LevelOptions levels;
       levels.taps = taps;
-      worst = std::max(worst, worst_difference(scene, fabrics, *camera, levels, lights, pixels));
+      worst = std::max(worst, worst_difference(scene, fabrics, camera, levels, lights, pixels));
     }
   }
   MESSAGE("largest difference seen: " << worst * 255 << " / 255 over " << pixels << " pixels");
@@ -185,9 +185,8 @@ TEST_CASE("rays through slabs agree with the reference but where they pass withi
   CameraOptions options;
   options.elevation = 20;
   const std::vector<V3d> points{V3d(-1, -1, -1), V3d(1, 1, 1)};
-  const Result<Camera> camera = make_camera(points, 4.0 / 3, options);
-  REQUIRE(camera);
-  const std::vector<Light> lights = default_lights(*camera);
+  const Camera camera = test::need(make_camera(points, 4.0 / 3, options));
+  const std::vector<Light> lights = default_lights(camera);
   Scene scene;
   test::add(scene, test::square(3, 0), test::material(0));
   int pixels = 0;

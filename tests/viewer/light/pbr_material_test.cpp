@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 #include "tests/viewer/paths.h"
 #include "viewer/light/pbr_brdf.h"
 
@@ -88,9 +89,8 @@ SceneImage picture(int width, int height, std::uint64_t seed, bool normals) {
       }
     }
   }
-  const auto png = encode_png(image, normals ? Transfer::keep : Transfer::srgb);
-  test::require(png);
-  return {normals ? "normals" : "waves", "image/png", *png};
+  const auto png = test::need(encode_png(image, normals ? Transfer::keep : Transfer::srgb));
+  return {normals ? "normals" : "waves", "image/png", png};
 }
 
 /// A material that has everything: five textures under different transforms, wraps and coordinates.
@@ -312,9 +312,8 @@ TEST_CASE("normals turn with their texture, on the back the other way, and unlit
   material.normal_texture.image = 0;
   // (0.6, 0, 0.8) in the texture's axes: to the right, which is +x on the square.
   Image image{1, 1, 3, {0.8F, 0.5F, 0.9F}};
-  const auto png = encode_png(image, Transfer::keep);
-  test::require(png);
-  setting.scene.images.push_back({"normal", "image/png", *png});
+  const auto png = test::need(encode_png(image, Transfer::keep));
+  setting.scene.images.push_back({"normal", "image/png", png});
   test::add(setting.scene, test::square(1), material);
   setting.options.width = setting.options.height = 32;
   setting.options.ambient = 0;
@@ -339,11 +338,8 @@ TEST_CASE("normals turn with their texture, on the back the other way, and unlit
 }
 
 TEST_CASE("hybrid and shader agree on real scenes with textures, normals, colours and glass") {
-  const std::filesystem::path garments = std::filesystem::path(SELVEDGE_DATA_DIR) / "garments" / "khronos";
-  if (!std::filesystem::exists(garments)) {
-    MESSAGE("skipped: there is no ", garments.string());
-    return;
-  }
+  const std::string garments = test::shared_data("garments/khronos/");
+  if (garments.empty()) return;
   for (const char* name :
        {"TextureSettingsTest/glTF/TextureSettingsTest.gltf",
         "NormalTangentTest/glTF-Binary/NormalTangentTest.glb",
@@ -351,9 +347,7 @@ TEST_CASE("hybrid and shader agree on real scenes with textures, normals, colour
         "SheenChair/glTF/SheenChair.gltf", "ToyCar/glTF/ToyCar.gltf"}) {
     CAPTURE(name);
     test::Setting setting;
-    const Result<Scene> scene = read_scene((garments / name).string());
-    test::require(scene);
-    setting.scene = *scene;
+    setting.scene = test::need(read_scene(garments + name));
     setting.options.width = 200;
     setting.options.height = 150;
     setting.camera.azimuth = 20;
@@ -364,17 +358,10 @@ TEST_CASE("hybrid and shader agree on real scenes with textures, normals, colour
 }
 
 TEST_CASE("an unlit scene shows its colours as they are stored") {
-  const std::string file =
-      (std::filesystem::path(SELVEDGE_DATA_DIR) / "garments/khronos/UnlitTest/glTF-Binary/UnlitTest.glb")
-          .string();
-  if (!std::filesystem::exists(file)) {
-    MESSAGE("skipped: there is no ", file);
-    return;
-  }
-  const Result<Scene> scene = read_scene(file);
-  test::require(scene);
+  const std::string file = test::shared_data("garments/khronos/UnlitTest/glTF-Binary/UnlitTest.glb");
+  if (file.empty()) return;
   test::Setting setting;
-  setting.scene = *scene;
+  setting.scene = test::need(read_scene(file));
   setting.options.width = 96;
   setting.options.height = 48;
   const Frame frame = test::drawn(setting, RenderPath::hybrid);

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "tests/require.h"
 #include "tests/viewer/paths.h"
 #include "viewer/renderer.h"
 
@@ -296,14 +297,13 @@ TEST_CASE(
   const auto middle_of_square = [&] {
     RenderStats stats;
     const Camera camera = test::camera_of(setting);
-    const auto frame = render(setting.scene, setting.fabrics, camera, setting.options, &stats);
-    test::require(frame);
+    const auto frame = test::need(render(setting.scene, setting.fabrics, camera, setting.options, &stats));
     const std::size_t remarks = setting.options.shadows > 0 ? 1 : 0;
     CHECK(stats.remarks.size() == remarks);
     // The scene spans x = -1 ... 4: its middle is at 1.5.
     const double s = (0 - 1.5) / camera.window_half.x;
-    const auto x = static_cast<std::size_t>((s + 1) / 2 * frame->width);
-    return frame->pixels[static_cast<std::size_t>(frame->height / 2 * frame->width) + x].x;
+    const auto x = static_cast<std::size_t>((s + 1) / 2 * frame.width);
+    return frame.pixels[static_cast<std::size_t>(frame.height / 2 * frame.width) + x].x;
   };
   const float lit = middle_of_square();
   CHECK(static_cast<double>(lit) == doctest::Approx(slanted.z / std::numbers::pi).epsilon(1e-3));
@@ -320,20 +320,18 @@ TEST_CASE("a probe sees the shadow of the picture, on either path, and a change 
     setting.options.path = path;
     setting.options.context = ContextKind::osmesa;
     setting.options.lights = {{V3d(0.7, 0.2, 0.5).normalized(), V3f(1)}};
-    const auto renderer = Renderer::create(setting.scene, setting.fabrics, setting.options);
-    test::require(renderer);
+    const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
     Frame frame;
     RenderStats stats;
     for (const double x : {0.7, -0.7}) {
       setting.options.lights[0].direction = V3d(x, 0.2, 0.5).normalized();
-      REQUIRE((*renderer)->draw(camera, setting.options, frame, stats));
+      REQUIRE(renderer->draw(camera, setting.options, frame, stats));
       for (int i = 0; i < 40; ++i) {
         const V2i pixel(20 + 2 * i, 30 + i);
-        const auto probe = (*renderer)->probe(camera, setting.options, pixel);
-        test::require(probe);
-        if (!probe->has_value()) continue;
+        const auto probe = test::need(renderer->probe(camera, setting.options, pixel));
+        if (!probe.has_value()) continue;
         const V4f& seen = frame.pixels[pixel.y * frame.width + pixel.x];
-        CHECK((*probe)->radiance.x == doctest::Approx(seen.x).epsilon(1e-3));
+        CHECK(probe->radiance.x == doctest::Approx(seen.x).epsilon(1e-3));
       }
       CHECK(frame.pixels == test::drawn(setting, path).pixels);
     }

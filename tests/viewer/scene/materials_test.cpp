@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 
 namespace selvedge {
@@ -9,9 +10,8 @@ namespace {
 
 SceneImage pixel(float grey) {
   Image image{1, 1, 3, {grey, grey, grey}};
-  const auto png = encode_png(image, Transfer::keep);
-  test::require(png);
-  return {"pixel", "image/png", *png};
+  const auto png = test::need(encode_png(image, Transfer::keep));
+  return {"pixel", "image/png", png};
 }
 
 TEST_CASE("a core material's textures know their coordinates, colours are linear and data are as stored") {
@@ -32,14 +32,12 @@ TEST_CASE("a core material's textures know their coordinates, colours are linear
   ScenePrimitive square = test::square(2);
   square.tex_coords[1] = {V2d(0.5, 0.25), V2d(0, 0), V2d(1, 0), V2d(1, 1)};
   test::add(scene, square, material);
-  const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
-  test::require(surfaces);
+  const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
   std::vector<std::string> remarks;
-  const auto materials = materials_of(scene, *surfaces, 0, remarks);
-  test::require(materials);
+  const auto materials = test::need(materials_of(scene, surfaces, 0, remarks));
   CHECK(remarks.empty());
-  REQUIRE(materials->pbr.size() == 1);
-  const PbrMaterial& pbr = materials->pbr[0];
+  REQUIRE(materials.pbr.size() == 1);
+  const PbrMaterial& pbr = materials.pbr[0];
   CHECK(pbr.base_color.mapping == 0);
   CHECK(pbr.metallic_roughness.mapping == 0);
   CHECK(pbr.normal.mapping == 1);
@@ -50,13 +48,13 @@ TEST_CASE("a core material's textures know their coordinates, colours are linear
   CHECK(pbr.emissive == V3f(1, 2, 3));
   CHECK(pbr.unlit);
   // One file, two pictures: sRGB decoded for colours, as stored for data.
-  CHECK(materials->images.size() == 2);
+  CHECK(materials.images.size() == 2);
   CHECK(pbr.base_color.image == pbr.emissive_texture.image);
   CHECK(pbr.normal.image == pbr.occlusion.image);
-  const auto value = [&](const MaterialTexture& t) { return materials->images[t.image].pixels[0]; };
+  const auto value = [&](const MaterialTexture& t) { return materials.images[t.image].pixels[0]; };
   CHECK(value(pbr.normal) == doctest::Approx(128.0 / 255));
   CHECK(value(pbr.base_color) == doctest::Approx(srgb_to_linear(128.0F / 255)));
-  const Surface& surface = surfaces->front();
+  const Surface& surface = surfaces.front();
   REQUIRE(surface.more_uvs.size() == 2);
   CHECK(surface.vertices[2].uv == V2f(2, 2));
   CHECK(surface.more_uvs[0][2] == V2f(6, 6));
@@ -73,12 +71,10 @@ TEST_CASE("beside a fabric only occlusion and emission count") {
   material.emissive = V3f(1, 1, 1);
   scene.images = {pixel(1)};
   test::add(scene, test::square(1), material);
-  const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
-  test::require(surfaces);
+  const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
   std::vector<std::string> remarks;
-  const auto materials = materials_of(scene, *surfaces, 1, remarks);
-  test::require(materials);
-  const PbrMaterial& pbr = materials->pbr[0];
+  const auto materials = test::need(materials_of(scene, surfaces, 1, remarks));
+  const PbrMaterial& pbr = materials.pbr[0];
   CHECK(pbr.base_color.image == -1);
   CHECK(pbr.normal.image == -1);
   CHECK(pbr.occlusion.image == 0);
@@ -89,14 +85,12 @@ TEST_CASE("the default material is glTF's: white metal, rough") {
   Scene scene;
   test::add(scene, test::square(1), SceneMaterial{});
   scene.primitives[0].material = -1;
-  const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
-  test::require(surfaces);
+  const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
   std::vector<std::string> remarks;
-  const auto materials = materials_of(scene, *surfaces, 0, remarks);
-  test::require(materials);
-  CHECK(materials->pbr[0].metallic == 1);
-  CHECK(materials->pbr[0].roughness == 1);
-  CHECK(materials->surfaces[0].culls_back);
+  const auto materials = test::need(materials_of(scene, surfaces, 0, remarks));
+  CHECK(materials.pbr[0].metallic == 1);
+  CHECK(materials.pbr[0].roughness == 1);
+  CHECK(materials.surfaces[0].culls_back);
 }
 
 }  // namespace

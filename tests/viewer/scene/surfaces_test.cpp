@@ -6,16 +6,16 @@
 #include <limits>
 #include <numbers>
 
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 
 namespace selvedge {
 namespace {
 
 Surface build_one(const Scene& scene) {
-  const Result<std::vector<Surface>> surfaces = build_surfaces(scene, V3d(0, 0, 0));
-  test::require(surfaces);
-  REQUIRE(surfaces->size() == 1);
-  return surfaces->front();
+  const std::vector<Surface> surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
+  REQUIRE(surfaces.size() == 1);
+  return surfaces.front();
 }
 
 void check_tangents(const Surface& surface, const V3f& expected, float handedness) {
@@ -179,9 +179,7 @@ TEST_CASE("refuses what cannot be drawn") {
   const auto code_of = [](const ScenePrimitive& p) {
     Scene scene;
     test::add(scene, p, test::material(0));
-    const auto surfaces = build_surfaces(scene, V3d(0, 0, 0));
-    REQUIRE_FALSE(surfaces);
-    return surfaces.error().code;
+    return test::error_of(build_surfaces(scene, V3d(0, 0, 0))).code;
   };
   ScenePrimitive p = test::square(1);
   p.tex_coords[0].clear();
@@ -201,9 +199,7 @@ TEST_CASE("refuses what cannot be drawn") {
 }
 
 TEST_CASE("a scene without triangles has no points") {
-  const auto points = world_points(Scene{});
-  REQUIRE_FALSE(points);
-  CHECK(points.error().code == Code::garment_empty);
+  CHECK(test::error_of(world_points(Scene{})).code == Code::garment_empty);
 }
 
 }  // namespace

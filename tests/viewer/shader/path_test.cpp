@@ -11,6 +11,7 @@
 #include "format/fabric/evaluate.h"
 #include "format/fabric/gpu_words.h"
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/gl/context.h"
 #include "viewer/gl/glsl.h"
@@ -31,17 +32,12 @@ std::unique_ptr<Graphics> graphics(std::unique_ptr<GraphicsContext> context) {
   auto result = std::make_unique<Graphics>();
   result->context = std::move(context);
   REQUIRE(result->context->make_current());
-  const auto gl = load_gl_functions(*result->context);
-  REQUIRE(gl);
-  result->gl = *gl;
+  const auto gl = test::need(load_gl_functions(*result->context));
+  result->gl = gl;
   return result;
 }
 
-std::unique_ptr<GraphicsContext> osmesa() {
-  auto context = make_osmesa_context();
-  REQUIRE(context);
-  return std::move(*context);
-}
+std::unique_ptr<GraphicsContext> osmesa() { return test::need(make_osmesa_context()); }
 
 /// What a pixel of the test's program evaluates, as the shader has it.
 struct Query {

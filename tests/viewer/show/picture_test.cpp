@@ -9,6 +9,7 @@
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "tests/format/files.h"
+#include "tests/require.h"
 #include "tests/viewer/indexed.h"
 #include "viewer/scene/change_fabrics.h"
 
@@ -25,16 +26,15 @@ Scene two_squares() {
 
 std::vector<Fabric> two_fabrics() { return {test::random_fabric(16, 16, 1), test::random_fabric(8, 8, 2)}; }
 
+/// Null: a context of the renderer's own.
+std::unique_ptr<GraphicsContext> no_context() { return nullptr; }
+
 std::unique_ptr<ShowPicture> picture_of(const Scene& scene, const std::vector<Fabric>& fabrics) {
-  auto picture = ShowPicture::create(scene, fabrics, [] { return std::unique_ptr<GraphicsContext>(); });
-  test::require(picture);
-  return std::move(*picture);
+  return test::need(ShowPicture::create(scene, fabrics, no_context));
 }
 
 ShowState state_of(const ShowPicture& picture) {
-  const Result<ShowState> state = picture.first_state({}, 1.25);
-  test::require(state);
-  ShowState result = *state;
+  ShowState result = test::need(picture.first_state({}, 1.25));
   result.lights = default_lights(Camera{});
   return result;
 }
@@ -47,15 +47,15 @@ bool same(const Frame& a, const Frame& b) {
 TEST_CASE("a picture that was resized is the one of that size from the start") {
   const auto picture = picture_of(two_squares(), two_fabrics());
   const ShowState state = state_of(*picture);
-  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
   CHECK(picture->frame().width == 100);
   const Frame first = picture->frame();
-  test::require(picture->update(state, Change::frame, V2i(133, 61), 1));
-  test::require(picture->update(state, Change::frame, V2i(200, 160), 2));
+  test::need(picture->update(state, Change::frame, V2i(133, 61), 1));
+  test::need(picture->update(state, Change::frame, V2i(200, 160), 2));
   CHECK(same(picture->frame(), first));
   const auto fresh = picture_of(two_squares(), two_fabrics());
-  test::require(fresh->update(state, Change::scene, V2i(133, 61), 1));
-  test::require(picture->update(state, Change::frame, V2i(133, 61), 1));
+  test::need(fresh->update(state, Change::scene, V2i(133, 61), 1));
+  test::need(picture->update(state, Change::frame, V2i(133, 61), 1));
   CHECK(same(picture->frame(), fresh->frame()));
 }
 
@@ -66,18 +66,18 @@ TEST_CASE("shadows and light from all sides come and go between frames") {
   const auto picture = picture_of(scene, two_fabrics());
   ShowState state = state_of(*picture);
   state.camera.azimuth = 20;
-  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
   const Frame plain = picture->frame();
   state.shadows = 256;
-  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
   CHECK(picture->stats().shadows > 0);
   state.shadows = 0;
-  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK(same(picture->frame(), plain));
   CHECK(picture->stats().shadows == 0);
   state.ambient = 0.5F;
-  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
 }
 
@@ -88,33 +88,31 @@ TEST_CASE("every path of the window draws what render draws by it; what a path c
   for (std::size_t path = 0; path < path_names.size(); ++path) {
     CAPTURE(path_names[path]);
     state.path = static_cast<int>(path);
-    test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+    test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
     RenderOptions options;
     options.path = static_cast<RenderPath>(path);
     options.width = 100;
     options.height = 80;
     options.levels = state.levels;
     options.lights = picture->lights();
-    const Result<Frame> expected = render(two_squares(), fabrics, picture->camera(), options);
-    test::require(expected);
-    CHECK(same(picture->frame(), *expected));
+    const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
+    CHECK(same(picture->frame(), expected));
   }
   state.shadows = 512;
-  const auto refused = picture->update(state, Change::frame, V2i(100, 80), 1);
-  REQUIRE_FALSE(refused);
-  CHECK(refused.error().code == Code::option_out_of_range);
+  CHECK(test::error_of(picture->update(state, Change::frame, V2i(100, 80), 1)).code ==
+        Code::option_out_of_range);
   // And can be drawn again when it is taken back.
   state.shadows = 0;
-  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
 }
 
 TEST_CASE("the number of layers changes between frames") {
   const auto picture = picture_of(two_squares(), two_fabrics());
   ShowState state = state_of(*picture);
-  test::require(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
   const Frame deep = picture->frame();
   state.layers = 1;
-  test::require(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK(picture->stats().layers == 1);
   CHECK_FALSE(same(picture->frame(), deep));
 }
@@ -127,7 +125,7 @@ TEST_CASE("the probe tells the texel of the index pass and the light of the refe
   state.camera.azimuth = 25;
   state.camera.elevation = 10;
   const V2i size(100, 80);
-  test::require(picture->update(state, Change::scene, size, 1));
+  test::need(picture->update(state, Change::scene, size, 1));
   const test::Indexed indexed =
       test::index_nearest(scene, fabrics, picture->camera(), size.x, size.y, state.levels);
   int probed = 0;
@@ -137,10 +135,9 @@ TEST_CASE("the probe tells the texel of the index pass and the light of the refe
     if ((block.x[lane] * 7 + block.y[lane]) % 41 != 0) return;
     ++probed;
     const V2i pixel(block.x[lane], size.y - 1 - block.y[lane]);
-    const auto probe = picture->probe((V2d(pixel) + V2d(0.5)) / V2d(size));
-    test::require(probe);
-    REQUIRE(*probe);
-    const PixelProbe& p = **probe;
+    const auto probe = test::need(picture->probe((V2d(pixel) + V2d(0.5)) / V2d(size)));
+    REQUIRE(probe);
+    const PixelProbe& p = *probe;
     REQUIRE(p.pixel == pixel);
     const int fabric = indexed.materials[block.surface[lane]].fabric;
     REQUIRE(p.fabric == fabric);
@@ -174,11 +171,10 @@ TEST_CASE("the probe tells the texel of the index pass and the light of the refe
 
 TEST_CASE("beside the scene there is nothing to probe") {
   const auto picture = picture_of(two_squares(), two_fabrics());
-  test::require(picture->update(state_of(*picture), Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state_of(*picture), Change::scene, V2i(100, 80), 1));
   for (const V2d& at : {V2d(0.001, 0.001), V2d(1, 0.5), V2d(0.5, -0.1)}) {
-    const auto probe = picture->probe(at);
-    test::require(probe);
-    CHECK_FALSE(probe->has_value());
+    const auto probe = test::need(picture->probe(at));
+    CHECK_FALSE(probe.has_value());
   }
 }
 
@@ -192,7 +188,7 @@ TEST_CASE("texel edges are lines a pixel wide, one for each texel of the finer l
   state.camera.projection = Projection::parallel;
   state.camera.distance = 1 / std::tan(15 * std::numbers::pi / 180);
   state.texel_edges = true;
-  test::require(picture->update(state, Change::scene, V2i(160, 160), 1));
+  test::need(picture->update(state, Change::scene, V2i(160, 160), 1));
   REQUIRE(picture->overlay().size() == 160 * 160);
   const auto row = [&](int y, int x) { return picture->overlay()[y * 160 + x]; };
   for (int x = 0; x < 160; ++x) {
@@ -225,66 +221,59 @@ TEST_CASE("a long zoom reads each level once, and none before it is asked for") 
   const test::Folder folder;
   // Levels that are large beside the headers.
   Fabric fabric = test::random_fabric(64, 64, 7);
-  test::require(write_fabric(folder / "a.exr", fabric));
+  test::need(write_fabric(folder / "a.exr", fabric));
   Scene scene;
   test::add(scene, test::square(40), test::material(0));
   OpenScene open;
-  Result<FabricReader> reader = FabricReader::open(folder / "a.exr");
-  test::require(reader);
+  FabricReader reader = test::need(FabricReader::open(folder / "a.exr"));
   open.file_bytes = std::filesystem::file_size(folder / "a.exr");
   scene.fabrics.resize(1);
   open.scene = scene;
-  open.readers.push_back(std::move(*reader));
-  auto made = ShowPicture::create(std::move(open), [] { return std::unique_ptr<GraphicsContext>(); });
-  test::require(made);
-  ShowPicture& picture = **made;
-  const Result<Fabric> read = read_fabric(folder / "a.exr");
-  test::require(read);
-  const auto whole = picture_of(scene, {*read});
+  open.readers.push_back(std::move(reader));
+  const auto picture = test::need(ShowPicture::create(std::move(open), no_context));
+  const Fabric read = test::need(read_fabric(folder / "a.exr"));
+  const auto whole = picture_of(scene, {read});
   CameraOptions far;
   far.distance = 60;
-  auto state = picture.first_state(far, 1);
-  test::require(state);
-  state->levels = best_levels;
-  state->lights = default_lights(Camera{});
-  state->lights_in_camera_frame = true;
+  auto state = test::need(picture->first_state(far, 1));
+  state.levels = best_levels;
+  state.lights = default_lights(Camera{});
+  state.lights_in_camera_frame = true;
   std::uint64_t bytes = 0;
   int readings = 0;
   // There and back, and there again.
   for (const double step : {0.7, 1 / 0.7, 0.7}) {
     for (int i = 0; i < 22; ++i) {
-      *state->camera.distance *= step;
-      test::require(picture.update(*state, Change::frame, V2i(60, 60), 1));
-      test::require(whole->update(*state, Change::frame, V2i(60, 60), 1));
-      CHECK(picture.bytes() == whole->bytes());
-      readings += picture.bytes_read() > bytes ? 1 : 0;
-      if (i == 2 && readings < 3) CHECK(picture.bytes_read() < picture.file_bytes() / 4);
-      bytes = picture.bytes_read();
+      *state.camera.distance *= step;
+      test::need(picture->update(state, Change::frame, V2i(60, 60), 1));
+      test::need(whole->update(state, Change::frame, V2i(60, 60), 1));
+      CHECK(picture->bytes() == whole->bytes());
+      readings += picture->bytes_read() > bytes ? 1 : 0;
+      if (i == 2 && readings < 3) CHECK(picture->bytes_read() < picture->file_bytes() / 4);
+      bytes = picture->bytes_read();
     }
-    CHECK(picture.fabrics()[0].first_level() == 0);
+    CHECK(picture->fabrics()[0].first_level() == 0);
   }
   CHECK(readings >= 3);
   CHECK(readings <= 7);
-  CHECK(bytes <= picture.file_bytes());
+  CHECK(bytes <= picture->file_bytes());
   // A level that is asked for by its number is counted as in the file.
-  auto forced = ShowPicture::create(
+  const auto forced = test::need(ShowPicture::create(
       [&] {
         OpenScene again;
         again.scene = scene;
         again.readers.push_back(std::move(*FabricReader::open(folder / "a.exr")));
         return again;
       }(),
-      [] { return std::unique_ptr<GraphicsContext>(); });
-  test::require(forced);
-  state->levels.forced = 2;
-  test::require((*forced)->update(*state, Change::scene, V2i(60, 60), 1));
-  test::require(whole->update(*state, Change::frame, V2i(60, 60), 1));
-  CHECK((*forced)->bytes() == whole->bytes());
-  CHECK((*forced)->fabrics()[0].first_level() == 2);
-  const auto probe = (*forced)->probe(V2d(0.5, 0.5));
-  test::require(probe);
-  REQUIRE(probe->has_value());
-  CHECK((*probe)->texels[0].level == 2);
+      no_context));
+  state.levels.forced = 2;
+  test::need(forced->update(state, Change::scene, V2i(60, 60), 1));
+  test::need(whole->update(state, Change::frame, V2i(60, 60), 1));
+  CHECK(forced->bytes() == whole->bytes());
+  CHECK(forced->fabrics()[0].first_level() == 2);
+  const auto probe = test::need(forced->probe(V2d(0.5, 0.5)));
+  REQUIRE(probe.has_value());
+  CHECK(probe->texels[0].level == 2);
 }
 
 TEST_CASE("a picture tells when it may ask for a level that a file does not have, finer or coarser") {
@@ -292,39 +281,32 @@ TEST_CASE("a picture tells when it may ask for a level that a file does not have
   Scene scene;
   test::add(scene, test::sphere(24, 16, V2d(9, 5)), test::material(0));
   REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(64, 64, 3)));
-  auto whole = FabricReader::open(folder / "a.exr");
-  test::require(whole);
-  const auto part = whole->read_levels(2, 3);
-  test::require(part);
-  REQUIRE(write_fabric(folder / "b.exr", *part));
+  auto whole = test::need(FabricReader::open(folder / "a.exr"));
+  const auto part = test::need(whole.read_levels(2, 3));
+  REQUIRE(write_fabric(folder / "b.exr", part));
   scene.fabrics.resize(1);
   scene.fabrics[0].name = "b.exr";
   OpenScene open;
   open.scene = scene;
   open.readers.push_back(std::move(*FabricReader::open(folder / "b.exr")));
-  auto level_by_level =
-      ShowPicture::create(std::move(open), [] { return std::unique_ptr<GraphicsContext>(); });
-  test::require(level_by_level);
-  auto at_once = ShowPicture::create(scene, {*part}, [] { return std::unique_ptr<GraphicsContext>(); });
-  test::require(at_once);
-  for (const auto* made : {&level_by_level, &at_once}) {
-    ShowPicture& picture = ***made;
-    auto state = picture.first_state({}, 1);
-    test::require(state);
-    state->levels = best_levels;
+  const auto level_by_level = test::need(ShowPicture::create(std::move(open), no_context));
+  const auto at_once = picture_of(scene, {part});
+  for (ShowPicture* picture : {level_by_level.get(), at_once.get()}) {
+    auto state = test::need(picture->first_state({}, 1));
+    state.levels = best_levels;
     for (const auto& [distance, asked] : {std::pair{3.0, "levels 0-3 "}, std::pair{200.0, "levels 2-6 "}}) {
-      state->camera.distance = distance;
-      test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
-      REQUIRE(picture.warnings().size() == 1);
-      CHECK(picture.warnings()[0].code == Code::fabric_levels);
-      CHECK(picture.warnings()[0].file == "b.exr");
-      CHECK(picture.warnings()[0].message.starts_with("the file has levels 2-3 of the whole, and "));
-      CHECK(picture.warnings()[0].message.find(asked) != std::string::npos);
+      state.camera.distance = distance;
+      test::need(picture->update(state, Change::frame, V2i(400, 400), 1));
+      REQUIRE(picture->warnings().size() == 1);
+      CHECK(picture->warnings()[0].code == Code::fabric_levels);
+      CHECK(picture->warnings()[0].file == "b.exr");
+      CHECK(picture->warnings()[0].message.starts_with("the file has levels 2-3 of the whole, and "));
+      CHECK(picture->warnings()[0].message.find(asked) != std::string::npos);
     }
     // A level that is chosen by its number is what was asked for.
-    state->levels.forced = 2;
-    test::require(picture.update(*state, Change::frame, V2i(400, 400), 1));
-    CHECK(picture.warnings().empty());
+    state.levels.forced = 2;
+    test::need(picture->update(state, Change::frame, V2i(400, 400), 1));
+    CHECK(picture->warnings().empty());
   }
 }
 

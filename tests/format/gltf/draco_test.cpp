@@ -1,4 +1,4 @@
-#include "format/gltf/draco_header.h"
+#include "format/gltf/draco.h"
 
 #include <doctest/doctest.h>
 #include <draco/compression/decode.h>
@@ -11,6 +11,8 @@
 #include "format/base/atomic_file.h"
 #include "format/gltf/read_scene.h"
 #include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
 
 using namespace selvedge;
 namespace fs = std::filesystem;
@@ -67,20 +69,16 @@ std::string glb_of(const std::string& bytes, int triangles) {
 TEST_CASE("draco header: the counts are those that Draco decodes") {
   for (const bool edgebreaker : {true, false}) {
     const std::string bytes = strip(40, edgebreaker);
-    const auto counts = draco_counts(bytes_of(bytes));
-    REQUIRE(counts);
-    CHECK(counts->faces == 40);
-    CHECK(counts->points == 42);
+    const auto counts = test::need(draco_counts(bytes_of(bytes)));
+    CHECK(counts.faces == 40);
+    CHECK(counts.points == 42);
     for (std::size_t size = 0; size < 12; ++size) CHECK_FALSE(draco_counts(bytes_of(bytes.substr(0, size))));
   }
 }
 
 TEST_CASE("draco header: files of all bitstream versions of the field say what they hold") {
-  const fs::path folder = fs::path(SELVEDGE_DATA_DIR) / "gltf/compress/draco_drc";
-  if (!fs::exists(folder)) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
+  const fs::path folder = test::shared_data("gltf/compress/draco_drc");
+  if (folder.empty()) return;
   int meshes = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".drc") continue;
@@ -93,29 +91,25 @@ TEST_CASE("draco header: files of all bitstream versions of the field say what t
     draco::Decoder decoder;
     auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
     if (!mesh.ok()) continue;
-    const auto counts = draco_counts(bytes_of(bytes));
-    REQUIRE(counts);
-    CHECK(counts->faces == mesh.value()->num_faces());
+    const auto counts = test::need(draco_counts(bytes_of(bytes)));
+    CHECK(counts.faces == mesh.value()->num_faces());
     ++meshes;
   }
   CHECK(meshes > 15);
 }
 
 TEST_CASE("draco header: a mesh that claims more than its bytes can hold is refused before it is decoded") {
-  const test::Folder folder("draco_header_test");
+  const test::Folder folder("draco_test");
   for (const bool edgebreaker : {true, false}) {
     std::string bytes = strip(40, edgebreaker);
-    test::put(folder / "case.glb", glb_of(bytes, 40));
-    const auto scene = read_scene(folder / "case.glb");
-    REQUIRE(scene);
-    CHECK(scene->primitives[0].indices.size() == 120);
+    test::write_bytes(folder / "case.glb", glb_of(bytes, 40));
+    const auto scene = test::need(read_scene(folder / "case.glb"));
+    CHECK(scene.primitives[0].indices.size() == 120);
     // The number of faces, one byte, becomes a number of five.
     const std::size_t at = edgebreaker ? 13 : 11;
     REQUIRE(bytes[at] == 40);
     bytes.replace(at, 1, "\xFF\xFF\xFF\xFF\x04");
-    test::put(folder / "case.glb", glb_of(bytes, 40));
-    const auto refused = read_scene(folder / "case.glb");
-    REQUIRE_FALSE(refused);
-    CHECK(refused.error().code == Code::file_too_large);
+    test::write_bytes(folder / "case.glb", glb_of(bytes, 40));
+    CHECK(test::error_of(read_scene(folder / "case.glb")).code == Code::file_too_large);
   }
 }
