@@ -89,7 +89,7 @@ class Sweep {
     std::erase_if(points_, [&](const MakeOptions& point) {
       const std::string why = reason(point);
       if (!why.empty() && !command_.common.quiet)
-        report_remark(command_.input, fmt::format("{} is left out: {}", name_of(point), why));
+        report_remark(command_.input, fmt::format("{} is left out: {}", settings_name(point), why));
       return !why.empty();
     });
   }
@@ -156,11 +156,11 @@ class Sweep {
     for (const MakeOptions& point : points_) {
       if (const Json record = known(point); !record.empty()) {
         trade_["points"].push_back(record);
-        others.erase(name_of(point));
+        others.erase(settings_name(point));
       }
     }
     for (const Preset& preset : presets)
-      trade_["presets"][std::string(preset.name)] = name_of(with_knobs(preset.knobs));
+      trade_["presets"][std::string(preset.name)] = settings_name(with_knobs(preset.knobs));
     for (const auto& [name, record] : others.items()) trade_["others"].push_back(record);
     return write_trade(folder_, trade_);
   }
@@ -220,15 +220,15 @@ class Sweep {
   }
 
   std::string samples_of(const MakeOptions& point) const {
-    return fmt::format("{}/bakes/{}.samples.exr", folder_.path, bake_name_of(point));
+    return fmt::format("{}/bakes/{}.samples.exr", folder_.path, bake_name(point));
   }
 
   /// The point's record, or an empty object.
-  Json known(const MakeOptions& point) const { return object_at(records_, name_of(point).c_str()); }
+  Json known(const MakeOptions& point) const { return object_at(records_, settings_name(point).c_str()); }
 
   /// Whether the point's fabric and a record of it are there and whole; else it is measured again.
   bool is_measured(const MakeOptions& point) const {
-    const std::string fabric = folder_.fabric(name_of(point));
+    const std::string fabric = folder_.fabric(settings_name(point));
     const Json record = known(point);
     return is_whole(record, TradeKind::point) &&
            number_at(record, "/bytes") == static_cast<double>(size_of_file(fabric)) && read_fabric(fabric);
@@ -241,7 +241,7 @@ class Sweep {
     const Progress bar = progress_.callback();
     for (std::size_t i = 0; i < left.size(); ++i) {
       const MakeOptions& point = left[i];
-      const std::string name = name_of(point);
+      const std::string name = settings_name(point);
       progress_.note(name);
       const auto record = measure_point(point, name);
       if (!record && !is_refused_budget(point, record.error())) return tl::unexpected(record.error());
@@ -257,7 +257,7 @@ class Sweep {
         // One that cannot be made does not end the sweep.
         const std::string why = record.error().message;
         records_[name] = {{"name", name}, {"leftOut", why}};
-        leave_out([&](const MakeOptions& other) { return name_of(other) == name ? why : ""; });
+        leave_out([&](const MakeOptions& other) { return settings_name(other) == name ? why : ""; });
       }
       if (auto ok = save(); !ok) return ok;
       tidy_bakes({left.begin() + static_cast<std::ptrdiff_t>(i) + 1, left.end()});
@@ -279,7 +279,7 @@ class Sweep {
 
   /// The samples of the point in their file; the seconds that it took when they were baked.
   Result<Seconds> ensure_samples(const MakeOptions& point) {
-    Json& time = trade_["bakes"][bake_name_of(point)];
+    Json& time = trade_["bakes"][bake_name(point)];
     BakeCommand bake;
     bake.output = samples_of(point);
     std::error_code none;

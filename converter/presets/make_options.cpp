@@ -177,10 +177,10 @@ Result<void> check_points(const std::vector<MakeOptions>& points, const std::str
     if (largest % texels != 0 || !std::has_single_bit(static_cast<unsigned>(largest / texels)))
       return refusal(
           file, "",
-          fmt::format("texels of the point {}: {} is not {} halved", name_of(point), texels, largest));
+          fmt::format("texels of the point {}: {} is not {} halved", settings_name(point), texels, largest));
     if (point.budget == 0)
       return refusal(file, "",
-                     fmt::format("the point {} has no budget to choose its layers within", name_of(point)));
+                     fmt::format("the point {} has no budget to choose its layers within", settings_name(point)));
   }
   return {};
 }
@@ -279,7 +279,7 @@ Result<std::vector<MakeOptions>> read_grid(const std::string& text, const std::s
           fmt::format("counts for nothing with layers {}", text_of(knobs.value("layers", Json("paper")))));
     }
     options = with_knobs(knobs.dump());
-    const auto is_same = [&](const MakeOptions& other) { return name_of(other) == name_of(options); };
+    const auto is_same = [&](const MakeOptions& other) { return settings_name(other) == settings_name(options); };
     // The centre's values may be varied, too.
     if (part.varied && is_same(points.front())) continue;
     if (std::any_of(points.begin(), points.end(), is_same))

@@ -47,7 +47,7 @@ Result<WithinLimits> make_within(std::span<const MeasuredSetting> table, const M
     for (const MeasuredSetting& row : rows) {
       TriedSetting setting = setting_of(row, limits, base);
       if (setting.options.bake.width < min_texels) continue;
-      if (turn > 0 && name_of(setting.options) == name_of(result.tried.front().options)) continue;
+      if (turn > 0 && settings_name(setting.options) == settings_name(result.tried.front().options)) continue;
       if (!best || rank_of(limits, setting.expected) < rank_of(limits, best->expected)) best = setting;
     }
     if (!best) break;

@@ -263,9 +263,8 @@ TEST_CASE(
   const auto points = test::need(world_points(scene));
   const std::vector<V2d> units{V2d(64, 64)};
   const auto range_of = [&](double nearest, double farthest) {
-    const auto around = make_orbit(*points, aspect, nearest, farthest, {});
-    test::require(around);
-    const PixelCover cover = pixel_covers(scene, *around, seen_height, 4, units)[0];
+    const auto around = test::need(make_orbit(points, aspect, nearest, farthest, {}));
+    const PixelCover cover = pixel_covers(scene, around, seen_height, 4, units)[0];
     CHECK_FALSE(std::isnan(cover.min_size));
     CHECK_FALSE(std::isnan(cover.max_size));
     return levels_asked(cover, best_levels, 7);

@@ -206,7 +206,7 @@ TEST_CASE("what no frame shows needs the coarsest level alone, what has no bound
   // The eye may stand within the ball.
   const auto around = test::need(make_orbit(points, 1.25, 0.5, 3, {}));
   const std::vector<V2d> units{V2d(32, 32)};
-  const PixelCover cover = pixel_covers(scene, *around, height, 4, units)[0];
+  const PixelCover cover = pixel_covers(scene, around, height, 4, units)[0];
   CHECK(cover.min_size == 0);
   CHECK(levels_asked(cover, best_levels, 6).first == 0);
   CHECK(levels_asked(cover, best_levels, 6).last == 5);
@@ -230,7 +230,7 @@ TEST_CASE("a demand in millimetres is met by texels of any shape") {
     const PixelCover mm = pixel_covers(scene, around, height, 4, in_mm)[0];
     const int levels = level_count(texels.x, texels.y);
     const LevelRange needed =
-        levels_asked(pixel_covers(scene, *around, height, 4, in_texels)[0], best_levels, levels);
+        levels_asked(pixel_covers(scene, around, height, 4, in_texels)[0], best_levels, levels);
     const LevelRange made = levels_for({mm.min_size, mm.max_size, static_cast<double>(best_levels.bias)},
                                        period / V2d(texels), levels);
     CHECK(made.first <= needed.first);

@@ -60,7 +60,7 @@ TEST_CASE("plot: three tiles a pair, and the numbers are those of compare") {
   const auto svg = compare_plot(fabric, held_out, training, names);
   REQUIRE_MESSAGE(svg, to_line(svg.error()));
   OIIO::pugi::xml_document document;
-  REQUIRE(document.load_string(svg.c_str()));
+  REQUIRE(document.load_string(svg->c_str()));
   std::vector<std::string> pictures;
   std::multiset<std::string> texts;
   for (const auto& node : document.child("svg").children()) {

@@ -99,7 +99,7 @@ TEST_CASE("draco header: files of all bitstream versions of the field say what t
 }
 
 TEST_CASE("draco header: a mesh that claims more than its bytes can hold is refused before it is decoded") {
-  const test::Folder folder("draco_test");
+  const test::Folder folder;
   for (const bool edgebreaker : {true, false}) {
     std::string bytes = strip(40, edgebreaker);
     test::write_bytes(folder / "case.glb", glb_of(bytes, 40));
