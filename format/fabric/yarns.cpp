@@ -179,19 +179,34 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const YarnCurve& curve = data_.curves[s.curve];
   YarnPoint point;
   point.curve = s.curve;
-  const float share = std::clamp(hit.from_start.dot(s.along) * s.inverse_length2, 0.0F, 1.0F);
+  // The nearest point of the cubic curve through the nodes with these tangents, by a step of Newton's method
+  // from that of the straight line: the surface is as smooth as the curve.
+  const float length = std::sqrt(1 / s.inverse_length2);
+  float share = 0;
+  V3f out(0, 0, 0);
+  V3f tangent(0, 0, 0);
+  for (int step = 0; step < 2; ++step) {
+    const float next = step == 0 ? hit.from_start.dot(s.along) * s.inverse_length2
+                                 : share + out.dot(tangent) / tangent.length2();
+    share = std::clamp(next, -0.25F, 1.25F);
+    const float rest = 1 - share;
+    tangent = s.along * (6 * share * rest) +
+              (s.tangent[0] * (rest * (1 - 3 * share)) + s.tangent[1] * (share * (3 * share - 2))) * length;
+    out = hit.from_start - s.along * (share * share * (3 - 2 * share)) -
+          (s.tangent[0] * (share * rest * rest) - s.tangent[1] * (share * share * rest)) * length;
+  }
+  tangent.normalize();
   point.station = s.station + share * s.stations;
-  const V3f tangent = mix(s.tangent[0], s.tangent[1], share).normalized();
-  const V3f out = hit.from_start - s.along * share;
+  if (point.station < 0) point.station += static_cast<float>(curve.stations);
   point.normal = (out - tangent * tangent.dot(out)).normalized();
   const V3f around = tangent.cross(point.normal);
   point.fibre = (tangent + around * curve.fibre_slope).normalized();
   const V3f across = mix(s.across[0], s.across[1], share);
   const float cosine = point.normal.dot(across);
   const float sine = -around.dot(across);
-  const float length = std::hypot(cosine, sine);
-  point.cosine = length > 0 ? cosine / length : 1;
-  point.sine = length > 0 ? sine / length : 0;
+  const float norm = std::hypot(cosine, sine);
+  point.cosine = norm > 0 ? cosine / norm : 1;
+  point.sine = norm > 0 ? sine / norm : 0;
   return point;
 }
 
