@@ -243,23 +243,32 @@ V3f Yarns::direct(const YarnPoint& point, const V3f& light, const V3f& view) con
   return f * (cosine * std::min(1.0F, light.z / min_rise));
 }
 
-V3f Yarns::indirect(const YarnPoint& point, const V3f& light) const {
+LightTransfer Yarns::transfer_at(const YarnPoint& point) const {
   const YarnCurve& curve = data_.curves[point.curve];
-  const auto by_angle = angle_basis(point.cosine, point.sine);
-  const auto by_light = light_basis(light);
   const auto whole = static_cast<int>(point.station);
   const float share = point.station - static_cast<float>(whole);
+  const auto coefficients = [&](int station) {
+    return &data_.light[std::size_t{light_values_per_station} *
+                        (first_station_[point.curve] + station % curve.stations)];
+  };
+  const float* here = coefficients(whole);
+  const float* next = coefficients(whole + 1);
+  LightTransfer transfer{};
+  for (const float a : angle_basis(point.cosine, point.sine)) {
+    for (std::size_t i = 0; i < transfer.size(); ++i)
+      transfer[i] += a * (here[i] * (1 - share) + next[i] * share);
+    here += transfer.size();
+    next += transfer.size();
+  }
+  return transfer;
+}
+
+V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
   V3f sum(0, 0, 0);
-  for (int end = 0; end < 2; ++end) {
-    const int station = first_station_[point.curve] + (whole + end) % curve.stations;
-    const float* c = &data_.light[static_cast<std::size_t>(station) * light_values_per_station];
-    for (const float a : by_angle) {
-      for (const float b : by_light) {
-        const float weight = (end == 0 ? 1 - share : share) * a * b;
-        sum += V3f(c[0], c[1], c[2]) * weight;
-        c += 3;
-      }
-    }
+  const float* c = transfer.data();
+  for (const float b : light_basis(light)) {
+    sum += V3f(c[0], c[1], c[2]) * b;
+    c += 3;
   }
   for (int i = 0; i < 3; ++i) sum[i] = std::max(0.0F, sum[i]);
   return sum;
@@ -272,7 +281,7 @@ Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& vi
   shading.alpha = 1;
   if (!(light.z > 0) || !(view.z > 0)) return shading;
   const YarnPoint point = point_at(*hit);
-  shading.radiance = indirect(point, light);
+  shading.radiance = indirect_light(transfer_at(point), light);
   const V3f lit = direct(point, light, view);
   if (lit != V3f(0, 0, 0) && !occluded(*hit, point, light)) shading.radiance += lit;
   return shading;

@@ -93,6 +93,11 @@ struct YarnPoint {
   int curve = 0;
 };
 
+/// Indirect light of a point for any light: the factors of the functions of the light, [function][colour].
+using LightTransfer = std::array<float, 3 * light_functions_of_yarn>;
+/// f by indirect light, in 1/sr. Precondition: unit light.
+V3f indirect_light(const LightTransfer& transfer, const V3f& light);
+
 /// A place on a curve's axis, and the directions that angles about it count from.
 struct YarnFrame {
   V3f position{0, 0, 0};  ///< mm
@@ -120,9 +125,9 @@ class Yarns {
   YarnFrame frame_at(int curve, int station) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
   bool occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
-  /// f(l, v) of the point, without a look for what hides the light: direct, and by way of other yarn.
+  /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
-  V3f indirect(const YarnPoint& point, const V3f& light) const;
+  LightTransfer transfer_at(const YarnPoint& point) const;
 
   /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
   /// Directions are unit; f is 0 where one lies below the horizon, and alpha that of the rim.

@@ -9,11 +9,12 @@ V3f direction_of(const LaneDirections& d, std::size_t lane) { return {d.x[lane],
 V3f radiance_at(const Yarns& yarns, const YarnHit& hit, const V3f& view, std::span<const LaneLight> lights,
                 std::size_t lane) {
   const YarnPoint point = yarns.point_at(hit);
+  const LightTransfer transfer = yarns.transfer_at(point);
   V3f sum(0, 0, 0);
   for (const LaneLight& light : lights) {
     const V3f direction = direction_of(light.direction, lane);
     if (!(direction.z > 0) || !(light.share[lane] > 0)) continue;
-    V3f f = yarns.indirect(point, direction);
+    V3f f = indirect_light(transfer, direction);
     const V3f lit = yarns.direct(point, direction, view);
     if (lit != V3f(0, 0, 0) && !yarns.occluded(hit, point, direction)) f += lit;
     sum += f * light.irradiance * light.share[lane];

@@ -119,6 +119,7 @@ TEST_CASE("a yarn that lies alone has no light but its own") {
     const float angle = static_cast<float>(i) * 0.1F;
     point.cosine = std::cos(angle);
     point.sine = std::sin(angle);
-    for (const V3f& light : directions_of({4, 4})) CHECK(yarns.indirect(point, light).x < 0.003F);
+    const LightTransfer transfer = yarns.transfer_at(point);
+    for (const V3f& light : directions_of({4, 4})) CHECK(indirect_light(transfer, light).x < 0.003F);
   }
 }
