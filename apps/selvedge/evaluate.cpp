@@ -20,7 +20,8 @@ struct EvaluateCommand {
 void declare(Options& options, EvaluateCommand& command) {
   options.common(command.common);
   options.text("fabric", command.fabric, "FILE", "The fabric file").required();
-  options.number("--level", command.level, "K", "Mip level; with --uv a fraction blends two");
+  options.number("--level", command.level, "K",
+                 "Mip level; with --uv a fraction blends two, and -1 is the yarn itself");
   const Option texel = options.text("--texel", "X,Y", "Texel of the level, 0,0 at the top left",
                                     [&command](const std::string& t) {
                                       const auto n = whole_numbers_from("--texel", t, ',', 2, 2, "3,4");
@@ -43,10 +44,11 @@ Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
   auto fabric = QueriedFabric::open(command.fabric);
   if (!fabric) return tl::unexpected(fabric.error());
+  const int first = query.uv ? fabric->first_level() : 0;
   const int last = fabric->levels() - 1;
-  if (!(query.level >= 0 && query.level <= last)) {
+  if (!(query.level >= first && query.level <= last)) {
     return fail(Code::option_out_of_range, command.fabric, "--level",
-                fmt::format("{} is outside of 0 to {}", query.level, last));
+                fmt::format("{} is outside of {} to {}", query.level, first, last));
   }
   auto shading = fabric->shade(query);
   if (!shading && shading.error().code == Code::option_out_of_range) {

@@ -14,7 +14,7 @@ Result<QueriedFabric> QueriedFabric::open(const std::string& path) {
 
 Result<Shading> QueriedFabric::shade(const FabricQuery& query) {
   if (query.uv) {
-    const LevelBlend between = level_blend(query.level, levels());
+    const LevelBlend between = level_blend(query.level, levels(), first_level());
     auto near = shade_at(between.lower, query);
     if (!near || !(between.weight > 0)) return near;
     auto far = shade_at(between.lower + 1, query);
@@ -38,18 +38,29 @@ Result<Shading> QueriedFabric::shade(const FabricQuery& query) {
 }
 
 Result<Shading> QueriedFabric::shade_at(int level, const FabricQuery& query) {
+  if (level < 0) {
+    const auto read = level_of(0);
+    if (!read) return tl::unexpected(read.error());
+    return (*read)->yarns()->shade(*query.uv, reader_.header().reference_height, query.light, query.view);
+  }
   return shade_texel(level, wrap_texel(query.uv->x, level_size(reader_.header().width, level)),
                      wrap_texel(query.uv->y, level_size(reader_.header().height, level)), query);
 }
 
-Result<Shading> QueriedFabric::shade_texel(int level, int x, int y, const FabricQuery& query) {
+Result<const FabricLevel*> QueriedFabric::level_of(int level) {
   std::optional<FabricLevel>& kept = kept_[level];
   if (!kept) {
     auto read = reader_.read_level(level);
     if (!read) return tl::unexpected(read.error());
     kept = std::move(*read);
   }
-  return evaluate(*kept, reader_.header(), x, y, query.light, query.view);
+  return &*kept;
+}
+
+Result<Shading> QueriedFabric::shade_texel(int level, int x, int y, const FabricQuery& query) {
+  const auto read = level_of(level);
+  if (!read) return tl::unexpected(read.error());
+  return evaluate(**read, reader_.header(), x, y, query.light, query.view);
 }
 
 }  // namespace selvedge

@@ -25,12 +25,16 @@ class QueriedFabric {
   static Result<QueriedFabric> open(const std::string& path);
 
   int levels() const { return reader_.header().levels; }
+  /// -1 with yarn, else 0.
+  int first_level() const { return reader_.header().has(LayerKind::yarns, 0) ? -1 : 0; }
   /// OPTION_OUT_OF_RANGE if a texel or its level does not exist (place: "level" or "texel"). With texture
   /// coordinates the level is clamped to those that exist.
   Result<Shading> shade(const FabricQuery& query);
 
  private:
   explicit QueriedFabric(FabricReader reader);
+  /// The level, read on first use.
+  Result<const FabricLevel*> level_of(int level);
   Result<Shading> shade_texel(int level, int x, int y, const FabricQuery& query);
   Result<Shading> shade_at(int level, const FabricQuery& query);
 

@@ -109,6 +109,7 @@ void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
       .excludes(pairs);
   options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured separately")
       .excludes(pairs);
+  options.flag("--yarns", bake.yarns, "Store the yarn itself: sharp close by");
   options.number("--slabs", bake.slabs, "N",
                  "Slabs of yarn whose heights are kept for a fit with a budget; 0: no heights");
   options.number("--cells", bake.cells, "N", "Cells of the slabs along a side of a texel");

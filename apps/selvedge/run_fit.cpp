@@ -14,8 +14,13 @@ namespace selvedge {
 namespace {
 
 /// Measures the errors of the fabric in the file's precision, and writes it.
-Result<void> write_measured(const FitCommand& command, const Fabric& fitted, const PairSamples& held_out,
-                            const PairSamples& training, FitRecord record) {
+Result<void> write_measured(SamplesReader& reader, const FitCommand& command, Fabric fitted,
+                            const PairSamples& held_out, const PairSamples& training, FitRecord record) {
+  if (reader.header().yarns.curves > 0) {
+    auto yarns = reader.read_yarns();
+    if (!yarns) return tl::unexpected(yarns.error());
+    fitted.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(*yarns), fitted.period_mm));
+  }
   const FabricWriteOptions& write = command.options.write;
   const Fabric fabric = as_stored(fitted, write.half);
   if (auto ok = measure_errors(fabric, held_out, training, record); !ok) return ok;
@@ -49,7 +54,7 @@ Result<std::vector<LevelReport>> fit_layers(SamplesReader& reader, const FitComm
   const double bytes = options.budget_for(reader.header().texels());
   const auto chosen = choose_for_file(*fitter, bytes, options.write, command.output);
   if (!chosen) return tl::unexpected(chosen.error());
-  if (auto ok = write_measured(command, chosen->fabric, *held_out, fitter->training(),
+  if (auto ok = write_measured(reader, command, chosen->fabric, *held_out, fitter->training(),
                                {0, chosen->levels, fitter->warnings()});
       !ok) {
     return tl::unexpected(ok.error());
@@ -65,7 +70,7 @@ Result<std::vector<LevelReport>> fit_lobes(SamplesReader& reader, const FitComma
   // Read after the samples are freed, to save memory.
   const auto held_out = reader.read_pairs(PairKind::held_out);
   if (!held_out) return tl::unexpected(held_out.error());
-  if (auto ok = write_measured(command, result->fabric, *held_out, result->training,
+  if (auto ok = write_measured(reader, command, result->fabric, *held_out, result->training,
                                {0, result->levels, result->warnings});
       !ok) {
     return tl::unexpected(ok.error());

@@ -122,7 +122,7 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   };
   // Work is measured in rays times lights.
   const auto cost = [&](const BakeUnit& unit) {
-    if (unit.kind == BakeUnit::Kind::heights) return 1.0;
+    if (unit.kind == BakeUnit::Kind::heights || unit.kind == BakeUnit::Kind::yarns) return 1.0;
     return samples_of(unit) * (unit.kind == BakeUnit::Kind::view ? 1.0 * header.lights.count() : 1.0);
   };
   double total = 0;
@@ -171,7 +171,9 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
     }
   }
   const auto header_now = [&] { return samples_header(mesh, o, *plane, cell->thickness_mm(), provenance); };
-  UnitBaker baker(cell->scene, cell->mm, std::move(cache), o, header_now(), *plane);
+  YarnData yarns = mesh.yarns;
+  for (V3f& node : yarns.nodes) node.z -= bounds_of(mesh).min.z;
+  UnitBaker baker(*cell, yarns, std::move(cache), o, header_now(), *plane);
   if (o.noise || o.time_budget) {
     // A resumed bake keeps the sample counts of its journal, so that all units have the same.
     const auto begun = BakeJournal::read_header(journal_path);

@@ -84,8 +84,10 @@ BakeJournal::BakeJournal(std::string path, SamplesHeader header, const BakeShard
   units_.resize(units.size());
   for (std::size_t u = 0; u < units.size(); ++u) {
     if (!is_in(shard, u)) continue;
-    const std::size_t bytes = value_count(header_, units[u]) * sizeof(Imath::half);
-    units_[u] = {place, bytes + sizeof(NoiseSum) + digest_size, {}};
+    // Yarn is geometry, which half precision would bend.
+    const bool whole = units[u].kind == BakeUnit::Kind::yarns;
+    const std::size_t bytes = value_count(header_, units[u]) * (whole ? sizeof(float) : sizeof(Imath::half));
+    units_[u] = {place, bytes + sizeof(NoiseSum) + digest_size, whole, {}};
     place += static_cast<long>(units_[u].bytes);
   }
 }
@@ -162,8 +164,9 @@ Result<void> BakeJournal::write(std::size_t unit, const Planes& planes, const No
   for (const auto& plane : planes) {
     for (const float value : plane) {
       const Imath::half half(value);
-      std::memcpy(at, &half, sizeof half);
-      at += sizeof half;
+      const std::size_t size = units_[unit].whole ? sizeof value : sizeof half;
+      std::memcpy(at, units_[unit].whole ? static_cast<const void*>(&value) : &half, size);
+      at += size;
     }
   }
   record.append(reinterpret_cast<const char*>(&noise), sizeof noise);
@@ -185,9 +188,10 @@ Result<void> BakeJournal::read(std::size_t unit, const Planes& planes) {
   for (const auto& plane : planes) {
     for (float& value : plane) {
       Imath::half half;
-      std::memcpy(&half, at, sizeof half);
-      at += sizeof half;
-      value = half;
+      const std::size_t size = units_[unit].whole ? sizeof value : sizeof half;
+      std::memcpy(units_[unit].whole ? static_cast<void*>(&value) : &half, at, size);
+      at += size;
+      if (!units_[unit].whole) value = half;
     }
   }
   return {};

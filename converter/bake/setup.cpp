@@ -141,6 +141,7 @@ SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double 
     header.pairs[2] = random_rim_pairs(o.rim_pairs, rim_z, seed + 2);
   }
   header.whole = o.whole;
+  if (o.yarns) header.yarns = counts_of(mesh.yarns);
   if (o.slabs > 0) header.slabs = SlabShape{o.cells, o.cells, o.slabs};
   nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
   if (!text.is_object()) text = nlohmann::json::object();

@@ -4,6 +4,7 @@
 
 #include "converter/bake/setup.h"
 #include "converter/bake/slab_heights.h"
+#include "converter/bake/yarn_light.h"
 #include "format/base/random.h"
 
 namespace selvedge {
@@ -22,6 +23,7 @@ Planes arrays_of(PairSamples& s) {
   return {s.alpha, s.alpha_noise, floats_of(s.radiance), floats_of(s.noise)};
 }
 Planes arrays_of(HeightSamples& s) { return {s[0], s[1]}; }
+Planes arrays_of(YarnSamples& s) { return {s.curves, s.indirect}; }
 
 }  // namespace
 
@@ -37,12 +39,16 @@ std::vector<BakeUnit> units_of(const SamplesHeader& header) {
     }
   }
   if (header.slabs) units.push_back({BakeUnit::Kind::heights, PairKind::validation, 0});
+  if (header.yarns.curves > 0) units.push_back({BakeUnit::Kind::yarns, PairKind::validation, 0});
   return units;
 }
 
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit) {
   const std::size_t texels = header.texels();
   if (unit.kind == BakeUnit::Kind::view) return texels * (4 + 3 * header.lights.count());
+  if (unit.kind == BakeUnit::Kind::yarns) {
+    return curve_value_count(header.yarns) + std::size_t{light_values_per_station} * header.yarns.stations;
+  }
   return texels * (unit.kind == BakeUnit::Kind::pair ? 8 : 2 * header.slabs->entries());
 }
 
@@ -57,6 +63,9 @@ UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
       return PairSamples{header.width,   header.height,   {header.pairs[index_of(unit.pairs)][unit.index]},
                          floats(texels), vectors(texels), vectors(texels),
                          floats(texels)};
+    case BakeUnit::Kind::yarns:
+      return YarnSamples{floats(curve_value_count(header.yarns)),
+                         floats(std::size_t{light_values_per_station} * header.yarns.stations)};
     case BakeUnit::Kind::heights:
       break;
   }
@@ -71,36 +80,45 @@ Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, cons
                         const UnitSamples& samples) {
   if (const auto* view = std::get_if<ViewSamples>(&samples)) return writer.write_view(*view);
   if (const auto* pair = std::get_if<PairSamples>(&samples)) return writer.write_pairs(unit.pairs, *pair);
+  if (const auto* yarns = std::get_if<YarnSamples>(&samples)) {
+    const auto data = yarns_from_values(yarns->curves, yarns->indirect, header.yarns, header.period_mm);
+    return data ? writer.write_yarns(*data) : tl::unexpected(data.error());
+  }
   const auto& [top, bottom] = std::get<HeightSamples>(samples);
   return writer.write_heights(HeightLayer{*header.slabs, top, bottom});
 }
 
-UnitBaker::UnitBaker(const RayScene& scene, double mm, std::optional<IrradianceCache> cache,
+UnitBaker::UnitBaker(const TracedCell& cell, const YarnData& yarns, std::optional<IrradianceCache> cache,
                      const BakeOptions& options, const SamplesHeader& header, double plane_mm)
-    : scene_(scene),
-      mm_(mm),
+    : cell_(cell),
+      yarns_(yarns),
       options_(options),
       header_(header),
       views_(directions_of(header.views)),
       lights_(directions_of(header.lights)),
       cache_(std::move(cache)),
-      baker_(scene, cache_ ? &*cache_ : nullptr, options.bounces, V2i(options.width, options.height),
-             plane_mm / mm) {}
+      baker_(cell.scene, cache_ ? &*cache_ : nullptr, options.bounces, V2i(options.width, options.height),
+             plane_mm / cell.mm) {}
 
 UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) {
   if (unit.kind == BakeUnit::Kind::view) return bake_view(unit.index, samples, noise);
   irradiance_ = {};  // not needed after the views: frees its memory
   if (unit.kind == BakeUnit::Kind::pair) return bake_pair(unit.pairs, unit.index, samples, noise);
-  const HeightLayer heights = cell_heights(scene_, options_.width, options_.height, *header_.slabs);
+  if (unit.kind == BakeUnit::Kind::yarns) {
+    YarnData yarns = yarns_;
+    trace_yarn_light(cell_, {options_.yarn_paths, options_.bounces, options_.seed}, yarns);
+    return YarnSamples{curve_values(yarns), indirect_values(yarns)};
+  }
+  const HeightLayer heights = cell_heights(cell_.scene, options_.width, options_.height, *header_.slabs);
   HeightSamples in_mm{heights.top, heights.bottom};
   for (auto& values : in_mm) {
-    for (float& height : values) height *= static_cast<float>(mm_);
+    for (float& height : values) height *= static_cast<float>(cell_.mm);
   }
   return in_mm;
 }
 
 ViewSamples UnitBaker::bake_view(std::size_t index, int samples, NoiseSum& noise) {
-  if (cache_ && irradiance_.empty()) irradiance_ = cache_->solve(scene_, lights_, options_.bounces);
+  if (cache_ && irradiance_.empty()) irradiance_ = cache_->solve(cell_.scene, lights_, options_.bounces);
   return baker_.bake_view(views_[index], {lights_, irradiance_}, samples,
                           seed_of(options_.seed, stream_views, index), noise);
 }
@@ -120,7 +138,7 @@ std::vector<float> UnitBaker::irradiance_for_pair(PairKind kind, std::size_t ind
   if (pair_irradiance_.empty() || solved_kind_ != kind || solved_first_ != first) {
     std::vector<V3f> lights;
     for (std::size_t p = first; p < first + count; ++p) lights.push_back(pairs[p].light);
-    pair_irradiance_ = cache_->solve(scene_, lights, options_.bounces);
+    pair_irradiance_ = cache_->solve(cell_.scene, lights, options_.bounces);
     solved_kind_ = kind;
     solved_first_ = first;
   }

@@ -4,23 +4,29 @@
 #include <variant>
 
 #include "converter/bake/bake.h"
+#include "converter/bake/setup.h"
 #include "converter/bake/texels.h"
 
 namespace selvedge {
 
 struct BakeUnit {
-  enum class Kind { view, pair, heights };
+  enum class Kind { view, pair, heights, yarns };
   Kind kind = Kind::view;
   PairKind pairs = PairKind::validation;  ///< of a pair
   std::size_t index = 0;                  ///< of the view, or of the pair within its kind
 };
 
-/// Views first, then the pairs of each kind, then the heights.
+/// Views first, then the pairs of each kind, then the heights, then the yarns.
 std::vector<BakeUnit> units_of(const SamplesHeader& header);
 
 /// Tops and bottoms in the layout of HeightLayer, mm.
 using HeightSamples = std::array<std::vector<float>, 2>;
-using UnitSamples = std::variant<ViewSamples, PairSamples, HeightSamples>;
+/// curve_values() and indirect_values().
+struct YarnSamples {
+  std::vector<float> curves;
+  std::vector<float> indirect;
+};
+using UnitSamples = std::variant<ViewSamples, PairSamples, HeightSamples, YarnSamples>;
 
 /// The number of values of a unit.
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit);
@@ -37,9 +43,10 @@ Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, cons
 /// Computes units. The first view also computes the indirect light that all views share.
 class UnitBaker {
  public:
-  /// Without `cache`, indirect light is traced along paths. `mm` is the length of a unit of the scene,
-  /// `plane_mm` the height of the reference plane.
-  UnitBaker(const RayScene& scene, double mm, std::optional<IrradianceCache> cache,
+  /// Without `cache`, indirect light is traced along paths. `yarns` are those of the cell, with heights above
+  /// its lowest point; `plane_mm` is the height of the reference plane. Cell and yarns must outlive the
+  /// baker.
+  UnitBaker(const TracedCell& cell, const YarnData& yarns, std::optional<IrradianceCache> cache,
             const BakeOptions& options, const SamplesHeader& header, double plane_mm);
 
   /// `samples`: rays per texel.
@@ -53,8 +60,8 @@ class UnitBaker {
  private:
   std::vector<float> irradiance_for_pair(PairKind kind, std::size_t index);
 
-  const RayScene& scene_;
-  double mm_;
+  const TracedCell& cell_;
+  const YarnData& yarns_;
   BakeOptions options_;
   SamplesHeader header_;
   std::vector<V3f> views_;

@@ -13,28 +13,13 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Minimum width: single precision cannot resolve the directions of sharper highlights.
-constexpr double min_width = 0.01;
-
-double width_of(const Gloss& gloss) { return std::max(min_width, static_cast<double>(gloss.roughness)); }
+double width_of(const Gloss& gloss) {
+  return std::max(min_gloss_width, static_cast<double>(gloss.roughness));
+}
 
 /// A direction in the frame (fibre, across, normal).
 V3d local(const YarnSurface& s, const V3d& d) {
   return {d.dot(s.fibre), d.dot(s.normal.cross(s.fibre)), d.dot(s.normal)};
-}
-
-/// Smith's Lambda for widths (r, 1).
-double smith_lambda(const V3d& d, double r) {
-  const double slope2 = (r * r * d.x * d.x + d.y * d.y) / (d.z * d.z);
-  return (std::sqrt(1 + slope2) - 1) / 2;
-}
-
-double gloss_local(const V3d& l, const V3d& v, double r) {
-  if (l.z <= 0 || v.z <= 0) return 0;
-  const V3d h = (l + v).normalized();
-  const double q = h.x * h.x / (r * r) + h.y * h.y + h.z * h.z;
-  const double d = 1 / (pi * r * q * q);
-  return d / (1 + smith_lambda(l, r) + smith_lambda(v, r)) / (4 * l.z * v.z);
 }
 
 /// Samples the distribution of visible normals (Heitz 2018).
@@ -110,7 +95,8 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
 }
 
 double gloss_reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
-  return gloss_local(local(surface, light), local(surface, view), width_of(surface.gloss));
+  return gloss_reflectance(local(surface, light), local(surface, view),
+                           static_cast<double>(surface.gloss.roughness));
 }
 
 V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
@@ -175,7 +161,7 @@ double mean_gloss_albedo(float roughness) {
   static const auto table = [] {
     std::array<double, steps + 1> mean{};
     for (std::size_t i = 0; i <= steps; ++i) {
-      const double r = std::max(min_width, static_cast<double>(i) / steps);
+      const double r = std::max(min_gloss_width, static_cast<double>(i) / steps);
       constexpr std::uint32_t count = 4096;
       for (std::uint32_t k = 0; k < count; ++k) {
         PathSampler sampler(k, i);

@@ -10,15 +10,9 @@
 
 #include "format/base/error.h"
 #include "format/base/vec.h"
+#include "format/fabric/yarns.h"
 
 namespace selvedge {
-
-/// The specular highlight of a yarn's fibres.
-struct Gloss {
-  float weight = 0;        ///< share of the light that it reflects, in [0, 1]; 0: Lambertian yarn
-  float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
-  bool operator==(const Gloss&) const = default;
-};
 
 struct CellMesh {
   V2d period{1, 1};            ///< mm
@@ -28,6 +22,7 @@ struct CellMesh {
   std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
   std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
+  YarnData yarns;              ///< that the surface is of, without its light; empty: not known
 };
 
 struct Box {

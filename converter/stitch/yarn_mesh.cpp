@@ -8,6 +8,7 @@
 
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/marching_cubes.h"
+#include "converter/stitch/yarn_curves.h"
 #include "converter/stitch/yarn_plies.h"
 
 namespace selvedge {
@@ -108,6 +109,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
   CellMesh mesh;
   mesh.period = pattern.period_mm;
   mesh.triangles = marched.triangles;
+  mesh.yarns = yarn_curves_of(pattern);
   mesh.positions.reserve(marched.positions.size());
   const bool glossy = std::any_of(pattern.yarns.begin(), pattern.yarns.end(),
                                   [](const Yarn& yarn) { return yarn.gloss.weight > 0; });

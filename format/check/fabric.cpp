@@ -6,6 +6,7 @@
 
 #include "format/check/fabric_extras.h"
 #include "format/exr/exr.h"
+#include "format/fabric/level_values.h"
 #include "format/fabric/rules.h"
 #include "format/fabric/warnings.h"
 
@@ -58,6 +59,9 @@ class Checker {
       } else if (const auto layer = layer_named(part.name); layer && readable_.contains(*layer)) {
         check_pixels(part, *pixels, *layer, k, level);
       }
+    }
+    if (sink_.errors() == errors_before && level.has(LayerKind::yarns) && level.has(LayerKind::indirect)) {
+      restore_yarns(level, header_->shape, header_->period_mm, sink_);
     }
     if (level.bases) bases_ = level.bases;
     if (level.has(LayerKind::products)) level.bases = bases_;

@@ -149,9 +149,9 @@ Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light
   return evaluate(fabric.levels[level], fabric, x, y, light, view);
 }
 
-LevelBlend level_blend(double level, int count) {
-  const double clamped = level > 0 ? std::min(level, static_cast<double>(count - 1)) : 0;
-  const int lower = static_cast<int>(clamped);
+LevelBlend level_blend(double level, int count, int first) {
+  const double clamped = level > first ? std::min(level, static_cast<double>(count - 1)) : first;
+  const int lower = static_cast<int>(std::floor(clamped));
   return {lower, static_cast<float>(clamped - lower)};
 }
 
@@ -171,8 +171,10 @@ Shading blend(const Shading& a, const Shading& b, float weight_of_b) {
 }
 
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view) {
-  const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()));
+  const auto& yarns = fabric.levels.front().yarns();
+  const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), yarns ? -1 : 0);
   const auto at = [&](int k) {
+    if (k < 0) return yarns->shade(uv, fabric.reference_height, light, view);
     const FabricLevel& texels = fabric.levels[k];
     return evaluate(texels, fabric, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light,
                     view);

@@ -2,14 +2,9 @@
 #pragma once
 
 #include "format/fabric/fabric.h"
+#include "format/fabric/shading.h"
 
 namespace selvedge {
-
-/// Radiance and opacity of a texel towards the viewer. Not premultiplied: a picture shows alpha * radiance.
-struct Shading {
-  V3f radiance{0, 0, 0};  ///< 1/sr; radiance under unit perpendicular irradiance
-  float alpha = 0;        ///< opacity in [0, 1]
-};
 
 /// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame. With
 /// heights: the mean over one ray through the centre of every cell (slabs.h), radiance weighted by alpha.
@@ -23,15 +18,16 @@ Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y,
                  const V3f& view);
 
 /// A fractional level as the integer level below it and the weight of the next one. Levels are clamped to
-/// 0 ... count - 1, NaN to 0.
+/// `first` ... count - 1, NaN to `first`.
 struct LevelBlend {
   int lower = 0;
   float weight = 0;
 };
-LevelBlend level_blend(double level, int count);
+LevelBlend level_blend(double level, int count, int first = 0);
 
 /// Evaluates the texel at texture coordinates (u, v), which repeat. A fractional level is the alpha-weighted
 /// blend of the two levels next to it; levels are clamped to those of the fabric.
+/// Level -1 is the yarn itself at (u, v), if the fabric has it.
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view);
 
 /// Index of the texel that contains coordinate `c` (finite, repeating) in a row of `size` texels.

@@ -105,6 +105,25 @@ void FabricLevel::set(LayerKind kind, Layer layer) {
   }
 }
 
+void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
+  remove(LayerKind::yarns);
+  remove(LayerKind::indirect);
+  yarns_ = std::move(yarns);
+  if (!yarns_) return;
+  // The values fill channel after channel.
+  const auto spread = [&](const std::vector<float>& values) {
+    Layer layer;
+    layer.channels = static_cast<int>((values.size() + texels() - 1) / texels());
+    layer.values.assign(std::size_t{1} * layer.channels * texels(), 0);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      layer.values[i % texels() * layer.channels + i / texels()] = values[i];
+    }
+    return layer;
+  };
+  set(LayerKind::yarns, spread(curve_values(yarns_->data())));
+  set(LayerKind::indirect, spread(indirect_values(yarns_->data())));
+}
+
 void FabricLevel::add(LayerKind kind, int channels, float value) {
   set(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
 }
@@ -138,6 +157,7 @@ LayerShape shape_of(const Fabric& fabric) {
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::lobes)) shape.lobes = level.lobe_count();
     if (level.has(LayerKind::heights)) shape.cells = level.cells;
+    if (level.yarns()) shape.yarns = counts_of(level.yarns()->data());
     shape.products = std::max(shape.products, level[LayerKind::products].channels);
   }
   if (const auto bases = bases_of(fabric)) {
@@ -212,6 +232,10 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
     }
     if (level.has(LayerKind::heights) && level.cells != shape.cells) {
       return broken(k, "heights", "levels differ in their cells");
+    }
+    if (level.yarns()) {
+      if (k != 0) return broken(k, "yarns", "only level 0 has yarn");
+      if (auto ok = validate(level.yarns()->data(), fabric.period_mm); !ok) return ok;
     }
     for (const LayerKind kind : all_layers) {
       if (!level.has(kind) || (kind == LayerKind::bases && !level.has(LayerKind::products))) continue;

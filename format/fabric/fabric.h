@@ -31,6 +31,7 @@
 #include "format/fabric/directions.h"
 #include "format/fabric/lafortune.h"
 #include "format/fabric/layers.h"
+#include "format/fabric/yarns.h"
 
 namespace selvedge {
 
@@ -85,6 +86,8 @@ struct FabricLevel {
   /// Sets a layer of equal values.
   void add(LayerKind kind, int channels, float value = 0);
   void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
+  /// Sets the layers of yarn and its indirect light. Null: removes them.
+  void set_yarns(std::shared_ptr<const Yarns> yarns);
   /// Precondition: `heights` have one value per texel and entry of this level.
   void set_heights(const HeightLayer& heights);
 
@@ -113,6 +116,8 @@ struct FabricLevel {
   std::span<float> coefficients() { return values<float>(LayerKind::products); }
   /// Entries of a texel: one unless the level has heights.
   int entries() const;
+  /// Of level 0; null without.
+  const std::shared_ptr<const Yarns>& yarns() const { return yarns_; }
 
  private:
   // Imath's vectors are floats without padding.
@@ -130,6 +135,7 @@ struct FabricLevel {
 
   std::array<Layer, all_layers.size()> layers_;
   HeightRange height_range_;
+  std::shared_ptr<const Yarns> yarns_;
 };
 
 /// The whole fabric of a partial fabric, whose level 0 is level `level` of the whole. Levels before it, after
@@ -173,6 +179,9 @@ struct FabricLimits {
   int slabs = 8;
   int functions = 256;  ///< of each basis
   int products = 256;
+  int curves = 1 << 16;  ///< of yarn
+  int nodes = 1 << 20;
+  int stations = 1 << 18;
 };
 
 /// Texels of level 0 of the whole fabric, of a Fabric or a FabricHeader.

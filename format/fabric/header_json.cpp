@@ -94,11 +94,17 @@ void read_own_members(LayerKind kind, const Member& layer, const FabricLimits& l
   if (kind == LayerKind::products) {
     result.pairs = pairs_from(layer.require_array(member::pairs), result.levels.size(), limits);
   }
+  if (kind == LayerKind::yarns) {
+    shape.yarns = {number(layer, member::curves, 1, limits.curves),
+                   number(layer, member::nodes, 2, limits.nodes),
+                   number(layer, member::stations, 1, limits.stations)};
+  }
+  const bool of_level_0 = kind == LayerKind::bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
+  if (of_level_0 && result.levels != std::vector{0}) {
+    layer.sink->add(Code::fabric_member, pointer_to(layer.place, member::levels), "is not level 0 alone");
+  }
   if (kind == LayerKind::bases) {
     const Member functions = layer.require_object(member::functions);
-    if (result.levels != std::vector{0}) {
-      layer.sink->add(Code::fabric_member, pointer_to(layer.place, member::levels), "is not level 0 alone");
-    }
     shape.view_functions = number(functions, member::views, 0, limits.functions);
     shape.light_functions = number(functions, member::lights, 1, limits.functions);
   }
@@ -123,9 +129,26 @@ json own_members(LayerKind kind, const LayerHeader& layer, const LayerShape& sha
     case LayerKind::bases:
       return {{member::functions,
                {{member::views, shape.view_functions}, {member::lights, shape.light_functions}}}};
+    case LayerKind::yarns:
+      return {{member::curves, shape.yarns.curves},
+              {member::nodes, shape.yarns.nodes},
+              {member::stations, shape.yarns.stations}};
     default:
       return json::object();
   }
+}
+
+/// Yarn and its indirect light come together.
+void check_yarns(FabricHeader& header, IssueSink& sink) {
+  auto& yarns = header.layer(LayerKind::yarns);
+  auto& indirect = header.layer(LayerKind::indirect);
+  if (yarns.has_value() == indirect.has_value()) return;
+  const LayerKind lacking = yarns ? LayerKind::indirect : LayerKind::yarns;
+  sink.add(Code::fabric_member,
+           fmt::format("/{}/{}", member::layers, name_of(yarns ? LayerKind::yarns : LayerKind::indirect)),
+           fmt::format("there is no layer {}", name_of(lacking)));
+  yarns.reset();
+  indirect.reset();
 }
 
 /// Checks that products have bases, with all functions that they refer to.
@@ -278,6 +301,8 @@ std::string header_to_json(const FabricHeader& header) {
     text = own_members(kind, *layer, header.shape);
     text[member::levels] = layer->levels;
     text[member::precision] = layer->half ? names::precision_half : names::precision_float;
+    // A reader that does not know them shows level 0.
+    if (kind == LayerKind::yarns || kind == LayerKind::indirect) text[member::optional] = true;
     digests[name_of(kind)] = layer->digests;
   }
   json text = {
@@ -377,6 +402,7 @@ std::optional<FabricHeader> header_from_json(const json& members, const FabricLi
     header.lights = *lights;
   }
   check_bases(header, sink);
+  check_yarns(header, sink);
   complete_shape(header);
   return header;
 }

@@ -5,6 +5,7 @@
 #include "format/exr/exr.h"
 #include "format/fabric/lafortune.h"
 #include "format/fabric/names.h"
+#include "format/fabric/yarns.h"
 
 namespace selvedge {
 namespace {
@@ -31,6 +32,11 @@ std::string colour_of_direction(const LayerShape&, int channel) {
 }
 
 std::string number(const LayerShape&, int channel) { return fmt::format("{}", channel); }
+
+/// Channels of a part whose values are spread over the texels of level 0.
+int spread(int values, const LayerShape& shape) {
+  return (values + shape.base_texels - 1) / shape.base_texels;
+}
 
 ValueRange all_finite(const LayerShape&, int) { return finite; }
 ValueRange all_not_negative(const LayerShape&, int) { return not_negative; }
@@ -63,8 +69,12 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
      [](const LayerShape&, int i) { return fmt::format("{}.{}", i / 2, names::height_ends[i % 2]); },
      all_finite},
     {names::part_products, [](const LayerShape& s) { return s.products; }, number, all_finite},
-    {names::part_bases,
-     [](const LayerShape& s) { return (values_of_bases(s) + s.base_texels - 1) / s.base_texels; }, number,
+    {names::part_bases, [](const LayerShape& s) { return spread(values_of_bases(s), s); }, number,
+     all_finite},
+    {names::part_yarns, [](const LayerShape& s) { return spread(curve_value_count(s.yarns), s); }, number,
+     all_finite},
+    {names::part_indirect,
+     [](const LayerShape& s) { return spread(light_values_per_station * s.yarns.stations, s); }, number,
      all_finite},
 }};
 

@@ -12,10 +12,10 @@
 namespace selvedge {
 
 /// Each kind is a part of the file. In the file's order.
-enum class LayerKind { lobes, frame, table, opacity, light, heights, products, bases };
-inline constexpr std::array all_layers{LayerKind::lobes,    LayerKind::frame, LayerKind::table,
-                                       LayerKind::opacity,  LayerKind::light, LayerKind::heights,
-                                       LayerKind::products, LayerKind::bases};
+enum class LayerKind { lobes, frame, table, opacity, light, heights, products, bases, yarns, indirect };
+inline constexpr std::array all_layers{
+    LayerKind::lobes,   LayerKind::frame,    LayerKind::table, LayerKind::opacity, LayerKind::light,
+    LayerKind::heights, LayerKind::products, LayerKind::bases, LayerKind::yarns,   LayerKind::indirect};
 constexpr std::size_t index_of(LayerKind kind) { return static_cast<std::size_t>(kind); }
 
 /// The name of the kind's part.
@@ -51,7 +51,7 @@ class LayerSet {
 /// Layers for which 16 bits suffice.
 inline constexpr LayerSet table_layers = [] {
   LayerSet set = LayerSet::all();
-  set.erase({LayerKind::lobes});
+  set.erase({LayerKind::lobes, LayerKind::yarns});
   return set;
 }();
 
@@ -73,6 +73,14 @@ struct SlabShape {
   bool operator==(const SlabShape&) const = default;
 };
 
+/// How much yarn a fabric holds (yarns.h); 0: none.
+struct YarnCounts {
+  int curves = 0;
+  int nodes = 0;
+  int stations = 0;  ///< of indirect light
+  bool operator==(const YarnCounts&) const = default;
+};
+
 /// The counts that define the channels of a fabric's parts. The same for all levels.
 struct LayerShape {
   int lobes = 0;
@@ -82,7 +90,8 @@ struct LayerShape {
   int products = 0;        ///< largest number of coefficients of a texel at any level
   int view_functions = 0;  ///< without phi_0
   int light_functions = 0;
-  int base_texels = 1;  ///< of level 0, whose pixels store the values of the bases
+  YarnCounts yarns;
+  int base_texels = 1;  ///< of level 0, which the values of bases, yarns and indirect light are spread over
 };
 
 /// Number of channels of a layer's part.

@@ -14,6 +14,8 @@ struct LevelOptions {
   /// Bilinear interpolation, wherever a pixel is larger than a texel of level 0; texels of level 0 keep their
   /// edges. Counts as 4 taps.
   bool linear = false;
+  /// Points along either side of a pixel where it is small enough to show the yarn itself (level -1).
+  int points = 2;
 };
 
 /// The defaults of pictures: in most views nearest to supersampling, with little flicker in a slow zoom

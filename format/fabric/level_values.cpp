@@ -75,6 +75,27 @@ std::string value_place(LayerKind kind, int level, const std::string& channel, s
   return fmt::format("{}/level {}/{}/{},{}", name_of(kind), level, channel, texel % width, texel / width);
 }
 
+void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, IssueSink& sink) {
+  const auto gathered = [&](LayerKind kind) {
+    const Layer& layer = level[kind];
+    std::vector<float> values;
+    for (int i = 0; i < layer.channels; ++i) {
+      for (int texel = 0; texel < level.texels(); ++texel) {
+        values.push_back(layer.values[std::size_t{1} * texel * layer.channels + i]);
+      }
+    }
+    return values;
+  };
+  auto data =
+      yarns_from_values(gathered(LayerKind::yarns), gathered(LayerKind::indirect), shape.yarns, period);
+  if (!data) {
+    sink.add(data.error().code, fmt::format("{}/{}", name_of(LayerKind::yarns), data.error().place),
+             data.error().message);
+    return;
+  }
+  level.set_yarns(std::make_shared<const Yarns>(std::move(*data), period));
+}
+
 void check_values(const FabricLevel& level, int level_index, LayerKind kind, const LayerShape& shape,
                   IssueSink& sink) {
   constexpr int max_named = 8;

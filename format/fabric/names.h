@@ -19,6 +19,8 @@ inline constexpr const char* part_light = "light";
 inline constexpr const char* part_heights = "heights";
 inline constexpr const char* part_products = "products";
 inline constexpr const char* part_bases = "bases";
+inline constexpr const char* part_yarns = "yarns";
+inline constexpr const char* part_indirect = "indirect";
 
 // Channels. No data channel ends in R, G, B, A or Y: tools apply colour transforms to those.
 inline constexpr std::array<const char*, 4> preview_channels{"R", "G", "B", "A"};
@@ -74,6 +76,9 @@ inline constexpr const char* layers = "layers";
 inline constexpr const char* lobes = "lobes";
 inline constexpr const char* slabs = "slabs";
 inline constexpr const char* functions = "functions";
+inline constexpr const char* curves = "curves";
+inline constexpr const char* nodes = "nodes";
+inline constexpr const char* stations = "stations";
 inline constexpr const char* precision = "precision";
 inline constexpr const char* optional = "optional";
 inline constexpr const char* digests = "digests";

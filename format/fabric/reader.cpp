@@ -2,6 +2,7 @@
 
 #include "format/base/json_text.h"
 #include "format/fabric/file.h"
+#include "format/fabric/level_values.h"
 #include "format/fabric/rules.h"
 
 namespace selvedge {
@@ -52,6 +53,11 @@ Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   for (const LayerKind kind : all_layers) {
     if (!layers.contains(kind) || !header_.has(kind, level) || kind == LayerKind::bases) continue;
     if (auto ok = read_layer(kind, level, result); !ok) return tl::unexpected(ok.error());
+  }
+  if (result.has(LayerKind::yarns) && result.has(LayerKind::indirect)) {
+    IssueSink sink(file_.name());
+    restore_yarns(result, header_.shape, header_.period_mm, sink);
+    if (sink.has_error()) return tl::unexpected(sink.first_error());
   }
   if (result.has(LayerKind::products)) {
     auto shared = bases();

@@ -60,6 +60,11 @@ FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
     round_to_half(layer.values);
     level.set(kind, std::move(layer));
   }
+  if (level.yarns() && half.contains(LayerKind::indirect)) {
+    YarnData data = level.yarns()->data();
+    round_to_half(data.light);
+    level.set_yarns(std::make_shared<const Yarns>(std::move(data), level.yarns()->period()));
+  }
   return level;
 }
 

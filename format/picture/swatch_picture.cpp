@@ -10,11 +10,12 @@
 namespace selvedge {
 namespace {
 
-/// One texel lookup of a pixel.
+/// One lookup of a pixel: a texel, or a point of the yarn.
 struct Tap {
-  int level = 0;
+  int level = 0;  ///< -1: the yarn
   V2i texel{0, 0};
   float weight = 1;
+  V2d uv{0, 0};  ///< of a point
 };
 
 /// Texture coordinates at a point of the cloth.
@@ -43,15 +44,33 @@ void add_linear(const Fabric& fabric, int level, const V2d& uv, float weight, st
   }
 }
 
+/// Points of the yarn, evenly over the pixel.
+void add_points(const LevelOptions& options, const V2d& uv, const V2d& right, const V2d& up, float weight,
+                std::vector<Tap>& taps) {
+  const int n = options.points;
+  for (int i = 0; i < n * n; ++i) {
+    const V2d offset = right * ((i % n + 0.5) / n - 0.5) + up * ((i / n + 0.5) / n - 0.5);
+    taps.push_back({-1, {0, 0}, weight / static_cast<float>(n * n), uv + offset});
+  }
+}
+
 /// Sets the taps of a pixel by spec/brdf.md, "Over a surface", "The viewer".
-void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
-               const TexelSlopes<float>& slopes, std::vector<Tap>& taps) {
+void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv, const V2d& right,
+               const V2d& up, std::vector<Tap>& taps) {
   taps.clear();
   const FabricLevel& finest = fabric.levels.front();
+  const V2d size(finest.width, finest.height);
+  const V2f r(right * size);
+  const V2f u(up * size);
+  const TexelSlopes<float> slopes{r.x, r.y, u.x, u.y};
   const auto last = static_cast<float>(fabric.levels.size() - 1);
   const Footprint<float> ellipse = footprint(slopes, static_cast<float>(options.taps));
   const float wanted =
       options.forced >= 0 ? static_cast<float>(options.forced) : ellipse.level + options.bias;
+  float yarn = finest.yarns() && options.forced < 0 ? std::clamp(-wanted, 0.0F, 1.0F) : 0;
+  if (!options.blend) yarn = std::floor(yarn + 0.5F);
+  if (yarn > 0) add_points(options, uv, right, up, yarn, taps);
+  if (yarn == 1) return;
   const float clamped = wanted > 0 ? std::min(wanted, last) : 0;
   const float level = options.blend ? clamped : std::floor(clamped + 0.5F);
   const LevelBlend blend = level_blend(static_cast<double>(level), static_cast<int>(fabric.levels.size()));
@@ -65,7 +84,8 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
   for (int i = 0; i < count; ++i) {
     const V2d at = uv + axis * ((i + 0.5) / count - 0.5);
     for (const int upper : {0, 1}) {
-      const float weight = (upper == 1 ? blend.weight : 1 - blend.weight) / static_cast<float>(count);
+      const float weight =
+          (1 - yarn) * (upper == 1 ? blend.weight : 1 - blend.weight) / static_cast<float>(count);
       if (weight == 0) continue;
       const int number = blend.lower + upper;
       if (linear && number > 0) {
@@ -95,10 +115,7 @@ V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& l
   const auto right = uv_slope(fabric, shot.camera, at, {pixel.x, 0});
   const auto up = uv_slope(fabric, shot.camera, at, {0, pixel.y});
   if (!ray || !right || !up) return {0, 0, 0, 0};
-  const V2d size(fabric.levels.front().width, fabric.levels.front().height);
-  const V2f r(*right * size);
-  const V2f u(*up * size);
-  find_taps(fabric, levels, uv_of(fabric, ray->point), {r.x, r.y, u.x, u.y}, taps);
+  find_taps(fabric, levels, uv_of(fabric, ray->point), *right, *up, taps);
   // The fabric's frame is the world's.
   const V3f view(ray->view);
   V4f sum(0, 0, 0, 0);
@@ -106,7 +123,9 @@ V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& l
     bool opacity_counted = false;
     for (const Light& light : shot.lights) {
       const Illumination from = light_at(light, {ray->point.x, ray->point.y, 0});
-      const Shading s = evaluate(fabric, tap.level, tap.texel.x, tap.texel.y, V3f(from.direction), view);
+      const Shading s =
+          tap.level < 0 ? evaluate(fabric, -1.0, tap.uv, V3f(from.direction), view)
+                        : evaluate(fabric, tap.level, tap.texel.x, tap.texel.y, V3f(from.direction), view);
       const V3f radiance = s.radiance * from.irradiance * (s.alpha * tap.weight);
       sum += V4f(radiance.x, radiance.y, radiance.z, opacity_counted ? 0 : s.alpha * tap.weight);
       opacity_counted = true;

@@ -62,15 +62,23 @@ DirectionGrid views_or_lights(const json& text, const char* name) {
   return *grid;
 }
 
+int count_from(const json& text, const char* name, int max) {
+  const int value = whole_from(text.at(name), name);
+  if (value < 1 || value > max) throw std::runtime_error(fmt::format("{}: not 1 to {}", name, max));
+  return value;
+}
+
 SlabShape slabs_from(const json& text) {
   const FabricLimits limits;
-  const auto count = [&](const char* name, int max) {
-    const int value = whole_from(text.at(name), name);
-    if (value < 1 || value > max) throw std::runtime_error(fmt::format("{}: not 1 to {}", name, max));
-    return value;
-  };
-  return {count(member::columns, limits.cells_per_side), count(member::rows, limits.cells_per_side),
-          count(member::slabs, limits.slabs)};
+  return {count_from(text, member::columns, limits.cells_per_side),
+          count_from(text, member::rows, limits.cells_per_side),
+          count_from(text, member::slabs, limits.slabs)};
+}
+
+YarnCounts yarns_from(const json& text) {
+  const FabricLimits limits;
+  return {count_from(text, member::curves, limits.curves), count_from(text, member::nodes, limits.nodes),
+          count_from(text, member::stations, limits.stations)};
 }
 
 /// Throws if a member breaks a rule; the caller converts the exception to an error.
@@ -110,6 +118,7 @@ SamplesHeader header_from(const json& text) {
     }
   }
   if (text.contains(member::slabs)) header.slabs = slabs_from(text.at(member::slabs));
+  if (text.contains(names::part_yarns)) header.yarns = yarns_from(text.at(names::part_yarns));
   header.provenance = text.at(member::provenance).dump();
   return header;
 }
@@ -144,6 +153,11 @@ std::string samples_header_to_json(const SamplesHeader& header) {
     text[member::slabs] = {{member::columns, header.slabs->columns},
                            {member::rows, header.slabs->rows},
                            {member::slabs, header.slabs->slabs}};
+  }
+  if (header.yarns.curves > 0) {
+    text[names::part_yarns] = {{member::curves, header.yarns.curves},
+                               {member::nodes, header.yarns.nodes},
+                               {member::stations, header.yarns.stations}};
   }
   if (header.whole) text[member::whole] = whole_json(*header.whole);
   return text.dump();

@@ -28,6 +28,7 @@ struct SamplesHeader : FabricInfo {
   int samples_per_texel = 0;                        ///< rays per texel and view
   int truth_samples = 0;                            ///< rays per texel of the pair sets
   std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
+  YarnCounts yarns;                                 ///< of the yarn that the file holds
   std::optional<SlabShape> slabs;                   ///< of the heights, if the file has them
 
   int texels() const { return width * height; }

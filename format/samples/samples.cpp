@@ -89,6 +89,12 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
     parts.push_back(scanline_part(names::part_slabs, header.width * header.slabs->columns,
                                   header.height * header.slabs->rows, slab_channels(*header.slabs)));
   }
+  if (header.yarns.curves > 0) {
+    parts.push_back(
+        scanline_part(names::part_yarns, curve_value_count(header.yarns), 1, {{names::part_yarns, false}}));
+    parts.push_back(scanline_part(names::part_indirect, header.yarns.stations, light_values_per_station,
+                                  {{names::part_indirect, false}}));
+  }
   parts.front().attributes[names::attribute_samples] = samples_header_to_json(header);
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());
@@ -165,6 +171,15 @@ Result<void> SamplesWriter::write_heights(const HeightLayer& heights) {
     }
   }
   return writer_.write_rows(part_after(header_, all_pair_kinds.size()), pixels);
+}
+
+Result<void> SamplesWriter::write_yarns(const YarnData& yarns) {
+  const int part = part_after(header_, all_pair_kinds.size()) + (header_.slabs ? 1 : 0);
+  std::vector<float> curves = curve_values(yarns);
+  const ExrPixels pixels{static_cast<int>(curves.size()), 1, {std::move(curves)}};
+  if (auto ok = writer_.write_rows(part, pixels); !ok) return ok;
+  return writer_.write_rows(part + 1,
+                            {header_.yarns.stations, light_values_per_station, {indirect_values(yarns)}});
 }
 
 SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
@@ -330,6 +345,21 @@ Result<HeightLayer> SamplesReader::read_heights() {
     }
   }
   return heights;
+}
+
+Result<YarnData> SamplesReader::read_yarns() {
+  const YarnCounts& counts = header_.yarns;
+  const auto curves =
+      read_planes(reader_, names::part_yarns, curve_value_count(counts), 1, {{names::part_yarns}}, 0, 1);
+  if (!curves) return tl::unexpected(curves.error());
+  const auto light = read_planes(reader_, names::part_indirect, counts.stations, light_values_per_station,
+                                 {{names::part_indirect}}, 0, light_values_per_station);
+  if (!light) return tl::unexpected(light.error());
+  auto yarns = yarns_from_values(curves->front(), light->front(), counts, header_.period_mm);
+  if (!yarns)
+    return malformed(reader_.name(), std::string(names::part_yarns) + "/" + yarns.error().place,
+                     yarns.error().message);
+  return yarns;
 }
 
 }  // namespace selvedge

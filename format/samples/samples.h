@@ -58,6 +58,8 @@ class SamplesWriter {
   Result<void> write_pairs(PairKind kind, const PairSamples& samples);
   /// Once, if the header has slabs.
   Result<void> write_heights(const HeightLayer& heights);
+  /// Once, where the header has yarns.
+  Result<void> write_yarns(const YarnData& yarns);
   Result<void> commit() { return writer_.commit(); }
   /// FABRIC_PRECISION if the rounding to half precision, which has no scale here, changed radiance by more
   /// than 5 % of the largest value: all samples are too dark.
@@ -89,6 +91,8 @@ class SamplesReader {
   Result<PairSamples> read_pairs(PairKind kind);
   /// Heights of level 0, mm. Precondition: header().slabs.
   Result<HeightLayer> read_heights();
+  /// Precondition: header().yarns has curves.
+  Result<YarnData> read_yarns();
 
  private:
   SamplesReader(ExrReader reader, SamplesHeader header);

@@ -372,6 +372,7 @@ SELVEDGE_THREE_BODIES(evaluate_fast,
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
                     LaneShading& sum, PowerKind power) {
+  if (texels.empty()) return;
   static const auto fill = fill_all_for_this_processor();
   static const std::array by_power{evaluate_exact_for_this_processor(), evaluate_fast_for_this_processor()};
   const auto evaluate = by_power[static_cast<std::size_t>(power)];

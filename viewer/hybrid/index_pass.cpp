@@ -29,7 +29,8 @@ struct Corners {
   alignas(64) LaneFloats height;
   alignas(64) LaneFloats first_level;  ///< first level that is present; others count from it
   alignas(64) LaneFloats last_level;
-  alignas(64) LaneFloats counts;  ///< 1 if the pixel shows a fabric, else 0
+  alignas(64) LaneFloats counts;  ///< weight of texels: 1 if the pixel shows a fabric, else 0
+  alignas(64) LaneFloats yarn;    ///< 1 if the fabric has yarn, else 0
 };
 
 /// A value at the three corners, interpolated.
@@ -152,10 +153,19 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     const Wide in_v = max(v.value - floor(v.value), Wide(0));
     in_u.store(&footprints.u[first]);
     in_v.store(&footprints.v[first]);
+    in_u.store(&block.u[first]);
+    in_v.store(&block.v[first]);
+    u.right.store(&block.u_right[first]);
+    v.right.store(&block.v_right[first]);
+    u.up.store(&block.u_up[first]);
+    v.up.store(&block.v_up[first]);
     const Wide first_level = Wide::load(&corners.first_level[first]);
     const Wide relative = (options.forced >= 0 ? Wide(static_cast<float>(options.forced))
                                                : texel_footprint.level + Wide(options.bias)) -
                           first_level;
+    const Wide finer = min(max(-relative, Wide(0)), Wide(1));
+    (Wide::load(&corners.yarn[first]) * (options.blend ? finer : floor(finer + Wide(0.5F))))
+        .store(&block.yarn[first]);
     const Wide last = Wide::load(&corners.last_level[first]);
     // Down to the finest for NaN as well.
     const Wide clamped = min(max(relative, Wide(0)), last);
@@ -207,7 +217,8 @@ SELVEDGE_INLINE void fill_slot(const Corners& corners, const Footprints& footpri
     const Wide level = Wide::load(slot.coarser ? &footprints.upper[first] : &footprints.lower[first]);
     const Wide of_coarser = Wide::load(&footprints.weight[first]);
     const Wide of_level = slot.coarser ? of_coarser : one - of_coarser;
-    const Wide counted = if_greater(Wide::load(&corners.counts[first]), zero, of_level * share, zero);
+    const Wide counts = Wide::load(&corners.counts[first]);
+    const Wide counted = if_greater(counts, zero, of_level * share * counts, zero);
     const Wide weight = if_greater(taps, tap, counted, zero);
     const Wide of_whole = Wide::load(&corners.first_level[first]) + level;
     const Wide scale = power_of_two(-of_whole);
@@ -310,6 +321,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   float first_level = 0;
   float last_level = 0;
   float counts = 0;
+  float yarn = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     // Inactive lanes repeat the first lane.
     const std::size_t source = lane < pixels.count ? lane : 0;
@@ -331,12 +343,14 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
       width = height = 1;
       first_level = last_level = 0;
       counts = fabric >= 0 ? 1 : 0;
+      yarn = 0;
       if (fabric >= 0) {
         const PackedFabric& packed = scene.fabrics[fabric];
         const V2i texels = whole_texels(*packed.fabric);
         width = static_cast<float>(texels.x);
         height = static_cast<float>(texels.y);
         first_level = static_cast<float>(packed.fabric->first_level());
+        yarn = packed.fabric->levels.front().yarns() ? 1 : 0;
         last_level = static_cast<float>(packed.levels.size() - 1);
       }
     }
@@ -345,9 +359,15 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
     corners.first_level[lane] = first_level;
     corners.last_level[lane] = last_level;
     corners.counts[lane] = lane < pixels.count ? counts : 0;
+    corners.yarn[lane] = lane < pixels.count ? yarn : 0;
   }
   Footprints footprints;
   interpolate(corners, scene.levels, block, footprints);
+  block.shows_yarn = false;
+  for (std::size_t lane = 0; lane < pixels.count; ++lane) {
+    block.shows_yarn |= block.yarn[lane] > 0;
+    corners.counts[lane] *= 1 - block.yarn[lane];
+  }
   list_texels(corners, footprints, scene.levels, block);
 }
 

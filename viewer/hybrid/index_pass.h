@@ -47,7 +47,15 @@ struct PixelBlock {
   alignas(64) LaneFloats handedness{};     ///< of the tangents (surfaces.h)
   alignas(64) LaneFloats side{};           ///< 1 where the front is seen, -1 where the back is
   std::array<PbrPixel, lane_count> pbr{};
-  /// Texels of the fabrics; the weights of a pixel sum to 1.
+  /// Weight of the yarn itself, beside the texels; texture coordinates without whole repeats, and their
+  /// change per pixel to the right and up.
+  bool shows_yarn = false;
+  alignas(64) LaneFloats yarn{};
+  alignas(64) LaneFloats u{}, v{}, u_right{}, v_right{}, u_up{}, v_up{};
+  V2f uv(std::size_t lane) const { return {u[lane], v[lane]}; }
+  V2f uv_right(std::size_t lane) const { return {u_right[lane], v_right[lane]}; }
+  V2f uv_up(std::size_t lane) const { return {u_up[lane], v_up[lane]}; }
+  /// Texels of the fabrics; their weights and that of the yarn sum to 1.
   std::size_t texel_count = 0;
   std::array<LaneTexels, std::size_t{2} * max_taps> texels;
 };

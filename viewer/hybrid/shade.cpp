@@ -5,6 +5,7 @@
 
 #include "format/simd/wide_float.h"
 #include "viewer/hybrid/pbr_shading.h"
+#include "viewer/hybrid/yarn_points.h"
 #include "viewer/scene/view_rays.h"
 
 namespace selvedge {
@@ -234,6 +235,7 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
                      frames.view, scratch.lights, scratch.lanes, light, scene.power);
     }
   }
+  if (block.shows_yarn) add_yarn(scene, block, frames, scratch.lights, light);
   alignas(64) LaneFloats keeps_opacity{};
   if (one_surface) {
     keeps_opacity.fill(material_of(0).keeps_opacity ? 1.0F : 0.0F);

@@ -1,0 +1,134 @@
+#include "converter/bake/yarn_light.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
+
+#include "converter/light/path_tracer.h"
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int angles = 16;
+constexpr int light_count = 64;
+/// Weight of a place that other yarn covers, where nothing is known: keeps the sums solvable.
+constexpr double covered_weight = 1e-3;
+/// What holds the functions of the double angle against noise.
+constexpr double smoothing = 1e-3;
+
+/// Evenly over the upper half of the sphere by its area: a spiral of golden angles.
+std::vector<V3f> spiral_lights() {
+  std::vector<V3f> lights;
+  for (int i = 0; i < light_count; ++i) {
+    const double z = (i + 0.5) / light_count;
+    const double r = std::sqrt(1 - z * z);
+    const double turn = i * pi * (3 - std::sqrt(5.0));
+    lights.emplace_back(V3d(r * std::cos(turn), r * std::sin(turn), z));
+  }
+  return lights;
+}
+
+/// Irradiance, [light](colour), of a point of the surface by way of others.
+Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point, std::span<const V3f> lights,
+                               const YarnLightOptions& options, std::uint64_t place) {
+  const RayScene& scene = cell.scene;
+  const PathTracer tracer(scene, options.bounces);
+  std::vector<V3d> sum(lights.size(), V3d(0, 0, 0));
+  for (int path = 0; path < options.paths; ++path) {
+    PathSampler sampler(static_cast<std::uint32_t>(path), place);
+    const V3d direction = cosine_direction(V3d(point.face_normal), sampler.next());
+    SurfacePoint at;
+    if (!scene.trace(scene.leave(point), direction, at)) continue;
+    const YarnSurface surface = surface_at(scene, at);
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      const double cosine = surface.normal.dot(V3d(lights[l]));
+      if (!(cosine > 0) || scene.occluded(at, lights[l])) continue;
+      sum[l] += reflectance(surface, V3d(lights[l]), -direction) * cosine;
+    }
+    tracer.add_indirect(at, -direction, lights, sampler, sum);
+  }
+  Eigen::MatrixX3d result(lights.size(), 3);
+  for (std::size_t l = 0; l < lights.size(); ++l) {
+    for (int c = 0; c < 3; ++c) result(static_cast<int>(l), c) = sum[l][c] * pi / options.paths;
+  }
+  return result;
+}
+
+}  // namespace
+
+void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, YarnData& data) {
+  const std::vector<V3f> lights = spiral_lights();
+  Eigen::MatrixXd by_light(light_count, light_functions_of_yarn);
+  for (int l = 0; l < light_count; ++l) {
+    const auto basis = light_basis(lights[l]);
+    for (int k = 0; k < light_functions_of_yarn; ++k) by_light(l, k) = static_cast<double>(basis[k]);
+  }
+  const Eigen::MatrixXd project = (by_light.transpose() * by_light).ldlt().solve(by_light.transpose());
+
+  std::size_t stations = 0;
+  for (const YarnCurve& curve : data.curves) stations += curve.stations;
+  data.light.assign(stations * light_values_per_station, 0);
+  const V2d period = cell.scene.period() * cell.mm;
+  const Yarns yarns(data, V2f(period));
+  std::size_t first = 0;
+  for (std::size_t c = 0; c < data.curves.size(); ++c) {
+    const YarnCurve& curve = data.curves[c];
+    const auto radius = static_cast<double>(curve.radius);
+    const V3f reflected =
+        curve.albedo * (1 - curve.gloss.weight) +
+        V3f(curve.gloss.weight * static_cast<float>(mean_gloss_albedo(curve.gloss.roughness)));
+    std::vector<Eigen::MatrixXd> solved(curve.stations);
+    parallel_for(0, curve.stations, [&](int station) {
+      Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
+      Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, 3 * light_functions_of_yarn);
+      for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * ((i + 1) / 2) * ((i + 1) / 2);
+      const YarnFrame frame = yarns.frame_at(static_cast<int>(c), station);
+      for (int a = 0; a < angles; ++a) {
+        const double angle = 2 * pi * a / angles;
+        const V3d out =
+            V3d(frame.across) * std::cos(angle) + V3d(frame.tangent.cross(frame.across)) * std::sin(angle);
+        const auto basis =
+            angle_basis(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)));
+        Eigen::Matrix<double, angle_functions, 1> row;
+        for (int i = 0; i < angle_functions; ++i) row[i] = static_cast<double>(basis[i]);
+        SurfacePoint point;
+        // From a little above the surface: what is met too early is other yarn.
+        const V3d above = V3d(frame.position) + out * (1.15 * radius);
+        bool open = cell.scene.trace(above / cell.mm, -out, point) && !point.back;
+        if (open) {
+          V3d off = V3d(point.position) * cell.mm - above;
+          for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
+          open = std::abs(off.length() - 0.15 * radius) < 0.1 * radius;
+        }
+        normal += (open ? 1 : covered_weight) * row * row.transpose();
+        if (!open) continue;
+        const std::uint64_t place = seed_of(options.seed, 201, (first + station) * angles + a);
+        const Eigen::MatrixXd values = project * irradiance_at(cell, point, lights, options, place);
+        for (int k = 0; k < light_functions_of_yarn; ++k) {
+          for (int colour = 0; colour < 3; ++colour) {
+            right.col(3 * k + colour) +=
+                row * (values(k, colour) * static_cast<double>(reflected[colour]) / pi);
+          }
+        }
+      }
+      solved[station] = normal.ldlt().solve(right);
+    });
+    double largest = 0;
+    for (const auto& values : solved) largest = std::max(largest, values.cwiseAbs().maxCoeff());
+    const double step = largest > 0 ? std::exp2(std::ceil(std::log2(largest / 127))) : 1;
+    float* out = &data.light[first * light_values_per_station];
+    for (const auto& values : solved) {
+      for (int i = 0; i < angle_functions; ++i) {
+        for (int k = 0; k < 3 * light_functions_of_yarn; ++k) {
+          *out++ = static_cast<float>(std::round(values(i, k) / step) * step);
+        }
+      }
+    }
+    first += curve.stations;
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,20 @@
+// The light that reaches yarn by way of other yarn, as a fabric file holds it (format/fabric/yarns.h).
+#pragma once
+
+#include "converter/bake/setup.h"
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+
+struct YarnLightOptions {
+  int paths = 128;  ///< from each of 16 places around every station
+  int bounces = 12;
+  std::uint64_t seed = 1;
+};
+
+/// Gives the curves their indirect light, traced in the cell that they are the yarn of: heights of `data` are
+/// above its lowest point. Places that other yarn covers count for next to nothing. Values are whole
+/// multiples of a power of two a curve, 8 bits. The same for any number of threads.
+void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, YarnData& data);
+
+}  // namespace selvedge

@@ -1,0 +1,47 @@
+// BRDF of yarn as a template: Lambertian, and a highlight of its fibres.
+//
+//   f(l, v) = (1 - w) albedo / pi + w D(h) G(l, v) / (4 l.n v.n),   h = (l + v) / |l + v|
+//
+// D and G are those of Walter et al.'s GGX microfacets with Smith's height-correlated masking (Heitz 2014),
+// of width r (the roughness) along the fibre and 1 across it. Width 1 is exact for a round fibre: the normals
+// of a cylinder have the slope density (1 + s^2)^(-3/2) / 2. Facets reflect all light. f is symmetric in l
+// and v; the gloss reflects at most 1 (light that facets block is lost), so f reflects at most (1 - w) albedo
+// + w <= 1.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// The specular highlight of a yarn's fibres.
+struct Gloss {
+  float weight = 0;        ///< share of the light that it reflects, in [0, 1]; 0: Lambertian yarn
+  float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
+  bool operator==(const Gloss&) const = default;
+};
+
+/// Minimum width: single precision cannot resolve the directions of sharper highlights.
+inline constexpr double min_gloss_width = 0.01;
+
+/// Smith's Lambda for widths (r, 1). `d`: in the frame (fibre, across, normal), d.z > 0.
+template <class T>
+T smith_lambda(const Imath::Vec3<T>& d, T r) {
+  return (std::sqrt(1 + (r * r * d.x * d.x + d.y * d.y) / (d.z * d.z)) - 1) / 2;
+}
+
+/// The gloss without its weight, 1/sr. Unit directions in the frame (fibre, across, normal); 0 below it.
+template <class T>
+T gloss_reflectance(const Imath::Vec3<T>& l, const Imath::Vec3<T>& v, T roughness) {
+  if (!(l.z > 0) || !(v.z > 0)) return 0;
+  const T r = std::max(static_cast<T>(min_gloss_width), roughness);
+  const Imath::Vec3<T> h = l + v;
+  const T q = (h.x * h.x / (r * r) + h.y * h.y + h.z * h.z) / h.length2();
+  return 1 /
+         (std::numbers::pi_v<T> * r * q * q * (1 + smith_lambda(l, r) + smith_lambda(v, r)) * 4 * l.z * v.z);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,94 @@
+// Yarn as the values of a file's layers, and back.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+namespace {
+
+using CurveValues = std::array<float, values_per_curve>;
+
+CurveValues values_of(const YarnCurve& c) {
+  return {static_cast<float>(c.nodes),
+          static_cast<float>(c.stations),
+          static_cast<float>(c.turns.x),
+          static_cast<float>(c.turns.y),
+          c.radius,
+          c.albedo.x,
+          c.albedo.y,
+          c.albedo.z,
+          c.gloss.weight,
+          c.gloss.roughness,
+          c.fibre_slope};
+}
+
+/// A whole number that a float holds; -1 for any other value.
+int whole(float value, float min, float max) {
+  return value >= min && value <= max && std::floor(value) == value ? static_cast<int>(value) : -1;
+}
+
+}  // namespace
+
+YarnCounts counts_of(const YarnData& data) {
+  YarnCounts counts{static_cast<int>(data.curves.size()), static_cast<int>(data.nodes.size()), 0};
+  for (const YarnCurve& curve : data.curves) counts.stations += curve.stations;
+  return counts;
+}
+
+std::vector<float> curve_values(const YarnData& data) {
+  std::vector<float> values;
+  for (int field = 0; field < values_per_curve; ++field) {
+    for (const YarnCurve& curve : data.curves) values.push_back(values_of(curve)[field]);
+  }
+  for (int axis = 0; axis < values_per_node; ++axis) {
+    for (const V3f& node : data.nodes) values.push_back(node[axis]);
+  }
+  return values;
+}
+
+std::vector<float> indirect_values(const YarnData& data) {
+  std::vector<float> values;
+  const int stations = counts_of(data).stations;
+  for (int i = 0; i < light_values_per_station; ++i) {
+    for (int s = 0; s < stations; ++s) values.push_back(data.light[s * light_values_per_station + i]);
+  }
+  return values;
+}
+
+Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
+                                   const YarnCounts& counts, const V2f& period) {
+  YarnData data;
+  const float many = 1 << 24;
+  for (int c = 0; c < counts.curves; ++c) {
+    const auto value = [&](int field) { return curves[field * counts.curves + c]; };
+    YarnCurve curve;
+    curve.nodes = whole(value(0), 0, many);
+    curve.stations = whole(value(1), 0, many);
+    // Turns may be negative: moved into the range of whole().
+    const float offset = 1024;
+    curve.turns = {whole(value(2) + offset, 0, 2 * offset) - 1024,
+                   whole(value(3) + offset, 0, 2 * offset) - 1024};
+    curve.radius = value(4);
+    curve.albedo = {value(5), value(6), value(7)};
+    curve.gloss = {value(8), value(9)};
+    curve.fibre_slope = value(10);
+    data.curves.push_back(curve);
+  }
+  const std::span<const float> nodes = curves.subspan(values_per_curve * counts.curves);
+  for (int n = 0; n < counts.nodes; ++n) {
+    data.nodes.emplace_back(nodes[n], nodes[counts.nodes + n], nodes[2 * counts.nodes + n]);
+  }
+  data.light.resize(std::size_t{light_values_per_station} * counts.stations);
+  for (int i = 0; i < light_values_per_station; ++i) {
+    for (int s = 0; s < counts.stations; ++s) {
+      data.light[std::size_t{light_values_per_station} * s + i] =
+          indirect[std::size_t{1} * i * counts.stations + s];
+    }
+  }
+  if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
+  return data;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,176 @@
+// The yarn itself, as a fabric file holds it: chains of round segments, the reflectance of their fibres, and
+// the light that reaches them by way of other yarn (spec/brdf.md, "Yarn").
+//
+// Frame of the fabric, mm: x along growing u, y along falling v, z above the cell's lowest point; everything
+// repeats with the period in x and y. A point (u, v) of the reference plane lies at x = u period.x,
+// y = -v period.y.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "format/base/error.h"
+#include "format/base/vec.h"
+#include "format/fabric/layers.h"
+#include "format/fabric/shading.h"
+#include "format/fabric/yarn_reflectance.h"
+
+namespace selvedge {
+
+/// One yarn or ply: a closed chain of nodes, joined by segments with round ends; from the last node it runs
+/// on to the first of the repeat that lies `turns` away.
+struct YarnCurve {
+  int nodes = 0;        ///< >= 2
+  int stations = 0;     ///< places, evenly spaced along it, where indirect light is known; >= 1
+  V2i turns{0, 0};      ///< in periods along x and y; (0, 0) is a ring
+  float radius = 0.5F;  ///< mm, > 0
+  V3f albedo{0.5F, 0.5F, 0.5F};
+  Gloss gloss;
+  /// Tangent of the angle from the yarn's axis to the fibres at its surface: a right-handed screw is
+  /// positive.
+  float fibre_slope = 0;
+  bool operator==(const YarnCurve&) const = default;
+};
+
+/// Indirect light of a station: for the angle a about the axis and the light l
+///   f(a, l) = max(0, l_z sum over i, k of c_ik A_i(a) B_k(l)) in 1/sr, A = 1, cos a, sin a, cos 2a, sin 2a,
+///   B = 1, x, y, z, xy, xz, yz, x^2 - y^2, 3 z^2 - 1.
+/// The angle counts from the direction that a first direction across the chain's first segment (Yarns) takes
+/// when it is carried along.
+inline constexpr int angle_functions = 5;
+inline constexpr int light_functions_of_yarn = 9;
+inline constexpr int light_values_per_station = 3 * angle_functions * light_functions_of_yarn;
+
+std::array<float, angle_functions> angle_basis(float cosine, float sine);
+/// l_z included. Precondition: unit light.
+std::array<float, light_functions_of_yarn> light_basis(const V3f& light);
+
+/// What the file holds.
+struct YarnData {
+  std::vector<YarnCurve> curves;
+  std::vector<V3f>
+      nodes;  ///< curve by curve; those of a curve lie where its chain takes them, also beyond the cell
+  std::vector<float>
+      light;  ///< [((station * angle_functions + i) * light_functions_of_yarn + k) * 3 + colour]
+  bool operator==(const YarnData&) const = default;
+};
+
+YarnCounts counts_of(const YarnData& data);
+
+/// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
+/// the members of YarnCurve; x, y, z of the nodes. `indirect`: every value over all stations.
+inline constexpr int values_per_curve = 11;
+inline constexpr int values_per_node = 3;
+inline int curve_value_count(const YarnCounts& counts) {
+  return values_per_curve * counts.curves + values_per_node * counts.nodes;
+}
+std::vector<float> curve_values(const YarnData& data);
+std::vector<float> indirect_values(const YarnData& data);
+/// The inverse, of values that may be followed by others. Refuses what validate() refuses.
+Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
+                                   const YarnCounts& counts, const V2f& period);
+
+/// Counts that do not agree, values out of range or not finite, segments without length: refused, the place
+/// being "curve 3" or "node 17".
+Result<void> validate(const YarnData& data, const V2f& period);
+
+/// Where a ray meets yarn.
+struct YarnHit {
+  int segment = 0;          ///< that which begins at the node of this index
+  V3f from_start{0, 0, 0};  ///< mm, from that node to the point
+};
+
+/// The surface at a hit.
+struct YarnPoint {
+  V3f normal{0, 0, 1};  ///< unit, out of the yarn
+  V3f fibre{1, 0, 0};   ///< unit, perpendicular to the normal
+  float cosine = 1;     ///< of the angle about the axis
+  float sine = 0;
+  float station = 0;  ///< in [0, stations of its curve]
+  int curve = 0;
+};
+
+/// Indirect light of a point for any light: the factors of the functions of the light, [function][colour].
+using LightTransfer = std::array<float, 3 * light_functions_of_yarn>;
+/// f by indirect light, in 1/sr. Precondition: unit light.
+V3f indirect_light(const LightTransfer& transfer, const V3f& light);
+
+/// A place on a curve's axis, and the directions that angles about it count from.
+struct YarnFrame {
+  V3f position{0, 0, 0};  ///< mm
+  V3f tangent{1, 0, 0};   ///< unit
+  V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
+};
+
+/// Segments that are tested together.
+inline constexpr std::size_t yarn_block = 8;
+
+/// Yarn that rays can be traced through. Immutable: for any number of threads.
+class Yarns {
+ public:
+  /// Precondition: validate(data, period) holds.
+  Yarns(YarnData data, const V2f& period);
+
+  const YarnData& data() const { return data_; }
+  const V2f& period() const { return period_; }
+
+  /// The first yarn that the ray from the viewer meets which passes the plane z = `plane` at (u, v). Rays
+  /// rise by at least 1/32 a unit of way in the plane: a lower `view` counts as one that does.
+  std::optional<YarnHit> trace(const V2d& uv, float plane, const V3f& view) const;
+  YarnPoint point_at(const YarnHit& hit) const;
+  /// Precondition: the curve has the station.
+  YarnFrame frame_at(int curve, int station) const;
+  /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
+  bool occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
+  /// f(l, v) of the point by direct light, whether or not yarn hides it.
+  V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
+  LightTransfer transfer_at(const YarnPoint& point) const;
+
+  /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
+  /// Directions are unit; f is 0 where one lies below the horizon, and alpha that of the rim.
+  Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const;
+
+ private:
+  /// Between two nodes, mm; the frames at both.
+  struct Segment {
+    V3f start, along;
+    std::array<V3f, 2> tangent, across;
+    float inverse_length2 = 0;
+    float station = 0;
+    float stations = 0;  ///< over its length
+    int curve = 0;
+  };
+  /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
+  /// have radius 0.
+  struct Block {
+    std::array<std::array<float, yarn_block>, 3> start, axis;  ///< axis: unit
+    std::array<float, yarn_block> length, radius;
+    std::array<int, yarn_block> segment;
+  };
+  struct Cell {
+    std::uint32_t first = 0;
+    std::uint32_t blocks = 0;
+    float low = 0;  ///< mm, of what the cell's segments reach
+    float high = 0;
+  };
+  struct Met;
+  void derive_segments();
+  void place_in_cells();
+  std::optional<Met> march(V3f origin, const V3f& direction, bool any) const;
+
+  YarnData data_;
+  V2f period_;
+  float low_ = 0;  ///< mm, of the lowest point
+  float high_ = 0;
+  std::vector<Segment> segments_;
+  std::vector<int> first_station_;  ///< of each curve
+  V2i cells_{1, 1};
+  V2f cell_size_{1, 1};
+  std::vector<Cell> grid_;
+  std::vector<Block> blocks_;
+};
+
+}  // namespace selvedge

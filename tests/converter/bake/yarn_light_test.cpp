@@ -1,0 +1,125 @@
+#include "converter/bake/yarn_light.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "converter/stitch/find_cell.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "format/samples/samples.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+
+namespace {
+
+/// The mean of alpha f, in all colours, and of alpha over a repeat; what the yarn says and what the bake
+/// says.
+struct Means {
+  double yarn = 0, baked = 0;
+  double yarn_alpha = 0, baked_alpha = 0;
+};
+
+struct BakedYarn {
+  SamplesHeader header;
+  PairSamples pairs;
+  YarnData yarns;
+};
+
+BakedYarn bake_stitch(const std::string& stitch) {
+  const auto found = need(find_stitch(stitch));
+  double radius = found.pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : found.pattern.yarns) radius = std::min(radius, yarn.radius_mm);
+  const double longer = std::max(found.pattern.period_mm.x, found.pattern.period_mm.y);
+  const CellMesh mesh = need(mesh_stitch(found.pattern, {static_cast<int>(std::ceil(10 * longer / radius))}));
+  BakeOptions options;
+  options.width = options.height = 8;
+  options.views = options.lights = 4;
+  options.samples = 1;
+  options.bounces = unlimited_bounces;
+  options.indirect = IndirectLight::traced;
+  options.validation_pairs = 1;
+  options.held_out_pairs = 24;
+  options.rim_pairs = 1;
+  options.truth_samples = 256;
+  options.yarns = true;
+  const Folder folder;
+  need(bake(mesh, stitch, options, "{}", folder / "s.exr"));
+  auto reader = need(SamplesReader::open(folder / "s.exr"));
+  BakedYarn baked{reader.header(), need(reader.read_pairs(PairKind::held_out)), need(reader.read_yarns())};
+  CHECK(counts_of(baked.yarns) == baked.header.yarns);
+  CHECK(baked.yarns.curves == mesh.yarns.curves);
+  const float low = bounds_of(mesh).min.z;
+  for (std::size_t n = 0; n < mesh.yarns.nodes.size(); ++n) {
+    CHECK(baked.yarns.nodes[n] == mesh.yarns.nodes[n] - V3f(0, 0, low));
+  }
+  return baked;
+}
+
+Means means_of(const BakedYarn& baked, const Yarns& yarns, std::size_t pair) {
+  const DirectionPair& directions = baked.pairs.pairs[pair];
+  const int texels = baked.header.texels();
+  Means means;
+  for (int t = 0; t < texels; ++t) {
+    const std::size_t i = pair * texels + t;
+    const V3f& f = baked.pairs.radiance[i];
+    means.baked += static_cast<double>(baked.pairs.alpha[i] * (f.x + f.y + f.z)) / texels;
+    means.baked_alpha += static_cast<double>(baked.pairs.alpha[i]) / texels;
+  }
+  constexpr int side = 96;
+  for (int i = 0; i < side * side; ++i) {
+    const V2d uv((i % side + 0.5) / side, (i / side + 0.5) / side);
+    const Shading s = yarns.shade(uv, baked.header.reference_height, directions.light, directions.view);
+    means.yarn += static_cast<double>(s.alpha * (s.radiance.x + s.radiance.y + s.radiance.z)) / (side * side);
+    means.yarn_alpha += static_cast<double>(s.alpha) / (side * side);
+  }
+  return means;
+}
+
+}  // namespace
+
+TEST_CASE("yarn is as bright and as dense as the samples of its stitch") {
+  for (const std::string stitch : {"plain-knit", "plain-weave", "satin"}) {
+    CAPTURE(stitch);
+    const BakedYarn baked = bake_stitch(stitch);
+    const Yarns yarns(baked.yarns, baked.header.period_mm);
+    double error = 0;
+    double sum = 0;
+    for (std::size_t p = 0; p < baked.pairs.pairs.size(); ++p) {
+      const Means m = means_of(baked, yarns, p);
+      error += std::pow(m.yarn - m.baked, 2);
+      sum += std::pow(m.baked, 2);
+      CHECK(std::abs(m.yarn_alpha - m.baked_alpha) < 0.01);
+    }
+    // 0.5, 1.4 and 0.9 %.
+    CHECK(std::sqrt(error / sum) < 0.02);
+  }
+}
+
+TEST_CASE("a yarn that lies alone has no light but its own") {
+  StitchPattern pattern;
+  pattern.name = "alone";
+  pattern.period_mm = {4, 40};
+  Yarn yarn;
+  yarn.radius_mm = 0.5;
+  yarn.segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}};
+  pattern.yarns = {yarn};
+  const CellMesh mesh = need(mesh_stitch(pattern, {240}));
+  const TracedCell cell = need(trace_cell(mesh, "alone", {}));
+  YarnData data = mesh.yarns;
+  for (V3f& node : data.nodes) node.z -= bounds_of(mesh).min.z;
+  trace_yarn_light(cell, {}, data);
+  // Copies 40 mm away fill 1/80 of what either flank sees: 0.002 of albedo 0.5 twice; and noise.
+  const Yarns yarns(data, {4, 40});
+  YarnPoint point;
+  for (int i = 0; i < 64; ++i) {
+    const float angle = static_cast<float>(i) * 0.1F;
+    point.cosine = std::cos(angle);
+    point.sine = std::sin(angle);
+    const LightTransfer transfer = yarns.transfer_at(point);
+    for (const V3f& light : directions_of({4, 4})) CHECK(indirect_light(transfer, light).x < 0.003F);
+  }
+}

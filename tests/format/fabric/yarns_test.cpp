@@ -1,0 +1,277 @@
+#include "format/fabric/yarns.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "tests/format/yarn_data.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+
+namespace {
+
+struct Entry {
+  double distance = std::numeric_limits<double>::max();
+  int segment = -1;
+};
+
+/// The same by its definition, in double precision: every segment and its copies, one after the other.
+Entry first_entry(const YarnData& data, const V2f& period, const V3d& origin, const V3d& d, double length,
+                  double from) {
+  const V3d end = origin + d * length;
+  Entry best;
+  int first = 0;
+  for (const YarnCurve& curve : data.curves) {
+    const auto r = static_cast<double>(curve.radius);
+    for (int i = 0; i < curve.nodes; ++i) {
+      const V3d a(data.nodes[first + i]);
+      V3d b(data.nodes[first + (i + 1) % curve.nodes]);
+      if (i + 1 == curve.nodes) b += V3d(curve.turns.x, curve.turns.y, 0) * V3d(period.x, period.y, 0);
+      const V3d axis = (b - a).normalized();
+      const V3d normal = d.cross(axis);
+      const double reach = (b - a).length() + r;
+      const auto copies = [&](int k) {  // that the ray can come near to
+        const auto p = static_cast<double>(period[k]);
+        return V2i(static_cast<int>(std::ceil((std::min(origin[k], end[k]) - reach - a[k]) / p)),
+                   static_cast<int>(std::floor((std::max(origin[k], end[k]) + reach - a[k]) / p)));
+      };
+      for (int sx = copies(0).x; sx <= copies(0).y; ++sx) {
+        for (int sy = copies(1).x; sy <= copies(1).y; ++sy) {
+          const V3d off = origin - a - V3d(sx, sy, 0) * V3d(period.x, period.y, 0);
+          if (off.cross(d).length() > reach) continue;  // passes far by
+          const double h = normal.length2() * r * r - std::pow(off.dot(normal), 2);
+          const auto meet = [&](double t) {
+            if (t > from && t < best.distance) best = {t, first + i};
+          };
+          const double along = axis.dot(off);
+          if (h > 0) {
+            const double t = (along * axis.dot(d) - d.dot(off) - std::sqrt(h)) / normal.length2();
+            const double at = along + t * axis.dot(d);
+            if (at > 0 && at < (b - a).length()) meet(t);
+          }
+          const double g = r * r - off.cross(d).length2();
+          if (g > 0) meet(-d.dot(off) - std::sqrt(g));
+        }
+      }
+    }
+    first += curve.nodes;
+  }
+  return best;
+}
+
+/// Whether a point lies within any segment or copy of it.
+bool is_inside(const YarnData& data, const V2f& period, const V3d& point) {
+  int first = 0;
+  for (const YarnCurve& curve : data.curves) {
+    for (int i = 0; i < curve.nodes; ++i) {
+      const V3d a(data.nodes[first + i]);
+      V3d b(data.nodes[first + (i + 1) % curve.nodes]);
+      if (i + 1 == curve.nodes) b += V3d(curve.turns.x, curve.turns.y, 0) * V3d(period.x, period.y, 0);
+      const V3d axis = (b - a).normalized();
+      for (int sx = -2; sx <= 2; ++sx) {
+        for (int sy = -2; sy <= 2; ++sy) {
+          V3d off = point - a;
+          for (int k = 0; k < 2; ++k) {
+            const auto p = static_cast<double>(period[k]);
+            off[k] -= (std::round(off[k] / p) + (k == 0 ? sx : sy)) * p;
+          }
+          const double along = std::clamp(axis.dot(off), 0.0, (b - a).length());
+          if ((off - axis * along).length() < static_cast<double>(curve.radius)) return true;
+        }
+      }
+    }
+    first += curve.nodes;
+  }
+  return false;
+}
+
+V3f upwards(Random& random, double least_z) {
+  const double z = least_z + (1 - least_z) * random.uniform();
+  const double turn = 2 * std::numbers::pi * random.uniform();
+  const double r = std::sqrt(1 - z * z);
+  return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));
+}
+
+}  // namespace
+
+TEST_CASE("a straight yarn covers its width, and its surface is a cylinder's") {
+  const Yarns yarns(straight(2, 0.5F), {2, 2});
+  int met = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double v = (i + 0.5) / 1000;
+    const auto hit = yarns.trace({0.3, v}, 0.5F, {0, 0, 1});
+    const double off = std::abs(2 * v - 1);  // mm from the axis
+    CHECK(hit.has_value() == (off < 0.5));
+    if (!hit) continue;
+    ++met;
+    const YarnPoint point = yarns.point_at(*hit);
+    CHECK(std::abs(static_cast<double>(point.normal.z) - std::sqrt(1 - 4 * off * off)) < 2e-5);
+    CHECK(static_cast<double>(point.fibre.x) == doctest::Approx(1));
+  }
+  CHECK(met == 500);
+}
+
+TEST_CASE("what rays meet, and what hides the light, is what the segments say in double precision") {
+  Random random(7);
+  const V2f period(2.5F, 1.75F);
+  int differ = 0;
+  int elsewhere = 0;
+  int shadows_differ = 0;
+  int met = 0;
+  int hidden = 0;
+  constexpr int rays = 60000;
+  for (int scene = 0; scene < 3; ++scene) {
+    const YarnData data = tangle(random, period, 3 + 2 * scene);
+    REQUIRE(validate(data, period));
+    const Yarns yarns(data, period);
+    float high = 0;
+    float low = 1;
+    for (std::size_t i = 0; i < data.nodes.size(); ++i) {
+      high = std::max(high, data.nodes[i].z + data.curves[i / 12].radius);
+      low = std::min(low, data.nodes[i].z - data.curves[i / 12].radius);
+    }
+    const auto way = [&](double from, double to, const V3d& d) { return (to - from) / d.z; };
+    for (int i = 0; i < rays / 3; ++i) {
+      const V2d uv(random.uniform() * 6 - 3, random.uniform() * 6 - 3);
+      const V3f view = upwards(random, 0.06);
+      const V3d up = V3d(view).normalized();
+      const V3d at(uv.x * static_cast<double>(period.x), -uv.y * static_cast<double>(period.y), 0.1);
+      const V3d origin = at + up * way(0.1, static_cast<double>(high), up);
+      const Entry truth = first_entry(data, period, origin, -up, way(low, high, up), 0);
+      const auto hit = yarns.trace(uv, 0.1F, view);
+      met += truth.segment >= 0 ? 1 : 0;
+      if (hit.has_value() != (truth.segment >= 0)) ++differ;
+      if (!hit || truth.segment < 0) continue;
+      const V3d place = origin - up * truth.distance;
+      V3d off = V3d(data.nodes[hit->segment]) + V3d(hit->from_start) - place;
+      for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
+      const auto radius = static_cast<double>(data.curves[hit->segment / 12].radius);
+      // Where a ray grazes a yarn, rounding moves the point by the root of itself.
+      if (off.length() > 0.01 * radius) ++elsewhere;
+
+      const YarnPoint point = yarns.point_at(*hit);
+      const V3f light = upwards(random, 0.06);
+      if (!(point.normal.dot(light) > 0)) continue;
+      const V3d start =
+          V3d(data.nodes[hit->segment]) + V3d(hit->from_start) + V3d(point.normal) * (radius / 64);
+      const V3d towards = V3d(light).normalized();
+      const bool shadow =
+          is_inside(data, period, start) ||
+          first_entry(data, period, start, towards, way(start.z, high, towards), 0).segment >= 0;
+      hidden += shadow ? 1 : 0;
+      if (yarns.occluded(*hit, point, light) != shadow) ++shadows_differ;
+    }
+  }
+  CHECK(met > rays / 4);
+  CHECK(hidden > met / 10);
+  // Of 3,000,000 rays none met yarn that is not there or missed what is, and 2 met another yarn behind.
+  CHECK(differ == 0);
+  CHECK(elsewhere <= 1);
+  CHECK(shadows_differ <= 1);
+}
+
+TEST_CASE("the size of a cell changes nothing") {
+  for (const float scale : {0x1p-10F, 0x1p13F}) {  // cells of 2 micrometres and 20 metres
+    Random random(3);
+    const V2f period(2.5F, 1.75F);
+    YarnData data = tangle(random, period, 5);
+    const Yarns yarns(data, period);
+    for (V3f& node : data.nodes) node *= scale;
+    for (YarnCurve& curve : data.curves) curve.radius *= scale;
+    const Yarns scaled(data, period * scale);
+    const V3f light = V3f(0.3F, -0.4F, 0.6F).normalized();
+    for (int i = 0; i < 2000; ++i) {
+      const V2d uv(random.uniform(), random.uniform());
+      const V3f view = upwards(random, 0.001);
+      const Shading a = yarns.shade(uv, 0.1F, light, view);
+      const Shading b = scaled.shade(uv, 0.1F * scale, light, view);
+      CHECK(a.alpha == b.alpha);
+      CHECK(a.radiance == b.radiance);
+    }
+  }
+}
+
+TEST_CASE("a yarn that lies alone is in no shadow of its own") {
+  const YarnData data = straight(2, 0.25F);
+  const Yarns yarns(data, {2, 2});
+  Random random(5);
+  for (int i = 0; i < 20000; ++i) {
+    const auto hit = yarns.trace({random.uniform(), random.uniform()}, 0.25F, upwards(random, 0.01));
+    if (!hit) continue;
+    const YarnPoint point = yarns.point_at(*hit);
+    // Copies lie 2 mm apart and are 0.5 mm high: none reaches into light from above 30 degrees.
+    const V3f light = upwards(random, 0.5);
+    if (point.normal.dot(light) > 0) CHECK_FALSE(yarns.occluded(*hit, point, light));
+  }
+}
+
+TEST_CASE("below the horizon nothing is lit, and opacity is that of the rim") {
+  const Yarns yarns(straight(2, 0.5F), {2, 2});
+  const Shading low = yarns.shade({0.1, 0.5}, 0.5F, {0, 0, 1}, V3f(0.6F, 0.0F, -0.8F));
+  CHECK(low.alpha == yarns.shade({0.1, 0.5}, 0.5F, {0, 0, 1}, V3f(1, 0, 0)).alpha);
+  CHECK(low.radiance == V3f(0, 0, 0));
+  CHECK(yarns.shade({0.1, 0.5}, 0.5F, V3f(1, 0, 0), {0, 0, 1}).radiance == V3f(0, 0, 0));
+}
+
+TEST_CASE("a yarn of albedo 1 under its own sun reflects what a Lambert cylinder does") {
+  YarnData data = straight(2, 0.5F);
+  data.curves[0].albedo = {1, 0.5F, 0.25F};
+  const Yarns yarns(data, {2, 2});
+  const Shading top = yarns.shade({0.4, 0.5}, 0.5F, {0, 0, 1}, {0, 0, 1});
+  CHECK(top.alpha == 1);
+  CHECK(top.radiance.x == doctest::Approx(std::numbers::inv_pi_v<float>));
+  CHECK(top.radiance.z == doctest::Approx(0.25F * std::numbers::inv_pi_v<float>));
+  // Halfway to the edge the normal leans by 30 degrees.
+  const Shading side = yarns.shade({0.4, 0.5 - 0.125}, 0.5F, {0, 0, 1}, {0, 0, 1});
+  CHECK(static_cast<double>(side.radiance.x) == doctest::Approx(std::sqrt(0.75) / std::numbers::pi));
+}
+
+TEST_CASE(
+    "indirect light is the sum that the header states, the angle counted from the first direction across") {
+  YarnData data = straight(2, 0.5F);
+  data.curves[0].albedo = {0, 0, 0};
+  // One coefficient at a time: function i of the angle, k of the light, red.
+  const V3f light = V3f(0.2F, 0.5F, 0.8F).normalized();
+  const auto by_light = light_basis(light);
+  for (int i = 0; i < angle_functions; ++i) {
+    for (int k = 0; k < light_functions_of_yarn; ++k) {
+      std::fill(data.light.begin(), data.light.end(), 0.0F);
+      data.light[(i * light_functions_of_yarn + k) * 3] = 1;
+      const Yarns yarns(data, {2, 2});
+      // Along x the angle is 0 at the top and grows towards -y, which is growing v.
+      const double angle = std::asin(0.5);
+      const std::array<double, 5> by_angle{1, std::cos(angle), std::sin(angle), std::cos(2 * angle),
+                                           std::sin(2 * angle)};
+      const Shading s = yarns.shade({0.4, 0.5 + 0.125}, 0.5F, light, {0, 0, 1});
+      CHECK(static_cast<double>(s.radiance.x) ==
+            doctest::Approx(std::max(0.0, by_angle[i] * static_cast<double>(by_light[k]))).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("refuses yarn that cannot be traced") {
+  const V2f period(2, 2);
+  const auto place = [&](const auto& change) {
+    YarnData data = straight(2, 0.5F);
+    change(data);
+    const auto ok = validate(data, period);
+    REQUIRE_FALSE(ok);
+    return ok.error().place;
+  };
+  CHECK(place([](YarnData& d) { d.curves.clear(); }) == "curves");
+  CHECK(place([](YarnData& d) { d.curves[0].radius = 0; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].radius = 4.1F; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].albedo.y = 1.1F; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].gloss.roughness = 0; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].turns.x = 65; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].nodes = 5; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].nodes = 3; }) == "nodes");
+  CHECK(place([](YarnData& d) { d.curves[0].stations = 2; }) == "light");
+  CHECK(place([](YarnData& d) { d.nodes[2] = d.nodes[1]; }) == "node 1");
+  CHECK(place([](YarnData& d) { d.nodes[3].z = std::nanf(""); }) == "node 3");
+  CHECK(place([](YarnData& d) { d.nodes[3].x = 200; }) == "node 3");
+  CHECK(place([](YarnData& d) { d.light[7] = std::numeric_limits<float>::infinity(); }) == "light");
+}

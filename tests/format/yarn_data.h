@@ -1,0 +1,58 @@
+// Yarn for the tests.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "format/base/random.h"
+#include "format/fabric/yarns.h"
+
+namespace selvedge::test {
+
+/// A yarn along x through a cell of `period` mm.
+inline YarnData straight(float period, float radius) {
+  YarnData data;
+  YarnCurve curve;
+  curve.nodes = 4;
+  curve.stations = 1;
+  curve.turns = {1, 0};
+  curve.radius = radius;
+  data.curves = {curve};
+  for (int i = 0; i < 4; ++i) {
+    data.nodes.emplace_back(period * static_cast<float>(i) / 4, period / 2, radius);
+  }
+  data.light.assign(light_values_per_station, 0);
+  return data;
+}
+
+/// Chains that wind at random through a cell of `period` mm: yarns, plies that cross, a ring, thick and thin.
+inline YarnData tangle(Random& random, const V2f& period, int curves) {
+  const auto uniform = [&](float low, float high) {
+    return low + (high - low) * static_cast<float>(random.uniform());
+  };
+  const float unit = std::min(period.x, period.y);
+  YarnData data;
+  int stations = 0;
+  for (int c = 0; c < curves; ++c) {
+    YarnCurve curve;
+    curve.turns = c % 3 == 0 ? V2i(1, 0) : c % 3 == 1 ? V2i(0, -1) : V2i(0, 0);
+    curve.radius = unit * uniform(0.02F, 0.09F);
+    curve.nodes = 12;
+    curve.stations = 3;
+    stations += curve.stations;
+    const V3f start(uniform(0, period.x), uniform(0, period.y), unit * 0.3F);
+    for (int i = 0; i < curve.nodes; ++i) {
+      const float share = static_cast<float>(i) / static_cast<float>(curve.nodes);
+      const float angle = 2 * std::numbers::pi_v<float> * share;
+      V3f at = start + V3f(std::cos(angle), std::sin(angle), std::sin(2 * angle)) * (unit * 0.2F);
+      at += V3f(share * static_cast<float>(curve.turns.x) * period.x,
+                share * static_cast<float>(curve.turns.y) * period.y, 0);
+      data.nodes.push_back(at);
+    }
+    data.curves.push_back(curve);
+  }
+  data.light.assign(static_cast<std::size_t>(stations) * light_values_per_station, 0.01F);
+  return data;
+}
+
+}  // namespace selvedge::test
