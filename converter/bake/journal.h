@@ -3,8 +3,9 @@
 //
 // Little-endian. One line of text: "SELVEDGE-BAKE-2", index and count of the shard, digest and length of the
 // text that follows: the samples file's header without the noise. Then the shard's units in their order, each
-// at a fixed offset: its values as half floats (floats if they are yarn), squared error and squared signal of its noise (doubles), and
-// a digest of these (XXH3-128, 32 hexadecimal digits). A unit with a wrong digest counts as not written.
+// at a fixed offset: its values as half floats (floats if they are yarn), squared error and squared signal of
+// its noise (doubles), and a digest of these (XXH3-128, 32 hexadecimal digits). A unit with a wrong digest
+// counts as not written.
 #pragma once
 
 #include <cstdio>
@@ -49,7 +50,7 @@ class BakeJournal {
   struct Unit {
     long begin = 0;  ///< in the file
     std::size_t bytes = 0;
-    bool whole = false;  ///< single precision, not half
+    bool whole = false;             ///< single precision, not half
     std::optional<NoiseSum> noise;  ///< set once the unit is written
   };
   struct FileCloser {

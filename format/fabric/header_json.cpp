@@ -138,29 +138,20 @@ json own_members(LayerKind kind, const LayerHeader& layer, const LayerShape& sha
   }
 }
 
-/// Yarn and its indirect light come together.
-void check_yarns(FabricHeader& header, IssueSink& sink) {
-  auto& yarns = header.layer(LayerKind::yarns);
-  auto& indirect = header.layer(LayerKind::indirect);
-  if (yarns.has_value() == indirect.has_value()) return;
-  const LayerKind lacking = yarns ? LayerKind::indirect : LayerKind::yarns;
-  sink.add(Code::fabric_member,
-           fmt::format("/{}/{}", member::layers, name_of(yarns ? LayerKind::yarns : LayerKind::indirect)),
-           fmt::format("there is no layer {}", name_of(lacking)));
-  yarns.reset();
-  indirect.reset();
+/// Drops a layer without another that it needs.
+void require_layer(FabricHeader& header, LayerKind kind, LayerKind other, IssueSink& sink) {
+  if (!header.layer(kind) || header.layer(other)) return;
+  sink.add(Code::fabric_member, fmt::format("/{}/{}", member::layers, name_of(kind)),
+           fmt::format("there is no layer {}", name_of(other)));
+  header.layer(kind).reset();
 }
 
 /// Checks that products have bases, with all functions that they refer to.
 void check_bases(FabricHeader& header, IssueSink& sink) {
+  require_layer(header, LayerKind::products, LayerKind::bases, sink);
   auto& products = header.layer(LayerKind::products);
   if (!products) return;
   const std::string place = fmt::format("/{}/{}", member::layers, name_of(LayerKind::products));
-  if (!header.layer(LayerKind::bases)) {
-    sink.add(Code::fabric_member, place, fmt::format("there is no layer {}", name_of(LayerKind::bases)));
-    products.reset();
-    return;
-  }
   for (std::size_t i = 0; i < products->pairs.size(); ++i) {
     for (std::size_t m = 0; m < products->pairs[i].size(); ++m) {
       const V2i& pair = products->pairs[i][m];
@@ -402,7 +393,8 @@ std::optional<FabricHeader> header_from_json(const json& members, const FabricLi
     header.lights = *lights;
   }
   check_bases(header, sink);
-  check_yarns(header, sink);
+  require_layer(header, LayerKind::yarns, LayerKind::indirect, sink);
+  require_layer(header, LayerKind::indirect, LayerKind::yarns, sink);
   complete_shape(header);
   return header;
 }
