@@ -99,8 +99,8 @@ void read_own_members(LayerKind kind, const Member& layer, const FabricLimits& l
                    number(layer, member::nodes, 2, limits.nodes),
                    number(layer, member::stations, 1, limits.stations)};
   }
-  const bool of_level_0 = kind == LayerKind::bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
-  if (of_level_0 && result.levels != std::vector{0}) {
+  constexpr LayerSet of_level_0{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
+  if (of_level_0.contains(kind) && result.levels != std::vector{0}) {
     layer.sink->add(Code::fabric_member, pointer_to(layer.place, member::levels), "is not level 0 alone");
   }
   if (kind == LayerKind::bases) {
@@ -114,10 +114,10 @@ json own_members(LayerKind kind, const LayerHeader& layer, const LayerShape& sha
   switch (kind) {
     case LayerKind::lobes:
       return {{member::lobes, shape.lobes}};
-    case LayerKind::heights:
-      return {{member::columns, shape.cells.columns},
-              {member::rows, shape.cells.rows},
-              {member::slabs, shape.cells.slabs}};
+    case LayerKind::heights: {
+      const auto& [columns, rows, slabs] = shape.cells;
+      return {{member::columns, columns}, {member::rows, rows}, {member::slabs, slabs}};
+    }
     case LayerKind::products: {
       json lists = json::array();
       for (const auto& pairs : layer.pairs) {
@@ -129,10 +129,10 @@ json own_members(LayerKind kind, const LayerHeader& layer, const LayerShape& sha
     case LayerKind::bases:
       return {{member::functions,
                {{member::views, shape.view_functions}, {member::lights, shape.light_functions}}}};
-    case LayerKind::yarns:
-      return {{member::curves, shape.yarns.curves},
-              {member::nodes, shape.yarns.nodes},
-              {member::stations, shape.yarns.stations}};
+    case LayerKind::yarns: {
+      const auto& [curves, nodes, stations] = shape.yarns;
+      return {{member::curves, curves}, {member::nodes, nodes}, {member::stations, stations}};
+    }
     default:
       return json::object();
   }
@@ -151,13 +151,14 @@ void check_bases(FabricHeader& header, IssueSink& sink) {
   require_layer(header, LayerKind::products, LayerKind::bases, sink);
   auto& products = header.layer(LayerKind::products);
   if (!products) return;
-  const std::string place = fmt::format("/{}/{}", member::layers, name_of(LayerKind::products));
   for (std::size_t i = 0; i < products->pairs.size(); ++i) {
     for (std::size_t m = 0; m < products->pairs[i].size(); ++m) {
       const V2i& pair = products->pairs[i][m];
       if (pair.x <= header.shape.view_functions && pair.y < header.shape.light_functions) continue;
-      sink.add(Code::fabric_member, fmt::format("{}/{}/{}/{}", place, member::pairs, i, m),
-               fmt::format("({}, {}) is not a pair of the bases' functions", pair.x, pair.y));
+      sink.add(
+          Code::fabric_member,
+          fmt::format("/{}/{}/{}/{}/{}", member::layers, name_of(LayerKind::products), member::pairs, i, m),
+          fmt::format("({}, {}) is not a pair of the bases' functions", pair.x, pair.y));
       products.reset();
       return;
     }
@@ -255,18 +256,6 @@ std::optional<WholeFabric> whole_from(const Member& text, const V2i& texels, int
   return std::nullopt;
 }
 
-/// A grid of directions; nothing, and an error in the sink, if it is invalid.
-std::optional<DirectionGrid> grid_member(const Member& grid, const FabricLimits& limits) {
-  if (!grid) return std::nullopt;
-  const auto result = grid_from_json(*grid.value, limits.directions);
-  if (!result) {
-    grid.sink->add(result.error().code, grid.place + result.error().place, result.error().message);
-    return std::nullopt;
-  }
-  grid.warn_of_unknown_members({member::layout, member::columns, member::rows});
-  return *result;
-}
-
 /// Sets the counts of the shape that depend on several members.
 void complete_shape(FabricHeader& header) {
   LayerShape& shape = header.shape;
@@ -292,8 +281,8 @@ std::string header_to_json(const FabricHeader& header) {
     text = own_members(kind, *layer, header.shape);
     text[member::levels] = layer->levels;
     text[member::precision] = layer->half ? names::precision_half : names::precision_float;
-    // A reader that does not know them shows level 0.
-    if (kind == LayerKind::yarns || kind == LayerKind::indirect) text[member::optional] = true;
+    if (kind == LayerKind::yarns || kind == LayerKind::indirect)
+      text[member::optional] = true;  // beside level 0
     digests[name_of(kind)] = layer->digests;
   }
   json text = {

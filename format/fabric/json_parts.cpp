@@ -53,4 +53,15 @@ Result<DirectionGrid> grid_from_json(const json& grid, int max_directions) {
   return result;
 }
 
+std::optional<DirectionGrid> grid_member(const Member& grid, const FabricLimits& limits) {
+  if (!grid) return std::nullopt;
+  const auto result = grid_from_json(*grid.value, limits.directions);
+  if (!result) {
+    grid.sink->add(result.error().code, grid.place + result.error().place, result.error().message);
+    return std::nullopt;
+  }
+  grid.warn_of_unknown_members({names::member::layout, names::member::columns, names::member::rows});
+  return *result;
+}
+
 }  // namespace selvedge
