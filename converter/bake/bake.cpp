@@ -171,6 +171,9 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
     }
   }
   const auto header_now = [&] { return samples_header(mesh, o, *plane, cell->thickness_mm(), provenance); };
+  if (o.yarns && mesh.yarns.curves.empty()) {
+    report.remarks.emplace_back("the mesh does not say which yarns it is made of: none are stored");
+  }
   YarnData yarns = mesh.yarns;
   for (V3f& node : yarns.nodes) node.z -= bounds_of(mesh).min.z;
   UnitBaker baker(*cell, yarns, std::move(cache), o, header_now(), *plane);

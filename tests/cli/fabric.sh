@@ -141,4 +141,28 @@ test_answer_checks_files_of_every_kind() {
     '{"op":"check","file":"text.exr"}' '{"op":"check","file":"text.gltf"}'
 }
 
+test_yarn_goes_from_the_stitch_into_the_fabric() {
+  local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 --quiet)
+  exits 0 selvedge make plain-knit --yarns "${few[@]}" -o y.fabric.exr
+  exits 0 selvedge check y.fabric.exr
+  # Level -1 is a point: yarn or none.
+  exits 0 selvedge evaluate y.fabric.exr --level -1 --uv 0.3,0.4 --json
+  holds 'r.alpha === 1 && r.rgb[0] > 0'
+  exits 1 selvedge evaluate y.fabric.exr --level -1 --texel 0,0
+  exits 1 selvedge evaluate y.fabric.exr --level -1.5 --uv 0,0
+  # By way of samples and shards it is the same.
+  local bake=(plain-knit --yarns --texels 8 --views 4 --lights 4 --samples 1 --quiet)
+  selvedge bake "${bake[@]}" -o s.exr
+  selvedge bake "${bake[@]}" --shard 0/2 -o 0.shard
+  selvedge bake "${bake[@]}" --shard 1/2 -o 1.shard
+  selvedge merge 0.shard 1.shard -o m.exr --quiet
+  same s.exr m.exr
+  selvedge fit s.exr --lobes 1 --quiet -o f.fabric.exr
+  exits 0 selvedge evaluate f.fabric.exr --level -1 --uv 0.3,0.4
+  # A mesh does not know its yarns.
+  selvedge stitch plain-knit -o knit.ply --quiet
+  exits 0 selvedge make knit.ply --period 5x3.8 --yarns --texels 8 --views 4 --lights 4 --samples 1 --lobes 1 -o k.fabric.exr
+  grep -q 'does not say which yarns' "$scratch/err" || fail "says nothing of the yarns"
+}
+
 "$2"
