@@ -23,6 +23,7 @@ import {broken_members} from './generate/broken/members.mjs';
 import {broken_parts} from './generate/broken/parts.mjs';
 import {broken_slabs, unwise_slabs} from './generate/broken/slabs.mjs';
 import {broken_texts} from './generate/broken/texts.mjs';
+import {broken_yarns} from './generate/broken/yarns.mjs';
 import {unwise_fabrics} from './generate/broken/warnings.mjs';
 import {valid} from './generate/fabrics.mjs';
 import {valid_garments} from './generate/garments.mjs';
@@ -84,7 +85,7 @@ function add_fixture(kind, {name, about, issues, others = 'none', evaluate, larg
 }
 const broken_fabrics = [
   ...broken_headers, ...broken_chunks, ...beyond_limits, ...broken_texts, ...broken_members, ...broken_parts,
-  ...broken_slabs
+  ...broken_slabs, ...broken_yarns
 ];
 const broken_gltf = [
   ...broken_gltf_files, ...broken_gltf_members, ...broken_gltf_data, ...broken_gltf_nodes, ...broken_garments

@@ -7,6 +7,7 @@
 // become 0.
 import {direction_to_square, grid_weights, square_to_grid} from '../reference/directions.mjs';
 import {LARGEST, interpolated, look_up, ray_points, texel_at} from '../reference/brdf.mjs';
+import {yarn_changes} from './near_yarns.mjs';
 import {sure_march} from './rays.mjs';
 
 export const U = 2 ** -24;
@@ -227,15 +228,24 @@ export function bounded_texel(level, [i, j], light, view) {
   };
 }
 
+/** The same of the yarn at (u, v). */
+function bounded_yarns(yarns, uv, light, view) {
+  const changes = yarn_changes(yarns, uv, light, view, U);
+  if (!changes) return null;
+  const {rgb, alpha, errors} = changes;
+  return {rgb: rgb.map((f, c) => new Bounded(f, errors[c])), alpha: exact(alpha), powers: 0};
+}
+
 /** The same at (u, v) and a fractional level. */
 export function bounded_uv(level, levels, fractional, uv, light, view) {
-  const L = Math.min(Math.max(fractional, 0), levels - 1), k = Math.floor(L);
-  const at = (n) => bounded_texel(level(n), texel_at(level(n), uv), light, view);
+  const L = Math.min(Math.max(fractional, level(0).yarns ? -1 : 0), levels - 1), k = Math.floor(L);
+  const at = (n) => n < 0 ? bounded_yarns(level(0).yarns, uv, light, view) :
+                            bounded_texel(level(n), texel_at(level(n), uv), light, view);
   const a = at(k), b = L === k ? a : at(k + 1);
   if (!a || !b) return null;
   if (L === k) return a;
   // The level itself is rounded, unless single precision holds it.
-  const s = new Bounded(L - k, Math.fround(L) === L ? 0 : 2 * U * L);
+  const s = new Bounded(L - k, Math.fround(L) === L ? 0 : 2 * U * Math.abs(L));
   const rest = add(exact(1), minus(s));
   const share_a = times(rest, a.alpha), share_b = times(s, b.alpha);
   const alpha = add(share_a, share_b);

@@ -5,6 +5,7 @@ import {ask, by_texel, extremes} from './extremes.mjs';
 import {unknown_part} from './broken/common.mjs';
 import {framed, part_of} from './make.mjs';
 import {slabs} from './slabs.mjs';
+import {yarns} from './yarns.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
 
@@ -404,5 +405,5 @@ const brief = [...unknowns, ...layouts, ...texts].map((fixture) => ({...fixture,
 
 export const valid = [
   ...examples, ...combinations, ...lobes, ...precisions, ...levels, ...sizes, ...grids, ...extremes, ...slabs,
-  ...brief
+  ...yarns, ...brief
 ];

@@ -1,7 +1,7 @@
 // From a short description of a fixture to the bytes of its file.
 import {write_exr} from '../reference/exr_write.mjs';
 import {fabric_parts, fabric_text, seal} from '../reference/fabric_write.mjs';
-import {LAYERS, is_used} from '../reference/layers.mjs';
+import {LAYERS, SPREAD, is_used} from '../reference/layers.mjs';
 import {deflate} from './deflate.mjs';
 import {random, unit} from './random.mjs';
 
@@ -13,7 +13,9 @@ const PRECISION = {
   light: 'half',
   heights: 'half',
   products: 'half',
-  bases: 'half'
+  bases: 'half',
+  yarns: 'float',
+  indirect: 'half'
 };
 /** As ordinary heights go, in mm: slabs one above the other, the last one the lowest. */
 const SLAB = 0.25, TOP_OF_SLABS = 0.8;
@@ -38,6 +40,7 @@ function ordinary(name, level, channel, t, layers) {
   if (channel.startsWith('light')) return between(0.05, 0.5);
   if (channel.startsWith('products')) return between(-0.3, 1);
   if (channel.startsWith('bases')) return between(-0.2, 0.8);
+  if (channel.startsWith('indirect')) return between(-0.02, 0.04);
   if (channel.startsWith('heights')) {
     const [, entry, end] = channel.split('.');
     const {columns, rows} = layers.heights;
@@ -64,6 +67,7 @@ export const framed = (frame) => (level, channel, t) => {
  *   light_grid [columns, rows], cells [columns, rows, slabs], functions [views, lights]
  *                default 1 x 3, 1 x 1 x 1, [1, 2]
  *   pairs        (level) => [[a, b], ...]; default (0, 0) and (1, 1)
+ *   yarns        the members of the layer `yarns`: { curves, nodes, stations }
  *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by
  * default mmPerRepeat, provenance value        { layer: (level, channel, texel) => number }; undefined: an
  * ordinary value
@@ -102,12 +106,14 @@ export function fabric_of(fixture) {
     lights: {columns: light_grid[0], rows: light_grid[1]},
   };
   for (const layer of LAYERS.filter((l) => wanted[l])) {
-    const listed = wanted[layer].levels ?? Array.from({length: layer === 'bases' ? 1 : levels}, (_, k) => k);
+    const listed = wanted[layer].levels ?? Array.from({length: SPREAD.includes(layer) ? 1 : levels}, (_, k) => k);
     const own = {
       lobes: {lobes: K},
       heights: {columns: cells[0], rows: cells[1], slabs: cells[2]},
       products: {pairs: listed.map(pairs)},
       bases: {functions: {views: functions[0], lights: functions[1]}},
+      yarns: {...fixture.yarns, optional: true},
+      indirect: {optional: true},
     };
     const number = (level, channel, t) => is_used(layer, fabric, level, channel, t) ?
       value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t, layers) :

@@ -4,6 +4,7 @@ import {cell_direction} from '../reference/directions.mjs';
 import {header_digest, open_fabric, read_fabric_level} from '../reference/fabric.mjs';
 import {U, bounded_texel, bounded_uv} from './bounds.mjs';
 import {random, random_direction, unit} from './random.mjs';
+import {yarn_queries} from './near_yarns.mjs';
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const UP = [0, 0, 1];
@@ -85,7 +86,8 @@ function* ordinary_queries(fixture, fabric, level) {
     yield on(
       'uv on a border between texels', 0, [Math.floor(width / 2) / width, Math.floor(height / 2) / height]);
   }
-  yield on('a level below 0 is level 0', -1.5, [0.6, 0.1]);
+  const finest = level(0).yarns ? 'the yarn' : 'level 0';
+  yield on(`a level below the finest is ${finest}`, -1.5, [0.6, 0.1]);
   yield on('a level beyond the last is the last', last + 0.75, [0.6, 0.1]);
   for (let n = 0; n < last; ++n)
     yield on('between two levels', n + [0.5, 0.25, 0.875, 0.1][n % 4], [next(), next()]);
@@ -147,6 +149,7 @@ function* refused_queries(fabric, level) {
   const common = {light: UP, view: UP};
   yield {level: last + 1, texel: [0, 0], ...common, why: 'a level that does not exist'};
   yield {level: 0, texel: [level(0).width, 0], ...common, why: 'a texel that does not exist'};
+  if (level(0).yarns) yield {level: -1, texel: [0, 0], ...common, why: 'yarn has no texels'};
 }
 
 /** What cannot be answered, whatever the file; for one file only. */
@@ -192,7 +195,7 @@ function tolerance_of({rgb, alpha, powers}, grids) {
   if (absolute > 1e-30) reasons.push('cancellation in a dot product leaves an absolute error');
   if (absolute > 0 && absolute <= 1e-30) reasons.push('a number below 2^-126 may become 0');
   if (grids && relative > 0 && powers <= 32 * U)
-    reasons.push(`rounding, and that of the place in the ${grids}`);
+    reasons.push(`rounding, and that of the place ${grids}`);
   else if (relative > 0 && reasons.length === 0)
     reasons.push('rounding alone');
   return {tolerance, reason: reasons.join('; ')};
@@ -230,7 +233,10 @@ export function vectors_of(fixture, bytes) {
       return;
     }
     const has = (...layers) => layers.some((layer) => fabric.layers[layer]);
-    const grids = has('light', 'products') ? 'grids' : has('table', 'opacity') ? 'grid of views' : null;
+    const grids = query.level < 0 && fabric.layers.yarns ? 'on the yarn' :
+      has('light', 'products')                           ? 'in the grids' :
+      has('table', 'opacity')                            ? 'in the grid of views' :
+                                                           null;
     const {tolerance, reason} = tolerance_of(bounded, grids);
     const {why, page, ...asked} = query;
     if (page && [
@@ -253,6 +259,8 @@ export function vectors_of(fixture, bytes) {
     for (const query of light_queries(fixture, fabric, level)) answer(query, false);
   if (fabric.layers.heights)
     for (const query of ray_queries(fixture, fabric, level)) answer(query, false);
+  if (level(0).yarns)
+    for (const query of yarn_queries(fixture, level(0))) answer(query, false);
   for (const query of refused_queries(fabric, level)) queries.push({...query, error: true});
   if (fixture.name === 'layers-lobes')
     for (const query of malformed_queries()) queries.push({...query, error: true});

@@ -1,8 +1,8 @@
 // The reflectance of spec/brdf.md in double precision.
 //
 // A level, as make_level of layers.mjs gives it: { width, height, scale, views, lights, lobes, frame, table,
-// opacity, light, heights, products }, a layer being null where the level lacks it, else a function of the
-// texel's index:
+// opacity, light, heights, products, yarns }, a layer being null where the level lacks it, else a function of
+// the texel's index:
 //   lobes(t)      [{ rho, lobes: [{ cx, cy, cz, n }, ...] } for red, green and blue]
 //   frame(t)      { normal, tangent }
 //   table(t, k)   [red, green, blue] for the view k
@@ -12,8 +12,10 @@
 //   heights       { columns, rows, slabs, mmPerRepeat, referenceHeight, ends(t, entry): [top, bottom] }
 //   products      { pairs: [[a, b], ...], coefficient(t, entry, m), phi(a, k) of view k,
 //                 psi(b, k): [red, green, blue] of light k }
+//   yarns         at level 0: see yarns.mjs
 import {direction_to_square, grid_weights, square_to_grid} from './directions.mjs';
 import {march} from './march.mjs';
+import {evaluate_yarns} from './yarns.mjs';
 
 /** The largest finite number of single precision. */
 export const LARGEST = 3.4028234663852886e38;
@@ -116,11 +118,12 @@ export function texel_at({width, height}, [u, v]) {
   return [min(floor((u - floor(u)) * width), width - 1), min(floor((v - floor(v)) * height), height - 1)];
 }
 
-/** { rgb, alpha } at (u, v) and a fractional level; level(k) gives level k of `levels`. */
+/** { rgb, alpha } at (u, v) and a fractional level; level(k) gives level k of `levels`, from 0 up. */
 export function evaluate_uv(level, levels, fractional, uv, light, view) {
-  const L = min(max(fractional, 0), levels - 1);
+  const L = min(max(fractional, fractional < 0 && level(0).yarns ? -1 : 0), levels - 1);
   const s = L - floor(L);
-  const at = (k) => evaluate_texel(level(k), texel_at(level(k), uv), light, view);
+  const at = (k) => k < 0 ? evaluate_yarns(level(0).yarns, uv, light, view) :
+                            evaluate_texel(level(k), texel_at(level(k), uv), light, view);
   const a = at(floor(L));
   if (s === 0) return a;
   const b = at(floor(L) + 1);

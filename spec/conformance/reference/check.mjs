@@ -4,7 +4,8 @@ import {cell_direction} from './directions.mjs';
 import {chain_length, read_level} from './exr.mjs';
 import {LOSSY, check_windows, is_laid_out, open_fabric, read_layer} from './fabric.mjs';
 import {Issue} from './issue.mjs';
-import {LAYERS, layer_channels, make_level} from './layers.mjs';
+import {LAYERS, SPREAD, layer_channels, make_level} from './layers.mjs';
+import {yarns_of} from './yarns.mjs';
 
 const MEMBERS = [
   'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'radianceScale',
@@ -15,7 +16,8 @@ const OWN_MEMBERS = {
   lobes: ['lobes'],
   heights: ['columns', 'rows', 'slabs'],
   products: ['pairs'],
-  bases: ['functions']
+  bases: ['functions'],
+  yarns: ['curves', 'nodes', 'stations']
 };
 const MINOR_VERSION = 0;
 const PREVIEW_CHANNELS = ['R', 'G', 'B', 'A'];
@@ -128,7 +130,7 @@ function check_levels(fabric, warn) {
   }
   const {products} = fabric.layers;
   for (const [name, {levels}] of Object.entries(fabric.layers)) {
-    if (['heights', 'products', 'bases'].includes(name)) continue;
+    if (['heights', 'products', ...SPREAD].includes(name)) continue;
     const counts = new Set([...levels, ...(products?.levels ?? [])]).size;
     if (counts < fabric.levels) warn('FABRIC_LEVELS', `/layers/${name}/levels`, 'only some of the levels');
   }
@@ -229,6 +231,7 @@ export function check_fabric(bytes) {
         layers[name] = read_layer(fabric, name, k, report);
       });
     if (k === 0) bases = layers.bases;
+    if (layers.yarns && layers.indirect && issues.length === before) collect(issues, () => yarns_of(fabric, layers));
     layers.bases = bases;
     // Of a fabric that is not whole the light says nothing.
     if (whole && !has_error(issues.slice(before))) check_light(fabric, layers, k, warn);

@@ -8,6 +8,7 @@ import {Issue} from './issue.mjs';
 import {is_number, is_object, parse_json} from './json.mjs';
 import {
   LAYERS,
+  SPREAD,
   channel_count,
   is_used,
   layer_channels,
@@ -25,6 +26,9 @@ const LIMITS = {
   slabs: 8,
   products: 256,
   functions: 256,
+  curves: 2 ** 16,
+  nodes: 2 ** 20,
+  stations: 2 ** 18,
   nesting: 64
 };
 const LARGEST_INTEGER = 2 ** 31 - 1;
@@ -86,6 +90,9 @@ const OWN_MEMBERS = {
      integer_of('slabs', 1, LIMITS.slabs)],
   products: (levels) => [['pairs', are_pairs(levels), 'a list of pairs for each level of the layer']],
   bases: () => [['functions', are_functions, 'two numbers of functions, views and lights']],
+  yarns: () =>
+    [integer_of('curves', 1, LIMITS.curves), integer_of('nodes', 2, LIMITS.nodes),
+     integer_of('stations', 1, LIMITS.stations)],
 };
 
 /** The members of the text: types and ranges. The result has only members that were good. */
@@ -162,7 +169,7 @@ function check_members(text, report) {
       fine = member(layer, at, 'optional', (x) => typeof x === 'boolean', 'a boolean') && fine;
     for (const [own, test, what] of OWN_MEMBERS[name]?.(fine ? layer.levels.length : null) ?? [])
       fine = member(layer, at, own, test, what) && fine;
-    if (name === 'bases' && fine && String(layer.levels) !== '0')
+    if (SPREAD.includes(name) && fine && String(layer.levels) !== '0')
       fine = report('FABRIC_MEMBER', `${at}/levels`, 'is not level 0 alone');
     const digests = (x) => Array.isArray(x) &&
       x.every((d) => typeof d === 'string' && /^[0-9a-f]{32}$/.test(d)) &&
@@ -181,6 +188,12 @@ function check_members(text, report) {
   const within = ([a, b]) => a <= bases.functions.views && b < bases.functions.lights;
   if (products && bases && !products.pairs.flat().every(within))
     bad('/layers/products/pairs', 'not all are pairs of the bases\' functions');
+  const lacking = {yarns: 'indirect', indirect: 'yarns'};
+  for (const [one, other] of Object.entries(lacking)) {
+    const is_half = text.layers[one] && !text.layers[other];
+    if (is_half) report('FABRIC_MEMBER', `/layers/${one}`, `there is no layer ${other}`);
+  }
+  drop_half_of_yarn(good.layers);
   return good;
 }
 
@@ -207,8 +220,15 @@ export function check_windows(part, texels, report) {
 }
 
 /** Whether all is known that the channels of a layer follow from. */
-export const is_laid_out = (name, {texels, views, lights}) =>
-  texels && (views || !needs_views(name)) && (lights || !needs_lights(name));
+export const is_laid_out = (name, {texels, views, lights, layers}) => texels && (views || !needs_views(name)) &&
+  (lights || !needs_lights(name)) && (layers.yarns || name !== 'indirect');
+
+/** Takes the layers of yarn out where one is missing or not fine. */
+function drop_half_of_yarn(layers) {
+  if (layers.yarns && layers.indirect) return;
+  delete layers.yarns;
+  delete layers.indirect;
+}
 
 /** Whether a part has all channels of its layer. */
 function check_channels(name, part, text, report) {
@@ -230,6 +250,7 @@ function check_parts(file, text, report) {
     if (layer.part && is_laid_out(name, text)) fine = check_channels(name, layer.part, text, report) && fine;
     if (!fine) delete text.layers[name];
   }
+  drop_half_of_yarn(text.layers);
 }
 
 /** Headers and text of a fabric file (a Buffer); the pixels are not touched. */

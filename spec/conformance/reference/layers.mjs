@@ -1,8 +1,13 @@
 // The layers of a fabric (spec/fabric.md): which channels their parts have, and how a level's numbers are
 // found in them.
 import {level_size} from './exr.mjs';
+import {indirect_count, yarn_count, yarns_of} from './yarns.mjs';
 
-export const LAYERS = ['lobes', 'frame', 'table', 'opacity', 'light', 'heights', 'products', 'bases'];
+export const LAYERS = [
+  'lobes', 'frame', 'table', 'opacity', 'light', 'heights', 'products', 'bases', 'yarns', 'indirect'
+];
+/** Those of level 0 alone, with numbers that belong to no texel but are spread over the texels. */
+export const SPREAD = ['bases', 'yarns', 'indirect'];
 const COLOURS = ['red', 'green', 'blue'];
 const PARAMETERS = ['cx', 'cy', 'cz', 'n'];
 
@@ -20,6 +25,12 @@ export const entry_count = (heights) => heights ? heights.columns * heights.rows
 export function base_count({views, lights, layers: {bases}}) {
   const of_views = bases.functions.views * grid_size(views);
   return {of_views, all: of_views + 3 * bases.functions.lights * grid_size(lights)};
+}
+
+/** How many numbers a spread layer has. */
+function spread_count(layer, text) {
+  if (layer === 'bases') return base_count(text).all;
+  return (layer === 'yarns' ? yarn_count : indirect_count)(text.layers.yarns);
 }
 
 /** Whether a layer's part has a number of channels that depends on the grid of views, or of lights. */
@@ -47,8 +58,8 @@ export function channel_count(layer, text) {
       return 2 * entry_count(layers.heights);
     case 'products':
       return Math.max(...layers.products.levels.map((level) => coefficient_count(layers, level)));
-    case 'bases':
-      return Math.ceil(base_count(text).all / (text.texels[0] * text.texels[1]));
+    default:
+      return Math.ceil(spread_count(layer, text) / (text.texels[0] * text.texels[1]));
   }
 }
 
@@ -76,20 +87,19 @@ export function layer_channels(layer, text) {
       return each(count, (k) => direction_name('opacity', k));
     case 'heights':
       return each(count / 2, (e) => [`heights.${e}.top`, `heights.${e}.bottom`]).flat();
-    case 'products':
-    case 'bases':
+    default:
       return each(count, (i) => `${layer}.${i}`);
   }
 }
 
 /**
- * Whether number `t` of a channel means something: the last channel of the bases may have more than they
- * need, and a level's products may be fewer than those of another.
+ * Whether number `t` of a channel means something: the last channel of a spread layer may have more than
+ * it needs, and a level's products may be fewer than those of another.
  */
 export function is_used(layer, text, level, channel, t) {
-  if (layer === 'bases') {
+  if (SPREAD.includes(layer)) {
     const [w, h] = text.texels;
-    return Number(channel.split('.')[1]) * w * h + t < base_count(text).all;
+    return Number(channel.split('.')[1]) * w * h + t < spread_count(layer, text);
   }
   if (layer !== 'products') return true;
   return Number(channel.split('.')[1]) < coefficient_count(text.layers, level);
@@ -101,7 +111,7 @@ export function is_used(layer, text, level, channel, t) {
  */
 export function make_level(text, level, numbers) {
   const {texels, views, lights, layers, mmPerRepeat, referenceHeight, radianceScale = 1} = text;
-  const {lobes, frame, table, opacity, light, heights, products, bases} = numbers;
+  const {lobes, frame, table, opacity, light, heights, products, bases, yarns, indirect} = numbers;
   const of = (values, ...names) => names.map((name) => values.get(name));
   const rgb = (values, name) => of(values, ...COLOURS.map((c) => `${name}.${c}`));
   const colours = (values, layer, grid) => {
@@ -121,6 +131,7 @@ export function make_level(text, level, numbers) {
     light: light ? colours(light, 'light', lights) : null,
     heights: null,
     products: null,
+    yarns: level === 0 && yarns && indirect ? yarns_of(text, {yarns, indirect}) : null,
   };
   if (lobes) {
     const rho = rgb(lobes, 'lobes.diffuse');

@@ -1,0 +1,105 @@
+// The valid fabrics with yarn itself; in the form of fabrics.mjs.
+
+const LAYERS = ['lobes', 'yarns', 'indirect'];
+const STRAIGHT = {
+  stations: 1,
+  turns: [1, 0],
+  radius: 0.25,
+  albedo: [0.75, 0.5, 0.25],
+  gloss: 0,
+  roughness: 0.5,
+  slope: 0,
+  nodes: [[0.25, -0.5, 0.5], [1.5, -0.5, 0.5]],
+};
+
+/** Column after column of a table. */
+const by_column = (rows) => rows[0].flatMap((_, i) => rows.map((row) => row[i]));
+
+/** What a fixture says of its curves: the members of the layer and its values, in the order of spec/fabric.md. */
+export function of_curves(curves, [w, h] = [3, 2]) {
+  const nodes = curves.flatMap((curve) => curve.nodes);
+  const fields = curves.map(
+    ({nodes: own, stations, turns, radius, albedo, gloss, roughness, slope}) =>
+      [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope]);
+  const numbers = [...by_column(fields), ...by_column(nodes)];
+  return {
+    texels: [w, h],
+    layers: LAYERS,
+    yarns: {
+      curves: curves.length,
+      nodes: nodes.length,
+      stations: curves.reduce((sum, {stations}) => sum + stations, 0),
+    },
+    value: {yarns: (level, channel, t) => numbers[Number(channel.split('.')[1]) * w * h + t]},
+  };
+}
+
+/** Yarn along x, and along y, over and under each other; segments of different lengths. */
+const weft = {
+  ...STRAIGHT,
+  stations: 3,
+  radius: 0.2,
+  gloss: 0.5,
+  roughness: 0.25,
+  slope: 0.5,
+  nodes: [[0, -0.3, 0.75], [0.4, -0.32, 0.7], [0.6, -0.3, 0.55], [1.25, -0.28, 0.3], [2.2, -0.3, 0.6]],
+};
+const warp = {
+  ...STRAIGHT,
+  stations: 2,
+  turns: [0, -1],
+  albedo: [0.125, 0.5, 1],
+  gloss: 0.25,
+  roughness: 0.0625,
+  slope: -0.25,
+  nodes: [[0.5, -0.3, 0.3], [0.55, -0.8, 0.7], [0.5, -1.2, 0.5]],
+};
+/** Flat, with a corner at each of its four nodes. */
+const ring = {
+  ...STRAIGHT,
+  stations: 4,
+  turns: [0, 0],
+  radius: 0.125,
+  gloss: 1,
+  roughness: 1,
+  nodes: [[1.5, -0.7, 0.8], [2, -0.7, 0.8], [2, -1.1, 0.8], [1.5, -1.1, 0.7]],
+};
+/** Upright: the first tangent is near the z axis. */
+const loop = {
+  ...STRAIGHT,
+  stations: 1,
+  turns: [0, 0],
+  gloss: 0.5,
+  roughness: 0.005,
+  slope: 1,
+  radius: 0.1,
+  nodes: [[0.2, -0.5, 0.3], [0.2, -0.5, 0.7], [0.6, -0.4, 1], [1, -0.4, 0.6], [0.6, -0.5, 0.2], [0.3, -0.55, 0.1]],
+};
+
+export const yarns = [
+  {name: 'yarns-straight', about: 'a straight yarn without gloss, with one station', ...of_curves([STRAIGHT])},
+  {
+    name: 'yarns-crossing',
+    about: 'yarns that cross and a ring: gloss, fibres at an angle, segments of different lengths',
+    ...of_curves([weft, warp, ring]),
+  },
+  {
+    name: 'yarns-upright',
+    about: 'a loop that begins upright, with less roughness than counts; one texel, so every number has a channel',
+    ...of_curves([loop], [1, 1]),
+  },
+  {
+    name: 'yarns-thick',
+    about: 'yarn thicker than the repeat, which goes round twice; light in single precision',
+    ...of_curves([{...weft, radius: 1.5, stations: 2, turns: [-2, 1], nodes: [[0, 0, 1.5], [-1.5, 0.75, 1.75]]}]),
+    mmPerRepeat: [1.5, 1],
+    layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
+  },
+  {
+    name: 'yarns-partial',
+    about: 'yarn beside heights and products, of no other layer than these',
+    ...of_curves([weft, warp]),
+    layers: ['heights', 'products', 'bases', 'yarns', 'indirect'],
+    referenceHeight: 0.25,
+  },
+];

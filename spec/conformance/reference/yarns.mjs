@@ -1,0 +1,247 @@
+// The yarn itself (spec/brdf.md, Yarn; spec/fabric.md, Yarn): its layers, and what of it is seen.
+//
+// Yarns, as yarns_of gives them: { period, plane, segments, top, bottom, thinnest, light(station, j, k, colour) };
+// lengths in mm. A segment: { curve, start, along, length, tangents: [t_i, t_(i+1)], across: [A_i, A_(i+1)],
+// before }, before being the length of its chain up to its start.
+import {Issue} from './issue.mjs';
+
+const {abs, atan2, ceil, cos, floor, hypot, max, min, sin, sqrt, PI} = Math;
+/** Numbers of a curve, of a node and of a station. */
+const FIELDS = 11, AXES = 3, ANGLES = 5, LIGHTS = 9;
+const LEAST_Z = 1 / 32, MOST_RADII = 2 ** 13, LEAST_FACING = 0.01, LEAST_WIDTH = 0.01, OFF_THE_YARN = 1 / 64;
+/** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
+const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+/** a + x b. */
+const plus = (a, b, x = 1) => [a[0] + x * b[0], a[1] + x * b[1], a[2] + x * b[2]];
+const minus = (a, b) => plus(a, b, -1);
+const times = (a, x) => [a[0] * x, a[1] * x, a[2] * x];
+const unit = (a) => times(a, 1 / hypot(...a));
+const across = (a, axis) => minus(a, times(axis, dot(a, axis)));
+const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
+const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
+const lifted = ([x, y, z]) => unit([x, y, max(z, LEAST_Z)]);
+
+/** How many numbers the layers have. */
+export const yarn_count = ({curves, nodes}) => FIELDS * curves + AXES * nodes;
+export const indirect_count = ({stations}) => 3 * ANGLES * LIGHTS * stations;
+
+function curves_of({curves, nodes}, number) {
+  const point = (n) => [0, 1, 2].map((axis) => number(FIELDS * curves + axis * nodes + n));
+  let first = 0;
+  return Array.from({length: curves}, (_, c) => {
+    const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope] =
+      Array.from({length: FIELDS}, (__, field) => number(field * curves + c));
+    const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
+    first += own;
+    const albedo = [red, green, blue], turns = [X, Y];
+    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope};
+  });
+}
+
+/** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
+function fault_of({period, curves, counts, point}) {
+  const reach = [...period, max(...period)].map((side) => REACH * side);
+  for (let n = 0; n < counts.nodes; ++n)
+    if (!point(n).every((x, axis) => abs(x) <= reach[axis])) return [`node ${n}`, 'lies too far away'];
+  const share = (x) => x >= 0 && x <= 1;
+  let end = 0, stations = 0;
+  for (const [c, curve] of curves.entries()) {
+    const {nodes, first, points, turns, radius, roughness} = curve;
+    const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
+      radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
+      roughness > 0 && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
+    if (!good) return [`curve ${c}`, 'has a value out of range'];
+    if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
+    const short = ways_of(curve, period).findIndex((way) => hypot(...way) < LEAST_LENGTH * radius);
+    if (short >= 0) return [`node ${first + short}`, 'lies where the next does'];
+    end += nodes;
+    stations += curve.stations;
+  }
+  if (end !== counts.nodes) return ['nodes', 'there are more than the curves have'];
+  return stations === counts.stations ? null : ['light', 'the stations are not those of the curves'];
+}
+
+/** From each node of a curve to the next. */
+function ways_of({points, turns: [X, Y]}, [P_x, P_y]) {
+  return points.map((p, i) => minus(points[i + 1] ?? plus(points[0], [X * P_x, Y * P_y, 0]), p));
+}
+
+/** The segments of a curve. */
+function segments_of(curve, period) {
+  const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
+  const tangents = ways.map((way, i) => {
+    const last = (i + n - 1) % n;
+    const sum = plus(times(ways[last], lengths[i] ** 2), times(way, lengths[last] ** 2));
+    return unit(hypot(...sum) > 0 ? sum : way);
+  });
+  tangents.push(tangents[0]);
+  const frames = [unit(across(abs(tangents[0][2]) >= 0.9 ? [1, 0, 0] : [0, 0, 1], tangents[0]))];
+  ways.forEach((way, i) => {
+    const turn = minus(tangents[i + 1], reflected(tangents[i], way)), first = reflected(frames[i], way);
+    frames.push(dot(turn, turn) > 0 ? reflected(first, turn) : first);
+  });
+  const before = [0];
+  for (const length of lengths) before.push(before.at(-1) + length);
+  const g = atan2(dot(cross(frames[0], frames[n]), tangents[0]), dot(frames[0], frames[n]));
+  const angles = frames.map((A, i) => turned(A, tangents[i], -g * before[i] / before[n]));
+  return ways.map(
+    (along, i) => ({
+      curve: {...curve, length: before[n]},
+      start: curve.points[i],
+      along,
+      length: lengths[i],
+      tangents: [tangents[i], tangents[i + 1]],
+      across: [angles[i], angles[i + 1]],
+      before: before[i],
+    }));
+}
+
+/**
+ * The yarns of a fabric from the numbers of its layers, Maps from channels to arrays. `text` has the members of
+ * the attribute text. An Issue where they are none.
+ */
+export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight}, layer) {
+  const counts = layers.yarns, period = mmPerRepeat.map(Math.fround);
+  const number = (name) => (i) => layer[name].get(`${name}.${floor(i / (w * h))}`)[i % (w * h)];
+  const of_yarns = number('yarns'), of_light = number('indirect');
+  const curves = curves_of(counts, of_yarns);
+  const point = (n) => [0, 1, 2].map((axis) => of_yarns(FIELDS * counts.curves + axis * counts.nodes + n));
+  const fault = fault_of({period, curves, counts, point});
+  if (fault) throw new Issue('FABRIC_MALFORMED', `yarns/${fault[0]}`, fault[1]);
+  let first_station = 0;
+  for (const curve of curves) {
+    curve.first_station = first_station;
+    first_station += curve.stations;
+  }
+  const segments = curves.flatMap((curve) => segments_of(curve, period));
+  const end_of = (sign) => segments.map(({start, curve}) => start[2] + sign * curve.radius);
+  return {
+    period,
+    plane: Math.fround(referenceHeight),
+    segments,
+    top: end_of(1).reduce((a, b) => max(a, b)),
+    bottom: end_of(-1).reduce((a, b) => min(a, b)),
+    thinnest: curves.reduce((least, {radius}) => min(least, radius), Infinity),
+    light: (station, j, k, c) => of_light(((j * LIGHTS + k) * 3 + c) * counts.stations + station),
+  };
+}
+
+/**
+ * How far along a ray from o, given from the segment's start, it enters the segment's side or the ball about its
+ * start; Infinity if neither. The ball about its end is the next segment's.
+ */
+function entry({along, length, curve: {radius}}, o, d) {
+  const off = across(o, d), under = radius ** 2 - dot(off, off);
+  const ball = under < 0 ? Infinity : -dot(o, d) - sqrt(under);
+  const axis = times(along, 1 / length), m = across(o, axis), e = across(d, axis), a = dot(e, e);
+  let side = Infinity;
+  const D = dot(m, e) ** 2 - a * (dot(m, m) - radius ** 2);
+  if (a > 1e-24 && D >= 0) {
+    const t = (-dot(m, e) - sqrt(D)) / a, at = dot(plus(o, d, t), axis);
+    if (at >= 0 && at <= length) side = t;
+  }
+  return min(side, ball);
+}
+
+/** Calls visit(segment, the origin as seen from the start of its copy) for all that a ray's way may touch. */
+function for_each_near({segments, period}, o, d, way, visit) {
+  const to = plus(o, d, way);
+  for (const segment of segments) {
+    const {start, along, length, curve: {radius}} = segment;
+    const copies = [0, 1].map((axis) => {
+      const from = start[axis], end = from + along[axis];
+      const low = min(from, end) - radius, high = max(from, end) + radius;
+      const ends = [min(o[axis], to[axis]) - high, max(o[axis], to[axis]) - low].map((x) => x / period[axis]);
+      return [ceil(ends[0]), floor(ends[1])];
+    });
+    for (let X = copies[0][0]; X <= copies[0][1]; ++X) {
+      for (let Y = copies[1][0]; Y <= copies[1][1]; ++Y) {
+        const from = minus(o, plus(start, [X * period[0], Y * period[1], 0]));
+        const centre = across(plus(from, along, -0.5), d);
+        if (dot(centre, centre) <= (length / 2 + radius) ** 2) visit(segment, from);
+      }
+    }
+  }
+}
+
+/** The segment that the ray towards `view` through (u, v) enters first, and P from its start; or null. */
+export function trace(yarns, [u, v], view) {
+  const {period, plane, top, bottom, thinnest} = yarns;
+  const w = lifted(view), at = [(u - floor(u)) * period[0], -(v - floor(v)) * period[1], plane];
+  const o = plus(at, w, (top - plane) / w[2]), d = times(w, -1);
+  let best = min((top - bottom) / w[2], MOST_RADII * thinnest), hit = null;
+  for_each_near(yarns, o, d, best, (segment, from) => {
+    const t = entry(segment, from, d);
+    if (t >= best) return;
+    best = t;
+    hit = {segment, from_start: plus(from, d, t), point: plus(o, d, t)};
+  });
+  return hit;
+}
+
+/** The surface at a hit: { N, F, cos_a, sin_a, x }, x in stations. */
+export function surface({segment, from_start: P}) {
+  const {curve, along, length, tangents: [t_0, t_1], across: [A_0, A_1], before} = segment;
+  const clamp = (x) => min(max(x, -0.25), 1.25);
+  const C = (s) => plus(
+    times(along, 3 * s * s - 2 * s ** 3), plus(times(t_0, s - 2 * s * s + s ** 3), t_1, s ** 3 - s * s), length);
+  const slope = (s) =>
+    plus(times(along, 6 * s - 6 * s * s), plus(times(t_0, 1 - 4 * s + 3 * s * s), t_1, 3 * s * s - 2 * s), length);
+  const s_0 = clamp(dot(P, along) / length ** 2), way = slope(s_0);
+  const s = clamp(s_0 + dot(minus(P, C(s_0)), way) / dot(way, way));
+  const T = unit(slope(s)), N = unit(across(minus(P, C(s)), T));
+  const A = plus(times(A_0, 1 - s), A_1, s), [c, e] = [dot(N, A), dot(N, cross(T, A))];
+  const x = curve.stations * (before + s * length) / curve.length;
+  const F = unit(plus(T, cross(T, N), curve.slope));
+  return {N, F, cos_a: c / hypot(c, e), sin_a: e / hypot(c, e), x: x < 0 ? x + curve.stations : x};
+}
+
+/** Whether yarn hides the light from a point. */
+function is_hidden(yarns, point, L) {
+  let hidden = false;
+  for_each_near(yarns, point, L, max(0, (yarns.top - point[2]) / L[2]), (segment, from) => {
+    const {along, length, curve: {radius}} = segment;
+    const s = min(max(dot(from, along) / length ** 2, 0), 1), t = entry(segment, from, L);
+    hidden ||= hypot(...plus(from, along, -s)) < radius || (t >= 0 && t < Infinity);
+  });
+  return hidden;
+}
+
+/** D M / (4 N.L N.V) of the fibres: GGX of width `along` along F and 1 along N x F. */
+function glossy(N, F, along, L, V) {
+  const B = cross(N, F), local = (d) => [dot(d, F), dot(d, B), dot(d, N)];
+  const h = local(unit(plus(L, V)));
+  const D = 1 / (PI * along * ((h[0] / along) ** 2 + h[1] ** 2 + h[2] ** 2) ** 2);
+  const lambda = ([x, y, z]) => (sqrt(1 + ((along * x) ** 2 + y ** 2) / z ** 2) - 1) / 2;
+  return D / (1 + lambda(local(L)) + lambda(local(V))) / (4 * dot(N, L) * dot(N, V));
+}
+
+/** { rgb, alpha, hit, hidden } at (u, v) of the reference plane, or of a hit; hidden: yarn hides the light. */
+export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, view)) {
+  const dark = {rgb: [0, 0, 0], alpha: hit ? 1 : 0, hit, hidden: false};
+  if (!hit || light[2] <= 0 || view[2] <= 0) return dark;
+  const {radius, albedo, gloss, roughness, stations, first_station} = hit.segment.curve;
+  const {N, F, cos_a, sin_a, x} = surface(hit);
+  const L = lifted(light), V = lifted(view), facing = dot(N, L);
+  const hidden = is_hidden(yarns, plus(hit.point, N, OFF_THE_YARN * radius), L);
+  const V_raised = unit(plus(V, N, max(0, LEAST_FACING - dot(N, V))));
+  const [l_x, l_y, l_z] = light;
+  const A = [1, cos_a, sin_a, cos_a ** 2 - sin_a ** 2, 2 * cos_a * sin_a];
+  const B = [1, l_x, l_y, l_z, l_x * l_y, l_x * l_z, l_y * l_z, l_x ** 2 - l_y ** 2, 3 * l_z ** 2 - 1];
+  const place = floor(x), [here, next] = [place, place + 1].map((s) => first_station + s % stations);
+  const rgb = albedo.map((colour, c) => {
+    let direct = 0, indirect = 0;
+    if (facing > 0 && !hidden) {
+      const shine = gloss > 0 ? gloss * glossy(N, F, max(LEAST_WIDTH, roughness), L, V_raised) : 0;
+      direct = min(1, 32 * l_z) * facing * ((1 - gloss) * colour / PI + shine);
+    }
+    A.forEach((a, j) => B.forEach((b, k) => {
+      indirect += a * b * ((1 - x + place) * yarns.light(here, j, k, c) + (x - place) * yarns.light(next, j, k, c));
+    }));
+    return direct + max(0, l_z * indirect);
+  });
+  return {...dark, rgb, hidden};
+}
