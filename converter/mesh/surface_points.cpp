@@ -21,7 +21,6 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   SampledPoint point;
   V3d flat(0, 0, 0);
   V3d normal(0, 0, 0);
-  V3d albedo(0, 0, 0);
   V3d fibre(0, 0, 0);
   double gloss = 0;
   double roughness = 0;
@@ -30,7 +29,6 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
     const double w = weights[k];
     flat += V3d(mesh.positions[v]) * w;
     normal += V3d(mesh.normals[v]) * w;
-    albedo += V3d(mesh.albedo[v]) * w;
     if (mesh.fibres.empty()) continue;
     const V3d f(mesh.fibres[v]);
     fibre += f.dot(fibre) < 0 ? -f * w : f * w;
@@ -45,7 +43,9 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   point.position.x = wrapped(point.position.x, mesh.period.x);
   point.position.y = wrapped(point.position.y, mesh.period.y);
   point.normal = normal.normalized();
-  point.albedo = V3f(albedo);
+  // Faces between touching yarns of two colours have no colour between them.
+  const auto nearest = std::max_element(weights.begin(), weights.end()) - weights.begin();
+  point.albedo = mesh.albedo[t[static_cast<int>(nearest)]];
   point.fibre = V3f(fibre.normalized());
   if (!mesh.gloss.empty()) point.gloss = {static_cast<float>(gloss), static_cast<float>(roughness)};
   return point;
