@@ -10,6 +10,7 @@
 #include "converter/bake/journal.h"
 #include "converter/bake/setup.h"
 #include "converter/bake/unit_baker.h"
+#include "converter/mesh/find_yarns.h"
 #include "format/base/atomic_file.h"
 
 namespace selvedge {
@@ -147,15 +148,35 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   return {};
 }
 
+/// The yarns to store: those of the mesh, or else those that its surface shows. Heights are the mesh's.
+/// Precondition: validate(mesh) holds.
+YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
+  constexpr double min_share = 0.5;
+  constexpr double share_without_remark = 0.9;
+  if (!mesh.yarns.curves.empty()) return mesh.yarns;
+  FoundYarns found = find_yarns(mesh);
+  YarnData lit = found.yarns;
+  lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
+  const bool stored = found.share >= min_share && validate(lit, V2f(mesh.period)).has_value();
+  if (!stored || found.share < share_without_remark) {
+    report.remarks.push_back(fmt::format("{:.0f} % of the surface is not round yarn: {}",
+                                         100 * (1 - found.share),
+                                         stored ? "level 0 shows it" : "no yarns are stored"));
+  }
+  return stored ? std::move(found.yarns) : YarnData();
+}
+
 /// A journal at `journal_path` with all units of the shard.
-Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, BakeOptions o,
+Result<BakeJournal> bake_units(const CellMesh& given, const std::string& name, BakeOptions o,
                                const std::string& provenance, const BakeShard& shard,
                                const std::string& journal_path, const BakeWatcher& watcher,
                                BakeReport& report) {
   const auto start = Clock::now();
   if (auto ok = check_options(o, name); !ok) return tl::unexpected(ok.error());
-  const auto cell = trace_cell(mesh, name, o.ground);
+  const auto cell = trace_cell(given, name, o.ground);
   if (!cell) return tl::unexpected(cell.error());
+  CellMesh mesh = given;
+  if (o.yarns) mesh.yarns = stored_yarns(given, report);
   const auto plane = plane_of(mesh, *cell, name, o);
   if (!plane) return tl::unexpected(plane.error());
 
@@ -175,7 +196,8 @@ Result<BakeJournal> bake_units(const CellMesh& mesh, const std::string& name, Ba
     report.remarks.emplace_back("the mesh does not say which yarns it is made of: none are stored");
   }
   YarnData yarns = mesh.yarns;
-  for (V3f& node : yarns.nodes) node.z -= bounds_of(mesh).min.z;
+  const float lowest = bounds_of(mesh).min.z;
+  for (V3f& node : yarns.nodes) node.z -= lowest;
   UnitBaker baker(*cell, yarns, std::move(cache), o, header_now(), *plane);
   if (o.noise || o.time_budget) {
     // A resumed bake keeps the sample counts of its journal, so that all units have the same.

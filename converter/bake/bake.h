@@ -76,7 +76,8 @@ struct BakeOptions {
   std::optional<std::array<std::vector<DirectionPair>, 3>> pairs;
   int truth_samples = 64;  ///< rays per texel and pair of those sets, even
   std::uint64_t seed = 1;
-  /// Stores the yarn itself (format/fabric/yarns.h), if the mesh knows it.
+  /// Stores the yarn itself (format/fabric/yarns.h): that of the mesh, or else what find_yarns() finds,
+  /// unless more than half of the surface is no round yarn.
   bool yarns = false;
   int yarn_paths = 128;  ///< of indirect light, from each of 16 places around every station of a yarn
   /// Number of slabs, one above the other, whose heights are stored for cells x cells points of a texel

@@ -22,7 +22,7 @@ struct CellMesh {
   std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
   std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
-  YarnData yarns;              ///< that the surface is of, without its light; empty: not known
+  YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())
 };
 
 struct Box {

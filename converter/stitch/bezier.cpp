@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "converter/mesh/yarn_chain.h"
+
 namespace selvedge {
 namespace {
 
@@ -59,13 +61,6 @@ std::vector<CurveSpan> spans_of(const BezierSegment& segment, double max_length,
   std::vector<CurveSpan> spans;
   split(segment, 0, 1, 0, max_length, max_sag, spans);
   return spans;
-}
-
-double chord_distance(const V3d& point, const V3d& a, const V3d& b) {
-  const V3d chord = b - a;
-  const double length2 = chord.length2();
-  const double t = length2 > 0 ? std::clamp((point - a).dot(chord) / length2, 0.0, 1.0) : 0.0;
-  return (point - (a + chord * t)).length();
 }
 
 double nearest_parameter(const BezierSegment& segment, double t0, double t1, const V3d& point) {

@@ -30,9 +30,6 @@ struct CurveSpan {
 /// max_sag, but no deeper than 2^16 spans. In order of t.
 std::vector<CurveSpan> spans_of(const BezierSegment& segment, double max_length, double max_sag);
 
-/// Distance from `point` to the straight line from `a` to `b` (both ends included).
-double chord_distance(const V3d& point, const V3d& a, const V3d& b);
-
 /// The parameter in [t0, t1] whose point is nearest to `point`, to the last bits of a double. Exact if the
 /// span bends little (as those of spans_of do) and `point` is nearer than its centre of curvature.
 double nearest_parameter(const BezierSegment& segment, double t0, double t1, const V3d& point);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "converter/mesh/yarn_chain.h"
+
 namespace selvedge {
 namespace {
 

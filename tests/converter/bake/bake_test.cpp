@@ -344,3 +344,21 @@ TEST_CASE("bad input is refused before anything is written") {
   CHECK(test::error_of(bake(mesh, "test", o, "{}", folder / "s.exr")).code == expected);
   CHECK(folder.files() == 0);
 }
+
+TEST_CASE("yarns that a mesh does not know are found; a surface that is no yarn is remarked") {
+  BakeOptions o = small_bake();
+  o.yarns = true;
+  o.yarn_paths = 1;
+  o.validation_pairs = o.held_out_pairs = o.rim_pairs = 1;
+  const Folder folder;
+  CellMesh mesh = test::need(load_cell("plain-weave"));
+  mesh.yarns = {};
+  auto report = test::need(bake(mesh, "weave", o, "{}", folder / "s.exr"));
+  CHECK(report.remarks.empty());
+  CHECK(test::need(SamplesReader::open(folder / "s.exr")).header().yarns.curves == 4);
+
+  report = test::need(bake(fence(5, 3, 0.5F, 0.5F), "fence", o, "{}", folder / "f.exr"));
+  REQUIRE(report.remarks.size() == 1);
+  CHECK(report.remarks.front() == "100 % of the surface is not round yarn: no yarns are stored");
+  CHECK(test::need(SamplesReader::open(folder / "f.exr")).header().yarns.curves == 0);
+}

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "converter/mesh/yarn_chain.h"
+
 using namespace selvedge;
 
 namespace {

@@ -1,0 +1,358 @@
+#include "converter/mesh/find_yarns.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "converter/mesh/surface_points.h"
+#include "converter/mesh/trace_axes.h"
+#include "converter/mesh/yarn_chain.h"
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double tolerance = 0.1;         ///< radii
+constexpr float albedo_tolerance = 0.1F;  ///< of a colour channel
+constexpr double min_support = 0.4;       ///< share of a tube's area that the mesh must show
+
+constexpr int min_points = 4096;
+constexpr int max_points = 1 << 18;
+constexpr double points_per_radius = 6;
+
+/// A surface sampled densely enough for its thinnest tubes, and the balls inside it.
+struct Sampled {
+  std::vector<SampledPoint> points;
+  double per_area = 0;  ///< mm^-2
+  double area = 0;      ///< mm^2
+  std::vector<InnerBall> balls;
+};
+
+PeriodicGrid grid_of(const std::vector<SampledPoint>& points, const V2d& period, double size) {
+  std::vector<V3d> positions;
+  positions.reserve(points.size());
+  for (const SampledPoint& p : points) positions.push_back(p.position);
+  return {std::move(positions), period, size};
+}
+
+/// Radii of the balls at every `stride`-th point, the others 0.
+std::vector<double> inner_radii(const std::vector<SampledPoint>& points, const V2d& period, double spacing,
+                                double max_radius, int stride) {
+  const PeriodicGrid grid = grid_of(points, period, 2.5 * spacing);
+  std::vector<double> radii((points.size() + stride - 1) / stride);
+  parallel_for(0, static_cast<int>(radii.size()),
+               [&](int i) { radii[i] = inner_radius(points, grid, i * stride, max_radius).value_or(0); });
+  return radii;
+}
+
+Sampled sample(const CellMesh& mesh) {
+  Sampled s;
+  s.area = surface_area(mesh);
+  const Box box = bounds_of(mesh);
+  double max_radius =
+      std::min<double>(0.51 * (box.max.z - box.min.z), 2 * std::min(mesh.period.x, mesh.period.y));
+  if (!(max_radius > 0)) return s;
+  int count = min_points;
+  for (;; count *= 4) {
+    s.points = sample_surface(mesh, count);
+    const double spacing = std::sqrt(s.area / count);
+    const int stride = std::max<int>(1, static_cast<int>(s.points.size() / 512));
+    // Thicker tubes would have shown in fewer points; looking for them here would take long.
+    const double limit = std::min(max_radius, 32 * spacing);
+    std::vector<double> radii = inner_radii(s.points, mesh.period, spacing, limit, stride);
+    const std::size_t tried = radii.size();
+    std::erase(radii, 0.0);
+    std::sort(radii.begin(), radii.end());
+    const bool last = count >= max_points;
+    if (radii.size() < std::max<std::size_t>(16, tried / 4)) {
+      if (last) return s;
+      continue;
+    }
+    const double thin = radii[radii.size() / 5];
+    const double thick = radii[radii.size() * 19 / 20];
+    if (!last && spacing >= 1.5 * thin) continue;
+    const double finer = std::max(thin / points_per_radius, thick / 16);
+    max_radius = std::min(max_radius, 1.3 * thick);
+    count = static_cast<int>(std::clamp<double>(s.area / (finer * finer), min_points, max_points));
+    break;
+  }
+  s.points = sample_surface(mesh, count);
+  s.per_area = count / s.area;
+  const std::vector<double> radii =
+      inner_radii(s.points, mesh.period, std::sqrt(s.area / count), max_radius, 1);
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    if (radii[i] == 0) continue;
+    V3d centre = s.points[i].position - s.points[i].normal * radii[i];
+    for (int k = 0; k < 2; ++k) {
+      centre[k] -= std::floor(centre[k] / mesh.period[k]) * mesh.period[k];
+      if (centre[k] >= mesh.period[k]) centre[k] = 0;
+    }
+    s.balls.push_back({centre, radii[i]});
+  }
+  return s;
+}
+
+/// Smooths without shrinking (Taubin 1995, lambda and mu).
+void smooth(TubeAxis& axis, const V2d& period) {
+  for (int pass = 0; pass < 10; ++pass) {
+    const double factor = pass % 2 == 0 ? 0.5 : -0.53;
+    std::vector<V3d> moved = axis.nodes;
+    for (int i = 0; i < static_cast<int>(moved.size()); ++i) {
+      const V3d mean = (axis.node(i - 1, period) + axis.node(i + 1, period)) * 0.5;
+      moved[i] += (mean - axis.nodes[i]) * factor;
+    }
+    axis.nodes = std::move(moved);
+  }
+}
+
+/// Cubic curve through the nodes (Catmull-Rom), `share` of the way from node i to the next.
+V3d curve_point(const TubeAxis& axis, int i, double share, const V2d& period) {
+  const V3d a = axis.node(i - 1, period);
+  const V3d b = axis.node(i, period);
+  const V3d c = axis.node(i + 1, period);
+  const V3d d = axis.node(i + 2, period);
+  const double t = share;
+  return b + ((c - a) + ((a * 2.0 - b * 5.0 + c * 4.0 - d) + ((b - c) * 3.0 + d - a) * t) * t) * (0.5 * t);
+}
+
+/// Twice as many nodes: half the sag.
+void refine(TubeAxis& axis, const V2d& period) {
+  std::vector<V3d> finer;
+  for (int i = 0; i < static_cast<int>(axis.nodes.size()); ++i) {
+    finer.push_back(axis.nodes[i]);
+    finer.push_back(curve_point(axis, i, 0.5, period));
+  }
+  axis.nodes = std::move(finer);
+}
+
+/// Where a point of the surface lies about the nearest axis.
+struct Foot {
+  int axis = -1;
+  int node = 0;      ///< at the start of the nearest segment
+  double share = 0;  ///< along it
+  double distance = 0;
+  V3d outward{0, 0, 0};  ///< unit
+  V3d along{0, 0, 0};    ///< unit
+};
+
+std::vector<Foot> feet_of(const std::vector<SampledPoint>& points, const std::vector<TubeAxis>& axes,
+                          const V2d& period) {
+  std::vector<Foot> feet(points.size());
+  std::vector<V3d> nodes;
+  std::vector<std::pair<int, int>> owner;
+  double thick = 0;
+  double thin = std::numeric_limits<double>::max();
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    thick = std::max(thick, axes[a].radius);
+    thin = std::min(thin, axes[a].radius);
+    for (std::size_t n = 0; n < axes[a].nodes.size(); ++n) {
+      V3d node = axes[a].nodes[n];
+      for (int k = 0; k < 2; ++k) {
+        node[k] -= std::floor(node[k] / period[k]) * period[k];
+        if (node[k] >= period[k]) node[k] = 0;
+      }
+      nodes.push_back(node);
+      owner.emplace_back(static_cast<int>(a), static_cast<int>(n));
+    }
+  }
+  if (axes.empty()) return feet;
+  const PeriodicGrid grid(std::move(nodes), period, 0.5 * thin);
+  parallel_for(0, static_cast<int>(points.size()), [&](int p) {
+    const V3d place = points[p].position;
+    double reach = 1.5 * thick;
+    int nearest = -1;
+    V3d offset;
+    double best = std::numeric_limits<double>::max();
+    grid.visit_near(place, reach, [&](int i, const V3d& o) {
+      const double above = o.length() - axes[owner[i].first].radius;
+      if (above >= best) return;
+      best = above;
+      nearest = i;
+      offset = o;
+      reach = std::min(reach, std::max(0.0, above) + thick);
+    });
+    if (nearest < 0) return;
+    const auto [a, n] = owner[nearest];
+    const V3d to_place = axes[a].nodes[n] - offset;  // the point, in the chain's own place
+    Foot& foot = feet[p];
+    foot.axis = a;
+    foot.distance = std::numeric_limits<double>::max();
+    for (const int from : {n - 1, n}) {
+      const V3d start = axes[a].node(from, period);
+      const V3d chord = axes[a].node(from + 1, period) - start;
+      const double t = std::clamp((to_place - start).dot(chord) / chord.length2(), 0.0, 1.0);
+      const V3d out = to_place - start - chord * t;
+      if (out.length() >= foot.distance) continue;
+      const int count = static_cast<int>(axes[a].nodes.size());
+      foot = {a, (from + count) % count, t, out.length(), out.normalized(), chord.normalized()};
+    }
+  });
+  return feet;
+}
+
+bool supports(const SampledPoint& point, const Foot& foot, const std::vector<TubeAxis>& axes, double radii) {
+  if (foot.axis < 0 || foot.outward.dot(point.normal) < 0.7) return false;
+  const double radius = axes[foot.axis].radius;
+  return std::abs(foot.distance - radius) <= radii * radius;
+}
+
+/// Moves the axes and their radii until the surface lies one radius away from them.
+void fit_to_surface(const std::vector<SampledPoint>& points, const V2d& period, std::vector<TubeAxis>& axes) {
+  constexpr int passes = 5;
+  constexpr int half_window = 4;  // nodes
+  for (int pass = 0; pass < passes; ++pass) {
+    const std::vector<Foot> feet = feet_of(points, axes, period);
+    std::vector<std::vector<double>> distances(axes.size());
+    std::vector<std::vector<Eigen::Matrix3d>> matrix(axes.size());
+    std::vector<std::vector<Eigen::Vector3d>> right(axes.size());
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      matrix[a].assign(axes[a].nodes.size(), Eigen::Matrix3d::Zero());
+      right[a].assign(axes[a].nodes.size(), Eigen::Vector3d::Zero());
+    }
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const Foot& foot = feet[p];
+      if (!supports(points[p], foot, axes, 0.3)) continue;
+      distances[foot.axis].push_back(foot.distance);
+      const Eigen::Vector3d out(foot.outward.x, foot.outward.y, foot.outward.z);
+      const double error = foot.distance - axes[foot.axis].radius;
+      const int count = static_cast<int>(axes[foot.axis].nodes.size());
+      for (int k = 0; k < 2; ++k) {
+        const int node = (foot.node + k) % count;
+        const double weight = k == 0 ? 1 - foot.share : foot.share;
+        matrix[foot.axis][node] += weight * out * out.transpose();
+        right[foot.axis][node] += weight * error * out;
+      }
+    }
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      TubeAxis& axis = axes[a];
+      if (distances[a].empty()) continue;
+      const int count = static_cast<int>(axis.nodes.size());
+      std::vector<V3d> moved = axis.nodes;
+      for (int i = 0; i < count; ++i) {
+        Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
+        Eigen::Vector3d b = Eigen::Vector3d::Zero();
+        for (int k = -half_window; k <= half_window; ++k) {
+          const int j = ((i + k) % count + count) % count;
+          const double weight = half_window + 1 - std::abs(k);
+          m += weight * matrix[a][j];
+          b += weight * right[a][j];
+        }
+        if (m.trace() == 0) continue;
+        m += 0.02 * m.trace() * Eigen::Matrix3d::Identity();
+        Eigen::Vector3d move = m.ldlt().solve(b);
+        move *= std::min(1.0, 0.2 * axis.radius / std::max(1e-300, move.norm()));
+        moved[i] += V3d(move.x(), move.y(), move.z());
+      }
+      axis.nodes = std::move(moved);
+      auto& d = distances[a];
+      std::nth_element(d.begin(), d.begin() + d.size() / 2, d.end());
+      axis.radius = d[d.size() / 2];
+    }
+  }
+}
+
+double length_of(const TubeAxis& axis, const V2d& period) {
+  double length = 0;
+  for (int i = 0; i < static_cast<int>(axis.nodes.size()); ++i) {
+    length += (axis.node(i + 1, period) - axis.nodes[i]).length();
+  }
+  return length;
+}
+
+/// Leaves out tubes that the mesh shows too little of.
+void drop_unsupported(const Sampled& s, const V2d& period, std::vector<TubeAxis>& axes) {
+  const std::vector<Foot> feet = feet_of(s.points, axes, period);
+  std::vector<int> support(axes.size());
+  for (std::size_t p = 0; p < s.points.size(); ++p) {
+    if (supports(s.points[p], feet[p], axes, tolerance)) ++support[feet[p].axis];
+  }
+  std::vector<TubeAxis> kept;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const double whole = 2 * std::numbers::pi * axes[a].radius * length_of(axes[a], period) * s.per_area;
+    if (support[a] >= min_support * whole) kept.push_back(std::move(axes[a]));
+  }
+  axes = std::move(kept);
+}
+
+/// Albedo, gloss and slope of the curves, as means over the points that support them, and the share of all
+/// points that these represent.
+double describe(const std::vector<SampledPoint>& points, const V2d& period, const std::vector<TubeAxis>& axes,
+                std::vector<YarnCurve>& curves) {
+  struct Sums {
+    int count = 0;
+    V3d albedo{0, 0, 0};
+    double weight = 0, roughness = 0, along2 = 0, along_across = 0;
+  };
+  const std::vector<Foot> feet = feet_of(points, axes, period);
+  std::vector<Sums> sums(axes.size());
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (!supports(points[p], feet[p], axes, tolerance)) continue;
+    const Foot& foot = feet[p];
+    const SampledPoint& point = points[p];
+    Sums& sum = sums[foot.axis];
+    ++sum.count;
+    sum.albedo += V3d(point.albedo);
+    sum.weight += point.gloss.weight;
+    sum.roughness += point.gloss.roughness;
+    const V3d fibre(point.fibre);
+    sum.along2 += fibre.dot(foot.along) * fibre.dot(foot.along);
+    sum.along_across += fibre.dot(foot.along) * fibre.dot(foot.along.cross(foot.outward));
+  }
+  curves.resize(axes.size());
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const Sums& sum = sums[a];
+    const double count = std::max(1, sum.count);
+    curves[a].turns = axes[a].turns;
+    curves[a].radius = static_cast<float>(axes[a].radius);
+    curves[a].albedo = V3f(sum.albedo / count);
+    curves[a].gloss = {static_cast<float>(sum.weight / count), static_cast<float>(sum.roughness / count)};
+    if (sum.along2 > 0) curves[a].fibre_slope = static_cast<float>(sum.along_across / sum.along2);
+  }
+  int represented = 0;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (!supports(points[p], feet[p], axes, tolerance)) continue;
+    const V3f difference = points[p].albedo - curves[feet[p].axis].albedo;
+    represented += std::max({std::abs(difference.x), std::abs(difference.y), std::abs(difference.z)}) <=
+                   albedo_tolerance;
+  }
+  return static_cast<double>(represented) / static_cast<double>(points.size());
+}
+
+/// Points of the axis close enough for append_chain(), the first within the cell.
+std::vector<V3d> dense_points(const TubeAxis& axis, const V2d& period) {
+  constexpr int per_node = 4;
+  const V3d first = axis.nodes.front();
+  const V3d shift(std::floor(first.x / period.x) * period.x, std::floor(first.y / period.y) * period.y, 0);
+  std::vector<V3d> points;
+  const int count = static_cast<int>(axis.nodes.size());
+  for (int i = 0; i < count * per_node; ++i) {
+    points.push_back(curve_point(axis, i / per_node, (i % per_node) / double{per_node}, period) - shift);
+  }
+  points.push_back(axis.node(count, period) - shift);
+  return points;
+}
+
+}  // namespace
+
+FoundYarns find_yarns(const CellMesh& mesh) {
+  FoundYarns found;
+  const Sampled s = sample(mesh);
+  std::vector<TubeAxis> axes = trace_axes(s.balls, mesh.period, s.per_area, s.area);
+  for (TubeAxis& axis : axes) {
+    smooth(axis, mesh.period);
+    refine(axis, mesh.period);
+  }
+  fit_to_surface(s.points, mesh.period, axes);
+  drop_unsupported(s, mesh.period, axes);
+  if (axes.empty()) return found;
+  std::vector<YarnCurve> curves;
+  found.share = describe(s.points, mesh.period, axes, curves);
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    append_chain(curves[a], dense_points(axes[a], mesh.period), axes[a].radius, {}, found.yarns);
+  }
+  return found;
+}
+
+}  // namespace selvedge

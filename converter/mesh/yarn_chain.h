@@ -1,0 +1,29 @@
+// From a yarn's curve to the chain of segments that a fabric file holds.
+#pragma once
+
+#include <vector>
+
+#include "format/base/vec.h"
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+
+struct YarnChainOptions {
+  /// How far a chain may lie from the curve, in radii. 0.005 bends no silhouette by what is seen at 400
+  /// pixels a yarn.
+  double max_sag = 0.005;
+  double max_length = 1;  ///< of a segment, in radii
+  double station = 2;     ///< distance between the stations of indirect light, in radii
+};
+
+/// Adds a curve and its nodes to `data`. `points` lie on the yarn's axis, mm, close enough that the nodes may
+/// be any of them; the last is where the curve begins again. Counts of nodes and stations are set here, all
+/// else comes from `curve`; `radius` is its radius before rounding. Nodes are whole multiples of a power of
+/// two below a 2048th of the radius, so that they take few bytes. Precondition: three points or more.
+void append_chain(YarnCurve curve, const std::vector<V3d>& points, double radius,
+                  const YarnChainOptions& options, YarnData& data);
+
+/// Distance from `point` to the straight line from `a` to `b` (both ends included).
+double chord_distance(const V3d& point, const V3d& a, const V3d& b);
+
+}  // namespace selvedge
