@@ -23,10 +23,15 @@ class Words {
   uint& operator[](uint at) { return words_[base_ + at]; }
   void set(uint at, int value) { (*this)[at] = static_cast<uint>(value); }
   void set(uint at, float value) { (*this)[at] = std::bit_cast<uint>(value); }
+  void set(uint at, const V3f& value) {
+    for (uint k = 0; k < 3; ++k) set(at + k, value[static_cast<int>(k)]);
+  }
+  /// Sets the place to that of what is appended next.
+  void set_place(uint at) { (*this)[at] = static_cast<uint>(words_.size()); }
   /// Appends the values, and sets their place.
   void set(uint at, std::span<const float> values) {
     if (values.empty()) return;
-    (*this)[at] = static_cast<uint>(words_.size());
+    set_place(at);
     for (const float value : values) words_.push_back(std::bit_cast<uint>(value));
   }
   /// Appends the values, as halves, two in a word, if half precision holds all of them; sets their place, and
@@ -36,7 +41,7 @@ class Words {
       return static_cast<float>(Imath::half(value)) == value;
     });
     if (values.empty() || !halves) return set(at, values);
-    (*this)[at] = static_cast<uint>(words_.size());
+    set_place(at);
     (*this)[at + 1] = 1;
     for (std::size_t i = 0; i < values.size(); i += 2) {
       const uint low = Imath::half(values[i]).bits();
@@ -63,7 +68,7 @@ void add_level(const FabricLevel& level, std::vector<uint>& result) {
   words.set(level_entries, level.entries());
   if (level.has(LayerKind::products)) {
     words.set(level_products, static_cast<int>(level.pairs.size()));
-    words.set(level_pairs, static_cast<int>(result.size()));
+    words.set_place(level_pairs);
     for (const V2i& pair : level.pairs) {
       result.push_back(static_cast<uint>(pair.x));
       result.push_back(static_cast<uint>(pair.y));
@@ -78,6 +83,71 @@ void add_level(const FabricLevel& level, std::vector<uint>& result) {
     words.set(level_highest, level.height_range().highest);
     words.set(level_lowest, level.height_range().lowest);
   }
+}
+
+void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
+  const std::size_t first = result.size();
+  result.resize(first + inside.grid.size() * cell_words);
+  for (std::size_t i = 0; i < inside.grid.size(); ++i) {
+    const Yarns::Cell& cell = inside.grid[i];
+    const std::size_t place = result.size();
+    for (const Yarns::Block& block : inside.blocks.subspan(cell.first, cell.blocks)) {
+      for (std::size_t k = 0; k < yarn_block && block.radius[k] > 0; ++k) {
+        Words reference(result, reference_words);
+        reference.set(reference_start, V3f(block.start[0][k], block.start[1][k], block.start[2][k]));
+        reference.set(reference_segment, block.segment[k]);
+      }
+    }
+    uint* words = &result[first + i * cell_words];
+    words[cell_first] = static_cast<uint>(place);
+    words[cell_count] = static_cast<uint>((result.size() - place) / reference_words);
+    words[cell_low] = std::bit_cast<uint>(cell.low);
+    words[cell_high] = std::bit_cast<uint>(cell.high);
+  }
+}
+
+void add_segment(const Yarns::Segment& segment, float radius, std::vector<uint>& result) {
+  Words words(result, segment_words);
+  words.set(segment_axis, segment.along.normalized());
+  words.set(segment_length, segment.along.length());
+  words.set(segment_start, segment.start);
+  words.set(segment_radius, radius);
+  for (uint end = 0; end < 2; ++end) {
+    words.set(segment_tangents + 3 * end, segment.tangent[end]);
+    words.set(segment_across + 3 * end, segment.across[end]);
+  }
+  words.set(segment_station, segment.station);
+  words.set(segment_stations, segment.stations);
+  words.set(segment_curve, segment.curve);
+}
+
+void add_yarns(const Yarns& yarns, std::vector<uint>& result) {
+  const Yarns::Inside inside = yarns.inside();
+  const std::vector<YarnCurve>& curves = yarns.data().curves;
+  Words words(result, yarn_words);
+  words.set(yarn_period, yarns.period().x);
+  words.set(yarn_period + 1, yarns.period().y);
+  words.set(yarn_low, inside.low);
+  words.set(yarn_high, inside.high);
+  words.set(yarn_columns, inside.cells.x);
+  words.set(yarn_rows, inside.cells.y);
+  words.set(yarn_cell_size, inside.cell_size.x);
+  words.set(yarn_cell_size + 1, inside.cell_size.y);
+  words.set_place(yarn_cells);
+  add_cells(inside, result);
+  words.set_place(yarn_segments);
+  for (const Yarns::Segment& s : inside.segments) add_segment(s, curves[s.curve].radius, result);
+  words.set_place(yarn_curves);
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    Words curve(result, curve_words);
+    curve.set(curve_first_station, inside.first_station[i]);
+    curve.set(curve_stations, curves[i].stations);
+    curve.set(curve_albedo, curves[i].albedo);
+    curve.set(curve_gloss, curves[i].gloss.weight);
+    curve.set(curve_roughness, curves[i].gloss.roughness);
+    curve.set(curve_slope, curves[i].fibre_slope);
+  }
+  words.set(yarn_light, yarns.data().light);
 }
 
 void add_fabric(const Fabric& fabric, std::vector<uint>& result) {
@@ -98,8 +168,12 @@ void add_fabric(const Fabric& fabric, std::vector<uint>& result) {
     words.set(fabric_view_basis, bases->view);
     words.set(fabric_light_basis, floats_of(bases->light));
   }
+  if (!fabric.levels.empty() && fabric.levels.front().yarns()) {
+    words.set_place(fabric_yarns);
+    add_yarns(*fabric.levels.front().yarns(), result);
+  }
   for (uint k = 0; k < fabric.levels.size(); ++k) {
-    words.set(fabric_level_places + k, static_cast<int>(result.size()));
+    words.set_place(fabric_level_places + k);
     add_level(fabric.levels[k], result);
   }
 }

@@ -17,7 +17,8 @@ const uint fabric_reference_height = 10u;
 const uint fabric_width = 11u;  // texels of level 0 of the whole fabric
 const uint fabric_height = 12u;
 const uint fabric_first_level = 13u;   // the level of the whole fabric that is the first level here
-const uint fabric_level_places = 14u;  // of level 0; the place of level k is k words further
+const uint fabric_yarns = 14u;         // place of the yarn itself, level -1
+const uint fabric_level_places = 15u;  // of level 0; the place of level k is k words further
 
 // Words of a level, counted from its place.
 const uint level_width = 0u;
@@ -42,3 +43,49 @@ const uint level_slabs = 18u;
 const uint level_highest = 19u;  // top, mm
 const uint level_lowest = 20u;   // bottom, mm
 const uint level_words = 21u;    // in all
+
+// Words of the yarn (spec/brdf.md, "Yarn"), counted from its place; mm.
+const uint yarn_period = 0u;     // x, y
+const uint yarn_low = 2u;        // of the lowest point
+const uint yarn_high = 3u;
+const uint yarn_columns = 4u;    // of the cells that rays are marched through
+const uint yarn_rows = 5u;
+const uint yarn_cell_size = 6u;  // x, y
+const uint yarn_cells = 8u;      // place: [row][column]
+const uint yarn_segments = 9u;   // place: [segment]
+const uint yarn_curves = 10u;    // place: [curve]
+const uint yarn_light = 11u;     // place: [station][function of the angle][function of the light][channel]
+const uint yarn_words = 12u;     // in all
+
+// Words of a cell.
+const uint cell_first = 0u;  // place of its references
+const uint cell_count = 1u;  // of its references
+const uint cell_low = 2u;    // mm, of what its segments reach
+const uint cell_high = 3u;
+const uint cell_words = 4u;
+
+// Words of a reference to a segment.
+const uint reference_start = 0u;  // x, y, z, mm; x and y count from the middle of the cell
+const uint reference_segment = 3u;
+const uint reference_words = 4u;
+
+// Words of a segment, which reaches from a node to the next.
+const uint segment_axis = 0u;      // x, y, z, unit
+const uint segment_length = 3u;    // mm
+const uint segment_start = 4u;     // x, y, z, mm, of its node
+const uint segment_radius = 7u;    // mm
+const uint segment_tangents = 8u;  // x, y, z of that at its start, then of that at its end
+const uint segment_across = 14u;   // x, y, z, likewise: where the angles about the axis count from
+const uint segment_station = 20u;   // at its start
+const uint segment_stations = 21u; // over its length
+const uint segment_curve = 22u;
+const uint segment_words = 23u;
+
+// Words of a curve.
+const uint curve_first_station = 0u;
+const uint curve_stations = 1u;
+const uint curve_albedo = 2u;  // red, green, blue
+const uint curve_gloss = 5u;   // weight of the gloss
+const uint curve_roughness = 6u;
+const uint curve_slope = 7u;
+const uint curve_words = 8u;

@@ -133,12 +133,11 @@ class Yarns {
   /// Directions are unit; f is 0 where one lies below the horizon, and alpha that of the rim.
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const;
 
- private:
   /// Between two nodes, mm; the frames at both.
   struct Segment {
     V3f start, along;
     std::array<V3f, 2> tangent, across;
-    float inverse_length2 = 0;
+    float inverse_length2 = 0;  ///< 1 / mm^2
     float station = 0;
     float stations = 0;  ///< over its length
     int curve = 0;
@@ -156,6 +155,22 @@ class Yarns {
     float low = 0;  ///< mm, of what the cell's segments reach
     float high = 0;
   };
+  /// Views of what rays are traced through, for programs that trace them elsewhere (gpu_words.h).
+  struct Inside {
+    float low = 0;  ///< mm, of the lowest point
+    float high = 0;
+    V2i cells;
+    V2f cell_size;                       ///< mm
+    std::span<const Cell> grid;          ///< [row][column]
+    std::span<const Block> blocks;       ///< those of the cells
+    std::span<const Segment> segments;   ///< one for each node
+    std::span<const int> first_station;  ///< of each curve
+  };
+  Inside inside() const {
+    return {low_, high_, cells_, cell_size_, grid_, blocks_, segments_, first_station_};
+  }
+
+ private:
   struct Met;
   void derive_segments();
   void place_in_cells();

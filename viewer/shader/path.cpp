@@ -35,7 +35,8 @@ enum Uniform : GLint {
   max_taps,
   level_bias,
   linear,
-  ambient
+  ambient,
+  points
 };
 enum Unit : GLuint { triangles_unit, colours_unit, pbr_unit, shadows_unit };
 enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows };
@@ -60,6 +61,9 @@ Result<std::unique_ptr<ShaderPath>> ShaderPath::create(const GlFunctions& gl, co
 }
 
 Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
+  shows_yarn_ = std::any_of(fabrics.begin(), fabrics.end(), [](const Fabric& fabric) {
+    return !fabric.levels.empty() && fabric.levels.front().yarns();
+  });
   for (std::size_t later = 0; later < 2; ++later) {
     const Result<GLuint> program = pbr_.triangle_program(objects_, "", later != 0);
     if (!program) return tl::unexpected(program.error());
@@ -120,13 +124,14 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
 Result<GLuint> ShaderPath::shading_program(bool shadows) {
   GLuint& program = shading_programs_[shadows ? 1 : 0];
   if (program != 0) return program;
-  const std::string definitions = pbr_.definitions() + (shadows ? "#define SHADOWS\n" : "");
+  const std::string definitions =
+      pbr_.definitions() + (shadows ? "#define SHADOWS\n" : "") + (shows_yarn_ ? "#define YARN\n" : "");
   Result<GLuint> made = objects_.program(
       shader_text("", {glsl::frame_vertex}),
-      shader_text(definitions,
-                  {glsl::lights, shadows ? glsl::shadow_offsets : "", shadows ? glsl::shadow_lookup : "",
-                   glsl::word_layout, glsl::fabric_words, glsl::evaluate, glsl::slabs,
-                   pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::shade_pixel}));
+      shader_text(definitions, {glsl::lights, shadows ? glsl::shadow_offsets : "",
+                                shadows ? glsl::shadow_lookup : "", glsl::word_layout, glsl::fabric_words,
+                                glsl::evaluate, glsl::slabs, shows_yarn_ ? glsl::yarn : "",
+                                pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::shade_pixel}));
   if (made) program = *made;
   return made;
 }
@@ -202,6 +207,7 @@ void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
   gl_.Uniform1f(shading::max_taps, static_cast<GLfloat>(levels.taps));
   gl_.Uniform1f(shading::level_bias, levels.bias);
   gl_.Uniform1i(shading::linear, levels.linear ? 1 : 0);
+  if (shows_yarn_) gl_.Uniform1i(shading::points, levels.points);
   gl_.BindTextureUnit(shading::triangles_unit, seen.triangles);
   if (pbr_.needed()) {
     gl_.Uniform1f(shading::ambient, view.options.ambient);

@@ -41,6 +41,7 @@ class ShaderPath final : public FramePath {
   FrameSize size_{0, 0, 1, 1};
   int width_ = 0;  ///< of the supersampled frame
   int height_ = 0;
+  bool shows_yarn_ = false;  ///< some fabric has yarn
   std::vector<TriangleSpan> spans_;
   std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
   std::array<GLuint, 2> shading_programs_{};   ///< without and with shadows (created when needed)

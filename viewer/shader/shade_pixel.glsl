@@ -1,5 +1,5 @@
 // Shades a pixel from its triangle number: the GLSL twin of viewer/hybrid/index_pass.h and shade.h. PBR: some
-// material has no fabric; SHADOWS: there are shadow maps.
+// material has no fabric; SHADOWS: there are shadow maps; YARN: some fabric has yarn.
 layout(binding = 0) uniform usampler2D triangle_numbers;
 #ifdef PBR
 // PbrPixel (viewer/scene/material.h).
@@ -24,6 +24,9 @@ layout(location = 9) uniform float level_bias;
 layout(location = 10) uniform int linear;
 #ifdef PBR
 layout(location = 11) uniform float ambient;  // light from all sides: white shows ambient / pi
+#endif
+#ifdef YARN
+layout(location = 12) uniform int points;  // along either side of a pixel that shows yarn
 #endif
 
 layout(location = 0) out vec4 out_colour;
@@ -146,6 +149,20 @@ void main() {
   vec4 seen = footprint(right, up, max_taps);
 
   float level = forced_level >= 0 ? float(forced_level) : seen.x + level_bias;
+  vec4 sum = vec4(0.0);
+  float of_texels = 1.0;
+#ifdef YARN
+  if (word(fabric + fabric_yarns) != 0u) {
+    float of_yarn = clamp(float(first_level) - level, 0.0, 1.0);
+    if (blend_levels == 0) of_yarn = floor(of_yarn + 0.5);
+    of_texels = 1.0 - of_yarn;
+    float part = of_yarn / float(points * points);
+    for (int i = 0; part > 0.0 && i < points * points; ++i) {
+      vec2 at = (vec2(float(i % points), float(i / points)) + 0.5) / float(points) - 0.5;
+      shade_yarn(fabric, uv - floor(uv) + (right * at.x + up * at.y) / size, local_view, frame, part, sum);
+    }
+  }
+#endif
   level = clamp(level - float(first_level), 0.0, float(word(fabric + fabric_level_count) - 1u));
   if (blend_levels == 0) level = floor(level + 0.5);
   float lower = floor(level);
@@ -153,13 +170,12 @@ void main() {
   float parts = min(seen.y, length(seen.zw) + 1.0);
   int taps = forced_level >= 0 || !(parts > 1.001) ? 1 : int(min(parts + 0.999, max_taps));
   float share = 1.0 / float(taps);
-  vec4 sum = vec4(0.0);
   for (int tap = 0; tap < taps; ++tap) {
     float place = taps == 1 ? 0.0 : (float(tap) + 0.5) * share - 0.5;
     vec2 at = uv + place * seen.zw / size;
     for (int upper = 0; upper < 2; ++upper) {
       uint k = uint(lower) + uint(upper);
-      float part = share * (upper == 0 ? 1.0 - weight : weight);
+      float part = share * of_texels * (upper == 0 ? 1.0 - weight : weight);
       if (part == 0.0) continue;
       if (linear == 0 || k + first_level == 0u) {
         shade_texel(uint(surface.x), k, texel_at(fabric, k, at), local_view, frame, part, sum);

@@ -1,0 +1,259 @@
+// The yarn itself, level -1 of a fabric, seen and lit along rays: the twin of format/fabric/yarns.h (spec/brdf.md,
+// "Yarn"), held to it by a test. shade_yarn() adds weight * alpha * (radiance, 1) of a point. In single precision, so
+// that WebGL 2 can do it. The includer defines what evaluate.glsl asks for, and includes that first.
+
+// Distance to what a ray does not meet.
+const float nowhere = 1e30;
+
+struct YarnHit {
+  uint segment;     // place
+  vec3 from_start;  // mm, from the segment's node to the point
+};
+struct YarnPoint {
+  vec3 normal;
+  vec3 fibre;
+  vec2 angle;  // about the axis: cosine, sine
+  float station;
+  uint curve;  // place
+};
+
+vec3 lifted(vec3 d) { return normalize(vec3(d.xy, max(d.z, 1.0 / 32.0))); }
+vec2 wrapped(vec2 at, vec2 period) {
+  vec2 result = at - floor(at / period) * period;
+  return vec2(result.x >= 0.0 && result.x < period.x ? result.x : 0.0,
+              result.y >= 0.0 && result.y < period.y ? result.y : 0.0);
+}
+
+// The walk of a ray along one axis of the cells.
+struct YarnWalk {
+  int cell;
+  int forward;
+  int cells;
+  float taken;
+  float first_edge;  // the ray's way to the first edge
+  float each;        // and from one to the next
+};
+YarnWalk yarn_walk(float origin, float direction, float size, int cells) {
+  YarnWalk walk;
+  walk.forward = direction > 0.0 ? 1 : -1;
+  walk.cells = cells;
+  walk.cell = clamp(int(origin / size), 0, cells - 1);
+  walk.taken = 0.0;
+  bool moves = abs(direction) > 1e-20;
+  float edge = float(walk.cell + (direction > 0.0 ? 1 : 0)) * size;
+  walk.first_edge = moves ? (edge - origin) / direction : nowhere;
+  walk.each = moves ? size / abs(direction) : nowhere;
+  return walk;
+}
+float next_edge(YarnWalk walk) { return walk.first_edge + walk.taken * walk.each; }
+// Returns by how many repeats the ray moves on: -1, 0 or 1.
+int advance(inout YarnWalk walk) {
+  walk.taken += 1.0;
+  walk.cell += walk.forward;
+  if (walk.cell >= 0 && walk.cell < walk.cells) return 0;
+  walk.cell -= walk.forward * walk.cells;
+  return walk.forward;
+}
+
+// The distance, above `start`, at which a ray enters the side of a segment or its first end, else `nowhere`. The other
+// end is the next segment's. `from`: the ray's origin from the segment's start.
+float enter_segment(vec3 from, vec3 direction, uint segment, float start) {
+  vec3 axis = vector_at(segment + segment_axis);
+  float radius = number(segment + segment_radius);
+  float r2 = radius * radius;
+  float back = dot(direction, from);
+  vec3 off = cross(from, direction);
+  float g = r2 - dot(off, off);
+  float entry = nowhere;
+  if (g > 0.0) {
+    float end = -back - sqrt(g);
+    if (end > start) entry = end;
+  }
+  // The side: between the lines lie |gap| / |normal|.
+  vec3 normal = cross(direction, axis);
+  float a = dot(normal, normal);
+  float gap = dot(from, normal);
+  float h = a * r2 - gap * gap;
+  if (h > 0.0) {
+    float along = dot(axis, from);
+    float slope = dot(axis, direction);
+    float side = (along * slope - back - sqrt(h)) / a;
+    float at = along + side * slope;
+    if (at > 0.0 && at < number(segment + segment_length) && side > start) entry = min(entry, side);
+  }
+  return entry;
+}
+bool is_in_segment(vec3 from, uint segment) {
+  vec3 axis = vector_at(segment + segment_axis);
+  float radius = number(segment + segment_radius);
+  vec3 off = from - axis * clamp(dot(axis, from), 0.0, number(segment + segment_length));
+  return radius * radius > dot(off, off);
+}
+
+// Finds the first segment that a ray enters; with `any`, whether it enters one or begins in one. Origin: mm, within the
+// period; the direction is unit and not level.
+bool march_yarn(uint yarn, vec3 origin, vec3 direction, bool any, out YarnHit hit) {
+  vec2 size = vec2(number(yarn + yarn_cell_size), number(yarn + yarn_cell_size + 1u));
+  vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
+  YarnWalk x = yarn_walk(origin.x, direction.x, size.x, int(word(yarn + yarn_columns)));
+  YarnWalk y = yarn_walk(origin.y, direction.y, size.y, int(word(yarn + yarn_rows)));
+  float bound = number(yarn + (direction.z < 0.0 ? yarn_low : yarn_high));
+  float end = (bound - origin.z) / direction.z;
+  float entered = 0.0;
+  float nearest = nowhere;
+  hit = YarnHit(0u, vec3(0.0));
+  for (int visited = 0; visited < 16384; ++visited) {
+    float left = min(min(next_edge(x), next_edge(y)), end);
+    uint cell = word(yarn + yarn_cells) + cell_words * uint(y.cell * x.cells + x.cell);
+    float from = origin.z + direction.z * entered;
+    float to = origin.z + direction.z * left;
+    uint first = word(cell + cell_first);
+    uint last = first + reference_words * word(cell + cell_count);
+    if (first < last && min(from, to) <= number(cell + cell_high) && max(from, to) >= number(cell + cell_low)) {
+      vec3 local = origin + direction * entered - vec3((vec2(float(x.cell), float(y.cell)) + 0.5) * size, 0.0);
+      for (uint reference = first; reference < last; reference += reference_words) {
+        vec3 off = local - vector_at(reference + reference_start);
+        uint segment = word(yarn + yarn_segments) + segment_words * word(reference + reference_segment);
+        if (any && visited == 0 && is_in_segment(off, segment)) return true;
+        float entry = enter_segment(off, direction, segment, -entered);
+        if (!(entry < nearest - entered)) continue;
+        if (any) return true;
+        nearest = entered + entry;
+        hit = YarnHit(segment, off + direction * entry);
+      }
+    }
+    if (nearest <= left) return true;
+    if (left >= end) break;
+    entered = left;
+    if (next_edge(x) <= left) {
+      origin.x -= float(advance(x)) * period.x;
+    } else {
+      origin.y -= float(advance(y)) * period.y;
+    }
+  }
+  return nearest < nowhere;
+}
+
+bool trace_yarn(uint fabric, vec2 uv, vec3 view, out YarnHit hit) {
+  uint yarn = word(fabric + fabric_yarns);
+  vec3 up = lifted(view);
+  float high = number(yarn + yarn_high);
+  // From a little higher: a ray that begins on a yarn does not enter it.
+  float above = high + (high - number(yarn + yarn_low)) / 256.0;
+  float rise = (above - number(fabric + fabric_reference_height)) / up.z;
+  vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
+  vec2 at = wrapped(vec2(uv.x, -uv.y) * period + rise * up.xy, period);
+  return march_yarn(yarn, vec3(at, above), -up, false, hit);
+}
+
+YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
+  float reach = number(hit.segment + segment_length);
+  vec3 along = vector_at(hit.segment + segment_axis) * reach;
+  vec3 first_tangent = vector_at(hit.segment + segment_tangents);
+  vec3 second_tangent = vector_at(hit.segment + segment_tangents + 3u);
+  float share = 0.0;
+  vec3 off = vec3(0.0);
+  vec3 tangent = vec3(0.0);
+  // A step of Newton's method from the straight line's nearest point to that of the smooth curve.
+  for (int i = 0; i < 2; ++i) {
+    float next = i == 0 ? dot(hit.from_start, along) / (reach * reach) : share + dot(off, tangent) / dot(tangent, tangent);
+    share = clamp(next, -0.25, 1.25);
+    float rest = 1.0 - share;
+    tangent = along * (6.0 * share * rest) +
+              (first_tangent * (rest * (1.0 - 3.0 * share)) + second_tangent * (share * (3.0 * share - 2.0))) * reach;
+    off = hit.from_start - along * (share * share * (3.0 - 2.0 * share)) -
+          (first_tangent * (share * rest * rest) - second_tangent * (share * share * rest)) * reach;
+  }
+  tangent = normalize(tangent);
+  YarnPoint point;
+  point.curve = word(yarn + yarn_curves) + curve_words * word(hit.segment + segment_curve);
+  point.station = number(hit.segment + segment_station) + share * number(hit.segment + segment_stations);
+  if (point.station < 0.0) point.station += float(word(point.curve + curve_stations));
+  point.normal = normalize(off - tangent * dot(tangent, off));
+  vec3 around = cross(tangent, point.normal);
+  point.fibre = normalize(tangent + around * number(point.curve + curve_slope));
+  vec3 across = mix(vector_at(hit.segment + segment_across), vector_at(hit.segment + segment_across + 3u), share);
+  vec2 angle = vec2(dot(point.normal, across), -dot(around, across));
+  float norm = length(angle);
+  point.angle = norm > 0.0 ? angle / norm : vec2(1.0, 0.0);
+  return point;
+}
+
+bool is_yarn_hidden(uint yarn, YarnHit hit, vec3 normal, vec3 light) {
+  vec3 at = vector_at(hit.segment + segment_start) + hit.from_start +
+            normal * (number(hit.segment + segment_radius) / 64.0);
+  vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
+  YarnHit ignored;
+  return march_yarn(yarn, vec3(wrapped(at.xy, period), at.z), lifted(light), true, ignored);
+}
+
+// format/fabric/yarn_reflectance.h
+float smith_lambda(vec3 d, float r) { return (sqrt(1.0 + (r * r * d.x * d.x + d.y * d.y) / (d.z * d.z)) - 1.0) / 2.0; }
+float gloss_reflectance(vec3 l, vec3 v, float roughness) {
+  if (!(l.z > 0.0) || !(v.z > 0.0)) return 0.0;
+  float r = max(0.01, roughness);
+  vec3 h = l + v;
+  float q = (h.x * h.x / (r * r) + h.y * h.y + h.z * h.z) / dot(h, h);
+  return 1.0 / (3.14159265358979324 * r * q * q * (1.0 + smith_lambda(l, r) + smith_lambda(v, r)) * 4.0 * l.z * v.z);
+}
+vec3 direct_light(YarnPoint point, vec3 light, vec3 view) {
+  vec3 l = lifted(light);
+  float cosine = dot(point.normal, l);
+  if (!(cosine > 0.0)) return vec3(0.0);
+  float gloss = number(point.curve + curve_gloss);
+  vec3 f = vector_at(point.curve + curve_albedo) * ((1.0 - gloss) * 0.318309886183790672);
+  if (gloss > 0.0) {
+    vec3 v = lifted(view);
+    v = normalize(v + point.normal * max(0.0, 0.01 - dot(point.normal, v)));
+    mat3 local = mat3(point.fibre, cross(point.normal, point.fibre), point.normal);
+    f += gloss * gloss_reflectance(vec3((l * local).xy, cosine), v * local, number(point.curve + curve_roughness));
+  }
+  return f * (cosine * min(1.0, light.z * 32.0));
+}
+// Coefficients of indirect light at a point, for each function of the light.
+void indirect_at(uint yarn, YarnPoint point, out vec3 of_light[9]) {
+  uint stations = word(point.curve + curve_stations);
+  float c = point.angle.x;
+  float s = point.angle.y;
+  float by_angle[5] = float[5](1.0, c, s, c * c - s * s, 2.0 * c * s);
+  uint whole = uint(point.station);
+  float share = point.station - float(whole);
+  for (int k = 0; k < 9; ++k) of_light[k] = vec3(0.0);
+  for (uint end = 0u; end < 2u; ++end) {
+    uint station = word(point.curve + curve_first_station) + (whole + end) % stations;
+    uint at = word(yarn + yarn_light) + 135u * station;
+    for (int i = 0; i < 5; ++i) {
+      float weight = (end == 0u ? 1.0 - share : share) * by_angle[i];
+      for (int k = 0; k < 9; ++k) of_light[k] += vector_at(at + uint(27 * i + 3 * k)) * weight;
+    }
+  }
+}
+
+// Adds the yarn at (u, v) of the reference plane under all lights.
+void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout vec4 sum) {
+  YarnHit hit;
+  if (!trace_yarn(fabric, uv, view, hit)) return;
+  sum.a += weight;
+  if (!(view.z > 0.0)) return;
+  uint yarn = word(fabric + fabric_yarns);
+  YarnPoint point = yarn_point_at(yarn, hit);
+  vec3 of_light[9];
+  indirect_at(yarn, point, of_light);
+  vec3 radiance = vec3(0.0);
+  for (uint i = 0u; i < light_count(); ++i) {
+    vec3 direction;
+    vec3 irradiance;
+    light_at(i, direction, irradiance);
+    vec3 l = direction * frame;
+    if (!(l.z > 0.0) || irradiance == vec3(0.0)) continue;
+    vec3 f = of_light[0] + of_light[1] * l.x + of_light[2] * l.y + of_light[3] * l.z + of_light[4] * (l.x * l.y) +
+             of_light[5] * (l.x * l.z) + of_light[6] * (l.y * l.z) + of_light[7] * (l.x * l.x - l.y * l.y) +
+             of_light[8] * (3.0 * l.z * l.z - 1.0);
+    f = max(vec3(0.0), f * l.z);
+    vec3 lit = direct_light(point, l, view);
+    if (lit != vec3(0.0) && !is_yarn_hidden(yarn, hit, point.normal, l)) f += lit;
+    radiance += f * irradiance;
+  }
+  for (int c = 0; c < 3; ++c) radiance[c] = radiance[c] >= 0.0 ? min(radiance[c], 1e30) : 0.0;
+  sum.rgb += weight * radiance;
+}
