@@ -192,9 +192,6 @@ Result<BakeJournal> bake_units(const CellMesh& given, const std::string& name, B
     }
   }
   const auto header_now = [&] { return samples_header(mesh, o, *plane, cell->thickness_mm(), provenance); };
-  if (o.yarns && mesh.yarns.curves.empty()) {
-    report.remarks.emplace_back("the mesh does not say which yarns it is made of: none are stored");
-  }
   YarnData yarns = mesh.yarns;
   const float lowest = bounds_of(mesh).min.z;
   for (V3f& node : yarns.nodes) node.z -= lowest;

@@ -84,7 +84,7 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
     parallel_for(0, curve.stations, [&](int station) {
       Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
       Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, 3 * light_functions_of_yarn);
-      for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * ((i + 1) / 2) * ((i + 1) / 2);
+      for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * (i < 3 ? 1 : 4);
       const YarnFrame frame = yarns.frame_at(static_cast<int>(c), station);
       for (int a = 0; a < angles; ++a) {
         const double angle = 2 * pi * a / angles;
