@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "format/base/random.h"
-#include "format/fabric/yarns.h"
+#include "format/fabric/fabric.h"
 
 namespace selvedge::test {
 
@@ -51,8 +51,16 @@ inline YarnData tangle(Random& random, const V2f& period, int curves) {
     }
     data.curves.push_back(curve);
   }
-  data.light.assign(static_cast<std::size_t>(stations) * light_values_per_station, 0.01F);
+  data.light.assign(static_cast<std::size_t>(stations) * light_values_per_station, 0.0078125F);
   return data;
+}
+
+/// The fabric with yarn, which 16 bits of light hold exactly.
+inline Fabric with_yarn(Fabric fabric, std::uint64_t seed) {
+  Random random(seed);
+  fabric.levels.front().set_yarns(
+      std::make_shared<const Yarns>(tangle(random, fabric.period_mm, 3), fabric.period_mm));
+  return fabric;
 }
 
 }  // namespace selvedge::test

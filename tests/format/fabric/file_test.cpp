@@ -5,6 +5,7 @@
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -160,7 +161,7 @@ TEST_CASE("a lobe that overflows is finite where it is evaluated, and nothing wh
 
 TEST_CASE("in any precision and codec a fabric that is read and written again has the same bytes") {
   const Folder folder;
-  const Fabric fabric = test::random_slab_fabric(13, 8, {3, 2}, 2, 9);
+  const Fabric fabric = test::with_yarn(test::random_slab_fabric(13, 8, {3, 2}, 2, 9), 4);
   FabricWriteOptions options;
   for (const LayerSet& half : {LayerSet(), table_layers, LayerSet{LayerKind::lobes}, LayerSet::all()}) {
     options.half = half;
