@@ -107,7 +107,7 @@ std::vector<M44d> places_of_node(GltfReader& reader, const Json& node, const std
     const std::string at = where + "/" + name;
     if (!accessor.is_null() && reader.accessor_shape(index_of(accessor), at).count > limit)
       reader.fail(Code::file_too_large, at, "too many instances");
-    const std::vector<V> values = reader.attribute<V>(attributes, name, count, where);
+    std::vector<V> values = reader.attribute<V>(attributes, name, count, where);
     if (!values.empty()) count = values.size();
     return values;
   };

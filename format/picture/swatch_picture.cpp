@@ -48,9 +48,12 @@ void add_linear(const Fabric& fabric, int level, const V2d& uv, float weight, st
 void add_points(const LevelOptions& options, const V2d& uv, const V2d& right, const V2d& up, float weight,
                 std::vector<Tap>& taps) {
   const int n = options.points;
-  for (int i = 0; i < n * n; ++i) {
-    const V2d offset = right * ((i % n + 0.5) / n - 0.5) + up * ((i / n + 0.5) / n - 0.5);
-    taps.push_back({-1, {0, 0}, weight / static_cast<float>(n * n), uv + offset});
+  const auto offset = [&](int i) { return (i + 0.5) / n - 0.5; };
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      taps.push_back(
+          {-1, {0, 0}, weight / static_cast<float>(n * n), uv + right * offset(i) + up * offset(j)});
+    }
   }
 }
 

@@ -34,8 +34,9 @@ void add_yarn(const ShadingScene& scene, const PixelBlock& block, const LaneFram
     const V3f view = direction_of(frames.view, lane);
     const float weight = block.yarn[lane] / static_cast<float>(n * n);
     for (int i = 0; i < n * n; ++i) {
+      const int row = i / n;
       const float right = (static_cast<float>(i % n) + 0.5F) / static_cast<float>(n) - 0.5F;
-      const float up = (static_cast<float>(i / n) + 0.5F) / static_cast<float>(n) - 0.5F;
+      const float up = (static_cast<float>(row) + 0.5F) / static_cast<float>(n) - 0.5F;
       const V2f uv = block.uv(lane) + block.uv_right(lane) * right + block.uv_up(lane) * up;
       const auto hit = yarns.trace(V2d(uv), fabric.reference_height, view);
       if (!hit) continue;
