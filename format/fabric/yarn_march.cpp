@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "format/fabric/lifted.h"
 #include "format/fabric/yarns.h"
 #include "format/simd/wide_float.h"
 
@@ -130,8 +131,6 @@ float wrapped(double value, float period) {
   const auto result = static_cast<float>(value - std::floor(value / p) * p);
   return result < period ? result : 0;
 }
-
-V3f lifted(const V3f& d) { return V3f(d.x, d.y, std::max(d.z, 1.0F / 32)).normalized(); }
 
 }  // namespace
 

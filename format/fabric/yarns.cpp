@@ -6,15 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "format/fabric/lifted.h"
+
 namespace selvedge {
 namespace {
 
-/// Views and lights rise by so much a unit of way in the plane, at least.
-constexpr float min_rise = 1.0F / 32;
 /// Normals that face the viewer less than this are taken to face him this much.
 constexpr float min_facing = 0.01F;
-
-V3f lifted(const V3f& d) { return V3f(d.x, d.y, std::max(d.z, min_rise)).normalized(); }
 
 /// `across` of one node carried to the next by two reflections (Wang et al. 2008): the least turn about the
 /// chain.

@@ -1,0 +1,16 @@
+// Directions as rays through yarn take them (spec/brdf.md, "Yarn").
+#pragma once
+
+#include <algorithm>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// Views and lights rise by at least so much per unit of way in the plane, which bounds a ray's length.
+inline constexpr float min_rise = 1.0F / 32;
+
+/// The unit direction `d`, raised to that where it is lower.
+inline V3f lifted(const V3f& d) { return V3f(d.x, d.y, std::max(d.z, min_rise)).normalized(); }
+
+}  // namespace selvedge
