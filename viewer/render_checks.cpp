@@ -15,8 +15,8 @@ Result<void> refuse(const char* option, std::string reason) {
 }
 
 Result<void> check_paper(const DrawOptions& o) {
-  if (o.levels.linear || o.levels.taps > 1 || o.levels.bias != 0)
-    return refuse(!o.levels.linear && o.levels.taps > 1 ? "--anisotropy" : "--filter",
+  if (o.levels.area || o.levels.bias != 0)
+    return refuse("--filter",
                   "the paper's path takes one texel of a level, the nearest, and OpenGL's level as it is");
   if (o.shadows > 0)
     return refuse("--shadows",
@@ -39,10 +39,6 @@ Result<void> check_size(const FrameSize& size) {
 
 Result<void> check_draw(RenderPath path, const DrawOptions& o) {
   if (o.levels.forced < -1) return refuse("--level", "must not be negative");
-  const int taps = tap_limit(o.levels.linear);
-  if (o.levels.taps < 1 || o.levels.taps > taps)
-    return refuse("--anisotropy", fmt::format("must lie between 1 and {}{}", taps,
-                                              o.levels.linear ? " with --filter linear" : ""));
   if (path == RenderPath::shader && o.power != PowerKind::exact)
     return refuse("--power", "is the processor's; with --path shader OpenGL computes its own powers");
   if (path == RenderPath::paper) return check_paper(o);

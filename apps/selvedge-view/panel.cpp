@@ -270,7 +270,6 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
   slider(request.change, "level", state.levels.forced, -1, static_cast<int>(levels) - 1, shown.c_str());
   box(request.change, "blend two levels", state.levels.blend);
-  slider(request.change, "taps", state.levels.taps, 1, max_taps);
   slider(request.change, "layers", state.layers, 1, max_layers);
   box(request.change, "texel edges (E)", state.texel_edges);
   ImGui::SameLine();

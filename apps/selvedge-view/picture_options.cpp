@@ -11,7 +11,7 @@ namespace selvedge {
 namespace {
 
 constexpr std::array<std::string_view, 2> on_off{"on", "off"};
-constexpr std::array<std::string_view, 2> filter_names{"nearest", "linear"};
+constexpr std::array<std::string_view, 2> filter_names{"nearest", "area"};
 constexpr std::array<std::string_view, 2> frame_names{"world", "camera"};
 
 }  // namespace
@@ -28,15 +28,12 @@ void add_input(Options& options, PictureOptions& picture) {
               "Mip level of the whole fabric to show everywhere (default: by the pixel's footprint)")
       .in(0, 30);
   options.choice("--filter", filter_names,
-                 "Between the texels of coarser levels: linear (default), or the nearest: faster, rougher",
+                 "What a pixel shows: the mean of the texels under it (area, the default), or the nearest "
+                 "texel: faster, rougher",
                  [&levels](std::size_t index) {
-                   levels.linear = index == 1;
-                   levels.bias = levels.linear ? best_levels.bias : 0.0F;
+                   levels.area = index == 1;
+                   levels.bias = levels.area ? best_levels.bias : 0.0F;
                  });
-  options.number(
-      "--anisotropy", levels.taps, "N",
-      "Taps along a pixel's footprint where the cloth is seen at a grazing angle, at most N (1 to 4; "
-      "with nearest texels to 16)");
 }
 
 void add_repeats(Options& options, SwatchOptions& swatch) {

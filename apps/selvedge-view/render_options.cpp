@@ -21,9 +21,8 @@ void set_quality(const Options& options, std::size_t quality, RenderCommand& com
     command.render.power = wanted.power;
   if (!options.given("--level")) levels.forced = wanted.levels.forced;
   if (!options.given("--level-blend")) levels.blend = wanted.levels.blend;
-  if (!options.given("--anisotropy")) levels.taps = wanted.levels.taps;
   if (options.given("--filter")) return;
-  levels.linear = wanted.levels.linear;
+  levels.area = wanted.levels.area;
   levels.bias = wanted.levels.bias;
 }
 
@@ -46,7 +45,7 @@ void check_render(const Options& options, const RenderCommand& command) {
                     "counts for nothing with a swatch of whole texels, without --place", {"--size"});
   options.refuse_if(options.given("--level"),
                     "counts for nothing with --level, which shows the nearest texels of one level",
-                    {"--filter", "--anisotropy", "--level-blend"});
+                    {"--filter", "--level-blend"});
   options.refuse_if(command.render.path == RenderPath::paper,
                     "counts for nothing with --path paper, which draws fabrics alone", {"--ambient"});
   options.refuse_if(command.render.path == RenderPath::shader,
@@ -120,16 +119,15 @@ void declare(Options& options, RenderCommand& command) {
     if (command.quality) set_quality(options, *command.quality, command);
     LevelOptions& levels = command.picture.levels;
     if (command.render.path == RenderPath::paper) {
-      // Already refused by their own options.
+      // Already refused by its own option.
       if (!options.given("--filter")) {
-        levels.linear = false;
+        levels.area = false;
         levels.bias = 0;
       }
-      if (!options.given("--anisotropy")) levels.taps = 1;
     }
     command.picture.swatch.level = levels.forced;
     // A forced level is shown with its exact texels.
-    if (levels.forced >= 0) levels.linear = false;
+    if (levels.forced >= 0) levels.area = false;
   });
 }
 

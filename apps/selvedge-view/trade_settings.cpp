@@ -18,7 +18,7 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
   setting.render.power = power;
   setting.render.layers = 1;
   const std::string by(path_names[static_cast<std::size_t>(path)]);
-  const char* filter = levels.linear ? "linear" : "nearest";
+  const char* filter = levels.area ? "area" : "nearest";
   const char* blend = levels.blend ? "on" : "off";
   nlohmann::ordered_json knobs = {{"path", by}};
   if (levels.forced >= 0) {
@@ -26,9 +26,9 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
     setting.options = fmt::format("--level {}", levels.forced);
     knobs["level"] = levels.forced;
   } else {
-    setting.name = fmt::format("{}-{}-taps{}-blend-{}-x{}", by, filter, levels.taps, blend, supersample);
-    setting.options = fmt::format("--filter {} --anisotropy {} --level-blend {}", filter, levels.taps, blend);
-    knobs.update({{"filter", filter}, {"taps", levels.taps}, {"levelBlend", blend}});
+    setting.name = fmt::format("{}-{}-blend-{}-x{}", by, filter, blend, supersample);
+    setting.options = fmt::format("--filter {} --level-blend {}", filter, blend);
+    knobs.update({{"filter", filter}, {"levelBlend", blend}});
   }
   knobs["supersample"] = supersample;
   if (supersample > 1) setting.options += fmt::format(" --supersample {}", supersample);
@@ -43,17 +43,13 @@ TradeSetting setting_of(const LevelOptions& levels, int supersample, RenderPath 
   return setting;
 }
 
-constexpr LevelOptions with_taps(LevelOptions levels, int taps) {
-  levels.taps = taps;
-  return levels;
-}
 constexpr LevelOptions unblended(LevelOptions levels) {
   levels.blend = false;
   return levels;
 }
 
 constexpr LevelOptions nearest_levels;
-constexpr LevelOptions finest_alone{true, 0, 1, 0, false};
+constexpr LevelOptions finest_alone{true, 0};
 
 }  // namespace
 
@@ -74,11 +70,6 @@ std::vector<TradeSetting> trade_settings() {
   };
   for (std::size_t i = 0; i < frame_quality_names.size(); ++i) settings.push_back(quality_setting(i));
   add(nearest_levels, {1, 2, 4});
-  add(with_taps(nearest_levels, 2), {1});
-  add(with_taps(nearest_levels, 4), {1, 2});
-  add(with_taps(nearest_levels, 16), {1});
-  add(with_taps(best_levels, 1), {1, 2, 4});
-  add(with_taps(best_levels, 2), {1});
   add(unblended(nearest_levels), {1});
   add(unblended(best_levels), {1, 2});
   add(best_levels, {2, 3, 4});

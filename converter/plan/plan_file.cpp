@@ -120,11 +120,7 @@ Json plan_json(const ScenePlan& plan) {
           {"size", {o.size.x, o.size.y}},
           {"supersample", o.supersample},
           {"sight", sight_json(o)},
-          {"look",
-           {{"bias", o.levels.bias},
-            {"taps", o.levels.taps},
-            {"blend", o.levels.blend},
-            {"linear", o.levels.linear}}},
+          {"look", {{"bias", o.levels.bias}, {"blend", o.levels.blend}, {"area", o.levels.area}}},
           {"materials", materials}};
 }
 

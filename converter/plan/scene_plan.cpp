@@ -39,8 +39,7 @@ std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoin
                                   const PlanOptions& options, const std::vector<V2d>& units) {
   std::vector<PixelCover> covers(scene.materials.size());
   for (const Viewpoints& viewpoint : viewpoints) {
-    const auto partial =
-        pixel_covers(scene, viewpoint, options.size.y * options.supersample, options.levels.taps, units);
+    const auto partial = pixel_covers(scene, viewpoint, options.size.y * options.supersample, units);
     for (std::size_t i = 0; i < covers.size(); ++i) covers[i] |= partial[i];
   }
   return covers;

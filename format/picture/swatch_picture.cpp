@@ -23,25 +23,41 @@ V2d uv_of(const Fabric& fabric, const V2d& point) {
   return point * 1000.0 / V2d(fabric.period_mm) * V2d(1, -1);
 }
 
-void add_nearest(const Fabric& fabric, int level, const V2d& uv, float weight, std::vector<Tap>& taps) {
+/// The texels of a level under the pixel; `right` and `up` in repeats.
+void add_texels(const Fabric& fabric, int level, const LevelOptions& options, const V2d& uv, const V2d& right,
+                const V2d& up, float weight, std::vector<Tap>& taps) {
   const FabricLevel& texels = fabric.levels[level];
-  taps.push_back({level, {wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height)}, weight});
-}
-
-/// The four texels around (u, v), weighted by distance.
-void add_linear(const Fabric& fabric, int level, const V2d& uv, float weight, std::vector<Tap>& taps) {
-  const FabricLevel& texels = fabric.levels[level];
+  if (!options.area || options.forced >= 0) {
+    taps.push_back({level, {wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height)}, weight});
+    return;
+  }
   const V2d size(texels.width, texels.height);
-  const V2d at = uv * size - V2d(0.5, 0.5);
-  const V2d corner(std::floor(at.x), std::floor(at.y));
-  const V2f part(at - corner);
-  for (const int down : {0, 1}) {
-    for (const int right : {0, 1}) {
-      const V2d centre = (corner + V2d(right + 0.5, down + 0.5)) / size;
-      const float share = (right == 1 ? part.x : 1 - part.x) * (down == 1 ? part.y : 1 - part.y);
-      add_nearest(fabric, level, centre, weight * share, taps);
+  const auto slopes = [&](const V2d& of) {
+    const V2f r(right * of);
+    const V2f u(up * of);
+    return TexelSlopes<float>{r.x, r.y, u.x, u.y};
+  };
+  const float pixel = pixel_size(slopes(V2d(whole_texels(fabric))));
+  const PixelBox<float> box = pixel_box(slopes(size), std::ldexp(pixel, -(fabric.first_level() + level)));
+  const V2d centre = uv * size;
+  const V2i first(static_cast<int>(std::floor(centre.x - static_cast<double>(box.reach_x) + 0.5)),
+                  static_cast<int>(std::floor(centre.y - static_cast<double>(box.reach_y) + 0.5)));
+  const std::size_t begin = taps.size();
+  float sum = 0;
+  for (int y = first.y; y < first.y + max_pixel_texels; ++y) {
+    for (int x = first.x; x < first.x + max_pixel_texels; ++x) {
+      const V2d at(x + 0.5, y + 0.5);
+      const V2f away(at - centre);
+      if (away.x >= box.reach_x || away.y >= box.reach_y) continue;
+      const float share = texel_share(box, away.x, away.y);
+      if (!(share > 0)) continue;
+      sum += share;
+      taps.push_back({level,
+                      {wrap_texel(at.x / size.x, texels.width), wrap_texel(at.y / size.y, texels.height)},
+                      share});
     }
   }
+  for (std::size_t i = begin; i < taps.size(); ++i) taps[i].weight *= weight / sum;
 }
 
 /// Points of the yarn, evenly over the pixel.
@@ -57,46 +73,26 @@ void add_points(const LevelOptions& options, const V2d& uv, const V2d& right, co
   }
 }
 
-/// Sets the taps of a pixel by spec/brdf.md, "Over a surface", "The viewer".
+/// Sets the lookups of a pixel by spec/brdf.md, "Over a surface", "The viewer".
 void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv, const V2d& right,
                const V2d& up, std::vector<Tap>& taps) {
   taps.clear();
-  const FabricLevel& finest = fabric.levels.front();
-  const V2d size(finest.width, finest.height);
+  const V2d size(whole_texels(fabric));
   const V2f r(right * size);
   const V2f u(up * size);
-  const TexelSlopes<float> slopes{r.x, r.y, u.x, u.y};
-  const auto last = static_cast<float>(fabric.levels.size() - 1);
-  const Footprint<float> ellipse = footprint(slopes, static_cast<float>(options.taps));
+  const float pixel = pixel_size<float>({r.x, r.y, u.x, u.y});
   const float wanted =
-      options.forced >= 0 ? static_cast<float>(options.forced) : ellipse.level + options.bias;
-  float yarn = finest.yarns() && options.forced < 0 ? std::clamp(-wanted, 0.0F, 1.0F) : 0;
-  if (!options.blend) yarn = std::floor(yarn + 0.5F);
+      options.forced >= 0 ? static_cast<float>(options.forced) : std::log2(pixel) + options.bias;
+  const float relative = wanted - static_cast<float>(fabric.first_level());
+  const float yarn = fabric.levels.front().yarns() ? yarn_share(relative, options.blend) : 0;
   if (yarn > 0) add_points(options, uv, right, up, yarn, taps);
-  if (yarn == 1) return;
-  const float clamped = wanted > 0 ? std::min(wanted, last) : 0;
-  const float level = options.blend ? clamped : std::floor(clamped + 0.5F);
-  const LevelBlend blend = level_blend(static_cast<double>(level), static_cast<int>(fabric.levels.size()));
-  const float long_axis = std::sqrt(ellipse.axis_x * ellipse.axis_x + ellipse.axis_y * ellipse.axis_y) + 1;
-  const float parts = std::min(ellipse.ratio, long_axis);
-  const bool single = options.taps == 1 || options.forced >= 0 || !(parts > 1.001F);
-  const int count = single ? 1 : std::min(static_cast<int>(parts + 0.999F), options.taps);
-  const bool linear = options.linear && (blend.lower > 0 || blend.weight > 0);
-  const V2d axis(static_cast<double>(ellipse.axis_x) / finest.width,
-                 static_cast<double>(ellipse.axis_y) / finest.height);
-  for (int i = 0; i < count; ++i) {
-    const V2d at = uv + axis * ((i + 0.5) / count - 0.5);
-    for (const int upper : {0, 1}) {
-      const float weight =
-          (1 - yarn) * (upper == 1 ? blend.weight : 1 - blend.weight) / static_cast<float>(count);
-      if (weight == 0) continue;
-      const int number = blend.lower + upper;
-      if (linear && number > 0) {
-        add_linear(fabric, number, at, weight, taps);
-      } else {
-        add_nearest(fabric, number, at, weight, taps);
-      }
-    }
+  const auto last = static_cast<float>(fabric.levels.size() - 1);
+  const float level = relative > 0 ? std::min(relative, last) : 0;
+  const int lower = static_cast<int>(level);
+  const float of_upper = blend_of_levels(level - std::floor(level), options.blend);
+  for (const int k : {0, 1}) {
+    const float weight = (1 - yarn) * (k == 1 ? of_upper : 1 - of_upper);
+    if (weight > 0) add_texels(fabric, lower + k, options, uv, right, up, weight, taps);
   }
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "format/scene/footprint.h"
+
 namespace selvedge {
 namespace {
 
@@ -17,9 +19,14 @@ LevelRange levels_asked(const PixelCover& cover, const LevelOptions& options, in
   const auto level = [&](double texels) {
     return std::log2(std::clamp(texels, 1e-30, 1e30)) + static_cast<double>(options.bias);
   };
+  // The two levels of which the blend at a fractional level consists, or the one.
+  const auto blended = [&](double fraction) {
+    const double lower = std::floor(fraction);
+    return lower + static_cast<double>(blend_of_levels(static_cast<float>(fraction - lower), options.blend));
+  };
   const double last = levels - 1;
-  const double first = std::clamp(std::floor(level(cover.min_size) - rounding), 0.0, last);
-  const double coarsest = std::clamp(std::ceil(level(cover.max_size) + rounding), first, last);
+  const double first = std::clamp(std::floor(blended(level(cover.min_size) - rounding)), 0.0, last);
+  const double coarsest = std::clamp(std::ceil(blended(level(cover.max_size) + rounding)), first, last);
   return {static_cast<int>(first), static_cast<int>(cover.max_size > 0 ? coarsest : last)};
 }
 
@@ -77,7 +84,7 @@ std::vector<LevelRange> levels_asked(const Scene& scene, const Camera& camera, i
   for (const SceneMaterial& material : scene.materials) {
     units.push_back(material.fabric ? V2d(whole_texels(*headers[material.fabric->fabric])) : V2d(1, 1));
   }
-  const std::vector<PixelCover> covers = pixel_covers(scene, camera, height, options.taps, units);
+  const std::vector<PixelCover> covers = pixel_covers(scene, camera, height, units);
   std::vector<PixelCover> fabric_covers(headers.size());
   for (std::size_t i = 0; i < covers.size(); ++i) {
     if (scene.materials[i].fabric) fabric_covers[scene.materials[i].fabric->fabric] |= covers[i];

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "format/scene/footprint.h"
+
 namespace selvedge {
 namespace {
 
@@ -155,8 +157,8 @@ class OrbitSpans {
 };
 
 template <class SpansOf>
-void add_cover(const SpansOf& spans_of, const Scene& scene, const SceneInstance& instance, int taps,
-               const V2d& unit, PixelCover& cover) {
+void add_cover(const SpansOf& spans_of, const Scene& scene, const SceneInstance& instance, const V2d& unit,
+               PixelCover& cover) {
   const ScenePrimitive& primitive = scene.primitives[instance.primitive];
   const FabricReference& fabric = *scene.materials[primitive.material].fabric;
   const bool double_sided = scene.materials[primitive.material].double_sided;
@@ -179,9 +181,11 @@ void add_cover(const SpansOf& spans_of, const Scene& scene, const SceneInstance&
     if (stretch.min == HUGE_VAL) continue;
     const Spans spans = spans_of(p);
     if (spans.min_short == HUGE_VAL) continue;
-    PixelCover here{
-        stretch.min * spans.min_short, stretch.max * std::max(spans.max_short, spans.max_long / taps),
-        mirrored ? spans.back : spans.front, (mirrored ? spans.front : spans.back) && double_sided};
+    PixelCover here{stretch.min * spans.min_short,
+                    stretch.max * std::max(std::sqrt(spans.max_short * spans.max_long),
+                                           spans.max_long / std::sqrt(static_cast<double>(max_elongation))),
+                    mirrored ? spans.back : spans.front,
+                    (mirrored ? spans.front : spans.back) && double_sided};
     if (!here.fronts && !here.backs) continue;
     // NaN must not hide a level.
     if (std::isnan(here.min_size)) here.min_size = 0;
@@ -231,14 +235,14 @@ PixelCover& PixelCover::operator|=(const PixelCover& other) {
   return *this;
 }
 
-std::vector<PixelCover> pixel_covers(const Scene& scene, const Viewpoints& viewpoints, int height, int taps,
+std::vector<PixelCover> pixel_covers(const Scene& scene, const Viewpoints& viewpoints, int height,
                                      std::span<const V2d> units) {
   std::vector<PixelCover> covers(scene.materials.size());
   const auto add_all = [&](const auto& spans_of) {
     for (const SceneInstance& instance : scene.instances) {
       const int material = scene.primitives[instance.primitive].material;
       if (material < 0 || !scene.materials[material].fabric) continue;
-      add_cover(spans_of, scene, instance, taps, units[material], covers[material]);
+      add_cover(spans_of, scene, instance, units[material], covers[material]);
     }
   };
   if (const Camera* camera = std::get_if<Camera>(&viewpoints)) {

@@ -37,10 +37,9 @@ using Viewpoints = std::variant<Camera, Orbit>;
 
 /// Bounds of the footprints of all pixels that show a fabric.
 struct PixelCover {
-  /// Lower bound of the shorter axis of a footprint; infinite if no pixel shows the fabric, 0 if unbounded.
+  /// Lower bound of pixel_size(); infinite if no pixel shows the fabric, 0 if unbounded.
   double min_size = HUGE_VAL;
-  /// Upper bound of the size of one of the `taps` parts of a footprint; 0 if no pixel shows the fabric,
-  /// infinite if unbounded.
+  /// Upper bound of it; 0 if no pixel shows the fabric, infinite if unbounded.
   double max_size = 0;
   bool fronts = false;  ///< front sides may be seen
   bool backs = false;   ///< back sides may be seen
@@ -50,8 +49,8 @@ struct PixelCover {
 
 /// The cover of each material in all frames of `height` pixels from these viewpoints. `units[i]`: number of
 /// units along u and v of a repeat of material i, such as texels of level 0 or millimetres. Occluded surfaces
-/// count as seen; materials without a fabric and culled sides do not. Precondition: 1 <= taps.
-std::vector<PixelCover> pixel_covers(const Scene& scene, const Viewpoints& viewpoints, int height, int taps,
+/// count as seen; materials without a fabric and culled sides do not.
+std::vector<PixelCover> pixel_covers(const Scene& scene, const Viewpoints& viewpoints, int height,
                                      std::span<const V2d> units);
 
 }  // namespace selvedge

@@ -1,5 +1,5 @@
-// What mip levels, blending and taps are worth: a flat piece of fabric, turned by 17 degrees, drawn smaller
-// and smaller, against a picture of at least two samples per texel of level 0: selvedge-bench-levels
+// What mip levels, blending and filters are worth: a flat piece of fabric, turned by 17 degrees, drawn
+// smaller and smaller, against a picture of at least two samples per texel of level 0: selvedge-bench-levels
 // FABRIC.exr [--rows FILE]
 #include <algorithm>
 #include <cmath>
@@ -129,11 +129,9 @@ const std::vector<Mode>& modes() {
   static const std::vector<Mode> all{{"level 0 alone", {.blend = false, .forced = 0}},
                                      {"nearest level", {.blend = false}},
                                      {"two levels", {}},
-                                     {"two, +1/2", {.bias = 0.5F}},
-                                     {"two, 4 taps", {.taps = 4}},
-                                     {"linear", {.linear = true}},
-                                     {"linear, -1/2", {.bias = -0.5F, .linear = true}},
-                                     {"both, 4 taps", {.taps = 4, .bias = -0.5F, .linear = true}}};
+                                     {"by area", {.area = true}},
+                                     {"by area, -1/2", {.bias = -0.5F, .area = true}},
+                                     {"by area, -1", best_levels}};
   return all;
 }
 

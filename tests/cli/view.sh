@@ -124,7 +124,7 @@ test_render_refuses_options_that_would_count_for_nothing() {
     # shellcheck disable=SC2086
     idle "${option% *}" k.fabric.exr --place near $option
   done
-  for option in '--filter nearest' '--anisotropy 2' '--level-blend off'; do
+  for option in '--filter nearest' '--level-blend off'; do
     # shellcheck disable=SC2086
     idle "${option% *}" quad.glb --level 1 $option
   done
@@ -160,9 +160,9 @@ test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
     shift
     selvedge-view render quad.glb -o "$to.exr" --size 64x48 --elevation 15 "$@"
   }
-  local best=(--filter linear --anisotropy 4 --level-blend on --power fast)
+  local best=(--filter area --level-blend on --power fast)
   draw draft --quality draft
-  draw as-draft --filter nearest --anisotropy 1 --level-blend on --power fast
+  draw as-draft --filter nearest --level-blend on --power fast
   same draft.exr as-draft.exr
   draw standard --quality standard
   draw as-standard "${best[@]}"
@@ -174,12 +174,12 @@ test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
   draw reference --quality reference
   draw as-reference "${best[@]}" --supersample 3
   same reference.exr as-reference.exr
-  draw mixed --quality reference --supersample 1 --anisotropy 1 --power exact
-  draw as-mixed --filter linear --anisotropy 1 --level-blend on --power exact
+  draw mixed --quality reference --supersample 1 --power exact
+  draw as-mixed --filter area --level-blend on --power exact
   same mixed.exr as-mixed.exr
   # OpenGL has powers of its own.
   draw shader --quality standard --path shader
-  draw as-shader --filter linear --anisotropy 4 --level-blend on --path shader
+  draw as-shader --filter area --level-blend on --path shader
   same shader.exr as-shader.exr
 }
 
@@ -321,10 +321,9 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   make_scene
   selvedge-view render quad.glb -o paper.png --size 60x40 --path paper --stats paper.json
   holds 'r.path === "paper" && r.coveredPixels > 0 && r.seconds.geometry > 0 && r.seconds.evaluation > 0' paper.json
-  selvedge-view render quad.glb -o hybrid.png --size 60x40 --filter nearest --anisotropy 1
+  selvedge-view render quad.glb -o hybrid.png --size 60x40 --filter nearest
   differ paper.png hybrid.png
   refuses OPTION_OUT_OF_RANGE --filter selvedge-view render quad.glb -o x.png --path paper --filter linear
-  refuses OPTION_OUT_OF_RANGE --anisotropy: selvedge-view render quad.glb -o x.png --path paper --anisotropy 2
   selvedge make --quality paper plain-knit -o lit.fabric.exr --light-table --quiet "${small[@]}" >/dev/null
   refuses OPTION_OUT_OF_RANGE 'paper: the fabric has a light table' selvedge-view render lit.fabric.exr -o x.png --path paper
   refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper

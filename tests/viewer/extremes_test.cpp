@@ -103,9 +103,8 @@ TEST_CASE("ten thousand repeats in 64 pixels are the coarsest level everywhere")
   Extreme of = facing_square(test::random_fabric(16, 16, 1), 10000);
   Extreme coarsest = of;
   coarsest.options.levels.forced = 4;
-  for (const bool linear : {false, true}) {
-    of.options.levels.linear = linear;
-    of.options.levels.taps = linear ? 4 : 1;
+  for (const bool area : {false, true}) {
+    of.options.levels.area = area;
     on_both_paths(of, [&](const Frame& frame) {
       CHECK(covered(frame) == 64 * 64);
       CHECK(apart(frame, drawn(coarsest, RenderPath::hybrid)) < 1e-4);
@@ -142,8 +141,8 @@ TEST_CASE("a cloth seen at 89.99 degrees stays what it is") {
   of.camera.window_half = V2d(1, std::cos(angle));
   of.camera.near = -1000;
   of.camera.far = 1000;
-  for (const int taps : {1, 16}) {
-    of.options.levels.taps = taps;
+  for (const LevelOptions& levels : {LevelOptions(), best_levels}) {
+    of.options.levels = levels;
     on_both_paths(of, [](const Frame& frame) {
       CHECK(covered(frame) > 60 * 60);
       for (const V4f& p : frame.pixels) {

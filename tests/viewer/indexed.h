@@ -86,9 +86,14 @@ void each_pixel(const Indexed& indexed, const Body& body) {
   }
 }
 
-/// The fractional level of a pixel with one tap.
+/// The mean level of a pixel's texels.
 inline double level_of(const PixelBlock& block, std::size_t lane) {
-  return static_cast<double>(static_cast<float>(block.texels[0].level[lane]) + block.texels[1].weight[lane]);
+  float sum = 0;
+  for (std::size_t k = 0; k < block.texel_count; ++k) {
+    const float weight = block.texels[k].weight[lane];
+    if (weight > 0) sum += weight * static_cast<float>(block.texels[k].level[lane]);
+  }
+  return static_cast<double>(sum);
 }
 
 }  // namespace selvedge::test

@@ -226,7 +226,7 @@ TEST_CASE("what a one-sided material shows from behind counts for nothing") {
         options.look_at = V3d(0, 0, 0);
         options.distance = 4;
         const Camera camera = camera_for(options);
-        const PixelCover cover = pixel_covers(scene, camera, seen_height, 4, units)[0];
+        const PixelCover cover = pixel_covers(scene, camera, seen_height, units)[0];
         // A square mirrored by its node still turns its front to +z: the winding is turned with it.
         CHECK(cover.fronts == (azimuth < 90));
         CHECK_FALSE(cover.backs);
@@ -240,15 +240,15 @@ TEST_CASE("what a one-sided material shows from behind counts for nothing") {
     // From all around some eye sees the front.
     const auto points = test::need(world_points(scene));
     const auto around = test::need(make_orbit(points, aspect, 3, 4, {}));
-    CHECK(pixel_covers(scene, around, seen_height, 4, units)[0].fronts);
-    CHECK_FALSE(pixel_covers(scene, around, seen_height, 4, units)[0].backs);
+    CHECK(pixel_covers(scene, around, seen_height, units)[0].fronts);
+    CHECK_FALSE(pixel_covers(scene, around, seen_height, units)[0].backs);
     // Both sides of one that is seen edge on, as far as can be known.
     scene.materials[0].double_sided = true;
     CameraOptions options;
     options.azimuth = 90;
     options.look_at = V3d(0, 0, 0);
     options.distance = 4;
-    const PixelCover edge = pixel_covers(scene, camera_for(options), seen_height, 4, units)[0];
+    const PixelCover edge = pixel_covers(scene, camera_for(options), seen_height, units)[0];
     CHECK(edge.fronts);
     CHECK(edge.backs);
   }
@@ -264,7 +264,7 @@ TEST_CASE(
   const std::vector<V2d> units{V2d(64, 64)};
   const auto range_of = [&](double nearest, double farthest) {
     const auto around = test::need(make_orbit(points, aspect, nearest, farthest, {}));
-    const PixelCover cover = pixel_covers(scene, around, seen_height, 4, units)[0];
+    const PixelCover cover = pixel_covers(scene, around, seen_height, units)[0];
     CHECK_FALSE(std::isnan(cover.min_size));
     CHECK_FALSE(std::isnan(cover.max_size));
     return levels_asked(cover, best_levels, 7);

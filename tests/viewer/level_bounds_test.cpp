@@ -54,7 +54,7 @@ TEST_CASE(
     for (const Projection projection : {Projection::perspective, Projection::parallel}) {
       for (const double distance : {2.0, 8.0, 40.0}) {
         for (const LevelOptions& levels :
-             {LevelOptions(), best_levels, LevelOptions{false, -1, 2, 0, false}}) {
+             {LevelOptions(), best_levels, LevelOptions{false, -1, 0.5F, true}}) {
           CameraOptions options;
           options.projection = projection;
           options.look_at = V3d(0, 0, 0);
@@ -94,7 +94,7 @@ TEST_CASE("the shader shows a part of a fabric as the whole") {
   const Scene scene = balls();
   const Fabric whole = test::random_fabric(24, 20, 7);
   CameraOptions options;
-  options.distance = 20;
+  options.distance = 40;
   const Camera camera = test::need(make_camera(std::vector<V3d>{V3d(-1), V3d(1)}, 1.25, options));
   RenderOptions look;
   look.path = RenderPath::shader;
@@ -164,9 +164,11 @@ TEST_CASE(
       const double farthest = 2 * nearest;
       const auto around = test::need(make_orbit(points, aspect, nearest, farthest, options));
       const std::vector<V2d> units{V2d(512, 512)};
-      const PixelCover cover = pixel_covers(scene, around, height, best_levels.taps, units)[0];
+      const PixelCover cover = pixel_covers(scene, around, height, units)[0];
       const LevelRange range = levels_asked(cover, best_levels, 10);
-      const double finest = std::log2(cover.min_size) + static_cast<double>(best_levels.bias);
+      const double fraction = std::log2(cover.min_size) + static_cast<double>(best_levels.bias);
+      const double part = fraction - std::floor(fraction);
+      const double finest = std::floor(fraction) + std::clamp(4 * (part - 0.5) + 0.5, 0.0, 1.0);
       double seen = HUGE_VAL;
       int pixels = 0;
       for (int i = 0; i < 40; ++i) {
@@ -206,7 +208,7 @@ TEST_CASE("what no frame shows needs the coarsest level alone, what has no bound
   // The eye may stand within the ball.
   const auto around = test::need(make_orbit(points, 1.25, 0.5, 3, {}));
   const std::vector<V2d> units{V2d(32, 32)};
-  const PixelCover cover = pixel_covers(scene, around, height, 4, units)[0];
+  const PixelCover cover = pixel_covers(scene, around, height, units)[0];
   CHECK(cover.min_size == 0);
   CHECK(levels_asked(cover, best_levels, 6).first == 0);
   CHECK(levels_asked(cover, best_levels, 6).last == 5);
@@ -227,10 +229,10 @@ TEST_CASE("a demand in millimetres is met by texels of any shape") {
     const auto around = test::need(make_orbit(points, 1.25, 4 + 8 * random.uniform(), 20, {}));
     const std::vector<V2d> in_mm{period};
     const std::vector<V2d> in_texels{V2d(texels)};
-    const PixelCover mm = pixel_covers(scene, around, height, 4, in_mm)[0];
+    const PixelCover mm = pixel_covers(scene, around, height, in_mm)[0];
     const int levels = level_count(texels.x, texels.y);
     const LevelRange needed =
-        levels_asked(pixel_covers(scene, around, height, 4, in_texels)[0], best_levels, levels);
+        levels_asked(pixel_covers(scene, around, height, in_texels)[0], best_levels, levels);
     const LevelRange made = levels_for({mm.min_size, mm.max_size, static_cast<double>(best_levels.bias)},
                                        period / V2d(texels), levels);
     CHECK(made.first <= needed.first);

@@ -27,11 +27,7 @@ test::Setting sphere_in(const Fabric& fabric) {
 TEST_CASE("hybrid and shader agree to 2 of 255 on 99.9 % of pixels: lobes, table, holes, front and back") {
   test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
   CHECK(test::share_apart(setting) <= 0.001);
-  setting.options.levels.taps = 4;
-  setting.options.levels.linear = true;
-  CHECK(test::share_apart(setting) <= 0.001);
-  setting.options.levels.linear = false;
-  setting.options.levels.taps = 8;
+  setting.options.levels = best_levels;
   CHECK(test::share_apart(setting) <= 0.001);
   setting.options.supersample = 2;
   setting.options.levels.blend = false;

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "format/fabric/level_options.h"
+#include "format/scene/footprint.h"
 #include "viewer/hybrid/evaluate_lanes.h"
 #include "viewer/scene/mesh.h"
 
@@ -57,7 +58,7 @@ struct PixelBlock {
   V2f uv_up(std::size_t lane) const { return {u_up[lane], v_up[lane]}; }
   /// Texels of the fabrics; their weights and that of the yarn sum to 1.
   std::size_t texel_count = 0;
-  std::array<LaneTexels, std::size_t{2} * max_taps> texels;
+  std::array<LaneTexels, std::size_t{2} * max_pixel_texels * max_pixel_texels + 1> texels;
 };
 
 void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlock& block);

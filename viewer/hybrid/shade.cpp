@@ -110,7 +110,8 @@ SELVEDGE_INLINE void finish(const LaneFloats& keeps_opacity, LaneShading& shadin
       // False for NaN.
       if_greater(radiance, zero, min(radiance, max_radiance), zero).store(values);
     }
-    if_greater(keeps, zero, alpha, one).store(&shading.alpha[first]);
+    // Weights sum to 1 but for rounding.
+    if_greater(keeps, zero, min(alpha, one), one).store(&shading.alpha[first]);
   }
 }
 SELVEDGE_THREE_BODIES(finish, (const LaneFloats& keeps_opacity, LaneShading& shading),

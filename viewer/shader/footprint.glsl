@@ -1,18 +1,55 @@
-// Mip levels and taps from the derivatives of texture coordinates: the GLSL twin of footprint() in
-// format/scene/footprint.h. Returns vec4(level, ratio, axis); the slopes (x, y) are per pixel to the right
-// and up, in texels of level 0.
-vec4 footprint(vec2 right, vec2 up, float taps) {
+// The texels under a pixel: the GLSL twin of format/scene/footprint.h. `right` and `up`: change of texture
+// coordinates per pixel, in texels of a level.
+const float max_elongation = 8.0;
+const float max_pixel_size = 3.5;
+const int max_pixel_texels = 8;
+
+float pixel_size(vec2 right, vec2 up) {
   float e = right.x * right.x + up.x * up.x;
   float f = right.x * right.y + up.x * up.y;
   float g = right.y * right.y + up.y * up.y;
-  float mean = (e + g) * 0.5;
   float half_difference = (e - g) * 0.5;
-  float root = sqrt(half_difference * half_difference + f * f);
-  float long2 = mean + root;
-  float long_kept = max(long2, 1e-24);
-  float short_kept = max(mean - root, long_kept / (taps * taps));
-  vec2 axis = e > g ? vec2(long2 - g, f) : vec2(f, long2 - e);
-  float length2 = dot(axis, axis);
-  float reach = (sqrt(long_kept) - sqrt(short_kept)) / sqrt(max(length2, 1e-24));
-  return vec4(log2(short_kept) * 0.5, sqrt(long_kept / short_kept), length2 > 1e-24 ? axis * reach : vec2(0.0));
+  float long2 = (e + g) * 0.5 + sqrt(half_difference * half_difference + f * f);
+  float area = abs(right.x * up.y - right.y * up.x);
+  return sqrt(max(max(area, long2 / max_elongation), 1e-24));
 }
+
+struct PixelBox {
+  mat2 into_pixel;  // from texels to the pixel's coordinates, -1/2 to 1/2 within it
+  vec2 texel;       // size of a texel in these coordinates
+  vec2 reach;       // texels whose centres are further away have no share
+};
+
+PixelBox pixel_box(vec2 right, vec2 up, float size) {
+  float shrink = min(max_pixel_size / size, 1.0);
+  right *= shrink;
+  up *= shrink;
+  float r = length(right);
+  float u = length(up);
+  right = r > 1e-12 ? right * (r < 1.0 ? 1.0 / r : 1.0) : vec2(1.0, 0.0);
+  up = u > 1e-12 ? up * (u < 1.0 ? 1.0 / u : 1.0) : vec2(0.0, 1.0);
+  float area = right.x * up.y - right.y * up.x;
+  if (!(abs(area) > 0.5 * min(length(right), length(up)))) {
+    right += dot(right, up) > 0.0 ? up : -up;
+    up = vec2(-right.y, right.x) / sqrt(max(dot(right, right), 1e-12));
+  }
+  float inverse = 1.0 / (right.x * up.y - right.y * up.x);
+  PixelBox box;
+  box.into_pixel = mat2(up.y, -right.y, -up.x, right.x) * inverse;
+  box.texel = sqrt(box.into_pixel[0] * box.into_pixel[0] + box.into_pixel[1] * box.into_pixel[1]);
+  vec2 half_size = (1.0 + box.texel) * 0.5;
+  box.reach = min(abs(right) * half_size.x + abs(up) * half_size.y, vec2(0.5 * float(max_pixel_texels)));
+  return box;
+}
+
+float texel_share(PixelBox box, vec2 from_centre) {
+  vec2 at = abs(box.into_pixel * from_centre);
+  vec2 share = min(max((1.0 + box.texel) * 0.5 - at, vec2(0.0)), min(box.texel, vec2(1.0)));
+  return all(lessThan(abs(from_centre), box.reach)) ? share.x * share.y : 0.0;
+}
+
+float blend_of_levels(float part, bool blends) {
+  return clamp((part - 0.5) * (blends ? 4.0 : 1e6) + 0.5, 0.0, 1.0);
+}
+
+float yarn_share(float level, bool blends) { return blend_of_levels(-0.5 - level, blends); }

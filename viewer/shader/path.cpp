@@ -32,9 +32,8 @@ enum Uniform : GLint {
   lights_in_use,
   forced_level,
   blend_levels,
-  max_taps,
   level_bias,
-  linear,
+  by_area,
   ambient,
   points
 };
@@ -204,9 +203,8 @@ void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
   gl_.Uniform1i(shading::lights_in_use, static_cast<GLint>(view.options.lights.size()));
   gl_.Uniform1i(shading::forced_level, levels.forced);
   gl_.Uniform1i(shading::blend_levels, levels.blend ? 1 : 0);
-  gl_.Uniform1f(shading::max_taps, static_cast<GLfloat>(levels.taps));
   gl_.Uniform1f(shading::level_bias, levels.bias);
-  gl_.Uniform1i(shading::linear, levels.linear ? 1 : 0);
+  gl_.Uniform1i(shading::by_area, levels.area ? 1 : 0);
   if (shows_yarn_) gl_.Uniform1i(shading::points, levels.points);
   gl_.BindTextureUnit(shading::triangles_unit, seen.triangles);
   if (pbr_.needed()) {

@@ -19,14 +19,13 @@ layout(location = 3) uniform vec3 ray_right;
 layout(location = 4) uniform vec3 ray_up;
 layout(location = 6) uniform int forced_level;  // -1: none
 layout(location = 7) uniform int blend_levels;
-layout(location = 8) uniform float max_taps;
-layout(location = 9) uniform float level_bias;
-layout(location = 10) uniform int linear;
+layout(location = 8) uniform float level_bias;
+layout(location = 9) uniform int by_area;
 #ifdef PBR
-layout(location = 11) uniform float ambient;  // light from all sides: white shows ambient / pi
+layout(location = 10) uniform float ambient;  // light from all sides: white shows ambient / pi
 #endif
 #ifdef YARN
-layout(location = 12) uniform int points;  // along either side of a pixel that shows yarn
+layout(location = 11) uniform int points;  // along either side of a pixel that shows yarn
 #endif
 
 layout(location = 0) out vec4 out_colour;
@@ -71,10 +70,36 @@ ivec2 size_of(uint fabric, uint level) {
   return ivec2(int(word(place + level_width)), int(word(place + level_height)));
 }
 
-uint texel_at(uint fabric, uint level, vec2 uv) {
+// Adds the mean of the texels of a level under the pixel; `right` and `up` in whole repeats.
+void shade_level(ivec2 surface, uint fabric, uint level, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 frame,
+                 float part, inout vec4 sum) {
   ivec2 size = size_of(fabric, level);
-  ivec2 at = min(ivec2((uv - floor(uv)) * vec2(size)), size - 1);
-  return uint(at.y * size.x + at.x);
+  vec2 centre = (uv - floor(uv)) * vec2(size);
+  if (by_area == 0 || forced_level >= 0) {
+    ivec2 at = min(ivec2(centre), size - 1);
+    shade_texel(uint(surface.x), level, uint(at.y * size.x + at.x), view, frame, part, sum);
+    return;
+  }
+  vec2 whole = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
+  float scale = exp2(-float(level + word(fabric + fabric_first_level)));
+  vec2 farthest = vec2(1e6);
+  PixelBox box = pixel_box(clamp(right * vec2(size), -farthest, farthest), clamp(up * vec2(size), -farthest, farthest),
+                           pixel_size(right * whole, up * whole) * scale);
+  ivec2 first = ivec2(floor(centre - box.reach + 0.5));
+  ivec2 count = ivec2(ceil(2.0 * box.reach));
+  float total = 0.0;
+  for (int i = 0; i < count.x * count.y; ++i) {
+    ivec2 texel = first + ivec2(i % count.x, i / count.x);
+    total += texel_share(box, vec2(texel) + 0.5 - centre);
+  }
+  for (int i = 0; i < count.x * count.y; ++i) {
+    ivec2 texel = first + ivec2(i % count.x, i / count.x);
+    float share = texel_share(box, vec2(texel) + 0.5 - centre);
+    if (!(share > 0.0)) continue;
+    // Texels beyond the border are those of the next repeat.
+    ivec2 at = (texel % size + size) % size;
+    shade_texel(uint(surface.x), level, uint(at.y * size.x + at.x), view, frame, part * share / total, sum);
+  }
 }
 
 void main() {
@@ -144,54 +169,30 @@ void main() {
   vec3 v = vec3(normal_v[0].w, normal_v[1].w, normal_v[2].w);
   vec2 uv = vec2(u.x - floor(u.x) + along(within.at, u.x, u.y, u.z),
                  v.x - floor(v.x) + along(within.at, v.x, v.y, v.z));
-  vec2 right = vec2(along(within.right, u.x, u.y, u.z), along(within.right, v.x, v.y, v.z)) * size;
-  vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z)) * size;
-  vec4 seen = footprint(right, up, max_taps);
+  vec2 right = vec2(along(within.right, u.x, u.y, u.z), along(within.right, v.x, v.y, v.z));
+  vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z));
 
-  float level = forced_level >= 0 ? float(forced_level) : seen.x + level_bias;
+  float level = (forced_level >= 0 ? float(forced_level) : log2(pixel_size(right * size, up * size)) + level_bias) -
+                float(first_level);
   vec4 sum = vec4(0.0);
   float of_texels = 1.0;
 #ifdef YARN
   if (word(fabric + fabric_yarns) != 0u) {
-    float of_yarn = clamp(float(first_level) - level, 0.0, 1.0);
-    if (blend_levels == 0) of_yarn = floor(of_yarn + 0.5);
-    of_texels = 1.0 - of_yarn;
-    float part = of_yarn / float(points * points);
-    for (int i = 0; part > 0.0 && i < points * points; ++i) {
+    of_texels -= yarn_share(level, blend_levels != 0);
+    float of_point = (1.0 - of_texels) / float(points * points);
+    for (int i = 0; of_point > 0.0 && i < points * points; ++i) {
       vec2 at = (vec2(float(i % points), float(i / points)) + 0.5) / float(points) - 0.5;
-      shade_yarn(fabric, uv - floor(uv) + (right * at.x + up * at.y) / size, local_view, frame, part, sum);
+      shade_yarn(fabric, uv - floor(uv) + right * at.x + up * at.y, local_view, frame, of_point, sum);
     }
   }
 #endif
-  level = clamp(level - float(first_level), 0.0, float(word(fabric + fabric_level_count) - 1u));
-  if (blend_levels == 0) level = floor(level + 0.5);
+  level = clamp(level, 0.0, float(word(fabric + fabric_level_count) - 1u));
   float lower = floor(level);
-  float weight = level - lower;
-  float parts = min(seen.y, length(seen.zw) + 1.0);
-  int taps = forced_level >= 0 || !(parts > 1.001) ? 1 : int(min(parts + 0.999, max_taps));
-  float share = 1.0 / float(taps);
-  for (int tap = 0; tap < taps; ++tap) {
-    float place = taps == 1 ? 0.0 : (float(tap) + 0.5) * share - 0.5;
-    vec2 at = uv + place * seen.zw / size;
-    for (int upper = 0; upper < 2; ++upper) {
-      uint k = uint(lower) + uint(upper);
-      float part = share * of_texels * (upper == 0 ? 1.0 - weight : weight);
-      if (part == 0.0) continue;
-      if (linear == 0 || k + first_level == 0u) {
-        shade_texel(uint(surface.x), k, texel_at(fabric, k, at), local_view, frame, part, sum);
-        continue;
-      }
-      // The four nearest texels.
-      vec2 of_level = vec2(size_of(fabric, k));
-      vec2 corner = at * of_level - 0.5;
-      vec2 within_cell = corner - floor(corner);
-      for (int around = 0; around < 4; ++around) {
-        vec2 step_to = vec2(float(around & 1), float(around >> 1));
-        vec2 shares = mix(1.0 - within_cell, within_cell, step_to);
-        shade_texel(uint(surface.x), k, texel_at(fabric, k, (floor(corner) + step_to + 0.5) / of_level), local_view,
-                    frame, part * shares.x * shares.y, sum);
-      }
-    }
+  float of_upper = blend_of_levels(level - lower, blend_levels != 0);
+  for (int k = 0; k < 2; ++k) {
+    float part = of_texels * (k == 0 ? 1.0 - of_upper : of_upper);
+    if (part == 0.0) continue;
+    shade_level(surface, fabric, uint(lower + float(k)), uv, right, up, local_view, frame, part, sum);
   }
   if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);

@@ -25,12 +25,13 @@ Camera tilted(double aspect) {
   return test::need(make_camera(points, aspect, options));
 }
 
-/// log2 of the longer axis of the ellipse that a disc of one pixel becomes among the texels of level 0: the
-/// larger singular value of the 2 x 2 matrix of slopes.
+/// log2 of the width of a square of the pixel's area, which counts as at least an eighth of the squared
+/// longer singular value of the 2 x 2 matrix of slopes.
 double expected_level(const V2d& right, const V2d& up) {
   const double sum = right.length2() + up.length2();
-  const double det = right.x * up.y - right.y * up.x;
-  return 0.5 * std::log2((sum + std::sqrt(std::max(0.0, sum * sum - 4 * det * det))) / 2);
+  const double det = std::abs(right.x * up.y - right.y * up.x);
+  const double long2 = (sum + std::sqrt(std::max(0.0, sum * sum - 4 * det * det))) / 2;
+  return 0.5 * std::log2(std::max(det, long2 / 8));
 }
 
 struct Agreement {
@@ -62,11 +63,12 @@ Agreement compare_to_rays(const test::Indexed& indexed, const std::vector<Fabric
     const V2d right = (rays.uv(hit->triangle, x + h, y) - rays.uv(hit->triangle, x - h, y)) * size / (2 * h);
     const V2d up = (rays.uv(hit->triangle, x, y + h) - rays.uv(hit->triangle, x, y - h)) * size / (2 * h);
     const double last = static_cast<double>(fabric.levels.size()) - 1;
-    const double level = std::clamp(expected_level(right, up), 0.0, last);
-    bool counts = level == 0 || level == last || test::to_edge(level) > 1e-3;
-    bool good =
-        block.texels[0].level[lane] == static_cast<int>(level) && block.surface[lane] == triangle.surface;
-    for (std::size_t k = 0; k < 2 && good; ++k) {
+    const double by_area = std::clamp(expected_level(right, up), 0.0, last);
+    const double part = by_area - std::floor(by_area);
+    const double level = std::floor(by_area) + std::clamp(4 * (part - 0.5) + 0.5, 0.0, 1.0);
+    bool counts = true;
+    bool good = block.surface[lane] == triangle.surface;
+    for (std::size_t k = 0; k < block.texel_count && good; ++k) {
       if (block.texels[k].weight[lane] == 0) continue;
       const FabricLevel& of = fabric.levels[block.texels[k].level[lane]];
       if (test::to_edge(uv.x * of.width) < 0.02 || test::to_edge(uv.y * of.height) < 0.02) counts = false;
@@ -96,7 +98,7 @@ TEST_CASE("texels and levels are those of a ray through the pixel, on 99.9 % of 
       MESSAGE(a.wrong << " of " << a.compared << " pixels differ, levels by " << a.worst_level);
       CHECK(a.compared > 5000);
       CHECK(a.wrong * 1000 <= a.compared);
-      CHECK(a.worst_level < 1e-3);
+      CHECK(a.worst_level < 5e-3);
     }
     Scene scene;
     test::add(scene, test::sphere(24, 12, V2d(30, 15)), test::material(0));
@@ -106,97 +108,112 @@ TEST_CASE("texels and levels are those of a ray through the pixel, on 99.9 % of 
         compare_to_rays(test::index_nearest(scene, fabrics, camera, width, height, {}), fabrics, camera, 1);
     CHECK(a.compared > 5000);
     CHECK(a.wrong * 1000 <= a.compared);
-    CHECK(a.worst_level < 1e-3);
+    CHECK(a.worst_level < 5e-3);
   }
 }
 
-TEST_CASE("a footprint's axes are the singular values of the slopes, and its parts are round") {
-  Random random(4);
-  for (int i = 0; i < 2000; ++i) {
-    const auto number = [&] {
-      return static_cast<float>(std::exp(8 * random.uniform() - 4) * (random.uniform() < 0.5 ? -1 : 1));
-    };
-    const TexelSlopes<float> s{number(), number(), number(), number()};
-    const V2d right(static_cast<double>(s.x_along_right), static_cast<double>(s.y_along_right));
-    const V2d up(static_cast<double>(s.x_along_up), static_cast<double>(s.y_along_up));
-    const double longest = expected_level(right, up);
-    const double shortest = std::log2(std::abs(right.x * up.y - right.y * up.x)) - longest;
-    const Footprint<float> one = footprint(s, 1);
-    CHECK(static_cast<double>(one.level) == doctest::Approx(longest).epsilon(1e-5));
-    CHECK(one.ratio == 1);
-    const Footprint<float> eight = footprint(s, 8);
-    CHECK(static_cast<double>(eight.level) == doctest::Approx(std::max(shortest, longest - 3)).epsilon(1e-3));
-    CHECK(static_cast<double>(eight.level + std::log2(eight.ratio)) ==
-          doctest::Approx(longest).epsilon(1e-4));
-    // The axis, moved back into the pixel, is as long as what is taken off the long axis there.
-    const V2d axis(static_cast<double>(eight.axis_x), static_cast<double>(eight.axis_y));
-    CHECK(axis.length() ==
-          doctest::Approx(std::exp2(longest) - std::exp2(static_cast<double>(eight.level))).epsilon(1e-3));
+/// The shares of the texels around a pixel at `centre`, [row][column] of a grid of `side` texels; sum 1.
+std::vector<double> shares(const TexelSlopes<float>& slopes, const V2d& centre, int side) {
+  const PixelBox<float> box = pixel_box(slopes, pixel_size(slopes));
+  std::vector<double> result;
+  double sum = 0;
+  for (int i = 0; i < side * side; ++i) {
+    const V2f away(V2d(i % side + 0.5, i / side + 0.5) - centre);
+    CHECK((texel_share(box, away.x, away.y) == 0 || std::abs(away.x) < box.reach_x));
+    CHECK((texel_share(box, away.x, away.y) == 0 || std::abs(away.y) < box.reach_y));
+    result.push_back(static_cast<double>(texel_share(box, away.x, away.y)));
+    sum += result.back();
   }
+  for (double& share : result) share /= sum;
+  return result;
+}
+
+TEST_CASE("the shares of texels are their areas under a pixel that lies as they do") {
+  Random random(4);
+  for (int i = 0; i < 200; ++i) {
+    const V2d size(1 + 2.2 * random.uniform(), 1 + 2.2 * random.uniform());
+    const V2d centre(8 + random.uniform(), 8 + random.uniform());
+    const auto found = shares({static_cast<float>(size.x), 0, 0, static_cast<float>(-size.y)}, centre, 16);
+    const auto overlap = [](double first, double middle, double width) {
+      return std::max(std::min(first + 1, middle + width / 2) - std::max(first, middle - width / 2), 0.0);
+    };
+    for (int k = 0; k < 256; ++k) {
+      CHECK(found[k] == doctest::Approx(overlap(k % 16, centre.x, size.x) *
+                                        overlap(k / 16, centre.y, size.y) / (size.x * size.y))
+                            .epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("under a turned pixel a few per cent of the area go to a texel beside the right one") {
+  Random random(5);
+  double sum = 0;
+  double worst = 0;
+  constexpr int pixels = 300;
+  for (int i = 0; i < pixels; ++i) {
+    const double angle = 2 * 3.14159265 * random.uniform();
+    const double wide = 1.4 + 1.4 * random.uniform();
+    const double high = wide * (0.5 + 0.5 * random.uniform());
+    const V2d right = wide * V2d(std::cos(angle), std::sin(angle));
+    const V2d up = high * V2d(-std::sin(angle), std::cos(angle));
+    const V2d centre(8 + random.uniform(), 8 + random.uniform());
+    const V2f r(right);
+    const V2f u(up);
+    const std::vector<double> found = shares({r.x, r.y, u.x, u.y}, centre, 16);
+    std::vector<double> area(256);
+    constexpr int points = 100;
+    for (int k = 0; k < points * points; ++k) {
+      const V2d at =
+          centre + right * ((k % points + 0.5) / points - 0.5) + up * ((k / points + 0.5) / points - 0.5);
+      area[static_cast<int>(at.y) * 16 + static_cast<int>(at.x)] += 1.0 / (points * points);
+    }
+    double wrong = 0;
+    for (int k = 0; k < 256; ++k) wrong += std::abs(area[k] - found[k]) / 2;
+    sum += wrong;
+    worst = std::max(worst, wrong);
+  }
+  MESSAGE("on the average " << sum / pixels << ", at most " << worst);
+  CHECK(sum / pixels < 0.06);
+  CHECK(worst < 0.15);
 }
 
 TEST_CASE("what a pixel's coordinates do not tell is level 0") {
-  const Footprint<float> none = footprint(TexelSlopes<float>{0, 0, 0, 0}, 4);
-  CHECK(none.level < 0);
-  CHECK(none.axis_x == 0);
+  CHECK(std::log2(pixel_size(TexelSlopes<float>{0, 0, 0, 0})) < 0);
+  const PixelBox<float> box = pixel_box(TexelSlopes<float>{0, 0, 0, 0}, 1e-12F);
+  CHECK(texel_share(box, 0.0F, 0.0F) == 1);
 }
 
-TEST_CASE("several taps lie along the footprint's longer axis, with levels as fine as its shorter one") {
-  const std::vector<Fabric> fabrics{test::random_fabric(32, 32, 1)};
-  Scene scene;
-  test::add(scene, test::square(20), test::material(0));
-  CameraOptions grazing;
-  grazing.elevation = 75;
-  const std::vector<V3d> points{V3d(-1, -1, 0), V3d(1, 1, 0)};
-  const Camera camera = test::need(make_camera(points, 1, grazing));
-  LevelOptions one;
-  LevelOptions four;
-  four.taps = 4;
-  const test::Indexed a = test::index_nearest(scene, fabrics, camera, 100, 100, one);
-  const test::Indexed b = test::index_nearest(scene, fabrics, camera, 100, 100, four);
-  REQUIRE(a.blocks.size() == b.blocks.size());
-  int finer = 0;
-  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
-    for (std::size_t lane = 0; lane < a.blocks[i].count; ++lane) {
-      float sum = 0;
-      for (std::size_t k = 0; k < b.blocks[i].texel_count; ++k) sum += b.blocks[i].texels[k].weight[lane];
-      CHECK(sum == doctest::Approx(1));
-      CHECK(b.blocks[i].texels[0].level[lane] <= a.blocks[i].texels[0].level[lane]);
-      finer += b.blocks[i].texels[0].level[lane] < a.blocks[i].texels[0].level[lane] ? 1 : 0;
-    }
-    CHECK(b.blocks[i].texel_count <= 8);
+TEST_CASE("pixels smaller than a texel show the texels around, by their distance") {
+  const PixelBox<float> box = pixel_box(TexelSlopes<float>{0.01F, 0, 0, 0.01F}, 0.01F);
+  for (const V2f& away : {V2f(0.2F, -0.7F), V2f(0, 0), V2f(-0.9F, 0.4F), V2f(1.1F, 0)}) {
+    const float expected = std::max(1 - std::abs(away.x), 0.0F) * std::max(1 - std::abs(away.y), 0.0F);
+    CHECK(texel_share(box, away.x, away.y) == doctest::Approx(expected));
   }
-  // At 15 degrees above the cloth the footprint is four times as long as wide: two levels.
-  CHECK(finer > 1000);
 }
 
-TEST_CASE("linear taps are the four texels around, and sum to 1; texels of level 0 keep their edges") {
-  const std::vector<Fabric> fabrics{test::random_fabric(32, 32, 1)};
-  Scene scene;
-  test::add(scene, test::square(5), test::material(0));
-  LevelOptions linear;
-  linear.linear = true;
-  int four = 0;
-  int one = 0;
-  test::each_pixel(test::index_nearest(scene, fabrics, tilted(1), 100, 100, linear),
-                   [&](const PixelBlock& block, std::size_t lane) {
-                     float sum = 0;
-                     std::array<int, 6> of_level{};
-                     for (std::size_t k = 0; k < block.texel_count; ++k) {
-                       if (block.texels[k].weight[lane] == 0) continue;
-                       sum += block.texels[k].weight[lane];
-                       ++of_level[block.texels[k].level[lane]];
-                     }
-                     CHECK(sum == doctest::Approx(1));
-                     CHECK(of_level[0] <= 1);
-                     one += of_level[0];
-                     for (std::size_t level = 1; level < 6; ++level) {
-                       CHECK(of_level[level] <= 4);
-                       four += of_level[level] == 4 ? 1 : 0;
-                     }
-                   });
-  CHECK(one > 100);
-  CHECK(four > 1000);
+TEST_CASE("the weights of a pixel's texels sum to 1, at any angle and size") {
+  const std::vector<Fabric> fabrics{test::random_fabric(32, 24, 1)};
+  for (const double elevation : {0.0, 75.0, 89.0}) {
+    Scene scene;
+    test::add(scene, test::square(20), test::material(0));
+    CameraOptions options;
+    options.elevation = elevation;
+    options.azimuth = 30;
+    const std::vector<V3d> points{V3d(-1, -1, 0), V3d(1, 1, 0)};
+    const Camera camera = test::need(make_camera(points, 1, options));
+    std::size_t most = 0;
+    test::each_pixel(test::index_nearest(scene, fabrics, camera, 100, 100, best_levels),
+                     [&](const PixelBlock& block, std::size_t lane) {
+                       float sum = 0;
+                       for (std::size_t k = 0; k < block.texel_count; ++k) {
+                         CHECK(block.texels[k].weight[lane] >= 0);
+                         sum += block.texels[k].weight[lane];
+                       }
+                       CHECK(sum == doctest::Approx(1));
+                       most = std::max(most, block.texel_count);
+                     });
+    CHECK(most > 4);
+  }
 }
 
 TEST_CASE("levels that a fabric does not have are never chosen") {
@@ -213,9 +230,11 @@ TEST_CASE("levels that a fabric does not have are never chosen") {
       test::each_pixel(test::index_nearest(scene, fabrics, tilted(1), 64, 64, levels),
                        [&](const PixelBlock& block, std::size_t lane) {
                          ++seen;
-                         CHECK(block.texels[0].level[lane] <= 1);
-                         CHECK(block.texels[1].level[lane] <= 1);
-                         if (!blend) CHECK(block.texels[1].weight[lane] == 0);
+                         for (std::size_t k = 0; k < block.texel_count; ++k) {
+                           CHECK(block.texels[k].level[lane] <= 1);
+                           const float weight = block.texels[k].weight[lane];
+                           if (!blend) CHECK((weight == 0 || weight == 1));
+                         }
                        });
       CHECK(seen > 1000);
     }
@@ -225,12 +244,11 @@ TEST_CASE("levels that a fabric does not have are never chosen") {
 TEST_CASE("texture coordinates that overflow still name a texel") {
   const std::vector<Fabric> fabrics{test::random_fabric(8, 8, 1)};
   for (const double repeats : {1e12, 1e30, 3e38}) {
-    for (const bool linear : {false, true}) {
+    for (const bool area : {false, true}) {
       Scene scene;
       test::add(scene, test::square(repeats), test::material(0));
       LevelOptions levels;
-      levels.taps = 4;
-      levels.linear = linear;
+      levels.area = area;
       int seen = 0;
       test::each_pixel(test::index_nearest(scene, fabrics, tilted(1), 32, 32, levels),
                        [&](const PixelBlock& block, std::size_t lane) {
@@ -259,8 +277,10 @@ TEST_CASE("a band of rows is what the whole frame has there") {
   std::vector<int> bands = whole;
   const auto note = [&](std::vector<int>& to) {
     return [&](const PixelBlock& block, std::size_t lane) {
+      std::size_t k = 0;
+      while (block.texels[k].weight[lane] == 0) ++k;
       to[block.y[lane] * width + block.x[lane]] =
-          block.texels[0].level[lane] * 1000 + block.texels[0].texel[lane];
+          block.texels[k].level[lane] * 1000 + block.texels[k].texel[lane];
     };
   };
   test::each_pixel(test::index_nearest(scene, fabrics, camera, width, height, {}), note(whole));
