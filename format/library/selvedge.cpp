@@ -135,13 +135,8 @@ FabricLevelData FabricFile::level(int level) const {
   data.view_table = (*source)[LayerKind::table].values;
   data.opacity = source->opacity();
   data.light_table = (*source)[LayerKind::light].values;
-  data.columns = source->cells.columns;
-  data.rows = source->cells.rows;
-  data.slabs = source->cells.slabs;
-  data.heights = (*source)[LayerKind::heights].values;
   if (!source->has(LayerKind::products)) return data;
   data.products = static_cast<int>(source->pairs.size());
-  data.entries = source->entries();
   data.pairs = {&source->pairs.front().x, 2 * source->pairs.size()};
   data.coefficients = source->coefficients();
   data.view_basis = source->bases->view;

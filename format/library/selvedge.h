@@ -64,20 +64,15 @@ struct FabricFacts {
 struct FabricLevelData {
   int width = 0;
   int height = 0;
-  int lobes = 0;                       ///< Lafortune lobes per texel and channel, if there are parameters
-  std::span<const float> parameters;   ///< texel, channel, then rho and (Cx, Cy, Cz, n) of each lobe
-  std::span<const float> frames;       ///< texel, then xyz of the normal and xyz of the tangent
-  std::span<const float> view_table;   ///< texel, view, rgb
-  std::span<const float> opacity;      ///< texel, view
-  std::span<const float> light_table;  ///< texel, light, rgb
-  int columns = 1;                     ///< cells of a texel that has heights, side by side
-  int rows = 1;
-  int slabs = 1;                        ///< of yarn, one above the other in each cell
-  std::span<const float> heights;       ///< texel, entry (slab, row, column), then top and bottom in mm
-  int products = 0;                     ///< products per entry
-  int entries = 1;                      ///< entries per texel: columns * rows * slabs with heights, else one
+  int lobes = 0;                        ///< Lafortune lobes per texel and channel, if there are parameters
+  std::span<const float> parameters;    ///< texel, channel, then rho and (Cx, Cy, Cz, n) of each lobe
+  std::span<const float> frames;        ///< texel, then xyz of the normal and xyz of the tangent
+  std::span<const float> view_table;    ///< texel, view, rgb
+  std::span<const float> opacity;       ///< texel, view
+  std::span<const float> light_table;   ///< texel, light, rgb
+  int products = 0;                     ///< per texel
   std::span<const int> pairs;           ///< product, then a and b: phi_a of the view times psi_b of the light
-  std::span<const float> coefficients;  ///< texel, entry, product
+  std::span<const float> coefficients;  ///< texel, product
   /// The functions of the products, the same for all levels, without phi_0 = 1.
   std::span<const float> view_basis;   ///< a - 1, view
   std::span<const float> light_basis;  ///< b, light, rgb

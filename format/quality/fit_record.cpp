@@ -169,11 +169,6 @@ std::string layers_text(const FabricLevel& level) {
   }
   if (level.has(LayerKind::table)) join(" x ", "table");
   if (level.has(LayerKind::light)) join(" x ", "light table");
-  if (level.has(LayerKind::heights)) {
-    const SlabShape& shape = level.cells;
-    join(", ", fmt::format("{} slab{}, {}x{} cells", shape.slabs, shape.slabs == 1 ? "" : "s", shape.columns,
-                           shape.rows));
-  }
   if (level.has(LayerKind::products)) join(", ", fmt::format("{} products", level.pairs.size()));
   return text.empty() ? "constant" : text;
 }

@@ -50,7 +50,7 @@ struct FitRecord {
   Issues warnings;
 };
 
-/// "2 lobes x table", "2 slabs, 2x2 cells, 30 products".
+/// "2 lobes x table", "30 products".
 std::string layers_text(const FabricLevel& level);
 
 /// Sets the peak and the errors of the record by compare(). Either set may be empty; the peak is that of the

@@ -23,7 +23,6 @@ std::string beyond_paper(const Fabric& fabric) {
   }
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::light)) return "the fabric has a light table, which is not in the paper's model";
-    if (level.has(LayerKind::heights)) return "the fabric has heights, which are not in the paper's model";
     if (level.has(LayerKind::products)) return "the fabric has products, which are not in the paper's model";
   }
   return {};

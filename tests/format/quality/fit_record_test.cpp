@@ -55,7 +55,7 @@ std::vector<std::string> advice_on(const std::string& provenance) {
 
 TEST_CASE("a fabric file says of every level what compare finds in it, and how many bytes it takes") {
   const Folder folder;
-  const Fabric fabric = test::random_slab_fabric(8, 8, {2, 2}, 2, 3);
+  const Fabric fabric = test::random_product_fabric(8, 8, {2, 2}, 2, 3);
   const PairSamples held_out = random_truth(6, 1);
   const PairSamples training = random_truth(9, 2);
   const FabricWriteOptions options;
@@ -123,7 +123,7 @@ TEST_CASE("without compression a level takes the bytes of its values") {
 
 TEST_CASE("a fabric as stored is the fabric that is read") {
   const Folder folder;
-  Fabric fabric = test::random_slab_fabric(4, 4, {2, 2}, 1, 9);
+  Fabric fabric = test::random_product_fabric(4, 4, {2, 2}, 1, 9);
   for (FabricLevel& level : fabric.levels) {
     for (float& alpha : level.opacity()) alpha *= 0.7F;  // no half any more
   }

@@ -209,7 +209,7 @@ TEST_CASE("the paper's path refuses what 8 bits and its model do not have, and s
   const std::vector<Fabric> good{test::random_fabric(256, 4, 1)};
   test::need(render(scene, good, camera, options));
   names(refused(scene, {test::random_fabric(257, 4, 1)}, options), "257 x 4 texels");
-  names(refused(scene, {test::random_slab_fabric(16, 16, {4, 4}, 1, 3)}, options), "paper's model");
+  names(refused(scene, {test::random_product_fabric(16, 16, {4, 4}, 1, 3)}, options), "paper's model");
   Fabric lit = test::random_fabric(4, 4, 1);
   lit.lights = {1, 1};
   lit.levels[0].add(LayerKind::light, 3, 1);
