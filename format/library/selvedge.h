@@ -78,6 +78,30 @@ struct FabricLevelData {
   std::span<const float> light_basis;  ///< b, light, rgb
 };
 
+/// One yarn or ply: a closed chain of nodes, joined by round segments; from the last node it runs on to the
+/// first of the repeat that lies `turns` away (brdf.md, "Yarn").
+struct FabricYarnCurve {
+  int nodes = 0;                  ///< >= 2
+  int stations = 0;               ///< >= 1: places, evenly spaced along it, where indirect light is known
+  std::array<int, 2> turns{};     ///< repeats along x and y; both 0: a ring
+  float radius_mm = 0;            ///< > 0
+  std::array<float, 3> albedo{};  ///< red, green, blue of its fibres, 0 to 1
+  float gloss = 0;                ///< weight, 0 to 1
+  float roughness = 0;            ///< of the gloss, above 0, at most 1
+  float fibre_slope = 0;          ///< tangent of the angle from axis to fibres, of a right-handed screw
+};
+
+/// The yarn itself. x runs along growing u, y along falling v, z is above the cell's lowest point; a point
+/// (u, v) of the reference plane lies at x = u mm_per_repeat[0], y = -v mm_per_repeat[1].
+struct FabricYarns {
+  std::span<const FabricYarnCurve> curves;
+  std::span<const float> nodes;  ///< node, then xyz in mm; curve by curve
+  /// station, function of the angle about the axis (1, cos a, sin a, cos 2a, sin 2a), function of the light
+  /// (1, x, y, z, xy, xz, yz, x^2 - y^2, 3 z^2 - 1), rgb; curve by curve. f = max(0, l_z times their sum),
+  /// 1/sr.
+  std::span<const float> indirect;
+};
+
 struct FabricReadOptions {
   int first_level = 0;
   int last_level = 1000;  ///< only levels from first to last are read
@@ -107,6 +131,9 @@ class SELVEDGE_PUBLIC FabricFile {
   /// Empty if has_level() is false.
   FabricLevelData level(int level) const;
 
+  /// The yarn of level 0, valid as long as this FabricFile. Empty without yarn, or if level 0 was not read.
+  FabricYarns yarns() const;
+
   /// One texel of one level. Nothing if the level was not read or does not have the texel.
   std::optional<FabricRadiance> evaluate(int level, int x, int y, const std::array<float, 3>& light,
                                          const std::array<float, 3>& view) const;
@@ -117,8 +144,8 @@ class SELVEDGE_PUBLIC FabricFile {
                 std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const;
 
   /// At texture coordinates, which repeat, with v growing downwards. A fractional level blends the two levels
-  /// next to it; levels are clamped to those of the file. Nothing if one of the two was not read or a number
-  /// is not finite.
+  /// next to it; level -1 is the yarn itself, where there is some. Levels are clamped to those of the file.
+  /// Nothing if one of the two was not read or a number is not finite.
   std::optional<FabricRadiance> evaluate_at(double level, double u, double v,
                                             const std::array<float, 3>& light,
                                             const std::array<float, 3>& view) const;
