@@ -149,7 +149,7 @@ Result<void> read_sizes(const std::string& path, const Fabric& fabric, FitRecord
     record.levels[k].layers = layers_text(fabric.levels[k]);
     record.levels[k].bytes = 0;
     for (const LayerKind layer : all_layers) {
-      if (layer == LayerKind::bases) continue;  // shared by all levels
+      if (layers_of_no_level.contains(layer)) continue;
       record.levels[k].bytes += reader->packed_bytes(layer, static_cast<int>(k));
     }
   }

@@ -44,6 +44,9 @@ struct LevelReport {
   double seconds = 0;
 };
 
+/// Layers whose values belong to no level, though they are stored at level 0: not among LevelReport::bytes.
+inline constexpr LayerSet layers_of_no_level{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
+
 struct FitRecord {
   double peak = 0;                  ///< 1/sr, the peak of all PSNR
   std::vector<LevelReport> levels;  ///< of the fabric, level 0 first
