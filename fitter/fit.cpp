@@ -22,8 +22,6 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
                  {"viewTable", options.view_table},
                  {"lightTable", options.light_table},
                  {"frames", options.frames},
-                 {"slabLobes", options.slab_lobes},
-                 {"glossySlabs", options.glossy_slabs},
                  {"starts", options.starts},
                  {"maxIterations", options.max_iterations},
                  {"tolerance", options.tolerance},
@@ -35,10 +33,9 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
 
 Result<void> check_options(const FitOptions& options) {
   const int max_lobes = FabricLimits{}.lobes;
-  for (const auto& [name, lobes] : {std::pair{"lobes", options.lobes}, {"slab lobes", options.slab_lobes}}) {
-    if (lobes >= 0 && lobes <= max_lobes) continue;
-    return fail(Code::option_out_of_range, {}, name,
-                fmt::format("{} is outside of 0 to {}", lobes, max_lobes));
+  if (options.lobes < 0 || options.lobes > max_lobes) {
+    return fail(Code::option_out_of_range, {}, "lobes",
+                fmt::format("{} is outside of 0 to {}", options.lobes, max_lobes));
   }
   if (options.levels < 0) return fail(Code::option_out_of_range, {}, "levels", "must not be negative");
   if (options.max_iterations < 1 || options.starts < 1) {

@@ -128,10 +128,7 @@ void declare(Options& options, BakeCommand& command) {
                });
   options.group("");
   options.output(command.output, "The samples file, or with --shard the part", ".samples.exr").required();
-  options.check([&options, &command] {
-    command.texels_given = options.given("--texels");
-    options.refuse_if(command.bake.slabs == 0, "counts for nothing without --slabs", {"--cells"});
-  });
+  options.check([&options, &command] { command.texels_given = options.given("--texels"); });
 }
 
 Result<int> run(const BakeCommand& command) {

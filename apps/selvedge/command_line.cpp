@@ -19,25 +19,6 @@ void declare(Options& options, FitCommand& command) {
   add_fit(options, command.options, command.report);
   options.group("");
   options.output(command.output, "The fabric file", ".fabric.exr").required();
-  // Whether the samples have heights is known only when they are read.
-  options.check([&options, &command] {
-    options.refuse_if(!command.options.budget, "counts for nothing without --budget",
-                      {"--slab-lobes", "--glossy-slabs"});
-  });
-}
-
-/// Refuses options of slabs that have no effect.
-void check_slabs(const Options& options, const MakeCommand& command) {
-  // Limits set slabs and budgets, and refuse these options.
-  if (command.limits.any()) return;
-  const bool has_slabs = command.options.bake.slabs > 0;
-  const bool has_budget = command.options.budget.has_value();
-  options.refuse_if(!has_budget, "counts for nothing without --budget, or a --quality that has one",
-                    {"--slab-lobes", "--glossy-slabs"});
-  // Kept samples can be fitted with a budget later.
-  options.refuse_if(!has_budget && command.samples.empty(), "counts for nothing without --budget",
-                    {"--slabs"});
-  options.refuse_if(!has_slabs, "counts for nothing without --slabs", {"--cells", "--slab-lobes"});
 }
 
 /// Refuses options that the limits choose or do not know of.
@@ -45,11 +26,10 @@ void check_limits(const Options& options) {
   options.refuse_if(
       true, "is chosen by --max-bytes, --min-db and --max-seconds",
       {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes", "--no-table",
-       "--light-table", "--slabs", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
+       "--light-table", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
   // What a plan leaves out is not in the measured sizes and times.
-  options.refuse_if(
-      true, "excludes --max-bytes, --min-db and --max-seconds",
-      {"--quality", "--keep-samples", "--for", "--frames", "--glossy-slabs", "--slab-lobes", "--cells"});
+  options.refuse_if(true, "excludes --max-bytes, --min-db and --max-seconds",
+                    {"--quality", "--keep-samples", "--for", "--frames"});
 }
 
 /// Gives the knobs that are not on the command line the preset's values.
@@ -67,9 +47,7 @@ void apply_preset(const Options& options, MakeCommand& command) {
   if (options.given("--budget") && !preset.budget) knobs.erase("layers");
   if (options.given("--half-lobes") || options.given("--float-tables")) knobs.erase("storage");
   if (!options.given("--budget")) command.options.budget.reset();
-  const int slabs = command.options.bake.slabs;
   (void)set_knobs(knobs, "", "", command.options);
-  if (options.given("--slabs")) command.options.bake.slabs = slabs;
   // Yarns that need more texels have as many bytes for each.
   command.options.budget_texels = knobs.contains("budget") ? preset.budget_texels : 0;
 }
@@ -119,10 +97,7 @@ void declare(Options& options, MakeCommand& command) {
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file");
   options.output(command.output, "The fabric file", ".fabric.exr").required();
   add_choice(options, command);
-  options.check([&options, &command] {
-    command.texels_given = options.given("--texels");
-    check_slabs(options, command);
-  });
+  options.check([&options, &command] { command.texels_given = options.given("--texels"); });
 }
 
 void declare(Options& options, TradeCommand& command) {

@@ -109,6 +109,20 @@ std::string bytes_table(const FitOutcome& outcome) {
 
 }  // namespace
 
+Json yarn_json(const FabricReader& reader) {
+  const YarnCounts& yarns = reader.header().shape.yarns;
+  if (!reader.header().layer(LayerKind::yarns)) return nullptr;
+  return {{"curves", yarns.curves},
+          {"nodes", yarns.nodes},
+          {"bytes", reader.packed_bytes(LayerKind::yarns, 0) + reader.packed_bytes(LayerKind::indirect, 0)}};
+}
+
+std::string yarn_text(const Json& yarn) {
+  const int curves = yarn["curves"].get<int>();
+  return fmt::format("{} curve{}, {} nodes, {} bytes", curves, curves == 1 ? "" : "s", yarn["nodes"].dump(),
+                     yarn["bytes"].dump());
+}
+
 Result<FitOutcome> read_outcome(const std::string& path, const std::vector<LevelReport>& fitted) {
   const auto reader = FabricReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
@@ -120,6 +134,7 @@ Result<FitOutcome> read_outcome(const std::string& path, const std::vector<Level
     outcome.record = std::move(*record);
   outcome.bytes = size_of_file(path);
   outcome.shared_bytes = reader->packed_bytes(LayerKind::bases, 0);
+  outcome.yarn = yarn_json(*reader);
   outcome.record.levels.resize(header.levels);
   for (int k = 0; k < header.levels; ++k) {
     LevelReport& level = outcome.record.levels[k];
@@ -130,7 +145,7 @@ Result<FitOutcome> read_outcome(const std::string& path, const std::vector<Level
     level.averaged_error = fitted[k].averaged_error;
     level.seconds = fitted[k].seconds;
     for (const LayerKind layer : all_layers) {
-      if (layer == LayerKind::bases || !header.has(layer, k)) continue;
+      if (layers_of_no_level.contains(layer) || !header.has(layer, k)) continue;
       level.layer_bytes.emplace_back(name_of(layer), reader->packed_bytes(layer, k));
     }
   }
@@ -142,9 +157,9 @@ Json fit_json(const FitOutcome& outcome) {
   for (const LevelReport& level : outcome.record.levels) levels.push_back(level_json(level, levels.size()));
   Json warnings = Json::array();
   for (const Error& warning : outcome.record.warnings) warnings.push_back(to_json(warning));
-  return {{"output", outcome.output},    {"bytes", outcome.bytes},     {"sharedBytes", outcome.shared_bytes},
-          {"peak", outcome.record.peak}, {"seconds", outcome.seconds}, {"levels", levels},
-          {"warnings", warnings}};
+  return {{"output", outcome.output}, {"bytes", outcome.bytes},      {"sharedBytes", outcome.shared_bytes},
+          {"yarn", outcome.yarn},     {"peak", outcome.record.peak}, {"seconds", outcome.seconds},
+          {"levels", levels},         {"warnings", warnings}};
 }
 
 std::string fit_text(const FitOutcome& outcome) {
@@ -156,6 +171,7 @@ std::string fit_text(const FitOutcome& outcome) {
                         size_text(l), decibels(l.held_out), relative(l.held_out), decibels(l.training),
                         relative(l.training), rounds(l), count(l.at_limit), l.bytes, l.layers);
   }
+  if (!outcome.yarn.is_null()) text += fmt::format("yarn: {}\n", yarn_text(outcome.yarn));
   return text + gain_text(outcome) +
          fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", outcome.seconds, outcome.output, outcome.bytes);
 }
@@ -188,6 +204,10 @@ std::string fit_markdown(const FitOutcome& outcome) {
   text += bytes_table(outcome);
   std::uint64_t sum = outcome.shared_bytes;
   for (const LevelReport& level : record.levels) sum += level.bytes;
+  if (!outcome.yarn.is_null()) {
+    sum += outcome.yarn["bytes"].get<std::uint64_t>();
+    text += fmt::format("\nYarn: {}.\n", yarn_text(outcome.yarn));
+  }
   text += fmt::format("\nShared functions: {} bytes. Headers, tables and preview: {} bytes.\n\n",
                       outcome.shared_bytes, outcome.bytes - std::min(sum, outcome.bytes));
   text += record.warnings.empty() ? "No warnings.\n" : "Warnings:\n\n";

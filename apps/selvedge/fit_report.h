@@ -17,9 +17,16 @@ struct FitOutcome {
   std::string output;
   std::uint64_t bytes = 0;         ///< of the file
   std::uint64_t shared_bytes = 0;  ///< of the bases, which belong to no level
+  Json yarn;                       ///< yarn_json()
   FitRecord record;
   double seconds = 0;
 };
+
+/// The yarn that a fabric file holds: `curves`, `nodes`, and `bytes` of both its layers in the file; null
+/// without yarn.
+Json yarn_json(const FabricReader& reader);
+/// "8 curves, 320 nodes, 5123 bytes". Precondition: not null.
+std::string yarn_text(const Json& yarn);
 
 /// The report of a written fabric: its record and sizes from the file, and from `fitted` the figures of each
 /// level that the file does not keep.

@@ -4,6 +4,7 @@
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
+#include "apps/selvedge/fit_report.h"
 #include "format/fabric/file.h"
 #include "format/gltf/read_scene.h"
 #include "format/samples/samples.h"
@@ -21,13 +22,18 @@ void declare(Options& options, InfoCommand& command) {
   options.text("file", command.file, "FILE", "A fabric, samples or glTF file").required();
 }
 
-Result<Json> fabric_info(const std::string& path) {
-  const auto header = read_fabric_header(path);
-  if (!header) return tl::unexpected(header.error());
-  return Json::parse(*header);
+struct Info {
+  Json content;
+  Json yarn;  ///< yarn_json() of a fabric
+};
+
+Result<Info> fabric_info(const std::string& path) {
+  const auto reader = FabricReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  return Info{Json::parse(reader->text()), yarn_json(*reader)};
 }
 
-Result<Json> samples_info(const std::string& path) {
+Result<Info> samples_info(const std::string& path) {
   const auto reader = SamplesReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
   const SamplesHeader& h = reader->header();
@@ -35,19 +41,20 @@ Result<Json> samples_info(const std::string& path) {
   for (const PairKind kind : all_pair_kinds) {
     pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();
   }
-  return Json{{"texels", {h.width, h.height}},
-              {"mmPerRepeat", {h.period_mm.x, h.period_mm.y}},
-              {"referenceHeight", h.reference_height},
-              {"thickness", h.thickness_mm},
-              {"views", {h.views.columns, h.views.rows}},
-              {"lights", {h.lights.columns, h.lights.rows}},
-              {"samplesPerTexel", h.samples_per_texel},
-              {"truthSamples", h.truth_samples},
-              {"pairs", pairs},
-              {"provenance", Json::parse(h.provenance)}};
+  return Info{{{"texels", {h.width, h.height}},
+               {"mmPerRepeat", {h.period_mm.x, h.period_mm.y}},
+               {"referenceHeight", h.reference_height},
+               {"thickness", h.thickness_mm},
+               {"views", {h.views.columns, h.views.rows}},
+               {"lights", {h.lights.columns, h.lights.rows}},
+               {"samplesPerTexel", h.samples_per_texel},
+               {"truthSamples", h.truth_samples},
+               {"pairs", pairs},
+               {"provenance", Json::parse(h.provenance)}},
+              nullptr};
 }
 
-Result<Json> gltf_info(const std::string& path) {
+Result<Info> gltf_info(const std::string& path) {
   const auto scene = read_scene(path);
   if (!scene) return tl::unexpected(scene.error());
   std::size_t triangles = 0;
@@ -72,13 +79,14 @@ Result<Json> gltf_info(const std::string& path) {
   for (const SceneFabric& f : scene->fabrics) {
     fabrics.push_back({{"name", f.name}, {"path", f.path}, {"embeddedBytes", f.bytes.size()}});
   }
-  return Json{{"primitives", scene->primitives.size()},
-              {"instances", scene->instances.size()},
-              {"triangles", triangles},
-              {"bounds", bounds.isEmpty() ? Json() : Json{numbers(bounds.min), numbers(bounds.max)}},
-              {"materials", materials},
-              {"fabrics", fabrics},
-              {"remarks", scene->remarks}};
+  return Info{{{"primitives", scene->primitives.size()},
+               {"instances", scene->instances.size()},
+               {"triangles", triangles},
+               {"bounds", bounds.isEmpty() ? Json() : Json{numbers(bounds.min), numbers(bounds.max)}},
+               {"materials", materials},
+               {"fabrics", fabrics},
+               {"remarks", scene->remarks}},
+              nullptr};
 }
 
 /// Maximum number of lines of a list, so that the table fits a screen; further lines are only counted.
@@ -112,7 +120,7 @@ std::string provenance_table(const Json& content) {
                           text_at(content, "/provenance/bake/samples")));
 }
 
-std::string fabric_table(const Json& content) {
+std::string fabric_table(const Json& content, const Json& yarn) {
   std::string text = line("model", text_at(content, "/model"));
   text += line("texels", pair_at(content, "/texels"));
   if (content.contains("whole"))
@@ -132,6 +140,7 @@ std::string fabric_table(const Json& content) {
     text +=
         line(("layer " + name).c_str(), fmt::format("{:5} level{}", text_at(layer, "/precision"), levels));
   }
+  if (!yarn.is_null()) text += line("yarn", yarn_text(yarn));
   const Json::json_pointer record("/provenance/fit/levels");
   if (!content.contains(record) || !content[record].is_array()) return text;
   const Json& levels = content[record];
@@ -203,11 +212,13 @@ Result<int> run(const InfoCommand& command) {
   if (!info) return tl::unexpected(info.error());
   const std::uint64_t bytes = size_of_file(command.file);
   std::string text = line(name_of(*kind), fmt::format("{}, {} bytes", command.file, bytes));
-  text += *kind == FileKind::fabric    ? fabric_table(*info)
-          : *kind == FileKind::samples ? samples_table(*info)
-                                       : gltf_table(*info);
-  report(command.common, "info",
-         {{"file", command.file}, {"kind", name_of(*kind)}, {"bytes", bytes}, {"content", *info}}, text);
+  text += *kind == FileKind::fabric    ? fabric_table(info->content, info->yarn)
+          : *kind == FileKind::samples ? samples_table(info->content)
+                                       : gltf_table(info->content);
+  Json json = {
+      {"file", command.file}, {"kind", name_of(*kind)}, {"bytes", bytes}, {"content", info->content}};
+  if (!info->yarn.is_null()) json["yarn"] = info->yarn;
+  report(command.common, "info", json, text);
   return 0;
 }
 

@@ -110,9 +110,6 @@ void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
   options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured separately")
       .excludes(pairs);
   options.flag("--yarns", bake.yarns, "Store the yarn itself: sharp close by");
-  options.number("--slabs", bake.slabs, "N",
-                 "Slabs of yarn whose heights are kept for a fit with a budget; 0: no heights");
-  options.number("--cells", bake.cells, "N", "Cells of the slabs along a side of a texel");
   options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even");
   options.number("--seed", bake.seed, "N", "Same seed, same bytes");
 }
@@ -140,12 +137,6 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
   options.bytes(
       "--budget", make.budget,
       "Choose the layers of every level so that the file has at most this many bytes (K, M: KiB, MiB)");
-  options
-      .number("--slab-lobes", fit.slab_lobes, "N",
-              "With --budget: lobes of slabs, tried beside slabs without lobes; 0: not tried")
-      .in(0, 16);
-  options.flag("--glossy-slabs", fit.glossy_slabs,
-               "With --budget: slabs with lobes at every level with enough cells, even without a gain");
   options
       .text("--report", report, "FILE",
             "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")

@@ -36,18 +36,8 @@ Result<std::vector<LevelReport>> fit_layers(SamplesReader& reader, const FitComm
   if (!level) return tl::unexpected(level.error());
   const auto validation = reader.read_pairs(PairKind::validation);
   if (!validation) return tl::unexpected(validation.error());
-  std::optional<HeightLayer> heights;
-  if (reader.header().slabs) {
-    auto read = reader.read_heights();
-    if (!read) return tl::unexpected(read.error());
-    heights = std::move(*read);
-  }
-  if (options.fit.glossy_slabs && (!heights || options.fit.slab_lobes == 0)) {
-    return fail(Code::option_out_of_range, command.output, "--glossy-slabs",
-                heights ? "wants --slab-lobes above 0" : "wants samples with heights: bake --slabs");
-  }
   const auto fitter =
-      LayerFitter::create(std::move(*level), reader.header(), heights, *validation, options.fit, progress);
+      LayerFitter::create(std::move(*level), reader.header(), *validation, options.fit, progress);
   if (!fitter) return tl::unexpected(fitter.error());
   const auto held_out = reader.read_pairs(PairKind::held_out);
   if (!held_out) return tl::unexpected(held_out.error());

@@ -123,7 +123,7 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   };
   // Work is measured in rays times lights.
   const auto cost = [&](const BakeUnit& unit) {
-    if (unit.kind == BakeUnit::Kind::heights || unit.kind == BakeUnit::Kind::yarns) return 1.0;
+    if (unit.kind == BakeUnit::Kind::yarns) return 1.0;
     return samples_of(unit) * (unit.kind == BakeUnit::Kind::view ? 1.0 * header.lights.count() : 1.0);
   };
   double total = 0;

@@ -80,10 +80,6 @@ struct BakeOptions {
   /// unless more than half of the surface is no round yarn.
   bool yarns = false;
   int yarn_paths = 128;  ///< of indirect light, from each of 16 places around every station of a yarn
-  /// Number of slabs, one above the other, whose heights are stored for cells x cells points of a texel
-  /// (slab_heights.h); 0: no heights.
-  int slabs = 0;
-  int cells = 6;                     ///< a fit pools them to 2 and 3
   std::optional<WholeFabric> whole;  ///< set if width and height belong to a coarser level of this fabric
   bool resumable = true;  ///< an interrupted bake leaves its journal, from which the next one continues
 };

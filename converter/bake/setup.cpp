@@ -89,7 +89,6 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("views", o.views, 1, limits.directions), in_range("lights", o.lights, 1, limits.directions),
         in_range("samples", o.samples, 1, max_samples), in_range("noise", o.noise.value_or(1), 1e-4, 10),
         in_range("time-budget", o.time_budget.value_or(1), 1e-3, 1e7),
-        in_range("slabs", o.slabs, 0, limits.slabs), in_range("cells", o.cells, 1, limits.cells_per_side),
         in_range("bounces", o.bounces == unlimited_bounces ? 0 : o.bounces, 0, 64),
         in_range("ground", o.ground.value_or(0), 0, 1),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
@@ -142,7 +141,6 @@ SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double 
   }
   header.whole = o.whole;
   if (o.yarns) header.yarns = counts_of(mesh.yarns);
-  if (o.slabs > 0) header.slabs = SlabShape{o.cells, o.cells, o.slabs};
   nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
   if (!text.is_object()) text = nlohmann::json::object();
   nlohmann::json& bake = text["bake"];

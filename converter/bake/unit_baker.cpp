@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "converter/bake/setup.h"
-#include "converter/bake/slab_heights.h"
 #include "converter/bake/yarn_light.h"
 #include "format/base/random.h"
 
@@ -22,7 +21,6 @@ Planes arrays_of(ViewSamples& s) { return {s.alpha, floats_of(s.normal), floats_
 Planes arrays_of(PairSamples& s) {
   return {s.alpha, s.alpha_noise, floats_of(s.radiance), floats_of(s.noise)};
 }
-Planes arrays_of(HeightSamples& s) { return {s[0], s[1]}; }
 Planes arrays_of(YarnSamples& s) { return {s.curves, s.indirect}; }
 
 }  // namespace
@@ -38,7 +36,6 @@ std::vector<BakeUnit> units_of(const SamplesHeader& header) {
       units.push_back({BakeUnit::Kind::pair, kind, p});
     }
   }
-  if (header.slabs) units.push_back({BakeUnit::Kind::heights, PairKind::validation, 0});
   if (header.yarns.curves > 0) units.push_back({BakeUnit::Kind::yarns, PairKind::validation, 0});
   return units;
 }
@@ -46,10 +43,8 @@ std::vector<BakeUnit> units_of(const SamplesHeader& header) {
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit) {
   const std::size_t texels = header.texels();
   if (unit.kind == BakeUnit::Kind::view) return texels * (4 + 3 * header.lights.count());
-  if (unit.kind == BakeUnit::Kind::yarns) {
-    return curve_value_count(header.yarns) + std::size_t{light_values_per_station} * header.yarns.stations;
-  }
-  return texels * (unit.kind == BakeUnit::Kind::pair ? 8 : 2 * header.slabs->entries());
+  if (unit.kind == BakeUnit::Kind::pair) return 8 * texels;
+  return curve_value_count(header.yarns) + std::size_t{light_values_per_station} * header.yarns.stations;
 }
 
 UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
@@ -64,12 +59,10 @@ UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
                          floats(texels), vectors(texels), vectors(texels),
                          floats(texels)};
     case BakeUnit::Kind::yarns:
-      return YarnSamples{floats(curve_value_count(header.yarns)),
-                         floats(std::size_t{light_values_per_station} * header.yarns.stations)};
-    case BakeUnit::Kind::heights:
       break;
   }
-  return HeightSamples{floats(texels * header.slabs->entries()), floats(texels * header.slabs->entries())};
+  return YarnSamples{floats(curve_value_count(header.yarns)),
+                     floats(std::size_t{light_values_per_station} * header.yarns.stations)};
 }
 
 Planes planes_of(UnitSamples& samples) {
@@ -80,12 +73,9 @@ Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, cons
                         const UnitSamples& samples) {
   if (const auto* view = std::get_if<ViewSamples>(&samples)) return writer.write_view(*view);
   if (const auto* pair = std::get_if<PairSamples>(&samples)) return writer.write_pairs(unit.pairs, *pair);
-  if (const auto* yarns = std::get_if<YarnSamples>(&samples)) {
-    const auto data = yarns_from_values(yarns->curves, yarns->indirect, header.yarns, header.period_mm);
-    return data ? writer.write_yarns(*data) : tl::unexpected(data.error());
-  }
-  const auto& [top, bottom] = std::get<HeightSamples>(samples);
-  return writer.write_heights(HeightLayer{*header.slabs, top, bottom});
+  const auto& [curves, indirect] = std::get<YarnSamples>(samples);
+  const auto data = yarns_from_values(curves, indirect, header.yarns, header.period_mm);
+  return data ? writer.write_yarns(*data) : tl::unexpected(data.error());
 }
 
 UnitBaker::UnitBaker(const TracedCell& cell, const YarnData& yarns, std::optional<IrradianceCache> cache,
@@ -104,17 +94,9 @@ UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) 
   if (unit.kind == BakeUnit::Kind::view) return bake_view(unit.index, samples, noise);
   irradiance_ = {};  // not needed after the views: frees its memory
   if (unit.kind == BakeUnit::Kind::pair) return bake_pair(unit.pairs, unit.index, samples, noise);
-  if (unit.kind == BakeUnit::Kind::yarns) {
-    YarnData yarns = yarns_;
-    trace_yarn_light(cell_, {options_.yarn_paths, options_.bounces, options_.seed}, yarns);
-    return YarnSamples{curve_values(yarns), indirect_values(yarns)};
-  }
-  const HeightLayer heights = cell_heights(cell_.scene, options_.width, options_.height, *header_.slabs);
-  HeightSamples in_mm{heights.top, heights.bottom};
-  for (auto& values : in_mm) {
-    for (float& height : values) height *= static_cast<float>(cell_.mm);
-  }
-  return in_mm;
+  YarnData yarns = yarns_;
+  trace_yarn_light(cell_, {options_.yarn_paths, options_.bounces, options_.seed}, yarns);
+  return YarnSamples{curve_values(yarns), indirect_values(yarns)};
 }
 
 ViewSamples UnitBaker::bake_view(std::size_t index, int samples, NoiseSum& noise) {

@@ -1,4 +1,4 @@
-// The units of a bake, which are computed independently: a view, a pair of directions, or the slab heights.
+// The units of a bake, which are computed independently: a view, a pair of directions, or the yarns.
 #pragma once
 
 #include <variant>
@@ -10,23 +10,21 @@
 namespace selvedge {
 
 struct BakeUnit {
-  enum class Kind { view, pair, heights, yarns };
+  enum class Kind { view, pair, yarns };
   Kind kind = Kind::view;
   PairKind pairs = PairKind::validation;  ///< of a pair
   std::size_t index = 0;                  ///< of the view, or of the pair within its kind
 };
 
-/// Views first, then the pairs of each kind, then the heights, then the yarns.
+/// Views first, then the pairs of each kind, then the yarns.
 std::vector<BakeUnit> units_of(const SamplesHeader& header);
 
-/// Tops and bottoms in the layout of HeightLayer, mm.
-using HeightSamples = std::array<std::vector<float>, 2>;
 /// curve_values() and indirect_values().
 struct YarnSamples {
   std::vector<float> curves;
   std::vector<float> indirect;
 };
-using UnitSamples = std::variant<ViewSamples, PairSamples, HeightSamples, YarnSamples>;
+using UnitSamples = std::variant<ViewSamples, PairSamples, YarnSamples>;
 
 /// The number of values of a unit.
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit);

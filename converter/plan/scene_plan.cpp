@@ -45,13 +45,11 @@ std::vector<PixelCover> covers_of(const Scene& scene, const std::vector<Viewpoin
   return covers;
 }
 
-/// Whether some texel of these levels may have holes. Slabs count as open, because slanted rays may pass
-/// between them where vertical ones do not.
+/// Whether some texel of these levels may have holes.
 Result<bool> has_openings(FabricReader& reader, const LevelRange& levels) {
   for (int k = levels.first; k <= levels.last; ++k) {
-    const auto level = reader.read_level(k, {LayerKind::opacity, LayerKind::heights});
+    const auto level = reader.read_level(k, {LayerKind::opacity});
     if (!level) return tl::unexpected(level.error());
-    if (level->has(LayerKind::heights)) return true;
     const std::span<const float> opacity = level->opacity();
     if (std::any_of(opacity.begin(), opacity.end(), [](float alpha) { return alpha < 1; })) return true;
   }

@@ -16,19 +16,17 @@ using Json = nlohmann::json;
 
 struct LayersValue {
   const char* name;
-  bool view_table, light_table, budget, slabs;
+  bool view_table, light_table, budget;
   const char* option;  ///< of make
 };
-constexpr std::array<LayersValue, 5> layers_values{
-    {{"paper", true, false, false, false, ""},
-     {"no-table", false, false, false, false, " --no-table"},
-     {"light-table", true, true, false, false, " --light-table"},
-     {"products", true, false, true, false, ""},
-     {"slabs", true, false, true, true, " --slabs 1"}}};
+constexpr std::array<LayersValue, 4> layers_values{{{"paper", true, false, false, ""},
+                                                    {"no-table", false, false, false, " --no-table"},
+                                                    {"light-table", true, true, false, " --light-table"},
+                                                    {"products", true, false, true, ""}}};
 
 const LayersValue& layers_of(const MakeOptions& o) {
   return *std::find_if(layers_values.begin(), layers_values.end() - 1, [&](const LayersValue& v) {
-    return v.budget == o.budget.has_value() && v.slabs == (o.budget && o.bake.slabs > 0) &&
+    return v.budget == o.budget.has_value() &&
            (v.budget || (v.view_table == o.fit.view_table && v.light_table == o.fit.light_table));
   });
 }
@@ -71,7 +69,6 @@ bool set_layers(const Json& value, MakeOptions& o) {
   if (layers == layers_values.end()) return false;
   o.fit.view_table = layers->view_table;
   o.fit.light_table = layers->light_table;
-  o.bake.slabs = layers->slabs ? 1 : 0;
   if (!layers->budget) o.budget.reset();
   if (layers->budget && !o.budget) o.budget = 0;
   return true;
@@ -247,8 +244,8 @@ std::string options_text(const MakeOptions& options) {
 
 std::string bake_name(const MakeOptions& o) {
   const Json knobs = knobs_of(o);
-  return fmt::format("t{}-v{}-l{}-s{}-b{}{}", o.bake.width, o.bake.views, o.bake.lights, o.bake.samples,
-                     text_of(knobs["bounces"]), layers_of(o).slabs ? "-slabs" : "");
+  return fmt::format("t{}-v{}-l{}-s{}-b{}", o.bake.width, o.bake.views, o.bake.lights, o.bake.samples,
+                     text_of(knobs["bounces"]));
 }
 
 std::string settings_name(const MakeOptions& o) {

@@ -30,10 +30,10 @@ struct MakeOptions {
 
 // Knobs are "texels" (along both sides), "views", "lights", "directions" (both), "samples", "bounces" (a
 // number or "unlimited"), "lobes", "layers" ("paper": lobes and a table over views; "no-table";
-// "light-table"; "products" and "slabs", chosen by level within the budget), "budget" (bytes) and "storage"
+// "light-table"; "products", chosen by level within the budget), "budget" (bytes) and "storage"
 // ("mixed", "half", "float").
 
-/// Sets options from a JSON object of knobs; a budget is accepted only beside "products" or "slabs" in the
+/// Sets options from a JSON object of knobs; a budget is accepted only beside "products" in the
 /// same object. OPTION_OUT_OF_RANGE names the knob: `file`, and `place` as the JSON pointer to the object.
 Result<void> set_knobs(const nlohmann::json& knobs, const std::string& file, const std::string& place,
                        MakeOptions& options);

@@ -19,8 +19,8 @@ struct Preset {
 inline constexpr std::array<Preset, 4> presets{
     {{"draft", R"({"texels": 8, "directions": 36, "samples": 2, "lobes": 1, "storage": "half"})"},
      {"standard", R"({"texels": 16, "samples": 2, "layers": "products", "budget": 32768})"},
-     {"high", R"({"samples": 2, "layers": "slabs", "budget": 131072})"},
-     {"reference", R"({"layers": "slabs", "budget": 524288})"}}};
+     {"high", R"({"samples": 2, "layers": "products", "budget": 65536})"},
+     {"reference", R"({"samples": 2, "layers": "products", "budget": 262144})"}}};
 inline constexpr std::string_view default_preset = "standard";
 
 /// The options of a preset, or of "paper": the defaults of bake and fit. A budget grows with more texels than

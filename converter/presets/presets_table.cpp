@@ -5,7 +5,7 @@
 namespace selvedge {
 
 std::span<const MeasuredSetting> measured_settings() {
-  static constexpr std::array<MeasuredSetting, 35> rows{{
+  static constexpr std::array<MeasuredSetting, 24> rows{{
       {R"({})", 528429, 9.29, 17.66, 23.31},
       {R"({"bounces": 0})", 458846, 8.77, 17.55, 23.50},
       {R"({"directions": 36})", 373742, 6.17, 17.35, 22.70},
@@ -22,26 +22,14 @@ std::span<const MeasuredSetting> measured_settings() {
       {R"({"texels": 8, "directions": 36, "samples": 2, "lobes": 1, "storage": "half"})", 28188, 1.42, 15.50,
        20.63},
       {R"({"texels": 8, "samples": 4, "layers": "products", "budget": 16384})", 16044, 2.53, 16.37, 21.47},
-      {R"({"texels": 8, "samples": 4, "layers": "slabs", "budget": 16384})", 16044, 3.71, 16.37, 21.47},
-      {R"({"texels": 8, "samples": 4, "layers": "slabs", "budget": 65536})", 55608, 3.91, 17.03, 21.98},
       {R"({"texels": 16, "samples": 1, "lobes": 1, "storage": "half"})", 122480, 2.71, 16.41, 21.89},
       {R"({"texels": 16, "samples": 2, "lobes": 1, "storage": "half"})", 120963, 2.81, 16.71, 22.25},
       {R"({"texels": 16, "samples": 2, "layers": "products", "budget": 32768})", 32188, 4.61, 18.06, 23.24},
       {R"({"texels": 16, "samples": 4, "layers": "products", "budget": 65536})", 63376, 4.84, 18.50, 23.55},
       {R"({"texels": 16, "samples": 4, "layers": "products", "budget": 131072})", 83422, 4.84, 18.53, 23.57},
-      {R"({"texels": 16, "samples": 2, "layers": "slabs", "budget": 32768})", 32080, 7.68, 18.18, 23.27},
-      {R"({"texels": 16, "samples": 4, "layers": "slabs", "budget": 65536})", 64801, 8.49, 19.16, 24.11},
-      {R"({"texels": 16, "samples": 4, "layers": "slabs", "budget": 131072})", 123887, 8.75, 19.46, 24.34},
-      {R"({"texels": 16, "directions": 36, "samples": 4, "layers": "slabs", "budget": 65536})", 64231, 5.80,
-       18.87, 23.81},
       {R"({"samples": 2, "lobes": 1, "storage": "half"})", 421779, 6.57, 17.31, 22.97},
       {R"({"samples": 2, "layers": "products", "budget": 65536})", 64655, 12.34, 18.92, 23.98},
       {R"({"samples": 2, "layers": "products", "budget": 262144})", 236484, 12.62, 19.45, 24.40},
-      {R"({"samples": 2, "layers": "slabs", "budget": 65536})", 64881, 23.20, 20.02, 24.82},
-      {R"({"samples": 2, "layers": "slabs", "budget": 131072})", 128946, 23.60, 21.10, 25.58},
-      {R"({"samples": 2, "layers": "slabs", "budget": 262144})", 254148, 24.28, 21.56, 25.97},
-      {R"({"layers": "slabs", "budget": 262144})", 255694, 25.77, 21.72, 26.08},
-      {R"({"layers": "slabs", "budget": 524288})", 480887, 25.98, 21.85, 26.23},
       {R"({"texels": 64, "directions": 36, "samples": 2, "lobes": 1, "storage": "half"})", 977225, 13.23,
        17.21, 22.55},
   }};

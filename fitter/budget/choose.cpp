@@ -17,60 +17,27 @@ constexpr double bytes_per_channel = 30;
 
 double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
 
-/// Adds lobes of size 0 where needed, as all levels of a file must have the same number of lobes.
-void pad_lobes(std::vector<FabricLevel>& levels) {
-  int max_lobes = 0;
-  for (const FabricLevel& level : levels) {
-    if (level.has(LayerKind::lobes)) max_lobes = std::max(max_lobes, level.lobe_count());
-  }
-  for (FabricLevel& level : levels) {
-    if (!level.has(LayerKind::lobes) || level.lobe_count() == max_lobes) continue;
-    const std::size_t count = parameter_count(level.lobe_count());
-    Layer padded{3 * parameter_count(max_lobes), {}};
-    for (std::size_t i = 0; i < level.lobes().size(); i += count) {
-      const float* parameters = &level.lobes()[i];
-      padded.values.insert(padded.values.end(), parameters, parameters + count);
-      for (int j = level.lobe_count(); j < max_lobes; ++j) {
-        padded.values.insert(padded.values.end(), {0, 0, 0, 1});
-      }
-    }
-    level.set(LayerKind::lobes, std::move(padded));
-  }
-}
+bool has_basis(const LevelCandidate& candidate) { return candidate.kind == LevelCandidate::Kind::basis; }
 
 }  // namespace
 
 double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
   BasisList functions;
-  double channels = 0;
-  double coefficients = 0;
-  bool opacity = false;
-  int lobes = -1;
+  std::size_t products = 0;
+  bool lobes = false;
   bool table = false;
-  int entries = 0;
-  for (std::size_t k = 0; k < chosen.size(); ++k) {
-    const LevelCandidate& candidate = *chosen[k];
-    opacity = opacity || !has_slabs(candidate);
-    table = table || candidate.kind == LevelCandidate::Kind::lobes_and_table;
-    if (candidate.kind == LevelCandidate::Kind::glossy_slabs) {
-      lobes = std::max(lobes, levels_[k].glossy.lobe_count());
-    }
-    if (!has_basis(candidate)) lobes = std::max(lobes, levels_[k].paper.lobe_count());
-    if (has_slabs(candidate)) {
-      entries = levels_[k].heights[candidate.shape]->shape.entries();
-    }
-    if (!has_basis(candidate)) continue;
-    for (const V2i& pair : candidate.basis.pairs) functions.add(candidate.basis, pair);
-    coefficients = std::max(
-        coefficients, static_cast<double>(candidate.basis.coefficient.size()) / levels_[k].paper.texels());
+  for (const LevelCandidate* candidate : chosen) {
+    table = table || candidate->kind == LevelCandidate::Kind::lobes_and_table;
+    lobes = lobes || !has_basis(*candidate);
+    if (!has_basis(*candidate)) continue;
+    for (const V2i& pair : candidate->basis.pairs) functions.add(candidate->basis, pair);
+    products = std::max(products, candidate->basis.pairs.size());
   }
   const FabricLevel& base = levels_.front().paper;
-  channels += coefficients;
-  channels += 2 * entries;
-  if (opacity) channels += fabric_.views.count();
+  double channels = static_cast<double>(products) + fabric_.views.count();  // and opacity
   if (table) channels += 3 * fabric_.views.count();
-  if (lobes >= 0) channels += 6 + 3 * parameter_count(lobes);
-  if (lobes >= 0 && base.has(LayerKind::light)) channels += 3 * fabric_.lights.count();
+  if (lobes) channels += 6 + 3 * parameter_count(base.lobe_count());
+  if (lobes && base.has(LayerKind::light)) channels += 3 * fabric_.lights.count();
   return functions.bytes() + bytes_per_channel * channels;
 }
 
@@ -82,14 +49,9 @@ FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate
   FabricLevel result;
   result.width = level.paper.width;
   result.height = level.paper.height;
-  if (candidate.kind == LevelCandidate::Kind::glossy_slabs) result = level.glossy;
-  if (has_slabs(candidate)) result.set_heights(*level.heights[candidate.shape]);
-  if (candidate.kind == LevelCandidate::Kind::basis)
-    result.set(LayerKind::opacity, level.paper[LayerKind::opacity]);
-  const int entries = has_slabs(candidate) ? result.cells.entries() : 1;
+  result.set(LayerKind::opacity, level.paper[LayerKind::opacity]);
   result.pairs = candidate.basis.pairs;
-  result.set(LayerKind::products,
-             {entries * static_cast<int>(result.pairs.size()), candidate.basis.coefficient});
+  result.set(LayerKind::products, {static_cast<int>(result.pairs.size()), candidate.basis.coefficient});
   for (V2i& pair : result.pairs) pair = functions.add(candidate.basis, pair);
   return result;
 }
@@ -107,14 +69,8 @@ double LayerFitter::cost_of(const Chosen& chosen) const {
   return sum;
 }
 
-LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, double overhead) const {
-  const auto allowed = [&](const LevelCandidate& candidate) {
-    if (shape == shapes_) return !has_basis(candidate);
-    return !has_slabs(candidate) || candidate.shape == shape;
-  };
-  for (const Level& level : levels_) {
-    if (std::none_of(level.candidates.begin(), level.candidates.end(), allowed)) return {};
-  }
+LayerFitter::Chosen LayerFitter::best(bool lobes_alone, double bytes, double overhead) const {
+  const auto allowed = [&](const LevelCandidate& candidate) { return !lobes_alone || !has_basis(candidate); };
   // For each level the candidate with the smallest log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
     Chosen chosen;
@@ -180,16 +136,13 @@ LayerFitter::Chosen LayerFitter::best_of_shape(std::size_t shape, double bytes, 
 }
 
 LayerFit LayerFitter::choose(double bytes, double overhead) const {
-  Chosen chosen = best_of_shape(0, bytes, overhead);
-  for (std::size_t shape = 1; shape <= shapes_; ++shape) {
-    const Chosen other = best_of_shape(shape, bytes, overhead);
-    if (other.empty()) continue;
-    const bool fits = size_of(chosen, overhead) <= bytes;
-    const bool other_fits = size_of(other, overhead) <= bytes;
-    const bool better = fits ? other_fits && cost_of(other) < cost_of(chosen)
-                             : size_of(other, overhead) < size_of(chosen, overhead);
-    if (better) chosen = other;
-  }
+  Chosen chosen = best(false, bytes, overhead);
+  const Chosen lobes = best(true, bytes, overhead);
+  const bool fits = size_of(chosen, overhead) <= bytes;
+  const bool lobes_fit = size_of(lobes, overhead) <= bytes;
+  const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen)
+                           : size_of(lobes, overhead) < size_of(chosen, overhead);
+  if (better) chosen = lobes;
 
   LayerFit result;
   result.fabric = fabric_;
@@ -209,7 +162,6 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   for (FabricLevel& level : result.fabric.levels) {
     if (level.has(LayerKind::products)) level.bases = bases;
   }
-  pad_lobes(result.fabric.levels);
   set_radiance_scale(result.fabric);
   result.fabric.radiance_scale *= static_cast<float>(scale_);
   return result;

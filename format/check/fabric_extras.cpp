@@ -105,7 +105,7 @@ void check_fit_record(const ExrReader& file, const FabricHeader& header, IssueSi
     std::uint64_t bytes = 0;
     for (const LayerKind layer : all_layers) {
       const int part = file.find_part(name_of(layer));
-      if (layer == LayerKind::bases || part < 0 || !header.has(layer, k)) continue;
+      if (layers_of_no_level.contains(layer) || part < 0 || !header.has(layer, k)) continue;
       bytes += file.packed_bytes(part, k);
     }
     if (said == bytes) continue;

@@ -138,7 +138,7 @@ class FabricCheck {
     auto reader =
         embedded ? FabricReader::open(fabric.bytes, document_.file) : FabricReader::open(fabric.path);
     if (!reader) return {};
-    const auto level = reader->read_levels(0, 0, {LayerKind::opacity, LayerKind::heights});
+    const auto level = reader->read_levels(0, 0, {LayerKind::opacity});
     if (!level) return {};
     return FabricFacts{has_holes(*level, 0), reader->digest()};
   }

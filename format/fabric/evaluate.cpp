@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "format/fabric/lafortune.h"
-#include "format/fabric/slabs.h"
 
 namespace selvedge {
 namespace {
@@ -69,11 +68,11 @@ V3f interpolated(const V3f* values, const DirectionTaps& taps) {
   return sum;
 }
 
-/// The sum of the products of an entry; may be negative.
-V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t texel, std::size_t entry,
+/// The sum of the products; may be negative.
+V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
                 const DirectionTaps& views, const DirectionTaps& lights) {
   const std::size_t count = level.pairs.size();
-  const float* coefficient = &level.coefficients()[(texel * level.entries() + entry) * count];
+  const float* coefficient = &level.coefficients()[texel * count];
   V3f sum(0, 0, 0);
   for (std::size_t m = 0; m < count; ++m) {
     const V2i& pair = level.pairs[m];
@@ -90,8 +89,8 @@ V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t te
 }
 
 /// The bracket of the formula, by which g is multiplied.
-V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t texel, std::size_t entry,
-                   const V3f& view_table, const V3f& light, const V3f& view) {
+V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t texel, const V3f& view_table,
+                   const V3f& light, const V3f& view) {
   const std::span<const V3f> light_table = level.light_table();
   const bool products = level.has(LayerKind::products);
   if (light_table.empty() && !products) return view_table;
@@ -100,49 +99,25 @@ V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t
   if (!light_table.empty()) {
     sum *= interpolated(&light_table[index_of(static_cast<int>(texel), 0, info.lights.count())], lights);
   }
-  if (products) sum += product_sum(level, info, texel, entry, interpolate(info.views, view), lights);
+  if (products) sum += product_sum(level, info, texel, interpolate(info.views, view), lights);
   for (int c = 0; c < 3; ++c) sum[c] = sum[c] > 0 ? sum[c] : 0;  // 0 for NaN as well
   return clamp_to_finite(sum);
-}
-
-/// One entry of a texel.
-Shading shade(const FabricLevel& level, const FabricInfo& info, std::size_t texel, std::size_t entry,
-              const V3f& light, const V3f& view) {
-  const ViewFactors factors = view_factors(level, info.views, static_cast<int>(texel), view);
-  Shading shading;
-  shading.alpha = factors.alpha;
-  if (light.z > 0 && view.z > 0) {
-    const V3f product =
-        clamp_to_finite(table_radiance(level, info, texel, entry, factors.colour, light, view) *
-                        lobe_radiance(level, static_cast<int>(texel), light, view));
-    shading.radiance = clamp_to_finite(info.radiance_scale * product);
-  }
-  return shading;
 }
 
 }  // namespace
 
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view) {
-  if (!level.has(LayerKind::heights)) return shade(level, info, y * level.width + x, 0, light, view);
-  const SlabMarch march(level, info);
-  const SlabShape& shape = level.cells;
-  const V2d cells(level.width * shape.columns, level.height * shape.rows);
-  const float share = 1.0F / static_cast<float>(shape.columns * shape.rows);
-  Shading sum;
-  for (int row = 0; row < shape.rows; ++row) {
-    for (int column = 0; column < shape.columns; ++column) {
-      const V2d centre(x * shape.columns + column + 0.5, y * shape.rows + row + 0.5);
-      const auto hit = march(centre / cells, view);
-      if (!hit) continue;
-      const Shading shading = shade(level, info, hit->texel, hit->entry, light, view);
-      sum.radiance += share * shading.alpha * shading.radiance;
-      sum.alpha += share * shading.alpha;
-    }
+  const int texel = y * level.width + x;
+  const ViewFactors factors = view_factors(level, info.views, texel, view);
+  Shading shading;
+  shading.alpha = factors.alpha;
+  if (light.z > 0 && view.z > 0) {
+    const V3f product = clamp_to_finite(table_radiance(level, info, texel, factors.colour, light, view) *
+                                        lobe_radiance(level, texel, light, view));
+    shading.radiance = clamp_to_finite(info.radiance_scale * product);
   }
-  sum.radiance = sum.alpha > 0 ? clamp_to_finite(sum.radiance / sum.alpha) : V3f(0, 0, 0);
-  sum.alpha = std::min(sum.alpha, 1.0F);
-  return sum;
+  return shading;
 }
 
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view) {

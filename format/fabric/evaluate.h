@@ -6,8 +6,7 @@
 
 namespace selvedge {
 
-/// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame. With
-/// heights: the mean over one ray through the centre of every cell (slabs.h), radiance weighted by alpha.
+/// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame.
 /// Radiance is 0 for light.z <= 0 and for view.z <= 0, which samples do not cover. T(v) and alpha(v) are
 /// interpolated between the four nearest stored views; T's weights are multiplied by the views' alpha,
 /// because the colour of a hole has no meaning. Precondition: `level` exists and (x, y) lies within it.
@@ -37,10 +36,9 @@ int wrap_texel(double c, int size);
 Shading blend(const Shading& a, const Shading& b, float weight_of_b);
 
 /// Whether the fabric has visible holes, on which alphaMode and the fallback depend: more than 0.05 % of the
-/// level is open, seen from straight above. Opacity is a mean over the area, so that levels without slabs
-/// agree up to noise and the rounding of half precision, and a partial fabric agrees with the whole. Levels
-/// with slabs may differ by some percent, because they are fitted separately. Precondition: a valid fabric
-/// (see validate) that has the level.
+/// level is open, seen from straight above. Opacity is a mean over the area, so that levels
+/// agree up to noise and the rounding of half precision, and a partial fabric agrees with the whole.
+/// Precondition: a valid fabric (see validate) that has the level.
 bool has_holes(const Fabric& fabric, int level);
 
 }  // namespace selvedge

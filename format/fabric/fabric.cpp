@@ -14,13 +14,7 @@ tl::unexpected<Error> broken(int level, const char* layer, std::string message) 
   return fail(Code::fabric_malformed, {}, fmt::format("level {}/{}", level, layer), std::move(message));
 }
 
-/// Channels that a level's layer must have; the part of products may have more.
-int level_channels(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
-  if (kind != LayerKind::products) return channel_count(kind, shape);
-  return (level.has(LayerKind::heights) ? shape.cells.entries() : 1) * static_cast<int>(level.pairs.size());
-}
-
-/// Checks the numbers of lobes, cells, products and functions.
+/// Checks the numbers of lobes, products and functions.
 Result<void> validate_counts(const FabricLevel& level, int k, LayerKind kind, const LayerShape& shape,
                              const FabricLimits& limits) {
   const auto check = [&](const char* what, int count, int min, int max) -> Result<void> {
@@ -28,11 +22,6 @@ Result<void> validate_counts(const FabricLevel& level, int k, LayerKind kind, co
     return broken(k, name_of(kind), fmt::format("{} {}; {} to {} are allowed", count, what, min, max));
   };
   if (kind == LayerKind::lobes) return check("lobes", shape.lobes, 0, limits.lobes);
-  if (kind == LayerKind::heights) {
-    if (auto ok = check("columns", shape.cells.columns, 1, limits.cells_per_side); !ok) return ok;
-    if (auto ok = check("rows", shape.cells.rows, 1, limits.cells_per_side); !ok) return ok;
-    return check("slabs", shape.cells.slabs, 1, limits.slabs);
-  }
   if (kind == LayerKind::bases) {
     if (auto ok = check("functions of the view", shape.view_functions, 0, limits.functions); !ok) return ok;
     return check("functions of the light", shape.light_functions, 1, limits.functions);
@@ -50,10 +39,13 @@ Result<void> validate_counts(const FabricLevel& level, int k, LayerKind kind, co
 Result<void> validate_layer(const FabricLevel& level, int k, LayerKind kind, const LayerShape& shape,
                             const FabricLimits& limits) {
   if (auto ok = validate_counts(level, k, kind, shape, limits); !ok) return ok;
+  const int channels = kind == LayerKind::products
+                           ? static_cast<int>(level.pairs.size())  // the part: or more
+                           : channel_count(kind, shape);
   const bool complete =
       kind == LayerKind::bases
           ? level.bases->view.size() % shape.views == 0 && level.bases->light.size() % shape.lights == 0
-          : level[kind].channels == level_channels(level, kind, shape) &&
+          : level[kind].channels == channels &&
                 level[kind].values.size() == std::size_t{1} * level.texels() * level[kind].channels;
   if (!complete) return broken(k, name_of(kind), "wrong number of values");
   if (kind == LayerKind::bases) return {};  // validate_bases()
@@ -94,16 +86,7 @@ Result<void> validate_bases(const Fabric& fabric) {
 
 }  // namespace
 
-void FabricLevel::set(LayerKind kind, Layer layer) {
-  layers_[index_of(kind)] = std::move(layer);
-  if (kind != LayerKind::heights) return;
-  height_range_ = {};
-  for (const SlabEnds& ends : heights()) {
-    if (!(ends.top > ends.bottom)) continue;
-    height_range_.highest = std::max(height_range_.highest, ends.top);
-    height_range_.lowest = std::min(height_range_.lowest, ends.bottom);
-  }
-}
+void FabricLevel::set(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
 
 void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
   remove(LayerKind::yarns);
@@ -128,20 +111,6 @@ void FabricLevel::add(LayerKind kind, int channels, float value) {
   set(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
 }
 
-void FabricLevel::set_heights(const HeightLayer& heights) {
-  cells = heights.shape;
-  Layer layer{2 * cells.entries(), {}};
-  for (std::size_t i = 0; i < heights.top.size(); ++i) {
-    layer.values.insert(layer.values.end(), {heights.top[i], heights.bottom[i]});
-  }
-  set(LayerKind::heights, std::move(layer));
-}
-
-int FabricLevel::entries() const {
-  const int coefficients = (*this)[LayerKind::products].channels;
-  return coefficients == 0 || pairs.empty() ? 1 : coefficients / static_cast<int>(pairs.size());
-}
-
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::products)) return level.bases;
@@ -156,7 +125,6 @@ LayerShape shape_of(const Fabric& fabric) {
   shape.base_texels = fabric.levels.front().texels();
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::lobes)) shape.lobes = level.lobe_count();
-    if (level.has(LayerKind::heights)) shape.cells = level.cells;
     if (level.yarns()) shape.yarns = counts_of(level.yarns()->data());
     shape.products = std::max(shape.products, level[LayerKind::products].channels);
   }
@@ -229,9 +197,6 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
     }
     if (level.has(LayerKind::lobes) && level.lobe_count() != shape.lobes) {
       return broken(k, "lobes", "levels differ in their number of lobes");
-    }
-    if (level.has(LayerKind::heights) && level.cells != shape.cells) {
-      return broken(k, "heights", "levels differ in their cells");
     }
     if (level.yarns()) {
       if (k != 0) return broken(k, "yarns", "only level 0 has yarn");

@@ -13,12 +13,8 @@
 // with products and neither table it is their sum. Opacity alpha(v) is the share of the texel that is yarn
 // and not a hole; neither f nor T is multiplied by it. An absent layer counts as 1, an absent frame as the
 // fabric's frame.
-//
-// With heights a texel has columns of yarn: the ray from the viewer is marched to the first entry that it
-// hits (slabs.h), and the products are those of this entry and of the texel that it belongs to.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,25 +37,6 @@ struct TexelFrame {
   V3f tangent;
 };
 
-/// Ends of the yarn of an entry, mm above the cloth's lowest point. An entry with top <= bottom is empty.
-struct SlabEnds {
-  float top = 0;
-  float bottom = 0;
-};
-
-/// The highest top and the lowest bottom of entries with yarn; lowest > highest if there are no such entries.
-struct HeightRange {
-  float highest = std::numeric_limits<float>::lowest();
-  float lowest = std::numeric_limits<float>::max();
-};
-
-/// Heights of a level; top and bottom have one value per texel and entry.
-struct HeightLayer {
-  SlabShape shape;
-  std::vector<float> top;
-  std::vector<float> bottom;
-};
-
 /// Functions of direction that all texels share: phi_a over the grid of views, with phi_0 = 1, which is not
 /// stored; colours psi_b over the grid of lights. May be negative.
 struct ProductBases {
@@ -72,7 +49,6 @@ struct ProductBases {
 struct FabricLevel {
   int width = 0;
   int height = 0;
-  SlabShape cells;                            ///< of a level with heights
   std::vector<V2i> pairs;                     ///< (a, b) of product m
   std::shared_ptr<const ProductBases> bases;  ///< of a level with products; the same in all levels
 
@@ -88,8 +64,6 @@ struct FabricLevel {
   void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
   /// Sets the layers of yarn and its indirect light. Null: removes them.
   void set_yarns(std::shared_ptr<const Yarns> yarns);
-  /// Precondition: `heights` have one value per texel and entry of this level.
-  void set_heights(const HeightLayer& heights);
 
   /// Diffuse term and Lafortune lobes: [(texel * 3 + channel) * parameter_count(lobe_count()) + k], k as in
   /// lafortune.h: rho, then Cx, Cy, Cz, n per lobe. rho >= 0, n >= 0.
@@ -108,14 +82,9 @@ struct FabricLevel {
   /// S(l): [texel * lights + light], a factor beside T, >= 0.
   std::span<const V3f> light_table() const { return values<V3f>(LayerKind::light); }
   std::span<V3f> light_table() { return values<V3f>(LayerKind::light); }
-  /// [texel * cells.entries() + entry]
-  std::span<const SlabEnds> heights() const { return values<SlabEnds>(LayerKind::heights); }
-  const HeightRange& height_range() const { return height_range_; }
-  /// c: [(texel * entries() + entry) * pairs.size() + m]
+  /// c: [texel * pairs.size() + m]
   std::span<const float> coefficients() const { return values<float>(LayerKind::products); }
   std::span<float> coefficients() { return values<float>(LayerKind::products); }
-  /// Entries of a texel: one unless the level has heights.
-  int entries() const;
   /// Of level 0; null without.
   const std::shared_ptr<const Yarns>& yarns() const { return yarns_; }
 
@@ -134,7 +103,6 @@ struct FabricLevel {
   }
 
   std::array<Layer, all_layers.size()> layers_;
-  HeightRange height_range_;
   std::shared_ptr<const Yarns> yarns_;
 };
 
@@ -175,8 +143,6 @@ struct FabricLimits {
   int texels_per_side = 4096;
   int directions = 4096;
   int lobes = 16;
-  int cells_per_side = 16;  ///< of a texel
-  int slabs = 8;
   int functions = 256;  ///< of each basis
   int products = 256;
   int curves = 1 << 16;  ///< of yarn

@@ -65,7 +65,6 @@ void add_level(const FabricLevel& level, std::vector<uint>& result) {
   words.set_table(level_view_table, level[LayerKind::table].values);
   words.set_table(level_opacity, level.opacity());
   words.set_table(level_light_table, level[LayerKind::light].values);
-  words.set(level_entries, level.entries());
   if (level.has(LayerKind::products)) {
     words.set(level_products, static_cast<int>(level.pairs.size()));
     words.set_place(level_pairs);
@@ -74,14 +73,6 @@ void add_level(const FabricLevel& level, std::vector<uint>& result) {
       result.push_back(static_cast<uint>(pair.y));
     }
     words.set(level_coefficients, level.coefficients());
-  }
-  if (level.has(LayerKind::heights)) {
-    words.set(level_heights, level[LayerKind::heights].values);
-    words.set(level_columns, level.cells.columns);
-    words.set(level_rows, level.cells.rows);
-    words.set(level_slabs, level.cells.slabs);
-    words.set(level_highest, level.height_range().highest);
-    words.set(level_lowest, level.height_range().lowest);
   }
 }
 
@@ -158,8 +149,6 @@ void add_fabric(const Fabric& fabric, std::vector<uint>& result) {
   words.set(fabric_light_columns, fabric.lights.columns);
   words.set(fabric_light_rows, fabric.lights.rows);
   words.set(fabric_radiance_scale, fabric.radiance_scale);
-  words.set(fabric_repeats_per_mm_u, 1 / fabric.period_mm.x);
-  words.set(fabric_repeats_per_mm_v, -1 / fabric.period_mm.y);
   words.set(fabric_reference_height, fabric.reference_height);
   words.set(fabric_width, whole_texels(fabric).x);
   words.set(fabric_height, whole_texels(fabric).y);

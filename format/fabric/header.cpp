@@ -13,7 +13,6 @@ std::string model_of(const Fabric& fabric) {
   if (base.has(LayerKind::table)) model += "-view-table";
   if (base.has(LayerKind::light)) model += "-light-table";
   if (base.has(LayerKind::products)) model += "-products";
-  if (base.has(LayerKind::heights)) model += "-slabs";
   return model;
 }
 
@@ -66,10 +65,6 @@ std::string missing_levels(const FabricHeader& header) {
   return fmt::format("has {} of a whole of {}x{} texels; level{} {} of {} {} missing",
                      levels_text(first, beyond - 1), texels.x, texels.y, single ? "" : "s", missing, all,
                      single ? "is" : "are");
-}
-
-int entry_count(const FabricHeader& header, int level) {
-  return header.has(LayerKind::heights, level) ? header.shape.cells.entries() : 1;
 }
 
 Fabric partial_fabric(const FabricHeader& header, int first, int last) {

@@ -47,9 +47,6 @@ std::string levels_text(int first, int last);
 /// A sentence about the levels of the whole that the file has and lacks; empty if it lacks none.
 std::string missing_levels(const FabricHeader& header);
 
-/// Entries of a texel at a level: one unless the level has heights.
-int entry_count(const FabricHeader& header, int level);
-
 /// A fabric with the properties of levels [first, last] of the file; its levels are left empty.
 Fabric partial_fabric(const FabricHeader& header, int first, int last);
 

@@ -86,11 +86,6 @@ void read_own_members(LayerKind kind, const Member& layer, const FabricLimits& l
     return object.require(name).whole_number(min, max).value_or(min);
   };
   if (kind == LayerKind::lobes) shape.lobes = number(layer, member::lobes, 0, limits.lobes);
-  if (kind == LayerKind::heights) {
-    shape.cells.columns = number(layer, member::columns, 1, limits.cells_per_side);
-    shape.cells.rows = number(layer, member::rows, 1, limits.cells_per_side);
-    shape.cells.slabs = number(layer, member::slabs, 1, limits.slabs);
-  }
   if (kind == LayerKind::products) {
     result.pairs = pairs_from(layer.require_array(member::pairs), result.levels.size(), limits);
   }
@@ -114,10 +109,6 @@ json own_members(LayerKind kind, const LayerHeader& layer, const LayerShape& sha
   switch (kind) {
     case LayerKind::lobes:
       return {{member::lobes, shape.lobes}};
-    case LayerKind::heights: {
-      const auto& [columns, rows, slabs] = shape.cells;
-      return {{member::columns, columns}, {member::rows, rows}, {member::slabs, slabs}};
-    }
     case LayerKind::products: {
       json lists = json::array();
       for (const auto& pairs : layer.pairs) {
@@ -263,9 +254,9 @@ void complete_shape(FabricHeader& header) {
   shape.lights = header.lights.count();
   shape.base_texels = header.width * header.height;
   const auto& products = header.layer(LayerKind::products);
-  for (std::size_t i = 0; products && i < products->levels.size(); ++i) {
-    const int entries = entry_count(header, products->levels[i]);
-    shape.products = std::max(shape.products, entries * static_cast<int>(products->pairs[i].size()));
+  if (!products) return;
+  for (const auto& pairs : products->pairs) {
+    shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
   }
 }
 

@@ -12,10 +12,10 @@
 namespace selvedge {
 
 /// Each kind is a part of the file. In the file's order.
-enum class LayerKind { lobes, frame, table, opacity, light, heights, products, bases, yarns, indirect };
-inline constexpr std::array all_layers{
-    LayerKind::lobes,   LayerKind::frame,    LayerKind::table, LayerKind::opacity, LayerKind::light,
-    LayerKind::heights, LayerKind::products, LayerKind::bases, LayerKind::yarns,   LayerKind::indirect};
+enum class LayerKind { lobes, frame, table, opacity, light, products, bases, yarns, indirect };
+inline constexpr std::array all_layers{LayerKind::lobes,   LayerKind::frame, LayerKind::table,
+                                       LayerKind::opacity, LayerKind::light, LayerKind::products,
+                                       LayerKind::bases,   LayerKind::yarns, LayerKind::indirect};
 constexpr std::size_t index_of(LayerKind kind) { return static_cast<std::size_t>(kind); }
 
 /// The name of the kind's part.
@@ -63,16 +63,6 @@ struct Layer {
   bool operator==(const Layer&) const = default;
 };
 
-/// Entries of a texel: columns x rows of cells, each with `slabs` slabs of yarn one above the other.
-struct SlabShape {
-  int columns = 1;
-  int rows = 1;
-  int slabs = 1;
-  /// Entry index: (slab * rows + row) * columns + column; row 0 is the texel's top row.
-  int entries() const { return columns * rows * slabs; }
-  bool operator==(const SlabShape&) const = default;
-};
-
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
   int curves = 0;
@@ -86,8 +76,7 @@ struct LayerShape {
   int lobes = 0;
   int views = 1;
   int lights = 1;
-  SlabShape cells;
-  int products = 0;        ///< largest number of coefficients of a texel at any level
+  int products = 0;        ///< largest number at any level
   int view_functions = 0;  ///< without phi_0
   int light_functions = 0;
   YarnCounts yarns;

@@ -55,15 +55,13 @@ ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& 
 }
 
 void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
-                const std::vector<const std::vector<float>*>& planes, int entries) {
+                const std::vector<const std::vector<float>*>& planes) {
   if (kind == LayerKind::bases) {
     level.bases = bases_of(planes, shape);
     return;
   }
-  if (kind == LayerKind::heights) level.cells = shape.cells;
   Layer layer;
-  layer.channels =
-      static_cast<int>(kind == LayerKind::products ? entries * level.pairs.size() : planes.size());
+  layer.channels = static_cast<int>(kind == LayerKind::products ? level.pairs.size() : planes.size());
   layer.values.reserve(std::size_t{1} * level.texels() * layer.channels);
   for (int texel = 0; texel < level.texels(); ++texel) {
     for (int i = 0; i < layer.channels; ++i) layer.values.push_back((*planes[i])[texel]);

@@ -17,9 +17,9 @@ inline std::span<const float> floats_of(std::span<const V3f> vectors) {
 ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape);
 
 /// The inverse of pixels_of(): sets the layer. planes[i]: values of channel i by texel. Products need
-/// level.pairs to be set; `entries` coefficients of each pair are kept per texel.
+/// level.pairs to be set, and keep that many channels.
 void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
-                const std::vector<const std::vector<float>*>& planes, int entries = 1);
+                const std::vector<const std::vector<float>*>& planes);
 
 /// The place of a value in messages: "table/level 2/table.0003.red/5,7".
 std::string value_place(LayerKind kind, int level, const std::string& channel, std::size_t texel, int width);

@@ -6,8 +6,9 @@
 
 namespace selvedge::names {
 
-inline constexpr int fabric_version_major = 1;
+inline constexpr int fabric_version_major = 2;
 inline constexpr int fabric_version_minor = 0;
+inline constexpr int samples_version = 2;
 
 // Parts of a fabric file, in the file's order.
 inline constexpr const char* part_preview = "preview";
@@ -16,7 +17,6 @@ inline constexpr const char* part_frame = "frame";
 inline constexpr const char* part_table = "table";
 inline constexpr const char* part_opacity = "opacity";
 inline constexpr const char* part_light = "light";
-inline constexpr const char* part_heights = "heights";
 inline constexpr const char* part_products = "products";
 inline constexpr const char* part_bases = "bases";
 inline constexpr const char* part_yarns = "yarns";
@@ -27,7 +27,6 @@ inline constexpr std::array<const char*, 4> preview_channels{"R", "G", "B", "A"}
 inline constexpr std::array<const char*, 3> colour_suffix{"red", "green", "blue"};
 inline constexpr std::array<const char*, 6> frame_channels{"nx", "ny", "nz", "tx", "ty", "tz"};
 inline constexpr std::array<const char*, 4> lobe_parameters{"cx", "cy", "cz", "n"};
-inline constexpr std::array<const char*, 2> height_ends{"top", "bottom"};
 inline constexpr std::array<char, 5> colour_endings{'R', 'G', 'B', 'A', 'Y'};
 
 // Attributes of part 0: one JSON text, its digest, and copies of some members for people and other tools.
@@ -51,7 +50,6 @@ inline constexpr const char* part_surface = "surface";
 inline constexpr const char* part_validation = "validation";
 inline constexpr const char* part_held_out = "held-out";
 inline constexpr const char* part_rim = "rim";
-inline constexpr const char* part_slabs = "slabs";
 
 }  // namespace selvedge::names
 
@@ -74,7 +72,6 @@ inline constexpr const char* columns = "columns";
 inline constexpr const char* rows = "rows";
 inline constexpr const char* layers = "layers";
 inline constexpr const char* lobes = "lobes";
-inline constexpr const char* slabs = "slabs";
 inline constexpr const char* functions = "functions";
 inline constexpr const char* curves = "curves";
 inline constexpr const char* nodes = "nodes";

@@ -129,7 +129,7 @@ void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHead
     planes.push_back(&pixels.planes[index]);
   }
   if (kind == LayerKind::products) level.pairs = header.layer(kind)->pairs[entry];
-  set_pixels(level, kind, header.shape, planes, entry_count(header, level_index));
+  set_pixels(level, kind, header.shape, planes);
   check_values(level, level_index, kind, header.shape, sink);
 }
 

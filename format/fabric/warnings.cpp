@@ -11,7 +11,6 @@
 #include "format/fabric/evaluate.h"
 #include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
-#include "format/fabric/slabs.h"
 
 namespace selvedge {
 namespace {
@@ -78,16 +77,6 @@ V3d radiosity_of(const FabricLevel& level, const FabricInfo& info, int texel, co
     sum += V3d(s.radiance) * (static_cast<double>(s.alpha) * weight);
   }
   return sum;
-}
-
-/// Maximum number of cells that the rays of a texel visit in all directions; 0 without heights.
-double cells_visited(const FabricLevel& level, const FabricInfo& info,
-                     const std::vector<WeightedDirection>& directions) {
-  if (!level.has(LayerKind::heights)) return 0;
-  const SlabMarch march(level, info);
-  double sum = 0;
-  for (const WeightedDirection& d : directions) sum += march.max_cells(d.direction);
-  return sum * level.cells.columns * level.cells.rows;
 }
 
 }  // namespace
@@ -177,10 +166,7 @@ void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_
   const double side = std::ceil(2.5 * std::sqrt(static_cast<double>(max_exponent(level))));
   const std::vector<WeightedDirection> directions =
       disc_directions(static_cast<int>(std::clamp(side, 24.0, 256.0)));
-  constexpr double max_cells = 1 << 26;  // about half a second; a single texel may take longer
-  const double cells = cells_visited(level, info, directions);
-  const auto affordable = static_cast<std::size_t>(max_cells / std::max(cells, 1.0));
-  const int samples = static_cast<int>(std::clamp<std::size_t>(affordable, 1, max_pairs / directions.size()));
+  const auto samples = static_cast<int>(max_pairs / directions.size());
   const int texels = level.texels();
   // Odd, so that no column is left out if the width is a power of two.
   const int step = texels <= samples ? 1 : (texels / samples) | 1;

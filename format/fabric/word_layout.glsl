@@ -11,14 +11,12 @@ const uint fabric_light_rows = 4u;
 const uint fabric_radiance_scale = 5u;
 const uint fabric_view_basis = 6u;   // place of phi: [a - 1][view]
 const uint fabric_light_basis = 7u;  // place of psi: [b][light][channel]
-const uint fabric_repeats_per_mm_u = 8u;
-const uint fabric_repeats_per_mm_v = 9u;  // upwards: negative
-const uint fabric_reference_height = 10u;
-const uint fabric_width = 11u;  // texels of level 0 of the whole fabric
-const uint fabric_height = 12u;
-const uint fabric_first_level = 13u;   // the level of the whole fabric that is the first level here
-const uint fabric_yarns = 14u;         // place of the yarn itself, level -1
-const uint fabric_level_places = 15u;  // of level 0; the place of level k is k words further
+const uint fabric_reference_height = 8u;  // mm
+const uint fabric_width = 9u;             // texels of level 0 of the whole fabric
+const uint fabric_height = 10u;
+const uint fabric_first_level = 11u;   // the level of the whole fabric that is the first level here
+const uint fabric_yarns = 12u;         // place of the yarn itself, level -1
+const uint fabric_level_places = 13u;  // of level 0; the place of level k is k words further
 
 // Words of a level, counted from its place.
 const uint level_width = 0u;
@@ -33,16 +31,9 @@ const uint level_opacity_halves = 8u;
 const uint level_light_table = 9u;  // place: [texel][light][channel]
 const uint level_light_table_halves = 10u;
 const uint level_products = 11u;      // their number
-const uint level_entries = 12u;       // of a texel
-const uint level_pairs = 13u;         // place: [product](a, b)
-const uint level_coefficients = 14u;  // place: [texel][entry][product]
-const uint level_heights = 15u;       // place: [texel][entry](top, bottom), mm
-const uint level_columns = 16u;       // of the cells of a texel
-const uint level_rows = 17u;
-const uint level_slabs = 18u;
-const uint level_highest = 19u;  // top, mm
-const uint level_lowest = 20u;   // bottom, mm
-const uint level_words = 21u;    // in all
+const uint level_pairs = 12u;         // place: [product](a, b)
+const uint level_coefficients = 13u;  // place: [texel][product]
+const uint level_words = 14u;         // in all
 
 // Words of the yarn (spec/brdf.md, "Yarn"), counted from its place; mm.
 const uint yarn_period = 0u;     // x, y

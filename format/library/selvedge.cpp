@@ -15,6 +15,10 @@ struct FabricFile::State {
   Fabric fabric;  // its level 0 is first_level of the file
   FabricFacts facts;
   int first_level = 0;
+  std::vector<FabricYarnCurve> curves;
+
+  /// Null without yarn, or if level 0 was not read.
+  const Yarns* yarns() const { return fabric.levels.empty() ? nullptr : fabric.levels.front().yarns().get(); }
 
   /// Null if the level was not read.
   const FabricLevel* level(int level) const {
@@ -48,6 +52,21 @@ FabricFacts facts_of(const FabricHeader& header) {
           {whole.x, whole.y},
           header.first_level(),
           header.whole ? header.whole->levels : header.levels};
+}
+
+std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
+  std::vector<FabricYarnCurve> curves;
+  for (const YarnCurve& c : data.curves) {
+    curves.push_back({c.nodes,
+                      c.stations,
+                      {c.turns.x, c.turns.y},
+                      c.radius,
+                      {c.albedo.x, c.albedo.y, c.albedo.z},
+                      c.gloss.weight,
+                      c.gloss.roughness,
+                      c.fibre_slope});
+  }
+  return curves;
 }
 
 V3f vector_of(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
@@ -92,6 +111,7 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(Result<FabricRe
     auto fabric = reader->read_levels(state->first_level, last);
     if (!fabric) return refuse(fabric.error());
     state->fabric = std::move(*fabric);
+    if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
   }
   return state;
 }
@@ -135,18 +155,19 @@ FabricLevelData FabricFile::level(int level) const {
   data.view_table = (*source)[LayerKind::table].values;
   data.opacity = source->opacity();
   data.light_table = (*source)[LayerKind::light].values;
-  data.columns = source->cells.columns;
-  data.rows = source->cells.rows;
-  data.slabs = source->cells.slabs;
-  data.heights = (*source)[LayerKind::heights].values;
   if (!source->has(LayerKind::products)) return data;
   data.products = static_cast<int>(source->pairs.size());
-  data.entries = source->entries();
   data.pairs = {&source->pairs.front().x, 2 * source->pairs.size()};
   data.coefficients = source->coefficients();
   data.view_basis = source->bases->view;
   data.light_basis = floats_of(source->bases->light);
   return data;
+}
+
+FabricYarns FabricFile::yarns() const {
+  const Yarns* const yarns = state_->yarns();
+  if (yarns == nullptr) return {};
+  return {state_->curves, floats_of(yarns->data().nodes), yarns->data().light};
 }
 
 std::optional<FabricRadiance> FabricFile::evaluate(int level, int x, int y, const std::array<float, 3>& light,
@@ -176,10 +197,11 @@ bool FabricFile::evaluate_at(double level, double u, double v, std::span<const s
                              std::span<const std::array<float, 3>> views,
                              std::span<FabricRadiance> out) const {
   if (!std::isfinite(level) || !std::isfinite(u) || !std::isfinite(v)) return false;
-  const double clamped = std::clamp(level, 0.0, static_cast<double>(state_->facts.levels - 1));
-  if (!has_level(static_cast<int>(std::floor(clamped))) || !has_level(static_cast<int>(std::ceil(clamped)))) {
-    return false;
-  }
+  const double finest = state_->yarns() != nullptr ? -1 : 0;
+  const double clamped = std::clamp(level, finest, static_cast<double>(state_->facts.levels - 1));
+  // Level -1 comes with level 0.
+  const auto is_read = [&](double k) { return has_level(std::max(static_cast<int>(k), 0)); };
+  if (!is_read(std::floor(clamped)) || !is_read(std::ceil(clamped))) return false;
   return evaluate_all(lights, views, out, [&](const V3f& light, const V3f& view) {
     return selvedge::evaluate(state_->fabric, clamped - state_->first_level, V2d(u, v), light, view);
   });

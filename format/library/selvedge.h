@@ -64,23 +64,42 @@ struct FabricFacts {
 struct FabricLevelData {
   int width = 0;
   int height = 0;
-  int lobes = 0;                       ///< Lafortune lobes per texel and channel, if there are parameters
-  std::span<const float> parameters;   ///< texel, channel, then rho and (Cx, Cy, Cz, n) of each lobe
-  std::span<const float> frames;       ///< texel, then xyz of the normal and xyz of the tangent
-  std::span<const float> view_table;   ///< texel, view, rgb
-  std::span<const float> opacity;      ///< texel, view
-  std::span<const float> light_table;  ///< texel, light, rgb
-  int columns = 1;                     ///< cells of a texel that has heights, side by side
-  int rows = 1;
-  int slabs = 1;                        ///< of yarn, one above the other in each cell
-  std::span<const float> heights;       ///< texel, entry (slab, row, column), then top and bottom in mm
-  int products = 0;                     ///< products per entry
-  int entries = 1;                      ///< entries per texel: columns * rows * slabs with heights, else one
+  int lobes = 0;                        ///< Lafortune lobes per texel and channel, if there are parameters
+  std::span<const float> parameters;    ///< texel, channel, then rho and (Cx, Cy, Cz, n) of each lobe
+  std::span<const float> frames;        ///< texel, then xyz of the normal and xyz of the tangent
+  std::span<const float> view_table;    ///< texel, view, rgb
+  std::span<const float> opacity;       ///< texel, view
+  std::span<const float> light_table;   ///< texel, light, rgb
+  int products = 0;                     ///< per texel
   std::span<const int> pairs;           ///< product, then a and b: phi_a of the view times psi_b of the light
-  std::span<const float> coefficients;  ///< texel, entry, product
+  std::span<const float> coefficients;  ///< texel, product
   /// The functions of the products, the same for all levels, without phi_0 = 1.
   std::span<const float> view_basis;   ///< a - 1, view
   std::span<const float> light_basis;  ///< b, light, rgb
+};
+
+/// One yarn or ply: a closed chain of nodes, joined by round segments; from the last node it runs on to the
+/// first of the repeat that lies `turns` away (brdf.md, "Yarn").
+struct FabricYarnCurve {
+  int nodes = 0;                  ///< >= 2
+  int stations = 0;               ///< >= 1: places, evenly spaced along it, where indirect light is known
+  std::array<int, 2> turns{};     ///< repeats along x and y; both 0: a ring
+  float radius_mm = 0;            ///< > 0
+  std::array<float, 3> albedo{};  ///< red, green, blue of its fibres, 0 to 1
+  float gloss = 0;                ///< weight, 0 to 1
+  float roughness = 0;            ///< of the gloss, above 0, at most 1
+  float fibre_slope = 0;          ///< tangent of the angle from axis to fibres, of a right-handed screw
+};
+
+/// The yarn itself. x runs along growing u, y along falling v, z is above the cell's lowest point; a point
+/// (u, v) of the reference plane lies at x = u mm_per_repeat[0], y = -v mm_per_repeat[1].
+struct FabricYarns {
+  std::span<const FabricYarnCurve> curves;
+  std::span<const float> nodes;  ///< node, then xyz in mm; curve by curve
+  /// station, function of the angle about the axis (1, cos a, sin a, cos 2a, sin 2a), function of the light
+  /// (1, x, y, z, xy, xz, yz, x^2 - y^2, 3 z^2 - 1), rgb; curve by curve. f = max(0, l_z times their sum),
+  /// 1/sr.
+  std::span<const float> indirect;
 };
 
 struct FabricReadOptions {
@@ -112,6 +131,9 @@ class SELVEDGE_PUBLIC FabricFile {
   /// Empty if has_level() is false.
   FabricLevelData level(int level) const;
 
+  /// The yarn of level 0, valid as long as this FabricFile. Empty without yarn, or if level 0 was not read.
+  FabricYarns yarns() const;
+
   /// One texel of one level. Nothing if the level was not read or does not have the texel.
   std::optional<FabricRadiance> evaluate(int level, int x, int y, const std::array<float, 3>& light,
                                          const std::array<float, 3>& view) const;
@@ -122,8 +144,8 @@ class SELVEDGE_PUBLIC FabricFile {
                 std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const;
 
   /// At texture coordinates, which repeat, with v growing downwards. A fractional level blends the two levels
-  /// next to it; levels are clamped to those of the file. Nothing if one of the two was not read or a number
-  /// is not finite.
+  /// next to it; level -1 is the yarn itself, where there is some. Levels are clamped to those of the file.
+  /// Nothing if one of the two was not read or a number is not finite.
   std::optional<FabricRadiance> evaluate_at(double level, double u, double v,
                                             const std::array<float, 3>& light,
                                             const std::array<float, 3>& view) const;

@@ -149,7 +149,7 @@ Result<void> read_sizes(const std::string& path, const Fabric& fabric, FitRecord
     record.levels[k].layers = layers_text(fabric.levels[k]);
     record.levels[k].bytes = 0;
     for (const LayerKind layer : all_layers) {
-      if (layer == LayerKind::bases) continue;  // shared by all levels
+      if (layers_of_no_level.contains(layer)) continue;
       record.levels[k].bytes += reader->packed_bytes(layer, static_cast<int>(k));
     }
   }
@@ -169,11 +169,6 @@ std::string layers_text(const FabricLevel& level) {
   }
   if (level.has(LayerKind::table)) join(" x ", "table");
   if (level.has(LayerKind::light)) join(" x ", "light table");
-  if (level.has(LayerKind::heights)) {
-    const SlabShape& shape = level.cells;
-    join(", ", fmt::format("{} slab{}, {}x{} cells", shape.slabs, shape.slabs == 1 ? "" : "s", shape.columns,
-                           shape.rows));
-  }
   if (level.has(LayerKind::products)) join(", ", fmt::format("{} products", level.pairs.size()));
   return text.empty() ? "constant" : text;
 }

@@ -44,13 +44,16 @@ struct LevelReport {
   double seconds = 0;
 };
 
+/// Layers whose values belong to no level, though they are stored at level 0: not among LevelReport::bytes.
+inline constexpr LayerSet layers_of_no_level{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
+
 struct FitRecord {
   double peak = 0;                  ///< 1/sr, the peak of all PSNR
   std::vector<LevelReport> levels;  ///< of the fabric, level 0 first
   Issues warnings;
 };
 
-/// "2 lobes x table", "2 slabs, 2x2 cells, 30 products".
+/// "2 lobes x table", "30 products".
 std::string layers_text(const FabricLevel& level);
 
 /// Sets the peak and the errors of the record by compare(). Either set may be empty; the peak is that of the

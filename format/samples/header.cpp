@@ -19,7 +19,6 @@ namespace member = names::member;
 
 constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out,
                                                 names::part_rim};
-constexpr int samples_version = 1;
 
 json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
@@ -68,13 +67,6 @@ int count_from(const json& text, const char* name, int max) {
   return value;
 }
 
-SlabShape slabs_from(const json& text) {
-  const FabricLimits limits;
-  return {count_from(text, member::columns, limits.cells_per_side),
-          count_from(text, member::rows, limits.cells_per_side),
-          count_from(text, member::slabs, limits.slabs)};
-}
-
 YarnCounts yarns_from(const json& text) {
   const FabricLimits limits;
   return {count_from(text, member::curves, limits.curves), count_from(text, member::nodes, limits.nodes),
@@ -84,7 +76,10 @@ YarnCounts yarns_from(const json& text) {
 /// Throws if a member breaks a rule; the caller converts the exception to an error.
 SamplesHeader header_from(const json& text) {
   SamplesHeader header;
-  if (text.at(member::version) != samples_version) throw std::runtime_error("version is not 1");
+  if (const json& version = text.at(member::version); version != names::samples_version) {
+    throw std::runtime_error(fmt::format("version {} is not understood; this program reads version {}",
+                                         version.dump(), names::samples_version));
+  }
   header.width = whole_from(text.at(member::texels).at(0), member::texels);
   header.height = whole_from(text.at(member::texels).at(1), member::texels);
   const int limit = FabricLimits{}.texels_per_side;
@@ -117,7 +112,6 @@ SamplesHeader header_from(const json& text) {
       throw std::runtime_error("whole: the texels are those of no level of it");
     }
   }
-  if (text.contains(member::slabs)) header.slabs = slabs_from(text.at(member::slabs));
   if (text.contains(names::part_yarns)) header.yarns = yarns_from(text.at(names::part_yarns));
   header.provenance = text.at(member::provenance).dump();
   return header;
@@ -137,7 +131,7 @@ std::string samples_header_to_json(const SamplesHeader& header) {
     pairs[pair_parts[index_of(kind)]] = list;
   }
   json text{
-      {member::version, samples_version},
+      {member::version, names::samples_version},
       {member::texels, {header.width, header.height}},
       {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
       {member::reference_height, header.reference_height},
@@ -149,11 +143,6 @@ std::string samples_header_to_json(const SamplesHeader& header) {
       {member::pairs, pairs},
       {member::provenance, provenance_json(header.provenance)},
   };
-  if (header.slabs) {
-    text[member::slabs] = {{member::columns, header.slabs->columns},
-                           {member::rows, header.slabs->rows},
-                           {member::slabs, header.slabs->slabs}};
-  }
   if (header.yarns.curves > 0) {
     text[names::part_yarns] = {{member::curves, header.yarns.curves},
                                {member::nodes, header.yarns.nodes},

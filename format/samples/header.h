@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,7 +28,6 @@ struct SamplesHeader : FabricInfo {
   int truth_samples = 0;                            ///< rays per texel of the pair sets
   std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
   YarnCounts yarns;                                 ///< of the yarn that the file holds
-  std::optional<SlabShape> slabs;                   ///< of the heights, if the file has them
 
   int texels() const { return width * height; }
 };

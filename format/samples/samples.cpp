@@ -34,23 +34,6 @@ std::vector<ExrChannel> pair_channels(const std::string& part) {
   return channels;
 }
 
-/// The picture of a slab has a pixel per cell.
-std::vector<ExrChannel> slab_channels(const SlabShape& shape) {
-  std::vector<ExrChannel> channels;
-  for (int slab = 0; slab < shape.slabs; ++slab) {
-    for (const char* end : names::height_ends) {
-      channels.push_back({fmt::format("{}.{}.{}", names::part_slabs, slab, end)});
-    }
-  }
-  return channels;
-}
-
-/// Index of an entry in a HeightLayer, by slab and pixel.
-int height_index(const SlabShape& shape, int width, int slab, int x, int y) {
-  const int texel = y / shape.rows * width + x / shape.columns;
-  return texel * shape.entries() + (slab * shape.rows + y % shape.rows) * shape.columns + x % shape.columns;
-}
-
 /// Index of the part that follows those of the first `kinds` sets of pairs.
 int part_after(const SamplesHeader& header, std::size_t kinds) {
   int part = 2;
@@ -84,10 +67,6 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
     if (count == 0) continue;
     const char* name = name_of(kind);
     parts.push_back(scanline_part(name, header.width, header.height * count, pair_channels(name)));
-  }
-  if (header.slabs) {
-    parts.push_back(scanline_part(names::part_slabs, header.width * header.slabs->columns,
-                                  header.height * header.slabs->rows, slab_channels(*header.slabs)));
   }
   if (header.yarns.curves > 0) {
     parts.push_back(
@@ -157,24 +136,8 @@ Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& sample
   return writer_.write_rows(part_after(header_, index_of(kind)), pixels);
 }
 
-Result<void> SamplesWriter::write_heights(const HeightLayer& heights) {
-  const SlabShape& shape = *header_.slabs;
-  ExrPixels pixels = blank(header_.width * shape.columns, header_.height * shape.rows, 2 * shape.slabs);
-  std::size_t pixel = 0;
-  for (int y = 0; y < pixels.height; ++y) {
-    for (int x = 0; x < pixels.width; ++x, ++pixel) {
-      for (int slab = 0; slab < shape.slabs; ++slab) {
-        const int index = height_index(shape, header_.width, slab, x, y);
-        pixels.planes[2 * slab][pixel] = heights.top[index];
-        pixels.planes[2 * slab + 1][pixel] = heights.bottom[index];
-      }
-    }
-  }
-  return writer_.write_rows(part_after(header_, all_pair_kinds.size()), pixels);
-}
-
 Result<void> SamplesWriter::write_yarns(const YarnData& yarns) {
-  const int part = part_after(header_, all_pair_kinds.size()) + (header_.slabs ? 1 : 0);
+  const int part = part_after(header_, all_pair_kinds.size());
   std::vector<float> curves = curve_values(yarns);
   const ExrPixels pixels{static_cast<int>(curves.size()), 1, {std::move(curves)}};
   if (auto ok = writer_.write_rows(part, pixels); !ok) return ok;
@@ -323,28 +286,6 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   samples.alpha = std::move((*planes)[3]);
   samples.alpha_noise = std::move((*planes)[7]);
   return samples;
-}
-
-Result<HeightLayer> SamplesReader::read_heights() {
-  const SlabShape& shape = *header_.slabs;
-  const int width = header_.width * shape.columns;
-  const int height = header_.height * shape.rows;
-  const auto planes = read_planes(reader_, names::part_slabs, width, height, slab_channels(shape), 0, height);
-  if (!planes) return tl::unexpected(planes.error());
-  const std::size_t values = planes->front().size() * shape.slabs;
-  HeightLayer heights{shape, std::vector<float>(values), std::vector<float>(values)};
-  std::size_t pixel = 0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x, ++pixel) {
-      for (int plane = 0; plane < 2 * shape.slabs; ++plane) {
-        const float value = (*planes)[plane][pixel];
-        if (!std::isfinite(value)) return bad_sample(reader_.name(), names::part_slabs, x, y, value);
-        std::vector<float>& ends = plane % 2 == 0 ? heights.top : heights.bottom;
-        ends[height_index(shape, header_.width, plane / 2, x, y)] = value;
-      }
-    }
-  }
-  return heights;
 }
 
 Result<YarnData> SamplesReader::read_yarns() {

@@ -56,8 +56,6 @@ class SamplesWriter {
   /// First all views in their order, then the pairs of each set in their order, in any number of calls.
   Result<void> write_view(const ViewSamples& samples);
   Result<void> write_pairs(PairKind kind, const PairSamples& samples);
-  /// Once, if the header has slabs.
-  Result<void> write_heights(const HeightLayer& heights);
   /// Once, where the header has yarns.
   Result<void> write_yarns(const YarnData& yarns);
   Result<void> commit() { return writer_.commit(); }
@@ -89,8 +87,6 @@ class SamplesReader {
   /// Rows of texels [first, first + count) of level 0, as a level of height `count`.
   Result<SampleLevel> read_rows(int first, int count);
   Result<PairSamples> read_pairs(PairKind kind);
-  /// Heights of level 0, mm. Precondition: header().slabs.
-  Result<HeightLayer> read_heights();
   /// Precondition: header().yarns has curves.
   Result<YarnData> read_yarns();
 

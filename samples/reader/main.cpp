@@ -1,8 +1,9 @@
 // Reads a fabric file and prints the reflectance of the middle texel of each level, lit from 45 degrees and
-// seen from straight above.
+// seen from straight above, and how long each of its yarns is.
 #include <selvedge/selvedge.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 
 int main(int argc, char** argv) {
@@ -27,6 +28,18 @@ int main(int argc, char** argv) {
                 data.height, data.lobes, static_cast<double>(answer->rgb[0]),
                 static_cast<double>(answer->rgb[1]), static_cast<double>(answer->rgb[2]),
                 static_cast<double>(answer->alpha));
+  }
+  const selvedge::FabricYarns yarns = fabric->yarns();
+  std::size_t first = 0;
+  for (const selvedge::FabricYarnCurve& curve : yarns.curves) {
+    double length = 0;
+    for (int i = 0; i + 1 < curve.nodes; ++i) {
+      const float* node = &yarns.nodes[3 * (first + i)];
+      length += std::hypot(node[3] - node[0], node[4] - node[1], node[5] - node[2]);
+    }
+    std::printf("yarn of radius %.6g mm: %d nodes over %.6g mm\n", static_cast<double>(curve.radius_mm),
+                curve.nodes, length);
+    first += curve.nodes;
   }
   return 0;
 }

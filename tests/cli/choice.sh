@@ -7,21 +7,15 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   exits 0 selvedge make plain-knit --quality draft -o a.fabric.exr --json
   holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
   selvedge make plain-knit --quality paper --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 --half-lobes -o b.fabric.exr --quiet
-  # What wants a budget is content with that of a preset.
-  exits 0 selvedge make plain-knit --quality high --texels 8 --views 16 --lights 16 --glossy-slabs -o g.fabric.exr --json
-  holds 'r.fit.levels[0].layers.includes("slab")'
-  exits 2 selvedge make plain-knit --quality draft --glossy-slabs -o g.fabric.exr
-  exits 2 selvedge make plain-knit --quality paper --glossy-slabs -o g.fabric.exr
-  exits 2 selvedge fit s.samples.exr --glossy-slabs -o g.fabric.exr
   same a.fabric.exr b.fabric.exr
   exits 0 selvedge make plain-knit --quality standard --texels 8 --budget 20000 --views 16 --lights 16 -o c.fabric.exr --json
   holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 20000'
   local few=(--texels 8 --views 16 --lights 16)
-  selvedge make plain-knit --quality standard --slabs 1 "${few[@]}" -o d.fabric.exr --quiet
-  selvedge make plain-knit --quality paper --samples 2 --slabs 1 --budget 32K "${few[@]}" -o e.fabric.exr --quiet
+  selvedge make plain-knit --quality standard "${few[@]}" -o d.fabric.exr --quiet
+  selvedge make plain-knit --quality paper --samples 2 --budget 32K "${few[@]}" -o e.fabric.exr --quiet
   same d.fabric.exr e.fabric.exr
   selvedge make plain-knit --quality reference --budget 30000 "${few[@]}" -o f.fabric.exr --quiet
-  selvedge make plain-knit --quality paper --slabs 1 --budget 30000 "${few[@]}" -o g.fabric.exr --quiet
+  selvedge make plain-knit --quality paper --samples 2 --budget 30000 "${few[@]}" -o g.fabric.exr --quiet
   same f.fabric.exr g.fabric.exr
   differ d.fabric.exr f.fabric.exr
   # More texels have more bytes, a size that was given is kept.
@@ -84,7 +78,6 @@ test_make_within_limits_keeps_them_or_names_the_nearest() {
     selvedge make plain-knit --max-bytes 100 -o none.fabric.exr --quiet
   exits 2 selvedge make plain-knit --max-bytes 60K --texels 8 -o x.fabric.exr
   exits 2 selvedge make plain-knit --min-db 20 --quality draft -o x.fabric.exr
-  exits 2 selvedge make plain-knit --max-bytes 60K --glossy-slabs -o x.fabric.exr
 }
 
 test_limits_of_cost_are_met_where_quality_is_not_to_be_had() {

@@ -143,7 +143,15 @@ test_answer_checks_files_of_every_kind() {
 
 test_yarn_goes_from_the_stitch_into_the_fabric() {
   local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 --quiet)
-  exits 0 selvedge make plain-knit --yarns "${few[@]}" -o y.fabric.exr
+  exits 0 selvedge make plain-knit --yarns "${few[@]}" --report y.md -o y.fabric.exr
+  grep -qE '^Yarn: [0-9]+ curves?, [0-9]+ nodes, [0-9]+ bytes\.$' y.md || fail "$(cat y.md)"
+  # Its bytes are of no level.
+  if grep -q '^| bytes at level .*yarns' y.md; then fail "$(cat y.md)"; fi
+  exits 0 selvedge info y.fabric.exr
+  grep -qE '^yarn +[0-9]+ curves?, [0-9]+ nodes, [0-9]+ bytes$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  exits 0 selvedge info y.fabric.exr --json
+  holds "r.yarn.curves === r.content.layers.yarns.curves && r.yarn.nodes === r.content.layers.yarns.nodes && r.yarn.bytes > 1000 &&
+    r.content.provenance.fit.levels.reduce((sum, level) => sum + level.bytes, r.yarn.bytes) < r.bytes"
   exits 0 selvedge check y.fabric.exr
   # Level -1 is a point: yarn or none.
   exits 0 selvedge evaluate y.fabric.exr --level -1 --uv 0.3,0.4 --json

@@ -9,11 +9,12 @@ installed() { cmake --install "$build" --prefix "$scratch/prefix" --component li
 
 test_a_program_outside_of_the_tree_reads_a_fabric_through_the_installed_library() {
   installed
-  selvedge make --quality paper plain-weave "${small[@]}" -o f.exr --quiet
+  selvedge make --quality paper plain-weave --yarns "${small[@]}" -o f.exr --quiet
   cmake -S "$root/samples/reader" -B reader -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/out"
   cmake --build reader >"$scratch/out"
   reader/fabric-reader f.exr >read.txt
-  [ "$(wc -l <read.txt)" = 4 ] || fail "not the four levels of 8x8 texels: $(cat read.txt)"
+  [ "$(grep -c '^level' read.txt)" = 4 ] || fail "not the four levels of 8x8 texels: $(cat read.txt)"
+  grep -qE '^yarn of radius [0-9.]+ mm: [0-9]+ nodes over [0-9.]+ mm$' read.txt || fail "no yarn: $(cat read.txt)"
   local level
   for level in 0 1 2 3; do
     exits 0 selvedge evaluate f.exr --level "$level" --texel "$((4 >> level)),$((4 >> level))" --light 1,0,1

@@ -2,7 +2,7 @@
 # How good a fabric is: reports of fits as files, what the fabric says of itself, and pictures of comparisons.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-make_samples() { selvedge bake plain-knit -o k.samples.exr --quiet --slabs 1 "${small[@]}"; }
+make_samples() { selvedge bake plain-knit -o k.samples.exr --quiet "${small[@]}"; }
 
 test_a_fit_reports_into_a_file_what_compare_finds_and_the_fabric_says() {
   make_samples
@@ -35,21 +35,6 @@ test_a_report_with_another_ending_is_a_table() {
   grep -q 'SAMPLES_SPARSE' m.txt
   exits 0 selvedge info m.fabric.exr --json
   holds "r.content.provenance.fit.warnings[0].code === 'SAMPLES_SPARSE'"
-}
-
-test_slabs_have_lobes_on_demand_and_the_record_names_them() {
-  local some=(--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 8 --slabs 1 --cells 2)
-  exits 0 selvedge bake satin -o s.samples.exr --quiet "${some[@]}"
-  local fit=(fit s.samples.exr --budget 60K --lobes 1 --glossy-slabs --slab-lobes 1 --quiet)
-  exits 0 selvedge "${fit[@]}" -o s.fabric.exr --threads 1 --report s.md
-  exits 0 selvedge "${fit[@]}" -o t.fabric.exr --threads 3
-  same s.fabric.exr t.fabric.exr
-  grep -q '^| 0 | 16x16 | 1 lobe, 1 slab, 2x2 cells, [0-9]* products |' s.md
-  exits 0 selvedge check s.fabric.exr --warnings-as-errors
-  exits 0 selvedge info s.fabric.exr --json
-  holds "r.content.layers.lobes.lobes === 1 && r.content.layers.heights.levels[0] === 0 &&
-    r.content.provenance.fit.levels[0].layers.startsWith('1 lobe, 1 slab')"
-  exits 2 selvedge fit s.samples.exr -o n.exr --budget 60K --slab-lobes 17
 }
 
 test_the_fabric_has_the_same_bytes_with_and_without_a_report() {

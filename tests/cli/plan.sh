@@ -170,23 +170,6 @@ test_a_fabric_for_a_plan_is_as_open_as_the_whole() {
   exits 0 selvedge-view compare whole.png part.png --max 0.012
 }
 
-# What the opacity of a level with slabs is comes from their heights.
-test_one_sees_through_slabs_of_yarn() {
-  write_quad quad.gltf
-  selvedge make --quality paper plain-weave -o slabs.fabric.exr --texels 8 --views 16 --lights 16 --samples 4 --slabs 1 --budget 40K --quiet
-  exits 0 selvedge info slabs.fabric.exr --json
-  holds 'JSON.stringify(r.content).includes("heights")'
-  selvedge dress quad.gltf slabs.fabric.exr -o slabs.gltf --all --quiet
-  holds 'r.materials[0].alphaMode === "MASK"' slabs.gltf
-  exits 0 selvedge plan slabs.gltf --distance 0.3 --fov 45 --size 400x400 --json
-  holds 'r.materials[0].holes'
-  exits 0 selvedge check slabs.gltf
-  [ ! -s "$scratch/err" ] || fail "$(cat "$scratch/err")"
-  sed -i '/"alphaMode"/d' slabs.gltf
-  exits 0 selvedge check slabs.gltf
-  grep -q 'GLTF_ALPHA\]$' "$scratch/err" || fail "$(cat "$scratch/err")"
-}
-
 test_a_level_is_one_of_the_whole() {
   make_cloth
   selvedge repack k.fabric.exr -o part.fabric.exr --levels 2-3 --quiet

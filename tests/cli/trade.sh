@@ -97,7 +97,7 @@ test_both_programs_tell_a_terminal_how_far_a_sweep_is_and_what_is_left() {
 }
 
 test_the_viewer_adds_to_a_sweep_of_its_own_machine_and_program_alone() {
-  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2, "budget": 20000, "layers": "slabs"}}' >grid.json
+  echo '{"centre": {"texels": 8, "directions": 16, "samples": 2, "budget": 20000, "layers": "products"}}' >grid.json
   sweep --quiet
   view() { selvedge-view trade sweep --repeats 1 --size 32x24 "$@"; }
   # What the paper's path refuses is left out, with a line each.

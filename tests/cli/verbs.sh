@@ -298,22 +298,10 @@ test_info_is_a_table_that_fits_a_screen() {
 
 test_options_that_count_for_nothing_are_usage_errors() {
   local option
-  for option in '--slab-lobes 1' '--slabs 1' '--cells 3'; do
-    # shellcheck disable=SC2086
-    exits 2 selvedge make plain-weave --quality paper -o none.fabric.exr $option
-    grep -q -- "^selvedge: ${option% *}: counts for nothing without --" "$scratch/err" || fail "$option: $(cat "$scratch/err")"
-  done
   idle() {
     exits 2 selvedge "${@:2}"
     grep -q -- "^selvedge: $1" "$scratch/err" || fail "${*:2}: $(cat "$scratch/err")"
   }
-  idle '--cells: counts for nothing without --slabs' make plain-weave -o none.fabric.exr --budget 64K --cells 3
-  idle '--slab-lobes: counts for nothing without --slabs' make plain-weave -o none.fabric.exr --budget 64K --slab-lobes 1
-  idle '--cells: counts for nothing without --slabs' bake plain-weave -o none.samples.exr --cells 3
-  idle '--slab-lobes: counts for nothing without --budget' fit none.samples.exr -o none.fabric.exr --slab-lobes 1
-  # Beside limits they would be in lines of settings without slabs.
-  idle '--cells: excludes' make plain-weave -o none.fabric.exr --max-bytes 12K --cells 3
-  idle '--slab-lobes: excludes' make plain-weave -o none.fabric.exr --max-seconds 1 --slab-lobes 1
   exits 2 selvedge make plain-weave -o none.fabric.exr --set plies=2 --set plies=3
   grep -q 'sets a parameter a second time' "$scratch/err" || fail "$(cat "$scratch/err")"
   for option in -1 1.5 x 18446744073709551616; do

@@ -57,8 +57,9 @@ inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobe
   return fabric;
 }
 
-/// The same with all the other layers as well: light tables, two slabs, products, bases.
-inline Fabric random_slab_fabric(int width, int height, DirectionGrid views, int lobes, std::uint64_t seed) {
+/// The same with all the other layers as well: light tables, products, bases.
+inline Fabric random_product_fabric(int width, int height, DirectionGrid views, int lobes,
+                                    std::uint64_t seed) {
   Fabric fabric = random_fabric(width, height, views, lobes, seed);
   Random random(seed + 1);
   const auto eighths = [&](int most) {
@@ -70,22 +71,11 @@ inline Fabric random_slab_fabric(int width, int height, DirectionGrid views, int
   for (int i = 0; i < 2 * 3; ++i) functions.light.emplace_back(eighths(1), eighths(1), eighths(2) - 1);
   const auto bases = std::make_shared<const ProductBases>(std::move(functions));
   for (FabricLevel& level : fabric.levels) {
-    const auto texels = static_cast<std::size_t>(level.texels());
     level.add(LayerKind::light, 9);
     for (V3f& s : level.light_table()) s = V3f(eighths(1), eighths(1), eighths(1));
-    // Two slabs in cells side by side, the lower one missing here and there.
-    const SlabShape shape{2, 1, 2};
-    std::vector<float> top;
-    std::vector<float> bottom;
-    for (std::size_t i = 0; i < texels * 4; ++i) {
-      const bool lower = i % 4 >= 2;
-      bottom.push_back(lower ? 0.0F : 1.25F);
-      top.push_back(lower && random.uniform() < 0.5 ? 0.0F : bottom.back() + 0.125F + eighths(1));
-    }
-    level.set_heights({shape, std::move(top), std::move(bottom)});
     level.pairs = {{0, 0}, {1, 1}};
     if (&level != &fabric.levels.front()) level.pairs = {{1, 0}};
-    level.add(LayerKind::products, shape.entries() * static_cast<int>(level.pairs.size()));
+    level.add(LayerKind::products, static_cast<int>(level.pairs.size()));
     for (float& c : level.coefficients()) c = eighths(2) - 1;
     level.bases = bases;
   }

@@ -10,13 +10,8 @@ using namespace selvedge;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   // Small, so that an execution is short; the checks against them are those of any other limit.
-  const FabricLimits limits{.texels_per_side = 32,
-                            .directions = 64,
-                            .lobes = 4,
-                            .cells_per_side = 2,
-                            .slabs = 2,
-                            .functions = 8,
-                            .products = 8};
+  const FabricLimits limits{
+      .texels_per_side = 32, .directions = 64, .lobes = 4, .functions = 8, .products = 8};
   const std::span<const std::uint8_t> bytes(data, size);
   const Result<Fabric> fabric = read_fabric(bytes, "input", limits);
   const Issues issues = check_fabric(bytes, "input", limits);

@@ -60,7 +60,7 @@ void make_fabrics(const fs::path& path) {
   const Fabric whole = test::random_fabric(3, 2, {1, 2}, 1, 1);
   const std::map<std::string, std::pair<Fabric, FabricWriteOptions>> fabrics{
       {"all-layers.exr", {whole, {}}},
-      {"slabs.exr", {test::random_slab_fabric(2, 1, {1, 2}, 1, 8), {}}},
+      {"products.exr", {test::random_product_fabric(2, 1, {1, 2}, 1, 8), {}}},
       {"all-float.exr", {whole, {.half = {}}}},
       {"half-lobes.exr", {test::random_fabric(2, 1, {1, 1}, 1, 2), {.half = LayerSet::all()}}},
       {"rle.exr", {without(test::random_fabric(2, 1, {1, 1}, 1, 5), true, false, 1), {.codec = "rle"}}},

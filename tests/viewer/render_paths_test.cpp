@@ -37,8 +37,8 @@ TEST_CASE("hybrid and shader agree to 2 of 255 on 99.9 % of pixels: lobes, table
   CHECK(test::share_apart(setting) <= 0.001);
 }
 
-TEST_CASE("hybrid and shader agree on light tables, products and slabs") {
-  CHECK(test::share_apart(sphere_in(test::random_slab_fabric(16, 16, {4, 4}, 1, 3))) <= 0.001);
+TEST_CASE("hybrid and shader agree on light tables and products") {
+  CHECK(test::share_apart(sphere_in(test::random_product_fabric(16, 16, {4, 4}, 1, 3))) <= 0.001);
 }
 
 TEST_CASE("hybrid and shader agree under point and spot lights, which fall off as they should") {

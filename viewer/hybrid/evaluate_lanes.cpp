@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "format/fabric/lafortune.h"
-#include "format/fabric/slabs.h"
 #include "viewer/hybrid/fetch.h"
 #include "viewer/hybrid/wide_directions.h"
 
@@ -23,7 +22,7 @@ struct LaneBatch {
   std::array<const Group*, lane_count> texel;   ///< its groups
   std::array<const Group*, lane_count> views;   ///< of its first view
   std::array<const Group*, lane_count> lights;  ///< of its first light
-  std::array<const Group*, lane_count> entry;
+  std::array<const Group*, lane_count> coefficients;
   alignas(64) LaneFloats weight;
 };
 
@@ -104,7 +103,7 @@ SELVEDGE_INLINE void add_products(const SharedInputs& s, const LaneBatch& batch,
   const std::size_t count = batch.layout.products;
   Wide group[4];  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t m = 0; m < count; ++m) {
-    if (m % 4 == 0) fetch<N>(batch.entry.data() + first, m / 4, group);
+    if (m % 4 == 0) fetch<N>(batch.coefficients.data() + first, m / 4, group);
     const V2i& pair = batch.layout.pairs[m];
     Wide factor = group[m % 4];
     if (pair.x > 0) factor *= Wide::load(s.view_functions + (pair.x - 1) * lane_count + first);
@@ -221,107 +220,47 @@ SELVEDGE_INLINE void evaluate(const SharedInputs& s, const LaneBatch& batch, con
   if (with_alpha) add(&result.alpha[first], share);
 }
 
-/// Cuts texels into batches. With heights, a texel is the mean over the rays of its cells, of which `ray` is
-/// one.
-class BatchMaker {
- public:
-  BatchMaker(const PackedFabric& fabric, const LaneDirections& view) : fabric_(fabric), view_(view) {}
-
-  /// Calls body(batch) for batches that together hold all lanes of `texels`.
-  template <class Body>
-  void for_each_batch(const LaneTexels& texels, const Body& body) const {
-    std::uint32_t remaining = 0;
-    for (std::size_t lane = 0; lane < lane_count; ++lane)
-      remaining |= (texels.weight[lane] > 0 ? 1U : 0U) << lane;
-    while (remaining != 0) {
-      const int leader = std::countr_zero(remaining);
-      const int layout = level_of(texels, leader).layout;
-      std::uint32_t group = remaining;
-      if (fabric_.layouts.size() > 1) {
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-          const bool other = (remaining >> lane & 1U) != 0 && level_of(texels, lane).layout != layout;
-          group &= ~((other ? 1U : 0U) << lane);
-        }
-      }
-      remaining &= ~group;
-      const PackedLayout& shared = fabric_.layouts[layout];
-      if (!shared.has_heights)
-        body(plain(texels, shared, group, leader));
-      else
-        each_ray(texels, shared, group, leader, body);
-    }
-  }
-
- private:
-  const PackedLevel& level_of(const LaneTexels& texels, std::size_t lane) const {
-    return fabric_.levels[texels.level[lane]];
-  }
-
-  LaneBatch plain(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group,
-                  std::size_t leader) const {
-    LaneBatch batch(layout);
-    for (std::size_t lane = 0; lane < lane_count; ++lane) {
-      // Inactive lanes repeat the leader's texel with weight 0.
-      const bool active = (group >> lane & 1U) != 0;
-      const std::size_t source = active ? lane : leader;
-      point(batch, lane, level_of(texels, source), texels.texel[source], 0);
-      batch.weight[lane] = active ? texels.weight[lane] : 0.0F;
-    }
-    return batch;
-  }
-
-  template <class Body>
-  void each_ray(const LaneTexels& texels, const PackedLayout& layout, std::uint32_t group, std::size_t leader,
-                const Body& body) const {
-    // Levels of one layout may have different cells per texel.
-    for (int ray = 0;; ++ray) {
-      LaneBatch batch(layout);
-      batch.weight.fill(0);
-      bool any = false;
-      bool hits = false;
-      for (std::size_t lane = 0; lane < lane_count; ++lane) {
-        point(batch, lane, level_of(texels, leader), 0, 0);
-        if ((group >> lane & 1U) == 0) continue;
-        const FabricLevel& level = fabric_.fabric->levels[texels.level[lane]];
-        const SlabShape& shape = level.cells;
-        const int rays = shape.columns * shape.rows;
-        if (ray >= rays) continue;
-        any = true;
-        const auto hit = march(level, texels.texel[lane], ray, lane);
-        if (!hit) continue;
-        hits = true;
-        point(batch, lane, level_of(texels, lane), hit->texel, hit->entry);
-        batch.weight[lane] = texels.weight[lane] / static_cast<float>(rays);
-      }
-      if (!any) break;
-      if (hits) body(batch);
-    }
-  }
-
-  std::optional<SlabHit> march(const FabricLevel& level, int texel, int ray, std::size_t lane) const {
-    const SlabShape& shape = level.cells;
-    const V2d cells(level.width * shape.columns, level.height * shape.rows);
-    const V2i cell(texel % level.width * shape.columns + ray % shape.columns,
-                   texel / level.width * shape.rows + ray / shape.columns);
-    const V2d centre(cell.x + 0.5, cell.y + 0.5);
-    return SlabMarch(level, *fabric_.fabric)(centre / cells,
-                                             V3f(view_.x[lane], view_.y[lane], view_.z[lane]));
-  }
-
-  /// Sets the pointers of a lane to an entry of a texel.
-  void point(LaneBatch& batch, std::size_t lane, const PackedLevel& level, std::size_t texel,
-             std::size_t entry) const {
-    const PackedLayout& layout = batch.layout;
+/// The batch of the lanes of `group`, whose levels have one layout.
+LaneBatch batch_of(const PackedFabric& fabric, const LaneTexels& texels, const PackedLayout& layout,
+                   std::uint32_t group, std::size_t leader) {
+  LaneBatch batch(layout);
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    // Inactive lanes repeat the leader's texel with weight 0.
+    const bool active = (group >> lane & 1U) != 0;
+    const std::size_t source = active ? lane : leader;
+    const PackedLevel& level = fabric.levels[texels.level[source]];
+    const std::size_t texel = texels.texel[source];
     batch.texel[lane] = level.texels.data() + texel * layout.texel_groups();
-    if (layout.has_views) batch.views[lane] = level.views.data() + texel * fabric_.fabric->views.count();
-    if (layout.has_lights) batch.lights[lane] = level.lights.data() + texel * fabric_.fabric->lights.count();
+    if (layout.has_views) batch.views[lane] = level.views.data() + texel * fabric.fabric->views.count();
+    if (layout.has_lights) batch.lights[lane] = level.lights.data() + texel * fabric.fabric->lights.count();
     if (layout.products > 0)
-      batch.entry[lane] = level.entries.data() + (texel * layout.entries + entry) * layout.entry_groups();
+      batch.coefficients[lane] = level.coefficients.data() + texel * layout.coefficient_groups();
+    batch.weight[lane] = active ? texels.weight[lane] : 0.0F;
   }
+  return batch;
+}
 
-  const PackedFabric& fabric_;
-  const LaneDirections& view_;
-};
+/// Calls body(batch) for batches that together hold all lanes of `texels`.
+template <class Body>
+void for_each_batch(const PackedFabric& fabric, const LaneTexels& texels, const Body& body) {
+  const auto layout_of = [&](std::size_t lane) { return fabric.levels[texels.level[lane]].layout; };
+  std::uint32_t remaining = 0;
+  for (std::size_t lane = 0; lane < lane_count; ++lane)
+    remaining |= (texels.weight[lane] > 0 ? 1U : 0U) << lane;
+  while (remaining != 0) {
+    const int leader = std::countr_zero(remaining);
+    const int layout = layout_of(leader);
+    std::uint32_t group = remaining;
+    if (fabric.layouts.size() > 1) {
+      for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        const bool other = (remaining >> lane & 1U) != 0 && layout_of(lane) != layout;
+        group &= ~((other ? 1U : 0U) << lane);
+      }
+    }
+    remaining &= ~group;
+    body(batch_of(fabric, texels, fabric.layouts[layout], group, leader));
+  }
+}
 
 /// Storage for lookups of any width.
 struct AllLookups {
@@ -379,7 +318,6 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
   const std::size_t at_once = std::min(lights.size(), lights_at_once);
   scratch.view_functions.resize(fabric.view_functions * lane_count);
   scratch.light_functions.resize(at_once * fabric.light_functions * 3 * lane_count);
-  const BatchMaker batches(fabric, view);
   AllLookups lookups;
   std::size_t first = 0;
   do {
@@ -388,8 +326,9 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
                                     scratch.light_functions.data()};
     fill(surroundings, lookups);
     for (const LaneTexels& list : texels) {
-      batches.for_each_batch(
-          list, [&](const LaneBatch& batch) { evaluate(surroundings, batch, lookups, first == 0, sum); });
+      for_each_batch(fabric, list, [&](const LaneBatch& batch) {
+        evaluate(surroundings, batch, lookups, first == 0, sum);
+      });
     }
     first += count;
   } while (first < lights.size());

@@ -51,7 +51,7 @@ struct LaneScratch {
 };
 
 /// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights`, to `sum`. Levels
-/// and texels must exist. Rays through slabs are marched once for each texel and eight lights.
+/// and texels must exist.
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
                     LaneShading& sum, PowerKind power = PowerKind::exact);

@@ -23,7 +23,6 @@ std::string beyond_paper(const Fabric& fabric) {
   }
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::light)) return "the fabric has a light table, which is not in the paper's model";
-    if (level.has(LayerKind::heights)) return "the fabric has heights, which are not in the paper's model";
     if (level.has(LayerKind::products)) return "the fabric has products, which are not in the paper's model";
   }
   return {};
@@ -67,8 +66,10 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
       return kind.fabric == static_cast<int>(i);
     });
     if (!used) continue;
-    if (const std::string reason = beyond_paper(fabrics[i]); !reason.empty())
-      return refuse(i < scene.fabrics.size() ? scene.fabrics[i].name : scene.file, reason);
+    const std::string& name = i < scene.fabrics.size() ? scene.fabrics[i].name : scene.file;
+    if (const std::string reason = beyond_paper(fabrics[i]); !reason.empty()) return refuse(name, reason);
+    if (fabrics[i].levels.front().yarns())
+      remarks.push_back(fmt::format("{}: --path paper draws level 0 in place of the yarn", name));
   }
   return result;
 }

@@ -20,8 +20,9 @@ struct PaperKinds {
 };
 
 /// The kinds of the surfaces. OPTION_OUT_OF_RANGE at --path for a surface without fabric, a fabric with
-/// layers that the paper does not have, and more texels or kinds than 8 bits can code. Emission and occlusion
-/// are ignored, with a line in `remarks`. `materials` are those of the surfaces; their fabrics exist.
+/// layers that the paper does not have, and more texels or kinds than 8 bits can code. Emission, occlusion
+/// and yarn are ignored, with a line in `remarks`. `materials` are those of the surfaces; their fabrics
+/// exist.
 Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& surfaces,
                                const Materials& materials, const std::vector<Fabric>& fabrics,
                                std::vector<std::string>& remarks);

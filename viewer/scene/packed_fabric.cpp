@@ -13,9 +13,7 @@ PackedLayout layout_of(const FabricLevel& level) {
   layout.has_lights = level.has(LayerKind::light);
   layout.has_table =
       level.has(LayerKind::table) || level.has(LayerKind::light) || !level.has(LayerKind::products);
-  layout.has_heights = level.has(LayerKind::heights);
   if (level.has(LayerKind::products)) {
-    layout.entries = level.entries();
     layout.pairs = level.pairs;
     layout.products = static_cast<int>(layout.pairs.size());
   }
@@ -49,7 +47,7 @@ void pack_views(const FabricLevel& level, std::size_t count, std::vector<Group>&
   }
 }
 
-void pack_entries(const FabricLevel& level, std::vector<Group>& groups) {
+void pack_coefficients(const FabricLevel& level, std::vector<Group>& groups) {
   const std::size_t count = level.pairs.size();
   const std::span<const float> coefficients = level.coefficients();
   for (std::size_t first = 0; first < coefficients.size(); first += count) {
@@ -99,7 +97,7 @@ PackedFabric pack(const Fabric& fabric) {
     if (layout.has_views) pack_views(level, texels * fabric.views.count(), target.views);
     for (const V3f& s : level.light_table()) target.lights.push_back({s.x, s.y, s.z, 0});
     if (level.has(LayerKind::products)) {
-      pack_entries(level, target.entries);
+      pack_coefficients(level, target.coefficients);
       if (packed.light_functions == 0) pack_bases(fabric, *level.bases, packed);
     }
     packed.needs_views |= layout.has_views || packed.view_functions > 0;

@@ -16,16 +16,14 @@ struct PackedLayout {
   bool has_views = false;   ///< T or alpha; if not, both are 1
   bool has_table = false;   ///< T or S: the formula's bracket has a first term
   bool has_lights = false;  ///< S; if not, S = 1
-  bool has_heights = false;
-  int entries = 1;  ///< of a texel's products
   int products = 0;
   std::vector<V2i> pairs;  ///< of the products
   bool operator==(const PackedLayout&) const = default;
   /// Groups of a texel: normal and red rho; tangent and green rho; blue rho and padding; then (Cx, Cy, Cz, n)
   /// for [channel][lobe].
   int texel_groups() const { return 3 + 3 * lobes; }
-  /// Groups of an entry: its coefficients, padded with 0.
-  int entry_groups() const { return (products + 3) / 4; }
+  /// Groups of a texel's coefficients, padded with 0.
+  int coefficient_groups() const { return (products + 3) / 4; }
 };
 
 using Group = std::array<float, 4>;
@@ -33,15 +31,15 @@ using Group = std::array<float, 4>;
 struct PackedLevel {
   int width = 0;
   int height = 0;
-  int layout = 0;              ///< index into PackedFabric::layouts
-  std::vector<Group> texels;   ///< [texel][texel_groups]
-  std::vector<Group> views;    ///< [texel][view]: alpha T, alpha
-  std::vector<Group> lights;   ///< [texel][light]: S, 0
-  std::vector<Group> entries;  ///< [texel][entry][entry_groups]
+  int layout = 0;                   ///< index into PackedFabric::layouts
+  std::vector<Group> texels;        ///< [texel][texel_groups]
+  std::vector<Group> views;         ///< [texel][view]: alpha T, alpha
+  std::vector<Group> lights;        ///< [texel][light]: S, 0
+  std::vector<Group> coefficients;  ///< [texel][coefficient_groups]
 };
 
 struct PackedFabric {
-  const Fabric* fabric = nullptr;  ///< its source, in which rays are marched through slabs
+  const Fabric* fabric = nullptr;  ///< its source
   std::vector<PackedLevel> levels;
   std::vector<PackedLayout> layouts;
   int view_functions = 0;          ///< phi_a, a > 0

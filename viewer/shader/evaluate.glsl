@@ -1,5 +1,5 @@
 // The evaluation of a texel of a fabric under all lights: the twin of format/fabric/evaluate.h (spec/brdf.md), held to it
-// by a test. shade_entry() adds weight * alpha * (radiance, 1) of an entry of a texel: `view` is in the fabric's frame, and
+// by a test. shade_texel() adds weight * alpha * (radiance, 1) of a texel: `view` is in the fabric's frame, and
 // d * frame brings a direction of the world there. The includer defines word() (fabric_words.glsl) and
 //   uint light_count(), and void light_at(uint i, out vec3 direction, out vec3 irradiance), world.
 const float largest = 3.4028234e38;
@@ -67,9 +67,11 @@ vec3 lobes_at(uint place, uint lobes, vec3 l, vec3 v) {
   return clamp_to_finite(sum * l.z);
 }
 
-// Evaluates one entry of a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).
-void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat3 frame, float weight,
+// Evaluates a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).
+void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat3 frame, float weight,
                  inout vec4 sum) {
+  uint fabric = word(fabric_index);
+  uint level = word(fabric + fabric_level_places + level_index);
   uint views = word(fabric + fabric_view_columns) * word(fabric + fabric_view_rows);
   uint lights = word(fabric + fabric_light_columns) * word(fabric + fabric_light_rows);
   uint table = word(level + level_view_table);
@@ -105,7 +107,7 @@ void shade_entry(uint fabric, uint level, uint texel, uint entry, vec3 view, mat
   vec3 local_view = view * local;
   uint lobes = word(level + level_lobe_count);
   uint own_lobes = word(level + level_lobes) == 0u ? 0u : word(level + level_lobes) + texel * 3u * (1u + 4u * lobes);
-  uint coefficients = word(level + level_coefficients) + (texel * word(level + level_entries) + entry) * products;
+  uint coefficients = word(level + level_coefficients) + texel * products;
   float scale = number(fabric + fabric_radiance_scale);
   vec3 radiance = vec3(0.0);
   for (uint i = 0u; i < light_count(); ++i) {

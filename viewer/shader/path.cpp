@@ -127,10 +127,10 @@ Result<GLuint> ShaderPath::shading_program(bool shadows) {
       pbr_.definitions() + (shadows ? "#define SHADOWS\n" : "") + (shows_yarn_ ? "#define YARN\n" : "");
   Result<GLuint> made = objects_.program(
       shader_text("", {glsl::frame_vertex}),
-      shader_text(definitions, {glsl::lights, shadows ? glsl::shadow_offsets : "",
-                                shadows ? glsl::shadow_lookup : "", glsl::word_layout, glsl::fabric_words,
-                                glsl::evaluate, glsl::slabs, shows_yarn_ ? glsl::yarn : "",
-                                pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::shade_pixel}));
+      shader_text(definitions,
+                  {glsl::lights, shadows ? glsl::shadow_offsets : "", shadows ? glsl::shadow_lookup : "",
+                   glsl::word_layout, glsl::fabric_words, glsl::evaluate, shows_yarn_ ? glsl::yarn : "",
+                   pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::shade_pixel}));
   if (made) program = *made;
   return made;
 }

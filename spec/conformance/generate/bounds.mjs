@@ -6,9 +6,8 @@
 // are within 4 U of their result, a power is exp2(n log2(x)). Results below the smallest normal number may
 // become 0.
 import {direction_to_square, grid_weights, square_to_grid} from '../reference/directions.mjs';
-import {LARGEST, interpolated, look_up, ray_points, texel_at} from '../reference/brdf.mjs';
+import {LARGEST, interpolated, look_up, texel_at} from '../reference/brdf.mjs';
 import {yarn_changes} from './near_yarns.mjs';
-import {sure_march} from './rays.mjs';
 
 export const U = 2 ** -24;
 const SMALLEST = 2 ** -126;
@@ -136,7 +135,7 @@ function hold(x) {
 }
 
 /** F of formula (3) for one channel. */
-function bounded_bracket(level, texel, entry, T, c, of_view, of_light) {
+function bounded_bracket(level, texel, T, c, of_view, of_light) {
   const {table, light, products, views, lights} = level;
   const terms = [];
   if (light) {
@@ -146,7 +145,7 @@ function bounded_bracket(level, texel, entry, T, c, of_view, of_light) {
     terms.push(T);
   }
   products?.pairs.forEach(([a, b], m) => {
-    const coefficient = exact(products.coefficient(texel, entry, m));
+    const coefficient = exact(products.coefficient(texel, m));
     const phi = a === 0 ? exact(1) : bounded_interpolation(views, of_view, (k) => products.phi(a, k));
     const psi = bounded_interpolation(lights, of_light, (k) => products.psi(b, k)[c]);
     const factor = a === 0 ? coefficient : times(coefficient, phi);
@@ -167,8 +166,11 @@ function bounded_bracket(level, texel, entry, T, c, of_view, of_light) {
   return hold(held_above_0(sum));
 }
 
-/** { rgb, alpha, powers } of an entry of a texel; see bounded_texel. */
-function bounded_entry(level, texel, entry, light, view) {
+/**
+ * { rgb, alpha, powers } of a texel, bounded; `powers` is the largest n * (relative error of the base) met.
+ */
+export function bounded_texel(level, [i, j], light, view) {
+  const texel = j * level.width + i;
   const of_view = bounded_points(level.views, view);
   const {alpha, T} = bounded_look_up(level, texel, of_view);
   if (light[2] <= 0 || view[2] <= 0) return {rgb: [exact(0), exact(0), exact(0)], alpha, powers: 0};
@@ -192,7 +194,7 @@ function bounded_entry(level, texel, entry, light, view) {
     return times(held_above_0(l[2]), sum);
   });
   const of_light = level.lights && bounded_points(level.lights, light);
-  const F = T.map((value, c) => bounded_bracket(level, texel, entry, value, c, of_view, of_light));
+  const F = T.map((value, c) => bounded_bracket(level, texel, value, c, of_view, of_light));
   const rgb = g.map((value, c) => {
     const product = hold(times(F[c], hold(value)));
     const f = level.scale === 1 ? product : hold(times(exact(level.scale), product));
@@ -202,33 +204,7 @@ function bounded_entry(level, texel, entry, light, view) {
   return {rgb, alpha, powers};
 }
 
-const MISSED = {
-  rgb: [0, 0, 0].map(exact),
-  alpha: exact(0),
-  powers: 0
-};
-
-/**
- * { rgb, alpha, powers } of a texel, bounded; `powers` is the largest n * (relative error of the base) met.
- * Null where rounding decides what a ray meets.
- */
-export function bounded_texel(level, [i, j], light, view) {
-  if (!level.heights) return bounded_entry(level, j * level.width + i, 0, light, view);
-  const met = ray_points(level, [i, j]).map((point) => sure_march(level, point, view));
-  if (!met.every(({sure}) => sure)) return null;
-  const rays = met.map(({hit}) => hit ? bounded_entry(level, hit.texel, hit.entry, light, view) : MISSED);
-  const share = (alpha) => times(new Bounded(1 / rays.length, U / rays.length), alpha);
-  const alpha = sum_of(rays.map((ray) => share(ray.alpha)));
-  const mean = (c) => hold(divide(sum_of(rays.map((ray) => times(share(ray.alpha), ray.rgb[c]))), alpha));
-  const seen = alpha.value > 0 || alpha.error > 0;
-  return {
-    rgb: [0, 1, 2].map((c) => seen ? mean(c) : exact(0)),
-    alpha,
-    powers: Math.max(...rays.map(({powers}) => powers)),
-  };
-}
-
-/** The same of the yarn at (u, v). */
+/** The same of the yarn at (u, v); null where rounding decides what a ray meets. */
 function bounded_yarns(yarns, uv, light, view) {
   const changes = yarn_changes(yarns, uv, light, view, U);
   if (!changes) return null;

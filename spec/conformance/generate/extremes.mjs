@@ -255,13 +255,11 @@ export const extremes = [
   },
   {
     name: 'scale-of-products',
-    about: 'the scale multiplies what products and rays of slabs give, once',
+    about: 'the scale multiplies what products give, once',
     texels: [2, 2],
     levels: 2,
-    cells: [2, 1, 1],
     radianceScale: 0.001,
-    layers: {heights: {levels: [0]}, products: {}, bases: {levels: [0]}},
-    value: {heights: (level, channel) => channel.endsWith('top') ? 0.5 : 0.25},
+    layers: {products: {}, bases: {levels: [0]}},
   },
   {
     name: 'extreme-halves',

@@ -17,14 +17,6 @@ const of_opacity = (name, opacity) =>
 export const HOLED = of_opacity('holed cloth', 0.25);
 /** Open everywhere by more than 1/2000, and by less. */
 export const SHEER = of_opacity('sheer cloth', 0.9375);
-/** A hole of a quarter of the texel between heights, without opacity. */
-export const OPEN_SLABS = file_of({
-  ...sound,
-  name: 'open slabs',
-  layers: ['lobes', 'heights'],
-  cells: [2, 2, 1],
-  value: {...sound.value, heights: (level, channel) => /\.[012]\.top$/.test(channel) ? 0.25 : 0}
-});
 export const ALMOST_CLOSED = of_opacity('almost closed cloth', 1 - 2 ** -11);
 export const BROKEN = file_of({...sound, name: 'broken cloth', value: {lobes: () => -1}});
 export const data_uri = (type, bytes) => `data:${type};base64,${bytes.toString('base64')}`;

@@ -11,15 +11,11 @@ const PRECISION = {
   table: 'half',
   opacity: 'half',
   light: 'half',
-  heights: 'half',
   products: 'half',
   bases: 'half',
   yarns: 'float',
   indirect: 'half'
 };
-/** As ordinary heights go, in mm: slabs one above the other, the last one the lowest. */
-const SLAB = 0.25, TOP_OF_SLABS = 0.8;
-
 /** An orthonormal frame around a normal, the tangent being the x axis made perpendicular. */
 export function frame_of(normal) {
   const n = unit(normal);
@@ -28,7 +24,7 @@ export function frame_of(normal) {
 }
 
 /** An ordinary value of a channel at a texel. */
-function ordinary(name, level, channel, t, layers) {
+function ordinary(name, level, channel, t) {
   const r = random(`${name} ${level} ${channel} ${t}`);
   const between = (a, b) => a + (b - a) * r();
   if (channel.startsWith('lobes.diffuse')) return between(0.02, 0.3);
@@ -41,14 +37,6 @@ function ordinary(name, level, channel, t, layers) {
   if (channel.startsWith('products')) return between(-0.3, 1);
   if (channel.startsWith('bases')) return between(-0.2, 0.8);
   if (channel.startsWith('indirect')) return between(-0.02, 0.04);
-  if (channel.startsWith('heights')) {
-    const [, entry, end] = channel.split('.');
-    const {columns, rows} = layers.heights;
-    const yarn = random(`${name} ${level} heights ${entry} ${t}`);
-    const top = TOP_OF_SLABS - SLAB * Math.floor(entry / (columns * rows)) - 0.1 * yarn();
-    const thickness = yarn() < 0.15 ? 0 : 0.05 + 0.12 * yarn();
-    return end === 'top' ? top : top - thickness;
-  }
   const tilt = random(`${name} ${level} frame ${t}`);
   const {n, t: tangent} = frame_of([tilt() - 0.5, tilt() - 0.5, 0.3 + tilt()]);
   return {nx: n[0], ny: n[1], nz: n[2], tx: tangent[0], ty: tangent[1], tz: tangent[2]}[channel.slice(6)];
@@ -64,8 +52,7 @@ export const framed = (frame) => (level, channel, t) => {
  * The fabric of a fixture:
  *   name, about  what it is for
  *   texels, levels, grid [columns, rows], K     default 3 x 2, all, 2 x 2, 1
- *   light_grid [columns, rows], cells [columns, rows, slabs], functions [views, lights]
- *                default 1 x 3, 1 x 1 x 1, [1, 2]
+ *   light_grid [columns, rows], functions [views, lights]     default 1 x 3, [1, 2]
  *   pairs        (level) => [[a, b], ...]; default (0, 0) and (1, 1)
  *   yarns        the members of the layer `yarns`: { curves, nodes, stations }
  *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by
@@ -74,7 +61,7 @@ export const framed = (frame) => (level, channel, t) => {
  */
 export function fabric_of(fixture) {
   const {name, texels = [3, 2], grid = [2, 2], K = 1, value = {}} = fixture;
-  const {light_grid = [1, 3], cells = [1, 1, 1], functions = [1, 2]} = fixture;
+  const {light_grid = [1, 3], functions = [1, 2]} = fixture;
   const {
     pairs = () => [[0, 0], [1, 1]],
     referenceHeight = 0.5,
@@ -109,14 +96,13 @@ export function fabric_of(fixture) {
     const listed = wanted[layer].levels ?? Array.from({length: SPREAD.includes(layer) ? 1 : levels}, (_, k) => k);
     const own = {
       lobes: {lobes: K},
-      heights: {columns: cells[0], rows: cells[1], slabs: cells[2]},
       products: {pairs: listed.map(pairs)},
       bases: {functions: {views: functions[0], lights: functions[1]}},
       yarns: {...fixture.yarns, optional: true},
       indirect: {optional: true},
     };
     const number = (level, channel, t) => is_used(layer, fabric, level, channel, t) ?
-      value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t, layers) :
+      value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t) :
       0;
     layers[layer] = {
       levels: listed,

@@ -113,36 +113,6 @@ function* light_queries(fixture, fabric, level) {
   }
 }
 
-/** What is asked besides where rays are marched. */
-function* ray_queries(fixture, fabric, level) {
-  const next = random(`rays of ${fixture.name}`);
-  const direction = (least) => random_direction(next, least);
-  for (let k = 0; k < fabric.levels; ++k) {
-    if (!level(k).heights) continue;
-    const {width, height} = level(k);
-    const at = (why, view, light = direction()) =>
-      ({level: k, texel: [Math.floor(next() * width), Math.floor(next() * height)], light, view, why});
-    const leaning = (z) => {
-      const [x, y] = random_direction(next, 0);
-      return unit([x, y, z * Math.hypot(x, y)]);
-    };
-    yield at('rays at random', direction());
-    for (let n = 0; n < 3; ++n) yield at('rays that lean', leaning(0.3 - 0.08 * n));
-    yield at('rays below the limit of the march', leaning(0.02));
-    if (k > 0) continue;
-    yield at('rays straight down', UP);
-    for (let n = 0; n < 3; ++n) yield at('rays at random', direction());
-    yield at('rays along x', unit([0.7, 0, 0.2]));
-    yield at('rays along -y', unit([0, -0.8, 0.3]));
-    yield at('rays just above the limit of the march', leaning(0.032));
-    yield at('rays along the plane, as far as the march goes', leaning(0.0005));
-    yield at('view on the horizon: marched at the limit, f = 0', leaning(0));
-    yield at('view below the horizon: marched at the limit, f = 0', leaning(-0.5));
-    yield at('view straight down: the ray is vertical, f = 0', [0, 0, -1]);
-    yield at('light below the horizon: f = 0, alpha as ever', direction(), unit([0.3, 0.2, -0.5]));
-  }
-}
-
 /** Queries that must be refused. */
 function* refused_queries(fabric, level) {
   const last = fabric.levels - 1;
@@ -217,7 +187,7 @@ export function vectors_of(fixture, bytes) {
   const fabric = open_fabric(bytes);
   const digests = [header_digest(fabric.file), ...Object.values(fabric.raw.digests).flat()];
   if (fixture.digests && String(fixture.digests) !== String(digests))
-    throw new Error(`${fixture.name}: other digests than on the page`);
+    throw new Error(`${fixture.name}: other digests than on the page: ${digests}`);
   const levels = Array.from({length: fabric.levels}, (_, k) => read_fabric_level(fabric, k));
   const level = (k) => levels[k];
   const queries = [];
@@ -257,8 +227,6 @@ export function vectors_of(fixture, bytes) {
   for (const query of ordinary_queries(fixture, fabric, level)) answer(query, false);
   if (fabric.lights && !fixture.brief)
     for (const query of light_queries(fixture, fabric, level)) answer(query, false);
-  if (fabric.layers.heights)
-    for (const query of ray_queries(fixture, fabric, level)) answer(query, false);
   if (level(0).yarns)
     for (const query of yarn_queries(fixture, level(0))) answer(query, false);
   for (const query of refused_queries(fabric, level)) queries.push({...query, error: true});

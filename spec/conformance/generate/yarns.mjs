@@ -97,9 +97,9 @@ export const yarns = [
   },
   {
     name: 'yarns-partial',
-    about: 'yarn beside heights and products, of no other layer than these',
+    about: 'yarn beside products, of no other layer than these',
     ...of_curves([weft, warp]),
-    layers: ['heights', 'products', 'bases', 'yarns', 'indirect'],
+    layers: ['products', 'bases', 'yarns', 'indirect'],
     referenceHeight: 0.25,
   },
 ];

@@ -1,7 +1,7 @@
 // The reflectance of spec/brdf.md in double precision.
 //
 // A level, as make_level of layers.mjs gives it: { width, height, scale, views, lights, lobes, frame, table,
-// opacity, light, heights, products, yarns }, a layer being null where the level lacks it, else a function of
+// opacity, light, products, yarns }, a layer being null where the level lacks it, else a function of
 // the texel's index:
 //   lobes(t)      [{ rho, lobes: [{ cx, cy, cz, n }, ...] } for red, green and blue]
 //   frame(t)      { normal, tangent }
@@ -9,12 +9,10 @@
 //   opacity(t, k) alpha for the view k
 //   light(t, k)   [red, green, blue] for the light k
 // or an object:
-//   heights       { columns, rows, slabs, mmPerRepeat, referenceHeight, ends(t, entry): [top, bottom] }
-//   products      { pairs: [[a, b], ...], coefficient(t, entry, m), phi(a, k) of view k,
+//   products      { pairs: [[a, b], ...], coefficient(t, m), phi(a, k) of view k,
 //                 psi(b, k): [red, green, blue] of light k }
 //   yarns         at level 0: see yarns.mjs
 import {direction_to_square, grid_weights, square_to_grid} from './directions.mjs';
-import {march} from './march.mjs';
 import {evaluate_yarns} from './yarns.mjs';
 
 /** The largest finite number of single precision. */
@@ -61,15 +59,15 @@ export function interpolated(grid, point, value) {
   return grid_weights(grid, point).reduce((sum, [k, weight]) => sum + weight * value(k), 0);
 }
 
-/** F of formula (3) for one channel, of an entry of a texel; T is that of the view. */
-function bracket(level, texel, entry, T, c, view_point, light_point) {
+/** F of formula (3) for one channel of a texel; T is that of the view. */
+function bracket(level, texel, T, c, view_point, light_point) {
   const {table, light, products, views, lights} = level;
   let sum = table || light || !products ? T : 0;
   if (light) sum *= interpolated(lights, light_point, (k) => light(texel, k)[c]);
   products?.pairs.forEach(([a, b], m) => {
     const phi = a === 0 ? 1 : interpolated(views, view_point, (k) => products.phi(a, k));
     const psi = interpolated(lights, light_point, (k) => products.psi(b, k)[c]);
-    sum += products.coefficient(texel, entry, m) * phi * psi;
+    sum += products.coefficient(texel, m) * phi * psi;
   });
   return min(max(0, sum), LARGEST);
 }
@@ -77,8 +75,9 @@ function bracket(level, texel, entry, T, c, view_point, light_point) {
 /** A point of the grid for a direction; of no meaning where there is no grid. */
 const point_of = (grid, direction) => grid ? square_to_grid(grid, direction_to_square(direction)) : null;
 
-/** { rgb, alpha } of an entry of a texel, seen as a place on the reference plane. */
-function evaluate_entry(level, texel, entry, light, view) {
+/** { rgb, alpha } of texel (i, j) of a level. */
+export function evaluate_texel(level, [i, j], light, view) {
+  const texel = j * level.width + i;
   const view_point = point_of(level.views, view), light_point = point_of(level.lights, light);
   const {alpha, T} = look_up(level, texel, view_point);
   if (light[2] <= 0 || view[2] <= 0) return {rgb: [0, 0, 0], alpha};
@@ -86,31 +85,8 @@ function evaluate_entry(level, texel, entry, light, view) {
   const l = frame ? to_texel(frame, light) : light;
   const v = frame ? to_texel(frame, view) : view;
   const g = level.lobes ? level.lobes(texel).map((channel) => lobes_times_cosine(channel, l, v)) : [1, 1, 1];
-  const F = T.map((value, c) => bracket(level, texel, entry, value, c, view_point, light_point));
+  const F = T.map((value, c) => bracket(level, texel, value, c, view_point, light_point));
   return {rgb: g.map((value, c) => min(level.scale * min(F[c] * value, LARGEST), LARGEST)), alpha};
-}
-
-/** The points of the reference plane through which the rays of texel (i, j) go, for a level with heights. */
-export function ray_points({width, height, heights: {columns, rows}}, [i, j]) {
-  return Array.from(
-    {length: columns * rows},
-    (_, n) =>
-      [(i + (n % columns + 0.5) / columns) / width,
-       (j + (floor(n / columns) + 0.5) / rows) / height,
-  ]);
-}
-
-/** { rgb, alpha } of texel (i, j) of a level. */
-export function evaluate_texel(level, [i, j], light, view) {
-  if (!level.heights) return evaluate_entry(level, j * level.width + i, 0, light, view);
-  const points = ray_points(level, [i, j]);
-  const rays =
-    points.map((point) => march(level, point, view))
-      .map(
-        (hit) => hit ? evaluate_entry(level, hit.texel, hit.entry, light, view) : {rgb: [0, 0, 0], alpha: 0});
-  const sum = rays.reduce((total, ray) => total + ray.alpha, 0);
-  const mean = (c) => rays.reduce((total, {rgb, alpha}) => total + alpha / sum * rgb[c], 0);
-  return {rgb: [0, 1, 2].map((c) => sum === 0 ? 0 : min(mean(c), LARGEST)), alpha: min(1, sum / rays.length)};
 }
 
 /** The texel that contains (u, v). */

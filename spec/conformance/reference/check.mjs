@@ -14,7 +14,6 @@ const MEMBERS = [
 const LAYER_MEMBERS = ['levels', 'precision', 'optional'];
 const OWN_MEMBERS = {
   lobes: ['lobes'],
-  heights: ['columns', 'rows', 'slabs'],
   products: ['pairs'],
   bases: ['functions'],
   yarns: ['curves', 'nodes', 'stations']
@@ -130,7 +129,7 @@ function check_levels(fabric, warn) {
   }
   const {products} = fabric.layers;
   for (const [name, {levels}] of Object.entries(fabric.layers)) {
-    if (['heights', 'products', ...SPREAD].includes(name)) continue;
+    if (['products', ...SPREAD].includes(name)) continue;
     const counts = new Set([...levels, ...(products?.levels ?? [])]).size;
     if (counts < fabric.levels) warn('FABRIC_LEVELS', `/layers/${name}/levels`, 'only some of the levels');
   }

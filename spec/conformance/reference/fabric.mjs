@@ -22,8 +22,6 @@ const LIMITS = {
   texels: 4096,
   directions: 4096,
   lobes: 16,
-  cells: 16,
-  slabs: 8,
   products: 256,
   functions: 256,
   curves: 2 ** 16,
@@ -85,9 +83,6 @@ const integer_of = (name, low, high) => [name, in_range(low, high), `an integer 
 /** What layers have besides levels and precision: [name, test, what it has to be]. */
 const OWN_MEMBERS = {
   lobes: () => [integer_of('lobes', 0, LIMITS.lobes)],
-  heights: () =>
-    [integer_of('columns', 1, LIMITS.cells), integer_of('rows', 1, LIMITS.cells),
-     integer_of('slabs', 1, LIMITS.slabs)],
   products: (levels) => [['pairs', are_pairs(levels), 'a list of pairs for each level of the layer']],
   bases: () => [['functions', are_functions, 'two numbers of functions, views and lights']],
   yarns: () =>
@@ -258,8 +253,8 @@ export function open_fabric(bytes, report = throw_issue) {
   const file = read_headers(bytes);
   const raw = parse_text(file);
   const version = raw.version;
-  if (Array.isArray(version) && is_integer(version[0]) && version[0] !== 1) {
-    throw_issue('FABRIC_VERSION', '/version', `major version ${version[0]}`);
+  if (Array.isArray(version) && is_integer(version[0]) && version[0] !== 2) {
+    throw_issue('FABRIC_VERSION', '/version', `major version ${version[0]}, not 2`);
   }
   const digest = file.parts[0].attributes.get('selvedge.digest');
   if (digest?.type !== 'string' || digest.value.toString('latin1') !== header_digest(file)) {

@@ -4,7 +4,7 @@ import {level_size} from './exr.mjs';
 import {indirect_count, yarn_count, yarns_of} from './yarns.mjs';
 
 export const LAYERS = [
-  'lobes', 'frame', 'table', 'opacity', 'light', 'heights', 'products', 'bases', 'yarns', 'indirect'
+  'lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect'
 ];
 /** Those of level 0 alone, with numbers that belong to no texel but are spread over the texels. */
 export const SPREAD = ['bases', 'yarns', 'indirect'];
@@ -14,9 +14,6 @@ const PARAMETERS = ['cx', 'cy', 'cz', 'n'];
 const each = (n, make) => Array.from({length: n}, (_, i) => make(i));
 const direction_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '0')}${suffix}`;
 export const grid_size = (grid) => grid ? grid.columns * grid.rows : 0;
-
-/** Entries of a texel: of a level without heights one, of the parts those of the layer. */
-export const entry_count = (heights) => heights ? heights.columns * heights.rows * heights.slabs : 1;
 
 /**
  * How many numbers the bases are: { of_views, all }, from the members of the text; those of the views come
@@ -54,19 +51,11 @@ export function channel_count(layer, text) {
       return grid_size(text.views);
     case 'light':
       return 3 * grid_size(text.lights);
-    case 'heights':
-      return 2 * entry_count(layers.heights);
     case 'products':
-      return Math.max(...layers.products.levels.map((level) => coefficient_count(layers, level)));
+      return Math.max(...layers.products.pairs.map((pairs) => pairs.length));
     default:
       return Math.ceil(spread_count(layer, text) / (text.texels[0] * text.texels[1]));
   }
-}
-
-/** Coefficients of a texel at a level that has products. */
-function coefficient_count({heights, products}, level) {
-  const entries = entry_count(heights?.levels.includes(level) ? heights : null);
-  return entries * products.pairs[products.levels.indexOf(level)].length;
 }
 
 /** The names of these channels. */
@@ -85,8 +74,6 @@ export function layer_channels(layer, text) {
       return each(count / 3, (k) => COLOURS.map((c) => direction_name(layer, k, `.${c}`))).flat();
     case 'opacity':
       return each(count, (k) => direction_name('opacity', k));
-    case 'heights':
-      return each(count / 2, (e) => [`heights.${e}.top`, `heights.${e}.bottom`]).flat();
     default:
       return each(count, (i) => `${layer}.${i}`);
   }
@@ -102,7 +89,8 @@ export function is_used(layer, text, level, channel, t) {
     return Number(channel.split('.')[1]) * w * h + t < spread_count(layer, text);
   }
   if (layer !== 'products') return true;
-  return Number(channel.split('.')[1]) < coefficient_count(text.layers, level);
+  const {levels, pairs} = text.layers.products;
+  return Number(channel.split('.')[1]) < pairs[levels.indexOf(level)].length;
 }
 
 /**
@@ -110,8 +98,8 @@ export function is_used(layer, text, level, channel, t) {
  * absent; those of `bases` are level 0's. `text` has the members of the attribute text.
  */
 export function make_level(text, level, numbers) {
-  const {texels, views, lights, layers, mmPerRepeat, referenceHeight, radianceScale = 1} = text;
-  const {lobes, frame, table, opacity, light, heights, products, bases, yarns, indirect} = numbers;
+  const {texels, views, lights, layers, radianceScale = 1} = text;
+  const {lobes, frame, table, opacity, light, products, bases, yarns, indirect} = numbers;
   const of = (values, ...names) => names.map((name) => values.get(name));
   const rgb = (values, name) => of(values, ...COLOURS.map((c) => `${name}.${c}`));
   const colours = (values, layer, grid) => {
@@ -129,7 +117,6 @@ export function make_level(text, level, numbers) {
     table: table ? colours(table, 'table', views) : null,
     opacity: null,
     light: light ? colours(light, 'light', lights) : null,
-    heights: null,
     products: null,
     yarns: level === 0 && yarns && indirect ? yarns_of(text, {yarns, indirect}) : null,
   };
@@ -153,19 +140,6 @@ export function make_level(text, level, numbers) {
     const lists = each(grid_size(views), (k) => opacity.get(direction_name('opacity', k)));
     result.opacity = (t, k) => lists[k][t];
   }
-  if (heights) {
-    const {columns, rows, slabs} = layers.heights;
-    const ends =
-      each(entry_count(layers.heights), (e) => of(heights, `heights.${e}.top`, `heights.${e}.bottom`));
-    result.heights = {
-      columns,
-      rows,
-      slabs,
-      mmPerRepeat: mmPerRepeat.map(Math.fround),
-      referenceHeight: Math.fround(referenceHeight),
-      ends: (t, e) => ends[e].map((x) => x[t]),
-    };
-  }
   if (products) {
     const texels_of_0 = texels[0] * texels[1], {of_views} = base_count(text);
     const base = (i) => bases.get(`bases.${Math.floor(i / texels_of_0)}`)[i % texels_of_0];
@@ -173,7 +147,7 @@ export function make_level(text, level, numbers) {
     const pairs = layers.products.pairs[layers.products.levels.indexOf(level)];
     result.products = {
       pairs,
-      coefficient: (t, e, m) => products.get(`products.${e * pairs.length + m}`)[t],
+      coefficient: (t, m) => products.get(`products.${m}`)[t],
       phi: (a, k) => a === 0 ? 1 : base((a - 1) * V + k),
       psi: (b, k) => COLOURS.map((_, c) => base(of_views + 3 * (b * L + k) + c)),
     };

@@ -25,11 +25,11 @@ Result<MakeFigures> make_plain(const MakeOptions& options) {
   return MakeFigures{};
 }
 
-/// Slabs at two budgets, and lobes with a table, which take less time and are worse.
+/// Products at two budgets, and lobes with a table, which take less time and are worse.
 constexpr std::array<MeasuredSetting, 3> budget_table{
     {{"{}", 100000, 2, 17, 0},
-     {R"({"layers": "slabs", "budget": 32768})", 32768, 8, 20, 0},
-     {R"({"layers": "slabs", "budget": 131072})", 131072, 8, 22, 0}}};
+     {R"({"layers": "products", "budget": 32768})", 32768, 8, 20, 0},
+     {R"({"layers": "products", "budget": 131072})", 131072, 8, 22, 0}}};
 
 /// A stitch that loses 1 dB, whose lobes take three times the bytes.
 Result<MakeFigures> make_with_budget(const MakeOptions& options) {
@@ -114,7 +114,7 @@ TEST_CASE("limits that cannot be met together end with the nearer of two setting
   CHECK(result.tried.size() == 2);
   CHECK(texels_of(result) == 16);
   CHECK(result.tried[result.nearest].made.bytes == 8000);
-  // Slabs take 8 s; lobes take 2, and are worse.
+  // Products take 8 s; lobes take 2, and are worse.
   limits = {};
   limits.held_out = 100;
   limits.seconds = 5;

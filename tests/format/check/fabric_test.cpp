@@ -113,7 +113,7 @@ TEST_CASE("a text that is no JSON object, of another version, or nested without 
         {"[1]", Code::fabric_malformed},
         {"\xEF\xBB\xBF{\"version\":[1,0]}", Code::fabric_malformed},
         {std::string(100000, '[') + std::string(100000, ']'), Code::fabric_malformed},
-        {R"({"version":[2,0]})", Code::fabric_version},
+        {R"({"version":[1,0]})", Code::fabric_version},
         {R"({"version":[4294967297,0]})", Code::fabric_version},
         {R"({"version":[0,1]})", Code::fabric_version}}) {
     CAPTURE(text.substr(0, 40));
@@ -130,6 +130,13 @@ TEST_CASE("a text that is no JSON object, of another version, or nested without 
   REQUIRE(writer.write_level(0, 0, other.pixels[0][0]));
   REQUIRE(writer.commit());
   CHECK(lines_of(check_fabric(changed.folder / "other.exr")) == Lines{"FABRIC_MALFORMED selvedge.fabric"});
+}
+
+TEST_CASE("a fabric of another version is refused, with both versions") {
+  Changed changed;
+  save_fabric(changed.folder / "changed.exr", changed.file, R"({"version":[1,0]})");
+  CHECK(read_fabric(changed.folder / "changed.exr").error().message ==
+        "version [1,0] is not understood; this program reads version 2");
 }
 
 TEST_CASE("a newer minor version is read, with what it adds ignored") {

@@ -119,3 +119,50 @@ TEST_CASE("texture coordinates repeat, rows run downwards") {
   same({1e9 + 0.3, -3.9}, 1, 0);
   CHECK(wrap_texel(-1e-18, 4) == 3);
 }
+
+TEST_CASE("products add up to a polynomial of the directions' functions") {
+  // phi_1 = v_x + 2 over the views, psi_0 = (l_z, 1, 0), psi_1 = (0, 0, l_x): at the grid's own directions
+  // interpolation changes nothing.
+  Fabric fabric;
+  fabric.views = {4, 4};
+  fabric.lights = {3, 5};
+  const auto views = directions_of(fabric.views);
+  const auto lights = directions_of(fabric.lights);
+  ProductBases bases;
+  for (const V3f& v : views) bases.view.push_back(v.x + 2);
+  for (const V3f& l : lights) bases.light.emplace_back(l.z, 1.0F, 0.0F);
+  for (const V3f& l : lights) bases.light.emplace_back(0.0F, 0.0F, l.x);
+  FabricLevel level;
+  level.width = level.height = 1;
+  level.bases = std::make_shared<ProductBases>(bases);
+  level.pairs = {{0, 0}, {1, 0}, {1, 1}};
+  level.set(LayerKind::products, {3, {0.5F, 0.25F, 2}});
+  fabric.levels = {level};
+  REQUIRE(validate(fabric));
+  for (const V3f& v : views) {
+    for (const V3f& l : lights) {
+      const Shading s = evaluate(fabric, 0, 0, 0, l, v);
+      const float phi = v.x + 2;
+      CHECK(s.alpha == 1);
+      CHECK(s.radiance.x == doctest::Approx(l.z * (0.5F + 0.25F * phi)).epsilon(1e-4));
+      CHECK(s.radiance.y == doctest::Approx(0.5F + 0.25F * phi).epsilon(1e-4));
+      CHECK(s.radiance.z == doctest::Approx(std::max(0.0F, 2 * phi * l.x)).epsilon(1e-4));
+    }
+  }
+  SUBCASE("a light table is a term of its own") {
+    fabric.levels[0].add(LayerKind::light, 45);
+    for (V3f& s : fabric.levels[0].light_table()) s = V3f(1, 2, 3);
+    const Shading s = evaluate(fabric, 0, 0, 0, lights[7], views[5]);
+    CHECK(s.radiance.y == doctest::Approx(2.5F + 0.25F * (views[5].x + 2)).epsilon(1e-4));
+  }
+  SUBCASE("a light table alone multiplies the view table") {
+    fabric.levels[0].remove(LayerKind::products);
+    fabric.levels[0].add(LayerKind::light, 45);
+    for (V3f& s : fabric.levels[0].light_table()) s = V3f(1, 2, 3);
+    fabric.levels[0].add(LayerKind::table, 48);
+    for (V3f& t : fabric.levels[0].view_table()) t = V3f(2, 2, 0.5F);
+    const Shading s = evaluate(fabric, 0, 0, 0, lights[7], views[5]);
+    CHECK(s.radiance.x == doctest::Approx(2));
+    CHECK(s.radiance.z == doctest::Approx(1.5));
+  }
+}

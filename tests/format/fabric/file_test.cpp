@@ -26,7 +26,6 @@ void check_equal(const Fabric& a, const Fabric& b) {
     CHECK(x.width == y.width);
     CHECK(x.height == y.height);
     for (const LayerKind kind : all_layers) CHECK(x[kind] == y[kind]);
-    if (x.has(LayerKind::heights)) CHECK(x.cells == y.cells);
     if (!x.has(LayerKind::products)) continue;
     CHECK(x.pairs == y.pairs);
     CHECK(x.bases->view == y.bases->view);
@@ -43,7 +42,7 @@ TEST_CASE("a fabric comes back from its file bit by bit") {
                                                     {1, 1, DirectionGrid{1, 1}, 0},
                                                     {7, 1, DirectionGrid{1, 7}, 3},
                                                     {100, 40, DirectionGrid{2, 2}, 1}}) {
-    const Fabric fabric = test::random_slab_fabric(width, height, views, lobes, 3);
+    const Fabric fabric = test::random_product_fabric(width, height, views, lobes, 3);
     const std::string path = folder / "a.fabric.exr";
     test::need(write_fabric(path, fabric));
     const auto read = test::need(read_fabric(path));
@@ -161,7 +160,7 @@ TEST_CASE("a lobe that overflows is finite where it is evaluated, and nothing wh
 
 TEST_CASE("in any precision and codec a fabric that is read and written again has the same bytes") {
   const Folder folder;
-  const Fabric fabric = test::with_yarn(test::random_slab_fabric(13, 8, {3, 2}, 2, 9), 4);
+  const Fabric fabric = test::with_yarn(test::random_product_fabric(13, 8, {3, 2}, 2, 9), 4);
   FabricWriteOptions options;
   for (const LayerSet& half : {LayerSet(), table_layers, LayerSet{LayerKind::lobes}, LayerSet::all()}) {
     options.half = half;
@@ -195,17 +194,14 @@ TEST_CASE("a lossy codec is refused by its name, and nothing is written") {
 }
 
 TEST_CASE("functions of levels that begin after level 0 are stored as they are read") {
-  Fabric fabric = test::random_slab_fabric(16, 16, {4, 4}, 1, 3);
+  Fabric fabric = test::random_product_fabric(16, 16, {4, 4}, 1, 3);
   // The last level alone has products: one texel, fewer than there are values of functions.
   for (FabricLevel& level : fabric.levels) {
-    level.remove(LayerKind::heights);
     if (level.texels() == 1) continue;
     level.remove(LayerKind::products);
     level.bases.reset();
   }
-  FabricLevel& last = fabric.levels.back();
-  last.add(LayerKind::products, static_cast<int>(last.pairs.size()), 0.25F);
-  const ProductBases before = *last.bases;
+  const ProductBases before = *fabric.levels.back().bases;
   const Fabric stored = as_stored(fabric, LayerSet::all());
   const ProductBases& after = *stored.levels.back().bases;
   REQUIRE(after.view.size() == before.view.size());
@@ -224,4 +220,25 @@ TEST_CASE("a missing file, a folder and another EXR are named as what they are")
   CHECK(read_fabric(folder / "sub").error().code == Code::file_unreadable);
   test::write_bytes(folder / "text.exr", "hello");
   CHECK(read_fabric(folder / "text.exr").error().code == Code::exr_malformed);
+}
+
+TEST_CASE("products that do not fit their bases are refused") {
+  Fabric fabric = test::random_product_fabric(4, 2, {2, 2}, 1, 3);
+  REQUIRE(validate(fabric));
+  FabricLevel& level = fabric.levels[1];
+  SUBCASE("a function that is not there") { level.pairs[0].y = 2; }
+  SUBCASE("coefficients for other products") { level.add(LayerKind::products, 3); }
+  SUBCASE("no bases") { level.bases = nullptr; }
+  SUBCASE("other bases than the other levels'") {
+    ProductBases other = *level.bases;
+    other.view[0] += 1;
+    level.bases = std::make_shared<ProductBases>(other);
+  }
+  SUBCASE("a coefficient too few") {
+    Layer layer = level[LayerKind::products];
+    layer.values.pop_back();
+    level.set(LayerKind::products, layer);
+  }
+  SUBCASE("no products") { level.pairs.clear(); }
+  CHECK(test::error_of(validate(fabric)).code == Code::fabric_malformed);
 }

@@ -28,7 +28,7 @@ std::uint64_t cost(const std::string& path, const std::function<void(FabricReade
 
 TEST_CASE("a level read by itself is that of the whole") {
   const Folder folder;
-  const Fabric fabric = test::with_yarn(test::random_slab_fabric(9, 4, {2, 3}, 2, 8), 3);
+  const Fabric fabric = test::with_yarn(test::random_product_fabric(9, 4, {2, 3}, 2, 8), 3);
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   FabricReader reader = open_reader(folder / "a.exr");
   CHECK(reader.header().levels == 4);

@@ -10,6 +10,7 @@
 #include "format/fabric/gpu_words.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -49,10 +50,10 @@ TEST_CASE("the library tells what the fabric holds") {
   }
 }
 
-TEST_CASE("the library gives every layer of a fabric of slabs, as it was written") {
+TEST_CASE("the library gives every layer of a fabric of products, as it was written") {
   const Folder folder;
-  Fabric fabric = random_slab_fabric(6, 5, {2, 3}, 2, 7);
-  // As `make --quality standard` chooses them: some levels with lobes, others with slabs alone.
+  Fabric fabric = random_product_fabric(6, 5, {2, 3}, 2, 7);
+  // As `make --quality standard` chooses them: some levels with lobes, others with products alone.
   for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light}) {
     fabric.levels[0].remove(kind);
   }
@@ -72,10 +73,7 @@ TEST_CASE("the library gives every layer of a fabric of slabs, as it was written
     CHECK(data.view_table.empty() == (k == 0));
     CHECK(same(data.opacity, level.opacity()));
     if (k > 0) CHECK(same(data.light_table, level[LayerKind::light].values));
-    CHECK(SlabShape{data.columns, data.rows, data.slabs} == level.cells);
-    CHECK(same(data.heights, level[LayerKind::heights].values));
     CHECK(data.products == static_cast<int>(level.pairs.size()));
-    CHECK(data.entries == level.cells.entries());
     for (int m = 0; m < data.products; ++m) {
       CHECK(V2i(data.pairs[2 * m], data.pairs[2 * m + 1]) == level.pairs[m]);
     }
@@ -85,6 +83,48 @@ TEST_CASE("the library gives every layer of a fabric of slabs, as it was written
     CHECK(data.light_basis[4] == level.bases->light[1].y);
   }
   CHECK(file.gpu_words() == gpu_words({&fabric, 1}));
+}
+
+TEST_CASE("the library gives the yarn as it was written, and shows it at level -1") {
+  const Folder folder;
+  const Fabric fabric = with_yarn(random_fabric(6, 5, {2, 3}, 1, 7), 2);
+  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
+  const auto file = test::need(FabricFile::open(folder / "f.exr"));
+  const YarnData& data = fabric.levels[0].yarns()->data();
+  const FabricYarns yarns = file.yarns();
+  REQUIRE(yarns.curves.size() == data.curves.size());
+  for (std::size_t i = 0; i < data.curves.size(); ++i) {
+    const FabricYarnCurve& given = yarns.curves[i];
+    const YarnCurve& curve = data.curves[i];
+    CHECK(given.nodes == curve.nodes);
+    CHECK(given.stations == curve.stations);
+    CHECK(V2i(given.turns[0], given.turns[1]) == curve.turns);
+    CHECK(given.radius_mm == curve.radius);
+    CHECK(V3f(given.albedo[0], given.albedo[1], given.albedo[2]) == curve.albedo);
+    CHECK(given.gloss == curve.gloss.weight);
+    CHECK(given.roughness == curve.gloss.roughness);
+    CHECK(given.fibre_slope == curve.fibre_slope);
+  }
+  REQUIRE(yarns.nodes.size() == 3 * data.nodes.size());
+  for (std::size_t i = 0; i < yarns.nodes.size(); ++i) {
+    CHECK(yarns.nodes[i] == data.nodes[i / 3][static_cast<int>(i % 3)]);
+  }
+  CHECK(std::equal(yarns.indirect.begin(), yarns.indirect.end(), data.light.begin(), data.light.end()));
+  const std::array<float, 3> light{0.6F, 0, 0.8F};
+  const std::array<float, 3> view{0, 0.28F, 0.96F};
+  for (const double level : {-7.0, -1.0, -0.25}) {
+    CAPTURE(level);
+    const auto shown = test::need(file.evaluate_at(level, 0.3, 0.4, light, view));
+    const Shading expected = evaluate(fabric, level, {0.3, 0.4}, {0.6F, 0, 0.8F}, {0, 0.28F, 0.96F});
+    CHECK(shown.alpha == expected.alpha);
+    CHECK(shown.rgb[1] == expected.radiance.y);
+  }
+  // Of the coarser levels alone, or of a fabric without yarn, there is none.
+  const auto coarse = test::need(FabricFile::open(folder / "f.exr", nullptr, {.first_level = 1}));
+  CHECK(coarse.yarns().curves.empty());
+  CHECK_FALSE(coarse.evaluate_at(-1, 0.3, 0.4, light, view));
+  const Written written;
+  CHECK(test::need(FabricFile::open(written.path)).yarns().nodes.empty());
 }
 
 TEST_CASE("a part of a fabric says what it is a part of") {
@@ -105,7 +145,7 @@ TEST_CASE("a part of a fabric says what it is a part of") {
 
 TEST_CASE("many directions at once give what each gives alone") {
   const Folder folder;
-  REQUIRE(write_fabric(folder / "f.exr", random_slab_fabric(6, 5, {2, 3}, 2, 7)));
+  REQUIRE(write_fabric(folder / "f.exr", random_product_fabric(6, 5, {2, 3}, 2, 7)));
   const auto file = test::need(FabricFile::open(folder / "f.exr"));
   std::vector<std::array<float, 3>> lights;
   std::vector<std::array<float, 3>> views;

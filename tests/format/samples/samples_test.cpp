@@ -102,7 +102,19 @@ TEST_CASE("a count that does not fit into an int is refused") {
   const Error error = test::error_of(
       SamplesReader::open({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory"));
   CHECK(error.code == Code::samples_malformed);
+  CHECK(error.message.find("whole number") != std::string::npos);
   CHECK(error.file == "memory");
+}
+
+TEST_CASE("samples of another version are refused, with both versions") {
+  std::string text = samples_header_to_json(SamplesHeader());
+  REQUIRE(samples_header_from_json(text, "s.exr"));
+  const std::size_t at = text.find("\"version\":2");
+  REQUIRE(at != std::string::npos);
+  text.replace(at, 11, "\"version\":1");
+  const Error error = test::error_of(samples_header_from_json(text, "s.exr"));
+  CHECK(error.code == Code::samples_malformed);
+  CHECK(error.message == "version 1 is not understood; this program reads version 2");
 }
 
 TEST_CASE("radiance that half precision loses is a warning of whoever writes it") {

@@ -145,14 +145,7 @@ TEST_CASE("the picture is within 1/255 of the reference evaluation over the same
   const std::vector<V3d> points{V3d(-1, -1, -1), V3d(1, 1, 1)};
   const Camera camera = test::need(make_camera(points, 4.0 / 3, options));
   const std::vector<Light> lights = default_lights(camera);
-  Fabric no_heights = test::random_slab_fabric(16, 16, {8, 8}, 2, 4);
-  for (FabricLevel& level : no_heights.levels) {
-    level.remove(LayerKind::heights);
-    const int products = static_cast<int>(level.pairs.size());
-    std::vector<float> coefficients = level[LayerKind::products].values;
-    coefficients.resize(level.texels() * products);
-    level.set(LayerKind::products, {products, std::move(coefficients)});
-  }
+  const Fabric products = test::random_product_fabric(16, 16, {8, 8}, 2, 4);
   Fabric lobes_alone = test::random_fabric(16, 16, {8, 8}, 3, 5);
   for (FabricLevel& level : lobes_alone.levels) {
     level.remove(LayerKind::table);
@@ -160,8 +153,8 @@ TEST_CASE("the picture is within 1/255 of the reference evaluation over the same
   }
   const std::vector<std::vector<Fabric>> sets{
       {test::random_fabric(32, 32, {8, 8}, 2, 1), test::random_fabric(9, 7, {4, 6}, 1, 2)},
-      {no_heights, lobes_alone},
-      {lobes_alone, no_heights}};
+      {products, lobes_alone},
+      {lobes_alone, products}};
   double worst = 0;
   int pixels = 0;
   for (const std::vector<Fabric>& fabrics : sets) {
@@ -176,23 +169,6 @@ TEST_CASE("the picture is within 1/255 of the reference evaluation over the same
   }
   MESSAGE("largest difference seen: " << worst * 255 << " / 255 over " << pixels << " pixels");
   CHECK(pixels > 30000);
-  CHECK(worst * 255 <= 1);
-}
-
-TEST_CASE("rays through slabs agree with the reference but where they pass within rounding of an edge") {
-  CameraOptions options;
-  options.elevation = 20;
-  const std::vector<V3d> points{V3d(-1, -1, -1), V3d(1, 1, 1)};
-  const Camera camera = test::need(make_camera(points, 4.0 / 3, options));
-  const std::vector<Light> lights = default_lights(camera);
-  Scene scene;
-  test::add(scene, test::square(3, 0), test::material(0));
-  int pixels = 0;
-  // A flat cloth seen in parallel: no direction varies, and no ray of this one meets an edge.
-  const double worst = worst_difference(scene, {test::random_slab_fabric(16, 16, {8, 8}, 2, 4)},
-                                        parallel(V3d(0.3, 0.2, 0.9).normalized()), {}, lights, pixels);
-  MESSAGE("largest difference seen: " << worst * 255 << " / 255 over " << pixels << " pixels");
-  CHECK(pixels > 5000);
   CHECK(worst * 255 <= 1);
 }
 

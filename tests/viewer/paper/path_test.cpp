@@ -7,6 +7,7 @@
 #include "format/scene/level_bounds.h"
 #include "format/scene/lights.h"
 #include "tests/format/fabrics.h"
+#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/viewer/paper_coding.h"
 #include "tests/viewer/plain_frame.h"
@@ -207,9 +208,14 @@ TEST_CASE("the paper's path refuses what 8 bits and its model do not have, and s
     CHECK(line.find("--path hybrid") != std::string::npos);
   };
   const std::vector<Fabric> good{test::random_fabric(256, 4, 1)};
-  test::need(render(scene, good, camera, options));
+  RenderStats stats;
+  test::need(render(scene, good, camera, options, &stats));
+  CHECK(stats.remarks.empty());
+  test::need(render(scene, {test::with_yarn(good.front(), 1)}, camera, options, &stats));
+  REQUIRE(stats.remarks.size() == 1);
+  CHECK(stats.remarks[0].find("--path paper draws level 0 in place of the yarn") != std::string::npos);
   names(refused(scene, {test::random_fabric(257, 4, 1)}, options), "257 x 4 texels");
-  names(refused(scene, {test::random_slab_fabric(16, 16, {4, 4}, 1, 3)}, options), "paper's model");
+  names(refused(scene, {test::random_product_fabric(16, 16, {4, 4}, 1, 3)}, options), "paper's model");
   Fabric lit = test::random_fabric(4, 4, 1);
   lit.lights = {1, 1};
   lit.levels[0].add(LayerKind::light, 3, 1);

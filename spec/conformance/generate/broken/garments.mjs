@@ -4,7 +4,6 @@ import {
   FABRIC,
   HOLED,
   NAME,
-  OPEN_SLABS,
   SHEER,
   add_tangents,
   allowed,
@@ -257,9 +256,6 @@ export const unwise_garments = [
   fixture(
     'GLTF_ALPHA', 'opaque-and-sheer', 'alphaMode OPAQUE over a fabric that is open everywhere by a sixteenth',
     '/materials/0', () => {}, {fabric: SHEER}),
-  fixture(
-    'GLTF_ALPHA', 'opaque-with-holes-in-slabs', 'alphaMode OPAQUE over a fabric with holes between its heights',
-    '/materials/0', () => {}, {fabric: OPEN_SLABS}),
   fixture(
     'GLTF_ALPHA', 'blend-without-holes', 'alphaMode BLEND over a fabric without holes', '/materials/0',
     (g) => {

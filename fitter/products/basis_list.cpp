@@ -1,8 +1,8 @@
-#include "fitter/slabs/basis_list.h"
+#include "fitter/products/basis_list.h"
 
 #include <algorithm>
 
-#include "fitter/slabs/coded_size.h"
+#include "fitter/products/coded_size.h"
 
 namespace selvedge {
 namespace {

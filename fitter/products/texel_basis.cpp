@@ -1,6 +1,4 @@
-#include "fitter/slabs/shared_basis.h"
-
-#include <Imath/half.h>
+#include "fitter/products/texel_basis.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -43,12 +41,6 @@ std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& v
     result.push_back(std::move(out));
   }
   return result;
-}
-
-/// The nearest number in half precision.
-float in_half(float value) {
-  constexpr float max_half = 65504;
-  return Imath::half(std::clamp(value, -max_half, max_half));
 }
 
 /// A matrix that is a sum over items, by blocks that are added in a fixed order, so that it does not depend
@@ -119,54 +111,6 @@ RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vecto
 
 }  // namespace
 
-std::vector<BasisFit> slab_basis(const std::vector<SlabTables>& levels,
-                                 const std::vector<std::vector<float>>& view_functions,
-                                 std::size_t max_functions, const std::vector<float>* unit) {
-  const std::size_t functions = view_functions.size();
-  const std::size_t values = levels.front().values;
-  BasisFit shared;
-  shared.view = view_functions;
-  for (std::size_t a = 0; a < functions; ++a) {
-    std::vector<double> covariance(values * values, 0);
-    for (const SlabTables& level : levels) {
-      const std::vector<double> of_level =
-          summed(level.visibility.size(), values, [&](std::size_t e, auto& sum) {
-            if (level.visibility[e] > 0)
-              add_outer(&level.value[(e * functions + a) * values], values, level.visibility[e], sum);
-          });
-      for (std::size_t i = 0; i < covariance.size(); ++i) covariance[i] += of_level[i];
-    }
-    const Principal components =
-        principal_components(covariance, values, a == 0 ? max_functions : max_functions / 4);
-    for (auto& function : stored(components.vectors, 1, light_step)) {
-      shared.pairs.emplace_back(static_cast<int>(a), static_cast<int>(shared.light.size()));
-      shared.light.push_back(std::move(function));
-    }
-  }
-  std::vector<BasisFit> result;
-  for (const SlabTables& level : levels) {
-    BasisFit basis = shared;
-    const std::size_t count = shared.pairs.size();
-    basis.coefficient.assign(level.visibility.size() * count, 0);
-    parallel_for(0, static_cast<int>(level.visibility.size()), [&](std::size_t e) {
-      if (!(level.visibility[e] > 0)) return;
-      for (std::size_t m = 0; m < count; ++m) {
-        const V2i& pair = shared.pairs[m];
-        basis.coefficient[e * count + m] =
-            dot(&level.value[(e * functions + pair.x) * values], shared.light[pair.y]);
-      }
-    });
-    result.push_back(std::move(basis));
-  }
-  if (unit == nullptr) return result;
-  for (BasisFit& basis : result) {
-    for (std::vector<float>& function : basis.light) {
-      for (std::size_t i = 0; i < function.size(); ++i) function[i] = in_half(function[i] / (*unit)[i]);
-    }
-  }
-  return result;
-}
-
 std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::size_t max_view,
                                   std::size_t max_light) {
   const std::size_t views = levels.front().views;
@@ -222,8 +166,8 @@ float coefficient_scale(const BasisFit& basis) {
   for (std::size_t m = 0; m < count; ++m) {
     double power = 0;
     double used = 0;
-    for (std::size_t o = 0; o < basis.owners(); ++o) {
-      const auto c = static_cast<double>(basis.coefficient[o * count + m]);
+    for (std::size_t t = 0; t < basis.texels(); ++t) {
+      const auto c = static_cast<double>(basis.coefficient[t * count + m]);
       power += c * c;
       used += c != 0 ? 1 : 0;
     }

@@ -1,13 +1,12 @@
-// What is broken in light tables, heights, products and their bases; and what is legal but unwise there.
+// What is broken in light tables, products and their bases; and what is legal but unwise there.
 import {pack_values} from '../../reference/exr_write.mjs';
 import {part_of} from '../make.mjs';
 import {all, ask, base, broken, everywhere, lobe, others, set} from './common.mjs';
 
 /** Sound in all else: every layer that this is about, and no reason for a warning. */
-const slabs = {
+const sound = {
   ...base,
-  layers: ['lobes', 'light', 'heights', 'products', 'bases'],
-  cells: [2, 1, 1],
+  layers: ['lobes', 'light', 'products', 'bases'],
   light_grid: [1, 2],
   functions: [1, 2],
   value: {
@@ -15,18 +14,17 @@ const slabs = {
     light: everywhere(0.5),
     products: everywhere(0.25),
     bases: everywhere(0.25),
-    heights: (level, channel) => channel.endsWith('top') ? 0.5 : 0.25,
   },
 };
 
-const HEIGHTS = '/layers/heights', PAIRS = '/layers/products/pairs', FUNCTIONS = '/layers/bases/functions';
+const PAIRS = '/layers/products/pairs', FUNCTIONS = '/layers/bases/functions';
 const member = (what, pointer, value, extra) => broken(
   'FABRIC_MEMBER', what, `${pointer}: ${what.replaceAll('-', ' ')}`, pointer, {
     text: typeof value === 'function' ? value : set(pointer, value),
     ...others,
     ...extra,
   },
-  slabs);
+  sound);
 const missing = undefined;
 /** The integer `from` of the text, written as `to`. */
 const written = (what, pointer, from, to) => member(what, pointer, () => {}, {
@@ -34,16 +32,6 @@ const written = (what, pointer, from, to) => member(what, pointer, () => {}, {
 });
 
 const members = [
-  ...['columns', 'rows', 'slabs'].flatMap((name) => {
-    const most = name === 'slabs' ? 8 : 16, at = `${HEIGHTS}/${name}`;
-    return [
-      member(`heights-${name}-missing`, at, missing),
-      member(`heights-${name}-none`, at, 0),
-      member(`heights-${name}-too-many`, at, most + 1),
-    ];
-  }),
-  member('heights-columns-fraction', `${HEIGHTS}/columns`, 1.5),
-  written('heights-rows-with-a-fraction', `${HEIGHTS}/rows`, '"rows":1,"slabs"', '"rows":1.0,"slabs"'),
   member('pairs-missing', PAIRS, missing),
   member('pairs-object', PAIRS, {}),
   member('pairs-of-too-few-levels', PAIRS, [[[0, 0], [1, 1]]]),
@@ -84,7 +72,7 @@ const members = [
   broken('FABRIC_UNSUPPORTED', 'light-layout', 'a layout of lights that is not known', '/lights/layout', {
     text: set('/lights/layout', 'octahedral'),
     ...others,
-  }, slabs),
+  }, sound),
 ];
 
 const drop_channel = (name) => (parts) => {
@@ -93,34 +81,28 @@ const drop_channel = (name) => (parts) => {
   part.levels.forEach(({values}) => values.delete(name));
 };
 const channels = [
-  ...['light.0001.green', 'heights.1.bottom', 'heights.0.top', 'products.2', 'products.1', 'bases.2'].map(
+  ...['light.0001.green', 'products.1', 'products.0', 'bases.2'].map(
     (name) => broken(
       'FABRIC_CHANNEL', `missing-${name.replaceAll('.', '-')}`, `the channel ${name} is missing`, name,
-      {before: drop_channel(name)}, slabs)),
+      {before: drop_channel(name)}, sound)),
   broken(
     'FABRIC_CHANNEL', 'more-lights-than-channels', '1 x 3 lights, channels for two', 'light.0002', {
       text: set('/lights/rows', 3),
       ...others,
     },
-    slabs),
+    sound),
   broken(
-    'FABRIC_CHANNEL', 'more-entries-than-channels', '2 slabs, channels for one', 'heights.2.top', {
-      text: set(`${HEIGHTS}/slabs`, 2),
-      ...others,
-    },
-    slabs),
-  broken(
-    'FABRIC_CHANNEL', 'more-products-than-channels', 'a third product, channels for two', 'products.4', {
+    'FABRIC_CHANNEL', 'more-products-than-channels', 'a third product, channels for two', 'products.2', {
       text: (text) => text.layers.products.pairs[1].push([0, 1]),
       ...others,
     },
-    slabs),
+    sound),
   broken(
     'FABRIC_CHANNEL', 'more-functions-than-channels', '4 functions of the light, channels for 2', 'bases.3', {
       text: set(`${FUNCTIONS}/lights`, 4),
       ...others,
     },
-    slabs),
+    sound),
   broken(
     'FABRIC_CHANNEL', 'millions-of-channels', 'functions that need four million channels', 'bases', {
       texels: [1, 1],
@@ -130,7 +112,7 @@ const channels = [
         set('/lights', {layout: 'equal-area', columns: 64, rows: 64})),
       ...others,
     },
-    {...slabs, layers: ['lobes', 'products', 'bases']}),
+    {...sound, layers: ['lobes', 'products', 'bases']}),
 ];
 
 /** One number of a channel, at texel (1, 0) of level 0 or (0, 0) of level 1; the digests follow. */
@@ -143,23 +125,20 @@ const not_finite = (what, channel, number, level = 0) => {
           .copy(part_of(parts, layer).levels[level].values.get(channel), level === 0 ? 2 : 0),
       evaluate: ask(level),
     },
-    slabs);
+    sound);
 };
 const values = [
   not_finite('light-negative', 'light.0001.red', -0.25),
   not_finite('light-nan', 'light.0000.blue', NaN),
   not_finite('light-infinite', 'light.0001.green', Infinity),
   not_finite('light-negative-at-a-coarse-level', 'light.0000.red', -0.25, 1),
-  not_finite('top-nan', 'heights.0.top', NaN),
-  not_finite('top-infinite', 'heights.1.top', Infinity),
-  not_finite('bottom-infinite', 'heights.1.bottom', -Infinity),
-  not_finite('product-nan', 'products.3', NaN),
+  not_finite('product-nan', 'products.1', NaN),
   not_finite('product-infinite', 'products.0', Infinity),
   not_finite('base-nan', 'bases.0', NaN),
   not_finite('base-infinite', 'bases.1', -Infinity),
 ];
 
-const digests = ['light', 'heights', 'products', 'bases'].map(
+const digests = ['light', 'products', 'bases'].map(
   (layer) => broken(
     'FABRIC_DIGEST', `pixels-of-${layer}`, `a number of ${layer} is not the one of the digest`, layer, {
       after: (parts) => {
@@ -168,14 +147,14 @@ const digests = ['light', 'heights', 'products', 'bases'].map(
       },
       issues: [{code: 'FABRIC_DIGEST', place: `${layer}/level 0`}],
     },
-    slabs));
+    sound));
 
-export const broken_slabs = [...members, ...channels, ...values, ...digests];
+export const broken_products = [...members, ...channels, ...values, ...digests];
 
 const warning = (code, what, about, place, changes) =>
-  ({...slabs, name: `${code}-${what}`, about, issues: [{code, place}], ...changes});
+  ({...sound, name: `${code}-${what}`, about, issues: [{code, place}], ...changes});
 
-export const unwise_slabs = [
+export const unwise_products = [
   warning('FABRIC_LEVELS', 'light', 'a light table at level 0 only', '/layers/light', {
     layers: {lobes: {}, light: {levels: [0]}},
   }),
@@ -193,22 +172,18 @@ export const unwise_slabs = [
     layers: ['products', 'bases'],
     value: {products: everywhere(1), bases: everywhere(0.5)},
   }),
-  warning('FABRIC_ADVICE', 'unknown-member-of-heights', 'a member that is not known', `${HEIGHTS}/depth`, {
-    text: set(`${HEIGHTS}/depth`, 1),
-  }),
   warning('FABRIC_ADVICE', 'unknown-member-of-lights', 'a member that is not known', '/lights/colour', {
     text: set('/lights/colour', 'grey'),
   }),
   warning(
     'FABRIC_ADVICE', 'unknown-channel-of-products', 'products that no level lists', 'products/products.2', {
       texels: [1, 1],
-      cells: [1, 1, 1],
       pairs: () => [[0, 0], [1, 1], [0, 1]],
       text: (text) => text.layers.products.pairs[0].pop(),
     }),
   warning(
-    'FABRIC_ADVICE', 'unlisted-heights-not-zero', 'heights at a level that is not listed', 'heights/level 1',
+    'FABRIC_ADVICE', 'unlisted-light-not-zero', 'a light table at a level that is not listed', 'light/level 1',
     {
-      text: all(set(`${HEIGHTS}/levels`, [0]), (text) => text.digests.heights.pop()),
+      text: all(set('/layers/light/levels', [0]), (text) => text.digests.light.pop()),
     }),
 ];

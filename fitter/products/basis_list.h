@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "fitter/slabs/shared_basis.h"
+#include "fitter/products/texel_basis.h"
 #include "format/fabric/fabric.h"
 
 namespace selvedge {

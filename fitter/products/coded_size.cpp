@@ -1,16 +1,15 @@
-#include "fitter/slabs/coded_size.h"
+#include "fitter/products/coded_size.h"
 
 #include <Imath/half.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 
 #include "format/exr/unpack.h"
 
 namespace selvedge {
 
-double coded_bytes(const std::vector<float>& values, std::size_t channels, std::size_t width, bool half) {
+double coded_bytes(const std::vector<float>& values, std::size_t channels, std::size_t width) {
   if (values.empty()) return 0;
   const std::size_t height = values.size() / channels / width;
   const std::size_t tile = std::max(width, height) <= 32 ? 32 : 64;
@@ -22,10 +21,9 @@ double coded_bytes(const std::vector<float>& values, std::size_t channels, std::
         for (std::size_t channel = 0; channel < channels; ++channel) {
           for (std::size_t x = left; x < std::min(left + tile, width); ++x) {
             const float value = values[(y * width + x) * channels + channel];
-            const std::uint32_t bits = half ? Imath::half(value).bits() : std::bit_cast<std::uint32_t>(value);
-            for (int shift = 0; shift < (half ? 16 : 32); shift += 8) {
-              pixels.push_back(static_cast<std::uint8_t>((bits >> shift) & 0xFF));
-            }
+            const std::uint16_t bits = Imath::half(value).bits();
+            pixels.push_back(static_cast<std::uint8_t>(bits & 0xFF));
+            pixels.push_back(static_cast<std::uint8_t>(bits >> 8));
           }
         }
       }

@@ -1,10 +1,9 @@
-// The valid fabrics with light tables, products of shared functions, and heights; in the form of
-// fabrics.mjs.
+// The valid fabrics with light tables and products of shared functions, in the form of fabrics.mjs.
 import {LARGEST} from '../reference/brdf.mjs';
 import {pack_values} from '../reference/exr_write.mjs';
 import {ask} from './extremes.mjs';
 import {part_of} from './make.mjs';
-import {random, unit} from './random.mjs';
+import {unit} from './random.mjs';
 
 const UP = [0, 0, 1];
 const OBLIQUE = unit([0.3, 0.4, 0.8]);
@@ -166,6 +165,36 @@ const products = [
   },
 ];
 
+const more = [
+  {
+    name: 'products-all-layers',
+    about: 'every layer of texels at once',
+    layers: ['lobes', 'frame', 'table', 'opacity', 'light', ...PRODUCTS],
+    functions: [2, 2],
+    pairs: () => [[0, 0], [2, 1], [1, 0]],
+  },
+  {
+    name: 'products-precision-mixed',
+    about: 'every second channel of the parts in the other precision',
+    texels: [2, 2],
+    layers: ['light', ...PRODUCTS],
+    before: (parts, fabric) => {
+      for (const part of parts.slice(1)) {
+        part.channels.forEach((channel, i) => {
+          if (i % 2 === 0) return;
+          channel.type = 'float';
+          part.levels.forEach(({width, height, values}, k) => {
+            const {levels, values: of} = fabric.layers[part.name];
+            const numbers =
+              levels.includes(k) ? of(k, channel.name, {width, height}) : Array(width * height).fill(0);
+            values.set(channel.name, pack_values(numbers, 'float'));
+          });
+        });
+      }
+    },
+  },
+];
+
 /** Values of bases by number: of_view(a, view) for a from 1, of_light(b, light, colour 0 to 2). */
 const of_bases = ({texels: [w, h], grid, light_grid, functions: [P]}, of_view, of_light) =>
   (level, channel, t) => {
@@ -241,227 +270,4 @@ const extremes = [
   },
 ];
 
-const LOBES = ['lobes', 'heights'];
-const shapes = [
-  [1, 1, 1],
-  [2, 1, 1],
-  [2, 2, 1],
-  [1, 3, 1],
-  [1, 1, 2],
-  [2, 1, 2],
-  [2, 2, 3],
-  [1, 2, 8],
-].map((cells) => ({
-        name: `heights-${cells[0]}x${cells[1]}${cells[2] > 1 ? `-slabs-${cells[2]}` : ''}`,
-        about: `${cells[0]} x ${cells[1]} cells of ${cells[2]} slabs`,
-        cells,
-        layers: cells[2] > 1 ? [...LOBES, ...PRODUCTS] : LOBES,
-      }));
-
-const sizes = [[1, 1, 1, 1], [1, 1, 3, 2], [5, 3, 1, 1], [7, 4, 2, 2], [33, 2, 2, 1], [1, 1, 16, 16]].map(
-  ([w, h, columns, rows]) => ({
-    name: `heights-size-${w}x${h}-of-${columns}x${rows}`,
-    about: `${w} x ${h} texels of ${columns} x ${rows} cells`,
-    texels: [w, h],
-    levels: w > 8 ? 2 : undefined,
-    cells: [columns, rows, 1],
-    layers: columns > 8 ? ['heights', ...PRODUCTS] : LOBES,
-    functions: [0, 1],
-    pairs: () => [[0, 0]],
-  }));
-
-/** Ends of an entry: top(level, entry, texel) and bottom, as values of heights. */
-const ends = (top, bottom) => (level, channel, t) => {
-  const [, entry, end] = channel.split('.');
-  return (end === 'top' ? top : bottom)(level, Number(entry), t);
-};
-const drawn = (name) => (level, entry, t) => random(`${name} ${level} ${entry} ${t}`)();
-
-const heights = [
-  {
-    name: 'heights-holes',
-    about: 'half of the cells without yarn: rays go through, or meet what lies lower farther on',
-    texels: [4, 3],
-    cells: [2, 2, 1],
-    layers: LOBES,
-    value: {
-      heights: ends(
-        (level, e, t) => drawn('hole')(level, e, t) < 0.5 ? 0 : 0.25 + 0.5 * drawn('top')(level, e, t),
-        (level, e, t) => drawn('hole')(level, e, t) < 0.5 ? drawn('none')(level, e, t) : 0.2)
-    },
-  },
-  {
-    name: 'heights-no-yarn',
-    about: 'heights without any yarn: nothing is met, alpha = 0',
-    layers: LOBES,
-    cells: [2, 1, 1],
-    value: {heights: ends((level, e) => e ? 0.25 : 0.5, () => 0.5)},
-  },
-  {
-    name: 'heights-no-yarn-at-a-level',
-    about: 'yarn at level 1, none at level 0; the levels blend by alpha',
-    layers: LOBES,
-    texels: [2, 2],
-    value: {heights: ends((level) => level ? 0.5 : 0.25, () => 0.25)},
-    queries: [{
-      level: 0.25,
-      uv: [0.3, 0.3],
-      light: OBLIQUE,
-      view: UP,
-      why: 'alpha = 0 at the finer level: f is that of the coarser'
-    }],
-  },
-  {
-    name: 'heights-opacity',
-    about: 'the opacity of what is met, of each ray its own; a texel is their mean by alpha',
-    cells: [2, 2, 1],
-    layers: ['lobes', 'opacity', 'heights'],
-  },
-  {
-    name: 'heights-table-light',
-    about: 'tables of the texel that is met, not of that which is asked for',
-    cells: [2, 1, 1],
-    layers: ['table', 'light', 'heights'],
-  },
-  {
-    name: 'heights-all-layers',
-    about: 'every layer at once',
-    cells: [2, 1, 2],
-    layers: ['lobes', 'frame', 'table', 'opacity', 'light', 'heights', ...PRODUCTS],
-    functions: [2, 2],
-    pairs: () => [[0, 0], [2, 1], [1, 0]],
-  },
-  {
-    name: 'heights-levels',
-    about: 'heights at levels 0 and 2; at the others a texel is a place on the plane, with the one entry 0',
-    texels: [8, 4],
-    cells: [2, 1, 2],
-    layers: {lobes: {}, opacity: {}, heights: {levels: [0, 2]}, products: {levels: [0, 1, 2]}, bases: {}},
-    pairs: (level) => level === 1 ? [[1, 0]] : [[0, 0], [1, 1]],
-  },
-  {
-    name: 'heights-other-levels',
-    about: 'products at level 0, heights at level 1: the part has the channels of all entries',
-    texels: [2, 2],
-    cells: [2, 1, 1],
-    layers: {light: {}, heights: {levels: [1]}, products: {levels: [0]}, bases: {}},
-  },
-  {
-    name: 'heights-float',
-    about: 'heights in single precision',
-    cells: [2, 2, 1],
-    layers: {lobes: {}, heights: {precision: 'float'}},
-  },
-  {
-    name: 'heights-precision-mixed',
-    about: 'every second channel of the parts in the other precision',
-    texels: [2, 2],
-    cells: [2, 1, 1],
-    layers: ['light', 'heights', ...PRODUCTS],
-    before: (parts, fabric) => {
-      for (const part of parts.slice(1)) {
-        part.channels.forEach((channel, i) => {
-          if (i % 2 === 0) return;
-          channel.type = 'float';
-          part.levels.forEach(({width, height, values}, k) => {
-            const {levels, values: of} = fabric.layers[part.name];
-            const numbers =
-              levels.includes(k) ? of(k, channel.name, {width, height}) : Array(width * height).fill(0);
-            values.set(channel.name, pack_values(numbers, 'float'));
-          });
-        });
-      }
-    },
-  },
-  {
-    name: 'heights-slabs-alike',
-    about: 'slabs of the same ends: the lower number counts; and of overlapping ones the higher',
-    texels: [4, 1],
-    cells: [1, 1, 3],
-    layers: ['heights', ...PRODUCTS],
-    value: {
-      heights: ends(
-        (level, e, t) => [[0.5, 0.5, 0.5], [0.25, 0.75, 0.75], [0.5, 0.5, 0.75], [0.5, 0.25, 0]][t % 4][e],
-        (level, e, t) => [[0.25, 0.25, 0], [0, 0.5, 0.25], [0, 0, 0], [0.75, 0, 0.5]][t % 4][e])
-    },
-  },
-  {
-    name: 'heights-slabs-overlapping',
-    about:
-      'a ray that comes from the side into two slabs that overlap is at one height in both: the lower number',
-    texels: [4, 1],
-    levels: 1,
-    cells: [1, 1, 2],
-    layers: ['heights', ...PRODUCTS],
-    value:
-      {heights: ends(
-         (level, e, t) => t % 2 === 0 ? 0.125 :
-           e                          ? 0.75 :
-                                        0.625,
-         () => 0)},
-    queries: [
-      ask([0, 0], OBLIQUE, unit([-1, 0, 0.25]), 'from the side, below both tops'),
-      ask([2, 0], OBLIQUE, unit([1, 0, 0.25]), 'from the other side, below both tops'),
-      ask([1, 0], OBLIQUE, UP, 'from above: the higher one'),
-    ],
-  },
-  {
-    name: 'heights-below-the-plane',
-    about: 'a plane far above the yarn, repeats of other sides than the texels',
-    referenceHeight: 3,
-    mmPerRepeat: [1.5, 4],
-    cells: [2, 1, 1],
-    layers: LOBES,
-  },
-  {
-    name: 'heights-above-the-plane',
-    about: 'a plane below the yarn and below 0',
-    referenceHeight: -1.25,
-    mmPerRepeat: [4, 0.75],
-    cells: [1, 2, 1],
-    layers: LOBES,
-  },
-  {
-    name: 'heights-small-repeat',
-    about: 'a repeat much smaller than the yarn is high: rays pass through many of them',
-    mmPerRepeat: [0.0625, 0.03125],
-    cells: [2, 2, 1],
-    layers: LOBES,
-    value: {
-      heights: ends(
-        (level, e, t) => drawn('small')(level, e, t) < 0.8 ? 0.1 * drawn('low')(level, e, t) : 0.9,
-        (level, e, t) => drawn('small')(level, e, t) < 0.8 ? 0 : 0.85)
-    },
-  },
-  {
-    name: 'heights-most-cells',
-    about: 'rays that have visited 16,384 cells meet nothing; steeper ones meet the yarn far below',
-    texels: [1, 2],
-    levels: 1,
-    mmPerRepeat: [0.0009765625, 1],
-    referenceHeight: 0.5,
-    layers: LOBES,
-    value: {heights: ends((level, e, t) => t ? 1 : 0.0625, (level, e, t) => t ? 0.9375 : 0)},
-    queries: [
-      ask([0, 0], OBLIQUE, unit([1, 0, 0.01]), 'more than 16,384 cells: nothing is met'),
-      ask([0, 0], OBLIQUE, unit([1, 0, 0.0625]), '15,360 cells and less: the yarn of its own row is met'),
-      ask([0, 0], OBLIQUE, unit([-1, 0, 0.055]), 'more than 16,384 cells in the other direction'),
-      ask([0, 1], OBLIQUE, unit([1, 0, 0.01]), 'the yarn of the other row is met at once'),
-    ],
-  },
-  {
-    name: 'extreme-heights',
-    about: 'the largest halves, negative ones, and neighbours that differ by as much as they can',
-    texels: [4, 2],
-    levels: 1,
-    mmPerRepeat: [1000, 2000],
-    layers: LOBES,
-    value: {
-      heights: ends(
-        (level, e, t) => [65504, -65503.5, 0, 1, -60000, 2 ** -24, 30000, 65504][t],
-        (level, e, t) => [65472, -65504, -1, 65504, -60032, 0, 0, -65504][t])
-    },
-  },
-];
-
-export const slabs = [...lights, ...products, ...extremes, ...shapes, ...sizes, ...heights];
+export const lights_and_products = [...lights, ...products, ...more, ...extremes];

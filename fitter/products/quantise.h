@@ -1,0 +1,26 @@
+// Quantisation of coefficients to multiples of a step, by the rate in the file and the distortion of texels.
+//
+// ZIP codes the difference of a value from its left neighbour, so the rate of a number is the information of
+// this difference; Viterbi's algorithm finds the best sequence along a row of texels.
+#pragma once
+
+#include "fitter/products/texel_basis.h"
+
+namespace selvedge {
+
+struct Quantisation {
+  float step = 1;
+  /// Pairs of functions are dropped if the root mean square of their coefficients is below so many steps.
+  float min_rms = 0;
+  /// Cost of a bit, in squared steps of error. 0: plain rounding.
+  float price = 0;
+  std::size_t width = 1;  ///< texels of a row
+};
+
+/// Number of pairs of functions that quantise() keeps.
+std::size_t kept_pair_count(const BasisFit& basis, const Quantisation& options);
+
+/// Does not depend on the number of threads.
+BasisFit quantise(const BasisFit& basis, const Quantisation& options);
+
+}  // namespace selvedge

@@ -1,0 +1,30 @@
+// Fits of samples by few coefficients per texel of products of shared functions: f(l, v) = sum_ab G_ab
+// phi_a(v) psi_b(l), a truncated higher-order singular value decomposition of the samples of all levels.
+#pragma once
+
+#include <vector>
+
+#include "format/fabric/fabric.h"
+#include "format/samples/samples.h"
+
+namespace selvedge {
+
+/// Shared functions, and coefficients of their products for every texel.
+struct BasisFit {
+  std::vector<std::vector<float>> view;   ///< phi_a, [a][view], mean square 1
+  std::vector<std::vector<float>> light;  ///< psi_b, [b][3 * light + channel], unit
+  std::vector<V2i> pairs;                 ///< (a, b) of product m
+  std::vector<float> coefficient;         ///< [texel * pairs.size() + m]
+  std::size_t texels() const { return pairs.empty() ? 0 : coefficient.size() / pairs.size(); }
+};
+
+/// The best `max_view` x `max_light` separable functions for all levels together (a
+/// level's weight is the square root of its texels), then least squares per texel, with samples weighted by
+/// alpha squared, because pictures show alpha f.
+std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::size_t max_view,
+                                  std::size_t max_light);
+
+/// Root mean square of the coefficients of the strongest product, over texels that use it.
+float coefficient_scale(const BasisFit& basis);
+
+}  // namespace selvedge
