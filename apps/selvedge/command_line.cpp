@@ -36,7 +36,7 @@ void check_limits(const Options& options) {
 void apply_preset(const Options& options, MakeCommand& command) {
   const MakeOptions preset = *preset_named(command.quality);
   nlohmann::json knobs = knobs_of(preset);
-  for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget"}) {
+  for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget", "yarns"}) {
     if (options.given((std::string("--") + knob).c_str())) knobs.erase(knob);
   }
   // Layers go together: who asks for some by name has chosen them.

@@ -109,7 +109,9 @@ void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
       .excludes(pairs);
   options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured separately")
       .excludes(pairs);
-  options.flag("--yarns", bake.yarns, "Store the yarn itself: sharp close by");
+  static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
+  options.choice("--yarns", on_off, "Store the yarn itself: sharp close by",
+                 [&bake](std::size_t index) { bake.yarns = index == 0; });
   options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even");
   options.number("--seed", bake.seed, "N", "Same seed, same bytes");
 }

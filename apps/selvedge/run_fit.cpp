@@ -13,14 +13,20 @@
 namespace selvedge {
 namespace {
 
+/// Null without yarn.
+Result<std::shared_ptr<const Yarns>> yarns_of(SamplesReader& reader) {
+  if (reader.header().yarns.curves == 0) return nullptr;
+  auto yarns = reader.read_yarns();
+  if (!yarns) return tl::unexpected(yarns.error());
+  return std::make_shared<const Yarns>(std::move(*yarns), reader.header().period_mm);
+}
+
 /// Measures the errors of the fabric in the file's precision, and writes it.
 Result<void> write_measured(SamplesReader& reader, const FitCommand& command, Fabric fitted,
                             const PairSamples& held_out, const PairSamples& training, FitRecord record) {
-  if (reader.header().yarns.curves > 0) {
-    auto yarns = reader.read_yarns();
-    if (!yarns) return tl::unexpected(yarns.error());
-    fitted.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(*yarns), fitted.period_mm));
-  }
+  auto yarns = yarns_of(reader);
+  if (!yarns) return tl::unexpected(yarns.error());
+  fitted.levels.front().set_yarns(std::move(*yarns));
   const FabricWriteOptions& write = command.options.write;
   const Fabric fabric = as_stored(fitted, write.half);
   if (auto ok = measure_errors(fabric, held_out, training, record); !ok) return ok;
@@ -42,7 +48,13 @@ Result<std::vector<LevelReport>> fit_layers(SamplesReader& reader, const FitComm
   const auto held_out = reader.read_pairs(PairKind::held_out);
   if (!held_out) return tl::unexpected(held_out.error());
   const double bytes = options.budget_for(reader.header().texels());
-  const auto chosen = choose_for_file(*fitter, bytes, options.write, command.output);
+  std::shared_ptr<const Yarns> counted;
+  if (options.budget_texels == 0) {
+    auto yarns = yarns_of(reader);
+    if (!yarns) return tl::unexpected(yarns.error());
+    counted = std::move(*yarns);
+  }
+  const auto chosen = choose_for_file(*fitter, bytes, options.write, counted, command.output);
   if (!chosen) return tl::unexpected(chosen.error());
   if (auto ok = write_measured(reader, command, chosen->fabric, *held_out, fitter->training(),
                                {0, chosen->levels, fitter->warnings()});

@@ -148,11 +148,12 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   return {};
 }
 
-/// The yarns to store: those of the mesh, or else those that its surface shows. Heights are the mesh's.
+/// The yarns to store: those of the mesh, or else those that its surface shows. Heights are the mesh's;
+/// a mesh whose surface is not almost all yarn gets none, since close by nothing else is seen.
 /// Precondition: validate(mesh) holds.
 YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
-  constexpr double min_share = 0.5;
-  constexpr double share_without_remark = 0.9;
+  constexpr double min_share = 0.9;
+  constexpr double share_without_remark = 0.99;
   if (!mesh.yarns.curves.empty()) return mesh.yarns;
   FoundYarns found = find_yarns(mesh);
   YarnData lit = found.yarns;
@@ -161,7 +162,7 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   if (!stored || found.share < share_without_remark) {
     report.remarks.push_back(fmt::format("{:.0f} % of the surface is not round yarn: {}",
                                          100 * (1 - found.share),
-                                         stored ? "level 0 shows it" : "no yarns are stored"));
+                                         stored ? "it is missing close by" : "no yarns are stored"));
   }
   return stored ? std::move(found.yarns) : YarnData();
 }

@@ -84,7 +84,7 @@ bool set_storage(const Json& value, MakeOptions& o) {
 
 constexpr int max_directions = 4096;
 
-const std::array<Knob, 9> all_knobs{
+const std::array<Knob, 10> all_knobs{
     {{"texels",
       [](const Json& v, MakeOptions& o) {
         return set_whole(v, 1, 4096, o.bake.width) && set_whole(v, 1, 4096, o.bake.height);
@@ -116,7 +116,13 @@ const std::array<Knob, 9> all_knobs{
         return true;
       },
       [](const MakeOptions& o) -> Json { return o.budget ? Json(*o.budget) : Json(); }},
-     {"storage", set_storage, [](const MakeOptions& o) -> Json { return storage_of(o).name; }}}};
+     {"storage", set_storage, [](const MakeOptions& o) -> Json { return storage_of(o).name; }},
+     {"yarns",
+      [](const Json& v, MakeOptions& o) {
+        if (v.is_boolean()) o.bake.yarns = v.get<bool>();
+        return v.is_boolean();
+      },
+      [](const MakeOptions& o) -> Json { return o.bake.yarns; }}}};
 
 std::string text_of(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
@@ -235,6 +241,8 @@ std::string options_text(const MakeOptions& options) {
       text += layers->option;
     } else if (const auto* storage = named(storage_values, value); storage != storage_values.end()) {
       text += storage->option;
+    } else if (value.is_boolean()) {
+      text += fmt::format(" --{} {}", knob.name, value.get<bool>() ? "on" : "off");
     } else {
       text += fmt::format(" --{} {}", knob.name, text_of(value));
     }
@@ -244,8 +252,8 @@ std::string options_text(const MakeOptions& options) {
 
 std::string bake_name(const MakeOptions& o) {
   const Json knobs = knobs_of(o);
-  return fmt::format("t{}-v{}-l{}-s{}-b{}", o.bake.width, o.bake.views, o.bake.lights, o.bake.samples,
-                     text_of(knobs["bounces"]));
+  return fmt::format("t{}-v{}-l{}-s{}-b{}{}", o.bake.width, o.bake.views, o.bake.lights, o.bake.samples,
+                     text_of(knobs["bounces"]), o.bake.yarns ? "-yarns" : "");
 }
 
 std::string settings_name(const MakeOptions& o) {

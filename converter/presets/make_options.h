@@ -22,7 +22,9 @@ struct MakeOptions {
   FabricWriteOptions write;
   /// Bytes of the file, within which the layers of every level are chosen (fitter/budget/candidates.h).
   std::optional<std::uint64_t> budget;
-  int budget_texels = 0;  ///< level-0 texels of `budget`, which grows with more texels; 0: it is fixed
+  /// Level-0 texels of `budget`, which grows with more texels and does not count the yarn; 0: it is that of the
+  /// whole file.
+  int budget_texels = 0;
 
   /// The budget for `texels` at level 0. Precondition: there is a budget.
   double budget_for(int texels) const;
@@ -31,7 +33,7 @@ struct MakeOptions {
 // Knobs are "texels" (along both sides), "views", "lights", "directions" (both), "samples", "bounces" (a
 // number or "unlimited"), "lobes", "layers" ("paper": lobes and a table over views; "no-table";
 // "light-table"; "products", chosen by level within the budget), "budget" (bytes) and "storage"
-// ("mixed", "half", "float").
+// ("mixed", "half", "float"), "yarns" (true or false).
 
 /// Sets options from a JSON object of knobs; a budget is accepted only beside "products" in the
 /// same object. OPTION_OUT_OF_RANGE names the knob: `file`, and `place` as the JSON pointer to the object.

@@ -27,7 +27,7 @@ Result<double> written_size(const LayerFit& chosen, const Issues& warnings, cons
 }  // namespace
 
 Result<LayerFit> choose_for_file(const LayerFitter& fitter, double budget, const FabricWriteOptions& options,
-                                 const std::string& output) {
+                                 const std::shared_ptr<const Yarns>& yarns, const std::string& output) {
   constexpr int max_tries = 6;
   const auto beside = AtomicFile::create(output);
   if (!beside) return tl::unexpected(beside.error());
@@ -37,6 +37,7 @@ Result<LayerFit> choose_for_file(const LayerFitter& fitter, double budget, const
   double best_size = 0;
   for (int i = 0; i < max_tries; ++i) {
     LayerFit chosen = fitter.choose(budget, overhead);
+    chosen.fabric.levels.front().set_yarns(yarns);
     auto size = written_size(chosen, fitter.warnings(), options, beside->temporary());
     if (!size) {
       size.error().file = output;

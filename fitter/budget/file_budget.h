@@ -11,7 +11,8 @@ namespace selvedge {
 /// The largest fabric found with a file of at most `budget` bytes. LayerFitter only estimates sizes, so up to
 /// six temporary files are written beside `output` to correct the estimate. OPTION_OUT_OF_RANGE, with the
 /// smallest size found, if no file is small enough.
+/// `yarns`, unless null, count as part of the file.
 Result<LayerFit> choose_for_file(const LayerFitter& fitter, double budget, const FabricWriteOptions& options,
-                                 const std::string& output);
+                                 const std::shared_ptr<const Yarns>& yarns, const std::string& output);
 
 }  // namespace selvedge
