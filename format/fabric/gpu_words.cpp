@@ -76,6 +76,16 @@ void add_level(const FabricLevel& level, std::vector<uint>& result) {
   }
 }
 
+/// Whether a ray that walks alone can meet the segment in its cell, the middle of which is the origin: the
+/// lists also hold what lies beside the cell.
+bool reaches_cell(const Yarns::Block& block, std::size_t k, const V2f& cell_size) {
+  const V2f start(block.start[0][k], block.start[1][k]);
+  const V2f along = V2f(block.axis[0][k], block.axis[1][k]) * block.length[k];
+  const float length2 = along.length2();
+  const float share = length2 > 0 ? std::clamp(-start.dot(along) / length2, 0.0F, 1.0F) : 0;
+  return (start + along * share).length() <= 1.001F * (block.radius[k] + 0.5F * cell_size.length());
+}
+
 void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
   const std::size_t first = result.size();
   result.resize(first + inside.grid.size() * cell_words);
@@ -84,6 +94,7 @@ void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
     const std::size_t place = result.size();
     for (const Yarns::Block& block : inside.blocks.subspan(cell.first, cell.blocks)) {
       for (std::size_t k = 0; k < yarn_block && block.radius[k] > 0; ++k) {
+        if (!reaches_cell(block, k, inside.cell_size)) continue;
         Words reference(result, reference_words);
         reference.set(reference_start, V3f(block.start[0][k], block.start[1][k], block.start[2][k]));
         reference.set(reference_segment, block.segment[k]);
@@ -97,12 +108,12 @@ void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
   }
 }
 
-void add_segment(const Yarns::Segment& segment, float radius, std::vector<uint>& result) {
+void add_segment(const Yarns::Segment& segment, std::vector<uint>& result) {
   Words words(result, segment_words);
   words.set(segment_axis, segment.along.normalized());
   words.set(segment_length, segment.along.length());
   words.set(segment_start, segment.start);
-  words.set(segment_radius, radius);
+  words.set(segment_radius, segment.radius);
   for (uint end = 0; end < 2; ++end) {
     words.set(segment_tangents + 3 * end, segment.tangent[end]);
     words.set(segment_across + 3 * end, segment.across[end]);
@@ -127,7 +138,7 @@ void add_yarns(const Yarns& yarns, std::vector<uint>& result) {
   words.set_place(yarn_cells);
   add_cells(inside, result);
   words.set_place(yarn_segments);
-  for (const Yarns::Segment& s : inside.segments) add_segment(s, curves[s.curve].radius, result);
+  for (const Yarns::Segment& s : inside.segments) add_segment(s, result);
   words.set_place(yarn_curves);
   for (std::size_t i = 0; i < curves.size(); ++i) {
     Words curve(result, curve_words);

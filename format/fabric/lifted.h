@@ -10,6 +10,12 @@ namespace selvedge {
 /// Views and lights rise by at least so much per unit of way in the plane, which bounds a ray's length.
 inline constexpr float min_rise = 1.0F / 32;
 
+/// Light leaves the surface so many radii above it: more than a chain's corners stand out.
+inline constexpr float leave_radii = 1.0F / 64;
+
+/// Normals that face the viewer less than this are taken to face him this much.
+inline constexpr float min_facing = 0.01F;
+
 /// The unit direction `d`, raised to that where it is lower.
 inline V3f lifted(const V3f& d) { return V3f(d.x, d.y, std::max(d.z, min_rise)).normalized(); }
 

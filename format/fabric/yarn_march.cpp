@@ -1,129 +1,24 @@
-// The march of a ray through the cells of Yarns: a cell's segments are tested in blocks.
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
+// Rays against Yarns: sixteen at once, in packets of those that lie close enough together. Each segment that
+// the walk finds (yarn_walk.h) is tested with all rays of a packet, one in each lane.
 #include "format/fabric/lifted.h"
-#include "format/fabric/yarns.h"
-#include "format/simd/wide_float.h"
+#include "format/fabric/yarn_walk.h"
 
 namespace selvedge {
 namespace {
 
-/// Rays that have visited so many cells meet nothing more.
-constexpr int max_cells_of_a_ray = 16384;
-/// Light leaves the surface so many radii above it: more than a chain's corners stand out.
-constexpr float leave_radii = 1.0F / 64;
-/// Distance to what a ray does not meet.
-constexpr float none = std::numeric_limits<float>::max();
-
-}  // namespace
-
-struct Yarns::Met {
-  float distance = std::numeric_limits<float>::max();
-  int segment = -1;
-  V3f from_start{0, 0, 0};
+/// Where rays come from; values of lanes that are not in `lanes` have no effect.
+struct Rays {
+  const YarnLanes& from;       ///< view rays: offsets from `uv`, in repeats; others: mm
+  const YarnLanes& direction;  ///< towards the viewer or the light
+  std::uint32_t lanes;
+  V2d uv{0, 0};
+  float plane = 0;
 };
 
-namespace {
-
-struct LocalRay {
-  V3f origin;  ///< in the cell's frame
-  V3f direction;
-  float from = 0;  ///< entries before this distance do not count
-  float to = 0;    ///< nor those beyond this one
-};
-
-/// The distances at which a ray enters the round segments, their sides and first ends, in `entries`; `none`
-/// where it does not. The other end is the next segment's. `entered`: whether it enters any.
-template <std::size_t N>
-SELVEDGE_INLINE void enter_segments(const float* block, const LocalRay& ray, float* entries, bool& entered) {
-  // GCC 12 takes comparisons of 16 numbers apart.
-  constexpr std::size_t width = std::min(N, yarn_block);
-  using Wide = WideFloat<width>;
-  entered = false;
-  for (std::size_t i = 0; i < yarn_block; i += width) {
-    const auto lane = [&](std::size_t row) { return Wide::load(block + yarn_block * row + i); };
-    const WideVec3<width> from{Wide(ray.origin.x) - lane(0), Wide(ray.origin.y) - lane(1),
-                               Wide(ray.origin.z) - lane(2)};
-    const WideVec3<width> axis{lane(3), lane(4), lane(5)};
-    const WideVec3<width> d{Wide(ray.direction.x), Wide(ray.direction.y), Wide(ray.direction.z)};
-    const Wide length = lane(6);
-    const Wide r2 = lane(7) * lane(7);
-    const Wide zero(0);
-    const Wide nothing(none);
-    const Wide start(ray.from);
-
-    const Wide along = axis.dot(from);
-    const Wide slope = axis.dot(d);
-    const Wide back = d.dot(from);
-    // The side: between the lines lie |gap| / |normal|.
-    const WideVec3<width> normal = d.cross(axis);
-    const Wide a = normal.dot(normal);
-    const Wide gap = from.dot(normal);
-    const Wide h = a * r2 - gap * gap;
-    const Wide side = (along * slope - back - sqrt(max(h, zero))) / a;
-    const Wide at = along + side * slope;
-    Wide entry = if_greater(h, zero, side, nothing);
-    entry = if_greater(at, zero, entry, nothing);
-    entry = if_greater(length, at, entry, nothing);
-    entry = if_greater(entry, start, entry, nothing);
-    // The round end.
-    const WideVec3<width> off = from.cross(d);
-    const Wide g = r2 - off.dot(off);
-    Wide end = if_greater(g, zero, -back - sqrt(max(g, zero)), nothing);
-    end = if_greater(end, start, end, nothing);
-    entry = min(entry, end);
-    entry.store(entries + i);
-    entered |= any_greater(Wide(ray.to), entry);
-  }
-}
-
-SELVEDGE_THREE_BODIES(enter_segments,
-                      (const float* block, const LocalRay& ray, float* entries, bool& entered),
-                      (block, ray, entries, entered))
-
-/// Depths of a point below the surfaces of round segments, as squares of radii: negative outside.
-template <std::size_t N>
-SELVEDGE_INLINE void depth_in_segments(const float* block, const LocalRay& ray, float* depths) {
-  constexpr std::size_t width = std::min(N, yarn_block);
-  using Wide = WideFloat<width>;
-  for (std::size_t i = 0; i < yarn_block; i += width) {
-    const auto lane = [&](std::size_t row) { return Wide::load(block + yarn_block * row + i); };
-    const WideVec3<width> from{Wide(ray.origin.x) - lane(0), Wide(ray.origin.y) - lane(1),
-                               Wide(ray.origin.z) - lane(2)};
-    const WideVec3<width> axis{lane(3), lane(4), lane(5)};
-    const WideVec3<width> off = from - axis * max(Wide(0), min(axis.dot(from), lane(6)));
-    (lane(7) * lane(7) - off.dot(off)).store(depths + i);
-  }
-}
-
-SELVEDGE_THREE_BODIES(depth_in_segments, (const float* block, const LocalRay& ray, float* depths),
-                      (block, ray, depths))
-
-/// Walks along one axis of the cells.
-struct Axis {
-  Axis(float origin, float direction, float size, int cells) : step(direction > 0 ? 1 : -1), count(cells) {
-    cell = std::clamp(static_cast<int>(origin / size), 0, cells - 1);
-    const float edge = static_cast<float>(cell + (direction > 0 ? 1 : 0)) * size;
-    leaves = direction != 0 ? (edge - origin) / direction : none;
-    each = direction != 0 ? size / std::abs(direction) : none;
-  }
-  /// Whether the ray comes into the next repeat.
-  bool advance() {
-    ++taken;
-    cell += step;
-    if (cell >= 0 && cell < count) return false;
-    cell -= step * count;
-    return true;
-  }
-  float next() const { return leaves + static_cast<float>(taken) * each; }
-  int cell = 0;
-  int step;
-  int count;
-  int taken = 0;
-  float leaves = 0;
-  float each = 0;
+/// What the bodies of kernels return: the lanes that meet yarn, unless rays were too far apart.
+struct Found {
+  std::uint32_t lanes = 0;
+  std::uint32_t too_wide = 0;  ///< if not 0: lanes that are close enough to the first
 };
 
 float wrapped(double value, float period) {
@@ -132,150 +27,308 @@ float wrapped(double value, float period) {
   return result < period ? result : 0;
 }
 
-}  // namespace
+/// The largest of the lanes.
+SELVEDGE_INLINE float largest(const YarnFloats& lanes) {
+  using Wide = WideFloat<4>;
+  Wide most = Wide::load(lanes.data());
+  for (std::size_t i = 4; i < yarn_lanes; i += 4) most = max(most, Wide::load(&lanes[i]));
+  std::array<float, 4> four;
+  most.store(four.data());
+  return std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
+}
 
-void Yarns::place_in_cells() {
-  constexpr double max_cells = 1 << 20;
-  double radius = 0;  // mean over the segments
-  for (const Segment& s : segments_) radius += static_cast<double>(data_.curves[s.curve].radius);
-  radius /= static_cast<double>(segments_.size());
-  const V2d period(period_);
-  const double size =
-      std::max({radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});
-  cells_ = {std::max(1, static_cast<int>(period.x / size)), std::max(1, static_cast<int>(period.y / size))};
-  cell_size_ = {period_.x / static_cast<float>(cells_.x), period_.y / static_cast<float>(cells_.y)};
-  const V2d cell(period.x / cells_.x, period.y / cells_.y);
-  const double half_diagonal = 0.5 * cell.length() * 1.001;
+SELVEDGE_INLINE float least(const YarnFloats& lanes) {
+  using Wide = WideFloat<4>;
+  Wide low = Wide::load(lanes.data());
+  for (std::size_t i = 4; i < yarn_lanes; i += 4) low = min(low, Wide::load(&lanes[i]));
+  std::array<float, 4> four;
+  low.store(four.data());
+  return std::min(std::min(four[0], four[1]), std::min(four[2], four[3]));
+}
 
-  struct Copy {
-    int segment;
-    V2f shift;  // to be added to the segment's place
-  };
-  std::vector<std::vector<Copy>> lists(static_cast<std::size_t>(cells_.x) * cells_.y);
-  for (std::size_t i = 0; i < segments_.size(); ++i) {
-    const Segment& s = segments_[i];
-    const V2d a(s.start.x, s.start.y);
-    const V2d along(s.along.x, s.along.y);
-    const auto r = static_cast<double>(data_.curves[s.curve].radius);
-    const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(1.001 * r);
-    const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(1.001 * r);
-    for (int y = static_cast<int>(std::floor(low.y / cell.y));
-         y <= static_cast<int>(std::floor(high.y / cell.y)); ++y) {
-      for (int x = static_cast<int>(std::floor(low.x / cell.x));
-           x <= static_cast<int>(std::floor(high.x / cell.x)); ++x) {
-        const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
-        const double length2 = along.length2();
-        const double share = length2 > 0 ? std::clamp((middle - a).dot(along) / length2, 0.0, 1.0) : 0;
-        if ((middle - a - along * share).length() > 1.001 * r + half_diagonal) continue;
-        const V2i repeat(static_cast<int>(std::floor(static_cast<double>(x) / cells_.x)),
-                         static_cast<int>(std::floor(static_cast<double>(y) / cells_.y)));
-        lists[static_cast<std::size_t>(y - repeat.y * cells_.y) * cells_.x + (x - repeat.x * cells_.x)]
-            .push_back({static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
-      }
-    }
-  }
-  for (int y = 0; y < cells_.y; ++y) {
-    for (int x = 0; x < cells_.x; ++x) {
-      const auto& list = lists[static_cast<std::size_t>(y) * cells_.x + x];
-      Cell placed{static_cast<std::uint32_t>(blocks_.size()), 0, none, -none};
-      const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
-      for (std::size_t i = 0; i < list.size(); ++i) {
-        if (i % yarn_block == 0) blocks_.emplace_back(Block{});
-        Block& block = blocks_.back();
-        const Segment& s = segments_[list[i].segment];
-        const float r = data_.curves[s.curve].radius;
-        const V3f axis = s.along.normalized();
-        const V3f start(static_cast<float>(static_cast<double>(s.start.x) +
-                                           static_cast<double>(list[i].shift.x) - middle.x),
-                        static_cast<float>(static_cast<double>(s.start.y) +
-                                           static_cast<double>(list[i].shift.y) - middle.y),
-                        s.start.z);
-        for (int k = 0; k < 3; ++k) {
-          block.start[k][i % yarn_block] = start[k];
-          block.axis[k][i % yarn_block] = axis[k];
-        }
-        block.length[i % yarn_block] = s.along.length();
-        block.radius[i % yarn_block] = r;
-        block.segment[i % yarn_block] = list[i].segment;
-        placed.low = std::min(placed.low, std::min(s.start.z, s.start.z + s.along.z) - r);
-        placed.high = std::max(placed.high, std::max(s.start.z, s.start.z + s.along.z) + r);
-      }
-      placed.blocks = static_cast<std::uint32_t>(blocks_.size()) - placed.first;
-      grid_.push_back(placed);
-    }
+/// `a` where the lane's bit is set, else `b`.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> in_lanes(std::uint32_t lanes, std::size_t first, const WideFloat<N>& a,
+                                      const WideFloat<N>& b) {
+  return if_greater(lanes_of_bits<N>(lanes >> first), WideFloat<N>(0), a, b);
+}
+
+/// The squares of the distances of rays from a line in level planes, at their farthest; 0 in other lanes.
+template <std::size_t N>
+SELVEDGE_INLINE void find_beside(const YarnPacket& packet, std::uint32_t lanes, const V2f& from,
+                                 const V2f& slope, YarnFloats& beside2) {
+  constexpr std::size_t width = std::min(N, yarn_block);
+  using Wide = WideFloat<width>;
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    const Wide x = Wide::load(&packet.x[i]) - Wide(from.x);
+    const Wide y = Wide::load(&packet.y[i]) - Wide(from.y);
+    const Wide end_x = x + (Wide::load(&packet.slope_x[i]) - Wide(slope.x)) * Wide(packet.height);
+    const Wide end_y = y + (Wide::load(&packet.slope_y[i]) - Wide(slope.y)) * Wide(packet.height);
+    in_lanes(lanes, i, max(x * x + y * y, end_x * end_x + end_y * end_y), Wide(0)).store(&beside2[i]);
   }
 }
 
-std::optional<Yarns::Met> Yarns::march(V3f origin, const V3f& direction, bool any) const {
-  Axis x(origin.x, direction.x, cell_size_.x, cells_.x);
-  Axis y(origin.y, direction.y, cell_size_.y, cells_.y);
-  const float end = ((direction.z < 0 ? low_ : high_) - origin.z) / direction.z;
-  float entered = 0;
-  static const auto enter = enter_segments_for_this_processor();
-  static const auto depth_in = depth_in_segments_for_this_processor();
-  Met met;
-  alignas(64) std::array<float, yarn_block> entries;
-  for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
-    const float left = std::min({x.next(), y.next(), end});
-    const Cell& cell = grid_[static_cast<std::size_t>(y.cell) * cells_.x + x.cell];
-    const float from = origin.z + direction.z * entered;
-    const float to = origin.z + direction.z * left;
-    if (cell.blocks > 0 && std::min(from, to) <= cell.high && std::max(from, to) >= cell.low) {
-      const V3f middle((static_cast<float>(x.cell) + 0.5F) * cell_size_.x,
-                       (static_cast<float>(y.cell) + 0.5F) * cell_size_.y, 0);
-      LocalRay ray{origin + direction * entered - middle, direction, -entered, met.distance - entered};
-      for (std::uint32_t b = cell.first; b < cell.first + cell.blocks; ++b) {
-        const Block& block = blocks_[b];
-        if (any && visited == 0) {
-          depth_in(block.start[0].data(), ray, entries.data());
-          if (*std::max_element(entries.begin(), entries.end()) > 0) return Met{};
-        }
-        bool enters = false;
-        enter(block.start[0].data(), ray, entries.data(), enters);
-        if (!enters) continue;
-        if (any) return Met{};
-        for (std::size_t i = 0; i < yarn_block; ++i) {
-          if (!(entries[i] < ray.to)) continue;
-          met.distance = entered + entries[i];
-          met.segment = block.segment[i];
-          met.from_start = ray.origin + direction * entries[i] -
-                           V3f(block.start[0][i], block.start[1][i], block.start[2][i]);
-          ray.to = entries[i];
-        }
-      }
-    }
-    if (met.segment >= 0 && met.distance <= left) return met;
-    if (left >= end) break;
-    entered = left;
-    if (x.next() <= left) {
-      if (x.advance()) origin.x -= static_cast<float>(x.step) * period_.x;
-    } else {
-      if (y.advance()) origin.y -= static_cast<float>(y.step) * period_.y;
-    }
+/// Finishes a packet of which x, y, slope_x, slope_y, start, rises and height are set, x and y being counted
+/// from `base`. Returns 0 if it is narrow enough for the cells, else lanes that are close to the first.
+template <std::size_t N>
+SELVEDGE_INLINE std::uint32_t find_middle(const Yarns::Inside& yarns, const V2f& period, const V2d& base,
+                                          float z, std::uint32_t lanes, YarnPacket& packet) {
+  constexpr std::size_t width = std::min(N, yarn_block);
+  using Wide = WideFloat<width>;
+  const auto first = static_cast<std::size_t>(std::countr_zero(lanes));
+  const auto last = static_cast<std::size_t>(std::bit_width(lanes)) - 1;
+  const auto middle = [&](const YarnFloats& of) { return (of[first] + of[last]) / 2; };
+  const V2f from(middle(packet.x), middle(packet.y));
+  packet.slope = {middle(packet.slope_x), middle(packet.slope_y)};
+  alignas(64) YarnFloats beside2;
+  find_beside<N>(packet, lanes, from, packet.slope, beside2);
+  packet.beside = std::sqrt(largest(beside2));
+  if (packet.beside > yarns.beside && first != last) {
+    // Rays that are 2/3 as close to the first are close enough to the line between any two of them.
+    find_beside<N>(packet, lanes, {packet.x[first], packet.y[first]},
+                   {packet.slope_x[first], packet.slope_y[first]}, beside2);
+    std::uint32_t close = 1U << first;
+    for (std::size_t i = first; i < yarn_lanes; ++i)
+      close |= static_cast<std::uint32_t>(2.26F * beside2[i] < yarns.beside * yarns.beside) << i;
+    return close & lanes;
   }
-  return met.segment >= 0 ? std::optional(met) : std::nullopt;
+  packet.middle = {wrapped(base.x + static_cast<double>(from.x), period.x),
+                   wrapped(base.y + static_cast<double>(from.y), period.y), z};
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    (Wide::load(&packet.x[i]) - Wide(from.x)).store(&packet.x[i]);
+    (Wide::load(&packet.y[i]) - Wide(from.y)).store(&packet.y[i]);
+  }
+  return 0;
+}
+
+/// Ways along x and y by the height that rays along the lifted directions gain.
+template <std::size_t N>
+SELVEDGE_INLINE void find_slopes(const Rays& rays, float sign, YarnPacket& packet) {
+  constexpr std::size_t width = std::min(N, yarn_block);
+  using Wide = WideFloat<width>;
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    const Wide scale = Wide(sign) / max(Wide::load(&rays.direction.z[i]), Wide(min_rise));
+    const Wide x = Wide::load(&rays.direction.x[i]) * scale;
+    const Wide y = Wide::load(&rays.direction.y[i]) * scale;
+    x.store(&packet.slope_x[i]);
+    y.store(&packet.slope_y[i]);
+    (Wide(1) / (x * x + y * y + Wide(1))).store(&packet.per_d2[i]);
+  }
+  packet.rises = sign;
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, const Rays& rays,
+                                YarnHits& hits, Found& found) {
+  constexpr std::size_t width = std::min(N, yarn_block);
+  using Wide = WideFloat<width>;
+  using Vec = WideVec3<width>;
+  YarnPacket packet;
+  find_slopes<N>(rays, -1, packet);
+  // From a little higher: a ray that begins on a yarn does not enter it.
+  const float above = yarns.high + (yarns.high - yarns.low) / 256;
+  const double rise = static_cast<double>(above) - static_cast<double>(rays.plane);
+  const auto one = static_cast<std::size_t>(std::countr_zero(rays.lanes));
+  const V2d repeats(static_cast<double>(period.x), -static_cast<double>(period.y));
+  const V2d uv = rays.uv + V2d(rays.from.x[one], rays.from.y[one]);
+  const V2d base = uv * repeats - V2d(packet.slope_x[one], packet.slope_y[one]) * rise;
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    const auto off = [&](const YarnFloats& from, const YarnFloats& slope, double repeat) {
+      const Wide apart = Wide::load(&from[i]) - Wide(from[one]);
+      return (apart - floor(apart + Wide(0.5F))) * Wide(static_cast<float>(repeat)) -
+             (Wide::load(&slope[i]) - Wide(slope[one])) * Wide(static_cast<float>(rise));
+    };
+    off(rays.from.x, packet.slope_x, repeats.x).store(&packet.x[i]);
+    off(rays.from.y, packet.slope_y, repeats.y).store(&packet.y[i]);
+  }
+  packet.height = above - yarns.low;
+  found.too_wide = find_middle<N>(yarns, period, base, above, rays.lanes, packet);
+  if (found.too_wide != 0) return;
+  alignas(64) YarnFloats nearest;
+  alignas(64) YarnFloats segment{};
+  for (std::size_t i = 0; i < yarn_lanes; ++i) nearest[i] = (rays.lanes >> i & 1) != 0 ? no_yarn : -no_yarn;
+  float far = no_yarn;
+  const auto test = [&](const Yarns::Block& block, std::size_t k, const V3f& at, float entered) {
+    const Vec axis{Wide(block.axis[0][k]), Wide(block.axis[1][k]), Wide(block.axis[2][k])};
+    const V3f to_middle = at - V3f(block.start[0][k], block.start[1][k], block.start[2][k]);
+    const Wide zero(0);
+    const Wide nothing(no_yarn);
+    const Wide r2(block.radius[k] * block.radius[k]);
+    bool nearer = false;
+    for (std::size_t i = 0; i < yarn_lanes; i += width) {
+      const Vec d{Wide::load(&packet.slope_x[i]), Wide::load(&packet.slope_y[i]), Wide(packet.rises)};
+      const Vec beside{Wide::load(&packet.x[i]), Wide::load(&packet.y[i]), zero};
+      const Vec d_beside{d.x - Wide(packet.slope.x), d.y - Wide(packet.slope.y), zero};
+      const Vec from =
+          Vec{Wide(to_middle.x), Wide(to_middle.y), Wide(to_middle.z)} + (beside + d_beside * Wide(entered));
+      const Wide along = axis.dot(from);
+      const Wide slope = axis.dot(d);
+      const Wide back = d.dot(from);
+      const Wide start(-entered);
+      // The side: between the lines lie |gap| / |normal|.
+      const Vec normal = d.cross(axis);
+      const Wide a = normal.dot(normal);
+      const Wide gap = from.dot(normal);
+      const Wide h = a * r2 - gap * gap;
+      const Wide side = (along * slope - back - sqrt(max(h, zero))) / a;
+      const Wide where = along + side * slope;
+      Wide entry = if_greater(h, zero, side, nothing);
+      entry = if_greater(where, zero, entry, nothing);
+      entry = if_greater(Wide(block.length[k]), where, entry, nothing);
+      entry = if_greater(entry, start, entry, nothing);
+      // The round end. The other end is the next segment's.
+      const Vec off = from.cross(d);
+      const Wide d2 = d.dot(d);
+      const Wide g = d2 * r2 - off.dot(off);
+      Wide end = if_greater(g, zero, (-back - sqrt(max(g, zero))) * Wide::load(&packet.per_d2[i]), nothing);
+      end = if_greater(end, start, end, nothing);
+      entry = min(entry, end);
+      const Wide before = Wide::load(&nearest[i]);
+      // `no_yarn` stays what it is.
+      const Wide distance = entry + Wide(entered);
+      if (!any_greater(before, distance)) continue;
+      nearer = true;
+      const Vec off_start = from + d * entry;
+      const auto keep = [&](const Wide& value, float* to) {
+        if_greater(before, distance, value, Wide::load(to)).store(to);
+      };
+      keep(distance, &nearest[i]);
+      keep(off_start.x, &hits.from_start.x[i]);
+      keep(off_start.y, &hits.from_start.y[i]);
+      keep(off_start.z, &hits.from_start.z[i]);
+      keep(Wide(static_cast<float>(block.segment[k])), &segment[i]);
+    }
+    if (nearer) far = largest(nearest);
+  };
+  walk_yarns<N>(yarns, period, packet, far, test, [] {});
+  for (std::size_t i = 0; i < yarn_lanes; ++i) {
+    if ((rays.lanes >> i & 1) == 0 || !(nearest[i] < no_yarn)) continue;
+    hits.segment[i] = static_cast<std::int32_t>(segment[i]);
+    found.lanes |= 1U << i;
+  }
+}
+SELVEDGE_THREE_BODIES(first_hits,
+                      (const Yarns::Inside& yarns, const V2f& period, const Rays& rays, YarnHits& hits,
+                       Found& found),
+                      (yarns, period, rays, hits, found))
+
+/// The rays that come, from where they begin, nearer to a segment's line than its radius.
+template <std::size_t N>
+SELVEDGE_INLINE void hidden(const Yarns::Inside& yarns, const V2f& period, const Rays& rays, Found& found) {
+  constexpr std::size_t width = std::min(N, yarn_block);
+  using Wide = WideFloat<width>;
+  YarnPacket packet;
+  find_slopes<N>(rays, 1, packet);
+  const auto one = static_cast<std::size_t>(std::countr_zero(rays.lanes));
+  alignas(64) YarnFloats heights;  // downwards
+  for (std::size_t i = 0; i < yarn_lanes; i += width)
+    in_lanes(rays.lanes, i, -Wide::load(&rays.from.z[i]), Wide(-no_yarn)).store(&heights[i]);
+  const float lowest = -largest(heights);
+  const auto start_of = [&](std::size_t i) { return Wide::load(&rays.from.z[i]) - Wide(lowest); };
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    const Wide start = start_of(i);
+    const auto off = [&](const YarnFloats& from, const YarnFloats& slope, float repeat) {
+      const Wide apart = Wide::load(&from[i]) - Wide(from[one]);
+      return apart - floor(apart * Wide(1 / repeat) + Wide(0.5F)) * Wide(repeat) -
+             Wide::load(&slope[i]) * start;
+    };
+    off(rays.from.x, packet.slope_x, period.x).store(&packet.x[i]);
+    off(rays.from.y, packet.slope_y, period.y).store(&packet.y[i]);
+    start.store(&packet.start[i]);
+  }
+  packet.height = std::max(0.0F, yarns.high - lowest);
+  found.too_wide =
+      find_middle<N>(yarns, period, V2d(rays.from.x[one], rays.from.y[one]), lowest, rays.lanes, packet);
+  if (found.too_wide != 0) return;
+  float far = no_yarn;
+  // How deep in yarn rays come, as squares; lanes without a ray count as hidden.
+  alignas(64) YarnFloats depth;
+  for (std::size_t i = 0; i < yarn_lanes; i += width)
+    in_lanes(rays.lanes, i, Wide(-no_yarn), Wide(no_yarn)).store(&depth[i]);
+  const auto test = [&](const Yarns::Block& block, std::size_t k, const V3f& at, float entered) {
+    const WideVec3<N> axis{WideFloat<N>(block.axis[0][k]), WideFloat<N>(block.axis[1][k]),
+                           WideFloat<N>(block.axis[2][k])};
+    const V3f to_middle = at - V3f(block.start[0][k], block.start[1][k], block.start[2][k]);
+    const WideFloat<N> zero(0);
+    const WideFloat<N> length(block.length[k]);
+    for (std::size_t i = 0; i < yarn_lanes; i += N) {
+      const WideVec3<N> d{WideFloat<N>::load(&packet.slope_x[i]), WideFloat<N>::load(&packet.slope_y[i]),
+                          WideFloat<N>(packet.rises)};
+      const WideFloat<N> start = WideFloat<N>::load(&packet.start[i]) - WideFloat<N>(entered);
+      const WideVec3<N> beside{WideFloat<N>::load(&packet.x[i]), WideFloat<N>::load(&packet.y[i]), zero};
+      const WideVec3<N> d_beside{d.x - WideFloat<N>(packet.slope.x), d.y - WideFloat<N>(packet.slope.y),
+                                 zero};
+      // From where the ray begins.
+      const WideVec3<N> from =
+          WideVec3<N>{WideFloat<N>(to_middle.x), WideFloat<N>(to_middle.y), WideFloat<N>(to_middle.z)} +
+          (beside + d_beside * WideFloat<N>(entered)) + d * start;
+      const WideFloat<N> along = axis.dot(from);
+      const WideFloat<N> slope = axis.dot(d);
+      const WideFloat<N> back = d.dot(from);
+      const WideFloat<N> d2 = d.dot(d);
+      const WideVec3<N> normal = d.cross(axis);
+      // The nearest points of line and segment; then, of the part that belongs to the ray.
+      const WideFloat<N> nearest = max(zero, min(length, (along * d2 - back * slope) / normal.dot(normal)));
+      const WideFloat<N> way = max(zero, (nearest * slope - back) * WideFloat<N>::load(&packet.per_d2[i]));
+      const WideFloat<N> place = max(zero, min(length, along + way * slope));
+      const WideVec3<N> off = from + d * way - axis * place;
+      max(WideFloat<N>(block.radius[k] * block.radius[k]) - off.dot(off), WideFloat<N>::load(&depth[i]))
+          .store(&depth[i]);
+    }
+  };
+  const auto tested = [&] {
+    if (least(depth) > 0) far = -no_yarn;
+  };
+  walk_yarns<N>(yarns, period, packet, far, test, tested);
+  for (std::size_t i = 0; i < yarn_lanes; i += width)
+    found.lanes |= bits_where_greater(Wide::load(&depth[i]), Wide(0)) << i & rays.lanes;
+}
+SELVEDGE_THREE_BODIES(hidden, (const Yarns::Inside& yarns, const V2f& period, const Rays& rays, Found& found),
+                      (yarns, period, rays, found))
+
+/// The lanes in which find(rays, found) finds something, in packets that are narrow enough for the cells.
+template <class Find>
+std::uint32_t find_in_packets(Rays rays, const Find& find) {
+  Found found;
+  for (std::uint32_t left = rays.lanes; left != 0; left &= ~rays.lanes) {
+    rays.lanes = left;
+    for (find(rays, found); found.too_wide != 0; find(rays, found)) rays.lanes = found.too_wide;
+  }
+  return found.lanes;
+}
+
+}  // namespace
+
+std::uint32_t Yarns::trace(const V2d& uv, const YarnLanes& beside, float plane, const YarnLanes& view,
+                           std::uint32_t lanes, YarnHits& hits) const {
+  static const auto first = first_hits_for_this_processor();
+  const Inside inside = this->inside();
+  return find_in_packets({beside, view, lanes, uv, plane},
+                         [&](const Rays& rays, Found& found) { first(inside, period_, rays, hits, found); });
+}
+
+std::uint32_t Yarns::occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes) const {
+  static const auto find_hidden = hidden_for_this_processor();
+  const Inside inside = this->inside();
+  return find_in_packets({from, light, lanes},
+                         [&](const Rays& rays, Found& found) { find_hidden(inside, period_, rays, found); });
 }
 
 std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view) const {
-  const V3f up = lifted(view);
-  // From a little higher: a ray that begins on a yarn does not enter it.
-  const float above = high_ + (high_ - low_) / 256;
-  const double rise = (static_cast<double>(above) - static_cast<double>(plane)) / static_cast<double>(up.z);
-  const V3f origin(
-      wrapped(uv.x * static_cast<double>(period_.x) + rise * static_cast<double>(up.x), period_.x),
-      wrapped(-uv.y * static_cast<double>(period_.y) + rise * static_cast<double>(up.y), period_.y), above);
-  const auto met = march(origin, -up, false);
-  if (!met) return std::nullopt;
-  return YarnHit{met->segment, met->from_start};
+  YarnLanes views;
+  views.set(0, view);
+  YarnHits hits;
+  if (trace(uv, {}, plane, views, 1, hits) == 0) return std::nullopt;
+  return YarnHit{hits.segment[0], hits.from_start.at(0)};
 }
 
 bool Yarns::occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const {
   const Segment& s = segments_[hit.segment];
-  const V3f at = s.start + hit.from_start + point.normal * (leave_radii * data_.curves[s.curve].radius);
-  return march({wrapped(static_cast<double>(at.x), period_.x), wrapped(static_cast<double>(at.y), period_.y),
-                at.z},
-               lifted(light), true)
-      .has_value();
+  YarnLanes from;
+  from.set(0, s.start + hit.from_start + point.normal * (leave_radii * s.radius));
+  YarnLanes lights;
+  lights.set(0, light);
+  return occluded(from, lights, 1) != 0;
 }
 
 }  // namespace selvedge

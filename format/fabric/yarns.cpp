@@ -11,9 +11,6 @@
 namespace selvedge {
 namespace {
 
-/// Normals that face the viewer less than this are taken to face him this much.
-constexpr float min_facing = 0.01F;
-
 /// `across` of one node carried to the next by two reflections (Wang et al. 2008): the least turn about the
 /// chain.
 V3d carried(const V3d& across, const V3d& way, const V3d& tangent, const V3d& next_tangent) {
@@ -161,6 +158,7 @@ void Yarns::derive_segments() {
       s.inverse_length2 = 1 / s.along.length2();
       s.station = static_cast<float>(length[i] * per_mm);
       s.stations = static_cast<float>((length[i + 1] - length[i]) * per_mm);
+      s.radius = curve.radius;
       s.curve = static_cast<int>(c);
       segments_.push_back(s);
       low_ = std::min(low_, s.start.z - curve.radius);

@@ -108,6 +108,24 @@ struct YarnFrame {
 /// Segments that are tested together.
 inline constexpr std::size_t yarn_block = 8;
 
+/// Rays that are traced together, and a vector for each of them.
+inline constexpr std::size_t yarn_lanes = 16;
+struct YarnLanes {
+  alignas(64) std::array<float, yarn_lanes> x{}, y{}, z{};
+  V3f at(std::size_t lane) const { return {x[lane], y[lane], z[lane]}; }
+  void set(std::size_t lane, const V3f& v) {
+    x[lane] = v.x;
+    y[lane] = v.y;
+    z[lane] = v.z;
+  }
+};
+
+/// YarnHit of each lane.
+struct YarnHits {
+  std::array<std::int32_t, yarn_lanes> segment{};
+  YarnLanes from_start;
+};
+
 /// Yarn that rays can be traced through. Immutable: for any number of threads.
 class Yarns {
  public:
@@ -125,6 +143,12 @@ class Yarns {
   YarnFrame frame_at(int curve, int station) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
   bool occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
+  /// The same for rays in the bits of `lanes`, through uv + (x, y) of `beside`; fast where they are close
+  /// together. Returns the bits of those that meet yarn; hits of others are undefined.
+  std::uint32_t trace(const V2d& uv, const YarnLanes& beside, float plane, const YarnLanes& view,
+                      std::uint32_t lanes, YarnHits& hits) const;
+  /// The lanes in which yarn hides the light from points, mm, of any repeats.
+  std::uint32_t occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
   LightTransfer transfer_at(const YarnPoint& point) const;
@@ -133,13 +157,14 @@ class Yarns {
   /// Directions are unit; f is 0 where one lies below the horizon, and alpha that of the rim.
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const;
 
-  /// Between two nodes, mm; the frames at both.
+  /// Between two nodes, mm; the frames at both. Only members of 4 bytes, so that lanes can fetch them.
   struct Segment {
     V3f start, along;
     std::array<V3f, 2> tangent, across;
     float inverse_length2 = 0;  ///< 1 / mm^2
     float station = 0;
     float stations = 0;  ///< over its length
+    float radius = 0;
     int curve = 0;
   };
   /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
@@ -148,6 +173,7 @@ class Yarns {
     std::array<std::array<float, yarn_block>, 3> start, axis;  ///< axis: unit
     std::array<float, yarn_block> length, radius;
     std::array<int, yarn_block> segment;
+    float low, high;  ///< mm, of what its segments reach
   };
   struct Cell {
     std::uint32_t first = 0;
@@ -161,20 +187,19 @@ class Yarns {
     float high = 0;
     V2i cells;
     V2f cell_size;                       ///< mm
+    float beside;                        ///< mm; the grid's lists hold also what lies so far beside cells
     std::span<const Cell> grid;          ///< [row][column]
     std::span<const Block> blocks;       ///< those of the cells
     std::span<const Segment> segments;   ///< one for each node
     std::span<const int> first_station;  ///< of each curve
   };
   Inside inside() const {
-    return {low_, high_, cells_, cell_size_, grid_, blocks_, segments_, first_station_};
+    return {low_, high_, cells_, cell_size_, beside_, grid_, blocks_, segments_, first_station_};
   }
 
  private:
-  struct Met;
   void derive_segments();
   void place_in_cells();
-  std::optional<Met> march(V3f origin, const V3f& direction, bool any) const;
 
   YarnData data_;
   V2f period_;
@@ -184,6 +209,7 @@ class Yarns {
   std::vector<int> first_station_;  ///< of each curve
   V2i cells_{1, 1};
   V2f cell_size_{1, 1};
+  float beside_ = 0;  ///< mm; the cells' lists hold also what lies so far beside them
   std::vector<Cell> grid_;
   std::vector<Block> blocks_;
 };

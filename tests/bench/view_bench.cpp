@@ -1,7 +1,8 @@
 // How fast dressed garments are drawn by each path, what a frame's time is made of, how it grows with
 // triangles and with pixels, and how fast fabrics are evaluated beside the reference: selvedge-bench-view
-// [--rows FILE]
-// [--paths hybrid,paper,shader] SCENE.glb ... The first scene is the one whose growth is told.
+// [--rows FILE] [--paths hybrid,paper,shader] [--yarn YARN.exr LAYERS.exr] SCENE.glb ... The first scene is
+// the one whose growth is told. With --yarn: also what the points of pixels cost that show the yarn of a
+// fabric.
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -13,6 +14,7 @@
 #include "format/fabric/evaluate.h"
 #include "tests/bench/pictures.h"
 #include "tests/bench/rows.h"
+#include "tests/bench/yarn_bench.h"
 #include "viewer/load.h"
 #include "viewer/renderer.h"
 
@@ -354,9 +356,18 @@ int main(int argc, char** argv) {
     paths = paths_of(files[1]);
     files.erase(files.begin(), files.begin() + 2);
   }
+  if (files.size() > 2 && files[0] == "--yarn") {
+    bench::yarn_points(files[1], files[2], rows);
+    files.erase(files.begin(), files.begin() + 3);
+    if (files.empty()) {
+      rows.write();
+      return 0;
+    }
+  }
   if (files.empty() || paths.empty()) {
     fmt::print(stderr,
-               "usage: selvedge-bench-view [--rows FILE] [--paths hybrid,paper,shader] SCENE.glb ...\n");
+               "usage: selvedge-bench-view [--rows FILE] [--paths hybrid,paper,shader] "
+               "[--yarn YARN.exr LAYERS.exr] SCENE.glb ...\n");
     return 2;
   }
   std::vector<Subject> subjects;

@@ -156,7 +156,8 @@ YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
   vec3 tangent = vec3(0.0);
   // A step of Newton's method from the straight line's nearest point to that of the smooth curve.
   for (int i = 0; i < 2; ++i) {
-    float next = i == 0 ? dot(hit.from_start, along) / (reach * reach) : share + dot(off, tangent) / dot(tangent, tangent);
+    float next = i == 0 ? dot(hit.from_start, along) / (reach * reach)
+                        : share + dot(off, tangent) / dot(tangent, tangent);
     share = clamp(next, -0.25, 1.25);
     float rest = 1.0 - share;
     tangent = along * (6.0 * share * rest) +

@@ -1,0 +1,103 @@
+// The cells of Yarns: lists of the segments that rays can meet in each, in blocks for the lanes.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+namespace {
+
+/// Rays that are traced together lie at most so far from the one in their middle, in cells.
+constexpr double beside_share = 0.5;
+
+}  // namespace
+
+void Yarns::place_in_cells() {
+  constexpr double max_cells = 1 << 20;
+  double radius = 0;  // mean over the segments
+  for (const Segment& s : segments_) radius += static_cast<double>(s.radius);
+  radius /= static_cast<double>(segments_.size());
+  const V2d period(period_);
+  const double size =
+      std::max({radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});
+  cells_ = {std::max(1, static_cast<int>(period.x / size)), std::max(1, static_cast<int>(period.y / size))};
+  cell_size_ = {period_.x / static_cast<float>(cells_.x), period_.y / static_cast<float>(cells_.y)};
+  const V2d cell(period.x / cells_.x, period.y / cells_.y);
+  const double half_diagonal = 0.5 * cell.length() * 1.001;
+  beside_ = static_cast<float>(beside_share * std::min(cell.x, cell.y));
+
+  struct Copy {
+    int segment;
+    V2f shift;  // to be added to the segment's place
+  };
+  std::vector<std::vector<Copy>> lists(static_cast<std::size_t>(cells_.x) * cells_.y);
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const Segment& s = segments_[i];
+    const V2d a(s.start.x, s.start.y);
+    const V2d along(s.along.x, s.along.y);
+    const double reach = 1.001 * (static_cast<double>(s.radius) + static_cast<double>(beside_));
+    const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(reach);
+    const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(reach);
+    for (int y = static_cast<int>(std::floor(low.y / cell.y));
+         y <= static_cast<int>(std::floor(high.y / cell.y)); ++y) {
+      for (int x = static_cast<int>(std::floor(low.x / cell.x));
+           x <= static_cast<int>(std::floor(high.x / cell.x)); ++x) {
+        const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
+        const double length2 = along.length2();
+        const double share = length2 > 0 ? std::clamp((middle - a).dot(along) / length2, 0.0, 1.0) : 0;
+        if ((middle - a - along * share).length() > reach + half_diagonal) continue;
+        const V2i repeat(static_cast<int>(std::floor(static_cast<double>(x) / cells_.x)),
+                         static_cast<int>(std::floor(static_cast<double>(y) / cells_.y)));
+        lists[static_cast<std::size_t>(y - repeat.y * cells_.y) * cells_.x + (x - repeat.x * cells_.x)]
+            .push_back({static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
+      }
+    }
+  }
+  for (int y = 0; y < cells_.y; ++y) {
+    for (int x = 0; x < cells_.x; ++x) {
+      auto& list = lists[static_cast<std::size_t>(y) * cells_.x + x];
+      // Blocks of a few heights each, the highest first: rays pass many of them by.
+      std::stable_sort(list.begin(), list.end(), [&](const Copy& a, const Copy& b) {
+        const auto height = [&](const Copy& c) {
+          return 2 * segments_[c.segment].start.z + segments_[c.segment].along.z;
+        };
+        return height(a) > height(b);
+      });
+      Cell placed{static_cast<std::uint32_t>(blocks_.size()), 0, std::numeric_limits<float>::max(),
+                  std::numeric_limits<float>::lowest()};
+      const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
+      for (std::size_t i = 0; i < list.size(); ++i) {
+        if (i % yarn_block == 0) {
+          blocks_.emplace_back(Block{});
+          blocks_.back().low = std::numeric_limits<float>::max();
+          blocks_.back().high = std::numeric_limits<float>::lowest();
+        }
+        Block& block = blocks_.back();
+        const Segment& s = segments_[list[i].segment];
+        const float r = s.radius;
+        const V3f axis = s.along.normalized();
+        const V3f start(static_cast<float>(static_cast<double>(s.start.x) +
+                                           static_cast<double>(list[i].shift.x) - middle.x),
+                        static_cast<float>(static_cast<double>(s.start.y) +
+                                           static_cast<double>(list[i].shift.y) - middle.y),
+                        s.start.z);
+        for (int k = 0; k < 3; ++k) {
+          block.start[k][i % yarn_block] = start[k];
+          block.axis[k][i % yarn_block] = axis[k];
+        }
+        block.length[i % yarn_block] = s.along.length();
+        block.radius[i % yarn_block] = r;
+        block.segment[i % yarn_block] = list[i].segment;
+        block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - r);
+        block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + r);
+        placed.low = std::min(placed.low, block.low);
+        placed.high = std::max(placed.high, block.high);
+      }
+      placed.blocks = static_cast<std::uint32_t>(blocks_.size()) - placed.first;
+      grid_.push_back(placed);
+    }
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,307 @@
+#include "viewer/hybrid/yarn_surface.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "format/fabric/lifted.h"
+#include "viewer/hybrid/fetch.h"
+
+namespace selvedge {
+namespace {
+
+using Floats = YarnSurface::Floats;
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> load(const YarnLanes& v, std::size_t first) {
+  return {WideFloat<N>::load(&v.x[first]), WideFloat<N>::load(&v.y[first]), WideFloat<N>::load(&v.z[first])};
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void store(const WideVec3<N>& v, YarnLanes& to, std::size_t first) {
+  v.x.store(&to.x[first]);
+  v.y.store(&to.y[first]);
+  v.z.store(&to.z[first]);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> unit(const WideVec3<N>& v) {
+  return v * (WideFloat<N>(1) / sqrt(v.dot(v)));
+}
+
+/// What a segment's lanes are fetched as: groups of four floats, the members in their order.
+static_assert(offsetof(Yarns::Segment, start) == 0 && offsetof(Yarns::Segment, along) == 12 &&
+              offsetof(Yarns::Segment, tangent) == 24 && offsetof(Yarns::Segment, across) == 48 &&
+              offsetof(Yarns::Segment, inverse_length2) == 72 && offsetof(Yarns::Segment, station) == 76 &&
+              offsetof(Yarns::Segment, stations) == 80 && offsetof(Yarns::Segment, radius) == 84 &&
+              sizeof(Yarns::Segment) >= 88);
+
+template <std::size_t N>
+struct SegmentLanes {
+  SELVEDGE_INLINE explicit SegmentLanes(const Group* const* from) {
+    WideFloat<N> rows[24];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
+    for (std::size_t group = 0; group < 6; ++group) fetch<N>(from, group, rows + 4 * group);
+    const auto vector = [&](std::size_t row) { return WideVec3<N>{rows[row], rows[row + 1], rows[row + 2]}; };
+    start = vector(0);
+    along = vector(3);
+    for (std::size_t end = 0; end < 2; ++end) {
+      tangent[end] = vector(6 + 3 * end);
+      across[end] = vector(12 + 3 * end);
+    }
+    inverse_length2 = rows[18];
+    station = rows[19];
+    stations = rows[20];
+    radius = rows[21];
+  }
+  WideVec3<N> start, along;
+  WideVec3<N> tangent[2], across[2];  // NOLINT(modernize-avoid-c-arrays)
+  WideFloat<N> inverse_length2, station, stations, radius;
+};
+
+/// Of the curves of the lanes.
+struct CurveLanes {
+  alignas(64) Floats slope, stations;
+};
+
+/// A place on the curve's axis, its direction there, and the way from it to the hit.
+template <std::size_t N>
+struct OnCurve {
+  WideFloat<N> share;
+  WideVec3<N> tangent;
+  WideVec3<N> out;
+};
+
+/// The nearest point of the cubic curve, as Yarns::point_at() has it.
+template <std::size_t N>
+SELVEDGE_INLINE OnCurve<N> nearest_on_curve(const SegmentLanes<N>& s, const WideVec3<N>& from_start) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const Vec& along = s.along;
+  const Wide& inverse = s.inverse_length2;
+  const Wide length = sqrt(Wide(1) / inverse);
+  const Vec first = s.tangent[0] * length;
+  const Vec second = s.tangent[1] * length;
+  OnCurve<N> at;
+  for (int step = 0; step < 2; ++step) {
+    const Wide next = step == 0 ? from_start.dot(along) * inverse
+                                : at.share + at.out.dot(at.tangent) / at.tangent.dot(at.tangent);
+    at.share = max(Wide(-0.25F), min(Wide(1.25F), next));
+    const Wide& share = at.share;
+    const Wide rest = Wide(1) - share;
+    at.tangent = along * (Wide(6) * share * rest) + first * (rest * (Wide(1) - Wide(3) * share)) +
+                 second * (share * (Wide(3) * share - Wide(2)));
+    at.out = from_start - along * (share * share * (Wide(3) - Wide(2) * share)) -
+             first * (share * rest * rest) + second * (share * share * rest);
+  }
+  at.tangent = unit(at.tangent);
+  return at;
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void place_surface(const Group* const* segments, const CurveLanes& curves,
+                                   const YarnLanes& from_start, YarnSurface& surface, Floats& station) {
+  constexpr std::size_t width = N;
+  using Wide = WideFloat<width>;
+  using Vec = WideVec3<width>;
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    const SegmentLanes<width> s(segments + i);
+    const Vec off = load<width>(from_start, i);
+    const OnCurve<width> at = nearest_on_curve<width>(s, off);
+    const Wide zero(0);
+    const Wide along = s.station + at.share * s.stations;
+    if_greater(zero, along, along + Wide::load(&curves.stations[i]), along).store(&station[i]);
+    const Vec normal = unit(at.out - at.tangent * at.tangent.dot(at.out));
+    const Vec around = at.tangent.cross(normal);
+    const Vec across = s.across[0] + (s.across[1] - s.across[0]) * at.share;
+    const Wide cosine = normal.dot(across);
+    const Wide sine = -around.dot(across);
+    const Wide norm2 = cosine * cosine + sine * sine;
+    const Wide scale = Wide(1) / sqrt(norm2);
+    store(normal, surface.normal, i);
+    store(s.start + off + normal * (s.radius * Wide(leave_radii)), surface.leave, i);
+    store(unit(at.tangent + around * Wide::load(&curves.slope[i])), surface.fibre, i);
+    if_greater(norm2, zero, cosine * scale, Wide(1)).store(&surface.cosine[i]);
+    if_greater(norm2, zero, sine * scale, zero).store(&surface.sine[i]);
+  }
+}
+SELVEDGE_THREE_BODIES(place_surface,
+                      (const Group* const* segments, const CurveLanes& curves, const YarnLanes& from_start,
+                       YarnSurface& surface, Floats& station),
+                      (segments, curves, from_start, surface, station))
+
+/// Adds the two stations that lanes lie between, by the lanes' weights.
+template <std::size_t N>
+SELVEDGE_INLINE void add_stations(const float* here, const float* next, const Floats& here_weight,
+                                  const Floats& next_weight, YarnSurface& surface) {
+  constexpr std::size_t width = N;
+  using Wide = WideFloat<width>;
+  constexpr std::size_t count = std::tuple_size_v<LightTransfer>;
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    const Wide c = Wide::load(&surface.cosine[i]);
+    const Wide s = Wide::load(&surface.sine[i]);
+    const Wide a = Wide::load(&here_weight[i]);
+    const Wide b = Wide::load(&next_weight[i]);
+    const Wide angle[angle_functions] = {Wide(1), c, s, c * c - s * s, Wide(2) * c * s};  // NOLINT
+    Wide of_here[angle_functions];                                                        // NOLINT
+    Wide of_next[angle_functions];                                                        // NOLINT
+    for (int k = 0; k < angle_functions; ++k) {
+      of_here[k] = a * angle[k];
+      of_next[k] = b * angle[k];
+    }
+    for (std::size_t j = 0; j < count; ++j) {
+      Wide sum = Wide::load(&surface.transfer[j][i]);
+      for (int k = 0; k < angle_functions; ++k)
+        sum += of_here[k] * Wide(here[k * count + j]) + of_next[k] * Wide(next[k * count + j]);
+      sum.store(&surface.transfer[j][i]);
+    }
+  }
+}
+SELVEDGE_THREE_BODIES(add_stations,
+                      (const float* here, const float* next, const Floats& here_weight,
+                       const Floats& next_weight, YarnSurface& surface),
+                      (here, next, here_weight, next_weight, surface))
+
+/// Gloss of width r along x and 1 along y (yarn_reflectance.h), without its weight; 0 below the horizon.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> gloss_of(const WideVec3<N>& l, const WideVec3<N>& v,
+                                      const WideFloat<N>& roughness) {
+  using Wide = WideFloat<N>;
+  const Wide one(1);
+  const Wide r = max(Wide(static_cast<float>(min_gloss_width)), roughness);
+  const Wide r2 = r * r;
+  const auto masking = [&](const WideVec3<N>& d) {
+    return (sqrt(one + (r2 * d.x * d.x + d.y * d.y) / (d.z * d.z)) - one) * Wide(0.5F);
+  };
+  const WideVec3<N> h = l + v;
+  const Wide q = (h.x * h.x / r2 + h.y * h.y + h.z * h.z) / h.dot(h);
+  return one /
+         (Wide(4 * std::numbers::pi_v<float>) * r * q * q * (one + masking(l) + masking(v)) * l.z * v.z);
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> lifted_lanes(const WideVec3<N>& d) {
+  return unit(WideVec3<N>{d.x, d.y, max(d.z, WideFloat<N>(min_rise))});
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void reflect_lanes(const YarnSurface& surface, const YarnLanes& light, const YarnLanes& view,
+                                   YarnReflection& result) {
+  constexpr std::size_t width = N;
+  using Wide = WideFloat<width>;
+  using Vec = WideVec3<width>;
+  alignas(64) Floats sums;
+  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+    const Vec d = load<width>(light, i);
+    const Wide zero(0);
+    const Wide one(1);
+    const Wide basis[light_functions_of_yarn] = {// NOLINT(modernize-avoid-c-arrays)
+                                                 one,
+                                                 d.x,
+                                                 d.y,
+                                                 d.z,
+                                                 d.x * d.y,
+                                                 d.x * d.z,
+                                                 d.y * d.z,
+                                                 d.x * d.x - d.y * d.y,
+                                                 Wide(3) * d.z * d.z - one};
+    Vec sum{zero, zero, zero};
+    for (std::size_t k = 0; k < light_functions_of_yarn; ++k) {
+      const auto of = [&](std::size_t colour) { return Wide::load(&surface.transfer[3 * k + colour][i]); };
+      sum = sum + Vec{of(0), of(1), of(2)} * basis[k];
+    }
+    sum = sum * d.z;
+    store(Vec{max(zero, sum.x), max(zero, sum.y), max(zero, sum.z)}, result.indirect, i);
+
+    const Vec normal = load<width>(surface.normal, i);
+    const Vec l = lifted_lanes(d);
+    const Wide cosine = normal.dot(l);
+    Vec f = load<width>(surface.matt, i);
+    if (surface.has_gloss) {
+      Vec v = lifted_lanes(load<width>(view, i));
+      v = unit(v + normal * max(zero, Wide(min_facing) - normal.dot(v)));
+      const Vec fibre = load<width>(surface.fibre, i);
+      const Vec across = normal.cross(fibre);
+      const Vec local_light{l.dot(fibre), l.dot(across), cosine};
+      const Vec local_view{v.dot(fibre), v.dot(across), v.dot(normal)};
+      const Wide weight = Wide::load(&surface.gloss[i]);
+      const Wide gloss = weight * gloss_of(local_light, local_view, Wide::load(&surface.roughness[i]));
+      const Wide shown = if_greater(weight, zero, gloss, zero);
+      f = f + Vec{shown, shown, shown};
+    }
+    // No step where the light sets.
+    const Wide scale = cosine * min(one, d.z * Wide(1 / min_rise));
+    const auto lit = [&](const Wide& value) { return if_greater(cosine, zero, value * scale, zero); };
+    f = {lit(f.x), lit(f.y), lit(f.z)};
+    store(f, result.direct, i);
+    (f.x + f.y + f.z).store(&sums[i]);
+  }
+  // GCC 12 takes comparisons of 16 numbers apart where their bits are wanted.
+  constexpr std::size_t part = std::min(N, std::size_t{8});
+  result.facing = 0;
+  for (std::size_t i = 0; i < yarn_lanes; i += part)
+    result.facing |= bits_where_greater(WideFloat<part>::load(&sums[i]), WideFloat<part>(0)) << i;
+}
+SELVEDGE_THREE_BODIES(reflect_lanes,
+                      (const YarnSurface& surface, const YarnLanes& light, const YarnLanes& view,
+                       YarnReflection& result),
+                      (surface, light, view, result))
+
+}  // namespace
+
+void find_surface(const Yarns& yarns, const YarnHits& hits, std::uint32_t lanes, YarnSurface& surface) {
+  static const auto place = place_surface_for_this_processor();
+  static const auto add = add_stations_for_this_processor();
+  const Yarns::Inside inside = yarns.inside();
+  const YarnData& data = yarns.data();
+  const auto first = static_cast<std::size_t>(std::countr_zero(lanes));
+  std::array<const Group*, yarn_lanes> segments;
+  std::array<int, yarn_lanes> of_curve;
+  CurveLanes curves;
+  surface.has_gloss = false;
+  for (std::size_t i = 0; i < yarn_lanes; ++i) {
+    const Yarns::Segment& s = inside.segments[hits.segment[(lanes >> i & 1) != 0 ? i : first]];
+    segments[i] = reinterpret_cast<const Group*>(&s);
+    of_curve[i] = s.curve;
+    const YarnCurve& curve = data.curves[s.curve];
+    curves.slope[i] = curve.fibre_slope;
+    curves.stations[i] = static_cast<float>(curve.stations);
+    surface.matt.set(i, curve.albedo * ((1 - curve.gloss.weight) * std::numbers::inv_pi_v<float>));
+    surface.gloss[i] = curve.gloss.weight;
+    surface.roughness[i] = curve.gloss.roughness;
+    surface.has_gloss |= curve.gloss.weight > 0;
+  }
+  alignas(64) Floats station;
+  place(segments.data(), curves, hits.from_start, surface, station);
+  // Lanes between the same two stations have the same coefficients.
+  for (auto& row : surface.transfer) row.fill(0);
+  std::array<int, yarn_lanes> whole;
+  for (std::size_t i = 0; i < yarn_lanes; ++i)
+    whole[i] = (lanes >> i & 1) != 0 ? static_cast<int>(station[i]) : -1;
+  for (std::uint32_t left = lanes; left != 0;) {
+    const auto lead = static_cast<std::size_t>(std::countr_zero(left));
+    alignas(64) Floats here{};
+    alignas(64) Floats next{};
+    for (std::size_t i = lead; i < yarn_lanes; ++i) {
+      if (of_curve[i] != of_curve[lead] || whole[i] != whole[lead]) continue;
+      next[i] = station[i] - static_cast<float>(whole[i]);
+      here[i] = 1 - next[i];
+      left &= ~(1U << i);
+    }
+    const auto coefficients = [&](int number) {
+      return &data.light[std::size_t{light_values_per_station} *
+                         (inside.first_station[of_curve[lead]] +
+                          number % data.curves[of_curve[lead]].stations)];
+    };
+    add(coefficients(whole[lead]), coefficients(whole[lead] + 1), here, next, surface);
+  }
+}
+
+void reflect(const YarnSurface& surface, const YarnLanes& light, const YarnLanes& view,
+             YarnReflection& result) {
+  static const auto reflect_all = reflect_lanes_for_this_processor();
+  reflect_all(surface, light, view, result);
+}
+
+}  // namespace selvedge

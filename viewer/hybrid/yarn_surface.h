@@ -1,0 +1,36 @@
+// Yarn's surface and what it reflects at many hits at once: the fast twin of Yarns::point_at(), transfer_at()
+// and direct(), held to them by a test.
+#pragma once
+
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+
+struct YarnSurface {
+  using Floats = std::array<float, yarn_lanes>;
+  YarnLanes normal;
+  YarnLanes fibre;
+  YarnLanes leave;                      ///< where light leaves it; mm, of any repeat
+  alignas(64) Floats cosine{}, sine{};  ///< of the angle about the axis
+  alignas(64) Floats gloss{}, roughness{};
+  YarnLanes matt;  ///< f of the yarn without its gloss, 1/sr
+  bool has_gloss = false;
+  /// Factors of the functions of the light, [function][colour].
+  alignas(64) std::array<Floats, 3 * light_functions_of_yarn> transfer{};
+};
+
+/// The surface at the hits of `lanes`; of other lanes it is undefined. At least one lane.
+void find_surface(const Yarns& yarns, const YarnHits& hits, std::uint32_t lanes, YarnSurface& surface);
+
+/// f of one light, 1/sr.
+struct YarnReflection {
+  YarnLanes indirect;        ///< by way of other yarn
+  YarnLanes direct;          ///< whether or not yarn hides the light
+  std::uint32_t facing = 0;  ///< lanes in which that is not 0
+};
+
+/// Directions are unit; where the light is not above the horizon, the result is undefined.
+void reflect(const YarnSurface& surface, const YarnLanes& light, const YarnLanes& view,
+             YarnReflection& result);
+
+}  // namespace selvedge
