@@ -52,4 +52,4 @@ float blend_of_levels(float part, bool blends) {
   return clamp((part - 0.5) * (blends ? 4.0 : 1e6) + 0.5, 0.0, 1.0);
 }
 
-float yarn_share(float level, bool blends) { return blend_of_levels(-0.5 - level, blends); }
+float yarn_share(float level, bool blends) { return blend_of_levels(-0.75 - level, blends); }
