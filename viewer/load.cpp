@@ -6,8 +6,8 @@
 
 namespace selvedge {
 
-Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice) {
-  Result<Scene> scene = read_scene(path, {}, choice);
+Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice, const SceneLimits& limits) {
+  Result<Scene> scene = read_scene(path, limits, choice);
   if (!scene) return tl::unexpected(scene.error());
   OpenScene open{std::move(*scene), {}, 0};
   std::vector<SceneFabric> present;

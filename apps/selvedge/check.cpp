@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
 #include "format/base/printable.h"
@@ -14,12 +15,14 @@ struct CheckCommand {
   CommonOptions common;
   std::vector<std::string> files;
   bool warnings_as_errors = false;
+  SceneLimits limits;
 };
 
 void declare(Options& options, CheckCommand& command) {
   options.common(command.common);
   options.list("files", command.files, "FILE...", "Files").required();
   options.flag("--warnings-as-errors", command.warnings_as_errors, "Exit status 1 for a warning, too");
+  add_limits(options, command.limits);
 }
 
 std::string praise(std::size_t warnings) {
@@ -33,7 +36,7 @@ Result<int> run(const CheckCommand& command) {
   bool all_good = true;
   for (const std::string& path : command.files) {
     const Result<FileKind> kind = kind_of(path);
-    const Issues issues = kind ? check_file(path, *kind) : Issues{kind.error()};
+    const Issues issues = kind ? check_file(path, *kind, command.limits) : Issues{kind.error()};
     const auto warnings =
         static_cast<std::size_t>(std::count_if(issues.begin(), issues.end(), [](const Error& e) {
           return severity_of(e.code) == Severity::warning;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 
 namespace selvedge {
@@ -35,6 +36,7 @@ void declare(Options& options, DressCommand& command) {
   options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
   options.text("--usda", dress.usd, "FILE",
                "Also this USD layer (.usda): the garment, its fallback, and the fabric's name");
+  add_limits(options, dress.limits);
   options.check([&options, &dress] {
     if (dress.materials.empty() && !dress.all) refuse("dress", "--material or --all is required");
     options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",

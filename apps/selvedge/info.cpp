@@ -2,6 +2,7 @@
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
 #include "format/fabric/file.h"
@@ -14,11 +15,13 @@ namespace {
 struct InfoCommand {
   CommonOptions common;
   std::string file;
+  SceneLimits limits;
 };
 
 void declare(Options& options, InfoCommand& command) {
   options.common(command.common);
   options.text("file", command.file, "FILE", "A fabric, samples or glTF file").required();
+  add_limits(options, command.limits);
 }
 
 Result<Json> fabric_info(const std::string& path) {
@@ -47,8 +50,8 @@ Result<Json> samples_info(const std::string& path) {
               {"provenance", Json::parse(h.provenance)}};
 }
 
-Result<Json> gltf_info(const std::string& path) {
-  const auto scene = read_scene(path);
+Result<Json> gltf_info(const std::string& path, const SceneLimits& limits) {
+  const auto scene = read_scene(path, limits);
   if (!scene) return tl::unexpected(scene.error());
   std::size_t triangles = 0;
   Imath::Box3d bounds;
@@ -199,7 +202,7 @@ Result<int> run(const InfoCommand& command) {
   if (!kind) return tl::unexpected(kind.error());
   const auto info = *kind == FileKind::fabric    ? fabric_info(command.file)
                     : *kind == FileKind::samples ? samples_info(command.file)
-                                                 : gltf_info(command.file);
+                                                 : gltf_info(command.file, command.limits);
   if (!info) return tl::unexpected(info.error());
   const std::uint64_t bytes = size_of_file(command.file);
   std::string text = line(name_of(*kind), fmt::format("{}, {} bytes", command.file, bytes));

@@ -29,6 +29,7 @@ void declare(Options& options, PlanCommand& command) {
   options.size("--size", plan.size, "Size of the frame in pixels", INT_MIN, INT_MAX);
   options.number("--supersample", plan.supersample, "N", "Draw N times larger per side");
   add_scene_choice(options, plan.choice);
+  add_limits(options, plan.limits);
   options.group("Camera, as of selvedge-view render");
   options.list("--camera", plan.cameras, "NAME|N",
                "A camera of the file, by name or number; may be repeated");

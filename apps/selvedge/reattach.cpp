@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 
 namespace selvedge {
@@ -27,6 +28,7 @@ void declare(Options& options, ReattachCommand& command) {
   const Option embed = options.set_flag("--embed", reattach.embed, true,
                                         "Embed the fabrics in the glTF (default for those that were)");
   options.set_flag("--external", reattach.embed, false, "Refer to fabrics beside the glTF").excludes(embed);
+  add_limits(options, reattach.limits);
   options.check([&options] {
     options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",
                       {"--external"});

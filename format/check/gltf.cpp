@@ -34,18 +34,18 @@ void check_pictures(const GltfDocument& document, IssueSink& issues) {
 
 }  // namespace
 
-Issues check_gltf(const std::string& path, const GltfLimits& limits, Scene* scene) {
-  const Result<std::string> file = read_file(path, limits.file_bytes);
+Issues check_gltf(const std::string& path, const SceneLimits& limits, Scene* scene) {
+  const Result<std::string> file = read_file(path, limits.document.file_bytes);
   if (!file) return {file.error()};
   return check_gltf({reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, limits, scene);
 }
 
-Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, const GltfLimits& limits,
+Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, const SceneLimits& limits,
                   Scene* scene) {
   IssueSink issues(path);
-  const std::optional<GltfDocument> document = load_gltf(bytes, path, limits, issues);
+  const std::optional<GltfDocument> document = load_gltf(bytes, path, limits.document, issues);
   if (!document) return issues.take();
-  Scene read = read_everything(*document, issues);
+  Scene read = read_everything(*document, limits, issues);
   if (!issues.has_error()) check_views(*document, issues);  // else it would repeat the same faults
   check_pictures(*document, issues);
   check_fabric_extension(*document, read, issues);

@@ -145,6 +145,7 @@ Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
     entry[buffer_view] = append_view(document, source.bytes);
   } else {
     entry[uri] = source.uri;
+    name_file(document, source.uri);
   }
   document.json["extensions"][fabric_extension][fabrics].push_back(std::move(entry));
   use_extension(document.json, fabric_extension);

@@ -228,12 +228,14 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   GltfDocument document;
   document.file = path;
   document.folder = std::filesystem::path(path).parent_path().string();
-  document.external_files = limits.external_files;
+  document.other_files = limits.other_files;
   document.json =
       parse(parts.json, static_cast<std::size_t>(parts.json.data() - text.data()), limits, issues);
   if (issues.has_error()) return std::nullopt;
   check_version(member(document.json, "asset"), issues);
   check_lists(document.json, issues);
+  if (limits.other_files == OtherFiles::inside) find_outside(document, issues);
+  if (issues.has_error()) return std::nullopt;
   std::uint64_t room = limits.buffer_bytes;
   for (int i = 0; i < static_cast<int>(array_of(document.json, "buffers").size()); ++i) {
     GltfReader reader(document);

@@ -294,12 +294,12 @@ Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits
   return scene;
 }
 
-Scene read_everything(const GltfDocument& document, IssueSink& issues) {
-  return Reader(document, {}, true, issues).read({});
+Scene read_everything(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues) {
+  return Reader(document, limits, true, issues).read({});
 }
 
 Result<Scene> read_scene(const std::string& path, const SceneLimits& limits, const SceneChoice& choice) {
-  const Result<GltfDocument> document = load_gltf(path);
+  const Result<GltfDocument> document = load_gltf(path, limits.document);
   if (!document) return tl::unexpected<Error>(document.error());
   return read_scene(*document, limits, choice);
 }
