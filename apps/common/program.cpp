@@ -14,6 +14,7 @@
 
 #include "apps/common/manual.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "format/base/printable.h"
 
@@ -59,6 +60,14 @@ std::string unknown(const char* kind, const std::string& typed, const std::vecto
 bool wants_json(int argc, const char* const* argv) {
   return std::any_of(argv + 1, argv + argc,
                      [](const char* word) { return std::strcmp(word, "--json") == 0; });
+}
+
+/// The first file, or other word, that a verb is given without a name of an option.
+std::string first_file(const CLI::App& verb) {
+  for (const CLI::Option* option : verb.get_options()) {
+    if (option->get_positional() && !option->results().empty()) return option->results().front();
+  }
+  return "";
 }
 
 /// Copies a finished file to standard output and removes it.
@@ -158,7 +167,15 @@ int Program::run_verb(const Verb& verb) {
                  .string();
     common.piped = true;
   }
-  const Result<int> status = verb.work();
+  const Result<int> status = guarded(first_file(verb.options->app()), [&]() -> Result<int> {
+    try {
+      return verb.work();
+    } catch (const std::exception&) {
+      // No fault of the input: run() tells it.
+      if (std::ferror(stdout) == 0) throw;
+      return 1;
+    }
+  });
   if (status) {
     if (piped != nullptr) pipe_out(*piped);
     return *status;

@@ -47,3 +47,34 @@ test_what_is_no_picture_goes_into_no_garment_even_if_it_is_allowed() {
   cat "$scratch/out" "$scratch/err" out/* >all
   [ "$(grep -c 'the secret' all)" = 0 ] || fail "bytes of a file that is no picture came out"
 }
+
+test_check_goes_on_after_a_file_that_ends_it() {
+  write_quad quad.gltf
+  # A document of 1.5 GB, more than there is memory for.
+  printf '{' >large.gltf
+  truncate -s 1500M large.gltf
+  exits 1 bash -c 'ulimit -v 1200000; selvedge check large.gltf quad.gltf --threads 1'
+  grep -qE '^selvedge: error: large.gltf: .*memory.* \[FILE_TOO_LARGE\]$' "$scratch/err"
+  grep -qF 'quad.gltf: gltf, good' "$scratch/out"
+  exits 1 bash -c 'ulimit -v 1200000; selvedge info large.gltf --threads 1'
+  grep -qE '^selvedge: large.gltf: .*memory.* \[FILE_TOO_LARGE\]$' "$scratch/err"
+  exits 1 bash -c 'ulimit -v 1200000; selvedge info large.gltf --threads 1 --json'
+  holds "r.error.code === 'FILE_TOO_LARGE' && r.error.file === 'large.gltf'"
+}
+
+test_pictures_that_are_cut_short_or_have_no_name_end_no_verb() {
+  make_plane_fabric
+  write_quad quad.gltf
+  printf 'RIFF\4\0\0\0' >short.webp
+  : >empty.png
+  for uri in short.webp empty.png '' . ./ 'a/..' '%00' '%' '#' 'data:' 'data:,' 'data:image/webp;base64,UklGRg=='; do
+    edited quad.gltf a.gltf "$(picture_from "$uri")"
+    exits 1 selvedge check a.gltf quad.gltf
+    grep -qE 'error: a.gltf: /images/0.* \[IMAGE_UNREADABLE\]$' "$scratch/err"
+    grep -qF 'quad.gltf: gltf, good' "$scratch/out"
+    exits 0 selvedge dress a.gltf plane.fabric.exr -o d.glb --all --usda d.usda
+    exits 0 selvedge dress a.gltf plane.fabric.exr -o d.gltf --all --no-fallback --usda d.usda
+    exits 0 selvedge info a.gltf
+    exits 0 selvedge-view render d.gltf -o d.png --size 16x16
+  done
+}
