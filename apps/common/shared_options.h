@@ -18,7 +18,7 @@ void add_camera(Options& options, CameraOptions& camera);
 /// --scene and --variant.
 void add_scene_choice(Options& options, SceneChoice& choice);
 
-/// What a garment that is not trusted may do: --allow-outside.
+/// What a garment that is not trusted may do: --allow-outside, --max-memory.
 void add_limits(Options& options, SceneLimits& limits);
 
 /// --light: directions with intensities, added to `lights`.

@@ -31,6 +31,7 @@ struct GltfDocument {
   OtherFiles other_files = OtherFiles::inside;
   std::string root;  ///< empty: `folder`
   std::vector<std::string> named_files;
+  std::uint64_t taken = 0;  ///< bytes of memory that it takes, reckoned as in memory.h
 };
 
 /// Loads .gltf (with external or data URIs) or .glb, distinguished by content. Missing pictures are no error.

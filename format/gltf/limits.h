@@ -10,12 +10,16 @@ namespace selvedge {
 /// below, or any.
 enum class OtherFiles { none, inside, anywhere };
 
+/// Bytes that reading and drawing a document may take, reckoned before they are taken (memory.h).
+inline constexpr std::uint64_t default_memory = std::uint64_t{1} << 32;
+
 /// A file beyond one of these is refused with FILE_TOO_LARGE; nesting with GLTF_MALFORMED.
 struct GltfLimits {
   std::uint64_t file_bytes = std::uint64_t{1} << 31;
   std::uint64_t buffer_bytes = std::uint64_t{1} << 32;  ///< of all buffers together
   int nesting = 128;                                    ///< of JSON brackets
   int members = 1024;  ///< of one JSON object, whose members are looked up one after the other
+  std::uint64_t memory = default_memory;        ///< of the whole document
   OtherFiles other_files = OtherFiles::inside;  ///< GLTF_REFERENCE for others; GLTF_UNSUPPORTED with `none`
 };
 

@@ -11,6 +11,7 @@
 #include "format/base/option_text.h"
 #include "format/gltf/document.h"
 #include "format/gltf/edit.h"
+#include "format/gltf/picture_type.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {

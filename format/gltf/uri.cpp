@@ -11,6 +11,7 @@
 
 #include "format/base/atomic_file.h"
 #include "format/gltf/names.h"
+#include "format/gltf/picture_type.h"
 
 namespace selvedge {
 namespace {
@@ -175,20 +176,6 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
   if (file) return {file->begin(), file->end()};
   reader.fail(file.error().code, place, fmt::format("{}: {}", uri.substr(0, 200), file.error().message));
   return {};
-}
-
-std::string_view picture_type(std::span<const std::uint8_t> bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const auto at = [&](std::size_t begin, std::string_view magic) {
-    return text.size() >= begin + magic.size() && text.substr(begin).starts_with(magic);
-  };
-  if (at(0, "\x89PNG")) return "image/png";
-  if (at(0, "\xFF\xD8\xFF")) return "image/jpeg";
-  if (at(0, "RIFF") && at(8, "WEBP")) return "image/webp";
-  if (at(0, "\xABKTX 20\xBB\r\n\x1A\n")) return "image/ktx2";
-  if (at(4, "ftypavif") || at(4, "ftypavis")) return "image/avif";
-  if (at(0, "DDS ")) return "image/vnd-ms.dds";
-  return at(0, std::string_view("\x76\x2F\x31\x01", 4)) ? "image/x-exr" : "";
 }
 
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit) {

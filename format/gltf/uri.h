@@ -2,9 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "format/gltf/access.h"
@@ -18,9 +16,6 @@ inline constexpr std::uint64_t max_uri_bytes = std::uint64_t{1} << 32;
 /// broken data URI, GLTF_UNSUPPORTED for a scheme such as http, FILE_TOO_LARGE beyond `limit` bytes.
 Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place,
                std::uint64_t limit = max_uri_bytes);
-
-/// The MIME type of an encoded picture, by its first bytes; "" for bytes of anything else, however short.
-std::string_view picture_type(std::span<const std::uint8_t> bytes);
 
 /// The encoded bytes of an entry of "images", from its URI or its buffer view. IMAGE_UNREADABLE for a file
 /// that is no picture (picture_type).

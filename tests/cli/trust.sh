@@ -78,3 +78,74 @@ test_pictures_that_are_cut_short_or_have_no_name_end_no_verb() {
     exits 0 selvedge-view render d.gltf -o d.png --size 16x16
   done
 }
+
+# Files of some megabytes at most that declare far more than a machine has.
+write_greedy() {
+  write_quad quad.gltf
+  edited quad.gltf pictures.gltf 'const zlib = require("zlib"), side = 8000;
+    const chunk = (name, data) => {
+      const all = Buffer.concat([Buffer.from(name), data]), size = Buffer.alloc(4), sum = Buffer.alloc(4);
+      const table = [...Array(256).keys()].map(n => { for (let k = 0; k < 8; ++k) n = n & 1 ? 0xEDB88320 ^ n >>> 1 : n >>> 1; return n; });
+      let crc = -1;
+      for (const byte of all) crc = table[(crc ^ byte) & 255] ^ crc >>> 8;
+      size.writeUInt32BE(data.length), sum.writeInt32BE(~crc);
+      return Buffer.concat([size, all, sum]);
+    };
+    const header = Buffer.from([0, 0, side >> 8, side & 255, 0, 0, side >> 8, side & 255, 1, 0, 0, 0, 0]);
+    const rows = zlib.deflateSync(Buffer.alloc((side / 8 + 1) * side), {level: 9});
+    fs.writeFileSync("zeros.png", Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"),
+      chunk("IHDR", header), chunk("IDAT", rows), chunk("IEND", Buffer.alloc(0))]));
+    g.images = [], g.textures = [], g.materials = [], g.scenes[0].nodes = [], g.nodes = [], g.meshes = [];
+    for (let i = 0; i < 64; ++i) {
+      fs.copyFileSync("zeros.png", `zeros${i}.png`);
+      g.images.push({uri: `zeros${i}.png`}), g.textures.push({source: i}), g.scenes[0].nodes.push(i);
+      g.materials.push({pbrMetallicRoughness: {baseColorTexture: {index: i}}}), g.nodes.push({mesh: i});
+      g.meshes.push({primitives: [{attributes: {POSITION: 0, NORMAL: 1, TEXCOORD_0: 2}, indices: 3, material: i}]});
+    }'
+  # indices of TRIANGLES over the four vertices of the quad, in a buffer of their own.
+  local many='const indices = n => {
+      const data = Buffer.alloc(3 * n);
+      for (let i = 0; i < n; ++i) data[3 * i + 1] = 1, data[3 * i + 2] = 2;
+      fs.writeFileSync("indices.bin", data);
+      g.buffers.push({byteLength: 3 * n, uri: "indices.bin"});
+      g.bufferViews.push({buffer: 1, byteLength: 3 * n});
+      g.accessors[3] = {bufferView: 4, componentType: 5121, count: 3 * n, type: "SCALAR"};
+    };'
+  edited quad.gltf instances.gltf "$many indices(1e5);
+    const places = Buffer.alloc(12 * 1e5);
+    fs.writeFileSync('places.bin', places);
+    g.buffers.push({byteLength: places.length, uri: 'places.bin'});
+    g.bufferViews.push({buffer: 2, byteLength: places.length});
+    g.accessors.push({bufferView: 5, componentType: 5126, count: 1e5, type: 'VEC3'});
+    g.extensionsUsed = ['EXT_mesh_gpu_instancing'];
+    g.nodes[0].extensions = {EXT_mesh_gpu_instancing: {attributes: {TRANSLATION: 4}}};"
+  edited quad.gltf nodes.gltf "$many indices(1e5);
+    for (let i = 1; i < 1e5; ++i) g.nodes.push({mesh: 0}), g.scenes[0].nodes.push(i);"
+  edited quad.gltf primitives.gltf "$many indices(1e5);
+    delete g.meshes[0].primitives[0].attributes.NORMAL;
+    for (let i = 1; i < 2000; ++i) g.meshes[0].primitives.push(g.meshes[0].primitives[0]);"
+}
+
+test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it() {
+  make_plane_fabric
+  write_greedy
+  # Far below what a single one of them would take; the default limit is 4 GiB, here it is less.
+  greedy() { timeout 60 bash -c 'ulimit -v 3000000; exec "$@"' - "$@" --threads 1 --max-memory 1G; }
+  for file in instances nodes primitives pictures; do
+    exits 1 greedy selvedge check $file.gltf quad.gltf
+    grep -qE "^selvedge: error: $file.gltf: .*--max-memory.* \[FILE_TOO_LARGE\]$" "$scratch/err"
+    grep -qF 'quad.gltf: gltf, good' "$scratch/out"
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge-view render $file.gltf -o o.png
+    [ $file != pictures ] || continue
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge info $file.gltf
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge plan $file.gltf
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge dress $file.gltf plane.fabric.exr -o o.glb --all
+  done
+  # By default as well, and the option raises it.
+  exits 1 selvedge check instances.gltf nodes.gltf primitives.gltf pictures.gltf --quiet
+  [ "$(grep -oE 'error: [a-z]+\.gltf: .*FILE_TOO_LARGE' "$scratch/err" | cut -d: -f2 | sort -u | wc -l)" = 4 ]
+  exits 0 selvedge check pictures.gltf --max-memory 100G --quiet
+  exits 2 selvedge check quad.gltf --max-memory much
+}
+
+"$2"

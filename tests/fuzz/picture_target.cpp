@@ -1,5 +1,5 @@
 // Bytes -> what kind of picture they are, and decode_image. Only bytes of a known kind are decoded.
-#include "format/gltf/uri.h"
+#include "format/gltf/picture_type.h"
 #include "format/picture/image.h"
 #include "tests/fuzz/target.h"
 
