@@ -21,7 +21,8 @@ void declare(Options& options, ReattachCommand& command) {
   options.common(command.common);
   options.text("garment", command.input, "FILE", "A glTF file (.gltf .glb) whose materials kept their extras")
       .required();
-  options.output(command.output, "The garment with its fabrics (.gltf .glb)", ".glb").required();
+  options.output(command.output, "The garment with its fabrics (.gltf .glb)", ".glb", {".gltf", ".glb"})
+      .required();
   ReattachOptions& reattach = command.reattach;
   options.list("--fabric", reattach.fabrics, "[NAME=]FILE",
                "A fabric file that is missing, such as one that was embedded; may be repeated");

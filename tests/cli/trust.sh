@@ -148,4 +148,32 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
   exits 2 selvedge check quad.gltf --max-memory much
 }
 
+test_an_output_keeps_the_mode_of_what_was_there_and_follows_no_link_to_nothing() {
+  make_plane_fabric
+  write_quad quad.gltf
+  for name in o.glb o.gltf o.bin; do touch $name && chmod 600 $name; done
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.glb --all
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all
+  exits 0 selvedge-view render o.glb -o o.png --size 16x16
+  [ "$(stat -c %a o.glb o.gltf o.bin | sort -u)" = 600 ]
+  chmod 640 o.png
+  exits 0 selvedge-view render o.glb -o o.png --size 16x16
+  [ "$(stat -c %a o.png)" = 640 ]
+  ln -s nothing.glb link.glb
+  refuses FILE_UNWRITABLE link.glb selvedge dress quad.gltf plane.fabric.exr -o link.glb --all
+}
+
+test_an_output_with_another_ending_is_wrong_usage() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o dressed.glb --all --quiet
+  for line in 'dress quad.gltf plane.fabric.exr --all -o o.obj' 'dress quad.gltf plane.fabric.exr --all -o o' \
+    'dress quad.gltf plane.fabric.exr --all -o o.glb --usda o.usd' 'reattach dressed.glb -o o.usda' \
+    'plan dressed.glb -o o.txt'; do
+    # shellcheck disable=SC2086
+    exits 2 selvedge $line
+    grep -qE 'does not end in' "$scratch/err"
+  done
+}
+
 "$2"
