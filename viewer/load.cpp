@@ -2,13 +2,16 @@
 
 #include <filesystem>
 
+#include "format/gltf/memory.h"
 #include "format/gltf/read_scene.h"
 
 namespace selvedge {
 
-Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice) {
-  Result<Scene> scene = read_scene(path, {}, choice);
+Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice, const SceneLimits& limits) {
+  Result<Scene> scene = read_scene(path, limits, choice);
   if (!scene) return tl::unexpected(scene.error());
+  if (const auto good = check_drawable(*scene, limits.document.memory); !good)
+    return tl::unexpected(good.error());
   OpenScene open{std::move(*scene), {}, 0};
   std::vector<SceneFabric> present;
   std::vector<int> numbers;  // old -> new

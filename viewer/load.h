@@ -22,7 +22,8 @@ struct OpenScene {
 
 /// Reads a glTF file and the headers of its fabrics. Materials whose fabric file is missing keep their core
 /// parameters, with a remark; a broken one is an error. Other errors are those of read_scene().
-Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice = {});
+Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice = {},
+                             const SceneLimits& limits = {});
 
 /// Reads the levels ranges[i] of fabric i, the first of which becomes its level 0, with the layers that a
 /// picture depends on (seen_layers()); everything if `ranges` is empty.

@@ -154,6 +154,10 @@ Option Options::bytes(const char* name, std::optional<std::uint64_t>& value, con
   return text(name, "BYTES", help, [name, &value](const std::string& t) { value = bytes_from(name, t); });
 }
 
+Option Options::bytes(const char* name, std::uint64_t& value, const std::string& help) {
+  return text(name, "BYTES", help, [name, &value](const std::string& t) { value = bytes_from(name, t); });
+}
+
 Option Options::size(const char* name, V2i& value, const std::string& help, int min, int max) {
   return text(name, "WxH", fmt::format("{} [{}x{}]", help, value.x, value.y),
               [name, &value, min, max](const std::string& t) {

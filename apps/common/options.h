@@ -64,8 +64,9 @@ class Options {
   /// int, float, double, std::uint64_t, std::optional<int> or std::optional<double>.
   template <class T>
   Option number(const char* name, T& value, const char* type, const std::string& help);
-  /// A positive number of bytes, also as 64K or 2M (KiB, MiB).
+  /// A positive number of bytes, also as 64K, 2M or 4G (KiB, MiB, GiB).
   Option bytes(const char* name, std::optional<std::uint64_t>& value, const std::string& help);
+  Option bytes(const char* name, std::uint64_t& value, const std::string& help);
   /// "32x16", each within [min, max].
   Option size(const char* name, V2i& value, const std::string& help, int min, int max);
 

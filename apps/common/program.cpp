@@ -1,7 +1,6 @@
 #include "apps/common/program.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -9,11 +8,13 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "apps/common/manual.h"
+#include "apps/common/scratch_folder.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "format/base/printable.h"
 
@@ -61,13 +62,30 @@ bool wants_json(int argc, const char* const* argv) {
                      [](const char* word) { return std::strcmp(word, "--json") == 0; });
 }
 
-/// Copies a finished file to standard output and removes it.
+/// The first file, or other word, that a verb is given without a name of an option.
+std::string first_file(const CLI::App& verb) {
+  for (const CLI::Option* option : verb.get_options()) {
+    if (option->get_positional() && !option->results().empty()) return option->results().front();
+  }
+  return "";
+}
+
+/// Reports the error of a verb; the exit status.
+int refuse_run(const CommonOptions& common, const std::string& verb, const Error& error) {
+  if (common.json) {
+    fmt::print("{}", framed(verb.c_str(), {{"error", to_json(error)}}));
+  } else {
+    report_error(error);
+  }
+  return 1;
+}
+
+/// Copies a finished file to standard output.
 void pipe_out(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::vector<char> bytes(1 << 16);
   while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), file.gcount() > 0)
     std::fwrite(bytes.data(), 1, static_cast<std::size_t>(file.gcount()), stdout);
-  std::filesystem::remove(path);
 }
 
 }  // namespace
@@ -152,25 +170,30 @@ int Program::run_verb(const Verb& verb) {
   CommonOptions& common = verb.options->common();
   set_threads(common.threads);
   std::string* piped = verb.options->piped_output();
+  std::optional<ScratchFolder> scratch;
   if (piped != nullptr) {
-    *piped = (std::filesystem::temp_directory_path() /
-              fmt::format("{}-{}{}", app_->get_name(), getpid(), verb.options->piped_ending()))
-                 .string();
+    Result<ScratchFolder> made = ScratchFolder::create(app_->get_name() + "-pipe-");
+    if (!made) return refuse_run(common, verb.options->app().get_name(), made.error());
+    scratch.emplace(std::move(*made));
+    *piped = scratch->path() + "/out" + verb.options->piped_ending();
     common.piped = true;
   }
-  const Result<int> status = verb.work();
+  const Result<int> status = guarded(first_file(verb.options->app()), [&]() -> Result<int> {
+    try {
+      return verb.work();
+    } catch (const std::exception&) {
+      // No fault of the input: run() tells it.
+      if (std::ferror(stdout) == 0) throw;
+      return 1;
+    }
+  });
   if (status) {
     if (piped != nullptr) pipe_out(*piped);
     return *status;
   }
   Error error = status.error();
   if (piped != nullptr && error.file == *piped) error.file = "standard output";
-  if (common.json) {
-    fmt::print("{}", framed(verb.options->app().get_name().c_str(), {{"error", to_json(error)}}));
-  } else {
-    report_error(error);
-  }
-  return 1;
+  return refuse_run(common, verb.options->app().get_name(), error);
 }
 
 int Program::run(int argc, const char* const* argv) {

@@ -38,9 +38,9 @@ class Program {
 
   /// Parses the command line, runs its verb, and returns the exit status: 0 good, 1 bad input or a failed
   /// check, 2 usage. With --json an error is a JSON report with a member "error" on standard output; else one
-  /// line on standard error. Unfinished files are removed if a signal ends the program. Exceptions (out of
-  /// memory) become one line and status 1. `--man` and `--completion` without a verb print the manual page
-  /// and the completion for bash.
+  /// line on standard error. Unfinished files are removed if a signal ends the program. Exceptions
+  /// become errors of the first file that the verb is given (guard.h). `--man` and `--completion` without a
+  /// verb print the manual page and the completion for bash.
   int run(int argc, const char* const* argv);
 
  private:

@@ -41,6 +41,14 @@ void add_scene_choice(Options& options, SceneChoice& choice) {
   options.text("--variant", choice.variant, "NAME|N", "A variant of its materials (default: none)");
 }
 
+void add_limits(Options& options, SceneLimits& limits) {
+  options.set_flag("--allow-outside", limits.document.other_files, OtherFiles::anywhere,
+                   "Open files outside of a garment's folder, too, if it names them");
+  options.bytes("--max-memory", limits.document.memory,
+                "Refuse a garment that declares more than fits into so many bytes (K, M, G: KiB, MiB, GiB) "
+                "[4G]");
+}
+
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help) {
   add_light_list(options, "--light", help, [&lights](const V3d& direction, float irradiance) {
     if (!(direction.length() > 0)) return false;

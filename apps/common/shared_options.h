@@ -18,6 +18,9 @@ void add_camera(Options& options, CameraOptions& camera);
 /// --scene and --variant.
 void add_scene_choice(Options& options, SceneChoice& choice);
 
+/// What a garment that is not trusted may do: --allow-outside, --max-memory.
+void add_limits(Options& options, SceneLimits& limits);
+
 /// --light: directions with intensities, added to `lights`.
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help);
 /// --point-light: positions with intensities.

@@ -18,6 +18,7 @@ constexpr std::array<std::string_view, 2> frame_names{"world", "camera"};
 
 void add_input(Options& options, PictureOptions& picture) {
   options.text("input", picture.input, "FILE", "A glTF scene (.gltf, .glb) or a fabric (.exr)").required();
+  add_limits(options, picture.limits);
   LevelOptions& levels = picture.levels;
   options.number("--layers", picture.layers, "N",
                  "Surfaces behind each other that show through holes (1 to 64)");

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/common/options.h"
+#include "format/gltf/limits.h"
 #include "format/picture/display.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"
@@ -13,6 +14,7 @@ namespace selvedge {
 
 struct PictureOptions {
   std::string input;
+  SceneLimits limits;                   ///< scenes
   CameraOptions camera;                 ///< scenes
   SwatchOptions swatch;                 ///< fabric files
   std::vector<Light> lights;            ///< empty: those of the scene, else the default lights

@@ -129,7 +129,7 @@ Result<Shot> read_swatch(const RenderCommand& command) {
 
 /// The scene with another fabric on all materials that have one.
 Result<OpenScene> dress_in(const RenderCommand& command, const std::string& path) {
-  Result<OpenScene> open = open_scene(command.picture.input, command.choice);
+  Result<OpenScene> open = open_scene(command.picture.input, command.choice, command.picture.limits);
   if (!open) return open;
   Result<FabricReader> reader = FabricReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
@@ -157,7 +157,7 @@ Result<OpenScene> dress_in(const RenderCommand& command, const std::string& path
 }
 
 Result<Shot> read_scene_shot(const RenderCommand& command) {
-  Result<OpenScene> open = open_scene(command.picture.input, command.choice);
+  Result<OpenScene> open = open_scene(command.picture.input, command.choice, command.picture.limits);
   if (!open) return tl::unexpected(open.error());
   const Result<std::vector<V3d>> points = world_points(open->scene);
   if (!points) return tl::unexpected(points.error());
@@ -182,8 +182,9 @@ Result<Shot> read_scene_shot(const RenderCommand& command) {
   if (!subject) return tl::unexpected(subject.error());
   shot.subjects.push_back(std::move(*subject));
   if (command.compare.empty()) return shot;
-  Result<OpenScene> other =
-      has_ending(command.compare, ".exr") ? dress_in(command, command.compare) : open_scene(command.compare);
+  Result<OpenScene> other = has_ending(command.compare, ".exr")
+                                ? dress_in(command, command.compare)
+                                : open_scene(command.compare, {}, command.picture.limits);
   if (!other) return tl::unexpected(other.error());
   Result<Subject> second = read_subject(command.compare, std::move(*other), shot);
   if (!second) return tl::unexpected(second.error());

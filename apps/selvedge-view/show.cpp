@@ -347,7 +347,8 @@ Result<int> run(const ShowCommand& command) {
   const bool is_fabric = has_ending(command.picture.input, ".exr");
   Result<LoadedScene> swatch = is_fabric ? load_swatch(command) : LoadedScene{};
   if (!swatch) return tl::unexpected(swatch.error());
-  Result<OpenScene> scene = is_fabric ? OpenScene{} : open_scene(command.picture.input);
+  Result<OpenScene> scene =
+      is_fabric ? OpenScene{} : open_scene(command.picture.input, {}, command.picture.limits);
   if (!scene) return tl::unexpected(scene.error());
   if (!command.common.quiet) {
     for (const std::string& remark : scene->scene.remarks)

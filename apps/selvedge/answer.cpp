@@ -6,6 +6,7 @@
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/fabric_query.h"
 #include "apps/selvedge/file_kind.h"
+#include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/base/option_text.h"
 
@@ -128,7 +129,7 @@ void declare(Options& options, AnswerCommand& command) { options.common(command.
 Result<int> run(const AnswerCommand& /*command*/) {
   Answerer answerer;
   for (std::string line; std::getline(std::cin, line);) {
-    const auto answer = answerer.answer(line);
+    const auto answer = guarded("", [&] { return answerer.answer(line); });
     const Json said = answer ? *answer
                              : Json{{"error", name_of(answer.error().code)},
                                     {"place", answer.error().place},

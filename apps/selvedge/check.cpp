@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
+#include "format/base/guard.h"
 #include "format/base/printable.h"
 
 namespace selvedge {
@@ -14,12 +16,14 @@ struct CheckCommand {
   CommonOptions common;
   std::vector<std::string> files;
   bool warnings_as_errors = false;
+  SceneLimits limits;
 };
 
 void declare(Options& options, CheckCommand& command) {
   options.common(command.common);
   options.list("files", command.files, "FILE...", "Files").required();
   options.flag("--warnings-as-errors", command.warnings_as_errors, "Exit status 1 for a warning, too");
+  add_limits(options, command.limits);
 }
 
 std::string praise(std::size_t warnings) {
@@ -32,8 +36,12 @@ Result<int> run(const CheckCommand& command) {
   std::string text;
   bool all_good = true;
   for (const std::string& path : command.files) {
-    const Result<FileKind> kind = kind_of(path);
-    const Issues issues = kind ? check_file(path, *kind) : Issues{kind.error()};
+    const Result<FileKind> kind = guarded(path, [&] { return kind_of(path); });
+    // What ends the check of one file leaves the others theirs.
+    const Result<Issues> found = guarded(path, [&]() -> Result<Issues> {
+      return kind ? check_file(path, *kind, command.limits) : Issues{kind.error()};
+    });
+    const Issues issues = found ? *found : Issues{found.error()};
     const auto warnings =
         static_cast<std::size_t>(std::count_if(issues.begin(), issues.end(), [](const Error& e) {
           return severity_of(e.code) == Severity::warning;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 
 namespace selvedge {
@@ -20,7 +21,7 @@ void declare(Options& options, DressCommand& command) {
   options.common(command.common);
   options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb)").required();
   options.text("fabric", command.fabric, "FILE", "The fabric file").required();
-  options.output(command.output, "The dressed garment (.gltf .glb)", ".glb").required();
+  options.output(command.output, "The dressed garment (.gltf .glb)", ".glb", {".gltf", ".glb"}).required();
   DressOptions& dress = command.dress;
   options.list("--material", dress.materials, "NAME", "Name of a material, or #index; may be repeated");
   options.flag("--all", dress.all, "Every material");
@@ -33,8 +34,11 @@ void declare(Options& options, DressCommand& command) {
       .set_flag("--external", dress.embed, false, "Refer to the fabric beside the glTF (default for .gltf)")
       .excludes(embed);
   options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
-  options.text("--usda", dress.usd, "FILE",
-               "Also this USD layer (.usda): the garment, its fallback, and the fabric's name");
+  options
+      .text("--usda", dress.usd, "FILE",
+            "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
+      .ends_in({".usda"});
+  add_limits(options, dress.limits);
   options.check([&options, &dress] {
     if (dress.materials.empty() && !dress.all) refuse("dress", "--material or --all is required");
     options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",

@@ -25,9 +25,9 @@ Issues check_samples(const std::string& path) {
   return {};
 }
 
-Issues check_garment(const std::string& path) {
+Issues check_garment(const std::string& path, const SceneLimits& limits) {
   Scene scene;
-  Issues issues = check_gltf(path, {}, &scene);
+  Issues issues = check_gltf(path, limits, &scene);
   const Issues more = check_dressed(scene);
   issues.insert(issues.end(), more.begin(), more.end());
   return issues;
@@ -59,10 +59,10 @@ Result<FileKind> kind_of(const std::string& path) {
   return fail(Code::fabric_malformed, path, {}, "an OpenEXR file, but neither a fabric nor samples");
 }
 
-Issues check_file(const std::string& path, FileKind kind) {
+Issues check_file(const std::string& path, FileKind kind, const SceneLimits& limits) {
   if (kind == FileKind::fabric) return check_fabric(path);
   if (kind == FileKind::samples) return check_samples(path);
-  return check_garment(path);
+  return check_garment(path, limits);
 }
 
 }  // namespace selvedge

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "format/base/error.h"
+#include "format/gltf/limits.h"
 
 namespace selvedge {
 
@@ -15,6 +16,6 @@ Result<FileKind> kind_of(const std::string& path);
 const char* name_of(FileKind kind);
 
 /// A fabric, a samples file (only its first error) or a glTF, as `kind` says.
-Issues check_file(const std::string& path, FileKind kind);
+Issues check_file(const std::string& path, FileKind kind, const SceneLimits& limits = {});
 
 }  // namespace selvedge

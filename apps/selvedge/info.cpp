@@ -2,6 +2,7 @@
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
 #include "apps/selvedge/fit_report.h"
@@ -15,11 +16,13 @@ namespace {
 struct InfoCommand {
   CommonOptions common;
   std::string file;
+  SceneLimits limits;
 };
 
 void declare(Options& options, InfoCommand& command) {
   options.common(command.common);
   options.text("file", command.file, "FILE", "A fabric, samples or glTF file").required();
+  add_limits(options, command.limits);
 }
 
 struct Info {
@@ -54,8 +57,8 @@ Result<Info> samples_info(const std::string& path) {
               nullptr};
 }
 
-Result<Info> gltf_info(const std::string& path) {
-  const auto scene = read_scene(path);
+Result<Info> gltf_info(const std::string& path, const SceneLimits& limits) {
+  const auto scene = read_scene(path, limits);
   if (!scene) return tl::unexpected(scene.error());
   std::size_t triangles = 0;
   Imath::Box3d bounds;
@@ -208,7 +211,7 @@ Result<int> run(const InfoCommand& command) {
   if (!kind) return tl::unexpected(kind.error());
   const auto info = *kind == FileKind::fabric    ? fabric_info(command.file)
                     : *kind == FileKind::samples ? samples_info(command.file)
-                                                 : gltf_info(command.file);
+                                                 : gltf_info(command.file, command.limits);
   if (!info) return tl::unexpected(info.error());
   const std::uint64_t bytes = size_of_file(command.file);
   std::string text = line(name_of(*kind), fmt::format("{}, {} bytes", command.file, bytes));

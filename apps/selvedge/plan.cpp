@@ -25,10 +25,11 @@ void declare(Options& options, PlanCommand& command) {
   PlanOptions& plan = command.plan;
   options.common(command.common);
   options.text("scene", command.scene, "FILE", "A dressed glTF file (.gltf .glb)").required();
-  options.output(command.output, "The plan (.json), for selvedge make --for", ".plan.json");
+  options.output(command.output, "The plan (.json), for selvedge make --for", ".plan.json", {".json"});
   options.size("--size", plan.size, "Size of the frame in pixels", INT_MIN, INT_MAX);
   options.number("--supersample", plan.supersample, "N", "Draw N times larger per side");
   add_scene_choice(options, plan.choice);
+  add_limits(options, plan.limits);
   options.group("Camera, as of selvedge-view render");
   options.list("--camera", plan.cameras, "NAME|N",
                "A camera of the file, by name or number; may be repeated");

@@ -36,6 +36,11 @@ std::optional<FabricFacts> known_of(const SceneFabric& source) {
   return FabricFacts{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
 }
 
+std::optional<V3f> mean_of(const SceneImage& encoded) {
+  const Result<Image> image = decode_image(encoded.bytes, encoded.name, Transfer::srgb);
+  return image ? std::optional(mean_color(*image)) : std::nullopt;
+}
+
 class DressedCheck {
  public:
   explicit DressedCheck(const Scene& scene) : scene_(scene) {}
@@ -60,11 +65,11 @@ class DressedCheck {
   void check_color(const SceneMaterial& material, const FabricFacts& fabric, const std::string& place) {
     const int index = material.base_color_texture.image;
     if (index < 0) return;
-    const SceneImage& encoded = scene_.images[index];
-    const Result<Image> image = decode_image(encoded.bytes, encoded.name, Transfer::srgb);
-    if (!image) return;
+    const auto [mean, fresh] = means_.try_emplace(index);
+    if (fresh) mean->second = mean_of(scene_.images[index]);
+    if (!mean->second) return;
     const V4f& factor = material.base_color;
-    const V3f shown = mean_color(*image) * V3f(factor.x, factor.y, factor.z);
+    const V3f shown = *mean->second * V3f(factor.x, factor.y, factor.z);
     for (int c = 0; c < 3; ++c) {
       if (std::abs(shown[c] - fabric.albedo[c]) <= color_tolerance) continue;
       const V3f& albedo = fabric.albedo;
@@ -83,7 +88,16 @@ class DressedCheck {
     for (std::size_t i = 0; i < scene_.primitives.size(); ++i) {
       if (scene_.primitives[i].material == material) primitives.insert(static_cast<int>(i));
     }
+    const bool placed =
+        std::any_of(scene_.instances.begin(), scene_.instances.end(),
+                    [&](const SceneInstance& instance) { return primitives.contains(instance.primitive); });
     const UvSize size = measure_uv(scene_, primitives, reference.tex_coord);
+    // As dress() refuses it: the cloth is all in one point or line, such as under a node of scale 0.
+    if (placed && (!(size.metres.x > 0) || !(size.metres.y > 0))) {
+      issues_.push_back(
+          {Code::garment_no_uvs, scene_.file, place, "its texture coordinates cover no area in the scene"});
+      return;
+    }
     // A rotation that is not by a right angle mixes the axes: compare the sizes as an area.
     const V2d scale(std::abs(reference.transform.scale.x), std::abs(reference.transform.scale.y));
     const V2d millimetres(size.metres.x * 1000 / scale.x, size.metres.y * 1000 / scale.y);
@@ -102,6 +116,7 @@ class DressedCheck {
 
   const Scene& scene_;
   std::map<std::size_t, std::optional<FabricFacts>> fabrics_;
+  std::map<int, std::optional<V3f>> means_;  ///< of pictures, each decoded once
   Issues issues_;
 };
 

@@ -93,7 +93,7 @@ class Dresser {
     digest_ = digest;
     const Result<std::vector<int>> chosen = choose(document_, options_);
     if (!chosen) return tl::unexpected<Error>(chosen.error());
-    const Result<Scene> scene = read_scene(document_);
+    const Result<Scene> scene = read_scene(document_, options_.limits);
     if (!scene) return tl::unexpected<Error>(scene.error());
     for (const std::string& remark : scene->remarks) report_.warnings.push_back(remark);
     uses_ = uses_of(document_.json);
@@ -213,9 +213,9 @@ Result<void> check_options(const DressOptions& options) {
 
 /// The files of the USD layer, staged; empty if no layer is wanted.
 Result<std::vector<AtomicFile>> stage_usd(const GltfDocument& document, const std::string& path,
-                                          DressReport& report) {
+                                          const SceneLimits& limits, DressReport& report) {
   if (path.empty()) return std::vector<AtomicFile>();
-  Result<UsdFiles> files = usd_of(document, path);
+  Result<UsdFiles> files = usd_of(document, path, limits);
   if (!files) return tl::unexpected<Error>(std::move(files.error()));
   report.warnings.insert(report.warnings.end(), files->remarks.begin(), files->remarks.end());
   return stage(*files);
@@ -229,7 +229,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
   if (!fabric) return tl::unexpected<Error>(fabric.error());
   if (Result<void> good = check_options(options); !good)
     return tl::unexpected<Error>(std::move(good.error()));
-  Result<GltfDocument> document = load_gltf(garment_path);
+  Result<GltfDocument> document = load_gltf(garment_path, options.limits.document);
   if (!document) return tl::unexpected<Error>(std::move(document.error()));
   const Result<FabricSource> source =
       source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb")));
@@ -241,7 +241,9 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     move_document(*document, std::filesystem::path(output_path).parent_path().string());
     Result<DressReport> report = Dresser(*document, *fabric, options).dress(*source, *digest);
     if (!report) return report;
-    Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, *report);
+    for (std::string& warning : outside_warnings(*document, output_path))
+      report->warnings.push_back(std::move(warning));
+    Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, options.limits, *report);
     if (!usd) return tl::unexpected<Error>(std::move(usd.error()));
     const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());

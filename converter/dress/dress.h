@@ -18,6 +18,7 @@
 
 #include "format/base/vec.h"
 #include "format/fabric/fabric.h"
+#include "format/gltf/limits.h"
 
 namespace selvedge {
 
@@ -27,8 +28,9 @@ struct DressOptions {
   std::optional<V2d> repeats = {};          ///< per unit of the raw UVs, instead of the physical size
   std::optional<bool> embed = {};  ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
   bool fallback = true;
-  int tex_coord = 0;     ///< 0 or 1
-  std::string usd = {};  ///< also write this .usda layer and its files beside it (usd.h)
+  int tex_coord = 0;        ///< 0 or 1
+  SceneLimits limits = {};  ///< of the garment
+  std::string usd = {};     ///< also write this .usda layer and its files beside it (usd.h)
 };
 
 struct DressedMaterial {

@@ -1,8 +1,11 @@
 #include "converter/dress/fabric_source.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 
 #include "format/base/atomic_file.h"
+#include "format/base/option_text.h"
 #include "format/base/printable.h"
 #include "format/exr/exr.h"
 #include "format/fabric/names.h"
@@ -50,6 +53,19 @@ Result<std::string> digest_of_fabric(const std::string& fabric_path) {
 
 Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name) {
   return digest_in(ExrReader::open(bytes, name));
+}
+
+std::vector<std::string> outside_warnings(const GltfDocument& document, const std::string& output_path) {
+  IssueSink issues(output_path);
+  find_outside(document, issues);
+  std::vector<std::string> warnings;
+  for (const Error& issue : issues.take()) {
+    const bool moves_in = issue.place.starts_with("/buffers/") ||
+                          issue.place.starts_with("/materials/") ||  // a fabric's mirror, which is told
+                          (issue.place.starts_with("/images/") && has_ending(output_path, ".glb"));
+    if (!moves_in) warnings.push_back(fmt::format("{}: {}", issue.place, issue.message));
+  }
+  return warnings;
 }
 
 }  // namespace selvedge

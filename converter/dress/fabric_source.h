@@ -17,4 +17,9 @@ Result<FabricSource> source_of(const std::string& fabric_path, const std::string
 Result<std::string> digest_of_fabric(const std::string& fabric_path);
 Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name);
 
+/// One line for each file that a document, moved to its output's folder, names outside of it: readers of the
+/// output refuse those. Mirrors are left out, as are buffers and the pictures of a .glb,, which are still to
+/// be written into it.
+std::vector<std::string> outside_warnings(const GltfDocument& document, const std::string& output_path);
+
 }  // namespace selvedge

@@ -219,13 +219,15 @@ class Restorer {
 
 Result<ReattachReport> reattach(const std::string& input_path, const std::string& output_path,
                                 const ReattachOptions& options) {
-  Result<GltfDocument> document = load_gltf(input_path);
+  Result<GltfDocument> document = load_gltf(input_path, options.limits.document);
   if (!document) return tl::unexpected<Error>(std::move(document.error()));
   try {
     // Moved first, so that the URIs of all fabrics are relative to the same folder.
     move_document(*document, fs::path(output_path).parent_path().string());
     Result<ReattachReport> report = Restorer(*document, output_path, options).restore();
     if (!report) return report;
+    for (std::string& warning : outside_warnings(*document, output_path))
+      report->warnings.push_back(std::move(warning));
     const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());
     report->bytes = *bytes;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "format/base/error.h"
+#include "format/gltf/limits.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {
@@ -20,6 +21,7 @@ struct ReattachOptions {
   /// its name (the file's without the last ending), else to the only mirror left; "NAME=FILE" goes to the
   /// mirrors of that name.
   std::vector<std::string> fabrics = {};
+  SceneLimits limits = {};         ///< of the garment
   std::optional<bool> embed = {};  ///< store fabrics inside of the glTF; default: those that were
 };
 

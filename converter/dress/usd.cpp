@@ -195,11 +195,11 @@ Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
 
 }  // namespace
 
-Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path) {
+Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, const SceneLimits& limits) {
   if (!has_ending(path, ".usda")) {
     return fail(Code::option_out_of_range, path, "", "the name of a USD layer has to end in .usda");
   }
-  const Result<Scene> scene = read_scene(document);
+  const Result<Scene> scene = read_scene(document, limits);
   if (!scene) return tl::unexpected<Error>(scene.error());
   Assets assets(document, *scene, path);
   Identifiers names;

@@ -30,7 +30,8 @@ struct UsdFiles {
 };
 
 /// `path` is the layer's, with the ending ".usda".
-Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path);
+Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path,
+                        const SceneLimits& limits = {});
 
 /// Writes all files beside their final places; they appear there with commit(), in this order.
 Result<std::vector<AtomicFile>> stage(const UsdFiles& files);

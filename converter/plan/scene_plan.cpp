@@ -71,7 +71,7 @@ Result<void> check(const PlanOptions& options) {
 
 Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options) {
   if (const auto good = check(options); !good) return tl::unexpected(good.error());
-  const auto scene = read_scene(path, {}, options.choice);
+  const auto scene = read_scene(path, options.limits, options.choice);
   if (!scene) return tl::unexpected(scene.error());
   std::vector<FabricReader> readers;
   for (const SceneFabric& fabric : scene->fabrics) {

@@ -18,6 +18,7 @@ namespace selvedge {
 /// The frames that are planned for.
 struct PlanOptions {
   SceneChoice choice;
+  SceneLimits limits;
   std::vector<std::string> cameras;  ///< of the file, by name or number; the plan covers all
   /// Nearest and farthest distance (m) of cameras all around (level_bounds.h), instead of `camera`.
   std::optional<V2d> distances;

@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -53,6 +54,13 @@ extern "C" void on_signal(int number) {
 }
 
 std::string reason() { return std::strerror(errno); }
+
+/// The permissions of a file that is there.
+std::optional<mode_t> mode_of(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return std::nullopt;
+  return status.st_mode & 0777;
+}
 
 /// The id of the process that made a temporary file, from the suffix of its name: ".part-PID-N" or
 /// ".part-PID-N.journal". 0 for other names.
@@ -134,6 +142,10 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
     return fail(Code::file_unwritable, path, {}, "is a device or a pipe, not a plain file");
   }
+  if (fs::is_symlink(path, ignored) && !fs::exists(path, ignored)) {
+    // What it leads to is not of whoever names the output, but of whoever made the link.
+    return fail(Code::file_unwritable, path, {}, "is a link to a file that is not there");
+  }
   // A link stays a link: the file that it points to is replaced.
   const fs::path resolved =
       fs::is_symlink(path, ignored) ? fs::weakly_canonical(fs::absolute(path), ignored) : fs::path();
@@ -144,7 +156,9 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   for (int attempt = 0;; ++attempt) {
     const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
     auto unfinished = std::make_unique<Unfinished>(temporary);
-    const int file = open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    // What replaces a file of its owner alone is not for others to read before it is complete either.
+    const int file =
+        open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode_of(target) ? 0600 : 0666);
     int error = errno;
     if (file >= 0 && lock_new(file, temporary)) {
       unfinished->file = file;
@@ -171,6 +185,9 @@ int AtomicFile::descriptor() const { return unfinished_->file; }
 
 Result<void> AtomicFile::commit() {
   const auto unfinished = std::move(unfinished_);
+  const std::optional<mode_t> mode = mode_of(path_);
+  // By name, for others may have written it anew. Where this fails, files have no modes of their own.
+  if (mode) static_cast<void>(chmod(unfinished->temporary.c_str(), *mode));
   if (std::rename(unfinished->temporary.c_str(), path_.c_str()) != 0)
     return fail(Code::file_unwritable, path_, {}, reason());
   unfinished->temporary.clear();

@@ -15,7 +15,8 @@ namespace selvedge {
 /// writes the same file removes what a killed process left.
 class AtomicFile {
  public:
-  /// Refuses folders, devices and pipes. If `path` is a link, the file that it points to is replaced.
+  /// Refuses folders, devices, pipes, and links to no file. If `path` is a link, the file that it points to
+  /// is replaced. What replaces a file gets its permissions, by commit().
   static Result<AtomicFile> create(const std::string& path);
   AtomicFile(AtomicFile&&) noexcept;
   AtomicFile& operator=(AtomicFile&&) noexcept;

@@ -104,7 +104,10 @@ JsonDemands demands_of(std::string_view text, int max_nesting) {
       if (c == '"') in_string = false;
     } else if (c == '"') {
       in_string = true;
+    } else if (c == ',') {
+      ++demands.values;
     } else if (c == '{' || c == '[') {
+      ++demands.values;
       members.push_back(0);
       demands.nesting = std::max(demands.nesting, static_cast<int>(members.size()));
       if (demands.nesting > max_nesting) return demands;

@@ -11,10 +11,12 @@
 
 namespace selvedge {
 
-/// How deeply a JSON text nests and how many members its largest object has, counted without parsing it.
+/// How deeply a JSON text nests how many members its largest object has, and how many values there
+/// are, counted without parsing it.
 struct JsonDemands {
   int nesting = 0;
   int members = 0;
+  std::size_t values = 1;  ///< at least as many as there are
 };
 
 /// Stops counting once brackets nest deeper than `max_nesting`.

@@ -1,9 +1,15 @@
 #include "format/check/gltf.h"
 
+#include <Imath/ImathBox.h>
+#include <Imath/ImathMatrix.h>
 #include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
 
 #include "format/base/atomic_file.h"
 #include "format/gltf/access.h"
+#include "format/gltf/memory.h"
 #include "format/gltf/read_scene.h"
 #include "format/gltf/uri.h"
 
@@ -32,23 +38,49 @@ void check_pictures(const GltfDocument& document, IssueSink& issues) {
   }
 }
 
+/// Nothing is drawn, planned or dressed at places that are not finite.
+void check_places(const Scene& scene, IssueSink& issues) {
+  std::vector<Imath::Box3d> bounds(scene.primitives.size());
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    for (const V3f& position : scene.primitives[i].positions) bounds[i].extendBy(V3d(position));
+  }
+  for (const SceneInstance& instance : scene.instances) {
+    const Imath::Box3d& box = bounds[instance.primitive];
+    for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
+      const V3d at = V3d(corner % 2 == 0 ? box.min.x : box.max.x, corner / 2 % 2 == 0 ? box.min.y : box.max.y,
+                         corner < 4 ? box.min.z : box.max.z) *
+                     instance.world;
+      if (std::isfinite(at.x) && std::isfinite(at.y) && std::isfinite(at.z)) continue;
+      const ScenePrimitive& primitive = scene.primitives[instance.primitive];
+      return issues.add(Code::mesh_not_finite,
+                        fmt::format("/meshes/{}/primitives/{}", primitive.mesh, primitive.index),
+                        "a node places it beyond all numbers");
+    }
+  }
+}
+
 }  // namespace
 
-Issues check_gltf(const std::string& path, const GltfLimits& limits, Scene* scene) {
-  const Result<std::string> file = read_file(path, limits.file_bytes);
+Issues check_gltf(const std::string& path, const SceneLimits& limits, Scene* scene) {
+  const Result<std::string> file = read_file(path, limits.document.file_bytes);
   if (!file) return {file.error()};
   return check_gltf({reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, limits, scene);
 }
 
-Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, const GltfLimits& limits,
+Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, const SceneLimits& limits,
                   Scene* scene) {
   IssueSink issues(path);
-  const std::optional<GltfDocument> document = load_gltf(bytes, path, limits, issues);
+  const std::optional<GltfDocument> document = load_gltf(bytes, path, limits.document, issues);
   if (!document) return issues.take();
-  Scene read = read_everything(*document, issues);
+  Scene read = read_everything(*document, limits, issues);
   if (!issues.has_error()) check_views(*document, issues);  // else it would repeat the same faults
   check_pictures(*document, issues);
   check_fabric_extension(*document, read, issues);
+  if (!issues.has_error()) {
+    check_places(read, issues);
+    const Result<void> drawable = check_drawable(read, limits.document.memory);
+    if (!drawable) issues.add(drawable.error());
+  }
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);
   return issues.take();
 }

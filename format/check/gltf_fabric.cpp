@@ -123,8 +123,8 @@ class FabricCheck {
   Entry check_source(const SceneFabric& fabric, const std::string& place) {
     std::error_code ignored;
     const bool embedded = fabric.path.empty();
-    const bool present =
-        embedded || (document_.external_files && std::filesystem::is_regular_file(fabric.path, ignored));
+    const bool present = embedded || (document_.other_files != OtherFiles::none &&
+                                      std::filesystem::is_regular_file(fabric.path, ignored));
     if (!present) {
       issues_.add(Code::gltf_reference, place + "/" + uri, fmt::format("there is no file {}", fabric.path));
       return {};

@@ -14,6 +14,7 @@
 
 #include "format/base/error.h"
 #include "format/base/issue_sink.h"
+#include "format/gltf/limits.h"
 
 namespace selvedge {
 
@@ -23,24 +24,22 @@ using Bytes = std::vector<std::uint8_t>;
 struct GltfDocument {
   std::string file;            ///< as the user named it
   std::string folder;          ///< relative URIs start here
-  bool external_files = true;  ///< see GltfLimits
   Json json;                   ///< an object; plain geometry: Draco and meshopt are expanded on loading
   std::vector<Bytes> buffers;  ///< one per entry of json["buffers"]
-};
-
-/// A file beyond one of these is refused with FILE_TOO_LARGE; nesting with GLTF_MALFORMED.
-struct GltfLimits {
-  std::uint64_t file_bytes = std::uint64_t{1} << 31;
-  std::uint64_t buffer_bytes = std::uint64_t{1} << 32;  ///< of all buffers together
-  int nesting = 128;                                    ///< of JSON brackets
-  int members = 1024;          ///< of one JSON object, whose members are looked up one after the other
-  bool external_files = true;  ///< false: a URI that is not a data URI is refused, no other file is opened
+  /// The files that its URIs may name (resolve_uri): those of `other_files` around `root`, the folder that it
+  /// was read from, and those that the user has named.
+  OtherFiles other_files = OtherFiles::inside;
+  std::string root;  ///< empty: `folder`
+  std::vector<std::string> named_files;
+  std::uint64_t taken = 0;  ///< bytes of memory that it takes, reckoned as in memory.h
 };
 
 /// Loads .gltf (with external or data URIs) or .glb, distinguished by content. Missing pictures are no error.
 /// KHR_draco_mesh_compression and EXT_meshopt_compression are expanded and their names removed. Refused are
 /// truncated files, versions other than 2.x, required extensions that change the geometry and are not read,
-/// and root members that are not arrays of objects where glTF has arrays.
+/// and root members that are not arrays of objects where glTF has arrays; and with GLTF_REFERENCE a URI of a
+/// buffer, a picture, a fabric or a mirror that leads out of the document's folder, whether or not it is
+/// read.
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
 /// From memory; messages name `path`, and relative URIs are relative to its folder.
 Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
@@ -50,7 +49,8 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
                                       const GltfLimits& limits, IssueSink& issues);
 
 /// Writes whole files or nothing, and returns the number of bytes. ".glb": one file; all buffers become the
-/// binary chunk and pictures beside the input are embedded. ".gltf": the buffers become one file
+/// binary chunk and pictures beside the input are embedded, files that are no picture never. ".gltf": the
+/// buffers become one file
 /// "<stem>.bin" beside the output (another name if the input's own buffer file would be overwritten);
 /// pictures and fabrics stay in their places, and their URIs are rewritten for the output's
 /// folder (move_document). Missing pictures keep their (rewritten) URI. Unused bytes are left out.

@@ -42,7 +42,7 @@ UvTransform read_uv_transform(const Json& texture_info, int& set) {
   return transform;
 }
 
-std::optional<TransformFault> fault_of(const UvTransform& transform) {
+std::optional<TransformFault> range_fault_of(const UvTransform& transform) {
   using Limits = std::numeric_limits<float>;
   const auto largest = [](const V2d& pair) { return std::max(std::abs(pair.x), std::abs(pair.y)); };
   for (const auto& [which, value] : {std::pair{offset, largest(transform.offset)},
@@ -52,8 +52,13 @@ std::optional<TransformFault> fault_of(const UvTransform& transform) {
       return TransformFault{which, fmt::format("{:g} is beyond 32-bit floats", value)};
     }
   }
+  return std::nullopt;
+}
+
+std::optional<TransformFault> fault_of(const UvTransform& transform) {
+  if (std::optional<TransformFault> fault = range_fault_of(transform)) return fault;
   const double smallest = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
-  if (smallest >= double{Limits::min()}) return std::nullopt;
+  if (smallest >= double{std::numeric_limits<float>::min()}) return std::nullopt;
   return TransformFault{scale, fmt::format("{:g} is no scale: the fabric lies in no direction", smallest)};
 }
 
@@ -145,6 +150,7 @@ Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
     entry[buffer_view] = append_view(document, source.bytes);
   } else {
     entry[uri] = source.uri;
+    name_file(document, source.uri);
   }
   document.json["extensions"][fabric_extension][fabrics].push_back(std::move(entry));
   use_extension(document.json, fabric_extension);

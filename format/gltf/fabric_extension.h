@@ -43,7 +43,9 @@ struct TransformFault {
   std::string reason;
 };
 
-/// The fault of a transform with numbers beyond 32-bit floats, or a scale that is 0 as a float.
+/// The fault of a transform with numbers beyond 32-bit floats.
+std::optional<TransformFault> range_fault_of(const UvTransform& transform);
+/// The same for a fabric: also the fault of a scale that is 0 as a float.
 std::optional<TransformFault> fault_of(const UvTransform& transform);
 
 /// A textureInfo-shaped object: index, texCoord if not 0, and the transform if it is not the identity.

@@ -12,6 +12,7 @@
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
 #include "format/gltf/draco.h"
+#include "format/gltf/memory.h"
 #include "format/gltf/meshopt.h"
 #include "format/gltf/names.h"
 #include "format/gltf/uri.h"
@@ -87,7 +88,8 @@ Parts split(std::string_view bytes, IssueSink& issues) {
 
 /// The JSON object in `text`, which begins at byte `begin` of the file (0: it is the file); null after an
 /// error.
-Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, IssueSink& issues) {
+Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, MemoryAccount& account,
+           IssueSink& issues) {
   const auto refuse = [&](Code code, std::string place, std::string message) {
     issues.add(code, std::move(place), std::move(message));
     return Json();
@@ -102,6 +104,10 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, I
   if (demands.members > limits.members) {
     return refuse(Code::file_too_large, "",
                   fmt::format("a JSON object with more than {} members", limits.members));
+  }
+  if (!account.take(text.size(), 1) || !account.take(demands.values, memory_price::json_value)) {
+    Error beyond = beyond_memory("", "", fmt::format("{} values of JSON", demands.values), limits.memory);
+    return refuse(beyond.code, "", std::move(beyond.message));
   }
   try {
     Json json = Json::parse(text.begin(), text.end());
@@ -202,7 +208,7 @@ void check_lists(const Json& root, IssueSink& issues) {
 }  // namespace
 
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits) {
-  const Result<std::string> bytes = read_file(path, limits.file_bytes);
+  const Result<std::string> bytes = read_file(path, std::min(limits.file_bytes, limits.memory));
   if (!bytes) return tl::unexpected<Error>(bytes.error());
   return load_gltf({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, path, limits);
 }
@@ -219,6 +225,7 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
                                       const GltfLimits& limits, IssueSink& issues) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   Parts parts{text, false, {}};
+  MemoryAccount account(limits.memory);
   if (bytes.size() > limits.file_bytes) {
     issues.add(Code::file_too_large, "", fmt::format("larger than {} bytes", limits.file_bytes));
   } else if (text.starts_with("glTF")) {
@@ -228,13 +235,15 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   GltfDocument document;
   document.file = path;
   document.folder = std::filesystem::path(path).parent_path().string();
-  document.external_files = limits.external_files;
+  document.other_files = limits.other_files;
   document.json =
-      parse(parts.json, static_cast<std::size_t>(parts.json.data() - text.data()), limits, issues);
+      parse(parts.json, static_cast<std::size_t>(parts.json.data() - text.data()), limits, account, issues);
   if (issues.has_error()) return std::nullopt;
   check_version(member(document.json, "asset"), issues);
   check_lists(document.json, issues);
-  std::uint64_t room = limits.buffer_bytes;
+  if (limits.other_files == OtherFiles::inside) find_outside(document, issues);
+  if (issues.has_error()) return std::nullopt;
+  std::uint64_t room = std::min(limits.buffer_bytes, account.left());
   for (int i = 0; i < static_cast<int>(array_of(document.json, "buffers").size()); ++i) {
     GltfReader reader(document);
     document.buffers.push_back(read_buffer(reader, parts, i, room));
@@ -245,6 +254,13 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
     if (std::optional<Error> fault = expand(document)) issues.add(std::move(*fault));
   }
   if (issues.has_error()) return std::nullopt;
+  std::uint64_t bytes_held = 0;
+  for (const Bytes& buffer : document.buffers) bytes_held += buffer.size();
+  if (!account.take(bytes_held, 1)) {
+    issues.add(beyond_memory(path, "/buffers", "its buffers", limits.memory));
+    return std::nullopt;
+  }
+  document.taken = limits.memory - account.left();
   return document;
 }
 

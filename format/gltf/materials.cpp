@@ -7,6 +7,7 @@
 
 #include "format/gltf/access.h"
 #include "format/gltf/fabric_extension.h"
+#include "format/gltf/names.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -35,23 +36,26 @@ class Reader {
   Reader(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene)
       : document_(document), image_bytes_(image_bytes), scene_(scene) {}
 
-  SceneMaterial read(const Json& json) {
+  SceneMaterial read(const Json& json, std::size_t number, Issues& faults) {
+    place_ = fmt::format("/materials/{}", number);
+    faults_ = &faults;
     SceneMaterial material;
     material.name = string_of(member(json, "name"));
     const Json& pbr = member(json, "pbrMetallicRoughness");
     read_factor(member(pbr, "baseColorFactor"), material.base_color);
-    material.base_color_texture = read_texture(member(pbr, "baseColorTexture"));
+    material.base_color_texture = read_texture(pbr, "baseColorTexture", "/pbrMetallicRoughness");
     material.metallic = float_of(member(pbr, "metallicFactor"), 1);
     material.roughness = float_of(member(pbr, "roughnessFactor"), 1);
-    material.metallic_roughness_texture = read_texture(member(pbr, "metallicRoughnessTexture"));
+    material.metallic_roughness_texture =
+        read_texture(pbr, "metallicRoughnessTexture", "/pbrMetallicRoughness");
     const Json& normal = member(json, "normalTexture");
-    material.normal_texture = read_texture(normal);
+    material.normal_texture = read_texture(json, "normalTexture");
     material.normal_scale = float_of(member(normal, "scale"), 1);
     const Json& occlusion = member(json, "occlusionTexture");
-    material.occlusion_texture = read_texture(occlusion);
+    material.occlusion_texture = read_texture(json, "occlusionTexture");
     material.occlusion_strength = float_of(member(occlusion, "strength"), 1);
     read_factor(member(json, "emissiveFactor"), material.emissive);
-    material.emissive_texture = read_texture(member(json, "emissiveTexture"));
+    material.emissive_texture = read_texture(json, "emissiveTexture");
     const Json& extensions = member(json, "extensions");
     const Json& strength = member(extensions, "KHR_materials_emissive_strength");
     material.emissive *= float_of(member(strength, "emissiveStrength"), 1);
@@ -66,11 +70,19 @@ class Reader {
   }
 
  private:
-  TextureReference read_texture(const Json& info) {
+  /// The texture that a member of the material, or of its pbrMetallicRoughness, refers to.
+  TextureReference read_texture(const Json& owner, const char* name, const char* within = "") {
+    const Json& info = member(owner, name);
     TextureReference texture;
     if (info.is_null()) return texture;
     texture.tex_coord = std::max(0, index_of(member(info, "texCoord")));
     texture.transform = read_uv_transform(info, texture.tex_coord);
+    if (const std::optional<TransformFault> fault = range_fault_of(texture.transform)) {
+      faults_->push_back({Code::gltf_malformed, document_.file,
+                          fmt::format("{}{}/{}/extensions/{}/{}", place_, within, name,
+                                      names::gltf::texture_transform, fault->member),
+                          fault->reason});
+    }
     const int number = index_of(member(info, "index"));
     const Json& json = entry_of(document_, "textures", number);
     if (json.is_null()) {
@@ -115,25 +127,33 @@ class Reader {
   const GltfDocument& document_;
   std::uint64_t image_bytes_;
   Scene& scene_;
+  Issues* faults_ = nullptr;
+  std::string place_;  ///< of the material
   std::map<int, int> images_;
 };
 
 }  // namespace
 
-void read_materials(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene,
-                    IssueSink& issues) {
+void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std::uint64_t memory,
+                    Scene& scene, IssueSink& issues) {
   const int fabrics = fabric_count(document);
+  std::uint64_t room = memory;
   for (int i = 0; i < fabrics; ++i) {
-    Result<SceneFabric> fabric = read_fabric_entry(document, i);
+    // Entries may share a view, of which each gets a copy.
+    Result<SceneFabric> fabric = room > 0 ? read_fabric_entry(document, i) : SceneFabric();
+    if (fabric) room -= std::min<std::uint64_t>(room, fabric->bytes.size());
     if (!fabric) issues.add(fabric.error());
     scene.fabrics.push_back(fabric ? std::move(*fabric) : SceneFabric());
   }
   Reader reader(document, image_bytes, scene);
   const Json& materials = array_of(document.json, "materials");
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    SceneMaterial material = reader.read(materials[i]);
     const auto reference = read_fabric_reference(document, static_cast<int>(i), fabrics);
     if (!reference) issues.add(reference.error());
+    // The fallback of a fabric has its transform, and would repeat its fault.
+    Issues faults;
+    SceneMaterial material = reader.read(materials[i], i, faults);
+    if (reference) issues.add(faults);
     if (reference) material.fabric = *reference;
     scene.materials.push_back(std::move(material));
   }

@@ -8,9 +8,11 @@
 namespace selvedge {
 
 /// Fills scene.materials, images and fabrics; materials keep their order. Pictures are loaded, up to
-/// `image_bytes` in total; an unreadable one is remarked and its texture left out. Files of fabrics are not
-/// opened. Broken rules of SELVEDGE_materials_fabric are added to `issues`.
-void read_materials(const GltfDocument& document, std::uint64_t image_bytes, Scene& scene, IssueSink& issues);
+/// `image_bytes` in total, fabrics until there are more than `memory` bytes of them; an unreadable one is
+/// remarked and its texture left out. Files of fabrics are not opened. Broken rules of
+/// SELVEDGE_materials_fabric are added to `issues`, as are transforms of textures beyond 32-bit floats.
+void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std::uint64_t memory,
+                    Scene& scene, IssueSink& issues);
 
 /// Adds a remark, unless the scene has it already or has a hundred.
 void remark(Scene& scene, std::string text);

@@ -13,6 +13,7 @@
 #include "format/gltf/access.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/materials.h"
+#include "format/gltf/memory.h"
 #include "format/gltf/names.h"
 #include "format/gltf/node_items.h"
 #include "format/gltf/pose.h"
@@ -27,7 +28,11 @@ class Reader {
  public:
   /// `everything`: reads all nodes, and goes on after an error.
   Reader(const GltfDocument& document, const SceneLimits& limits, bool everything, IssueSink& issues)
-      : document_(document), limits_(limits), everything_(everything), issues_(issues) {
+      : document_(document),
+        limits_(limits),
+        memory_(limits.document.memory - std::min(limits.document.memory, document.taken)),
+        everything_(everything),
+        issues_(issues) {
     limits_.vertices = std::min(limits_.vertices, unbacked_elements(document));
   }
 
@@ -37,7 +42,14 @@ class Reader {
     const Json& extension = member(member(document_.json, "extensions"), names::gltf::variants);
     variant_ = choose("--variant", choice.variant, array_of(extension, "variants"));
     if (issues_.has_error()) return {};
-    read_materials(document_, limits_.image_bytes, scene_, issues_);
+    read_materials(document_, limits_.image_bytes, memory_.left(), scene_, issues_);
+    std::uint64_t held = 0;
+    for (const SceneImage& image : scene_.images) held += image.bytes.size();
+    for (const SceneFabric& fabric : scene_.fabrics) held += fabric.bytes.size();
+    if (!memory_.take(held, 1)) {
+      add(beyond_memory(document_.file, "", "its pictures and fabrics", limits_.document.memory));
+      return {};
+    }
     read_nodes(roots(scene));
     remark_on_unread_features();
     return std::move(scene_);
@@ -93,6 +105,10 @@ class Reader {
                                                const Pose& pose) {
     const Json& json = mesh_json["primitives"][index];
     const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, index);
+    if (!has_room(json)) {
+      reader.fault = beyond_memory(document_.file, place, "its vertices", limits_.document.memory);
+      return std::nullopt;
+    }
     auto read = selvedge::read_primitive(reader, json, place, limits_.vertices - vertices_, pose);
     if (reader.fault) return std::nullopt;
     if (!read) {
@@ -116,6 +132,42 @@ class Reader {
     read->mesh = mesh;
     read->index = index;
     return read;
+  }
+
+  /// Whether the primitive, as it declares itself, fits into the memory; it is then taken.
+  bool has_room(const Json& primitive) {
+    // Faults are found where it is read, such as more elements than the view has.
+    const auto count_of = [&](const Json& accessor) -> std::size_t {
+      GltfReader reader(document_);
+      const int index = index_of(accessor);
+      const AccessorShape shape = reader.accessor_shape(index, "");
+      const int view = index_of(member(entry_of(document_, "accessors", index), "bufferView"));
+      if (reader.fault || view < 0) return shape.count;
+      return std::min(shape.count, reader.bytes(view, "").size() / shape.element_size() + 1);
+    };
+    const Json& attributes = member(primitive, "attributes");
+    const std::size_t vertices = count_of(member(attributes, "POSITION"));
+    const Json& list = member(primitive, "indices");
+    const std::size_t listed = list.is_null() ? vertices : count_of(list);
+    const bool triangles = index_of(member(primitive, "mode")) == 4 || member(primitive, "mode").is_null();
+    const std::uint64_t indices = std::uint64_t{listed} * (triangles ? 1 : 3);
+    // Flat normals make a vertex of every corner.
+    const bool flat = member(attributes, "NORMAL").is_null();
+    return memory_.take(flat ? std::max<std::uint64_t>(vertices, indices) : vertices, memory_price::vertex) &&
+           memory_.take(indices, memory_price::index);
+  }
+
+  /// The same of primitives in so many places.
+  bool has_room(const std::vector<int>& primitives, std::size_t places) {
+    std::uint64_t vertices = 0;
+    std::uint64_t triangles = 0;
+    for (const int primitive : primitives) {
+      vertices += scene_.primitives[primitive].positions.size();
+      triangles += scene_.primitives[primitive].indices.size() / 3;
+    }
+    return memory_.take(places * primitives.size(), memory_price::instance) &&
+           memory_.take(places, vertices * memory_price::placed_vertex) &&
+           memory_.take(places, triangles * memory_price::placed_triangle);
   }
 
   static const Json& mappings_of(const Json& primitive) {
@@ -211,7 +263,7 @@ class Reader {
       const Json& children = array_of(node, "children");
       for (std::size_t c = children.size(); c-- > 0;) open.emplace_back(index_of(children[c]), world);
     }
-    if (everything_) read_the_rest(visited);
+    if (everything_ && !exhausted_) read_the_rest(visited);
   }
 
   /// Meshes and nodes that no scene shows.
@@ -235,6 +287,8 @@ class Reader {
     const auto places = places_of_node(reader, node, place, skinned ? M44d() : world, limits_.instances);
     if (places.size() * primitives.size() > limits_.instances - scene_.instances.size())
       reader.fail(Code::file_too_large, place, "too many instances");
+    if (!reader.fault && !has_room(primitives, places.size()))
+      reader.fault = beyond_memory(document_.file, place, "its instances", limits_.document.memory);
     if (has_failed(reader)) return;
     for (const M44d& at : places) {
       for (const int primitive : primitives) scene_.instances.push_back({primitive, at});
@@ -270,6 +324,7 @@ class Reader {
 
   const GltfDocument& document_;
   SceneLimits limits_;
+  MemoryAccount memory_;
   bool everything_;
   IssueSink& issues_;
   NodeTransforms transforms_{document_};
@@ -294,12 +349,12 @@ Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits
   return scene;
 }
 
-Scene read_everything(const GltfDocument& document, IssueSink& issues) {
-  return Reader(document, {}, true, issues).read({});
+Scene read_everything(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues) {
+  return Reader(document, limits, true, issues).read({});
 }
 
 Result<Scene> read_scene(const std::string& path, const SceneLimits& limits, const SceneChoice& choice) {
-  const Result<GltfDocument> document = load_gltf(path);
+  const Result<GltfDocument> document = load_gltf(path, limits.document);
   if (!document) return tl::unexpected<Error>(document.error());
   return read_scene(*document, limits, choice);
 }

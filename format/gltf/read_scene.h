@@ -6,18 +6,12 @@
 
 #include "format/base/error.h"
 #include "format/base/issue_sink.h"
+#include "format/gltf/limits.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {
 
 struct GltfDocument;
-
-struct SceneLimits {
-  /// Of all primitives together, after expansion; no more than unbacked_elements in any case.
-  std::size_t vertices = std::size_t{1} << 27;
-  std::size_t instances = std::size_t{1} << 20;
-  std::uint64_t image_bytes = std::uint64_t{1} << 30;  ///< of all encoded pictures; beyond, they are left out
-};
 
 /// The scene and the variant to read, by name or number; empty: the file's own choice.
 struct SceneChoice {
@@ -46,6 +40,6 @@ Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits
 
 /// For a checker: reads every node and every mesh, in a scene or not, and adds all errors to `issues`. Broken
 /// nodes and meshes are missing in the scene.
-Scene read_everything(const GltfDocument& document, IssueSink& issues);
+Scene read_everything(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues);
 
 }  // namespace selvedge

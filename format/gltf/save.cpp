@@ -11,6 +11,7 @@
 #include "format/base/option_text.h"
 #include "format/gltf/document.h"
 #include "format/gltf/edit.h"
+#include "format/gltf/picture_type.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -83,24 +84,17 @@ Bytes merge_buffers(GltfDocument& document) {
   return whole;
 }
 
-/// Embeds pictures that have a URI; missing ones keep it.
+/// Embeds pictures that have a URI; missing ones, and files that are no picture, keep it.
 void embed_images(GltfDocument& document) {
   for (std::size_t i = 0; i < array_of(document.json, "images").size(); ++i) {
     const std::string address = string_of(member(document.json["images"][i], "uri"));
     if (address.empty()) continue;
     const bool inlined = address.starts_with("data:");
-    GltfReader reader(document);
-    const Bytes bytes = read_uri(reader, address, "");
-    if (bytes.empty()) continue;
-    const int view = append_view(document, bytes);
+    const Result<Bytes> bytes = read_image_bytes(document, static_cast<int>(i));
+    if (!bytes) continue;
+    const int view = append_view(document, *bytes);
     Json& image = document.json["images"][i];
-    if (!image.contains("mimeType")) {
-      const bool is_jpeg = bytes.size() >= 3 && bytes[0] == 0xFF && bytes[1] == 0xD8 && bytes[2] == 0xFF;
-      image["mimeType"] = !inlined && has_ending(address, ".ktx2")   ? "image/ktx2"
-                          : !inlined && has_ending(address, ".webp") ? "image/webp"
-                          : is_jpeg                                  ? "image/jpeg"
-                                                                     : "image/png";
-    }
+    if (!image.contains("mimeType")) image["mimeType"] = picture_type(*bytes);
     if (!inlined && !image.contains("name")) image["name"] = fs::path(address).stem().string();
     image.erase("uri");
     image["bufferView"] = view;

@@ -11,6 +11,7 @@
 
 #include "format/base/atomic_file.h"
 #include "format/gltf/names.h"
+#include "format/gltf/picture_type.h"
 
 namespace selvedge {
 namespace {
@@ -52,21 +53,105 @@ std::optional<Bytes> base64_decoded(std::string_view text) {
   return bytes;
 }
 
-fs::path canonical(const std::string& folder) {
-  std::error_code ignored;
+fs::path canonical(const std::string& path, std::error_code& error) {
   // Absolute first: a relative path that does not exist yet would stay relative.
-  return fs::weakly_canonical(fs::absolute(folder.empty() ? fs::path(".") : fs::path(folder)), ignored);
+  const fs::path absolute = fs::absolute(path.empty() ? fs::path(".") : fs::path(path), error);
+  return error ? fs::path() : fs::weakly_canonical(absolute, error);
+}
+
+fs::path canonical(const std::string& path) {
+  std::error_code ignored;
+  return canonical(path, ignored);
+}
+
+}  // namespace
+
+Result<bool> is_inside(const std::string& path, const std::string& folder) {
+  std::error_code error;
+  const fs::path file = canonical(path, error);
+  const fs::path around = error ? fs::path() : canonical(folder, error);
+  if (error) return fail(Code::file_unreadable, path, "", error.message());
+  const fs::path relative = file.lexically_relative(around);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+namespace {
+
+/// Visits the objects of a document that name a file by "uri", with their JSON pointers.
+template <class Root, class F>
+void for_each_uri(Root& root, const F& visit) {
+  const auto visit_list = [&](const std::string& list) {
+    const Json::json_pointer at(list);
+    if (!root.contains(at) || !root[at].is_array()) return;
+    for (std::size_t i = 0; i < root[at].size(); ++i) visit(root[at][i], fmt::format("{}/{}", list, i));
+  };
+  visit_list("/buffers");
+  visit_list("/images");
+  visit_list(fmt::format("/extensions/{}/{}", names::gltf::fabric_extension, names::gltf::fabrics));
+  // The mirrors of the materials' references hold the same URIs.
+  for (std::size_t i = 0; i < array_of(root, "materials").size(); ++i) {
+    auto& material = root["materials"][i];
+    if (member(member(material, "extras"), names::gltf::fabric_extension).is_null()) continue;
+    visit(material["extras"][names::gltf::fabric_extension],
+          fmt::format("/materials/{}/extras/{}", i, names::gltf::fabric_extension));
+  }
+}
+
+/// Whether a URI names a file, rather than holding its bytes.
+bool names_file(const std::string& uri) { return !uri.empty() && !uri.starts_with("data:"); }
+
+/// The path that a URI names, wherever it lies.
+Result<std::string> path_of(const GltfDocument& document, const std::string& uri, const std::string& place) {
+  const std::size_t colon = uri.find(':');
+  if (colon != std::string::npos && colon < uri.find('/')) {
+    return fail(Code::gltf_unsupported, document.file, place, "a URI with a scheme: " + uri.substr(0, 40));
+  }
+  const std::string decoded = percent_decoded(uri);
+  // The system would take the name to end there.
+  if (decoded.find('\0') != std::string::npos)
+    return fail(Code::gltf_malformed, document.file, place, "a zero byte in the name of a file");
+  return (fs::path(document.folder) / decoded).lexically_normal().string();
+}
+
+Result<void> check_inside(const GltfDocument& document, const std::string& path, const std::string& folder,
+                          const std::string& uri, const std::string& place) {
+  const Result<bool> inside = is_inside(path, folder);
+  if (inside && *inside) return {};
+  return fail(inside ? Code::gltf_reference : inside.error().code, document.file, place,
+              fmt::format("{}: {}", uri.substr(0, 200),
+                          inside ? "lies outside of the document's folder (allowed by --allow-outside)"
+                                 : inside.error().message));
 }
 
 }  // namespace
 
 Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
                                 const std::string& place) {
-  const std::size_t colon = uri.find(':');
-  if (colon != std::string::npos && colon < uri.find('/')) {
-    return fail(Code::gltf_unsupported, document.file, place, "a URI with a scheme: " + uri.substr(0, 40));
-  }
-  return (fs::path(document.folder) / percent_decoded(uri)).lexically_normal().string();
+  Result<std::string> path = path_of(document, uri, place);
+  if (!path || document.other_files == OtherFiles::anywhere) return path;
+  const std::vector<std::string>& named = document.named_files;
+  if (std::find(named.begin(), named.end(), canonical(*path).string()) != named.end()) return path;
+  const std::string& root = document.root.empty() ? document.folder : document.root;
+  if (Result<void> good = check_inside(document, *path, root, uri, place); !good)
+    return tl::unexpected<Error>(std::move(good.error()));
+  return path;
+}
+
+void find_outside(const GltfDocument& document, IssueSink& issues) {
+  for_each_uri(document.json, [&](const Json& entry, const std::string& place) {
+    const std::string uri = string_of(member(entry, names::gltf::uri));
+    if (!names_file(uri)) return;
+    const std::string where = place + "/" + names::gltf::uri;
+    const Result<std::string> path = path_of(document, uri, where);
+    if (!path) return;
+    const Result<void> inside = check_inside(document, *path, document.folder, uri, where);
+    if (!inside && inside.error().code == Code::gltf_reference) issues.add(inside.error());
+  });
+}
+
+void name_file(GltfDocument& document, const std::string& uri) {
+  const Result<std::string> path = path_of(document, uri, "");
+  if (path) document.named_files.push_back(canonical(*path).string());
 }
 
 Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place, std::uint64_t limit) {
@@ -82,9 +167,10 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
     if (!bytes) reader.fail(Code::gltf_malformed, place, "a data URI with broken base64");
     return std::move(bytes).value_or(Bytes());
   }
-  const std::string path = reader.take(resolve_uri(reader.document, uri, place));
-  if (!reader.document.external_files)
+  if (reader.document.other_files == OtherFiles::none)
     reader.fail(Code::gltf_unsupported, place, "other files are not to be opened");
+  if (reader.fault) return {};
+  const std::string path = reader.take(resolve_uri(reader.document, uri, place));
   if (reader.fault) return {};
   const Result<std::string> file = read_file(path, limit);
   if (file) return {file->begin(), file->end()};
@@ -100,11 +186,15 @@ Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uin
   Bytes bytes;
   if (!uri.empty()) {
     bytes = read_uri(reader, uri, place, limit);
+  } else if (json.contains(names::gltf::uri)) {
+    reader.fail(Code::gltf_malformed, place, "its uri is empty or no string");
   } else {
     const auto view = reader.bytes(index_of(member(json, names::gltf::buffer_view)), place);
     bytes.assign(view.begin(), view.end());
   }
   if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");
+  if (!reader.fault && picture_type(bytes).empty())
+    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF, DDS or EXR)");
   return reader.result(std::move(bytes));
 }
 
@@ -120,28 +210,15 @@ std::string relative_uri(const std::string& target, const std::string& folder) {
 }
 
 void move_document(GltfDocument& document, const std::string& folder) {
-  const auto move = [&](Json& entry) {
+  const auto move = [&](Json& entry, const std::string&) {
     const std::string uri = string_of(member(entry, names::gltf::uri));
-    if (uri.empty() || uri.starts_with("data:")) return;
+    if (!names_file(uri)) return;
     // An address on the network stays as it is.
     const Result<std::string> path = resolve_uri(document, uri, "");
     if (path) entry[names::gltf::uri] = relative_uri(*path, folder);
   };
-  if (canonical(document.folder) != canonical(folder)) {
-    const std::string fabrics =
-        fmt::format("/extensions/{}/{}", names::gltf::fabric_extension, names::gltf::fabrics);
-    for (const Json::json_pointer& list :
-         {Json::json_pointer("/buffers"), Json::json_pointer("/images"), Json::json_pointer(fabrics)}) {
-      if (!document.json.contains(list) || !document.json[list].is_array()) continue;
-      for (Json& entry : document.json[list]) move(entry);
-    }
-    // The mirrors of the materials' references hold the same URIs.
-    for (std::size_t i = 0; i < array_of(document.json, "materials").size(); ++i) {
-      Json& material = document.json["materials"][i];
-      if (member(member(material, "extras"), names::gltf::fabric_extension).is_null()) continue;
-      move(material["extras"][names::gltf::fabric_extension]);
-    }
-  }
+  if (document.root.empty()) document.root = canonical(document.folder).string();
+  if (canonical(document.folder) != canonical(folder)) for_each_uri(document.json, move);
   document.folder = folder;
 }
 

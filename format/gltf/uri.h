@@ -17,13 +17,27 @@ inline constexpr std::uint64_t max_uri_bytes = std::uint64_t{1} << 32;
 Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place,
                std::uint64_t limit = max_uri_bytes);
 
-/// The encoded bytes of an entry of "images", from its URI or its buffer view.
+/// The encoded bytes of an entry of "images", from its URI or its buffer view. IMAGE_UNREADABLE for a file
+/// that is no picture (picture_type).
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit = max_uri_bytes);
 
+/// Whether `path` lies in `folder` or below after all links in both are followed; it need not exist.
+/// FILE_UNREADABLE if the system does not tell, e.g. for links in a circle.
+Result<bool> is_inside(const std::string& path, const std::string& folder);
+
 /// The path of the file that a relative URI names: percent-decoded and resolved against the document's
-/// folder. GLTF_UNSUPPORTED for data URIs and for schemes such as http.
+/// folder. This is the one way from a document to another file. GLTF_UNSUPPORTED for data URIs and for
+/// schemes such as http; GLTF_REFERENCE for a file that is not in the document's folder (is_inside) and is
+/// not allowed (GltfDocument::other_files, named_files). Nothing is opened.
 Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
                                 const std::string& place);
+
+/// Adds GLTF_REFERENCE for every URI of a buffer, a picture, a fabric or a mirror that leads out of the
+/// folder that the document is in now, allowed or not: what readers of a file there refuse.
+void find_outside(const GltfDocument& document, IssueSink& issues);
+
+/// Allows the file that a URI names now, as the user's own choice.
+void name_file(GltfDocument& document, const std::string& uri);
 
 /// A relative URI (percent-encoded) that names `target` in a glTF file in `folder`.
 std::string relative_uri(const std::string& target, const std::string& folder);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "format/base/guard.h"
 #include "format/check/fabric.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
@@ -27,7 +28,8 @@ struct FabricFile::State {
                                                                : nullptr;
   }
   /// Null, with `problem` set, if the file is refused.
-  static std::shared_ptr<const State> read(Result<FabricReader> reader, FabricProblem* problem,
+  template <class Open>
+  static std::shared_ptr<const State> read(const std::string& name, const Open& open, FabricProblem* problem,
                                            const FabricReadOptions& options);
 };
 
@@ -78,15 +80,18 @@ bool is_finite(const std::array<float, 3>& a) {
 }
 
 /// Sets out[i] to `shade` of lights[i] and views[i]; false, with nothing written, if lengths differ or
-/// numbers are not finite.
+/// numbers are not finite, and false without memory.
 template <class Shade>
 bool evaluate_all(std::span<const std::array<float, 3>> lights, std::span<const std::array<float, 3>> views,
                   std::span<FabricRadiance> out, const Shade& shade) {
   if (lights.size() != out.size() || views.size() != out.size()) return false;
   if (!std::all_of(lights.begin(), lights.end(), is_finite)) return false;
   if (!std::all_of(views.begin(), views.end(), is_finite)) return false;
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    out[i] = radiance_of(shade(vector_of(lights[i]), vector_of(views[i])));
+  try {
+    for (std::size_t i = 0; i < out.size(); ++i)
+      out[i] = radiance_of(shade(vector_of(lights[i]), vector_of(views[i])));
+  } catch (const std::exception&) {
+    return false;
   }
   return true;
 }
@@ -95,25 +100,29 @@ bool evaluate_all(std::span<const std::array<float, 3>> lights, std::span<const 
 
 FabricFile::FabricFile(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
-std::shared_ptr<const FabricFile::State> FabricFile::State::read(Result<FabricReader> reader,
+template <class Open>
+std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::string& name, const Open& open,
                                                                  FabricProblem* problem,
                                                                  const FabricReadOptions& options) {
-  const auto refuse = [&](const Error& error) {
-    if (problem != nullptr) *problem = problem_of(error);
-    return nullptr;
-  };
-  if (!reader) return refuse(reader.error());
-  auto state = std::make_shared<State>();
-  state->facts = facts_of(reader->header());
-  state->first_level = std::max(options.first_level, 0);
-  const int last = std::min(options.last_level, state->facts.levels - 1);
-  if (state->first_level <= last) {
-    auto fabric = reader->read_levels(state->first_level, last);
-    if (!fabric) return refuse(fabric.error());
-    state->fabric = std::move(*fabric);
-    if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
-  }
-  return state;
+  using Read = Result<std::shared_ptr<const State>>;
+  Read result = guarded(name, [&]() -> Read {
+    Result<FabricReader> reader = open();
+    if (!reader) return tl::unexpected(reader.error());
+    auto state = std::make_shared<State>();
+    state->facts = facts_of(reader->header());
+    state->first_level = std::max(options.first_level, 0);
+    const int last = std::min(options.last_level, state->facts.levels - 1);
+    if (state->first_level <= last) {
+      auto fabric = reader->read_levels(state->first_level, last);
+      if (!fabric) return tl::unexpected(fabric.error());
+      state->fabric = std::move(*fabric);
+      if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
+    }
+    return std::shared_ptr<const State>(std::move(state));
+  });
+  if (result) return std::move(*result);
+  if (problem != nullptr) *problem = problem_of(result.error());
+  return nullptr;
 }
 
 namespace {
@@ -126,7 +135,8 @@ FabricLimits limits_of(const FabricReadOptions& options) {
 
 std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
                                            const FabricReadOptions& options) {
-  auto state = State::read(FabricReader::open(path, limits_of(options)), problem, options);
+  auto state = State::read(
+      path, [&] { return FabricReader::open(path, limits_of(options)); }, problem, options);
   if (state == nullptr) return {};
   return FabricFile(std::move(state));
 }
@@ -134,7 +144,8 @@ std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProble
 std::optional<FabricFile> FabricFile::open(std::span<const std::byte> bytes, const std::string& name,
                                            FabricProblem* problem, const FabricReadOptions& options) {
   const std::span unsigned_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  auto state = State::read(FabricReader::open(unsigned_bytes, name, limits_of(options)), problem, options);
+  auto state = State::read(
+      name, [&] { return FabricReader::open(unsigned_bytes, name, limits_of(options)); }, problem, options);
   if (state == nullptr) return {};
   return FabricFile(std::move(state));
 }
@@ -209,12 +220,18 @@ bool FabricFile::evaluate_at(double level, double u, double v, std::span<const s
 
 std::vector<std::uint32_t> FabricFile::gpu_words() const {
   if (state_->fabric.levels.empty()) return {};
-  return selvedge::gpu_words({&state_->fabric, 1});
+  try {
+    return selvedge::gpu_words({&state_->fabric, 1});
+  } catch (const std::exception&) {
+    return {};
+  }
 }
 
 std::vector<FabricProblem> check_fabric_file(const std::string& path) {
   std::vector<FabricProblem> problems;
-  for (const Error& issue : check_fabric(path)) problems.push_back(problem_of(issue));
+  const auto issues = guarded(path, [&]() -> Result<Issues> { return check_fabric(path); });
+  if (!issues) return {problem_of(issues.error())};
+  for (const Error& issue : *issues) problems.push_back(problem_of(issue));
   return problems;
 }
 

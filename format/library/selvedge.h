@@ -6,7 +6,8 @@
 // in 1/sr under unit perpendicular irradiance with the light's cosine included, and is not multiplied by
 // opacity. Texel (i, j) is i to the right and j down; arrays are texel by texel, index j * width + i.
 //
-// Functions throw nothing but std::bad_alloc. A FabricFile is immutable: any number of threads may use one.
+// Functions throw nothing: too little memory is FILE_TOO_LARGE where there are problems, else nothing, false
+// or no words. A FabricFile is immutable: any number of threads may use one.
 #pragma once
 
 #include <array>

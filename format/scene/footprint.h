@@ -144,8 +144,8 @@ SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends) {
 }
 
 /// Weight of the yarn itself at a fractional level, which counts from level 0 of the fabric: half for pixels
-/// 0.84 times as wide as a texel of level 0, with the bias of best_levels. Larger ones would take more time in
-/// yarn than in texels.
+/// 0.84 times as wide as a texel of level 0, with the bias of best_levels. Larger ones would take more time
+/// in yarn than in texels.
 template <class T>
 SELVEDGE_INLINE T yarn_share(const T& level, bool blends) {
   return blend_of_levels(T(-0.75F) - level, blends);

@@ -175,13 +175,14 @@ test_refuses_to_reattach_where_nothing_is_lost_or_nothing_is_found() {
   refuses GLTF_REFERENCE plane.fabric.exr selvedge reattach packed.glb -o o.glb --fabric silk=plane.fabric.exr
   refuses FABRIC_MALFORMED plane.samples.exr selvedge reattach packed.glb -o o.glb --fabric plane.samples.exr
   refuses FILE_UNWRITABLE none/o.glb selvedge reattach packed.glb -o none/o.glb --fabric plane.fabric.exr
-  refuses FILE_UNWRITABLE plane.fabric.exr selvedge reattach packed.glb -o plane.fabric.exr --fabric plane.fabric.exr
+  cp plane.fabric.exr fabric.glb
+  refuses FILE_UNWRITABLE fabric.glb selvedge reattach packed.glb -o fabric.glb --fabric fabric.glb
 }
 
 test_refuses_a_usd_layer_that_cannot_be_written_and_leaves_no_gltf_either() {
   make_plane_fabric
   write_quad quad.gltf
-  refuses OPTION_OUT_OF_RANGE o.usd selvedge dress quad.gltf plane.fabric.exr -o o.glb --all --usda o.usd
+  exits 2 selvedge dress quad.gltf plane.fabric.exr -o o.glb --all --usda o.usd
   refuses FILE_UNWRITABLE none/o selvedge dress quad.gltf plane.fabric.exr -o o.glb --all --usda none/o.usda
 }
 

@@ -31,10 +31,11 @@ void check_scene(const Scene& scene) {
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const GltfLimits limits{.file_bytes = 1 << 20, .nesting = 64, .external_files = false};
+  const SceneLimits limits{
+      .document = {.file_bytes = 1 << 20, .nesting = 64, .other_files = OtherFiles::none}};
   const std::span<const std::uint8_t> bytes(data, size);
   const bool good = !has_error(check_gltf(bytes, "folder/input.gltf", limits));
-  Result<GltfDocument> document = load_gltf(bytes, "folder/input.gltf", limits);
+  Result<GltfDocument> document = load_gltf(bytes, "folder/input.gltf", limits.document);
   fuzz::require(document.has_value() || !good, "what the checker lets pass is loaded");
   if (!document) return 0;
   const Result<Scene> scene = read_scene(*document);

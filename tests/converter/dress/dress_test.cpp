@@ -154,8 +154,13 @@ TEST_CASE("dress: a fabric beside the glTF is referred to from the output's fold
   const std::string output = workshop.folder / "out/dressed.gltf";
   const DressReport report = test::need(dress(workshop.garment, workshop.fabric, output, everything));
   CHECK_FALSE(report.embedded);
-  CHECK(load_gltf(output)->json["extensions"][extension]["fabrics"][0]["uri"] == "../net.exr");
-  const Scene scene = test::need(read_scene(output));
+  REQUIRE(report.warnings.size() == 1);
+  CHECK(report.warnings[0].find("../net.exr: lies outside of the document's folder") != std::string::npos);
+  const SceneLimits anywhere{.document = {.other_files = OtherFiles::anywhere}};
+  const GltfDocument document = test::need(load_gltf(output, anywhere.document));
+  CHECK(document.json["extensions"][extension]["fabrics"][0]["uri"] == "../net.exr");
+  CHECK(test::error_of(read_scene(output)).code == Code::gltf_reference);
+  const Scene scene = test::need(read_scene(output, anywhere));
   CHECK(fs::equivalent(scene.fabrics[0].path, workshop.fabric));
 }
 

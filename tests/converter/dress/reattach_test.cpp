@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr GltfLimits anywhere{.other_files = OtherFiles::anywhere};
+
 constexpr const char* extension = "SELVEDGE_materials_fabric";
 
 /// Deletes the extension from the JSON, and with it whatever only the extension held.
@@ -191,7 +193,8 @@ TEST_CASE("reattach: a fabric beside the glTF is found where the mirror says, el
   fs::create_directories(workshop.folder / "out");
   job.restored = workshop.folder / "out/restored.gltf";
   REQUIRE(job.reattach({}));
-  CHECK(load_gltf(job.restored)->json["extensions"][extension]["fabrics"][0]["uri"] == "../net.exr");
+  CHECK(load_gltf(job.restored, anywhere)->json["extensions"][extension]["fabrics"][0]["uri"] ==
+        "../net.exr");
   fs::remove(job.restored);
 
   fs::rename(workshop.fabric, workshop.folder / "moved.exr");
@@ -202,7 +205,8 @@ TEST_CASE("reattach: a fabric beside the glTF is found where the mirror says, el
   CHECK(error.message.find("net.exr") != std::string::npos);
   CHECK_FALSE(fs::exists(job.restored));
   REQUIRE(job.reattach({.fabrics = {workshop.folder / "moved.exr"}}));
-  CHECK(load_gltf(job.restored)->json["extensions"][extension]["fabrics"][0]["uri"] == "../moved.exr");
+  CHECK(load_gltf(job.restored, anywhere)->json["extensions"][extension]["fabrics"][0]["uri"] ==
+        "../moved.exr");
   REQUIRE(job.reattach({.fabrics = {workshop.folder / "moved.exr"}, .embed = true}));
   CHECK(load_gltf(job.restored)->json["extensions"][extension]["fabrics"][0].contains("bufferView"));
 }
@@ -285,7 +289,7 @@ TEST_CASE("mirror: its URI moves with the glTF") {
   fs::create_directories(workshop.folder / "out");
   const std::string output = workshop.folder / "out/dressed.gltf";
   REQUIRE(dress(workshop.garment, workshop.fabric, output, {.all = true}));
-  GltfDocument document = test::need(load_gltf(output));
+  GltfDocument document = test::need(load_gltf(output, anywhere));
   CHECK(read_mirror(document, 0)->value().uri == "../net.exr");
   const std::string moved = workshop.folder / "moved.gltf";
   REQUIRE(save_gltf(document, moved));

@@ -51,6 +51,39 @@ TEST_CASE("a link stays a link, and what is no plain file stays as it is") {
   CHECK(std::filesystem::is_fifo(folder / "pipe"));
 }
 
+TEST_CASE("a file that is overwritten keeps its mode, before and after it is complete") {
+  namespace fs = std::filesystem;
+  const Folder folder;
+  const auto mode_of = [](const std::string& path) {
+    return static_cast<int>(fs::status(path).permissions());
+  };
+  for (const int mode : {0600, 0640, 0444, 0755}) {
+    CAPTURE(mode);
+    REQUIRE(write_file(folder / "a", std::string("before")));
+    fs::permissions(folder / "a", static_cast<fs::perms>(mode));
+    auto file = test::need(AtomicFile::create(folder / "a"));
+    CHECK(mode_of(file.temporary()) == 0600);
+    test::write_bytes(file.temporary() + "x", "");  // of a new file, as the user's mask has it
+    const int plain = mode_of(file.temporary() + "x");
+    fs::remove(file.temporary() + "x");
+    REQUIRE(file.commit());
+    CHECK(mode_of(folder / "a") == mode);
+    REQUIRE(write_file(folder / "new", std::string("new")));
+    CHECK(mode_of(folder / "new") == plain);
+    fs::remove(folder / "new");
+    fs::remove(folder / "a");
+  }
+}
+
+TEST_CASE("a link to a file that is not there is no output") {
+  const Folder folder;
+  std::filesystem::create_symlink(folder / "none", folder / "link");
+  CHECK(test::error_of(write_file(folder / "link", std::string("text"))).code == Code::file_unwritable);
+  CHECK_FALSE(std::filesystem::exists(folder / "none"));
+  std::filesystem::create_symlink("circle", folder / "circle");
+  CHECK(test::error_of(write_file(folder / "circle", std::string("text"))).code == Code::file_unwritable);
+}
+
 TEST_CASE("a place that cannot be written to is named") {
   const Folder folder;
   const auto file = AtomicFile::create(folder / "absent/a");

@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr SceneLimits anywhere{.document = {.other_files = OtherFiles::anywhere}};
+
 /// A triangle with `extra` put in front of the root's members.
 std::string triangle(
     const std::string& extra = "",
@@ -143,19 +145,19 @@ TEST_CASE("gltf: missing files, other versions, required extensions and deep nes
 TEST_CASE("gltf: a document that is not to open other files refuses their URIs, and data URIs are its own") {
   const Folder folder;
   test::write_bytes(folder / "three.bin", "abc");
-  const auto load = [&](const std::string& uri, bool external_files) {
+  const auto load = [&](const std::string& uri, OtherFiles other_files) {
     const std::string text =
         R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":3,"uri":")" + uri + R"("}]})";
     return load_gltf({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
-                     folder / "memory.gltf", {.external_files = external_files});
+                     folder / "memory.gltf", {.other_files = other_files});
   };
   const std::vector<std::vector<std::uint8_t>> abc{{'a', 'b', 'c'}};
-  REQUIRE(load("three.bin", true));
-  CHECK(load("three.bin", true)->buffers == abc);
-  REQUIRE_FALSE(load("three.bin", false));
-  CHECK(load("three.bin", false).error().code == Code::gltf_unsupported);
-  REQUIRE(load("data:application/octet-stream;base64,YWJj", false));
-  CHECK(load("data:application/octet-stream;base64,YWJj", false)->buffers == abc);
+  REQUIRE(load("three.bin", OtherFiles::inside));
+  CHECK(load("three.bin", OtherFiles::inside)->buffers == abc);
+  REQUIRE_FALSE(load("three.bin", OtherFiles::none));
+  CHECK(load("three.bin", OtherFiles::none).error().code == Code::gltf_unsupported);
+  REQUIRE(load("data:application/octet-stream;base64,YWJj", OtherFiles::none));
+  CHECK(load("data:application/octet-stream;base64,YWJj", OtherFiles::none)->buffers == abc);
 }
 
 TEST_CASE("gltf: nodes that are their own ancestors are refused") {
@@ -249,13 +251,15 @@ TEST_CASE("gltf: pictures are found from another folder, or go into the GLB byte
                      R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":1}}}]})"));
   for (const char* name : {"out/b.gltf", "out/b.glb"}) {
     REQUIRE(save_gltf(*load_gltf(folder / "in put/a.gltf"), folder / name));
-    const Scene scene = test::need(read_scene(folder / name));
+    const Scene scene = test::need(read_scene(folder / name, anywhere));
     REQUIRE(scene.images.size() == 1);
     CHECK(std::string(scene.images[0].bytes.begin(), scene.images[0].bytes.end()) == "\x89PNG picture");
     CHECK(scene.materials[1].base_color_texture.image == -1);
     CHECK(scene.remarks.size() == 1);
   }
-  CHECK(load_gltf(folder / "out/b.gltf")->json["images"][1]["uri"] == "../in%20put/none.png");
+  CHECK(test::error_of(read_scene(folder / "out/b.gltf")).code == Code::gltf_reference);
+  CHECK(load_gltf(folder / "out/b.gltf", anywhere.document)->json["images"][1]["uri"] ==
+        "../in%20put/none.png");
 }
 
 TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {

@@ -1,0 +1,34 @@
+// What a reader of glTF files allows a document that is not trusted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace selvedge {
+
+/// Files beside a document that it may name by a URI: none (data URIs alone), those in its own folder and
+/// below, or any.
+enum class OtherFiles { none, inside, anywhere };
+
+/// Bytes that reading and drawing a document may take, reckoned before they are taken (memory.h).
+inline constexpr std::uint64_t default_memory = std::uint64_t{1} << 32;
+
+/// A file beyond one of these is refused with FILE_TOO_LARGE; nesting with GLTF_MALFORMED.
+struct GltfLimits {
+  std::uint64_t file_bytes = std::uint64_t{1} << 31;
+  std::uint64_t buffer_bytes = std::uint64_t{1} << 32;  ///< of all buffers together
+  int nesting = 128;                                    ///< of JSON brackets
+  int members = 1024;  ///< of one JSON object, whose members are looked up one after the other
+  std::uint64_t memory = default_memory;        ///< of the whole document
+  OtherFiles other_files = OtherFiles::inside;  ///< GLTF_REFERENCE for others; GLTF_UNSUPPORTED with `none`
+};
+
+struct SceneLimits {
+  GltfLimits document;
+  /// Of all primitives together, after expansion; no more than unbacked_elements in any case.
+  std::size_t vertices = std::size_t{1} << 27;
+  std::size_t instances = std::size_t{1} << 20;
+  std::uint64_t image_bytes = std::uint64_t{1} << 30;  ///< of all encoded pictures; beyond, they are left out
+};
+
+}  // namespace selvedge

@@ -1,0 +1,74 @@
+#include "format/gltf/picture_type.h"
+
+#include <algorithm>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+std::uint64_t product(std::int64_t width, std::int64_t height) {
+  return width > 0 && height > 0 ? static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) : 0;
+}
+
+/// Of the first frame: segments are skipped by their lengths.
+std::uint64_t jpeg_pixels(std::span<const std::uint8_t> bytes) {
+  const auto word = [&](std::size_t at) { return bytes[at] * 256 + bytes[at + 1]; };
+  std::size_t at = 2;
+  while (at + 9 <= bytes.size()) {
+    const int marker = bytes[at + 1];
+    if (bytes[at] != 0xFF || marker == 0xFF) {
+      ++at;  // fill
+      continue;
+    }
+    // Frames are C0 to CF but for tables of codes, an extension and arithmetic coding.
+    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC)
+      return product(word(at + 7), word(at + 5));
+    const bool bare = marker == 0 || marker == 1 || (marker >= 0xD0 && marker <= 0xD8);
+    at += 2 + (bare ? 0 : static_cast<std::size_t>(word(at + 2)));
+  }
+  return 0;
+}
+
+/// Of the data window of the first part.
+std::uint64_t exr_pixels(std::span<const std::uint8_t> bytes) {
+  constexpr std::string_view name("dataWindow\0box2i\0\x10\0\0\0", 21);
+  const auto found = std::search(bytes.begin(), bytes.end(), name.begin(), name.end(),
+                                 [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); });
+  if (static_cast<std::size_t>(bytes.end() - found) < name.size() + 16) return 0;
+  const auto number = [&](int which) {
+    const auto at = found + static_cast<std::ptrdiff_t>(name.size()) + 4 * which;
+    return std::int64_t{static_cast<std::int32_t>(at[0] | at[1] << 8U | at[2] << 16U |
+                                                  static_cast<std::uint32_t>(at[3]) << 24U)};
+  };
+  return product(number(2) - number(0) + 1, number(3) - number(1) + 1);
+}
+
+}  // namespace
+
+std::string_view picture_type(std::span<const std::uint8_t> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const auto at = [&](std::size_t begin, std::string_view magic) {
+    return text.size() >= begin + magic.size() && text.substr(begin).starts_with(magic);
+  };
+  if (at(0, "\x89PNG")) return "image/png";
+  if (at(0, "\xFF\xD8\xFF")) return "image/jpeg";
+  if (at(0, "RIFF") && at(8, "WEBP")) return "image/webp";
+  if (at(0, "\xABKTX 20\xBB\r\n\x1A\n")) return "image/ktx2";
+  if (at(4, "ftypavif") || at(4, "ftypavis")) return "image/avif";
+  if (at(0, "DDS ")) return "image/vnd-ms.dds";
+  return at(0, std::string_view("\x76\x2F\x31\x01", 4)) ? "image/x-exr" : "";
+}
+
+std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes) {
+  const std::string_view type = picture_type(bytes);
+  const auto number = [&](std::size_t at) {
+    std::int64_t value = 0;
+    for (std::size_t i = at; i < at + 4; ++i) value = value * 256 + bytes[i];
+    return value;
+  };
+  if (type == "image/png") return bytes.size() >= 24 ? product(number(16), number(20)) : 0;
+  if (type == "image/jpeg") return jpeg_pixels(bytes);
+  return type == "image/x-exr" ? exr_pixels(bytes) : 0;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,17 @@
+// What encoded pictures are, by their first bytes; nothing is decoded.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace selvedge {
+
+/// The MIME type of an encoded picture, by its first bytes; "" for bytes of anything else, however short.
+std::string_view picture_type(std::span<const std::uint8_t> bytes);
+
+/// Number of pixels that the header of a PNG, a JPEG or an OpenEXR file declares; 0 for files of other kinds,
+/// which are never decoded, and without a readable header.
+std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes);
+
+}  // namespace selvedge

@@ -1,0 +1,193 @@
+#!/usr/bin/env bash
+# What a garment of somebody else can do: read no file that it does not bring, end no program, take no more than its
+# share. The hostile files are made here.
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+# edited IN.gltf OUT.gltf STATEMENT: with the JSON as `g`.
+edited() {
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync(process.argv[1]));
+    eval(process.argv[3]);
+    fs.writeFileSync(process.argv[2], JSON.stringify(g));' "$@"
+}
+
+# A base colour texture from a URI.
+picture_from() {
+  echo "g.images = [{uri: '$1'}]; g.textures = [{source: 0}];
+    g.materials[0].pbrMetallicRoughness = {baseColorTexture: {index: 0}};"
+}
+
+test_no_verb_opens_a_file_outside_of_the_garments_folder() {
+  make_plane_fabric
+  write_quad quad.gltf
+  mkdir in out
+  echo 'the secret of the server' >secret
+  ln -s ../secret in/link.png
+  for uri in ../secret ..%2Fsecret "$PWD/secret" link.png ../no-such-file; do
+    edited quad.gltf in/a.gltf "$(picture_from "$uri")"
+    refuses GLTF_REFERENCE --allow-outside selvedge dress in/a.gltf plane.fabric.exr -o out/a.glb --all
+    refuses GLTF_REFERENCE --allow-outside selvedge reattach in/a.gltf -o out/a.glb
+    refuses GLTF_REFERENCE --allow-outside selvedge info in/a.gltf
+    refuses GLTF_REFERENCE --allow-outside selvedge plan in/a.gltf
+    refuses GLTF_REFERENCE --allow-outside selvedge-view render in/a.gltf -o out/a.png
+    refuses GLTF_REFERENCE --allow-outside selvedge-view show in/a.gltf
+    exits 1 selvedge check in/a.gltf quad.gltf
+    grep -qE 'error: in/a.gltf: .*--allow-outside.* \[GLTF_REFERENCE\]$' "$scratch/err"
+    grep -qF 'quad.gltf: gltf, good' "$scratch/out"
+  done
+}
+
+test_what_is_no_picture_goes_into_no_garment_even_if_it_is_allowed() {
+  make_plane_fabric
+  write_quad quad.gltf
+  mkdir in out
+  echo 'the secret of the server' >secret
+  edited quad.gltf in/a.gltf "$(picture_from ../secret)"
+  exits 0 selvedge dress in/a.gltf plane.fabric.exr -o out/a.glb --all --allow-outside --usda out/a.usda
+  exits 1 selvedge check in/a.gltf --allow-outside
+  cat "$scratch/out" "$scratch/err" out/* >all
+  [ "$(grep -c 'the secret' all)" = 0 ] || fail "bytes of a file that is no picture came out"
+}
+
+test_check_goes_on_after_a_file_that_ends_it() {
+  write_quad quad.gltf
+  # A document of 1.5 GB, more than there is memory for.
+  printf '{' >large.gltf
+  truncate -s 1500M large.gltf
+  exits 1 bash -c 'ulimit -v 1200000; selvedge check large.gltf quad.gltf --threads 1'
+  grep -qE '^selvedge: error: large.gltf: .*memory.* \[FILE_TOO_LARGE\]$' "$scratch/err"
+  grep -qF 'quad.gltf: gltf, good' "$scratch/out"
+  exits 1 bash -c 'ulimit -v 1200000; selvedge info large.gltf --threads 1'
+  grep -qE '^selvedge: large.gltf: .*memory.* \[FILE_TOO_LARGE\]$' "$scratch/err"
+  exits 1 bash -c 'ulimit -v 1200000; selvedge info large.gltf --threads 1 --json'
+  holds "r.error.code === 'FILE_TOO_LARGE' && r.error.file === 'large.gltf'"
+}
+
+test_pictures_that_are_cut_short_or_have_no_name_end_no_verb() {
+  make_plane_fabric
+  write_quad quad.gltf
+  printf 'RIFF\4\0\0\0' >short.webp
+  : >empty.png
+  for uri in short.webp empty.png '' . ./ 'a/..' '%00' '%' '#' 'data:' 'data:,' 'data:image/webp;base64,UklGRg=='; do
+    edited quad.gltf a.gltf "$(picture_from "$uri")"
+    exits 1 selvedge check a.gltf quad.gltf
+    grep -qE 'error: a.gltf: /images/0.* \[IMAGE_UNREADABLE\]$' "$scratch/err"
+    grep -qF 'quad.gltf: gltf, good' "$scratch/out"
+    exits 0 selvedge dress a.gltf plane.fabric.exr -o d.glb --all --usda d.usda
+    exits 0 selvedge dress a.gltf plane.fabric.exr -o d.gltf --all --no-fallback --usda d.usda
+    exits 0 selvedge info a.gltf
+    exits 0 selvedge-view render d.gltf -o d.png --size 16x16
+  done
+}
+
+# Files of some megabytes at most that declare far more than a machine has.
+write_greedy() {
+  write_quad quad.gltf
+  edited quad.gltf pictures.gltf 'const zlib = require("zlib"), side = 8000;
+    const chunk = (name, data) => {
+      const all = Buffer.concat([Buffer.from(name), data]), size = Buffer.alloc(4), sum = Buffer.alloc(4);
+      const table = [...Array(256).keys()].map(n => { for (let k = 0; k < 8; ++k) n = n & 1 ? 0xEDB88320 ^ n >>> 1 : n >>> 1; return n; });
+      let crc = -1;
+      for (const byte of all) crc = table[(crc ^ byte) & 255] ^ crc >>> 8;
+      size.writeUInt32BE(data.length), sum.writeInt32BE(~crc);
+      return Buffer.concat([size, all, sum]);
+    };
+    const header = Buffer.from([0, 0, side >> 8, side & 255, 0, 0, side >> 8, side & 255, 1, 0, 0, 0, 0]);
+    const rows = zlib.deflateSync(Buffer.alloc((side / 8 + 1) * side), {level: 9});
+    fs.writeFileSync("zeros.png", Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"),
+      chunk("IHDR", header), chunk("IDAT", rows), chunk("IEND", Buffer.alloc(0))]));
+    g.images = [], g.textures = [], g.materials = [], g.scenes[0].nodes = [], g.nodes = [], g.meshes = [];
+    for (let i = 0; i < 64; ++i) {
+      fs.copyFileSync("zeros.png", `zeros${i}.png`);
+      g.images.push({uri: `zeros${i}.png`}), g.textures.push({source: i}), g.scenes[0].nodes.push(i);
+      g.materials.push({pbrMetallicRoughness: {baseColorTexture: {index: i}}}), g.nodes.push({mesh: i});
+      g.meshes.push({primitives: [{attributes: {POSITION: 0, NORMAL: 1, TEXCOORD_0: 2}, indices: 3, material: i}]});
+    }'
+  # indices of TRIANGLES over the four vertices of the quad, in a buffer of their own.
+  local many='const indices = n => {
+      const data = Buffer.alloc(3 * n);
+      for (let i = 0; i < n; ++i) data[3 * i + 1] = 1, data[3 * i + 2] = 2;
+      fs.writeFileSync("indices.bin", data);
+      g.buffers.push({byteLength: 3 * n, uri: "indices.bin"});
+      g.bufferViews.push({buffer: 1, byteLength: 3 * n});
+      g.accessors[3] = {bufferView: 4, componentType: 5121, count: 3 * n, type: "SCALAR"};
+    };'
+  edited quad.gltf instances.gltf "$many indices(1e5);
+    const places = Buffer.alloc(12 * 1e5);
+    fs.writeFileSync('places.bin', places);
+    g.buffers.push({byteLength: places.length, uri: 'places.bin'});
+    g.bufferViews.push({buffer: 2, byteLength: places.length});
+    g.accessors.push({bufferView: 5, componentType: 5126, count: 1e5, type: 'VEC3'});
+    g.extensionsUsed = ['EXT_mesh_gpu_instancing'];
+    g.nodes[0].extensions = {EXT_mesh_gpu_instancing: {attributes: {TRANSLATION: 4}}};"
+  edited quad.gltf nodes.gltf "$many indices(1e5);
+    for (let i = 1; i < 1e5; ++i) g.nodes.push({mesh: 0}), g.scenes[0].nodes.push(i);"
+  edited quad.gltf primitives.gltf "$many indices(1e5);
+    delete g.meshes[0].primitives[0].attributes.NORMAL;
+    for (let i = 1; i < 2000; ++i) g.meshes[0].primitives.push(g.meshes[0].primitives[0]);"
+}
+
+test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it() {
+  make_plane_fabric
+  write_greedy
+  # Far below what a single one of them would take; the default limit is 4 GiB, here it is less.
+  greedy() { timeout 60 bash -c 'ulimit -v 3000000; exec "$@"' - "$@" --threads 1 --max-memory 1G; }
+  for file in instances nodes primitives pictures; do
+    exits 1 greedy selvedge check $file.gltf quad.gltf
+    grep -qE "^selvedge: error: $file.gltf: .*--max-memory.* \[FILE_TOO_LARGE\]$" "$scratch/err"
+    grep -qF 'quad.gltf: gltf, good' "$scratch/out"
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge-view render $file.gltf -o o.png
+    [ $file != pictures ] || continue
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge info $file.gltf
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge plan $file.gltf
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge dress $file.gltf plane.fabric.exr -o o.glb --all
+  done
+  # By default as well, and the option raises it.
+  exits 1 selvedge check instances.gltf nodes.gltf primitives.gltf pictures.gltf --quiet
+  [ "$(grep -oE 'error: [a-z]+\.gltf: .*FILE_TOO_LARGE' "$scratch/err" | cut -d: -f2 | sort -u | wc -l)" = 4 ]
+  exits 0 selvedge check pictures.gltf --max-memory 100G --quiet
+  exits 2 selvedge check quad.gltf --max-memory much
+}
+
+test_an_output_keeps_the_mode_of_what_was_there_and_follows_no_link_to_nothing() {
+  make_plane_fabric
+  write_quad quad.gltf
+  for name in o.glb o.gltf o.bin; do touch $name && chmod 600 $name; done
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.glb --all
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all
+  exits 0 selvedge-view render o.glb -o o.png --size 16x16
+  [ "$(stat -c %a o.glb o.gltf o.bin | sort -u)" = 600 ]
+  chmod 640 o.png
+  exits 0 selvedge-view render o.glb -o o.png --size 16x16
+  [ "$(stat -c %a o.png)" = 640 ]
+  ln -s nothing.glb link.glb
+  refuses FILE_UNWRITABLE link.glb selvedge dress quad.gltf plane.fabric.exr -o link.glb --all
+}
+
+test_an_output_with_another_ending_is_wrong_usage() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge dress quad.gltf plane.fabric.exr -o dressed.glb --all --quiet
+  for line in 'dress quad.gltf plane.fabric.exr --all -o o.obj' 'dress quad.gltf plane.fabric.exr --all -o o' \
+    'dress quad.gltf plane.fabric.exr --all -o o.glb --usda o.usd' 'reattach dressed.glb -o o.usda' \
+    'plan dressed.glb -o o.txt'; do
+    # shellcheck disable=SC2086
+    exits 2 selvedge $line
+    grep -qE 'does not end in' "$scratch/err"
+  done
+}
+
+test_what_a_killed_run_left_of_its_pipe_is_taken_away_by_the_next() {
+  make_plane_fabric
+  write_quad quad.gltf
+  export TMPDIR=$PWD/tmp
+  mkdir -p tmp/selvedge-pipe-killed tmp/selvedge-pipe-living tmp/other
+  touch tmp/selvedge-pipe-killed/out.glb tmp/selvedge-pipe-living/out.glb
+  ln -s "$PWD/quad.gltf" tmp/selvedge-pipe-link
+  exits 0 flock tmp/selvedge-pipe-living selvedge dress quad.gltf plane.fabric.exr -o - --all
+  [ "$(ls tmp | tr '\n' ' ')" = 'other selvedge-pipe-link selvedge-pipe-living ' ] || fail "left: $(ls tmp)"
+  [ -e quad.gltf ] && [ "$(head -c 4 "$scratch/out")" = glTF ]
+  exits 1 selvedge dress quad.gltf none.exr -o - --all
+  [ ! -e tmp/selvedge-pipe-living ]
+}
+
+"$2"
