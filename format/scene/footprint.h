@@ -136,11 +136,11 @@ SELVEDGE_INLINE T texel_share(const PixelBox<T>& box, const T& x, const T& y) {
 }
 
 /// The coarser one's weight of two neighbouring levels, from the part of a fractional level behind the point:
-/// most pixels show one level alone.
+/// half of the pixels show one level alone, or most for `steep` ramps.
 template <class T>
-SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends) {
-  const T sharp(blends ? 4.0F : 1e6F);
-  return smaller(larger((part - T(0.5F)) * sharp + T(0.5F), T(0)), T(1));
+SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends, float steep = 2) {
+  const T slope(blends ? steep : 1e6F);
+  return smaller(larger((part - T(0.5F)) * slope + T(0.5F), T(0)), T(1));
 }
 
 /// Weight of the yarn itself at a fractional level, which counts from level 0 of the fabric: half for pixels
@@ -148,7 +148,7 @@ SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends) {
 /// in yarn than in texels.
 template <class T>
 SELVEDGE_INLINE T yarn_share(const T& level, bool blends) {
-  return blend_of_levels(T(-0.75F) - level, blends);
+  return blend_of_levels(T(-0.75F) - level, blends, 4);
 }
 
 }  // namespace selvedge

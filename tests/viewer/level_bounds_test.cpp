@@ -168,7 +168,7 @@ TEST_CASE(
       const LevelRange range = levels_asked(cover, best_levels, 10);
       const double fraction = std::log2(cover.min_size) + static_cast<double>(best_levels.bias);
       const double part = fraction - std::floor(fraction);
-      const double finest = std::floor(fraction) + std::clamp(4 * (part - 0.5) + 0.5, 0.0, 1.0);
+      const double finest = std::floor(fraction) + std::clamp(2 * (part - 0.5) + 0.5, 0.0, 1.0);
       double seen = HUGE_VAL;
       int pixels = 0;
       for (int i = 0; i < 40; ++i) {

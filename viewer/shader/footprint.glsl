@@ -48,8 +48,8 @@ float texel_share(PixelBox box, vec2 from_centre) {
   return all(lessThan(abs(from_centre), box.reach)) ? share.x * share.y : 0.0;
 }
 
-float blend_of_levels(float part, bool blends) {
-  return clamp((part - 0.5) * (blends ? 4.0 : 1e6) + 0.5, 0.0, 1.0);
+float blend_of_levels(float part, bool blends, float steep) {
+  return clamp((part - 0.5) * (blends ? steep : 1e6) + 0.5, 0.0, 1.0);
 }
 
-float yarn_share(float level, bool blends) { return blend_of_levels(-0.75 - level, blends); }
+float yarn_share(float level, bool blends) { return blend_of_levels(-0.75 - level, blends, 4.0); }

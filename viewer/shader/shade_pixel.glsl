@@ -188,7 +188,7 @@ void main() {
 #endif
   level = clamp(level, 0.0, float(word(fabric + fabric_level_count) - 1u));
   float lower = floor(level);
-  float of_upper = blend_of_levels(level - lower, blend_levels != 0);
+  float of_upper = blend_of_levels(level - lower, blend_levels != 0, 2.0);
   for (int k = 0; k < 2; ++k) {
     float part = of_texels * (k == 0 ? 1.0 - of_upper : of_upper);
     if (part == 0.0) continue;

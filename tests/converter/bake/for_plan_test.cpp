@@ -22,7 +22,7 @@ TEST_CASE("a cell is baked at the coarsest level that is fine enough, with a qua
   BakeOptions whole;
   whole.samples = 8;
   whole.truth_samples = 64;
-  const BakeOptions second = bake_for(demand_for(2.9), period, whole, false);
+  const BakeOptions second = bake_for(demand_for(2.74), period, whole, false);
   CHECK(V2i(second.width, second.height) == V2i(8, 8));
   REQUIRE(second.whole);
   CHECK(*second.whole == WholeFabric{V2i(32, 32), 2});
@@ -31,12 +31,13 @@ TEST_CASE("a cell is baked at the coarsest level that is fine enough, with a qua
   CHECK(second.held_out_pairs == whole.held_out_pairs);
   CHECK(second.validation_pairs == 0);
   CHECK(second.rim_pairs == 0);
-  CHECK(bake_for(demand_for(2.9), period, whole, true).validation_pairs == whole.validation_pairs);
-  // A level that is just enough by its figures might not be by its digits.
-  CHECK(bake_for(demand_for(3), period, whole, false).whole->level == 2);
-  CHECK(bake_for(demand_for(3.01), period, whole, false).whole->level == 3);
-  CHECK_FALSE(bake_for(demand_for(0.9), period, whole, false).whole.has_value());
-  CHECK(bake_for(demand_for(0.9), period, whole, false).samples == 8);
+  CHECK(bake_for(demand_for(2.74), period, whole, true).validation_pairs == whole.validation_pairs);
+  // Up to three quarters of the way to the next level both count. A level that is just enough by its figures
+  // might not be by its digits.
+  CHECK(bake_for(demand_for(2.75), period, whole, false).whole->level == 2);
+  CHECK(bake_for(demand_for(2.76), period, whole, false).whole->level == 3);
+  CHECK_FALSE(bake_for(demand_for(0.74), period, whole, false).whole.has_value());
+  CHECK(bake_for(demand_for(0.74), period, whole, false).samples == 8);
   // Beyond the coarsest level, and where nothing is seen.
   for (const TexelDemand& far : {demand_for(20), TexelDemand{HUGE_VAL, 0, bias}}) {
     const BakeOptions last = bake_for(far, period, whole, false);
@@ -58,10 +59,10 @@ TEST_CASE("as many levels are fitted as are asked for") {
   header.width = header.height = 8;
   header.period_mm = V2f(period);
   header.whole = WholeFabric{V2i(32, 32), 2};
-  TexelDemand demand = demand_for(2.9);
+  TexelDemand demand = demand_for(2.74);
   CHECK(levels_needed(demand, header) == 4);
-  // Level 3.2 of texels of 0.2 mm: levels 2, 3 and 4.
-  demand.max_mm = 0.2 * std::exp2(3.2 - bias);
+  // Level 3.3 of texels of 0.2 mm: levels 2, 3 and 4.
+  demand.max_mm = 0.2 * std::exp2(3.3 - bias);
   CHECK(levels_needed(demand, header) == 3);
   demand.max_mm = demand.min_mm;
   CHECK(levels_needed(demand, header) >= 2);

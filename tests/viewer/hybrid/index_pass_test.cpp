@@ -65,7 +65,7 @@ Agreement compare_to_rays(const test::Indexed& indexed, const std::vector<Fabric
     const double last = static_cast<double>(fabric.levels.size()) - 1;
     const double by_area = std::clamp(expected_level(right, up), 0.0, last);
     const double part = by_area - std::floor(by_area);
-    const double level = std::floor(by_area) + std::clamp(4 * (part - 0.5) + 0.5, 0.0, 1.0);
+    const double level = std::floor(by_area) + std::clamp(2 * (part - 0.5) + 0.5, 0.0, 1.0);
     bool counts = true;
     bool good = block.surface[lane] == triangle.surface;
     for (std::size_t k = 0; k < block.texel_count && good; ++k) {
