@@ -136,9 +136,9 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
       .number("--smoothness", fit.table.smoothness, "X",
               "Pull of the table's neighbouring views towards each other")
       .in(0, 1e300);
-  options.bytes(
-      "--budget", make.budget,
-      "Choose the layers of every level so that the file has at most this many bytes (K, M: KiB, MiB)");
+  options.bytes("--budget", make.budget,
+                "Choose the layers of every level so that the file without its yarn has at most this many "
+                "bytes (K, M: KiB, MiB)");
   options
       .text("--report", report, "FILE",
             "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")

@@ -49,7 +49,7 @@ Result<std::vector<LevelReport>> fit_layers(SamplesReader& reader, const FitComm
   if (!held_out) return tl::unexpected(held_out.error());
   const double bytes = options.budget_for(reader.header().texels());
   std::shared_ptr<const Yarns> counted;
-  if (options.budget_texels == 0) {
+  if (options.budget_has_yarn) {
     auto yarns = yarns_of(reader);
     if (!yarns) return tl::unexpected(yarns.error());
     counted = std::move(*yarns);

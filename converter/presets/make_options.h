@@ -20,11 +20,11 @@ struct MakeOptions {
   BakeOptions bake;
   FitOptions fit;
   FabricWriteOptions write;
-  /// Bytes of the file, within which the layers of every level are chosen (fitter/budget/candidates.h).
+  /// Bytes of the file without its yarn, within which the layers of every level are chosen
+  /// (fitter/budget/candidates.h).
   std::optional<std::uint64_t> budget;
-  /// Level-0 texels of `budget`, which grows with more texels and does not count the yarn; 0: it is that of the
-  /// whole file.
-  int budget_texels = 0;
+  int budget_texels = 0;         ///< level-0 texels of `budget`, which grows with more texels; 0: it is fixed
+  bool budget_has_yarn = false;  ///< the yarn counts as part of it
 
   /// The budget for `texels` at level 0. Precondition: there is a budget.
   double budget_for(int texels) const;

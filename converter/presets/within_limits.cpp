@@ -22,6 +22,7 @@ std::array<double, 4> rank_of(const MakeLimits& limits, const MakeFigures& f) {
 TriedSetting setting_of(const MeasuredSetting& row, const MakeLimits& limits, const MakeOptions& base) {
   TriedSetting setting{with_knobs(row.knobs, base), {row.bytes, row.seconds, row.held_out}, {}};
   if (auto& budget = setting.options.budget; budget && limits.bytes) {
+    setting.options.budget_has_yarn = true;
     const bool enough = limits.held_out && row.held_out >= *limits.held_out;
     budget = enough ? std::min(*budget, *limits.bytes) : *limits.bytes;
   }

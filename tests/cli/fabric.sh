@@ -143,7 +143,7 @@ test_answer_checks_files_of_every_kind() {
 
 test_yarn_goes_from_the_stitch_into_the_fabric() {
   local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 --quiet)
-  exits 0 selvedge make plain-knit --yarns "${few[@]}" --report y.md -o y.fabric.exr
+  exits 0 selvedge make plain-knit --yarns on "${few[@]}" --report y.md -o y.fabric.exr
   grep -qE '^Yarn: [0-9]+ curves?, [0-9]+ nodes, [0-9]+ bytes\.$' y.md || fail "$(cat y.md)"
   # Its bytes are of no level.
   if grep -q '^| bytes at level .*yarns' y.md; then fail "$(cat y.md)"; fi
@@ -159,7 +159,7 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   exits 1 selvedge evaluate y.fabric.exr --level -1 --texel 0,0
   exits 1 selvedge evaluate y.fabric.exr --level -1.5 --uv 0,0
   # By way of samples and shards it is the same.
-  local bake=(plain-knit --yarns --texels 8 --views 4 --lights 4 --samples 1 --quiet)
+  local bake=(plain-knit --yarns on --texels 8 --views 4 --lights 4 --samples 1 --quiet)
   selvedge bake "${bake[@]}" -o s.exr
   selvedge bake "${bake[@]}" --shard 0/2 -o 0.shard
   selvedge bake "${bake[@]}" --shard 1/2 -o 1.shard
@@ -169,11 +169,11 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   exits 0 selvedge evaluate f.fabric.exr --level -1 --uv 0.3,0.4
   # In a mesh from a file they are found; a sheet has none.
   selvedge stitch plain-knit -o knit.ply --quiet
-  exits 0 selvedge make knit.ply --period 5x3.8 --yarns "${few[@]}" -o k.fabric.exr
+  exits 0 selvedge make knit.ply --period 5x3.8 --yarns on "${few[@]}" -o k.fabric.exr
   exits 0 selvedge evaluate k.fabric.exr --level -1 --uv 0.3,0.4 --json
   holds 'r.alpha === 1 && r.rgb[0] > 0'
   write_plane plane.obj
-  exits 0 selvedge make plane.obj --period 2x2 --yarns --texels 8 --views 4 --lights 4 --samples 1 --lobes 1 -o p.fabric.exr
+  exits 0 selvedge make plane.obj --period 2x2 --yarns on --texels 8 --views 4 --lights 4 --samples 1 --lobes 1 -o p.fabric.exr
   grep -q 'no yarns are stored' "$scratch/err" || fail "says nothing of the yarns"
 }
 
