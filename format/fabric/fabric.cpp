@@ -111,6 +111,15 @@ void FabricLevel::add(LayerKind kind, int channels, float value) {
   set(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
 }
 
+float largest_yarn_pixel(const Fabric& fabric) {
+  if (fabric.levels.empty() || !fabric.levels.front().yarns()) return 0;
+  float radius = 0;
+  for (const YarnCurve& curve : fabric.levels.front().yarns()->data().curves)
+    radius = std::max(radius, curve.radius);
+  const V2f texel = fabric.period_mm / V2f(whole_texels(fabric));
+  return std::max(0.75F * radius / std::sqrt(texel.x * texel.y), std::ldexp(0.84F, fabric.first_level()));
+}
+
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::products)) return level.bases;

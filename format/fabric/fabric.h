@@ -163,6 +163,11 @@ bool is_level_of(const WholeFabric& whole, int width, int height);
 /// for level 0 of the part.
 bool has_more_levels(const WholeFabric& whole, int levels);
 
+/// Width of the pixels at which texels take over from the yarn itself, in texels of level 0 of the whole fabric:
+/// three quarters of the thickest yarn's radius, since larger pixels take more time in yarn than in texels, or
+/// 0.84 of a texel of level 0 of this fabric, where that is more. 0 without yarn.
+float largest_yarn_pixel(const Fabric& fabric);
+
 /// The functions that all levels with products share; null without products.
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric);
 

@@ -16,7 +16,8 @@ const uint fabric_width = 9u;             // texels of level 0 of the whole fabr
 const uint fabric_height = 10u;
 const uint fabric_first_level = 11u;   // the level of the whole fabric that is the first level here
 const uint fabric_yarns = 12u;         // place of the yarn itself, level -1
-const uint fabric_level_places = 13u;  // of level 0; the place of level k is k words further
+const uint fabric_largest_yarn_pixel = 13u;  // width in texels of level 0 of the whole fabric; 0: no yarn
+const uint fabric_level_places = 14u;  // of level 0; the place of level k is k words further
 
 // Words of a level, counted from its place.
 const uint level_width = 0u;

@@ -143,12 +143,11 @@ SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends, float steep = 2) {
   return smaller(larger((part - T(0.5F)) * slope + T(0.5F), T(0)), T(1));
 }
 
-/// Weight of the yarn itself at a fractional level, which counts from level 0 of the fabric: half for pixels
-/// 0.84 times as wide as a texel of level 0, with the bias of best_levels. Larger ones would take more time
-/// in yarn than in texels.
+/// Weight of the yarn itself for a pixel of `size` (pixel_size()), where `largest` is largest_yarn_pixel(); 0
+/// without yarn.
 template <class T>
-SELVEDGE_INLINE T yarn_share(const T& level, bool blends) {
-  return blend_of_levels(T(-0.75F) - level, blends, 4);
+SELVEDGE_INLINE T yarn_share(const T& size, const T& largest, bool blends) {
+  return if_greater(largest, T(0), blend_of_levels(wide_log2(largest / size) + T(0.5F), blends, 4), T(0));
 }
 
 }  // namespace selvedge

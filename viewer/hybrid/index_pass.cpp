@@ -15,7 +15,7 @@ struct Corners {
   std::array<std::array<const Group*, lane_count>, 3> screen;
   std::array<std::array<const Group*, lane_count>, 3> attributes;
   alignas(64) LaneFloats last_level;
-  alignas(64) LaneFloats yarn;  ///< 1 if the fabric has yarn, else 0
+  alignas(64) LaneFloats largest_yarn_pixel;
 };
 
 /// A value at the three corners, interpolated.
@@ -135,7 +135,8 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     const Wide relative = (options.forced >= 0 ? Wide(static_cast<float>(options.forced))
                                                : wide_log2(size) + Wide(options.bias)) -
                           first_level;
-    (Wide::load(&corners.yarn[first]) * yarn_share(relative, options.blend)).store(&block.yarn[first]);
+    const Wide largest = options.forced >= 0 ? Wide(0) : Wide::load(&corners.largest_yarn_pixel[first]);
+    yarn_share(size, largest, options.blend).store(&block.yarn[first]);
     const Wide last = Wide::load(&corners.last_level[first]);
     // Level 0 for NaN as well.
     const Wide level = min(max(relative, Wide(0)), last);
@@ -198,7 +199,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
         width = static_cast<float>(whole.x);
         height = static_cast<float>(whole.y);
         first_level = static_cast<float>(packed.fabric->first_level());
-        yarn = packed.fabric->levels.front().yarns() ? 1 : 0;
+        yarn = packed.largest_yarn_pixel;
         last_level = static_cast<float>(packed.levels.size() - 1);
       }
     }
@@ -207,7 +208,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
     texels.first_level[lane] = first_level;
     corners.last_level[lane] = last_level;
     texels.counts[lane] = lane < pixels.count ? counts : 0;
-    corners.yarn[lane] = lane < pixels.count ? yarn : 0;
+    corners.largest_yarn_pixel[lane] = lane < pixels.count ? yarn : 0;
   }
 
   interpolate(corners, scene.levels, block, texels);

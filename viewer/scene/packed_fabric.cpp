@@ -84,6 +84,7 @@ void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& p
 PackedFabric pack(const Fabric& fabric) {
   PackedFabric packed;
   packed.fabric = &fabric;
+  packed.largest_yarn_pixel = largest_yarn_pixel(fabric);
   for (const FabricLevel& level : fabric.levels) {
     const PackedLayout layout = layout_of(level);
     const auto found = std::find(packed.layouts.begin(), packed.layouts.end(), layout);

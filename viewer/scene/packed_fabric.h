@@ -39,6 +39,7 @@ struct PackedLevel {
 };
 
 struct PackedFabric {
+  float largest_yarn_pixel = 0;    ///< of the fabric
   const Fabric* fabric = nullptr;  ///< its source
   std::vector<PackedLevel> levels;
   std::vector<PackedLayout> layouts;

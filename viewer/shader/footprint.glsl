@@ -52,4 +52,6 @@ float blend_of_levels(float part, bool blends, float steep) {
   return clamp((part - 0.5) * (blends ? steep : 1e6) + 0.5, 0.0, 1.0);
 }
 
-float yarn_share(float level, bool blends) { return blend_of_levels(-0.75 - level, blends, 4.0); }
+float yarn_share(float size, float largest, bool blends) {
+  return largest > 0.0 ? blend_of_levels(log2(largest / size) + 0.5, blends, 4.0) : 0.0;
+}

@@ -172,13 +172,13 @@ void main() {
   vec2 right = vec2(along(within.right, u.x, u.y, u.z), along(within.right, v.x, v.y, v.z));
   vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z));
 
-  float level = (forced_level >= 0 ? float(forced_level) : log2(pixel_size(right * size, up * size)) + level_bias) -
-                float(first_level);
+  float pixel_width = pixel_size(right * size, up * size);
+  float level = (forced_level >= 0 ? float(forced_level) : log2(pixel_width) + level_bias) - float(first_level);
   vec4 sum = vec4(0.0);
   float of_texels = 1.0;
 #ifdef YARN
-  if (word(fabric + fabric_yarns) != 0u) {
-    of_texels -= yarn_share(level, blend_levels != 0);
+  if (word(fabric + fabric_yarns) != 0u && forced_level < 0) {
+    of_texels -= yarn_share(pixel_width, number(fabric + fabric_largest_yarn_pixel), blend_levels != 0);
     float of_point = (1.0 - of_texels) / float(points * points);
     for (int i = 0; of_point > 0.0 && i < points * points; ++i) {
       vec2 at = (vec2(float(i % points), float(i / points)) + 0.5) / float(points) - 0.5;
