@@ -117,7 +117,10 @@ float largest_yarn_pixel(const Fabric& fabric) {
   for (const YarnCurve& curve : fabric.levels.front().yarns()->data().curves)
     radius = std::max(radius, curve.radius);
   const V2f texel = fabric.period_mm / V2f(whole_texels(fabric));
-  return std::max(0.75F * radius / std::sqrt(texel.x * texel.y), std::ldexp(0.84F, fabric.first_level()));
+  const float limit = 1.3F * radius / std::sqrt(texel.x * texel.y);
+  float size = std::ldexp(0.84F, fabric.first_level());
+  for (std::size_t k = 1; k < fabric.levels.size() && 2 * size <= limit; ++k) size *= 2;
+  return size;
 }
 
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {

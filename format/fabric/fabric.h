@@ -164,8 +164,8 @@ bool is_level_of(const WholeFabric& whole, int width, int height);
 bool has_more_levels(const WholeFabric& whole, int levels);
 
 /// Width of the pixels at which texels take over from the yarn itself, in texels of level 0 of the whole fabric:
-/// three quarters of the thickest yarn's radius, since larger pixels take more time in yarn than in texels, or
-/// 0.84 of a texel of level 0 of this fabric, where that is more. 0 without yarn.
+/// 0.84 of a texel of the coarsest level where this is at most 1.3 radii of the thickest yarn, or else of level 0
+/// of this fabric. Larger pixels take more time in yarn than in texels. 0 without yarn.
 float largest_yarn_pixel(const Fabric& fabric);
 
 /// The functions that all levels with products share; null without products.
