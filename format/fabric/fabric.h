@@ -163,9 +163,9 @@ bool is_level_of(const WholeFabric& whole, int width, int height);
 /// for level 0 of the part.
 bool has_more_levels(const WholeFabric& whole, int levels);
 
-/// Width of the pixels at which texels take over from the yarn itself, in texels of level 0 of the whole fabric:
-/// 0.84 of a texel of the coarsest level where this is at most 1.3 radii of the thickest yarn, or else of level 0
-/// of this fabric. Larger pixels take more time in yarn than in texels. 0 without yarn.
+/// Width of the pixels at which texels take over from the yarn itself, in texels of level 0 of the whole
+/// fabric: 0.84 of a texel of the coarsest level where this is at most 1.3 radii of the thickest yarn, or
+/// else of level 0 of this fabric. Larger pixels take more time in yarn than in texels. 0 without yarn.
 float largest_yarn_pixel(const Fabric& fabric);
 
 /// The functions that all levels with products share; null without products.

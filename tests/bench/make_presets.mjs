@@ -1,5 +1,5 @@
 // make_presets.mjs SWEEP...: what the presets of `make --quality` come to in these sweeps, and which points of their grid
-// beat them: as small, made with as little work and with pictures as good, beyond the noise, and better in one of
+// beat them: as small, made with as little work, with pictures and held-out directions as good, beyond the noise, and better in one of
 // them. Exits with 1 where a point beats a preset for one of the stitches or in the means over them.
 import fs from "node:fs";
 
@@ -8,8 +8,10 @@ const sweeps = process.argv.slice(2).map((folder) => JSON.parse(fs.readFileSync(
 const figures = (p) => ({ bytes: p.bytes, work: p.processorSeconds, picture: p.pictures.all.psnr, heldOut: p.heldOut[0].psnr, frame: p.frameMs });
 const mean = (all) => Object.fromEntries(Object.keys(all[0]).map((key) => [key, all.reduce((sum, f) => sum + f[key], 0) / all.length]));
 const beats = (a, b) => {
-  const noWorse = a.bytes <= b.bytes * (1 + noise.bytes) && a.work <= b.work * (1 + noise.work) && a.picture >= b.picture - noise.picture;
-  const better = a.bytes < b.bytes * (1 - noise.bytes) || a.work < b.work * (1 - noise.work) || a.picture > b.picture + noise.picture;
+  const noWorse = a.bytes <= b.bytes * (1 + noise.bytes) && a.work <= b.work * (1 + noise.work) && a.picture >= b.picture - noise.picture &&
+    a.heldOut >= b.heldOut - noise.picture;
+  const better = a.bytes < b.bytes * (1 - noise.bytes) || a.work < b.work * (1 - noise.work) || a.picture > b.picture + noise.picture ||
+    a.heldOut > b.heldOut + noise.picture;
   return noWorse && better;
 };
 

@@ -79,7 +79,7 @@ test_a_sweep_measures_every_point_and_the_viewer_adds_to_it() {
   same sweep/trade.json before.json
   # Beside each picture the truth, which is in the page once.
   [ "$(grep -c '<use href="#truth"/>' sweep/index.html)" = "$(grep -c '<img alt=' sweep/index.html)" ]
-  holds 'r.frames.length === 32 && require("fs").readFileSync("sweep/trade.csv", "utf8").split("\n").length === 1 + 3 + 32 + 1' \
+  holds 'r.frames.length === 24 && require("fs").readFileSync("sweep/trade.csv", "utf8").split("\n").length === 1 + 3 + 24 + 1' \
     sweep/trade.json
 }
 
