@@ -17,10 +17,12 @@ struct Preset {
 
 /// No row of the measured table is better in bytes, seconds and pictures together (tests/bench/quality).
 inline constexpr std::array<Preset, 4> presets{
-    {{"draft", R"({"texels": 8, "directions": 36, "samples": 2, "lobes": 1, "storage": "half", "yarns": true})"},
+    {{"draft",
+      R"({"texels": 8, "directions": 36, "samples": 2, "lobes": 1, "storage": "half", "yarns": true})"},
      {"standard", R"({"texels": 8, "samples": 8, "layers": "products", "budget": 23552, "yarns": true})"},
      {"high", R"({"texels": 16, "samples": 8, "layers": "products", "budget": 57344, "yarns": true})"},
-     {"reference", R"({"texels": 16, "samples": 16, "layers": "products", "budget": 131072, "yarns": true})"}}};
+     {"reference",
+      R"({"texels": 16, "samples": 16, "layers": "products", "budget": 131072, "yarns": true})"}}};
 inline constexpr std::string_view default_preset = "standard";
 
 /// The options of a preset, or of "paper": the defaults of bake and fit. A budget grows with more texels than

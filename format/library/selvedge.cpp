@@ -113,9 +113,9 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::stri
     state->first_level = std::max(options.first_level, 0);
     const int last = std::min(options.last_level, state->facts.levels - 1);
     if (state->first_level <= last) {
-      auto fabric = reader->read_levels(state->first_level, last);
-      if (!fabric) return tl::unexpected(fabric.error());
-      state->fabric = std::move(*fabric);
+      auto levels = reader->read_levels(state->first_level, last);
+      if (!levels) return tl::unexpected(levels.error());
+      state->fabric = std::move(*levels);
       if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
     }
     return std::shared_ptr<const State>(std::move(state));

@@ -62,6 +62,35 @@ const char* format_of(std::span<const std::uint8_t> bytes) {
   return starts_with({0x76, 0x2F, 0x31, 0x01}) ? "openexr" : nullptr;
 }
 
+/// Whether an attribute in the headers of an EXR file is longer than the file, for which OpenEXR would
+/// allocate.
+bool has_too_long_attribute(std::span<const std::uint8_t> bytes) {
+  std::size_t at = 8;
+  const auto skip_text = [&] {
+    const std::size_t begin = at;
+    while (at < bytes.size() && bytes[at] != 0) ++at;
+    return at++ - begin;
+  };
+  // An empty name ends a header, another one the headers.
+  for (bool ended = false; at < bytes.size();) {
+    if (skip_text() == 0) {
+      if (std::exchange(ended, true)) return false;
+      continue;
+    }
+    ended = false;
+    skip_text();
+    if (at + 4 > bytes.size()) return true;
+    std::uint32_t size = 0;
+    for (std::size_t i = 0; i < 4; ++i) size |= std::uint32_t{bytes[at + i]} << (8 * i);
+    at += 4;
+    if (size > bytes.size() - at) return true;
+    at += size;
+    // The headers of a file with one part end with the first.
+    if ((bytes[5] & 0x10U) == 0 && at < bytes.size() && bytes[at] == 0) return false;
+  }
+  return true;
+}
+
 Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes, Transfer transfer,
                    const ImageLimits& limits) {
   const auto refuse = [&](std::string why) { return fail(Code::image_unreadable, name, "", std::move(why)); };
@@ -74,6 +103,8 @@ Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes,
     }
     const char* format = format_of(bytes);
     if (format == nullptr) return refuse("neither PNG, JPEG nor EXR");
+    if (format == std::string_view("openexr") && has_too_long_attribute(bytes))
+      return refuse("an attribute of the EXR header is longer than the file");
     OIIO::Filesystem::IOMemReader source(bytes.data(), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
     if (!input) return refuse(OIIO::geterror());

@@ -25,14 +25,12 @@ constexpr double noise_of_bytes = 0.01;
 
 /// Whether `a` beats `b`: no worse in anything beyond the noise, and better in something beyond it.
 bool beats(const MeasuredSetting& a, const MeasuredSetting& b) {
-  const bool no_worse = a.bytes <= b.bytes * (1 + noise_of_bytes) &&
-                        a.seconds <= b.seconds * (1 + noise_of_seconds) &&
-                        a.held_out >= b.held_out - noise_of_pictures &&
-                        a.pictures >= b.pictures - noise_of_pictures;
-  const bool better = a.bytes < b.bytes * (1 - noise_of_bytes) ||
-                      a.seconds < b.seconds * (1 - noise_of_seconds) ||
-                      a.held_out > b.held_out + noise_of_pictures ||
-                      a.pictures > b.pictures + noise_of_pictures;
+  const bool no_worse =
+      a.bytes <= b.bytes * (1 + noise_of_bytes) && a.seconds <= b.seconds * (1 + noise_of_seconds) &&
+      a.held_out >= b.held_out - noise_of_pictures && a.pictures >= b.pictures - noise_of_pictures;
+  const bool better =
+      a.bytes < b.bytes * (1 - noise_of_bytes) || a.seconds < b.seconds * (1 - noise_of_seconds) ||
+      a.held_out > b.held_out + noise_of_pictures || a.pictures > b.pictures + noise_of_pictures;
   return no_worse && better;
 }
 
