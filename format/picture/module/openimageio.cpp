@@ -73,13 +73,14 @@ bool has_too_long_attribute(std::span<const std::uint8_t> bytes) {
   };
   // An empty name ends a header, another one the headers.
   for (bool ended = false; at < bytes.size();) {
-    if (skip_text() == 0) {
+    const std::size_t name = skip_text();
+    if (name == 0) {
       if (std::exchange(ended, true)) return false;
       continue;
     }
     ended = false;
-    skip_text();
-    if (at + 4 > bytes.size()) return true;
+    constexpr std::size_t longest = 255;
+    if (name > longest || skip_text() > longest || at + 4 > bytes.size()) return true;
     std::uint32_t size = 0;
     for (std::size_t i = 0; i < 4; ++i) size |= std::uint32_t{bytes[at + i]} << (8 * i);
     at += 4;
