@@ -162,7 +162,8 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
         fmt::format("{} lights; layers are chosen for at most {}", header.lights.count(), max_lights));
   }
   if (validation.pairs.empty()) {
-    return fail(Code::samples_malformed, {}, "validation", "there are no pairs to choose layers by");
+    return fail(Code::samples_malformed, {}, "validation",
+                "there are no pairs to choose layers by; --quality paper needs none");
   }
   LayerFitter fitter;
   PairSamples pairs = validation;
