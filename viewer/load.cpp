@@ -48,20 +48,13 @@ Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelR
     const LevelRange range = ranges.empty() ? LevelRange{0, header.levels - 1} : ranges[i];
     Fabric fabric = partial_fabric(header, range.first, range.last);
     for (int k = range.first; k <= range.last; ++k) {
-      Result<FabricLevel> level =
-          reader.read_level(k, ranges.empty() ? LayerSet::all() : seen_layers(header, k));
+      Result<FabricLevel> level = reader.read_level(k);
       if (!level) return tl::unexpected(level.error());
       fabric.levels.push_back(std::move(*level));
     }
     fabrics.push_back(std::move(fabric));
   }
   return fabrics;
-}
-
-LayerSet seen_layers(const FabricHeader& header, int level) {
-  LayerSet layers = LayerSet::all();
-  if (!header.has(LayerKind::lobes, level)) layers.erase({LayerKind::frame});
-  return layers;
 }
 
 std::uint64_t bytes_read(const OpenScene& open) {

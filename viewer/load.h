@@ -25,12 +25,9 @@ struct OpenScene {
 Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice = {},
                              const SceneLimits& limits = {});
 
-/// Reads the levels ranges[i] of fabric i, the first of which becomes its level 0, with the layers that a
-/// picture depends on (seen_layers()); everything if `ranges` is empty.
+/// Reads the levels ranges[i] of fabric i, the first of which becomes its level 0; everything if `ranges` is
+/// empty.
 Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelRange> ranges = {});
-
-/// The layers of a level that a picture depends on: all but the frames of a level without lobes.
-LayerSet seen_layers(const FabricHeader& header, int level);
 
 /// Bytes of the fabric files that were read so far.
 std::uint64_t bytes_read(const OpenScene& open);

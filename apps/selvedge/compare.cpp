@@ -105,10 +105,9 @@ Result<int> run(const CompareCommand& command) {
       text += fmt::format("  {}: {} pairs, peak {:.4g} 1/sr\n", name_of(kind), comparison->pairs, peak);
       text += "    level   texels  PSNR dB  relative L2  mean error  alpha rms  truth's noise dB\n";
       if (fabric->levels.front().yarns()) {
-        const auto yarn = compare_yarn(*fabric, pairs, kind, peak);
-        if (!yarn) return tl::unexpected(yarn.error());
-        json["yarn"] = rows_json(yarn->levels);
-        text += rows_text(yarn->levels);
+        const Comparison yarn = compare_yarn(*fabric, pairs, kind, peak);
+        json["yarn"] = rows_json(yarn.levels);
+        text += rows_text(yarn.levels);
       }
       text += rows_text(comparison->levels);
     }

@@ -223,10 +223,7 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
   return compare_levels(fabric, truth, kind, peak, 0, false);
 }
 
-Result<Comparison> compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
-  const FabricLevel& base = fabric.levels.front();
-  if (truth.width != base.width || truth.height != base.height || !is_whole(truth))
-    return refuse(fabric, kind, "");
+Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
   return compare_levels(fabric, truth, kind, peak, 0, true);
 }
 

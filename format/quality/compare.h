@@ -47,8 +47,8 @@ double peak_of(const PairSamples& truth);
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
 
 /// As compare(), of the yarn, level -1, at the sizes of all levels; at 1 x 1 its mean over a repeat counts.
-/// Precondition: the fabric has yarn.
-Result<Comparison> compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak);
+/// Preconditions: the fabric has yarn, and compare() takes the truth.
+Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak);
 
 /// As compare(), against pairs with 2^d times as many texels along both sides as the fabric's level 0,
 /// d >= 0, so that figures of fabrics of different sizes can be compared. The levels are those of the truth;
