@@ -46,8 +46,8 @@ Result<Fabric> read_drawn_levels(FabricReader& reader, const LevelRange& range, 
   const FabricHeader& header = reader.header();
   const auto take = [&](std::uint64_t bytes) -> Result<void> {
     if (memory.take(bytes, 1)) return {};
-    return tl::unexpected(
-        beyond_memory(reader.name(), "", "its " + levels_text(range.first, range.last), memory.limit()));
+    return tl::unexpected(beyond_memory(
+        reader.name(), "", "the values of " + levels_text(range.first, range.last), memory.limit()));
   };
   reader.allow_memory(memory.left());
   if (auto good = take(reader.memory_of(range.first, range.last) + packed_memory(header, range)); !good)

@@ -6,8 +6,10 @@ namespace selvedge {
 
 Error beyond_memory(const std::string& file, const std::string& place, const std::string& what,
                     std::uint64_t limit) {
+  const bool small = limit < std::uint64_t{1} << 24U;
   return {Code::file_too_large, file, place,
-          fmt::format("{} take more than {} MiB (--max-memory)", what, limit >> 20U)};
+          fmt::format("{} take more than {} {} (--max-memory)", what, limit >> (small ? 10U : 20U),
+                      small ? "KiB" : "MiB")};
 }
 
 }  // namespace selvedge

@@ -55,7 +55,7 @@ class Checker {
     const std::uint64_t memory = header_ ? memory_of_levels(file_, *header_, k, k, readable_) : 0;
     const auto has_room = [&](const std::string& place, std::uint64_t more) {
       if (memory <= memory_ && more <= memory_ - memory) return true;
-      const Error beyond = beyond_memory("", place, "its " + levels_text(k, k), memory_);
+      const Error beyond = beyond_memory("", place, "the values of " + levels_text(k, k), memory_);
       sink_.add(beyond.code, beyond.place, beyond.message);
       return false;
     };

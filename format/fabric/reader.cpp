@@ -52,7 +52,7 @@ std::uint64_t FabricReader::memory_of(int first, int last, const LayerSet& layer
 
 Result<void> FabricReader::check_memory(int first, int last, const LayerSet& layers) const {
   if (memory_of(first, last, layers) <= memory_) return {};
-  return tl::unexpected(beyond_memory(name(), "", "its " + levels_text(first, last), memory_));
+  return tl::unexpected(beyond_memory(name(), "", "the values of " + levels_text(first, last), memory_));
 }
 
 Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {

@@ -177,14 +177,15 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
 
 test_fabrics_whose_levels_do_not_fit_into_the_memory_are_refused() {
   write_plane plane.obj
-  selvedge make --quality paper plane.obj --period 2x2 -o k.fabric.exr --quiet "${small[@]}" --texels 32 --views 64
+  selvedge make --quality paper plane.obj --period 2x2 -o k.fabric.exr --quiet --texels 32 --views 64 --lights 16 \
+    --samples 4 --held-out-pairs 8 --validation-pairs 4 --rim-pairs 4 --truth-samples 8
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o d.gltf --all --no-fallback --quiet
   for input in d.gltf k.fabric.exr; do
     refuses FILE_TOO_LARGE --max-memory selvedge-view render $input -o o.png --level 0 --max-memory 500K
-    exits 0 selvedge-view render $input -o o.png --level 5 --size 8x8 --max-memory 500K
+    exits 0 selvedge-view render $input -o o.png --level 5 --max-memory 500K
     exits 1 selvedge check $input --max-memory 500K
-    grep -qE 'its level 0 take more .*--max-memory.* \[FILE_TOO_LARGE\]$' "$scratch/err"
+    grep -qE 'the values of level 0 take more .*--max-memory.* \[FILE_TOO_LARGE\]$' "$scratch/err"
     exits 0 selvedge check $input --max-memory 20M
   done
   refuses FILE_TOO_LARGE --max-memory selvedge dress quad.gltf k.fabric.exr -o o.glb --all --max-memory 500K
