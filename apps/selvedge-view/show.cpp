@@ -63,7 +63,8 @@ void declare(Options& options, ShowCommand& command) {
 
 /// A swatch of a fabric as a scene.
 Result<LoadedScene> load_swatch(const ShowCommand& command) {
-  Result<Fabric> fabric = read_fabric(command.picture.input);
+  Result<Fabric> fabric =
+      read_fabric(command.picture.input, {.memory = command.picture.limits.document.memory});
   if (!fabric) return tl::unexpected(fabric.error());
   Result<Swatch> swatch = make_swatch(*fabric, command.picture.swatch);
   if (!swatch) return tl::unexpected(swatch.error());

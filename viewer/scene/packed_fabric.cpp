@@ -80,6 +80,20 @@ void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& p
 
 }  // namespace
 
+std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range) {
+  std::uint64_t groups = 0;
+  for (int k = range.first; k <= range.last; ++k) {
+    const auto has = [&](LayerKind kind) { return header.has(kind, k); };
+    int of_texel = 3;
+    if (has(LayerKind::lobes)) of_texel += 3 * header.shape.lobes;
+    if (has(LayerKind::table) || has(LayerKind::opacity)) of_texel += header.views.count();
+    if (has(LayerKind::light)) of_texel += header.lights.count();
+    if (has(LayerKind::products)) of_texel += (header.shape.products + 3) / 4;
+    groups += std::uint64_t{1} * of_texel * level_size(header.width, k) * level_size(header.height, k);
+  }
+  return groups * sizeof(Group);
+}
+
 PackedFabric pack(const Fabric& fabric) {
   PackedFabric packed;
   packed.fabric = &fabric;
@@ -93,6 +107,11 @@ PackedFabric pack(const Fabric& fabric) {
     target.layout = static_cast<int>(found - packed.layouts.begin());
     if (found == packed.layouts.end()) packed.layouts.push_back(layout);
     const std::size_t texels = level.texels();
+    // Exactly: packed_memory() leaves no room to grow.
+    target.texels.reserve(texels * layout.texel_groups());
+    target.coefficients.reserve(texels * layout.coefficient_groups());
+    target.lights.reserve(level.light_table().size());
+    if (layout.has_views) target.views.reserve(texels * fabric.views.count());
     pack_texels(level, layout, target.texels);
     if (layout.has_views) pack_views(level, texels * fabric.views.count(), target.views);
     for (const V3f& s : level.light_table()) target.lights.push_back({s.x, s.y, s.z, 0});

@@ -5,7 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "format/fabric/fabric.h"
+#include "format/fabric/header.h"
+#include "format/scene/level_bounds.h"
 
 namespace selvedge {
 
@@ -49,6 +50,9 @@ struct PackedFabric {
   bool needs_views = false;        ///< some level looks views up
   bool needs_lights = false;
 };
+
+/// Bytes that these levels of a file take once more, packed.
+std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range);
 
 /// `fabric` must outlive the result. Precondition: validate() holds.
 PackedFabric pack(const Fabric& fabric);

@@ -49,6 +49,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeCon
   // The readers refer to the scene's bytes, which do not move with it.
   (*picture)->readers_ = std::move(open.readers);
   (*picture)->file_bytes_ = open.file_bytes;
+  (*picture)->memory_ = open.memory;
   return picture;
 }
 
@@ -68,7 +69,7 @@ Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double 
 }
 
 Result<void> ShowPicture::add_fabric(const std::string& path) {
-  Result<Fabric> fabric = read_fabric(path);
+  Result<Fabric> fabric = read_fabric(path, {.memory = memory_.left()});
   if (!fabric) return tl::unexpected(fabric.error());
   // The renderer points to the fabrics.
   renderer_.reset();
@@ -126,7 +127,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
     else if (options_.path == RenderPath::paper)
       first = finest_for_paper(std::min(first, there));
     if (!worn || first >= there) continue;
-    Result<Fabric> finer = readers_[i].read_levels(first, there - 1);
+    Result<Fabric> finer = read_levels_within(readers_[i], {first, there - 1}, memory_);
     if (!finer) return tl::unexpected(finer.error());
     // The renderer points to the fabrics.
     renderer_.reset();

@@ -69,6 +69,7 @@ class ShowPicture {
   std::vector<Fabric> fabrics_;
   std::vector<FabricReader> readers_;  ///< of the first fabrics, or none
   std::uint64_t file_bytes_ = 0;
+  MemoryAccount memory_{default_memory};  ///< for levels that are not read yet
   std::vector<std::string> fabric_names_;
   std::vector<V3d> corners_;
   double size_ = 1;
