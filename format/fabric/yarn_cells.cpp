@@ -10,7 +10,7 @@ namespace selvedge {
 namespace {
 
 /// Rays that are traced together lie at most so far from the one in their middle, in cells.
-constexpr double beside_share = 0.5;
+constexpr double beside_share = 1;
 
 struct Grid {
   V2i cells;
