@@ -4,7 +4,7 @@
 import { existsSync, readFileSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { dirname, extname, join } from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { fileURLToPath, pathToFileURL } from 'node:url';
 
 export const here = dirname(fileURLToPath(import.meta.url));
 const MODULES = join(here, '../node/node_modules');
@@ -41,33 +41,60 @@ const IMPORTS = {
   },
 };
 
+const launch = () => chromium.launch({
+  executablePath: CHROMIUM,
+  args: [
+    '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
+    '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
+  ],
+});
+
+/** A list that takes what the console of a page calls errors and warnings, and exceptions. */
+function errors_of(page) {
+  const errors = [];
+  page.on('console', (message) => {
+    // Advice about speed is no fault.
+    if (['error', 'warning'].includes(message.type()) && !message.text().includes('Performance')) errors.push(message.text());
+  });
+  page.on('pageerror', (error) => errors.push(String(error)));
+  return errors;
+}
+
+/** Opens a page from its file, in a window of { width, height }; touch(points) draws a finger along. */
+export async function from_file(file, viewport, work) {
+  const browser = await launch();
+  try {
+    const context = await browser.newContext({ viewport, hasTouch: true });
+    const page = await context.newPage(), errors = errors_of(page);
+    const session = await context.newCDPSession(page);
+    const touch = async (points) => {
+      const send = (type, touchPoints) => session.send('Input.dispatchTouchEvent', { type, touchPoints });
+      for (const [i, [x, y]] of points.entries()) await send(i === 0 ? 'touchStart' : 'touchMove', [{ x, y }]);
+      await send('touchEnd', []);
+    };
+    await page.goto(pathToFileURL(file).href);
+    return await work({ page, errors, touch });
+  } finally {
+    await browser.close();
+  }
+}
+
 /**
- * Opens an empty page with the package in `package_folder` to import, and runs work({ page, address, errors }); errors
- * lists what the console called errors, warnings, and exceptions.
+ * Opens an empty page with the package in `package_folder` to import, and runs work({ page, errors })
+ * with the list of errors_of().
  */
 export async function in_browser(package_folder, folders, work) {
   const server = await serve({ three: join(MODULES, 'three'), selvedge: package_folder, test: here, ...folders });
-  const browser = await chromium.launch({
-    executablePath: CHROMIUM,
-    args: [
-      '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
-      '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
-    ],
-  });
+  const browser = await launch();
   try {
     const page = await browser.newPage();
-    const errors = [];
-    page.on('console', (message) => {
-      // Advice about speed is no fault.
-      if (['error', 'warning'].includes(message.type()) && !message.text().includes('Performance')) errors.push(message.text());
-    });
-    page.on('pageerror', (error) => errors.push(String(error)));
+    const errors = errors_of(page);
     await page.route(`${server.address}/`, (route) => route.fulfill({
       contentType: 'text/html',
       body: `<!doctype html><script type="importmap">${JSON.stringify(IMPORTS)}</script><body></body>`,
     }));
     await page.goto(`${server.address}/`);
-    return await work({ browser, page, address: server.address, errors });
+    return await work({ page, errors });
   } finally {
     await browser.close();
     server.close();

@@ -29,26 +29,23 @@ void shade_level(uint index, uint fabric, uint level, vec2 uv, vec2 right, vec2 
                  float part, inout vec4 sum) {
   ivec2 size = size_of(fabric, level);
   vec2 centre = (uv - floor(uv)) * vec2(size);
-  if (by_area == 0 || forced_level >= 0) {
-    ivec2 at = min(ivec2(centre), size - 1);
-    shade_texel(index, level, uint(at.y * size.x + at.x), view, frame, part, sum);
-    return;
-  }
+  bool nearest = by_area == 0 || forced_level >= 0;
   vec2 whole = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
   float scale = exp2(-float(level + word(fabric + fabric_first_level)));
   vec2 farthest = vec2(1e6);
   PixelBox box = pixel_box(clamp(right * vec2(size), -farthest, farthest), clamp(up * vec2(size), -farthest, farthest),
                            pixel_size(right * whole, up * whole) * scale);
-  ivec2 first = ivec2(floor(centre - box.reach + 0.5));
-  ivec2 count = ivec2(ceil(2.0 * box.reach));
-  float total = 0.0;
-  for (int i = 0; i < count.x * count.y; ++i) {
+  ivec2 first = nearest ? min(ivec2(centre), size - 1) : ivec2(floor(centre - box.reach + 0.5));
+  ivec2 count = nearest ? ivec2(1) : ivec2(ceil(2.0 * box.reach));
+  float total = nearest ? 1.0 : 0.0;
+  for (int i = 0; !nearest && i < count.x * count.y; ++i) {
     ivec2 texel = first + ivec2(i % count.x, i / count.x);
     total += texel_share(box, vec2(texel) + 0.5 - centre);
   }
+  // One call for both ways: compilers copy the function to every call.
   for (int i = 0; i < count.x * count.y; ++i) {
     ivec2 texel = first + ivec2(i % count.x, i / count.x);
-    float share = texel_share(box, vec2(texel) + 0.5 - centre);
+    float share = nearest ? 1.0 : texel_share(box, vec2(texel) + 0.5 - centre);
     if (!(share > 0.0)) continue;
     // Texels beyond the border are those of the next repeat.
     ivec2 at = (texel % size + size) % size;
