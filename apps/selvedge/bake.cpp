@@ -128,7 +128,14 @@ void declare(Options& options, BakeCommand& command) {
                });
   options.group("");
   options.output(command.output, "The samples file, or with --shard the part", ".samples.exr").required();
-  options.check([&options, &command] { command.texels_given = options.given("--texels"); });
+  add_quality(options, command.quality);
+  options.check([&options, &command] {
+    command.texels_given = options.given("--texels");
+    MakeOptions make;
+    make.bake = command.bake;
+    apply_quality(options, command.quality, make);
+    command.bake = make.bake;
+  });
 }
 
 Result<int> run(const BakeCommand& command) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <nlohmann/json.hpp>
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
@@ -19,6 +18,8 @@ void declare(Options& options, FitCommand& command) {
   add_fit(options, command.options, command.report);
   options.group("");
   options.output(command.output, "The fabric file", ".fabric.exr").required();
+  add_quality(options, command.quality);
+  options.check([&options, &command] { apply_quality(options, command.quality, command.options); });
 }
 
 /// Refuses options that the limits choose or do not know of.
@@ -32,36 +33,10 @@ void check_limits(const Options& options) {
                     {"--quality", "--keep-samples", "--for", "--frames"});
 }
 
-/// Gives the knobs that are not on the command line the preset's values.
-void apply_preset(const Options& options, MakeCommand& command) {
-  const MakeOptions preset = *preset_named(command.quality);
-  nlohmann::json knobs = knobs_of(preset);
-  for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget", "yarns"}) {
-    if (options.given((std::string("--") + knob).c_str())) knobs.erase(knob);
-  }
-  // Layers go together: who asks for some by name has chosen them.
-  if (options.given("--no-table") || options.given("--light-table")) {
-    knobs.erase("layers");
-    knobs.erase("budget");
-  }
-  if (options.given("--budget") && !preset.budget) knobs.erase("layers");
-  if (options.given("--half-lobes") || options.given("--float-tables")) knobs.erase("storage");
-  if (!options.given("--budget")) command.options.budget.reset();
-  (void)set_knobs(knobs, "", "", command.options);
-  // Yarns that need more texels have as many bytes for each.
-  command.options.budget_texels = knobs.contains("budget") ? preset.budget_texels : 0;
-}
-
-/// --quality, --max-bytes, --min-db and --max-seconds, what they choose, and the options that they exclude.
+/// --max-bytes, --min-db and --max-seconds beside --quality, and the options that they exclude.
 void add_choice(Options& options, MakeCommand& command) {
   MakeLimits& limits = command.limits;
-  options.group("Speed against accuracy");
-  static constexpr std::array<std::string_view, 5> names{"draft", "standard", "high", "reference", "paper"};
-  options.choice(
-      "--quality", names,
-      "Settings that are worth their cost, or those of the paper; options given beside it stay as given. "
-      "Its budget grows with the texels [standard]",
-      [&command](std::size_t index) { command.quality = names[index]; });
+  add_quality(options, command.quality);
   options.bytes("--max-bytes", limits.bytes, "Choose the settings: at most so many bytes (K, M: KiB, MiB)");
   options
       .number("--min-db", limits.held_out, "X",
@@ -76,7 +51,7 @@ void add_choice(Options& options, MakeCommand& command) {
       (void)set_knobs(knobs_of(MakeOptions()), "", "", command.options);
       command.options.budget_texels = 0;
     } else {
-      apply_preset(options, command);
+      apply_quality(options, command.quality, command.options);
     }
   });
 }

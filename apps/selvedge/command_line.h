@@ -22,7 +22,8 @@ struct BakeCommand {
   std::string input;
   std::string output;
   CellOptions cell;
-  BakeOptions bake;
+  BakeOptions bake = preset_named(default_preset)->bake;
+  std::string quality{default_preset};
   std::string pairs;  ///< file of pairs; empty: random ones
   std::optional<BakeShard> shard;
   bool texels_given = false;          ///< if not, the stitch may raise the default
@@ -34,8 +35,9 @@ struct FitCommand {
   CommonOptions common;
   std::string input;
   std::string output;
-  MakeOptions options;  ///< those of the bake are ignored
-  std::string report;   ///< .json, .md or .txt; empty: none
+  MakeOptions options = *preset_named(default_preset);  ///< those of the bake are ignored
+  std::string quality{default_preset};
+  std::string report;  ///< .json, .md or .txt; empty: none
 };
 
 struct MakeCommand {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <nlohmann/json.hpp>
 
 namespace selvedge {
 
@@ -149,6 +150,35 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
   options.flag(
       "--float-tables", [&make] { make.write.half.erase(table_layers); },
       "Tables and frames in 32 instead of 16 bits");
+}
+
+void add_quality(Options& options, std::string& quality) {
+  options.group("Speed against accuracy");
+  static constexpr std::array<std::string_view, 5> names{"draft", "standard", "high", "reference", "paper"};
+  options.choice(
+      "--quality", names,
+      "Settings that are worth their cost, or those of the paper; options given beside it stay as given. "
+      "Its budget grows with the texels [standard]",
+      [&quality](std::size_t index) { quality = names[index]; });
+}
+
+void apply_quality(const Options& options, const std::string& quality, MakeOptions& make) {
+  const MakeOptions preset = *preset_named(quality);
+  nlohmann::json knobs = knobs_of(preset);
+  for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget", "yarns"}) {
+    if (options.given((std::string("--") + knob).c_str())) knobs.erase(knob);
+  }
+  // Layers go together: who asks for some by name has chosen them.
+  if (options.given("--no-table") || options.given("--light-table")) {
+    knobs.erase("layers");
+    knobs.erase("budget");
+  }
+  if (options.given("--budget") && !preset.budget) knobs.erase("layers");
+  if (options.given("--half-lobes") || options.given("--float-tables")) knobs.erase("storage");
+  if (!options.given("--budget")) make.budget.reset();
+  (void)set_knobs(knobs, "", "", make);
+  // Yarns that need more texels have as many bytes for each.
+  make.budget_texels = knobs.contains("budget") ? preset.budget_texels : 0;
 }
 
 }  // namespace selvedge

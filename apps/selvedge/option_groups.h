@@ -24,4 +24,9 @@ struct TransportOptions {
 void add_transport(Options& options, const TransportOptions& transport);
 void add_fit(Options& options, MakeOptions& make, std::string& report);
 
+/// Declares --quality.
+void add_quality(Options& options, std::string& quality);
+/// Gives the knobs that are not on the command line the values of the quality.
+void apply_quality(const Options& options, const std::string& quality, MakeOptions& make);
+
 }  // namespace selvedge

@@ -129,8 +129,12 @@ Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHea
 }
 
 /// Adds candidates with a basis that all levels share, and with the paper's model.
-void LayerFitter::add_candidates(const std::vector<SampleLevel>& pooled) {
-  const std::vector<BasisFit> basis = texel_basis(pooled, level_view_functions, level_light_functions);
+void LayerFitter::add_candidates(const std::vector<SampleLevel>& pooled, const LevelTruth& mean,
+                                 const std::vector<DirectionPair>& pairs) {
+  std::vector<BasisFit> basis =
+      texel_basis(pooled, fabric_.lights, level_view_functions, level_light_functions);
+  // Interpolation between few directions changes the mean: a hand-over from the yarn would show it.
+  scale_light(basis, brightness(basis.size() - 1, basis.back(), mean, pairs));
   for (std::size_t k = 0; k < levels_.size(); ++k) {
     const FabricLevel& paper = levels_[k].paper;
     const double opacity = bytes_of(paper, LayerKind::opacity);
@@ -158,7 +162,8 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
         fmt::format("{} lights; layers are chosen for at most {}", header.lights.count(), max_lights));
   }
   if (validation.pairs.empty()) {
-    return fail(Code::samples_malformed, {}, "validation", "there are no pairs to choose layers by");
+    return fail(Code::samples_malformed, {}, "validation",
+                "there are no pairs to choose layers by; --quality paper needs none");
   }
   LayerFitter fitter;
   PairSamples pairs = validation;
@@ -169,9 +174,9 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   std::vector<SampleLevel> pooled{std::move(samples)};
   while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
   if (progress) progress(0.85);
-  fitter.add_candidates(pooled);
   const std::vector<LevelTruth> truths = level_truths(pairs);
   const std::size_t levels = fitter.levels_.size();
+  fitter.add_candidates(pooled, truths[levels - 1], pairs.pairs);
   for (std::size_t k = 0; k < levels; ++k) {
     fitter.measure_errors(k, truths[k], pairs.pairs);
     if (progress) progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(levels));

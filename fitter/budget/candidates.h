@@ -64,7 +64,13 @@ class LayerFitter {
                          const Progress& progress);
   /// Adds candidates with quantised coefficients; `bytes`: of the other layers.
   void add_quantised(std::size_t level, const BasisFit& basis, double bytes);
-  void add_candidates(const std::vector<SampleLevel>& pooled);
+  void add_candidates(const std::vector<SampleLevel>& pooled, const LevelTruth& mean,
+                      const std::vector<DirectionPair>& pairs);
+  /// The mean of alpha f over the pairs divided by what the basis shows, for each channel, at level `level`.
+  V3d brightness(std::size_t level, const BasisFit& basis, const LevelTruth& truth,
+                 const std::vector<DirectionPair>& pairs) const;
+  /// alpha f of every texel.
+  std::vector<V3f> shown(std::size_t level, const BasisFit& basis, const DirectionPair& pair) const;
   void measure_errors(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
   /// The best of all candidates, or of lobes alone, which need no shared functions.
   Chosen best(bool lobes_alone, double bytes, double overhead) const;

@@ -6,9 +6,9 @@
 namespace selvedge {
 namespace {
 
-/// max(0, sum over m of c_m phi_m(v) psi_m(l)) of every texel. The products of functions are computed once
-/// for all texels; with evaluate(), the choice takes three times as long. `fabric`: for the grids of views
-/// and lights.
+/// l_z max(0, sum over m of c_m phi_m(v) psi_m(l)) of every texel. The products of functions are computed
+/// once for all texels; with evaluate(), the choice takes three times as long. `fabric`: for the grids of
+/// views and lights.
 std::vector<V3f> radiance_of_texels(const BasisFit& basis, const Fabric& fabric, const DirectionPair& pair) {
   const DirectionTaps views = interpolate(fabric.views, pair.view);
   const DirectionTaps lights = interpolate(fabric.lights, pair.light);
@@ -23,7 +23,7 @@ std::vector<V3f> radiance_of_texels(const BasisFit& basis, const Fabric& fabric,
       const float* rgb = &psi[3 * lights.cell[tap]];
       colour += lights.weight[tap] * V3f(rgb[0], rgb[1], rgb[2]);
     }
-    values.push_back(factor * colour);
+    values.push_back(pair.light.z * factor * colour);
   }
   std::vector<V3f> radiance;
   const float* coefficient = basis.coefficient.data();
@@ -47,6 +47,30 @@ float interpolated(std::span<const float> opacity, std::size_t texel, std::size_
 
 }  // namespace
 
+std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const DirectionPair& pair) const {
+  std::vector<V3f> radiance = radiance_of_texels(basis, fabric_, pair);
+  const DirectionTaps at = interpolate(fabric_.views, pair.view);
+  for (std::size_t t = 0; t < radiance.size(); ++t) {
+    radiance[t] *= interpolated(levels_[k].paper.opacity(), t, fabric_.views.count(), at);
+  }
+  return radiance;
+}
+
+V3d LayerFitter::brightness(std::size_t k, const BasisFit& basis, const LevelTruth& truth,
+                            const std::vector<DirectionPair>& pairs) const {
+  V3d seen(0, 0, 0);
+  V3d modelled(0, 0, 0);
+  for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+    for (const V3d& radiance : truth.pairs[pair]) seen += radiance;
+    for (const V3f& radiance : shown(k, basis, pairs[pair])) modelled += V3d(radiance);
+  }
+  V3d ratio(1, 1, 1);
+  for (int c = 0; c < 3; ++c) {
+    if (seen[c] > 0 && modelled[c] > 0) ratio[c] = std::clamp(seen[c] / modelled[c], 0.5, 2.0);
+  }
+  return ratio;
+}
+
 void LayerFitter::measure_errors(std::size_t k, const LevelTruth& truth,
                                  const std::vector<DirectionPair>& pairs) {
   Level& level = levels_[k];
@@ -56,14 +80,8 @@ void LayerFitter::measure_errors(std::size_t k, const LevelTruth& truth,
       candidate.error = level_error(table ? level.paper : level.plain, fabric_, pairs, truth);
       continue;
     }
-    candidate.error = mean_squared_error(truth, [&](std::size_t pair) {
-      std::vector<V3f> radiance = radiance_of_texels(candidate.basis, fabric_, pairs[pair]);
-      const DirectionTaps at = interpolate(fabric_.views, pairs[pair].view);
-      for (std::size_t t = 0; t < radiance.size(); ++t) {
-        radiance[t] *= interpolated(level.paper.opacity(), t, fabric_.views.count(), at);
-      }
-      return radiance;
-    });
+    candidate.error =
+        mean_squared_error(truth, [&](std::size_t pair) { return shown(k, candidate.basis, pairs[pair]); });
   }
 }
 

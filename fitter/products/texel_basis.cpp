@@ -29,6 +29,15 @@ float dot(const float* a, const std::vector<float>& b) {
   return static_cast<float>(sum);
 }
 
+/// l_z of each value of a function of the light, [3 * light + channel].
+std::vector<double> cosines_of(const DirectionGrid& lights) {
+  std::vector<double> cosines;
+  for (const V3f& l : directions_of(lights)) cosines.insert(cosines.end(), 3, static_cast<double>(l.z));
+  return cosines;
+}
+
+float rounded(double value, double step) { return static_cast<float>(step * std::round(value / step)); }
+
 /// Functions rounded to multiples of a power of two, which half precision holds exactly up to 2048 steps. So
 /// measured errors are those of the file, and the file is smaller.
 std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& vectors, double scale,
@@ -36,8 +45,7 @@ std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& v
   std::vector<std::vector<float>> result;
   for (const auto& vector : vectors) {
     std::vector<float> out;
-    for (const double value : vector)
-      out.push_back(static_cast<float>(step * std::round(scale * value / step)));
+    for (const double value : vector) out.push_back(rounded(scale * value, step));
     result.push_back(std::move(out));
   }
   return result;
@@ -81,7 +89,8 @@ std::vector<float> premultiplied(const SampleLevel& level, std::size_t texel) {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Fits the coefficients of one texel, one row for each phi_a and one column for each psi_b.
+/// Fits the coefficients of one texel, one row for each phi_a and one column for each psi_b,
+/// which here contains the cosine and is about unit.
 RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vector<std::vector<float>>& phi,
                    const std::vector<std::vector<float>>& psi) {
   const std::vector<float> seen = premultiplied(level, texel);
@@ -111,8 +120,8 @@ RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vecto
 
 }  // namespace
 
-std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::size_t max_view,
-                                  std::size_t max_light) {
+std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const DirectionGrid& lights,
+                                  std::size_t max_view, std::size_t max_light) {
   const std::size_t views = levels.front().views;
   const std::size_t values = 3 * levels.front().lights;
   std::vector<double> of_views(views * views, 0);
@@ -120,7 +129,7 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::s
   for (const SampleLevel& level : levels) {
     const double weight = 1 / std::sqrt(static_cast<double>(level.texels()));
     const std::size_t texels = level.texels();
-    const std::vector<double> lights = summed(texels, values, [&](std::size_t texel, auto& sum) {
+    const std::vector<double> across_lights = summed(texels, values, [&](std::size_t texel, auto& sum) {
       const std::vector<float> seen = premultiplied(level, texel);
       for (std::size_t view = 0; view < views; ++view) add_outer(&seen[view * values], values, weight, sum);
     });
@@ -132,13 +141,22 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::s
         add_outer(column.data(), views, weight, sum);
       }
     });
-    for (std::size_t i = 0; i < of_lights.size(); ++i) of_lights[i] += lights[i];
+    for (std::size_t i = 0; i < of_lights.size(); ++i) of_lights[i] += across_lights[i];
     for (std::size_t i = 0; i < of_views.size(); ++i) of_views[i] += across[i];
   }
   BasisFit shared;
   shared.view = stored(principal_components(of_views, views, max_view).vectors,
                        std::sqrt(static_cast<double>(views)), view_step);
-  shared.light = stored(principal_components(of_lights, values, max_light).vectors, 1, light_step);
+  const std::vector<double> cosine = cosines_of(lights);
+  std::vector<std::vector<double>> light = principal_components(of_lights, values, max_light).vectors;
+  for (auto& psi : light) {
+    for (std::size_t i = 0; i < values; ++i) psi[i] /= cosine[i];
+  }
+  shared.light = stored(light, 1, light_step);
+  std::vector<std::vector<float>> seen_light = shared.light;  // l_z psi_b
+  for (auto& psi : seen_light) {
+    for (std::size_t i = 0; i < values; ++i) psi[i] *= static_cast<float>(cosine[i]);
+  }
   for (std::size_t a = 0; a < shared.view.size(); ++a) {
     for (std::size_t b = 0; b < shared.light.size(); ++b) {
       shared.pairs.emplace_back(static_cast<int>(a), static_cast<int>(b));
@@ -150,7 +168,7 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::s
     const std::size_t count = shared.pairs.size();
     basis.coefficient.resize(level.texels() * count);
     parallel_for(0, level.texels(), [&](std::size_t t) {
-      const RowMajor fitted = fit_texel(level, t, shared.view, shared.light);
+      const RowMajor fitted = fit_texel(level, t, shared.view, seen_light);
       for (std::size_t m = 0; m < count; ++m) {
         basis.coefficient[t * count + m] = static_cast<float>(fitted.data()[m]);
       }
@@ -158,6 +176,16 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, std::s
     result.push_back(std::move(basis));
   }
   return result;
+}
+
+void scale_light(std::vector<BasisFit>& fits, const V3d& factor) {
+  for (BasisFit& fit : fits) {
+    for (std::vector<float>& psi : fit.light) {
+      for (std::size_t i = 0; i < psi.size(); ++i) {
+        psi[i] = rounded(static_cast<double>(psi[i]) * factor[static_cast<int>(i % 3)], light_step);
+      }
+    }
+  }
 }
 
 float coefficient_scale(const BasisFit& basis) {

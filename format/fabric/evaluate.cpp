@@ -43,7 +43,6 @@ ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, in
 }
 
 V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V3f& view) {
-  if (!level.has(LayerKind::lobes)) return {1, 1, 1};
   V3f l = light;
   V3f v = view;
   if (level.has(LayerKind::frame)) {
@@ -52,6 +51,7 @@ V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V
     l = {light.dot(t), light.dot(b), light.dot(n)};
     v = {view.dot(t), view.dot(b), view.dot(n)};
   }
+  if (!level.has(LayerKind::lobes)) return V3f(std::max(l.z, 0.0F));  // rho is 1, and there is no lobe
   const int lobes = level.lobe_count();
   V3f radiance;
   for (int channel = 0; channel < 3; ++channel) {

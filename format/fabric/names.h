@@ -6,7 +6,7 @@
 
 namespace selvedge::names {
 
-inline constexpr int fabric_version_major = 2;
+inline constexpr int fabric_version_major = 3;
 inline constexpr int fabric_version_minor = 0;
 inline constexpr int samples_version = 2;
 

@@ -34,12 +34,17 @@ test_a_make_without_a_quality_is_the_standard_one() {
     exits 0 selvedge make plain-knit "${small[@]}" --quality $quality --no-table --lobes 1 -o l.fabric.exr --json
     holds 'r.fit.levels[0].layers === "1 lobe"'
   done
-  # Bake and fit by themselves keep to the paper.
-  selvedge bake plain-knit "${small[@]}" -o s.samples.exr --quiet
-  selvedge fit s.samples.exr -o c.fabric.exr --quiet
-  selvedge make plain-knit --quality paper "${small[@]}" --keep-samples t.samples.exr -o d.fabric.exr --quiet
-  same s.samples.exr t.samples.exr
-  same c.fabric.exr d.fabric.exr
+  # Bake and fit by themselves make the same, of every quality.
+  for quality in "" "--quality paper"; do
+    # shellcheck disable=SC2086
+    {
+      selvedge bake plain-knit $quality "${small[@]}" -o s.samples.exr --quiet
+      selvedge fit s.samples.exr $quality -o c.fabric.exr --quiet
+      selvedge make plain-knit $quality "${small[@]}" --keep-samples t.samples.exr -o d.fabric.exr --quiet
+    }
+    same s.samples.exr t.samples.exr
+    same c.fabric.exr d.fabric.exr
+  done
 }
 
 test_make_within_limits_never_writes_over_its_input() {

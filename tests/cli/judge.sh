@@ -2,11 +2,11 @@
 # How good a fabric is: reports of fits as files, what the fabric says of itself, and pictures of comparisons.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-make_samples() { selvedge bake plain-knit -o k.samples.exr --quiet "${small[@]}"; }
+make_samples() { selvedge bake plain-knit -o k.samples.exr --quiet --yarns off "${small[@]}"; }
 
 test_a_fit_reports_into_a_file_what_compare_finds_and_the_fabric_says() {
   make_samples
-  exits 0 selvedge fit k.samples.exr -o k.fabric.exr --report k.json --json
+  exits 0 selvedge fit k.samples.exr --quality paper -o k.fabric.exr --report k.json --json
   same "$scratch/out" k.json
   selvedge compare k.fabric.exr k.samples.exr --json >compare.json
   selvedge info k.fabric.exr --json >info.json
@@ -46,7 +46,7 @@ test_the_fabric_has_the_same_bytes_with_and_without_a_report() {
 
 test_repack_keeps_of_the_record_what_stays_true() {
   make_samples
-  selvedge fit k.samples.exr -o k.fabric.exr --quiet
+  selvedge fit k.samples.exr --quality paper -o k.fabric.exr --quiet
   exits 0 selvedge repack k.fabric.exr -o upper.exr --levels 1-3 --codec piz
   # All that is said of it is that it is a part.
   exits 0 selvedge check upper.exr

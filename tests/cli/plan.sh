@@ -254,7 +254,7 @@ test_samples_of_a_part_make_a_part() {
   make_cloth
   selvedge plan quad.glb --distance 1.5 3 --fov 45 --size 400x400 -o plan.json --quiet
   selvedge make --quality paper plain-knit -o one.exr --for plan.json --keep-samples s.exr "${knit[@]}" --quiet
-  selvedge fit s.exr -o two.exr --quiet
+  selvedge fit s.exr --quality paper -o two.exr --quiet
   same one.exr two.exr
 }
 

@@ -30,8 +30,8 @@ test_bytes_are_the_same_for_any_number_of_threads() {
 }
 
 test_make_is_bake_and_fit() {
-  selvedge bake plain-weave -o two.samples.exr --seed 3 --quiet "${small[@]}"
-  selvedge fit two.samples.exr -o two.fabric.exr --lobes 1 --half-lobes --quiet
+  selvedge bake plain-weave --quality paper -o two.samples.exr --seed 3 --quiet "${small[@]}"
+  selvedge fit two.samples.exr --quality paper -o two.fabric.exr --lobes 1 --half-lobes --quiet
   selvedge make --quality paper plain-weave -o one.fabric.exr --keep-samples one.samples.exr --seed 3 --lobes 1 --half-lobes --quiet \
     "${small[@]}"
   same one.samples.exr two.samples.exr

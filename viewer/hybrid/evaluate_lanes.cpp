@@ -195,16 +195,13 @@ SELVEDGE_INLINE void evaluate(const SharedInputs& s, const LaneBatch& batch, con
     if (layout.has_lights || layout.products > 0) {
       for (std::size_t c = 0; c < 3; ++c) factor[c] = clamp_to_finite(max(factor[c], zero));
     }
-    if (layout.has_lobes) {
-      const Wide to_light[3] = {l.dot(t), l.dot(b), l.dot(n)};  // NOLINT(modernize-avoid-c-arrays)
-      const Wide cosine = max(to_light[2], zero);
+    const Wide to_light[3] = {l.dot(t), l.dot(b), l.dot(n)};  // NOLINT(modernize-avoid-c-arrays)
+    const Wide cosine = max(to_light[2], zero);
 #pragma GCC unroll 3
-      for (std::size_t c = 0; c < 3; ++c) {
-        const Wide bracket =
-            lafortune_lobes(parameters + c * per_channel, lobes, to_light, in_texel, Power());
-        factor[c] =
-            clamp_to_finite(factor[c] * clamp_to_finite(if_greater(cosine, zero, bracket * cosine, zero)));
-      }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Wide bracket = lafortune_lobes(parameters + c * per_channel, lobes, to_light, in_texel, Power());
+      factor[c] =
+          clamp_to_finite(factor[c] * clamp_to_finite(if_greater(cosine, zero, bracket * cosine, zero)));
     }
     const Wide scale(s.fabric.fabric->radiance_scale);
     for (std::size_t c = 0; c < 3; ++c)

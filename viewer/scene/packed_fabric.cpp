@@ -7,7 +7,6 @@ namespace {
 
 PackedLayout layout_of(const FabricLevel& level) {
   PackedLayout layout;
-  layout.has_lobes = level.has(LayerKind::lobes);
   layout.lobes = level.lobe_count();
   layout.has_views = level.has(LayerKind::table) || level.has(LayerKind::opacity);
   layout.has_lights = level.has(LayerKind::light);
@@ -25,8 +24,8 @@ void pack_texels(const FabricLevel& level, const PackedLayout& layout, std::vect
     const V3f n = level.has(LayerKind::frame) ? level.frame()[i].normal : V3f(0, 0, 1);
     const V3f t = level.has(LayerKind::frame) ? level.frame()[i].tangent : V3f(1, 0, 0);
     const std::size_t per_channel = parameter_count(layout.lobes);
-    const float* p = layout.has_lobes ? &level.lobes()[i * 3 * per_channel] : nullptr;
-    const auto rho = [&](std::size_t channel) { return p != nullptr ? p[channel * per_channel] : 0.0F; };
+    const float* p = level.has(LayerKind::lobes) ? &level.lobes()[i * 3 * per_channel] : nullptr;
+    const auto rho = [&](std::size_t channel) { return p != nullptr ? p[channel * per_channel] : 1.0F; };
     groups.push_back({n.x, n.y, n.z, rho(0)});
     groups.push_back({t.x, t.y, t.z, rho(1)});
     groups.push_back({rho(2), 0, 0, 0});

@@ -11,7 +11,6 @@ namespace selvedge {
 
 /// The numbers that a level has. Texels of levels with equal layouts can be evaluated together.
 struct PackedLayout {
-  bool has_lobes = false;   ///< if not, g = 1
   int lobes = 0;            ///< without the diffuse term
   bool has_views = false;   ///< T or alpha; if not, both are 1
   bool has_table = false;   ///< T or S: the formula's bracket has a first term

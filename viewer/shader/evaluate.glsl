@@ -149,7 +149,8 @@ void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat
       // Unlike max(), this turns NaN into 0.
       for (int c = 0; c < 3; ++c) bracket[c] = bracket[c] > 0.0 ? min(bracket[c], largest) : 0.0;
     }
-    vec3 g = own_lobes == 0u ? vec3(1.0) : lobes_at(own_lobes, lobes, l * local, local_view);
+    vec3 l_local = l * local;
+    vec3 g = own_lobes == 0u ? vec3(max(l_local.z, 0.0)) : lobes_at(own_lobes, lobes, l_local, local_view);
     radiance += clamp_to_finite(scale * clamp_to_finite(bracket * g)) * irradiance;
   }
   for (int c = 0; c < 3; ++c) radiance[c] = radiance[c] >= 0.0 ? min(radiance[c], 1e30) : 0.0;

@@ -6,7 +6,7 @@
 // are within 4 U of their result, a power is exp2(n log2(x)). Results below the smallest normal number may
 // become 0.
 import {direction_to_square, grid_weights, square_to_grid} from '../reference/directions.mjs';
-import {LARGEST, interpolated, look_up, texel_at} from '../reference/brdf.mjs';
+import {LARGEST, interpolated, lobes_of, look_up, texel_at} from '../reference/brdf.mjs';
 import {yarn_changes} from './near_yarns.mjs';
 
 export const U = 2 ** -24;
@@ -181,7 +181,7 @@ export function bounded_texel(level, [i, j], light, view) {
     [l, v] = [l, v].map((d) => [dot(d, t), dot(d, b), dot(d, n)]);
   }
   let powers = 0;
-  const g = !level.lobes ? [1, 1, 1].map(exact) : level.lobes(texel).map(({rho, lobes}) => {
+  const g = lobes_of(level, texel).map(({rho, lobes}) => {
     if (l[2].value <= 0) return new Bounded(0, l[2].value + l[2].error > 0 ? Infinity : 0);
     let sum = exact(rho);
     for (const {cx, cy, cz, n} of lobes) {

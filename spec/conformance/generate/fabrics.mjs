@@ -212,10 +212,10 @@ const unknowns = [
   },
   {
     name: 'unknown-minor-version',
-    about: 'version 2.9',
+    about: 'version 3.9',
     layers: ['lobes'],
     text: (text) => {
-      text.version = [2, 9];
+      text.version = [3, 9];
     }
   },
 ];
@@ -375,7 +375,7 @@ const examples = [
     },
     string: as_on_the_page,
     digests: [
-      '941d2ed34606362bcbbe0a757546eb29', '997649a0a42a3c632677d4728a15dcce',
+      'bfbcaf43e7a5b52f270059dc3fcfb75d', '997649a0a42a3c632677d4728a15dcce',
       'fec8acf204b4fab47a5f85b8bd066c58', 'eb42b3d18423dad1e0ef8970900ced8a'
     ],
   },

@@ -43,6 +43,9 @@ export function look_up(level, texel, point) {
   return {alpha: level.opacity ? min(1, alpha) : 1, T};
 }
 
+/** The lobes of each channel; without the layer rho is 1. */
+export const lobes_of = (level, texel) => level.lobes?.(texel) ?? Array(3).fill({rho: 1, lobes: []});
+
 /** g of formula (2) for one channel; l and v in the frame of the texel. */
 function lobes_times_cosine({rho, lobes}, l, v) {
   if (l[2] <= 0) return 0;
@@ -84,7 +87,7 @@ export function evaluate_texel(level, [i, j], light, view) {
   const frame = level.frame && level.frame(texel);
   const l = frame ? to_texel(frame, light) : light;
   const v = frame ? to_texel(frame, view) : view;
-  const g = level.lobes ? level.lobes(texel).map((channel) => lobes_times_cosine(channel, l, v)) : [1, 1, 1];
+  const g = lobes_of(level, texel).map((channel) => lobes_times_cosine(channel, l, v));
   const F = T.map((value, c) => bracket(level, texel, value, c, view_point, light_point));
   return {rgb: g.map((value, c) => min(level.scale * min(F[c] * value, LARGEST), LARGEST)), alpha};
 }

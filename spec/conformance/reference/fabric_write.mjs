@@ -101,7 +101,7 @@ export function fabric_text(fabric, parts) {
   const entries = (make) => Object.fromEntries(
     used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
   return {
-    version: [2, 0],
+    version: [3, 0],
     model: model_of(fabric),
     texels,
     levels,
@@ -125,7 +125,7 @@ export function fabric_text(fabric, parts) {
 export function seal(parts, text, fabric) {
   const value = attribute.string(text);
   const mirrors = {
-    'selvedge.version': attribute.string('2.0'),
+    'selvedge.version': attribute.string('3.0'),
     'selvedge.model': attribute.string(model_of(fabric)),
     'selvedge.mmPerRepeat': attribute.v2f(...fabric.mmPerRepeat),
     'selvedge.referenceHeight': attribute.float(fabric.referenceHeight),

@@ -43,24 +43,24 @@ TEST_CASE("texels that are products of few functions are found again") {
     }
     levels.push_back(level);
   }
-  const std::vector<BasisFit> fitted = texel_basis(levels, 6, 8);
+  const std::vector<BasisFit> fitted = texel_basis(levels, lights, 6, 8);
   for (std::size_t k = 0; k < levels.size(); ++k) {
     const SampleLevel& level = levels[k];
     double error = 0;
     double energy = 0;
     for (std::size_t row = 0; row < level.alpha.size(); ++row) {
       const std::size_t texel = row / 16;
-      for (std::size_t l = 0; l < 12; ++l) {
+      for (int l = 0; l < 12; ++l) {
         for (int c = 0; c < 3; ++c) {
           double f = 0;
           for (std::size_t m = 0; m < fitted[k].pairs.size(); ++m) {
             const V2i pair = fitted[k].pairs[m];
             f += static_cast<double>(fitted[k].coefficient[texel * fitted[k].pairs.size() + m] *
-                                     fitted[k].view[pair.x][row % 16] *
-                                     fitted[k].light[pair.y][3 * l + static_cast<std::size_t>(c)]);
+                                     fitted[k].view[pair.x][row % 16] * direction_of(lights, l).z *
+                                     fitted[k].light[pair.y][static_cast<std::size_t>(3 * l + c)]);
           }
           const auto alpha = static_cast<double>(level.alpha[row]);
-          const auto truth = static_cast<double>(level.radiance[row * 12 + l][c]);
+          const auto truth = static_cast<double>(level.radiance[row * 12 + static_cast<std::size_t>(l)][c]);
           error += alpha * alpha * (f - truth) * (f - truth);
           energy += alpha * alpha * truth * truth;
         }

@@ -136,7 +136,7 @@ TEST_CASE("a fabric of another version is refused, with both versions") {
   Changed changed;
   save_fabric(changed.folder / "changed.exr", changed.file, R"({"version":[1,0]})");
   CHECK(read_fabric(changed.folder / "changed.exr").error().message ==
-        "version [1,0] is not understood; this program reads version 2");
+        "version [1,0] is not understood; this program reads version 3");
 }
 
 TEST_CASE("a newer minor version is read, with what it adds ignored") {

@@ -12,11 +12,12 @@ using namespace selvedge;
 
 namespace {
 
-/// A truth that is the same everywhere: `count` random pairs of 4 x 4 texels.
+/// A truth that is the same everywhere: `count` random views of 4 x 4 texels, with light at l_z = 1/2.
 PairSamples constant_truth(int count, float radiance, float alpha) {
   PairSamples truth;
   truth.width = truth.height = 4;
   truth.pairs = random_pairs(count, 0.15, 1);
+  for (DirectionPair& pair : truth.pairs) pair.light = V3f(std::sqrt(0.75F), 0, 0.5F);
   const std::size_t values = static_cast<std::size_t>(count) * 16;
   truth.alpha.assign(values, alpha);
   truth.alpha_noise.assign(values, 0);
@@ -25,12 +26,12 @@ PairSamples constant_truth(int count, float radiance, float alpha) {
   return truth;
 }
 
-/// The same radiance in every direction: without lobes the table alone is f.
+/// The same radiance in every view at l_z = 1/2: without lobes the table and the cosine alone are f.
 Fabric constant_fabric(float radiance, float opacity) {
   Fabric fabric = test::lambert_fabric(4, 4, {1, 1, 1});
   for (FabricLevel& level : fabric.levels) {
     level.remove(LayerKind::lobes);
-    level.add(LayerKind::table, 3, radiance);
+    level.add(LayerKind::table, 3, 2 * radiance);
     level.add(LayerKind::opacity, 1, opacity);
   }
   return fabric;

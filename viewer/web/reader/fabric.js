@@ -253,8 +253,8 @@ export function open_fabric(bytes, report = throw_issue) {
   const file = read_headers(bytes);
   const raw = parse_text(file);
   const version = raw.version;
-  if (Array.isArray(version) && is_integer(version[0]) && version[0] !== 2) {
-    throw_issue('FABRIC_VERSION', '/version', `major version ${version[0]}, not 2`);
+  if (Array.isArray(version) && is_integer(version[0]) && version[0] !== 3) {
+    throw_issue('FABRIC_VERSION', '/version', `major version ${version[0]}, not 3`);
   }
   const digest = file.parts[0].attributes.get('selvedge.digest');
   if (digest?.type !== 'string' || latin1(digest.value) !== header_digest(file)) {

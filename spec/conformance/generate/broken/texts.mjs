@@ -21,7 +21,7 @@ const nested = (depth) =>
 const texts = [
   text_attribute('no-text', 'no attribute text', null),
   text_attribute('text-of-another-type', 'the attribute text has the type int', attribute.int(1)),
-  text_attribute('text-not-json', 'the attribute text is not JSON', attribute.string('{"version":[2,0],')),
+  text_attribute('text-not-json', 'the attribute text is not JSON', attribute.string('{"version":[3,0],')),
   text_attribute('text-not-an-object', 'the attribute text is an array', attribute.string('[1, 0]')),
   broken('FABRIC_MALFORMED', 'text-in-another-part', 'the attribute text is in part 1', '', {
     after: ([first, second]) => {
@@ -47,7 +47,7 @@ const texts = [
   written('text-nested-65-deep', 'brackets that nest 65 deep', nested(65)),
   written('text-and-more', 'a second object behind the text', (text) => `${JSON.stringify(text)}{}`),
   written('number-nan', 'NaN, which JSON does not have', replaced('"thickness":0.75', '"thickness":NaN')),
-  ...[[1, 0], [3, 0], [0, 9], [-1, 0]].map(
+  ...[[1, 0], [2, 0], [4, 0], [0, 9], [-1, 0]].map(
     (version) => broken('FABRIC_VERSION', `major-${version[0]}`, `version ${version.join('.')}`, '', {
       text: set('/version', version),
       ...others,
