@@ -10,8 +10,11 @@ import {LoadedFabric, SelvedgeFabric} from '../three/index.js';
 
 /** The lights of selvedge-view: the other light has this share, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18;
-/** A frame that takes longer, ms, is drawn coarser while something moves, and finely when all rests, ms later. */
-const SLOW = 60, REST = 200, COARSEST = 4;
+/**
+ * Pixels are so many times wider where a frame takes longer than SLOW ms while something moves. When all has rested for
+ * REST ms they are halved, as long as a frame of four times as many is expected within LONG ms.
+ */
+const COARSEST = 8, SLOW = 60, REST = 200, LONG = 1500;
 
 const by_id = (id) => document.getElementById(id);
 const bytes_of = (element) => Uint8Array.from(atob(element.textContent.trim()), (c) => c.charCodeAt(0)).buffer;
@@ -29,7 +32,7 @@ scene.add(camera, ambient);
 scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, LinearSRGBColorSpace);
 other.position.copy(OTHER_PLACE);
 
-const state = {light: [-0.4, 0.5], fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: 1};
+const state = {light: [-0.4, 0.5], fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: COARSEST / 2};
 const materials = new Set();
 let due = false, rest = 0;
 
@@ -52,17 +55,18 @@ function draw() {
 function redraw() {
   if (!due) requestAnimationFrame(draw);
   due = true;
+  clearTimeout(rest);
+  rest = setTimeout(refine, REST);
+}
+function refine() {
+  if (due || state.coarse === 1 || 4 * state.ms > LONG) return;
+  state.coarse /= 2;
+  redraw();
 }
 /** Redraws while something moves. */
 function moved() {
   if (state.ms > SLOW && state.coarse < COARSEST) state.coarse *= 2;
   redraw();
-  clearTimeout(rest);
-  rest = setTimeout(() => {
-    if (state.coarse === 1) return;
-    state.coarse = 1;
-    redraw();
-  }, REST);
 }
 
 function set_light() {
@@ -184,7 +188,7 @@ async function start() {
   addEventListener('keydown', (event) => {
     if (event.key === 'f') set_fallback(!state.fallback);
   });
-  draw();
+  redraw();
 }
 // For tests, and for who opens the console.
 globalThis.selvedge = {state, camera, materials, started: start()};
