@@ -91,8 +91,9 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.update_fabric();
   }
   onBeforeCompile(shader) {
-    if (this.shows !== 'fabric') return;
+    // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
     Object.assign(shader.uniforms, this.fabric_uniforms);
+    if (this.shows !== 'fabric') return;
     shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set);
     shader.fragmentShader = fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity: this.keeps_opacity});
   }
