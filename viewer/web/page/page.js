@@ -14,7 +14,7 @@ const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, 
  * Pixels are so many times wider where a frame takes longer than SLOW ms while something moves. When all has rested for
  * REST ms they are halved, as long as a frame of four times as many is expected within LONG ms.
  */
-const COARSEST = 8, SLOW = 60, REST = 200, LONG = 1500;
+const FINEST = 0.5, COARSEST = 8, SLOW = 60, REST = 200, LONG = 1500;
 
 const by_id = (id) => document.getElementById(id);
 const bytes_of = (element) => Uint8Array.from(atob(element.textContent.trim()), (c) => c.charCodeAt(0)).buffer;
@@ -23,7 +23,8 @@ const tell = (text) => {
   note.textContent += `${text}\n`;
 };
 
-const renderer = new WebGLRenderer({canvas: by_id('view'), antialias: true});
+// Edges are smoothed by finer pixels at rest: rasterisers in software shade every sample of a smoothed canvas.
+const renderer = new WebGLRenderer({canvas: by_id('view')});
 const scene = new Scene(), camera = new PerspectiveCamera(30, 1, 0.01, 100);
 const controls = new OrbitControls(camera, renderer.domElement);
 const key = new DirectionalLight(), other = new DirectionalLight(), ambient = new AmbientLight();
@@ -33,16 +34,20 @@ scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, Linear
 other.position.copy(OTHER_PLACE);
 
 const state = {light: [-0.4, 0.5], fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: COARSEST / 2};
-const materials = new Set();
+const materials = new Set(), size = {x: 0, y: 0};
 let due = false, rest = 0;
 
 function draw() {
   due = false;
   const {clientWidth: width, clientHeight: height} = renderer.domElement;
-  renderer.setPixelRatio(Math.min(devicePixelRatio, 2) / state.coarse);
-  renderer.setSize(width, height, false);
-  camera.aspect = width / height;
-  camera.updateProjectionMatrix();
+  const ratio = Math.min(devicePixelRatio, 2) / state.coarse;
+  // A canvas of another size is another canvas to browsers.
+  if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
+  if (size.x !== width || size.y !== height) {
+    renderer.setSize(size.x = width, size.y = height, false);
+    camera.aspect = width / height;
+    camera.updateProjectionMatrix();
+  }
   const begin = performance.now();
   renderer.render(scene, camera);
   // The time of the frame is that of its pixels.
@@ -59,7 +64,7 @@ function redraw() {
   rest = setTimeout(refine, REST);
 }
 function refine() {
-  if (due || state.coarse === 1 || 4 * state.ms > LONG) return;
+  if (due || state.coarse <= FINEST || 4 * state.ms > LONG) return;
   state.coarse /= 2;
   redraw();
 }
