@@ -28,9 +28,10 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
-std::string png_address(std::span<const std::uint8_t> bytes) {
+std::string base64(std::span<const std::uint8_t> bytes) {
   static constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text = "data:image/png;base64,";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
     std::uint32_t bits = 0;
@@ -38,6 +39,10 @@ std::string png_address(std::span<const std::uint8_t> bytes) {
     for (std::size_t j = 0; j < 4; ++j) text += j <= count ? digits[bits >> (18 - 6 * j) & 63] : '=';
   }
   return text;
+}
+
+std::string png_address(std::span<const std::uint8_t> bytes) {
+  return "data:image/png;base64," + base64(bytes);
 }
 
 void Svg::box(const V2d& corner, const V2d& size, const char* fill) {

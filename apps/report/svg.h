@@ -24,6 +24,8 @@ inline constexpr const char* panel = "#f6f7f9";
 /// are replaced as on a terminal.
 std::string escaped(const std::string& text);
 
+std::string base64(std::span<const std::uint8_t> bytes);
+
 /// The bytes of a PNG as the address of a picture that contains it.
 std::string png_address(std::span<const std::uint8_t> bytes);
 

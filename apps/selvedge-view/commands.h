@@ -7,6 +7,7 @@ namespace selvedge {
 
 void add_render_verb(Program& program);
 void add_show_verb(Program& program);
+void add_page_verb(Program& program);
 void add_compare_verb(Program& program);
 void add_trade_verb(Program& program);
 

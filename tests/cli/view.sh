@@ -330,4 +330,35 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper
 }
 
+test_page_holds_garments_and_fabrics_and_needs_a_garment() {
+  [ -f "$bin/../share/selvedge/page.html" ] || exit 77
+  make_scene
+  selvedge dress quad.gltf k.fabric.exr -o beside.gltf --all --quiet
+  selvedge-view page beside.gltf quad.glb k.fabric.exr -o page.html --json >page.json
+  holds 'r.garments === 2 && r.fabrics === 1' page.json
+  [ "$(stat -c %s page.html)" = "$(node -p 'JSON.parse(fs.readFileSync("page.json")).bytes')" ] || fail "other bytes"
+  # Each garment is a whole .glb file, also that whose fabric lies beside it.
+  node -e 'const text = fs.readFileSync("page.html", "utf8");
+    const held = [...text.matchAll(/<script type="text\/plain" data-(garment|fabric)="([^"]+)">([^<]*)</g)];
+    const name = "SELVEDGE_materials_fabric";
+    if (held.map(([, kind, file]) => `${kind} ${file}`).join() !== "garment beside.gltf,garment quad.glb,fabric k.fabric.exr") throw held;
+    for (const [, kind, , base64] of held) {
+      const bytes = Buffer.from(base64, "base64");
+      if (kind === "fabric") {
+        if (!bytes.equals(fs.readFileSync("k.fabric.exr"))) throw kind;
+        continue;
+      }
+      const json = JSON.parse(bytes.toString("utf8", 20, 20 + bytes.readUInt32LE(12)));
+      const [{ bufferView, uri }] = json.extensions[name].fabrics, view = json.bufferViews[bufferView];
+      const begin = 28 + bytes.readUInt32LE(12) + (view.byteOffset ?? 0);
+      if (uri || !bytes.subarray(begin, begin + view.byteLength).equals(fs.readFileSync("k.fabric.exr"))) throw kind;
+    }'
+  rm page.html page.json
+  refuses GARMENT_EMPTY k.fabric.exr selvedge-view page k.fabric.exr -o page.html
+  refuses FILE_MISSING none.glb selvedge-view page quad.glb none.glb -o page.html
+  cut_short k.fabric.exr short.exr
+  refuses FILE_DAMAGED short.exr selvedge-view page quad.glb short.exr -o page.html
+  exits 2 selvedge-view page quad.glb -o page.png
+}
+
 "$2"

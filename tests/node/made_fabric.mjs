@@ -9,7 +9,8 @@ import { join } from 'node:path';
 import { bounded_texel, bounded_uv } from '../../spec/conformance/generate/bounds.mjs';
 import { random, random_direction } from '../../spec/conformance/generate/random.mjs';
 import { check_fabric } from '../../spec/conformance/reference/check.mjs';
-import { open_fabric, read_fabric_level } from '../../spec/conformance/reference/fabric.mjs';
+import { read_fabric_level } from '../../spec/conformance/reference/level.mjs';
+import { open_fabric } from '../../spec/conformance/reference/reader.mjs';
 
 const [programs, folder] = process.argv.slice(2);
 const selvedge = join(programs, 'selvedge');

@@ -108,6 +108,9 @@ void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat
   uint lobes = word(level + level_lobe_count);
   uint own_lobes = word(level + level_lobes) == 0u ? 0u : word(level + level_lobes) + texel * 3u * (1u + 4u * lobes);
   uint coefficients = word(level + level_coefficients) + texel * products;
+  uint pairs = word(level + level_pairs);
+  uint view_basis = word(fabric + fabric_view_basis);
+  uint light_basis = word(fabric + fabric_light_basis);
   float scale = number(fabric + fabric_radiance_scale);
   vec3 radiance = vec3(0.0);
   for (uint i = 0u; i < light_count(); ++i) {
@@ -131,18 +134,18 @@ void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat
       for (uint m = 0u; m < products; ++m) {
         float factor = number(coefficients + m);
         if (factor == 0.0) continue;
-        uint a = word(word(level + level_pairs) + 2u * m);
-        uint b = word(word(level + level_pairs) + 2u * m + 1u);
+        uint a = word(pairs + 2u * m);
+        uint b = word(pairs + 2u * m + 1u);
         if (a > 0u) {
           float phi = 0.0;
           for (int tap = 0; tap < 4; ++tap) {
-            phi += view_taps.weight[tap] * number(word(fabric + fabric_view_basis) + (a - 1u) * views + view_taps.cell[tap]);
+            phi += view_taps.weight[tap] * number(view_basis + (a - 1u) * views + view_taps.cell[tap]);
           }
           factor *= phi;
         }
         vec3 psi = vec3(0.0);
         for (int tap = 0; tap < 4; ++tap) {
-          psi += taps.weight[tap] * vector_at(word(fabric + fabric_light_basis) + 3u * (b * lights + taps.cell[tap]));
+          psi += taps.weight[tap] * vector_at(light_basis + 3u * (b * lights + taps.cell[tap]));
         }
         bracket += factor * psi;
       }

@@ -13,7 +13,8 @@
 namespace selvedge {
 namespace {
 
-// Uniform locations, texture units and bindings in triangle_*.glsl, shade_pixel.glsl and lights.glsl.
+// Uniform locations, texture units and bindings in triangle_*.glsl, shade_pixel.glsl, level_options.glsl and
+// lights.glsl.
 namespace triangle {
 enum Uniform : GLint {
   to_clip,
@@ -130,7 +131,8 @@ Result<GLuint> ShaderPath::shading_program(bool shadows) {
       shader_text(definitions,
                   {glsl::lights, shadows ? glsl::shadow_offsets : "", shadows ? glsl::shadow_lookup : "",
                    glsl::word_layout, glsl::fabric_words, glsl::evaluate, shows_yarn_ ? glsl::yarn : "",
-                   pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::shade_pixel}));
+                   pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::level_options,
+                   glsl::fabric_surface, glsl::shade_pixel}));
   if (made) program = *made;
   return made;
 }

@@ -17,23 +17,11 @@ layout(location = 1) uniform vec2 frame_size;
 layout(location = 2) uniform vec3 ray_base;
 layout(location = 3) uniform vec3 ray_right;
 layout(location = 4) uniform vec3 ray_up;
-layout(location = 6) uniform int forced_level;  // -1: none
-layout(location = 7) uniform int blend_levels;
-layout(location = 8) uniform float level_bias;
-layout(location = 9) uniform int by_area;
 #ifdef PBR
 layout(location = 10) uniform float ambient;  // light from all sides: white shows ambient / pi
 #endif
-#ifdef YARN
-layout(location = 11) uniform int points;  // along either side of a pixel that shows yarn
-#endif
 
 layout(location = 0) out vec4 out_colour;
-
-vec3 unit_or(vec3 v, vec3 otherwise) {
-  float length2 = dot(v, v);
-  return length2 > 1e-36 && length2 < 1e36 ? v * inversesqrt(length2) : otherwise;
-}
 
 // Barycentric coordinates of corners 1 and 2, and their change per pixel to the right and up.
 struct Interpolation {
@@ -65,43 +53,6 @@ Interpolation interpolation(uvec3 corner, vec2 pixel) {
 
 float along(vec2 weights, float a, float b, float c) { return weights.x * (b - a) + weights.y * (c - a); }
 
-ivec2 size_of(uint fabric, uint level) {
-  uint place = word(fabric + fabric_level_places + level);
-  return ivec2(int(word(place + level_width)), int(word(place + level_height)));
-}
-
-// Adds the mean of the texels of a level under the pixel; `right` and `up` in whole repeats.
-void shade_level(ivec2 surface, uint fabric, uint level, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 frame,
-                 float part, inout vec4 sum) {
-  ivec2 size = size_of(fabric, level);
-  vec2 centre = (uv - floor(uv)) * vec2(size);
-  if (by_area == 0 || forced_level >= 0) {
-    ivec2 at = min(ivec2(centre), size - 1);
-    shade_texel(uint(surface.x), level, uint(at.y * size.x + at.x), view, frame, part, sum);
-    return;
-  }
-  vec2 whole = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
-  float scale = exp2(-float(level + word(fabric + fabric_first_level)));
-  vec2 farthest = vec2(1e6);
-  PixelBox box = pixel_box(clamp(right * vec2(size), -farthest, farthest), clamp(up * vec2(size), -farthest, farthest),
-                           pixel_size(right * whole, up * whole) * scale);
-  ivec2 first = ivec2(floor(centre - box.reach + 0.5));
-  ivec2 count = ivec2(ceil(2.0 * box.reach));
-  float total = 0.0;
-  for (int i = 0; i < count.x * count.y; ++i) {
-    ivec2 texel = first + ivec2(i % count.x, i / count.x);
-    total += texel_share(box, vec2(texel) + 0.5 - centre);
-  }
-  for (int i = 0; i < count.x * count.y; ++i) {
-    ivec2 texel = first + ivec2(i % count.x, i / count.x);
-    float share = texel_share(box, vec2(texel) + 0.5 - centre);
-    if (!(share > 0.0)) continue;
-    // Texels beyond the border are those of the next repeat.
-    ivec2 at = (texel % size + size) % size;
-    shade_texel(uint(surface.x), level, uint(at.y * size.x + at.x), view, frame, part * share / total, sum);
-  }
-}
-
 void main() {
   uint number_seen = texelFetch(triangle_numbers, ivec2(gl_FragCoord.xy), 0).r;
   if (number_seen == 0u) discard;
@@ -127,10 +78,7 @@ void main() {
   vec3 view = ray * inversesqrt(dot(ray, ray));
   vec3 normal = normal_v[0].xyz + within.at.x * (normal_v[1] - normal_v[0]).xyz +
                 within.at.y * (normal_v[2] - normal_v[0]).xyz;
-  normal = unit_or(normal, view * side) * side;
-  float cosine = dot(normal, view);
-  const float horizon = 0.01;
-  if (cosine < horizon) normal = unit_or(normal + view * (horizon - cosine), view);
+  normal = facing_normal(unit_or(normal, view * side) * side, view);
 
 #ifdef SHADOWS
   for (uint i = 0u; i < light_count(); ++i) {
@@ -142,11 +90,9 @@ void main() {
     shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, normal, direction);
   }
 #endif
-  vec3 axis = 1.0 - normal.x * normal.x > 1e-6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
-  vec3 fixed_axis = unit_or(axis - normal * dot(normal, axis), axis);
   vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +
            within.at.y * (tangent_of[2] - tangent_of[0]).xyz;
-  vec3 tangent = unit_or(t - normal * dot(normal, t), fixed_axis);
+  vec3 tangent = tangent_across(normal, t);
   vec3 upwards = cross(normal, tangent) * (side * handedness);
   mat3 frame = mat3(tangent, upwards, normal);
   vec3 local_view = view * frame;
@@ -163,37 +109,13 @@ void main() {
   }
 #endif
 
-  uint fabric = word(surface.x);
-  vec2 size = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
-  uint first_level = word(fabric + fabric_first_level);
   vec3 v = vec3(normal_v[0].w, normal_v[1].w, normal_v[2].w);
   vec2 uv = vec2(u.x - floor(u.x) + along(within.at, u.x, u.y, u.z),
                  v.x - floor(v.x) + along(within.at, v.x, v.y, v.z));
   vec2 right = vec2(along(within.right, u.x, u.y, u.z), along(within.right, v.x, v.y, v.z));
   vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z));
 
-  float pixel_width = pixel_size(right * size, up * size);
-  float level = (forced_level >= 0 ? float(forced_level) : log2(pixel_width) + level_bias) - float(first_level);
-  vec4 sum = vec4(0.0);
-  float of_texels = 1.0;
-#ifdef YARN
-  if (word(fabric + fabric_yarns) != 0u && forced_level < 0) {
-    of_texels -= yarn_share(pixel_width, number(fabric + fabric_largest_yarn_pixel) * float(points) / 2.0, blend_levels != 0);
-    float of_point = (1.0 - of_texels) / float(points * points);
-    for (int i = 0; of_point > 0.0 && i < points * points; ++i) {
-      vec2 at = (vec2(float(i % points), float(i / points)) + 0.5) / float(points) - 0.5;
-      shade_yarn(fabric, uv - floor(uv) + right * at.x + up * at.y, local_view, frame, of_point, sum);
-    }
-  }
-#endif
-  level = clamp(level, 0.0, float(word(fabric + fabric_level_count) - 1u));
-  float lower = floor(level);
-  float of_upper = blend_of_levels(level - lower, blend_levels != 0, 2.0);
-  for (int k = 0; k < 2; ++k) {
-    float part = of_texels * (k == 0 ? 1.0 - of_upper : of_upper);
-    if (part == 0.0) continue;
-    shade_level(surface, fabric, uint(lower + float(k)), uv, right, up, local_view, frame, part, sum);
-  }
+  vec4 sum = shade_fabric(uint(surface.x), uv, right, up, local_view, frame);
   if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);
 #ifdef PBR

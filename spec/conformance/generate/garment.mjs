@@ -1,5 +1,5 @@
 // A garment of one triangle with a fabric, and fixtures made of it.
-import {read_headers} from '../reference/exr.mjs';
+import {read_headers} from '../reference/reader.mjs';
 import {file_of} from './make.mjs';
 import {deflate} from './deflate.mjs';
 

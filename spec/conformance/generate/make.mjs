@@ -1,7 +1,7 @@
 // From a short description of a fixture to the bytes of its file.
 import {write_exr} from '../reference/exr_write.mjs';
 import {fabric_parts, fabric_text, seal} from '../reference/fabric_write.mjs';
-import {LAYERS, SPREAD, is_used} from '../reference/layers.mjs';
+import {LAYERS, SPREAD, used_count} from '../reference/reader.mjs';
 import {deflate} from './deflate.mjs';
 import {random, unit} from './random.mjs';
 
@@ -101,7 +101,7 @@ export function fabric_of(fixture) {
       yarns: {...fixture.yarns, optional: true},
       indirect: {optional: true},
     };
-    const number = (level, channel, t) => is_used(layer, fabric, level, channel, t) ?
+    const number = (level, channel, t) => t < used_count(layer, fabric, level, channel) ?
       value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t) :
       0;
     layers[layer] = {

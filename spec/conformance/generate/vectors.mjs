@@ -1,7 +1,8 @@
 // Queries of a valid fabric file with their expected answers and tolerances.
 import {evaluate_texel, evaluate_uv} from '../reference/brdf.mjs';
 import {cell_direction} from '../reference/directions.mjs';
-import {header_digest, open_fabric, read_fabric_level} from '../reference/fabric.mjs';
+import {read_fabric_level} from '../reference/level.mjs';
+import {header_digest, open_fabric} from '../reference/reader.mjs';
 import {U, bounded_texel, bounded_uv} from './bounds.mjs';
 import {random, random_direction, unit} from './random.mjs';
 import {yarn_queries} from './near_yarns.mjs';

@@ -3,9 +3,9 @@ import {readFileSync} from 'node:fs';
 import {createInterface} from 'node:readline';
 import {evaluate_texel, evaluate_uv} from './brdf.mjs';
 import {check_fabric} from './check.mjs';
-import {open_fabric, read_fabric_level} from './fabric.mjs';
+import {read_fabric_level} from './level.mjs';
+import {Issue, open_fabric} from './reader.mjs';
 import {check_gltf} from './gltf.mjs';
-import {Issue} from './issue.mjs';
 
 const opened = new Map();
 

@@ -1,11 +1,23 @@
 // Every broken rule of a fabric file, and what is legal but unwise (codes of spec/issues.md).
 import {evaluate_texel} from './brdf.mjs';
 import {cell_direction} from './directions.mjs';
-import {chain_length, read_level} from './exr.mjs';
-import {LOSSY, check_windows, is_laid_out, open_fabric, read_layer} from './fabric.mjs';
-import {Issue} from './issue.mjs';
-import {LAYERS, SPREAD, layer_channels, make_level} from './layers.mjs';
-import {yarns_of} from './yarns.mjs';
+import {make_level} from './level.mjs';
+import {
+  Issue,
+  LAYERS,
+  LOSSY,
+  SPREAD,
+  chain_length,
+  check_windows,
+  float_at,
+  is_laid_out,
+  latin1,
+  layer_channels,
+  open_fabric,
+  read_layer,
+  read_level,
+  yarns_of
+} from './reader.mjs';
 
 const MEMBERS = [
   'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'radianceScale',
@@ -67,17 +79,17 @@ function check_text(fabric, advise) {
       advise(`selvedge.${name}`, 'differs from the attribute text');
   };
   const single = Math.fround;
-  mirror('version', 'string', (v) => v.toString() === raw.version?.join('.'));
-  mirror('model', 'string', (v) => v.toString() === raw.model);
+  mirror('version', 'string', (v) => latin1(v) === raw.version?.join('.'));
+  mirror('model', 'string', (v) => new TextDecoder().decode(v) === raw.model);
   mirror(
-    'mmPerRepeat', 'v2f', (v) => [0, 1].every((i) => v.readFloatLE(4 * i) === single(raw.mmPerRepeat?.[i])));
-  mirror('referenceHeight', 'float', (v) => v.readFloatLE(0) === single(raw.referenceHeight));
+    'mmPerRepeat', 'v2f', (v) => [0, 1].every((i) => float_at(v, 4 * i) === single(raw.mmPerRepeat?.[i])));
+  mirror('referenceHeight', 'float', (v) => float_at(v, 0) === single(raw.referenceHeight));
 }
 
 /** What a part SHOULD have, and what of it is not known. */
 function advise_on_part(part, fabric, advise) {
   const {name, attributes, channels, tile, compression} = part;
-  if (attributes.get('wrapmodes')?.value.toString('latin1') !== 'periodic,periodic')
+  if (!attributes.has('wrapmodes') || latin1(attributes.get('wrapmodes').value) !== 'periodic,periodic')
     advise(`${name}/wrapmodes`, 'is not periodic,periodic');
   const has = channels.map((channel) => channel.name);
   if (name === 'preview') {

@@ -1,7 +1,7 @@
-// Writes OpenEXR 2 files of the kinds that exr.mjs reads.
+// Writes OpenEXR 2 files of the kinds that the reader reads.
 import {deflateSync} from 'node:zlib';
-import {BYTES, COMPRESSIONS, LINES_PER_CHUNK, PIXEL_TYPES} from './exr.mjs';
-import {pack_piz} from './piz.mjs';
+import {BYTES, COMPRESSIONS, LINES_PER_CHUNK, PIXEL_TYPES} from './reader.mjs';
+import {pack_piz} from './piz_pack.mjs';
 
 const text = (s) => Buffer.from(s + '\0', 'latin1');
 const i32 = (...values) => {

@@ -1,9 +1,17 @@
 // Writes fabric files (spec/fabric.md).
-import {channel_values, chain_length, level_size} from './exr.mjs';
+import {make_level} from './level.mjs';
+import {
+  LAYERS,
+  chain_length,
+  channel_values,
+  header_digest,
+  layer_channels,
+  level_size,
+  needs_lights,
+  pixel_digest
+} from './reader.mjs';
 import {attribute, pack_values, write_exr} from './exr_write.mjs';
 import {evaluate_texel} from './brdf.mjs';
-import {header_digest, pixel_digest} from './fabric.mjs';
-import {LAYERS, layer_channels, make_level, needs_lights} from './layers.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
 

@@ -1,11 +1,10 @@
 // The rules of SELVEDGE_materials_fabric for a glTF file (spec/SELVEDGE_materials_fabric/README.md).
 import {evaluate_texel} from './brdf.mjs';
 import {check_fabric} from './check.mjs';
-import {header_digest, open_fabric, read_fabric_level} from './fabric.mjs';
+import {read_fabric_level} from './level.mjs';
+import {Issue, header_digest, is_object, open_fabric} from './reader.mjs';
 import {read_buffers, read_container, resolve_uri} from './gltf_container.mjs';
 import {check_core} from './gltf_core.mjs';
-import {Issue} from './issue.mjs';
-import {is_object} from './json.mjs';
 
 const NAME = 'SELVEDGE_materials_fabric';
 const EXCLUDED = ['KHR_materials_unlit', 'KHR_materials_pbrSpecularGlossiness'];

@@ -1,8 +1,7 @@
 // What glTF files are made of: GLB chunks, JSON, buffers and what URIs lead to (glTF 2.0, chapters 2 to 4).
 import {readFileSync} from 'node:fs';
 import {dirname, resolve} from 'node:path';
-import {Issue} from './issue.mjs';
-import {is_object, parse_json} from './json.mjs';
+import {Issue, is_object, parse_json} from './reader.mjs';
 
 const MAGIC = 0x46546C67, JSON_CHUNK = 0x4E4F534A, BINARY_CHUNK = 0x004E4942;
 const NESTING = 128;

@@ -1,8 +1,7 @@
 // What a reader of glTF 2.0 checks before it believes a file: version, lists, indices, bounds, values. The other
 // rules of glTF are the Khronos validator's work.
 import {resolve_uri} from './gltf_container.mjs';
-import {Issue} from './issue.mjs';
-import {is_object} from './json.mjs';
+import {Issue, is_object} from './reader.mjs';
 
 /** Extensions that may be required: those that change how data is read, and that this program knows. */
 const READ = ['KHR_texture_transform', 'KHR_mesh_quantization'];

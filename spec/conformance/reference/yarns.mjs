@@ -1,16 +1,7 @@
-// The yarn itself (spec/brdf.md, Yarn; spec/fabric.md, Yarn): its layers, and what of it is seen.
-//
-// Yarns, as yarns_of gives them: { period, plane, segments, top, bottom, thinnest, light(station, j, k, colour) };
-// lengths in mm. A segment: { curve, start, along, length, tangents: [t_i, t_(i+1)], across: [A_i, A_(i+1)],
-// before }, before being the length of its chain up to its start.
-import {Issue} from './issue.mjs';
+// What is seen of the yarn itself (spec/brdf.md, Yarn): of what yarns_of of the reader gives.
 
-const {abs, atan2, ceil, cos, floor, hypot, max, min, sin, sqrt, PI} = Math;
-/** Numbers of a curve, of a node and of a station. */
-const FIELDS = 11, AXES = 3, ANGLES = 5, LIGHTS = 9;
+const {ceil, floor, hypot, max, min, sqrt, PI} = Math;
 const LEAST_Z = 1 / 32, MOST_RADII = 2 ** 13, LEAST_FACING = 0.01, LEAST_WIDTH = 0.01, OFF_THE_YARN = 1 / 64;
-/** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
-const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -20,114 +11,7 @@ const minus = (a, b) => plus(a, b, -1);
 const times = (a, x) => [a[0] * x, a[1] * x, a[2] * x];
 const unit = (a) => times(a, 1 / hypot(...a));
 const across = (a, axis) => minus(a, times(axis, dot(a, axis)));
-const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
-const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 const lifted = ([x, y, z]) => unit([x, y, max(z, LEAST_Z)]);
-
-/** How many numbers the layers have. */
-export const yarn_count = ({curves, nodes}) => FIELDS * curves + AXES * nodes;
-export const indirect_count = ({stations}) => 3 * ANGLES * LIGHTS * stations;
-
-function curves_of({curves, nodes}, number) {
-  const point = (n) => [0, 1, 2].map((axis) => number(FIELDS * curves + axis * nodes + n));
-  let first = 0;
-  return Array.from({length: curves}, (_, c) => {
-    const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope] =
-      Array.from({length: FIELDS}, (__, field) => number(field * curves + c));
-    const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
-    first += own;
-    const albedo = [red, green, blue], turns = [X, Y];
-    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope};
-  });
-}
-
-/** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
-function fault_of({period, curves, counts, point}) {
-  const reach = [...period, max(...period)].map((side) => REACH * side);
-  for (let n = 0; n < counts.nodes; ++n)
-    if (!point(n).every((x, axis) => abs(x) <= reach[axis])) return [`node ${n}`, 'lies too far away'];
-  const share = (x) => x >= 0 && x <= 1;
-  let end = 0, stations = 0;
-  for (const [c, curve] of curves.entries()) {
-    const {nodes, first, points, turns, radius, roughness} = curve;
-    const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
-      radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
-      roughness > 0 && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
-    if (!good) return [`curve ${c}`, 'has a value out of range'];
-    if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
-    const short = ways_of(curve, period).findIndex((way) => hypot(...way) < LEAST_LENGTH * radius);
-    if (short >= 0) return [`node ${first + short}`, 'lies where the next does'];
-    end += nodes;
-    stations += curve.stations;
-  }
-  if (end !== counts.nodes) return ['nodes', 'there are more than the curves have'];
-  return stations === counts.stations ? null : ['light', 'the stations are not those of the curves'];
-}
-
-/** From each node of a curve to the next. */
-function ways_of({points, turns: [X, Y]}, [P_x, P_y]) {
-  return points.map((p, i) => minus(points[i + 1] ?? plus(points[0], [X * P_x, Y * P_y, 0]), p));
-}
-
-/** The segments of a curve. */
-function segments_of(curve, period) {
-  const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
-  const tangents = ways.map((way, i) => {
-    const last = (i + n - 1) % n;
-    const sum = plus(times(ways[last], lengths[i] ** 2), times(way, lengths[last] ** 2));
-    return unit(hypot(...sum) > 0 ? sum : way);
-  });
-  tangents.push(tangents[0]);
-  const frames = [unit(across(abs(tangents[0][2]) >= 0.9 ? [1, 0, 0] : [0, 0, 1], tangents[0]))];
-  ways.forEach((way, i) => {
-    const turn = minus(tangents[i + 1], reflected(tangents[i], way)), first = reflected(frames[i], way);
-    frames.push(dot(turn, turn) > 0 ? reflected(first, turn) : first);
-  });
-  const before = [0];
-  for (const length of lengths) before.push(before.at(-1) + length);
-  const g = atan2(dot(cross(frames[0], frames[n]), tangents[0]), dot(frames[0], frames[n]));
-  const angles = frames.map((A, i) => turned(A, tangents[i], -g * before[i] / before[n]));
-  return ways.map(
-    (along, i) => ({
-      curve: {...curve, length: before[n]},
-      start: curve.points[i],
-      along,
-      length: lengths[i],
-      tangents: [tangents[i], tangents[i + 1]],
-      across: [angles[i], angles[i + 1]],
-      before: before[i],
-    }));
-}
-
-/**
- * The yarns of a fabric from the numbers of its layers, Maps from channels to arrays. `text` has the members of
- * the attribute text. An Issue where they are none.
- */
-export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight}, layer) {
-  const counts = layers.yarns, period = mmPerRepeat.map(Math.fround);
-  const number = (name) => (i) => layer[name].get(`${name}.${floor(i / (w * h))}`)[i % (w * h)];
-  const of_yarns = number('yarns'), of_light = number('indirect');
-  const curves = curves_of(counts, of_yarns);
-  const point = (n) => [0, 1, 2].map((axis) => of_yarns(FIELDS * counts.curves + axis * counts.nodes + n));
-  const fault = fault_of({period, curves, counts, point});
-  if (fault) throw new Issue('FABRIC_MALFORMED', `yarns/${fault[0]}`, fault[1]);
-  let first_station = 0;
-  for (const curve of curves) {
-    curve.first_station = first_station;
-    first_station += curve.stations;
-  }
-  const segments = curves.flatMap((curve) => segments_of(curve, period));
-  const end_of = (sign) => segments.map(({start, curve}) => start[2] + sign * curve.radius);
-  return {
-    period,
-    plane: Math.fround(referenceHeight),
-    segments,
-    top: end_of(1).reduce((a, b) => max(a, b)),
-    bottom: end_of(-1).reduce((a, b) => min(a, b)),
-    thinnest: curves.reduce((least, {radius}) => min(least, radius), Infinity),
-    light: (station, j, k, c) => of_light(((j * LIGHTS + k) * 3 + c) * counts.stations + station),
-  };
-}
 
 /**
  * How far along a ray from o, given from the segment's start, it enters the segment's side or the ball about its

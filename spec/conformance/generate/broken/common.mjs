@@ -4,7 +4,7 @@
 //   issues    what a checker must find: { code or [codes of which one fits], place }
 //   others    'none' or 'allowed': whether errors beside these may be reported
 //   evaluate  the query that a reader must refuse; null where a reader may not notice
-import {read_headers} from '../../reference/exr.mjs';
+import {read_headers} from '../../reference/reader.mjs';
 
 const UP = [0, 0, 1];
 export const ask = (level, texel = [0, 0]) => ({level, texel, light: UP, view: UP});

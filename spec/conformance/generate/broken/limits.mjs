@@ -1,6 +1,6 @@
 // Files beyond the limits that fabric.md states. Where a limit can only be broken by a large file, `large`
 // says that it is kept packed.
-import {LINES_PER_CHUNK} from '../../reference/exr.mjs';
+import {LINES_PER_CHUNK} from '../../reference/reader.mjs';
 import {attribute} from '../../reference/exr_write.mjs';
 import {deflate} from '../deflate.mjs';
 import {part_of} from '../make.mjs';

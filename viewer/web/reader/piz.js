@@ -1,15 +1,16 @@
-// The codec PIZ of OpenEXR: a table of the 16-bit words that occur, Haar wavelets, Huffman codes with runs.
-// Unpacks, and packs as simply as it may.
+// Unpacks the codec PIZ of OpenEXR: a table of the 16-bit words that occur, Haar wavelets, Huffman codes with runs.
 //
 // The words of a chunk are kept plane by plane: all words of the first channel, then of the next; a float is
 // two words.
+import {view_of} from './bytes.js';
 
-const WORDS = 65536;
+export const WORDS = 65536;
 const LONGEST_CODE = 52;  // of a number in double precision; longer ones take more words than a chunk has
-const SHORT_RUN = 59, LONG_RUN = 63, LONG_RUN_LEAST = 6;
+export const LONG_RUN = 63, LONG_RUN_LEAST = 6;
+const SHORT_RUN = 59;
 
 /** The planes of a chunk: where the words of one channel begin, how many a pixel has. */
-function planes_of(words_per_pixel, width, height) {
+export function planes_of(words_per_pixel, width, height) {
   let first = 0;
   return words_per_pixel.map((words) => {
     const plane = {first, words};
@@ -19,7 +20,7 @@ function planes_of(words_per_pixel, width, height) {
 }
 
 /** Calls visit(word within the planes, word within the rows of pixels) for every word. */
-function each_word(planes, width, height, visit) {
+export function each_word(planes, width, height, visit) {
   let at = 0;
   for (let y = 0; y < height; ++y) {
     for (const {first, words} of planes) {
@@ -79,7 +80,7 @@ function wavelet_step(data, first, stride, width, height, p, pair, inverse) {
   }
 }
 
-function wavelets(data, planes, width, height, largest, inverse) {
+export function wavelets(data, planes, width, height, largest, inverse) {
   const {join, split} = largest < 1 << 14 ? STEPS.small : STEPS.large;
   const steps = [...sides(width, height)];
   if (inverse) steps.reverse();
@@ -94,7 +95,7 @@ function wavelets(data, planes, width, height, largest, inverse) {
 /**
  * The codes of lengths, a Map from symbols to lengths: the first code of a length, and its symbols in order.
  */
-function canonical_codes(lengths) {
+export function canonical_codes(lengths) {
   const by_length = Array.from({length: LONGEST_CODE + 1}, () => ({first: 0, symbols: []}));
   for (const symbol of [...lengths.keys()].sort((a, b) => a - b))
     by_length[lengths.get(symbol)].symbols.push(symbol);
@@ -129,7 +130,7 @@ function decode_words(stream, count) {
     if (wrong) throw new RangeError('a damaged stream of codes');
   };
   damaged(stream.length < 20);
-  const [least, most, , bit_count] = [0, 4, 8, 12].map((at) => stream.readUInt32LE(at));
+  const [least, most, , bit_count] = [0, 4, 8, 12].map((at) => view_of(stream).getUint32(at, true));
   damaged(least > most || most > WORDS);
   const table = new Reader(stream.subarray(20));
   const lengths = new Map();
@@ -177,122 +178,27 @@ export function unpack_piz(packed, words_per_pixel, width, height) {
   const planes = planes_of(words_per_pixel, width, height);
   const count = words_per_pixel.reduce((sum, words) => sum + words, 0) * width * height;
   try {
-    const [least, most] = [packed.readUInt16LE(0), packed.readUInt16LE(2)];
+    const view = view_of(packed), least = view.getUint16(0, true), most = view.getUint16(2, true);
     if (most >= WORDS / 8) return null;
-    const occurs = Buffer.alloc(WORDS / 8);
+    const occurs = new Uint8Array(WORDS / 8);
     let at = 4;
-    if (least <= most) packed.copy(occurs, least, at, at += most - least + 1);
+    if (least <= most) occurs.set(packed.subarray(at, at += most - least + 1), least);
     const words = [];
     for (let word = 0; word < WORDS; ++word) {
       if (word === 0 || occurs[word >> 3] >> (word & 7) & 1) words.push(word);
     }
-    const size = packed.readInt32LE(at);
+    const size = view.getInt32(at, true);
     at += 4;
     if (size < 0 || at + size > packed.length) return null;
     const data = decode_words(packed.subarray(at, at + size), count);
     wavelets(data, planes, width, height, words.length - 1, true);
-    const bytes = Buffer.alloc(2 * count);
-    each_word(planes, width, height, (from, to) => bytes.writeUInt16LE(words[data[from]] ?? 0, 2 * to));
-    return bytes;
+    const unpacked = new Uint16Array(count);
+    each_word(planes, width, height, (from, to) => {
+      unpacked[to] = words[data[from]] ?? 0;
+    });
+    return new Uint8Array(unpacked.buffer);
   } catch (error) {
     if (error instanceof RangeError) return null;
     throw error;
   }
-}
-
-/** Lengths of Huffman codes, a Map from symbols, for how often they occur. */
-function code_lengths(counts) {
-  let trees = [...counts].map(([symbol, count]) => ({count, symbols: [symbol]}));
-  const lengths = new Map([...counts.keys()].map((symbol) => [symbol, 0]));
-  while (trees.length > 1) {
-    trees.sort((a, b) => a.count - b.count || a.symbols[0] - b.symbols[0]);
-    const [a, b, ...rest] = trees;
-    const symbols = [...a.symbols, ...b.symbols];
-    for (const symbol of symbols) lengths.set(symbol, lengths.get(symbol) + 1);
-    trees = [...rest, {count: a.count + b.count, symbols}];
-  }
-  return lengths;
-}
-
-class Writer {
-  constructor() {
-    this.bytes = [];
-    this.count = 0;
-  }
-  put(value, n) {
-    for (let i = n - 1; i >= 0; --i) {
-      if (this.count % 8 === 0) this.bytes.push(0);
-      this.bytes[this.bytes.length - 1] |= Math.floor(value / 2 ** i) % 2 << (7 - this.count % 8);
-      ++this.count;
-    }
-  }
-}
-
-function encode_words(words) {
-  const counts = new Map();
-  for (const word of words) counts.set(word, (counts.get(word) ?? 0) + 1);
-  const symbols = [...counts.keys()].sort((a, b) => a - b);
-  const least = symbols[0], run = symbols.at(-1) + 1;
-  counts.set(run, 1);
-  const lengths = code_lengths(counts);
-  const codes = new Map();
-  canonical_codes(lengths).forEach(({first, symbols: list}, length) => list.forEach((symbol, i) => {
-    codes.set(symbol, [first + i, length]);
-  }));
-  const table = new Writer();
-  for (let symbol = least; symbol <= run; ++symbol) {
-    let absent = 0;
-    while (absent < 255 + LONG_RUN_LEAST && !lengths.has(symbol + absent)) ++absent;
-    if (absent >= LONG_RUN_LEAST) {
-      table.put(LONG_RUN, 6);
-      table.put(absent - LONG_RUN_LEAST, 8);
-      symbol += absent - 1;
-    } else {
-      table.put(lengths.get(symbol) ?? 0, 6);
-    }
-  }
-  const data = new Writer();
-  for (let i = 0; i < words.length;) {
-    let again = 0;
-    while (again < 255 && words[i + again + 1] === words[i]) ++again;
-    data.put(...codes.get(words[i]));
-    if (again > 8) {
-      data.put(...codes.get(run));
-      data.put(again, 8);
-      i += again;
-    }
-    ++i;
-  }
-  const head = Buffer.alloc(20);
-  [least, run, table.bytes.length, data.count, 0].forEach((value, i) => head.writeUInt32LE(value, 4 * i));
-  return Buffer.concat([head, Buffer.from(table.bytes), Buffer.from(data.bytes)]);
-}
-
-/** The packed chunk of rows of pixels. */
-export function pack_piz(bytes, words_per_pixel, width, height) {
-  const planes = planes_of(words_per_pixel, width, height);
-  const data = new Uint16Array(bytes.length / 2);
-  each_word(planes, width, height, (to, from) => {
-    data[to] = bytes.readUInt16LE(2 * from);
-  });
-  const occurs = Buffer.alloc(WORDS / 8);
-  for (const word of data) occurs[word >> 3] |= 1 << (word & 7);
-  occurs[0] &= 0xFE;  // 0 is there in any case
-  const numbers = new Map([[0, 0]]);
-  for (let word = 1; word < WORDS; ++word) {
-    if (occurs[word >> 3] >> (word & 7) & 1) numbers.set(word, numbers.size);
-  }
-  data.forEach((word, i) => {
-    data[i] = numbers.get(word);
-  });
-  const used = [...occurs.keys()].filter((i) => occurs[i] !== 0);
-  const [least, most] = used.length > 0 ? [used[0], used.at(-1)] : [WORDS / 8 - 1, 0];
-  wavelets(data, planes, width, height, numbers.size - 1, false);
-  const stream = encode_words(data);
-  const head = Buffer.alloc(4), size = Buffer.alloc(4);
-  head.writeUInt16LE(least, 0);
-  head.writeUInt16LE(most, 2);
-  size.writeInt32LE(stream.length, 0);
-  return Buffer.concat(
-    [head, least <= most ? occurs.subarray(least, most + 1) : head.subarray(4), size, stream]);
 }

@@ -3,22 +3,22 @@
 //
 // Every function that finds fault calls `report(code, place, message)`. A reader throws there; a checker
 // takes a note and goes on.
-import {LIMITS as EXR_LIMITS, chain_length, channel_values, read_headers, read_level} from './exr.mjs';
-import {Issue} from './issue.mjs';
-import {is_number, is_object, parse_json} from './json.mjs';
+import {joined, latin1, latin1_bytes} from './bytes.js';
+import {LIMITS as EXR_LIMITS, chain_length, channel_values, read_headers, read_level} from './exr.js';
+import {Issue} from './issue.js';
+import {is_number, is_object, parse_json} from './json.js';
 import {
   LAYERS,
   SPREAD,
   channel_count,
-  is_used,
   layer_channels,
-  make_level,
   needs_lights,
-  needs_views
-} from './layers.mjs';
-import {xxh3_128} from './xxh3.mjs';
+  needs_views,
+  used_count
+} from './layers.js';
+import {xxh3_128} from './xxh3.js';
 
-const LIMITS = {
+export const LIMITS = {
   texels: 4096,
   directions: 4096,
   lobes: 16,
@@ -43,14 +43,14 @@ const in_range = (low, high) => (x) => is_integer(x) && x >= low && x <= high;
 
 /** The digest of the pixels of read_level. */
 export const pixel_digest = (channels) =>
-  xxh3_128(Buffer.concat([...channels.values()].map((channel) => channel.bytes)));
+  xxh3_128(joined([...channels.values()].map((channel) => channel.bytes)));
 
 /** The header digest of a file of read_headers. */
 export function header_digest(file) {
   const names = file.parts.map(
     (part) => `\n${part.name}` + part.channels.map(({name, type}) => `\n${name} ${type}`).join(''));
-  return xxh3_128(Buffer.concat(
-    [file.parts[0].attributes.get('selvedge.fabric').value, Buffer.from(names.join(''), 'latin1')]));
+  return xxh3_128(
+    joined([file.parts[0].attributes.get('selvedge.fabric').value, latin1_bytes(names.join(''))]));
 }
 
 function parse_text(file) {
@@ -248,7 +248,7 @@ function check_parts(file, text, report) {
   drop_half_of_yarn(text.layers);
 }
 
-/** Headers and text of a fabric file (a Buffer); the pixels are not touched. */
+/** Headers and text of a fabric file (a Uint8Array); the pixels are not touched. */
 export function open_fabric(bytes, report = throw_issue) {
   const file = read_headers(bytes);
   const raw = parse_text(file);
@@ -257,7 +257,7 @@ export function open_fabric(bytes, report = throw_issue) {
     throw_issue('FABRIC_VERSION', '/version', `major version ${version[0]}, not 3`);
   }
   const digest = file.parts[0].attributes.get('selvedge.digest');
-  if (digest?.type !== 'string' || digest.value.toString('latin1') !== header_digest(file)) {
+  if (digest?.type !== 'string' || latin1(digest.value) !== header_digest(file)) {
     report('FABRIC_DIGEST', 'selvedge.digest', 'is not the digest of the header');
   }
   const text = check_members(raw, report);
@@ -274,9 +274,12 @@ function check_values(fabric, layer, level, values, report) {
   for (const [name, numbers] of values) {
     const unsigned = ['table', 'opacity', 'light'].includes(layer) || /^lobes\.(diffuse|\d+\.n)\./.test(name);
     const largest = layer === 'opacity' ? 1 : Infinity;
-    const wrong = (x) => !Number.isFinite(x) || (unsigned && x < 0) || x > largest;
-    const t = numbers.findIndex((x, i) => wrong(x) && is_used(layer, fabric, level, name, i));
-    if (t >= 0) return bad(t, `/${name}`, `is ${numbers[t]}`);
+    const least = unsigned ? 0 : -Infinity;
+    for (let t = 0, end = Math.min(numbers.length, used_count(layer, fabric, level, name)); t < end; ++t) {
+      const x = numbers[t];
+      // The difference of a number from itself is 0, of what is none NaN.
+      if (!(x >= least && x <= largest && x - x === 0)) return bad(t, `/${name}`, `is ${x}`);
+    }
   }
   if (layer !== 'frame') return true;
   const at = (t, names) => names.map((name) => values.get(`frame.${name}`)[t]);
@@ -292,7 +295,7 @@ function check_values(fabric, layer, level, values, report) {
 }
 
 /**
- * The numbers of a layer at a level, a Map from channel names to Float64Array, after the digest and the
+ * The numbers of a layer at a level, a Map from channel names to Float32Array, after the digest and the
  * values have been checked; null where the level lacks the layer.
  */
 export function read_layer(fabric, layer, level, report = throw_issue) {
@@ -307,12 +310,4 @@ export function read_layer(fabric, layer, level, report = throw_issue) {
     new Map(layer_channels(layer, fabric).map((name) => [name, channel_values(channels.get(name))]));
   check_values(fabric, layer, level, values, report);
   return values;
-}
-
-/** Level `level` of a fabric of open_fabric, as brdf.mjs wants it. */
-export function read_fabric_level(fabric, level) {
-  const numbers = Object.fromEntries(LAYERS.map((layer) => [layer, read_layer(fabric, layer, level)]));
-  // They stand at level 0 and belong to all.
-  if (numbers.products) numbers.bases ??= read_layer(fabric, 'bases', 0);
-  return make_level(fabric, level, numbers);
 }

@@ -1,8 +1,9 @@
 // Reads OpenEXR 2 files as far as fabrics need it: scanline and tiled parts, one level or mip levels rounded
 // down, half and float channels, lossless compression. The structure of the whole file is checked first; then
 // one level of one part is decoded at a time.
-import {unpack} from './exr_unpack.mjs';
-import {Issue} from './issue.mjs';
+import {float_at, int_at, latin1, latin1_bytes, utf8, view_of} from './bytes.js';
+import {Issue} from './issue.js';
+import {unpack} from './unpack.js';
 
 export const COMPRESSIONS = ['none', 'rle', 'zips', 'zip', 'piz', 'pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
 export const LINES_PER_CHUNK = {
@@ -88,8 +89,7 @@ export const chain_length = (w, h) => Math.floor(Math.log2(Math.max(w, h))) + 1;
 /** Whether the bytes of a name (a latin1 string) are UTF-8 without control characters. */
 function is_printable(name) {
   try {
-    const text = new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(Buffer.from(name, 'latin1'));
-    return !/[\0-\x1F\x7F]/.test(text);
+    return !/[\0-\x1F\x7F]/.test(utf8(latin1_bytes(name)));
   } catch { return false; }
 }
 
@@ -108,21 +108,19 @@ class Cursor {
     return this.bytes.subarray(this.at, this.at += n);
   }
   i32() {
-    return this.take(4).readInt32LE(0);
+    return int_at(this.take(4), 0);
   }
   name() {
     const end = this.bytes.indexOf(0, this.at);
     if (end < 0) throw new Issue('EXR_MALFORMED', '', 'a name is not ended');
     if (end - this.at > this.longest_name)
       throw new Issue('EXR_MALFORMED', '', `a name is longer than ${this.longest_name} bytes`);
-    const name = this.take(end - this.at).toString('latin1');
+    const name = latin1(this.take(end - this.at));
     if (!is_printable(name)) throw new Issue('EXR_MALFORMED', '', 'a name is not printable UTF-8');
     this.take(1);
     return name;
   }
 }
-
-const latin1_order = (a, b) => Buffer.compare(Buffer.from(a, 'latin1'), Buffer.from(b, 'latin1'));
 
 function parse_channels(bytes, longest_name, place) {
   const cursor = new Cursor(bytes, longest_name);
@@ -135,7 +133,7 @@ function parse_channels(bytes, longest_name, place) {
     if (type === 'uint') throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} holds integers`);
     if (sampling[0] !== 1 || sampling[1] !== 1)
       throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} is sub-sampled`);
-    if (channels.length > 0 && latin1_order(channels.at(-1).name, name) >= 0)
+    if (channels.length > 0 && channels.at(-1).name >= name)
       throw new Issue('EXR_MALFORMED', place, `channels are not sorted, or ${name} is there twice`);
     if (channels.length === LIMITS.channels)
       throw new Issue('FILE_TOO_LARGE', place, `more than ${LIMITS.channels} channels`);
@@ -187,7 +185,7 @@ function chunks_of(levels, tile, compression, most, place) {
 }
 
 function parse_tiles(value, {width, height}, place) {
-  const tile = {width: value.readInt32LE(0), height: value.readInt32LE(4), mode: value[8] & 15};
+  const tile = {width: int_at(value, 0), height: int_at(value, 4), mode: value[8] & 15};
   const rounding = value[8] >> 4;
   if (tile.width < 1 || tile.height < 1) throw new Issue('EXR_MALFORMED', place, 'the tiles are empty');
   if (tile.mode > 2 || rounding > 1) throw new Issue('EXR_MALFORMED', place, 'unknown mode of tiles');
@@ -202,7 +200,7 @@ function parse_tiles(value, {width, height}, place) {
 function parse_header(cursor, index, version) {
   const multipart = (version & MULTIPART) !== 0;
   const attributes = parse_attributes(cursor, `part ${index}`);
-  const string = (name) => attributes.get(name)?.value.toString('latin1');
+  const string = (name) => attributes.has(name) ? latin1(attributes.get(name).value) : undefined;
   const name = string('name') ?? '';
   const place = name || `part ${index}`;
   const wrong = (message) => {
@@ -214,7 +212,7 @@ function parse_header(cursor, index, version) {
   const need = (attribute) =>
     attributes.get(attribute)?.value ?? wrong(`the attribute ${attribute} is missing`);
   const window = (attribute) => {
-    const v = need(attribute), corners = [0, 4, 8, 12].map((at) => v.readInt32LE(at));
+    const v = need(attribute), corners = [0, 4, 8, 12].map((at) => int_at(v, at));
     if (corners.some((x) => Math.abs(x) > WINDOW_LIMIT)) wrong(`${attribute} is out of range`);
     if (corners[0] > corners[2] || corners[1] > corners[3]) wrong(`${attribute} is empty`);
     return corners;
@@ -225,11 +223,11 @@ function parse_header(cursor, index, version) {
   if (kind !== 'scanlineimage' && kind !== 'tiledimage') unsupported(`parts of type ${kind} are not read`);
   if (!multipart && (kind === 'tiledimage') !== ((version & TILED) !== 0)) wrong('type and flags differ');
   const dataWindow = window('dataWindow'), displayWindow = window('displayWindow');
-  const pixelAspectRatio = need('pixelAspectRatio').readFloatLE(0);
+  const pixelAspectRatio = float_at(need('pixelAspectRatio'), 0);
   if (!(pixelAspectRatio >= Math.fround(1e-6) && pixelAspectRatio <= 1e6))
     wrong('pixelAspectRatio is out of range');
   need('screenWindowCenter');
-  const screen = need('screenWindowWidth').readFloatLE(0);
+  const screen = float_at(need('screenWindowWidth'), 0);
   if (!(screen >= 0 && screen < Infinity)) wrong('screenWindowWidth is out of range');
   const compression = COMPRESSIONS[need('compression')[0]] ?? unsupported('an unknown compression');
   const lineOrder = LINE_ORDERS[need('lineOrder')[0]] ?? wrong('an unknown line order');
@@ -243,7 +241,7 @@ function parse_header(cursor, index, version) {
   const channels = parse_channels(need('channels'), cursor.longest_name, place);
   const chunks = chunks_of(levels, tile, compression, cursor.bytes.length / 8, place);
   if (multipart) need('chunkCount');
-  if (attributes.has('chunkCount') && need('chunkCount').readInt32LE(0) !== chunks.length)
+  if (attributes.has('chunkCount') && int_at(need('chunkCount'), 0) !== chunks.length)
     wrong('chunkCount is not the number of chunks');
   return {
     name,
@@ -276,7 +274,7 @@ function check_together(parts) {
 
 /** Finds the packed bytes of every chunk, none of them decoded. `first`: where chunks may begin. */
 function place_chunks({bytes, multipart, parts}, first) {
-  const used = [];
+  const used = [], view = view_of(bytes);
   for (const part of parts) {
     const pixel = part.channels.reduce((sum, {type}) => sum + BYTES[type], 0);
     for (const chunk of part.chunks) {
@@ -287,9 +285,9 @@ function place_chunks({bytes, multipart, parts}, first) {
       const begin = chunk.offset + 4 * head.length + 4;
       damaged(chunk.offset < first || begin > bytes.length, 'a chunk lies outside of the chunks');
       damaged(
-        head.some((x, i) => bytes.readInt32LE(chunk.offset + 4 * i) !== x),
+        head.some((x, i) => view.getInt32(chunk.offset + 4 * i, true) !== x),
         'another chunk stands where one should');
-      const size = bytes.readInt32LE(begin - 4);
+      const size = view.getInt32(begin - 4, true);
       damaged(size < 1 || begin + size > bytes.length, 'a chunk is empty or cut short');
       const pixels = chunk.width * chunk.height;
       if (!LOSSY.includes(part.compression)) {
@@ -308,11 +306,11 @@ function place_chunks({bytes, multipart, parts}, first) {
     throw new Issue('FILE_DAMAGED', '', 'two chunks share bytes');
 }
 
-/** Headers and chunks of a file (a Buffer), its structure checked: { bytes, multipart, parts }. */
+/** Headers and chunks of a file (a Uint8Array), its structure checked: { bytes, multipart, parts }. */
 export function read_headers(bytes) {
-  if (bytes.length < 8 || bytes.readInt32LE(0) !== 20000630)
+  if (bytes.length < 8 || int_at(bytes, 0) !== 20000630)
     throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
-  const version = bytes.readInt32LE(4);
+  const version = int_at(bytes, 4);
   if ((version & 0xFF) !== 2 || version & ~(0xFF | MULTIPART | LONG_NAMES | TILED))
     throw new Issue('EXR_UNSUPPORTED', '', 'another version, deep data or an unknown kind of OpenEXR file');
   const multipart = (version & MULTIPART) !== 0;
@@ -329,10 +327,11 @@ export function read_headers(bytes) {
   if (multipart) cursor.take(1);
   check_together(parts);
   let {at} = cursor;
+  const view = view_of(bytes);
   for (const part of parts) {
     if (at + 8 * part.chunks.length > bytes.length)
       throw new Issue('FILE_DAMAGED', part.name, 'the table of chunks is cut short');
-    for (const chunk of part.chunks) chunk.offset = Number(bytes.readBigUInt64LE((at += 8) - 8));
+    for (const chunk of part.chunks) chunk.offset = Number(view.getBigUint64((at += 8) - 8, true));
   }
   const file = {bytes, multipart, parts};
   place_chunks(file, at);
@@ -351,18 +350,19 @@ export function read_level(part, level) {
   }
   if (4 * part.channels.length * width * height > LIMITS.level_bytes)
     throw new Issue('FILE_TOO_LARGE', place, 'the decoded level is too large');
-  const channels = new Map(
-    part.channels.map(({name, type}) => [name, {type, bytes: Buffer.alloc(width * height * BYTES[type])}]));
-  const sizes = part.channels.map(({type}) => BYTES[type]);
+  const channels = new Map(part.channels.map(
+    ({name, type}) => [name, {type, bytes: new Uint8Array(width * height * BYTES[type])}]));
+  const rows = [...channels.values()].map(({type, bytes}) => ({size: BYTES[type], bytes}));
+  const sizes = rows.map(({size}) => size);
   for (const chunk of part.chunks) {
     if (chunk.level !== level) continue;
     const data = unpack(chunk.packed, sizes, chunk.width, chunk.height, part.compression);
     if (!data) throw new Issue('FILE_DAMAGED', place, 'a chunk cannot be decoded');
     let at = 0;
     for (let y = chunk.y; y < chunk.y + chunk.height; ++y) {
-      for (const {type, bytes} of channels.values()) {
-        const row = chunk.width * BYTES[type];
-        data.copy(bytes, (y * width + chunk.x) * BYTES[type], at, at += row);
+      for (const {size, bytes} of rows) {
+        let to = (y * width + chunk.x) * size;
+        for (const end = at + chunk.width * size; at < end;) bytes[to++] = data[at++];
       }
     }
   }
@@ -370,15 +370,21 @@ export function read_level(part, level) {
 }
 
 /** The value of the 16 bits of an IEEE half. */
-export function half_to_number(bits) {
+function half_to_number(bits) {
   const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, fraction = bits & 1023;
   if (exponent === 31) return fraction ? NaN : sign * Infinity;
   return sign * (exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : 2 ** -24 * fraction);
 }
 
-/** The values of a channel of read_level, exact in double precision. */
+let halves;
+
+/** The values of a channel of read_level, a Float32Array. Typed arrays are little-endian, as the file is. */
 export function channel_values({type, bytes}) {
-  return Float64Array.from(
-    {length: bytes.length / BYTES[type]},
-    (_, i) => type === 'half' ? half_to_number(bytes.readUInt16LE(2 * i)) : bytes.readFloatLE(4 * i));
+  const aligned = bytes.byteOffset % BYTES[type] === 0 ? bytes : Uint8Array.from(bytes);
+  const {buffer, byteOffset, length} = aligned;
+  if (type === 'float') return new Float32Array(buffer, byteOffset, length / 4);
+  halves ??= Float32Array.from({length: 65536}, (_, bits) => half_to_number(bits));
+  const bits = new Uint16Array(buffer, byteOffset, length / 2), values = new Float32Array(bits.length);
+  for (let i = 0; i < bits.length; ++i) values[i] = halves[bits[i]];
+  return values;
 }

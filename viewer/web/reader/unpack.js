@@ -1,16 +1,16 @@
 // Unpacks the chunks of OpenEXR files: NONE, RLE, ZIPS, ZIP and PIZ.
-import {inflateSync} from 'node:zlib';
-import {unpack_piz} from './piz.mjs';
+import {inflate} from './inflate.js';
+import {unpack_piz} from './piz.js';
 
 function unpack_rle(packed, size) {
-  const out = Buffer.alloc(size);
+  const out = new Uint8Array(size);
   let at = 0;
   for (let i = 0; i < packed.length;) {
-    const count = packed.readInt8(i++);
+    const count = packed[i++] << 24 >> 24;
     const n = count < 0 ? -count : count + 1;
     if (at + n > size || i + (count < 0 ? n : 1) > packed.length) return null;
     if (count < 0)
-      packed.copy(out, at, i, i += n);
+      out.set(packed.subarray(i, i += n), at);
     else
       out.fill(packed[i++], at, at + n);
     at += n;
@@ -21,9 +21,10 @@ function unpack_rle(packed, size) {
 /** Undoes the predictor and the split into even and odd bytes that ZIP and RLE share. */
 function undo_filter(data) {
   for (let i = 1; i < data.length; ++i) data[i] = data[i] + data[i - 1] - 128;
-  const out = Buffer.alloc(data.length);
+  const out = new Uint8Array(data.length);
   const half = (data.length + 1) >> 1;
-  for (let i = 0; i < data.length; ++i) out[i] = data[(i & 1 ? half : 0) + (i >> 1)];
+  for (let i = 0, at = 0; at < half; ++at, i += 2) out[i] = data[at];
+  for (let i = 1, at = half; i < data.length; ++at, i += 2) out[i] = data[at];
   return out;
 }
 
@@ -41,10 +42,8 @@ export function unpack(packed, bytes_per_pixel, width, height, compression) {
     return data && undo_filter(data);
   }
   if (compression === 'zip' || compression === 'zips') {
-    try {
-      const data = inflateSync(packed, {maxOutputLength: size});
-      return data.length === size ? undo_filter(data) : null;
-    } catch { return null; }
+    const data = inflate(packed, size);
+    return data && undo_filter(data);
   }
   return null;
 }

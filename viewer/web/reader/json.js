@@ -1,5 +1,6 @@
 // JSON as the pages want it, which JSON.parse does not tell apart: no member stands twice in an object, no
 // string holds half a surrogate pair, brackets do not nest too deeply, and 4.0 or 4e0 is no integer.
+import {utf8} from './bytes.js';
 
 /** A number that is written with a fraction or an exponent; of no use where an integer is due. */
 export class Decimal extends Number {}
@@ -106,12 +107,12 @@ class Parser {
 }
 
 /**
- * The value of a JSON text in UTF-8 (a Buffer) whose brackets nest `depth` deep at most; else a SyntaxError.
+ * The value of a JSON text in UTF-8 (a Uint8Array) whose brackets nest `depth` deep at most; else a SyntaxError.
  */
 export function parse_json(bytes, depth) {
   let text;
   try {
-    text = new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(bytes);
+    text = utf8(bytes);
   } catch { throw new SyntaxError('not UTF-8'); }
   const parser = new Parser(text, depth);
   const value = parser.value();

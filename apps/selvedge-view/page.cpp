@@ -1,0 +1,127 @@
+// page: garments and fabrics as one file that a browser shows by itself.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/common/scratch_folder.h"
+#include "apps/common/shared_options.h"
+#include "apps/report/svg.h"
+#include "apps/selvedge-view/commands.h"
+#include "format/base/atomic_file.h"
+#include "format/fabric/file.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/fabric_extension.h"
+#include "format/gltf/names.h"
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PageCommand {
+  CommonOptions common;
+  std::vector<std::string> inputs;
+  std::string output;
+  SceneLimits limits;
+};
+
+void declare(Options& options, PageCommand& command) {
+  options.common(command.common);
+  options
+      .list("input", command.inputs, "FILE",
+            "Garments (.gltf, .glb), which stand side by side; fabrics (.exr), to be swapped on them")
+      .required()
+      .count(1, 64);
+  options.output(command.output, "The page", "", {".html"}).required();
+  add_limits(options, command.limits);
+}
+
+std::span<const std::uint8_t> bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+/// The page without garments, which lies beside the programs (viewer/web/page).
+Result<std::string> read_template() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path file = program.parent_path().parent_path() / "share" / "selvedge" / "page.html";
+  Result<std::string> text = read_file(file.string());
+  if (text) return text;
+  return fail(
+      text.error().code, file.string(), {},
+      "the page is part of the build where Node.js and the packages of tests/node are there (npm ci)");
+}
+
+/// Puts fabrics that are files of their own into the document.
+Result<void> embed_fabrics(GltfDocument& document) {
+  const Result<std::vector<SceneFabric>> fabrics = read_fabric_entries(document);
+  if (!fabrics) return tl::unexpected(fabrics.error());
+  for (std::size_t i = 0; i < fabrics->size(); ++i) {
+    const std::string& path = (*fabrics)[i].path;
+    if (path.empty()) continue;
+    const Result<std::string> bytes = read_file(path);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const int view = append_view(document, bytes_of(*bytes));
+    Json& entry = document.json["extensions"][names::gltf::fabric_extension][names::gltf::fabrics][i];
+    entry.erase("uri");
+    entry["bufferView"] = view;
+  }
+  return {};
+}
+
+/// The bytes of a .glb file that has all of a garment, its geometry plain.
+Result<std::string> whole_garment(const std::string& path, const GltfLimits& limits) {
+  Result<GltfDocument> document = load_gltf(path, limits);
+  if (!document) return tl::unexpected(document.error());
+  if (auto good = embed_fabrics(*document); !good) return tl::unexpected(good.error());
+  const Result<ScratchFolder> folder = ScratchFolder::create("selvedge-view-page-");
+  if (!folder) return tl::unexpected(folder.error());
+  const std::string whole = folder->path() + "/garment.glb";
+  if (const auto saved = save_gltf(std::move(*document), whole); !saved) return tl::unexpected(saved.error());
+  return read_file(whole);
+}
+
+Result<int> run(const PageCommand& command) {
+  Result<std::string> page = read_template();
+  if (!page) return tl::unexpected(page.error());
+  std::string scripts;
+  int garments = 0;
+  for (const std::string& input : command.inputs) {
+    const bool is_fabric = input.ends_with(".exr");
+    if (is_fabric) {
+      if (const auto good = read_fabric(input); !good) return tl::unexpected(good.error());
+    }
+    const Result<std::string> bytes =
+        is_fabric ? read_file(input) : whole_garment(input, command.limits.document);
+    if (!bytes) return tl::unexpected(bytes.error());
+    garments += is_fabric ? 0 : 1;
+    scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
+                           is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
+                           base64(bytes_of(*bytes)));
+  }
+  if (garments == 0)
+    return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");
+  const std::string marker = "<!--GARMENTS-->\n";
+  page->replace(page->find(marker), marker.size(), scripts);
+  if (const auto good = write_file(command.output, *page); !good) return tl::unexpected(good.error());
+  report(command.common, "page",
+         {{"output", command.output},
+          {"garments", garments},
+          {"fabrics", static_cast<int>(command.inputs.size()) - garments},
+          {"bytes", page->size()}},
+         fmt::format("{} ({} bytes)\n", command.output, page->size()));
+  return 0;
+}
+
+}  // namespace
+
+void add_page_verb(Program& program) {
+  program.add<PageCommand>(
+      {"page", "Make a web page that shows garments, in one file",
+       "selvedge-view page sweater.glb -o sweater.html\n"
+       "selvedge-view page plain.glb purl.glb rib.fabric.exr -o three.html",
+       "The page opens from the file, without a server or a network, in a browser with WebGL 2.\n"},
+      declare, run);
+}
+
+}  // namespace selvedge

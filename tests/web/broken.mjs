@@ -1,0 +1,79 @@
+// Broken files of the conformance kit in three.js: where the fabric cannot be read, the fallback is shown and the console
+// says the code of the issue; nothing throws.
+//
+//   node broken.mjs PACKAGE_FOLDER KIT_FOLDER OUTPUT_FOLDER
+import assert from 'node:assert/strict';
+import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { gunzipSync } from 'node:zlib';
+import { in_browser } from './browser.mjs';
+
+const [package_folder, kit, folder] = process.argv.slice(2);
+const SECONDS = 2;  // for one file
+
+rmSync(folder, { recursive: true, force: true });
+mkdirSync(folder, { recursive: true });
+process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+
+/** A triangle in a fabric, as a .gltf beside it. */
+function garment_of(fabric) {
+  const data = Buffer.alloc(60);
+  [[0, 0], [1, 0], [0, 1]].forEach(([x, y], i) => {
+    [x, y, 0].forEach((value, k) => data.writeFloatLE(value, 12 * i + 4 * k));
+    [x, y].forEach((value, k) => data.writeFloatLE(value, 36 + 8 * i + 4 * k));
+  });
+  const name = 'SELVEDGE_materials_fabric';
+  return JSON.stringify({
+    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0, TEXCOORD_0: 1 }, material: 0 }] }],
+    accessors: [
+      { bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] },
+      { bufferView: 1, componentType: 5126, count: 3, type: 'VEC2' },
+    ],
+    bufferViews: [{ buffer: 0, byteLength: 36 }, { buffer: 0, byteOffset: 36, byteLength: 24 }],
+    buffers: [{ byteLength: 60, uri: `data:application/octet-stream;base64,${data.toString('base64')}` }],
+    extensionsUsed: [name], extensions: { [name]: { fabrics: [{ mimeType: 'image/x-exr', uri: fabric }] } },
+    materials: [{ extensions: { [name]: { fabric: { index: 0 } } } }],
+  });
+}
+
+const counts = { 'a fabric, fallback': 0, 'a fabric that is shown': 0, 'a garment, refused by three.js': 0, 'a garment': 0 };
+let slowest = 0;
+await in_browser(package_folder, { invalid: join(kit, 'invalid'), made: folder }, async ({ page, errors }) => {
+  const fate_of = (file) => page.evaluate(async (name) => {
+    const { fate } = await import('/test/scene_page.js');
+    return fate(name);
+  }, file);
+  for (const name of readdirSync(join(kit, 'invalid')).sort()) {
+    const stored = join(kit, 'invalid', name), expected = JSON.parse(readFileSync(join(stored, 'expected.json'), 'utf8'));
+    const is_fabric = expected.file.endsWith('.exr'), codes = expected.issues.flatMap((issue) => issue.code);
+    // Faults of glTF itself are met by three.js.
+    if (!is_fabric && !codes.some((code) => /^(GLTF_EXTENSION|GARMENT_NO_UVS|FABRIC|EXR)/.test(code))) continue;
+    if (is_fabric) {
+      const plain = join(stored, expected.file), packed = `${plain}.gz`;
+      // Some fixtures are no file at all.
+      if (!existsSync(packed) && !statSync(plain, { throwIfNoEntry: false })?.isFile()) continue;
+      writeFileSync(join(folder, 'f.exr'), existsSync(packed) ? gunzipSync(readFileSync(packed)) : readFileSync(plain));
+      writeFileSync(join(folder, 'g.gltf'), garment_of('f.exr'));
+    }
+    errors.length = 0;
+    const { refused, states, ms } = await fate_of(is_fabric ? '/made/g.gltf' : `/invalid/${name}/${expected.file}`);
+    slowest = Math.max(slowest, ms);
+    assert.ok(ms < 1000 * SECONDS, `${name}: ${ms} ms`);
+    if (!is_fabric) {
+      ++counts[refused === undefined ? 'a garment' : 'a garment, refused by three.js'];
+      continue;
+    }
+    const [[shows, code]] = states;
+    ++counts[code ? 'a fabric, fallback' : 'a fabric that is shown'];
+    assert.equal(shows, code ? 'fallback' : 'fabric', name);
+    if (code) {
+      // A fault may break more than its own rule; the reader tells the first that it meets.
+      assert.ok(codes.includes(code) || expected.others !== 'none', `${name}: ${code} instead of ${codes}`);
+      assert.ok(errors.length === 1 && errors[0].includes(code), `${name}: ${errors}`);
+    }
+    // A reader must refuse these; of the others a checker complains of what a picture does not need.
+    assert.ok(code || !expected.evaluate, `${name}: is shown`);
+  }
+});
+console.log(Object.entries(counts).map(([what, count]) => `${what}: ${count}`).join('; '), `; the slowest took ${slowest.toFixed(0)} ms`);

@@ -1,0 +1,89 @@
+// The page of `selvedge-view page`, opened from its file at the size of a telephone, and turned with mouse and finger.
+//
+//   node page.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { join } from 'node:path';
+import { gzipSync } from 'node:zlib';
+import { from_file } from './browser.mjs';
+
+const [, bin, folder] = process.argv.slice(2);
+const SIZE = { width: 400, height: 420 }, SECONDS = 60;
+
+rmSync(folder, { recursive: true, force: true });
+mkdirSync(folder, { recursive: true });
+process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+const path = (name) => join(folder, name);
+const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { stdio: ['ignore', 'ignore', 'inherit'] });
+
+const small = '--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 2'.split(' ');
+run('selvedge', 'make', 'plain-knit', '-o', path('knit.fabric.exr'), '--quiet');
+run('selvedge', 'make', 'twill', '--quality', 'paper', ...small, '-o', path('twill.fabric.exr'), '--quiet');
+run('selvedge-samples', 'tablecloth', '-o', path('plain.glb'));
+// A .gltf beside its fabric: the page takes both.
+run('selvedge', 'dress', path('plain.glb'), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--quiet');
+run('selvedge-view', 'page', path('cloth.gltf'), path('knit.fabric.exr'), '-o', path('cloth.html'), '--quiet');
+
+await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
+  const begin = performance.now();
+  await page.waitForFunction('globalThis.selvedge?.state.frames > 0', null, { timeout: 120000 });
+  await page.evaluate(() => globalThis.selvedge.started);
+  const first = performance.now() - begin;
+  const seen = () => page.evaluate(() => {
+    const { state, camera, controls, materials } = globalThis.selvedge;
+    return {
+      ...state, camera: camera.position.toArray(), target: controls.target.toArray(),
+      shows: [...materials].map(({ shows }) => shows),
+      fabrics: [...materials].map(({ fabric }) => fabric.name), width: document.documentElement.scrollWidth,
+    };
+  });
+  /** What is seen once `holds` is true of it, after `act`. */
+  const after = async (act, holds) => {
+    await act();
+    for (const end = performance.now() + 1000 * SECONDS;;) {
+      const now = await seen();
+      if (holds(now)) return now;
+      assert.ok(performance.now() < end, `${holds} does not hold: ${JSON.stringify(now)}`);
+    }
+  };
+  const far = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+
+  const start = await seen();
+  assert.ok(start.shows.length > 0 && start.shows.every((shows) => shows === 'fabric'), `${start.shows}`);
+  assert.equal(start.width, SIZE.width, 'nothing is wider than the window');
+  const picture = await page.screenshot();
+
+  const turned = await after(async () => {
+    await page.mouse.move(150, 100);
+    await page.mouse.down();
+    await page.mouse.move(230, 110, { steps: 3 });
+    await page.mouse.up();
+  }, ({ camera }) => far(camera, start.camera) > 0.01);
+  assert.notDeepEqual(await page.screenshot(), picture);
+  const touched = await after(
+    () => touch([[200, 100], [160, 100], [120, 105]]), ({ camera }) => far(camera, turned.camera) > 0.01);
+  const distance = ({ camera, target }) => far(camera, target);
+  await after(() => page.mouse.wheel(0, -600), (now) => distance(now) < 0.99 * distance(touched));
+
+  const light = await page.locator('#light').boundingBox();
+  await after(async () => {
+    await page.mouse.move(light.x + 20, light.y + 20);
+    await page.mouse.down();
+    await page.mouse.move(light.x + 36, light.y + 20, { steps: 2 });
+    await page.mouse.up();
+  }, (now) => now.light[0] > 0.5);
+
+  const all_show = (what) => ({ shows }) => shows.every((shown) => shown === what);
+  await after(() => page.keyboard.press('f'), all_show('fallback'));
+  await after(() => page.locator('#fallback').click(), all_show('fabric'));
+  await after(() => page.locator('#level').selectOption('2'), ({ level }) => level === 2);
+  const brighter = await after(() => page.locator('#exposure').fill('1'), ({ exposure }) => exposure === 1);
+  await after(() => page.locator('#fabric').selectOption({ label: 'knit.fabric.exr' }), ({ fabrics, shows, frames }) =>
+    fabrics.every((name) => name === 'knit.fabric.exr') && shows.every((shown) => shown === 'fabric') &&
+    frames > brighter.frames);
+  assert.deepEqual(errors, []);
+  const bytes = statSync(path('cloth.html')).size, packed = gzipSync(readFileSync(path('cloth.html'))).length;
+  console.log(`${bytes} bytes, ${packed} packed; first frame after ${first.toFixed(0)} ms; a frame of ${SIZE.width} x ` +
+    `${SIZE.height} takes ${brighter.ms.toFixed(0)} ms in software`);
+});

@@ -1,0 +1,83 @@
+// In the browser: draws a garment with three.js and the package's plugin into a float target.
+import {
+  DirectionalLight, FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderTarget, WebGLRenderer,
+} from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { SelvedgeFabric } from 'selvedge/three/index.js';
+
+const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
+renderer.setClearColor(0, 0);
+
+const loader = new GLTFLoader();
+loader.register((parser) => new SelvedgeFabric(parser));
+const loaded = new Map();
+
+/** { scene, materials } of a garment, its fabrics loaded or found broken. */
+async function load(file) {
+  const { scene } = await loader.loadAsync(file);
+  const materials = new Set();
+  scene.traverse(({ material }) => material?.isFabricMaterial && materials.add(material));
+  for (const { fabric } of materials) await fabric?.settled;
+  return { scene, materials: [...materials] };
+}
+
+/** A camera as `selvedge-view render` places it. */
+function camera_of({ look_at, distance, fov, azimuth, elevation, width, height }) {
+  const camera = new PerspectiveCamera(fov, width / height, distance / 100, 10 * distance);
+  const [a, e] = [azimuth, elevation].map((degrees) => degrees * Math.PI / 180);
+  const target = new Vector3(...look_at);
+  camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e)).multiplyScalar(distance).add(target);
+  camera.lookAt(target);
+  return camera;
+}
+
+/** Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took. */
+export async function drawn(file, view, lights) {
+  if (!loaded.has(file)) loaded.set(file, await load(file));
+  const { scene: garment, materials } = loaded.get(file);
+  const scene = new Scene();
+  scene.add(garment);
+  for (const [x, y, z, intensity] of lights) {
+    const light = new DirectionalLight(0xffffff, intensity);
+    light.position.set(x, y, z);
+    scene.add(light);
+  }
+  const { width, height } = view;
+  const target = new WebGLRenderTarget(width, height, { type: FloatType });
+  renderer.setRenderTarget(target);
+  const begin = performance.now();
+  renderer.clear();
+  renderer.render(scene, camera_of(view));
+  const pixels = new Float32Array(4 * width * height);
+  renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
+  const ms = performance.now() - begin;
+  target.dispose();
+  const turned = new Float32Array(pixels.length);
+  for (let y = 0; y < height; ++y)
+    turned.set(pixels.subarray(4 * width * (height - 1 - y), 4 * width * (height - y)), 4 * width * y);
+  const bytes = new Uint8Array(turned.buffer);
+  let text = '';
+  for (let i = 0; i < bytes.length; i += 8192) text += String.fromCharCode(...bytes.subarray(i, i + 8192));
+  return { pixels: btoa(text), ms, shows: materials.map(({ shows }) => shows) };
+}
+
+/**
+ * What becomes of a garment: { refused }, the message of three.js's loader, or { states }: of its fabrics' materials what
+ * they show and the code of the fabric's issue. It is drawn once.
+ */
+export async function fate(file) {
+  const begin = performance.now();
+  let garment;
+  try {
+    garment = await load(file);
+  } catch (error) {
+    return { refused: String(error), ms: performance.now() - begin };
+  }
+  const scene = new Scene();
+  scene.add(garment.scene, new DirectionalLight());
+  renderer.setRenderTarget(null);
+  renderer.setSize(16, 16);
+  renderer.render(scene, camera_of({ look_at: [0, 0, 0], distance: 3, fov: 30, azimuth: 0, elevation: 0, width: 16, height: 16 }));
+  const states = garment.materials.map(({ shows, fabric }) => [shows, fabric?.issue?.code ?? '']);
+  return { states, ms: performance.now() - begin };
+}

@@ -1,0 +1,72 @@
+// The demo's sweater in a browser beside `selvedge-view render`, with the same cameras and lights: PSNR as displayed,
+// without the 1 % of the pixels that differ most (silhouettes and edges of yarn, where single rays decide) and with them.
+//
+//   node scenes.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdirSync, readFileSync, rmSync } from 'node:fs';
+import { channel_values, read_headers, read_level } from '../../viewer/web/reader/index.js';
+import { in_browser } from './browser.mjs';
+
+const [package_folder, bin, folder] = process.argv.slice(2);
+const LIGHTS = [[0.3, 0.5, 1, 1], [1, 0.2, 0.4, 0.3]];
+const VIEWS = {
+  yarn: { look_at: [0.05, 0.3, 0.12], distance: 0.06, azimuth: 20, elevation: 8, width: 80, height: 60 },
+  near: { look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60 },
+  grazing: { look_at: [0.05, 0.3, 0.12], distance: 0.3, azimuth: 100, elevation: 30, width: 80, height: 60 },
+  whole: { look_at: [0, 0.3, 0], distance: 1.6, azimuth: 20, elevation: 8, width: 120, height: 96 },
+  far: { look_at: [0, 0.3, 0], distance: 4, azimuth: -60, elevation: 20, width: 100, height: 75 },
+};
+const MOST_LEFT_OUT = 0.01, OFF_EDGES = 45, OVER_ALL = 36;
+const EXPOSURE = Math.PI, BACKGROUND = 0.18;
+
+rmSync(folder, { recursive: true, force: true });
+mkdirSync(folder, { recursive: true });
+process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { stdio: ['ignore', 'ignore', 'inherit'] });
+const path = (name) => `${folder}/${name}`;
+
+/** Planes of red, green, blue and alpha. */
+function read_picture(file) {
+  const [part] = read_headers(new Uint8Array(readFileSync(file))).parts, channels = read_level(part, 0);
+  return ['R', 'G', 'B', 'A'].map((name) => channel_values(channels.get(name)));
+}
+
+function displayed(radiance, alpha) {
+  const x = Math.min(Math.max(radiance * EXPOSURE + BACKGROUND * (1 - alpha), 0), 1);
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055;
+}
+
+/** { off_edges, over_all } in dB. */
+function psnr(ours, theirs) {
+  const pixels = ours[0].length, errors = new Float64Array(pixels);
+  for (let i = 0; i < pixels; ++i) {
+    for (let c = 0; c < 3; ++c)
+      errors[i] += (displayed(ours[c][i], ours[3][i]) - displayed(theirs[4 * i + c], theirs[4 * i + 3])) ** 2 / 3;
+  }
+  errors.sort();
+  const decibels = (list) => -10 * Math.log10(list.reduce((sum, x) => sum + x, 0) / list.length);
+  return { off_edges: decibels(errors.subarray(0, Math.ceil((1 - MOST_LEFT_OUT) * pixels))), over_all: decibels(errors) };
+}
+
+run('selvedge', 'make', 'plain-knit', '-o', path('knit.fabric.exr'), '--quiet');
+run('selvedge-samples', 'sweater', '-o', path('plain.glb'));
+run('selvedge', 'dress', path('plain.glb'), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
+await in_browser(package_folder, { made: folder }, async ({ page, errors }) => {
+  for (const [name, { look_at, distance, azimuth, elevation, width, height }] of Object.entries(VIEWS)) {
+    run('selvedge-view', 'render', path('sweater.glb'), '-o', path(`${name}.exr`), '--size', `${width}x${height}`,
+      '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation,
+      ...LIGHTS.flatMap((light) => ['--light', light.join(',')]), '--quiet');
+    const view = { look_at, distance, fov: 30, azimuth, elevation, width, height };
+    const { pixels, ms, shows } = await page.evaluate(async (query) => {
+      const { drawn } = await import('/test/scene_page.js');
+      return drawn('/made/sweater.glb', ...query);
+    }, [view, LIGHTS]);
+    assert.deepEqual(shows, ['fabric', 'fabric']);
+    const floats = new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer);
+    const { off_edges, over_all } = psnr(read_picture(path(`${name}.exr`)), floats);
+    console.log(`${name.padEnd(8)} ${off_edges.toFixed(1)} dB, over all ${over_all.toFixed(1)} dB, ${ms.toFixed(0)} ms`);
+    assert.ok(off_edges >= OFF_EDGES && over_all >= OVER_ALL, name);
+  }
+  assert.deepEqual(errors, []);
+});

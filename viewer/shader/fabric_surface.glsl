@@ -1,0 +1,84 @@
+// A fabric under a pixel: its frame, its levels and its yarn (spec/brdf.md, "Over a surface"), for OpenGL and for WebGL 2.
+// The includer defines what evaluate.glsl and footprint.glsl ask for, with YARN what yarn.glsl asks for, and
+// the names of level_options.glsl.
+
+vec3 unit_or(vec3 v, vec3 otherwise) {
+  float length2 = dot(v, v);
+  return length2 > 1e-36 && length2 < 1e36 ? v * inversesqrt(length2) : otherwise;
+}
+
+// Normals that interpolation has turned away from the viewer are raised over the horizon.
+vec3 facing_normal(vec3 normal, vec3 view) {
+  float cosine = dot(normal, view);
+  const float horizon = 0.01;
+  return cosine < horizon ? unit_or(normal + view * (horizon - cosine), view) : normal;
+}
+vec3 tangent_across(vec3 normal, vec3 along_u) {
+  vec3 axis = 1.0 - normal.x * normal.x > 1e-6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+  vec3 fixed_axis = unit_or(axis - normal * dot(normal, axis), axis);
+  return unit_or(along_u - normal * dot(normal, along_u), fixed_axis);
+}
+
+ivec2 size_of(uint fabric, uint level) {
+  uint place = word(fabric + fabric_level_places + level);
+  return ivec2(int(word(place + level_width)), int(word(place + level_height)));
+}
+
+// Adds the mean of the texels of a level under the pixel; `right` and `up` in whole repeats.
+void shade_level(uint index, uint fabric, uint level, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 frame,
+                 float part, inout vec4 sum) {
+  ivec2 size = size_of(fabric, level);
+  vec2 centre = (uv - floor(uv)) * vec2(size);
+  bool nearest = by_area == 0 || forced_level >= 0;
+  vec2 whole = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
+  float scale = exp2(-float(level + word(fabric + fabric_first_level)));
+  vec2 farthest = vec2(1e6);
+  PixelBox box = pixel_box(clamp(right * vec2(size), -farthest, farthest), clamp(up * vec2(size), -farthest, farthest),
+                           pixel_size(right * whole, up * whole) * scale);
+  ivec2 first = nearest ? min(ivec2(centre), size - 1) : ivec2(floor(centre - box.reach + 0.5));
+  ivec2 count = nearest ? ivec2(1) : ivec2(ceil(2.0 * box.reach));
+  float total = nearest ? 1.0 : 0.0;
+  for (int i = 0; !nearest && i < count.x * count.y; ++i) {
+    ivec2 texel = first + ivec2(i % count.x, i / count.x);
+    total += texel_share(box, vec2(texel) + 0.5 - centre);
+  }
+  // One call for both ways: compilers copy the function to every call.
+  for (int i = 0; i < count.x * count.y; ++i) {
+    ivec2 texel = first + ivec2(i % count.x, i / count.x);
+    float share = nearest ? 1.0 : texel_share(box, vec2(texel) + 0.5 - centre);
+    if (!(share > 0.0)) continue;
+    // Texels beyond the border are those of the next repeat.
+    ivec2 at = (texel % size + size) % size;
+    shade_texel(index, level, uint(at.y * size.x + at.x), view, frame, part * share / total, sum);
+  }
+}
+
+// alpha * (radiance, 1) of the pixel at `uv`; `right` and `up`: its change per pixel. `view` is in the frame.
+vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 frame) {
+  uint fabric = word(index);
+  vec2 size = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
+  uint first_level = word(fabric + fabric_first_level);
+  float pixel_width = pixel_size(right * size, up * size);
+  float level = (forced_level >= 0 ? float(forced_level) : log2(pixel_width) + level_bias) - float(first_level);
+  vec4 sum = vec4(0.0);
+  float of_texels = 1.0;
+#ifdef YARN
+  if (word(fabric + fabric_yarns) != 0u && forced_level < 0) {
+    of_texels -= yarn_share(pixel_width, number(fabric + fabric_largest_yarn_pixel) * float(points) / 2.0, blend_levels != 0);
+    float of_point = (1.0 - of_texels) / float(points * points);
+    for (int i = 0; of_point > 0.0 && i < points * points; ++i) {
+      vec2 at = (vec2(float(i % points), float(i / points)) + 0.5) / float(points) - 0.5;
+      shade_yarn(fabric, uv - floor(uv) + right * at.x + up * at.y, view, frame, of_point, sum);
+    }
+  }
+#endif
+  level = clamp(level, 0.0, float(word(fabric + fabric_level_count) - 1u));
+  float lower = floor(level);
+  float of_upper = blend_of_levels(level - lower, blend_levels != 0, 2.0);
+  for (int k = 0; k < 2; ++k) {
+    float part = of_texels * (k == 0 ? 1.0 - of_upper : of_upper);
+    if (part == 0.0) continue;
+    shade_level(index, fabric, uint(lower + float(k)), uv, right, up, view, frame, part, sum);
+  }
+  return sum;
+}

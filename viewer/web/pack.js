@@ -1,0 +1,261 @@
+// Packs a fabric into the words that the shaders read: the twin of format/fabric/gpu_words.cpp.
+import {word_layout} from './glsl.js';
+import {
+  ANGLES,
+  COLOURS,
+  LAYERS,
+  LIGHTS,
+  PARAMETERS,
+  base_count,
+  direction_name,
+  grid_size,
+  level_size,
+  read_layer,
+  yarns_of
+} from './reader/index.js';
+import {cells_of} from './yarn_cells.js';
+
+/** The places of words by their names in word_layout.glsl, which C++ and GLSL include. */
+export const AT = Object.fromEntries(
+  [...word_layout.matchAll(/const uint (\w+) = (\d+)u;/g)].map(([, name, place]) => [name, Number(place)]));
+
+/** Words that grow; numbers are single precision. */
+class Words {
+  constructor() {
+    this.words = new Uint32Array(4096);
+    this.floats = new Float32Array(this.words.buffer);
+    this.length = 0;
+  }
+  /** Appends `count` words of value 0 and returns the place of the first. */
+  room(count) {
+    const place = this.length;
+    this.length += count;
+    if (this.length > this.words.length) {
+      const grown = new Uint32Array(Math.max(this.length, 2 * this.words.length));
+      grown.set(this.words);
+      this.words = grown;
+      this.floats = new Float32Array(grown.buffer);
+    }
+    return place;
+  }
+  set_numbers(at, ...values) {
+    this.floats.set(values, at);
+  }
+  /** Appends numbers and returns their place. */
+  numbers(values) {
+    const place = this.room(values.length);
+    this.floats.set(values, place);
+    return place;
+  }
+}
+
+/** The values of channels by texel: [texel][channel]. */
+function interleaved(channels) {
+  const count = channels.length, texels = channels[0]?.length ?? 0, values = new Float32Array(count * texels);
+  channels.forEach((channel, c) => {
+    for (let t = 0, at = c; t < texels; ++t, at += count) values[at] = channel[t];
+  });
+  return values;
+}
+
+const to_half = (() => {
+  const number = new Float32Array(1), bits = new Uint32Array(number.buffer);
+  /** The bits of the half that is x, or -1 where there is none. */
+  return (x) => {
+    number[0] = x;
+    const sign = bits[0] >>> 16 & 0x8000, exponent = (bits[0] >>> 23 & 255) - 112, fraction = bits[0] & 0x7FFFFF;
+    if ((bits[0] & 0x7FFFFFFF) === 0) return sign;
+    if (exponent > 30 || exponent < -10) return -1;
+    const [whole, shift] = exponent > 0 ? [exponent << 23 | fraction, 13] : [0x800000 | fraction, 14 - exponent];
+    return whole & ((1 << shift) - 1) ? -1 : sign | whole >>> shift;
+  };
+})();
+
+/** Appends a table, two values a word where halves hold all of them, and sets the words of its place and of that. */
+function set_table(words, at, channels) {
+  if (channels.length === 0) return;
+  const values = interleaved(channels), halves = new Uint16Array(values.length + (values.length & 1));
+  for (let i = 0; i < values.length; ++i) {
+    const half = to_half(values[i]);
+    if (half < 0) {
+      const place = words.numbers(values);
+      words.words[at] = place;
+      return;
+    }
+    halves[i] = half;
+  }
+  const place = words.room(halves.length / 2);
+  words.words.set(new Uint32Array(halves.buffer), place);
+  words.words[at] = place;
+  words.words[at + 1] = 1;
+}
+
+const colours_of = (values, name) => COLOURS.map((colour) => values.get(`${name}.${colour}`));
+const directions_of = (values, layer, grid) =>
+  Array.from({length: grid_size(grid)}, (_, k) => colours_of(values, direction_name(layer, k))).flat();
+
+/** The channels of lobes in the order [channel](rho, then Cx, Cy, Cz, n of each lobe). */
+function lobe_channels(values, count) {
+  return COLOURS.flatMap(
+    (colour) => [values.get(`lobes.diffuse.${colour}`), ...Array.from({length: count}, (_, j) => PARAMETERS.map(
+      (parameter) => values.get(`lobes.${j}.${parameter}.${colour}`))).flat()]);
+}
+
+function add_level(words, fabric, k) {
+  const {texels, views, lights, layers} = fabric;
+  const level = words.room(AT.level_words);
+  const set = (name, value) => {
+    words.words[level + AT[name]] = value;
+  };
+  const read = (layer) => read_layer(fabric, layer, k);
+  set('level_width', level_size(texels[0], k));
+  set('level_height', level_size(texels[1], k));
+  const lobes = read('lobes'), frame = read('frame'), table = read('table'), opacity = read('opacity');
+  const light = read('light'), products = read('products');
+  if (lobes) {
+    set('level_lobe_count', layers.lobes.lobes);
+    set('level_lobes', words.numbers(interleaved(lobe_channels(lobes, layers.lobes.lobes))));
+  }
+  if (frame) {
+    const channels = ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => frame.get(`frame.${name}`));
+    set('level_frames', words.numbers(interleaved(channels)));
+  }
+  if (table) set_table(words, level + AT.level_view_table, directions_of(table, 'table', views));
+  if (opacity) {
+    const channels = Array.from({length: grid_size(views)}, (_, d) => opacity.get(direction_name('opacity', d)));
+    set_table(words, level + AT.level_opacity, channels);
+  }
+  if (light) set_table(words, level + AT.level_light_table, directions_of(light, 'light', lights));
+  if (products) {
+    const pairs = layers.products.pairs[layers.products.levels.indexOf(k)];
+    set('level_products', pairs.length);
+    const place = words.room(2 * pairs.length);
+    words.words.set(pairs.flat(), place);
+    set('level_pairs', place);
+    set('level_coefficients', words.numbers(interleaved(pairs.map((_, m) => products.get(`products.${m}`)))));
+  }
+  return level;
+}
+
+/** The numbers of the bases: those of the views, then those of the lights. */
+function base_numbers(fabric) {
+  const values = read_layer(fabric, 'bases', 0), {of_views, all} = base_count(fabric);
+  const [w, h] = fabric.texels;
+  const numbers = new Float32Array(values.size * w * h);
+  for (let i = 0; i < values.size; ++i) numbers.set(values.get(`bases.${i}`), i * w * h);
+  return [numbers.subarray(0, of_views), numbers.subarray(of_views, all)];
+}
+
+function add_segment(words, {curve, start, along, length, tangents, across, before}, index) {
+  const at = words.room(AT.segment_words);
+  const set = (name, ...values) => words.set_numbers(at + AT[name], ...values);
+  set('segment_axis', ...along.map((x) => x / length));
+  set('segment_length', length);
+  set('segment_start', ...start);
+  set('segment_radius', curve.radius);
+  set('segment_tangents', ...tangents.flat());
+  set('segment_across', ...across.flat());
+  const per_mm = curve.stations / curve.length;
+  set('segment_station', before * per_mm);
+  set('segment_stations', length * per_mm);
+  words.words[at + AT.segment_curve] = index;
+}
+
+function add_yarns(words, fabric) {
+  const yarns = yarns_of(fabric, {yarns: read_layer(fabric, 'yarns', 0), indirect: read_layer(fabric, 'indirect', 0)});
+  const {period, curves, segments, stations, light, top, bottom} = yarns;
+  const {columns, rows, size, cells} = cells_of(yarns);
+  const yarn = words.room(AT.yarn_words);
+  const set = (name, value) => {
+    words.words[yarn + AT[name]] = value;
+  };
+  words.set_numbers(yarn + AT.yarn_period, ...period);
+  words.set_numbers(yarn + AT.yarn_low, bottom);
+  words.set_numbers(yarn + AT.yarn_high, top);
+  words.set_numbers(yarn + AT.yarn_cell_size, ...size);
+  set('yarn_columns', columns);
+  set('yarn_rows', rows);
+  const grid = words.room(AT.cell_words * cells.length);
+  set('yarn_cells', grid);
+  cells.forEach(({low, high, references}, i) => {
+    const cell = grid + AT.cell_words * i, place = words.room(AT.reference_words * references.length);
+    references.forEach(({start, segment}, r) => {
+      const at = place + AT.reference_words * r;
+      words.set_numbers(at + AT.reference_start, ...start);
+      words.words[at + AT.reference_segment] = segment;
+    });
+    words.words[cell + AT.cell_first] = place;
+    words.words[cell + AT.cell_count] = references.length;
+    words.set_numbers(cell + AT.cell_low, low);
+    words.set_numbers(cell + AT.cell_high, high);
+  });
+  set('yarn_segments', words.length);
+  const index = new Map(curves.map((curve, i) => [curve, i]));
+  for (const segment of segments) add_segment(words, segment, index.get(segment.curve));
+  set('yarn_curves', words.length);
+  for (const curve of curves) {
+    const at = words.room(AT.curve_words);
+    words.words[at + AT.curve_first_station] = curve.first_station;
+    words.words[at + AT.curve_stations] = curve.stations;
+    words.set_numbers(at + AT.curve_albedo, ...curve.albedo);
+    words.set_numbers(at + AT.curve_gloss, curve.gloss);
+    words.set_numbers(at + AT.curve_roughness, curve.roughness);
+    words.set_numbers(at + AT.curve_slope, curve.slope);
+  }
+  const place = words.room(3 * ANGLES * LIGHTS * stations);
+  set('yarn_light', place);
+  let at = place;
+  for (let station = 0; station < stations; ++station)
+    for (let j = 0; j < ANGLES; ++j)
+      for (let k = 0; k < LIGHTS; ++k)
+        for (let c = 0; c < 3; ++c) words.floats[at++] = light(station, j, k, c);
+  return {place: yarn, thickest: curves.reduce((most, {radius}) => Math.max(most, radius), 0)};
+}
+
+/** Width of the largest pixel that shows the yarn, in texels of level 0 of the whole (spec/brdf.md, "The viewer"). */
+function largest_yarn_pixel({mmPerRepeat, texels, levels, whole}, thickest) {
+  const [w, h] = whole?.texels ?? texels;
+  const limit = 1.3 * thickest / Math.sqrt(mmPerRepeat[0] / w * (mmPerRepeat[1] / h));
+  let size = 0.84 * 2 ** (whole?.level ?? 0);
+  for (let k = 1; k < levels && 2 * size <= limit; ++k) size *= 2;
+  return size;
+}
+
+/**
+ * The words of a fabric of open_fabric, in the layout of word_layout.glsl: { words, yarn }, yarn telling whether it has
+ * any. Throws an Issue where a layer is broken.
+ */
+export function pack_fabric(fabric) {
+  const {texels, levels, views, lights, layers, whole, radianceScale = 1} = fabric;
+  const words = new Words();
+  words.words[words.room(1)] = 1;
+  const place = words.room(AT.fabric_level_places + levels);
+  const set = (name, value) => {
+    words.words[place + AT[name]] = value;
+  };
+  set('fabric_level_count', levels);
+  set('fabric_view_columns', views?.columns ?? 0);
+  set('fabric_view_rows', views?.rows ?? 0);
+  set('fabric_light_columns', lights?.columns ?? 0);
+  set('fabric_light_rows', lights?.rows ?? 0);
+  words.set_numbers(place + AT.fabric_radiance_scale, radianceScale);
+  words.set_numbers(place + AT.fabric_reference_height, fabric.referenceHeight);
+  set('fabric_width', (whole?.texels ?? texels)[0]);
+  set('fabric_height', (whole?.texels ?? texels)[1]);
+  set('fabric_first_level', whole?.level ?? 0);
+  if (layers.products) {
+    const [of_views, of_lights] = base_numbers(fabric);
+    set('fabric_view_basis', words.numbers(of_views));
+    set('fabric_light_basis', words.numbers(of_lights));
+  }
+  if (layers.yarns) {
+    const {place: yarn, thickest} = add_yarns(words, fabric);
+    set('fabric_yarns', yarn);
+    words.set_numbers(place + AT.fabric_largest_yarn_pixel, largest_yarn_pixel(fabric, thickest));
+  }
+  for (let k = 0; k < levels; ++k) {
+    const level = add_level(words, fabric, k);
+    words.words[place + AT.fabric_level_places + k] = level;
+  }
+  return {words: words.words.slice(0, words.length), yarn: Boolean(layers.yarns)};
+}

@@ -1,0 +1,32 @@
+// Bytes of files: numbers, text.
+
+/** A DataView of the bytes of a typed array. */
+export const view_of = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+
+export const float_at = (bytes, at) => view_of(bytes).getFloat32(at, true);
+export const int_at = (bytes, at) => view_of(bytes).getInt32(at, true);
+
+/** The text whose characters have the numbers of the bytes. */
+export function latin1(bytes) {
+  let text = '';
+  for (let at = 0; at < bytes.length; at += 4096)
+    text += String.fromCharCode(...bytes.subarray(at, at + 4096));
+  return text;
+}
+
+/** The bytes of such a text. */
+export const latin1_bytes = (text) => Uint8Array.from(text, (character) => character.charCodeAt(0));
+
+/** The text of UTF-8, a byte order mark included; a TypeError where it is none. */
+export const utf8 = (bytes) => new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(bytes);
+
+/** The bytes of a list of arrays, one after the other. */
+export function joined(list) {
+  const result = new Uint8Array(list.reduce((sum, bytes) => sum + bytes.length, 0));
+  let at = 0;
+  for (const bytes of list) {
+    result.set(bytes, at);
+    at += bytes.length;
+  }
+  return result;
+}

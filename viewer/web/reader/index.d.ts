@@ -1,0 +1,49 @@
+/** What is wrong with a file: a code of spec/issues.md, where in the file, and a sentence. */
+export class Issue extends Error {
+  constructor(code: string, place: string, message: string);
+  readonly code: string;
+  readonly place: string;
+}
+
+export interface Grid {
+  layout: 'equal-area';
+  columns: number;
+  rows: number;
+}
+
+export type LayerName = 'lobes' | 'frame' | 'table' | 'opacity' | 'light' | 'products' | 'bases' | 'yarns' | 'indirect';
+
+export interface Layer {
+  /** Levels that have the layer. */
+  levels: number[];
+}
+
+/** Headers and attribute text of a fabric file (spec/fabric.md). */
+export interface Fabric {
+  texels: [number, number];
+  levels: number;
+  mmPerRepeat: [number, number];
+  referenceHeight: number;
+  thickness: number;
+  radianceScale?: number;
+  views: Grid;
+  lights?: Grid;
+  whole?: {texels: [number, number]; level: number; levels?: number};
+  provenance: object;
+  layers: Partial<Record<LayerName, Layer>>;
+}
+
+/** Reads headers and text; no pixel is touched. Throws an Issue. */
+export function open_fabric(bytes: Uint8Array): Fabric;
+
+/**
+ * The numbers of a layer at a level by channel, each in rows from the top; null where the level lacks the layer. Digest and
+ * values are verified. Throws an Issue.
+ */
+export function read_layer(fabric: Fabric, layer: LayerName, level: number): Map<string, Float32Array> | null;
+
+/** The digest of the header as 32 hexadecimal digits. */
+export function header_digest(file: object): string;
+
+/** XXH3 of 128 bits as 32 hexadecimal digits. */
+export function xxh3_128(bytes: Uint8Array): string;

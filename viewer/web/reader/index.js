@@ -1,0 +1,39 @@
+// Reads fabric files (spec/fabric.md), in browsers and in Node.
+export {float_at, int_at, joined, latin1, latin1_bytes, utf8} from './bytes.js';
+export {
+  BYTES,
+  COMPRESSIONS,
+  LINES_PER_CHUNK,
+  PIXEL_TYPES,
+  chain_length,
+  channel_values,
+  level_size,
+  read_headers,
+  read_level
+} from './exr.js';
+export {
+  LOSSY,
+  check_windows,
+  header_digest,
+  is_laid_out,
+  open_fabric,
+  pixel_digest,
+  read_layer
+} from './fabric.js';
+export {Issue} from './issue.js';
+export {Decimal, is_number, is_object, parse_json} from './json.js';
+export {
+  COLOURS,
+  LAYERS,
+  PARAMETERS,
+  SPREAD,
+  base_count,
+  direction_name,
+  grid_size,
+  layer_channels,
+  needs_lights,
+  used_count
+} from './layers.js';
+export {LONG_RUN, LONG_RUN_LEAST, WORDS, canonical_codes, each_word, planes_of, wavelets} from './piz.js';
+export {ANGLES, LIGHTS, yarns_of} from './yarns.js';
+export {xxh3_128} from './xxh3.js';

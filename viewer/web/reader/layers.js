@@ -1,0 +1,93 @@
+// The layers of a fabric (spec/fabric.md): which channels their parts have, and how
+// many numbers of them mean something.
+import {indirect_count, yarn_count} from './yarns.js';
+
+export const LAYERS = [
+  'lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect'
+];
+/** Those of level 0 alone, with numbers that belong to no texel but are spread over the texels. */
+export const SPREAD = ['bases', 'yarns', 'indirect'];
+export const COLOURS = ['red', 'green', 'blue'];
+export const PARAMETERS = ['cx', 'cy', 'cz', 'n'];
+
+const each = (n, make) => Array.from({length: n}, (_, i) => make(i));
+export const direction_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '0')}${suffix}`;
+export const grid_size = (grid) => grid ? grid.columns * grid.rows : 0;
+
+/**
+ * How many numbers the bases are: { of_views, all }, from the members of the text; those of the views come
+ * first.
+ */
+export function base_count({views, lights, layers: {bases}}) {
+  const of_views = bases.functions.views * grid_size(views);
+  return {of_views, all: of_views + 3 * bases.functions.lights * grid_size(lights)};
+}
+
+/** How many numbers a spread layer has. */
+function spread_count(layer, text) {
+  if (layer === 'bases') return base_count(text).all;
+  return (layer === 'yarns' ? yarn_count : indirect_count)(text.layers.yarns);
+}
+
+/** Whether a layer's part has a number of channels that depends on the grid of views, or of lights. */
+export const needs_views = (layer) => ['table', 'opacity', 'bases'].includes(layer);
+export const needs_lights = (layer) => ['light', 'bases'].includes(layer);
+
+/**
+ * How many channels a layer needs, where that is not a matter of its names alone. `text` has the members
+ * texels, views, lights and layers of the attribute text.
+ */
+export function channel_count(layer, text) {
+  const {layers} = text;
+  switch (layer) {
+    case 'lobes':
+      return 3 * (1 + 4 * layers.lobes.lobes);
+    case 'frame':
+      return 6;
+    case 'table':
+      return 3 * grid_size(text.views);
+    case 'opacity':
+      return grid_size(text.views);
+    case 'light':
+      return 3 * grid_size(text.lights);
+    case 'products':
+      return Math.max(...layers.products.pairs.map((pairs) => pairs.length));
+    default:
+      return Math.ceil(spread_count(layer, text) / (text.texels[0] * text.texels[1]));
+  }
+}
+
+/** The names of these channels. */
+export function layer_channels(layer, text) {
+  const count = channel_count(layer, text);
+  switch (layer) {
+    case 'lobes':
+      return [
+        'lobes.diffuse', ...each(text.layers.lobes.lobes, (j) => PARAMETERS.map((p) => `lobes.${j}.${p}`))
+      ].flat()
+        .flatMap((name) => COLOURS.map((c) => `${name}.${c}`));
+    case 'frame':
+      return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
+    case 'table':
+    case 'light':
+      return each(count / 3, (k) => COLOURS.map((c) => direction_name(layer, k, `.${c}`))).flat();
+    case 'opacity':
+      return each(count, (k) => direction_name('opacity', k));
+    default:
+      return each(count, (i) => `${layer}.${i}`);
+  }
+}
+
+/**
+ * How many numbers of a channel mean something: the last channel of a spread layer may have more than it needs, and
+ * a level's products may be fewer than those of another.
+ */
+export function used_count(layer, text, level, channel) {
+  if (SPREAD.includes(layer)) {
+    const [w, h] = text.texels;
+    return Math.max(0, spread_count(layer, text) - Number(channel.split('.')[1]) * w * h);
+  }
+  if (layer !== 'products') return Infinity;
+  const {levels, pairs} = text.layers.products;
+  return Number(channel.split('.')[1]) < pairs[levels.indexOf(level)].length ? Infinity : 0;
+}

@@ -1,0 +1,51 @@
+import {BufferGeometry, Material, MeshPhysicalMaterial, Texture} from 'three';
+import {GLTFParser} from 'three/addons/loaders/GLTFLoader.js';
+import {Issue} from '../reader/index.js';
+
+/** A fabric file that is loaded beside a scene. */
+export class LoadedFabric {
+  constructor(bytes: ArrayBuffer | Promise<ArrayBuffer>, name: string);
+  readonly name: string;
+  readonly state: 'loading' | 'ready' | 'broken';
+  readonly issue: Issue | null;
+  readonly texture: Texture | null;
+  readonly has_yarn: boolean;
+  /** Of the file. */
+  readonly levels: number;
+  readonly mm_per_repeat: [number, number] | null;
+  /** Settled when the fabric is ready or broken; it never fails. */
+  readonly settled: Promise<void>;
+  dispose(): void;
+}
+
+/** How a fabric lies on a surface: KHR_texture_transform and the set of coordinates, 0 or 1. */
+export interface Lay {
+  uv_set: 0 | 1;
+  offset: [number, number];
+  rotation: number;
+  scale: [number, number];
+}
+export const plain_lay: Lay;
+
+/** Shows a fabric once it is loaded, and its fallback before that, and where it is broken. */
+export class FabricMaterial extends MeshPhysicalMaterial {
+  constructor(parameters?: {fallback?: Material; fabric?: LoadedFabric; lay?: Lay; keeps_opacity?: boolean});
+  readonly isFabricMaterial: true;
+  readonly fabric: LoadedFabric | null;
+  readonly lay: Lay;
+  readonly shows: 'fabric' | 'fallback';
+  /** Whether the fabric is to be shown where it can be; else the fallback. */
+  shows_fabric: boolean;
+  /** The level of the whole fabric that is shown everywhere; -1, by default: by the size of a pixel. */
+  level: number;
+  set_fabric(fabric: LoadedFabric | null): this;
+}
+
+/** Adds the attribute fabric_tangent to a geometry with positions, normals and the coordinates of the lay. */
+export function add_tangents(geometry: BufferGeometry, lay: Lay): void;
+
+/** The plugin: loader.register((parser) => new SelvedgeFabric(parser)). */
+export class SelvedgeFabric {
+  constructor(parser: GLTFParser);
+  readonly name: 'SELVEDGE_materials_fabric';
+}

@@ -1,0 +1,121 @@
+// A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
+import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
+import {fragment_shader, vertex_shader} from './shader.js';
+
+/** The lay of a fabric on a surface, as KHR_texture_transform: of the material's reference. */
+export const plain_lay = {uv_set: 0, offset: [0, 0], rotation: 0, scale: [1, 1]};
+
+function matrix_of({offset, rotation, scale}) {
+  const c = Math.cos(rotation), s = Math.sin(rotation);
+  return new Matrix3(c * scale[0], s * scale[1], offset[0], -s * scale[0], c * scale[1], offset[1], 0, 0, 1);
+}
+
+export class FabricMaterial extends MeshPhysicalMaterial {
+  /**
+   * fallback       a MeshStandardMaterial or MeshPhysicalMaterial, whose members the material takes
+   * fabric         a LoadedFabric
+   * lay            { uv_set, offset, rotation, scale }
+   * keeps_opacity  whether the holes of the fabric are open: alphaMode MASK or BLEND
+   */
+  constructor({fallback = null, fabric = null, lay = plain_lay, keeps_opacity = false} = {}) {
+    super();
+    this.isFabricMaterial = true;
+    this.fabric = fabric;
+    this.lay = lay;
+    this.keeps_opacity = keeps_opacity;
+    this.fabric_uniforms = {
+      fabric_words: {value: null},
+      fabric_transform: {value: matrix_of(lay)},
+      forced_level: {value: -1},
+      blend_levels: {value: 1},
+      level_bias: {value: -1},
+      by_area: {value: 1},
+      points: {value: 2},
+    };
+    this.wants_fabric = true;
+    this.shows = 'fallback';
+    if (fallback) this.#take(fallback);
+  }
+  #take(fallback) {
+    if (fallback.isMeshPhysicalMaterial)
+      super.copy(fallback);
+    else if (fallback.isMeshStandardMaterial)
+      MeshStandardMaterial.prototype.copy.call(this, fallback);
+    this.defines = {STANDARD: '', PHYSICAL: ''};
+    this.#keep_state();
+  }
+  /** What of the fallback's state the fabric has otherwise. */
+  #keep_state() {
+    const {transparent, depthWrite, alphaTest} = this;
+    this.of_fallback = {transparent, depthWrite, alphaTest};
+  }
+  /** Whether the fabric is to be shown where it can be; else the fallback. */
+  get shows_fabric() {
+    return this.wants_fabric;
+  }
+  set shows_fabric(wanted) {
+    this.wants_fabric = wanted;
+    this.update_fabric();
+  }
+  /** The level that is shown everywhere; -1: by the size of a pixel. */
+  get level() {
+    return this.fabric_uniforms.forced_level.value;
+  }
+  set level(level) {
+    this.fabric_uniforms.forced_level.value = level;
+  }
+  /** Takes another LoadedFabric. */
+  set_fabric(fabric) {
+    this.fabric = fabric;
+    this.shows = 'fallback';
+    this.needsUpdate = true;
+    this.update_fabric();
+    return this;
+  }
+  /** Shows what is due now; before every drawing. */
+  update_fabric() {
+    const due = this.wants_fabric && this.fabric?.state === 'ready' ? 'fabric' : 'fallback';
+    if (due === this.shows) return;
+    this.shows = due;
+    if (due === 'fabric') {
+      this.fabric_uniforms.fabric_words.value = this.fabric.texture;
+      this.transparent = this.keeps_opacity && !this.alphaToCoverage;
+      this.depthWrite = true;
+      this.alphaTest = 0;
+    } else {
+      Object.assign(this, this.of_fallback);
+    }
+    this.needsUpdate = true;
+  }
+  onBeforeRender() {
+    this.update_fabric();
+  }
+  onBeforeCompile(shader) {
+    // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
+    Object.assign(shader.uniforms, this.fabric_uniforms);
+    if (this.shows !== 'fabric') return;
+    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set);
+    shader.fragmentShader = fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity: this.keeps_opacity});
+  }
+  customProgramCacheKey() {
+    return this.shows === 'fabric' ?
+      `selvedge ${this.lay.uv_set} ${this.fabric.has_yarn} ${this.keeps_opacity}` :
+      'selvedge fallback';
+  }
+  copy(source) {
+    super.copy(source);
+    if (!source.isFabricMaterial) return this;
+    this.fabric = source.fabric;
+    this.lay = source.lay;
+    this.keeps_opacity = source.keeps_opacity;
+    this.wants_fabric = source.wants_fabric;
+    this.of_fallback = {...source.of_fallback};
+    Object.assign(this, this.of_fallback);
+    this.shows = 'fallback';
+    for (const [name, uniform] of Object.entries(source.fabric_uniforms)) {
+      const {value} = uniform;
+      this.fabric_uniforms[name].value = value?.isMatrix3 ? value.clone() : value;
+    }
+    return this;
+  }
+}

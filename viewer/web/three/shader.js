@@ -1,0 +1,143 @@
+// The shaders of a material with a fabric: three.js's own vertex shader with coordinates of the fabric, and a fragment
+// shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
+import {ShaderChunk} from 'three';
+import {evaluate, fabric_surface, fabric_words, footprint, word_layout, yarn} from '../glsl.js';
+
+const VERTEX_NAMES = `
+#if FABRIC_UV_SET == 1
+  #ifndef USE_UV1
+    attribute vec2 uv1;
+  #endif
+  #define fabric_coordinates uv1
+#else
+  #define fabric_coordinates uv
+#endif
+attribute vec3 fabric_tangent;
+uniform mat3 fabric_transform;
+varying vec2 fabric_uv;
+varying vec3 fabric_along_u;  // dP/du, unit; zero where it is not known
+`;
+
+const VERTEX_BODY = `
+  fabric_uv = (fabric_transform * vec3(fabric_coordinates, 1.0)).xy;
+  fabric_along_u = fabric_tangent;
+#ifdef USE_MORPHTARGETS
+  fabric_along_u = vec3(0.0);
+#endif
+#ifdef USE_SKINNING
+  fabric_along_u = (skinMatrix * vec4(fabric_along_u, 0.0)).xyz;
+#endif
+#ifdef USE_BATCHING
+  fabric_along_u = mat3(batchingMatrix) * fabric_along_u;
+#endif
+#ifdef USE_INSTANCING
+  fabric_along_u = mat3(instanceMatrix) * fabric_along_u;
+#endif
+  fabric_along_u = (modelViewMatrix * vec4(fabric_along_u, 0.0)).xyz;
+`;
+
+/** three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. */
+export const vertex_shader = (of_three, uv_set) => `#define FABRIC_UV_SET ${uv_set}
+${of_three
+    .replace('void main() {', `${VERTEX_NAMES}\nvoid main() {`)
+    .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}`)}`;
+
+// three.js has sun lights since r187.
+const SUN_LIGHTS = ShaderChunk.lights_pars_begin.includes('NUM_SUN_LIGHTS') ? ' + NUM_SUN_LIGHTS' : '';
+
+const FRAGMENT_NAMES = `
+// What the chunks do for the fallback alone.
+#undef STANDARD
+#undef PHYSICAL
+#undef USE_CLEARCOAT
+#undef USE_IRIDESCENCE
+#undef USE_ANISOTROPY
+#undef USE_NORMALMAP_TANGENTSPACE
+varying vec3 vViewPosition;
+uniform vec3 emissive;
+#include <common>
+#include <dithering_pars_fragment>
+#include <uv_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <fog_pars_fragment>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+
+uniform int forced_level;
+uniform int blend_levels;
+uniform float level_bias;
+uniform int by_area;
+uniform int points;
+varying vec2 fabric_uv;
+varying vec3 fabric_along_u;
+
+// three.js's loops over lights call RE_Direct, which keeps them, shadows included.
+vec3 light_directions[max(1, NUM_DIR_LIGHTS + NUM_POINT_LIGHTS + NUM_SPOT_LIGHTS${SUN_LIGHTS})];
+vec3 light_irradiances[max(1, NUM_DIR_LIGHTS + NUM_POINT_LIGHTS + NUM_SPOT_LIGHTS${SUN_LIGHTS})];
+int lights_kept = 0;
+struct NoMaterial { int nothing; };
+void keep_light(const in IncidentLight light, const in vec3 position, const in vec3 normal, const in vec3 view,
+                const in vec3 clearcoat_normal, const in NoMaterial material, inout ReflectedLight reflected) {
+  light_directions[lights_kept] = light.direction;
+  light_irradiances[lights_kept] = light.color;
+  ++lights_kept;
+}
+#define RE_Direct keep_light
+
+uint light_count() { return uint(lights_kept); }
+void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  direction = light_directions[i];
+  irradiance = light_irradiances[i];
+}
+`;
+
+const FRAGMENT_BODY = `
+void main() {
+  vec4 diffuseColor = vec4(0.0, 0.0, 0.0, 1.0);
+  #include <clipping_planes_fragment>
+  vec3 totalEmissiveRadiance = emissive;
+  #include <logdepthbuf_fragment>
+  #include <emissivemap_fragment>
+
+  vec2 right = dFdx(fabric_uv);
+  vec2 up = dFdy(fabric_uv);
+  vec3 to_right = -dFdx(vViewPosition);
+  vec3 upwards_of_pixel = -dFdy(vViewPosition);
+  vec3 view = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition);
+  #include <normal_fragment_begin>
+  normal = facing_normal(unit_or(normal, view), view);
+  float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
+  vec3 along_u = (to_right * up.y - upwards_of_pixel * right.y) * turn;
+  vec3 along_v = (upwards_of_pixel * right.x - to_right * up.x) * turn;
+  bool is_known = dot(fabric_along_u, fabric_along_u) > 0.0;
+  vec3 tangent = tangent_across(normal, is_known ? fabric_along_u : along_u * inversesqrt(max(dot(along_u, along_u), 1e-36)));
+  vec3 y = cross(normal, tangent);
+  mat3 frame = mat3(tangent, dot(y, along_v) > 0.0 ? -y : y, normal);
+
+  NoMaterial material;
+  ReflectedLight reflectedLight = ReflectedLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+  #include <lights_fragment_begin>
+
+  vec4 sum = shade_fabric(0u, fabric_uv - floor(fabric_uv), right, up, view * frame, frame);
+#ifdef FABRIC_KEEPS_OPACITY
+  if (!(sum.a > 0.0)) discard;
+  diffuseColor.a = min(sum.a, 1.0);
+#endif
+  vec3 outgoingLight = (sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0)) + totalEmissiveRadiance;
+  #include <opaque_fragment>
+  #include <tonemapping_fragment>
+  #include <colorspace_fragment>
+  #include <fog_fragment>
+  #include <premultiplied_alpha_fragment>
+  #include <dithering_fragment>
+}
+`;
+
+/** The fragment shader of a fabric. */
+export const fragment_shader = ({has_yarn, keeps_opacity}) => [
+  has_yarn ? '#define YARN\n' : '', keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', FRAGMENT_NAMES, word_layout,
+  fabric_words, evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
+].join('');
