@@ -39,7 +39,7 @@ SELVEDGE_THREE_BODIES(sum_texels,
                        const AllLookups& lookups, const MeanProducts& mean, LaneFloats& alpha),
                       (fabric, texels, lanes, lookups, mean, alpha))
 
-/// F = sum over b of psi_b(l) (sum over a of c_ab phi_a(v)): the inner sums are the same for all lights.
+/// f = l_z sum over b of psi_b(l) (sum over a of c_ab phi_a(v)): the inner sums are the same for all lights.
 template <std::size_t N>
 SELVEDGE_INLINE void add_light(const SharedInputs& s, const MeanProducts& mean, std::size_t first,
                                float* of_lights, LaneShading& result) {
@@ -66,7 +66,8 @@ SELVEDGE_INLINE void add_light(const SharedInputs& s, const MeanProducts& mean, 
   Wide sum[3] = {zero, zero, zero};  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t i = 0; i < s.lights.size(); ++i) {
     const LaneLight& light = s.lights[i];
-    const Wide above = min(Wide::load(&light.direction.z[first]), view_z);
+    const Wide cosine = Wide::load(&light.direction.z[first]);
+    const Wide above = min(cosine, view_z);
     if (!any_greater(above, zero)) continue;
     const Wide irradiance = if_greater(above, zero, Wide::load(&light.share[first]), zero);
     Wide factor[3] = {zero, zero, zero};  // NOLINT(modernize-avoid-c-arrays)
@@ -76,7 +77,7 @@ SELVEDGE_INLINE void add_light(const SharedInputs& s, const MeanProducts& mean, 
       for (std::size_t c = 0; c < 3; ++c) factor[c] += of_b * Wide::load(psi + c * lane_count);
     }
     for (std::size_t c = 0; c < 3; ++c)
-      sum[c] += clamp_to_finite(scale * clamp_to_finite(max(factor[c], zero))) *
+      sum[c] += clamp_to_finite(scale * clamp_to_finite(max(factor[c], zero) * cosine)) *
                 (irradiance * Wide(light.irradiance[static_cast<int>(c)]));
   }
   const auto add = [&](LaneFloats & channel, const Wide& value) __attribute__((always_inline)) {

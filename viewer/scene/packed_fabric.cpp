@@ -7,6 +7,7 @@ namespace {
 
 PackedLayout layout_of(const FabricLevel& level) {
   PackedLayout layout;
+  layout.is_flat = !level.has(LayerKind::lobes) && !level.has(LayerKind::frame);
   layout.lobes = level.lobe_count();
   layout.has_views = level.has(LayerKind::table) || level.has(LayerKind::opacity);
   layout.has_lights = level.has(LayerKind::light);

@@ -12,6 +12,7 @@ namespace selvedge {
 
 /// The numbers that a level has. Texels of levels with equal layouts can be evaluated together.
 struct PackedLayout {
+  bool is_flat = false;     ///< neither lobes nor frames: g is the cosine of the light
   int lobes = 0;            ///< without the diffuse term
   bool has_views = false;   ///< T or alpha; if not, both are 1
   bool has_table = false;   ///< T or S: the formula's bracket has a first term
@@ -20,7 +21,7 @@ struct PackedLayout {
   std::vector<V2i> pairs;  ///< of the products
   bool operator==(const PackedLayout&) const = default;
   /// Whether radiance is linear in what texels have (mean_products.h).
-  bool is_linear() const { return products > 0 && !has_lobes && !has_table; }
+  bool is_linear() const { return products > 0 && is_flat && !has_table; }
   /// Groups of a texel: normal and red rho; tangent and green rho; blue rho and padding; then (Cx, Cy, Cz, n)
   /// for [channel][lobe].
   int texel_groups() const { return 3 + 3 * lobes; }
