@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "format/fabric/lifted.h"
@@ -201,6 +202,10 @@ class PixelShader {
         blocks_(blocks),
         of_(pixels_of(scene, blocks, fabric)),
         shader_(*scene.fabrics[fabric].fabric, of_) {
+    const PackedFabric& packed = scene.fabrics[fabric];
+    const V2i texels = whole_texels(*packed.fabric);
+    texels_ = static_cast<float>(texels.x) * static_cast<float>(texels.y);
+    coarse_pixel_ = 0.2F * packed.largest_yarn_pixel;
     V3f sum(0, 0, 0);
     for (const V3f& irradiance : of_.irradiance) sum += irradiance;
     white_ = std::max({sum.x, sum.y, sum.z}) * std::numbers::inv_pi_v<float>;
@@ -208,9 +213,15 @@ class PixelShader {
 
   void shade() {
     if (of_.pixels.empty()) return;
+    std::vector<std::uint32_t> apart;
+    if (is_coarse()) {
+      apart.resize(of_.pixels.size());
+      std::iota(apart.begin(), apart.end(), 0U);
+      look_closer(apart);
+      return;
+    }
     place_corners();
     shader_.look(samples_);
-    std::vector<std::uint32_t> apart;
     for (std::uint32_t i = 0; i < of_.pixels.size(); ++i) {
       if (const auto mean = mean_of_corners(i)) {
         YarnSample sample = samples_[i];
@@ -224,6 +235,13 @@ class PixelShader {
   }
 
  private:
+  /// Whether pixels are so large that corners of most of them differ, and cost more than they save.
+  bool is_coarse() const {
+    const YarnPixel& pixel = of_.pixels.front();
+    const float area = std::abs(pixel.right.x * pixel.up.y - pixel.right.y * pixel.up.x) * texels_;
+    return points_ <= 2 && area > coarse_pixel_ * coarse_pixel_;
+  }
+
   /// A pixel's corners: its own is the lower left one; the others belong to its neighbours, if these are of
   /// the same surface.
   void place_corners() {
@@ -343,6 +361,8 @@ class PixelShader {
   std::span<ShadedBlock> blocks_;
   YarnPixels of_;
   SampleShader shader_;
+  float texels_ = 0;                 ///< of a repeat
+  float coarse_pixel_ = 0;           ///< width, texels
   float white_ = 0;                  ///< radiance of white that faces all lights
   std::vector<YarnSample> samples_;  ///< at first pixel i's own corner is the i-th
   std::vector<std::array<std::uint32_t, 4>> corners_;
