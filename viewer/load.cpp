@@ -4,15 +4,16 @@
 
 #include "format/gltf/memory.h"
 #include "format/gltf/read_scene.h"
+#include "viewer/scene/packed_fabric.h"
 
 namespace selvedge {
 
 Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice, const SceneLimits& limits) {
   Result<Scene> scene = read_scene(path, limits, choice);
   if (!scene) return tl::unexpected(scene.error());
-  if (const auto good = check_drawable(*scene, limits.document.memory); !good)
-    return tl::unexpected(good.error());
-  OpenScene open{std::move(*scene), {}, 0};
+  const Result<MemoryAccount> memory = check_drawable(*scene, limits.document.memory);
+  if (!memory) return tl::unexpected(memory.error());
+  OpenScene open{std::move(*scene), {}, 0, *memory};
   std::vector<SceneFabric> present;
   std::vector<int> numbers;  // old -> new
   for (SceneFabric& source : open.scene.fabrics) {
@@ -40,28 +41,39 @@ Result<OpenScene> open_scene(const std::string& path, const SceneChoice& choice,
   return open;
 }
 
+Result<Fabric> read_levels_within(FabricReader& reader, const LevelRange& range, MemoryAccount& memory) {
+  const FabricHeader& header = reader.header();
+  const auto take = [&](std::uint64_t bytes) -> Result<void> {
+    if (memory.take(bytes, 1)) return {};
+    return tl::unexpected(beyond_memory(
+        reader.name(), "", "the values of " + levels_text(range.first, range.last), memory.limit()));
+  };
+  reader.allow_memory(memory.left());
+  if (auto good = take(reader.memory_of(range.first, range.last) + packed_memory(header, range)); !good)
+    return tl::unexpected(good.error());
+  Fabric fabric = partial_fabric(header, range.first, range.last);
+  for (int k = range.first; k <= range.last; ++k) {
+    Result<FabricLevel> level = reader.read_level(k);
+    if (!level) return tl::unexpected(level.error());
+    if (const auto yarns = level->yarns()) {
+      if (auto good = take(static_cast<std::uint64_t>(memory_of(yarns->data(), yarns->period()))); !good)
+        return tl::unexpected(good.error());
+    }
+    fabric.levels.push_back(std::move(*level));
+  }
+  return fabric;
+}
+
 Result<std::vector<Fabric>> read_fabrics(OpenScene& open, std::span<const LevelRange> ranges) {
   std::vector<Fabric> fabrics;
   for (std::size_t i = 0; i < open.readers.size(); ++i) {
     FabricReader& reader = open.readers[i];
-    const FabricHeader& header = reader.header();
-    const LevelRange range = ranges.empty() ? LevelRange{0, header.levels - 1} : ranges[i];
-    Fabric fabric = partial_fabric(header, range.first, range.last);
-    for (int k = range.first; k <= range.last; ++k) {
-      Result<FabricLevel> level =
-          reader.read_level(k, ranges.empty() ? LayerSet::all() : seen_layers(header, k));
-      if (!level) return tl::unexpected(level.error());
-      fabric.levels.push_back(std::move(*level));
-    }
-    fabrics.push_back(std::move(fabric));
+    const LevelRange range = ranges.empty() ? LevelRange{0, reader.header().levels - 1} : ranges[i];
+    Result<Fabric> fabric = read_levels_within(reader, range, open.memory);
+    if (!fabric) return tl::unexpected(fabric.error());
+    fabrics.push_back(std::move(*fabric));
   }
   return fabrics;
-}
-
-LayerSet seen_layers(const FabricHeader& header, int level) {
-  LayerSet layers = LayerSet::all();
-  if (!header.has(LayerKind::lobes, level)) layers.erase({LayerKind::frame});
-  return layers;
 }
 
 std::uint64_t bytes_read(const OpenScene& open) {

@@ -263,10 +263,8 @@ void Options::check(std::function<void()> check) {
   });
 }
 
-bool Options::given(const char* name) const {
-  const CLI::Option* option = app_.get_option_no_throw(name);
-  return option != nullptr && option->count() > 0;
-}
+bool Options::given(const char* name) const { return app_.count(name) > 0; }
+bool Options::declared(const char* name) const { return app_.get_option_no_throw(name) != nullptr; }
 
 void Options::refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const {
   for (const char* name : names) {

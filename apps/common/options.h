@@ -116,7 +116,9 @@ class Options {
   /// Adds a check that runs after parsing, in the order of declaration; it may refuse() and change values.
   void check(std::function<void()> check);
   /// Whether an option is on the command line.
+  /// Precondition: the option is declared.
   bool given(const char* name) const;
+  bool declared(const char* name) const;
   /// If `here`, refuses the first of these options that is given, with the reason `why`.
   void refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const;
 

@@ -200,10 +200,10 @@ int Program::run(int argc, const char* const* argv) {
   remove_unfinished_files_on_signal();
   try {
     return check_output(parse_and_run(argc, argv));
-  } catch (const std::exception& error) {
+  } catch (...) {
     // Errors in writing texts larger than the buffer are found here.
     if (std::ferror(stdout) != 0) return check_output(1);
-    fmt::print(stderr, "{}: {}\n", program_name, error.what());
+    report_error(thrown_error(""));
     return 1;
   }
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <future>
 
 #include "apps/common/paths.h"
 #include "apps/selvedge-view/commands.h"
@@ -95,7 +96,11 @@ class Series {
     }
     stats_.resize(renderers.size());
     std::array<Frame, 2> frames;
-    std::size_t file = 0;
+    Frame drawn;
+    // A frame is written while the next is drawn.
+    std::future<Result<void>> writing;
+    const auto finish = [&] { return writing.valid() ? writing.get() : Result<void>(); };
+    std::size_t first_file = 0;
     for (const Camera& camera : shot_.cameras) {
       RenderOptions options = shot_.options;
       options.lights = command_.picture.lights.empty() && !shot_.lights.empty()
@@ -106,19 +111,14 @@ class Series {
         if (auto good = renderers[i]->draw(camera, options, frames[i], stats); !good) return good;
         add(stats, stats_[i]);
       }
-      const Clock::time_point start = Clock::now();
+      if (auto good = finish(); !good) return good;
       if (renderers.size() > 1) frames[0] = side_by_side(frames[0], frames[1]);
-      for (const std::string& path : command_.outputs) {
-        if (auto good = write(command_, frames[0], path, files_[file].temporary()); !good) {
-          Error error = good.error();
-          error.file = files_[file].path();
-          return tl::unexpected(error);
-        }
-        ++file;
-      }
-      write_seconds_ += seconds_since(start);
+      std::swap(drawn, frames[0]);
+      const auto policy = thread_count() > 1 ? std::launch::async : std::launch::deferred;
+      writing = std::async(policy, [this, &drawn, first_file] { return write_all(drawn, first_file); });
+      first_file += command_.outputs.size();
     }
-    return {};
+    return finish();
   }
 
   /// Moves all files to their final places.
@@ -133,6 +133,21 @@ class Series {
   double write_seconds() const { return write_seconds_; }
 
  private:
+  /// Writes a frame to its files.
+  Result<void> write_all(const Frame& frame, std::size_t file) {
+    const Clock::time_point start = Clock::now();
+    for (const std::string& path : command_.outputs) {
+      if (auto good = write(command_, frame, path, files_[file].temporary()); !good) {
+        Error error = good.error();
+        error.file = files_[file].path();
+        return tl::unexpected(error);
+      }
+      ++file;
+    }
+    write_seconds_ += seconds_since(start);
+    return {};
+  }
+
   const RenderCommand& command_;
   const Shot& shot_;
   std::vector<AtomicFile> files_;

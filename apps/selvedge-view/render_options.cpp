@@ -23,6 +23,7 @@ void set_quality(const Options& options, std::size_t quality, RenderCommand& com
   if (!options.given("--level-blend")) levels.blend = wanted.levels.blend;
   if (options.given("--filter")) return;
   levels.area = wanted.levels.area;
+  levels.points = wanted.levels.points;
   levels.bias = wanted.levels.bias;
 }
 
@@ -45,9 +46,12 @@ void check_render(const Options& options, const RenderCommand& command) {
                     "counts for nothing with a swatch of whole texels, without --place", {"--size"});
   options.refuse_if(options.given("--level"),
                     "counts for nothing with --level, which shows the nearest texels of one level",
-                    {"--filter", "--level-blend"});
+                    {"--filter", "--level-blend", "--level-bias", "--points"});
   options.refuse_if(command.render.path == RenderPath::paper,
                     "counts for nothing with --path paper, which draws fabrics alone", {"--ambient"});
+  options.refuse_if(command.render.path == RenderPath::paper,
+                    "counts for nothing with --path paper, which knows neither yarn nor areas",
+                    {"--points", "--level-bias"});
   options.refuse_if(command.render.path == RenderPath::shader,
                     "counts for nothing with --path shader: OpenGL has its own powers", {"--power"});
 }
@@ -59,6 +63,15 @@ void add_drawing(Options& options, RenderCommand& command) {
   options.choice(
       "--power", power_names, command.render.power,
       "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4");
+  options
+      .number(
+          "--points", command.picture.levels.points, "N",
+          "Points along either side of a pixel that shows the yarn itself; more of them show it further away")
+      .in(1, 8);
+  options
+      .number("--level-bias", command.level_bias, "LEVELS",
+              "Coarser levels than usual, or finer: below 0 (default -1 with --filter area, else 0)")
+      .in(-3, 3);
   options.choice("--context", context_names,
                  "Whose OpenGL: Mesa's software rasteriser, or EGL's first device (default auto: EGL for the "
                  "shader path, if it is there)",
@@ -118,6 +131,7 @@ void declare(Options& options, RenderCommand& command) {
     check_render(options, command);
     if (command.quality) set_quality(options, *command.quality, command);
     LevelOptions& levels = command.picture.levels;
+    if (options.given("--level-bias")) levels.bias = command.level_bias;
     if (command.render.path == RenderPath::paper) {
       // Already refused by its own option.
       if (!options.given("--filter")) {

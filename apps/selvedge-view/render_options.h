@@ -22,6 +22,7 @@ struct RenderCommand {
   SceneChoice choice;                  ///< scenes
   std::optional<SwatchView> place;     ///< fabric files: instead of PictureOptions::swatch
   std::optional<std::size_t> quality;  ///< index into frame_quality_names
+  float level_bias = 0;                ///< instead of LevelOptions::bias, where it is given
   int turntable = 0;                   ///< frames once around the scene; 0: one frame
   std::string compare;                 ///< scenes: a scene or fabric to draw beside it; empty: nothing
   std::string stats;                   ///< file for the report; "-": standard output; empty: none

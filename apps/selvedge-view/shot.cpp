@@ -110,7 +110,7 @@ Result<Shot> read_swatch(const RenderCommand& command) {
     swatch = make_swatch(sizes, command.picture.swatch);
   }
   if (!swatch) return tl::unexpected(swatch.error());
-  OpenScene open{std::move(swatch->scene), {}, 0};
+  OpenScene open{std::move(swatch->scene), {}, 0, MemoryAccount(command.picture.limits.document.memory)};
   open.scene.file = command.picture.input;
   open.scene.fabrics.emplace_back().name = command.picture.input;
   open.readers.push_back(std::move(*reader));

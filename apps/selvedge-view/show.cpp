@@ -29,9 +29,7 @@ constexpr double idle = 0.5;
 /// Frames that the panel needs to settle after an event.
 constexpr int frames_to_settle = 3;
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 struct ShowCommand {
   CommonOptions common;
@@ -63,7 +61,8 @@ void declare(Options& options, ShowCommand& command) {
 
 /// A swatch of a fabric as a scene.
 Result<LoadedScene> load_swatch(const ShowCommand& command) {
-  Result<Fabric> fabric = read_fabric(command.picture.input);
+  Result<Fabric> fabric =
+      read_fabric(command.picture.input, {.memory = command.picture.limits.document.memory});
   if (!fabric) return tl::unexpected(fabric.error());
   Result<Swatch> swatch = make_swatch(*fabric, command.picture.swatch);
   if (!swatch) return tl::unexpected(swatch.error());
@@ -138,7 +137,7 @@ class Show {
       if (closing) break;
       const double wait = divisor_ > 1 ? still_after / 3 : idle;
       if (settling_ > 0) --settling_;
-      if (window_.wait_for_events(settling_ > 0 ? 0 : wait)) settling_ = frames_to_settle;
+      if (window_.wait_for_events(settling_ > 0 || refining_ ? 0 : wait)) settling_ = frames_to_settle;
     }
     return {};
   }
@@ -199,7 +198,7 @@ class Show {
     if (divisor_ != drawn_divisor_ || size_ != drawn_size_) change = std::max(change, Change::frame);
     if (const auto good = draw(change); !good) return tl::unexpected(good.error());
     if (const auto good = look(change); !good) return tl::unexpected(good.error());
-
+    if (const auto good = refine(change); !good) return tl::unexpected(good.error());
     const Clock::time_point start = Clock::now();
     const PanelInfo info{picture_, probe_, window_seconds_, divisor_, window_.poll_keys(), message_};
     const PanelRequest request = panel_.edit(info, state_);
@@ -242,6 +241,17 @@ class Show {
     const Frame& frame = picture_.frame();
     shown_.load(frame.width, frame.height, picture_.bytes().data());
     if (!picture_.overlay().empty()) overlay_.load(frame.width, frame.height, picture_.overlay().data());
+    return {};
+  }
+
+  /// Adds samples to a picture that rests.
+  Result<void> refine(Change change) {
+    refining_ = false;
+    if (change != Change::none || divisor_ > 1 || seconds_since(moved_) <= still_after) return {};
+    const Result<bool> more = picture_.refine(state_);
+    if (!more) return tl::unexpected(more.error());
+    refining_ = *more;
+    if (refining_) shown_.load(drawn_size_.x, drawn_size_.y, picture_.bytes().data());
     return {};
   }
 
@@ -308,6 +318,7 @@ class Show {
   double full_seconds_ = 0;
   double window_seconds_ = 0;
   int settling_ = frames_to_settle;
+  bool refining_ = false;  ///< samples of the picture are still to come
   std::optional<V2d> probed_;
   std::optional<PixelProbe> probe_;
   std::string message_;

@@ -33,25 +33,26 @@ void declare(Options& options, CompareCommand& command) {
   });
 }
 
-Json comparison_json(const Comparison& c) {
-  Json levels = Json::array();
-  for (const LevelComparison& l : c.levels) {
-    levels.push_back({{"level", l.level},
-                      {"texels", {l.width, l.height}},
-                      {"psnr", l.psnr},
-                      {"relativeL2", l.relative_l2},
-                      {"meanError", l.mean_error},
-                      {"alphaRms", l.alpha_rms},
-                      {"alphaNoise", l.alpha_noise},
-                      {"truthNoisePsnr", l.noise_psnr}});
+using Rows = std::vector<LevelComparison>;
+
+Json rows_json(const Rows& rows) {
+  Json json = Json::array();
+  for (const LevelComparison& l : rows) {
+    json.push_back({{"level", l.level},
+                    {"texels", {l.width, l.height}},
+                    {"psnr", l.psnr},
+                    {"relativeL2", l.relative_l2},
+                    {"meanError", l.mean_error},
+                    {"alphaRms", l.alpha_rms},
+                    {"alphaNoise", l.alpha_noise},
+                    {"truthNoisePsnr", l.noise_psnr}});
   }
-  return {{"pairs", c.pairs}, {"peak", c.peak}, {"levels", levels}};
+  return json;
 }
 
-std::string comparison_text(const Comparison& c) {
-  std::string text = fmt::format("  {}: {} pairs, peak {:.4g} 1/sr\n", name_of(c.kind), c.pairs, c.peak);
-  text += "    level   texels  PSNR dB  relative L2  mean error  alpha rms  truth's noise dB\n";
-  for (const LevelComparison& l : c.levels) {
+std::string rows_text(const Rows& rows) {
+  std::string text;
+  for (const LevelComparison& l : rows) {
     text += fmt::format("    {:5}  {:>7}  {:7.2f}  {:11.4f}  {:+9.2f} %  {:9.4f}  {:16.1f}\n", l.level,
                         fmt::format("{}x{}", l.width, l.height), l.psnr, l.relative_l2, 100 * l.mean_error,
                         l.alpha_rms, l.noise_psnr);
@@ -99,8 +100,16 @@ Result<int> run(const CompareCommand& command) {
         return tl::unexpected(error);
       }
       peak = comparison->peak;
-      entry[name_of(kind)] = comparison_json(*comparison);
-      text += comparison_text(*comparison);
+      Json& json = entry[name_of(kind)];
+      json = {{"pairs", comparison->pairs}, {"peak", peak}, {"levels", rows_json(comparison->levels)}};
+      text += fmt::format("  {}: {} pairs, peak {:.4g} 1/sr\n", name_of(kind), comparison->pairs, peak);
+      text += "    level   texels  PSNR dB  relative L2  mean error  alpha rms  truth's noise dB\n";
+      if (fabric->levels.front().yarns()) {
+        const Comparison yarn = compare_yarn(*fabric, pairs, kind, peak);
+        json["yarn"] = rows_json(yarn.levels);
+        text += rows_text(yarn.levels);
+      }
+      text += rows_text(comparison->levels);
     }
     if (!command.plot.empty()) {
       if (auto ok =

@@ -1,5 +1,6 @@
 #include "apps/selvedge/file_kind.h"
 
+#include <algorithm>
 #include <array>
 
 #include "converter/dress/check.h"
@@ -18,7 +19,12 @@ Issues issues_of(const auto& result) { return result ? Issues{} : Issues{result.
 Issues check_samples(const std::string& path) {
   auto reader = SamplesReader::open(path);
   if (!reader) return {reader.error()};
-  if (Issues issues = issues_of(reader->read_level()); !issues.empty()) return issues;
+  // Some rows at a time: a level may be gigabytes.
+  constexpr int rows = 32;
+  for (int row = 0; row < reader->header().height; row += rows) {
+    const int count = std::min(rows, reader->header().height - row);
+    if (Issues issues = issues_of(reader->read_rows(row, count)); !issues.empty()) return issues;
+  }
   for (const PairKind kind : all_pair_kinds) {
     if (Issues issues = issues_of(reader->read_pairs(kind)); !issues.empty()) return issues;
   }
@@ -60,7 +66,7 @@ Result<FileKind> kind_of(const std::string& path) {
 }
 
 Issues check_file(const std::string& path, FileKind kind, const SceneLimits& limits) {
-  if (kind == FileKind::fabric) return check_fabric(path);
+  if (kind == FileKind::fabric) return check_fabric(path, {.memory = limits.document.memory});
   if (kind == FileKind::samples) return check_samples(path);
   return check_garment(path, limits);
 }

@@ -30,8 +30,8 @@ struct Info {
   Json yarn;  ///< yarn_json() of a fabric
 };
 
-Result<Info> fabric_info(const std::string& path) {
-  const auto reader = FabricReader::open(path);
+Result<Info> fabric_info(const std::string& path, const SceneLimits& limits) {
+  const auto reader = FabricReader::open(path, {.memory = limits.document.memory});
   if (!reader) return tl::unexpected(reader.error());
   return Info{Json::parse(reader->text()), yarn_json(*reader)};
 }
@@ -209,7 +209,7 @@ std::string gltf_table(const Json& content) {
 Result<int> run(const InfoCommand& command) {
   const auto kind = kind_of(command.file);
   if (!kind) return tl::unexpected(kind.error());
-  const auto info = *kind == FileKind::fabric    ? fabric_info(command.file)
+  const auto info = *kind == FileKind::fabric    ? fabric_info(command.file, command.limits)
                     : *kind == FileKind::samples ? samples_info(command.file)
                                                  : gltf_info(command.file, command.limits);
   if (!info) return tl::unexpected(info.error());

@@ -165,17 +165,19 @@ void add_quality(Options& options, std::string& quality) {
 void apply_quality(const Options& options, const std::string& quality, MakeOptions& make) {
   const MakeOptions preset = *preset_named(quality);
   nlohmann::json knobs = knobs_of(preset);
+  // Of the three verbs each has options that others lack.
+  const auto given = [&](const char* name) { return options.declared(name) && options.given(name); };
   for (const char* knob : {"texels", "views", "lights", "samples", "bounces", "lobes", "budget", "yarns"}) {
-    if (options.given((std::string("--") + knob).c_str())) knobs.erase(knob);
+    if (given((std::string("--") + knob).c_str())) knobs.erase(knob);
   }
   // Layers go together: who asks for some by name has chosen them.
-  if (options.given("--no-table") || options.given("--light-table")) {
+  if (given("--no-table") || given("--light-table")) {
     knobs.erase("layers");
     knobs.erase("budget");
   }
-  if (options.given("--budget") && !preset.budget) knobs.erase("layers");
-  if (options.given("--half-lobes") || options.given("--float-tables")) knobs.erase("storage");
-  if (!options.given("--budget")) make.budget.reset();
+  if (given("--budget") && !preset.budget) knobs.erase("layers");
+  if (given("--half-lobes") || given("--float-tables")) knobs.erase("storage");
+  if (!given("--budget")) make.budget.reset();
   (void)set_knobs(knobs, "", "", make);
   // Yarns that need more texels have as many bytes for each.
   make.budget_texels = knobs.contains("budget") ? preset.budget_texels : 0;

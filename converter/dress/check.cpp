@@ -29,9 +29,10 @@ struct FabricFacts {
   V3f albedo;
 };
 
-std::optional<FabricFacts> known_of(const SceneFabric& source) {
+std::optional<FabricFacts> known_of(const SceneFabric& source, std::uint64_t memory) {
+  const FabricLimits limits{.memory = memory};
   const Result<Fabric> fabric =
-      source.path.empty() ? read_fabric(source.bytes, source.name) : read_fabric(source.path);
+      source.path.empty() ? read_fabric(source.bytes, source.name, limits) : read_fabric(source.path, limits);
   if (!fabric) return std::nullopt;
   return FabricFacts{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
 }
@@ -52,7 +53,7 @@ class DressedCheck {
       const std::size_t index = material.fabric->fabric;
       if (index >= scene_.fabrics.size()) continue;
       const auto [entry, fresh] = fabrics_.try_emplace(index);
-      if (fresh) entry->second = known_of(scene_.fabrics[index]);
+      if (fresh) entry->second = known_of(scene_.fabrics[index], scene_.memory_left);
       if (!entry->second) continue;
       const std::string place = fmt::format("/materials/{}", m);
       check_color(material, *entry->second, place);

@@ -225,11 +225,15 @@ Result<std::vector<AtomicFile>> stage_usd(const GltfDocument& document, const st
 
 Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
                           const std::string& output_path, const DressOptions& options) {
-  const Result<Fabric> fabric = read_fabric(fabric_path);
+  SceneLimits limits = options.limits;
+  Result<FabricReader> reader = FabricReader::open(fabric_path, {.memory = limits.document.memory});
+  if (!reader) return tl::unexpected<Error>(reader.error());
+  const Result<Fabric> fabric = reader->read();
   if (!fabric) return tl::unexpected<Error>(fabric.error());
+  limits.document.memory -= reader->memory_of(0, reader->header().levels - 1);
   if (Result<void> good = check_options(options); !good)
     return tl::unexpected<Error>(std::move(good.error()));
-  Result<GltfDocument> document = load_gltf(garment_path, options.limits.document);
+  Result<GltfDocument> document = load_gltf(garment_path, limits.document);
   if (!document) return tl::unexpected<Error>(std::move(document.error()));
   const Result<FabricSource> source =
       source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb")));
@@ -243,7 +247,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     if (!report) return report;
     for (std::string& warning : outside_warnings(*document, output_path))
       report->warnings.push_back(std::move(warning));
-    Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, options.limits, *report);
+    Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, limits, *report);
     if (!usd) return tl::unexpected<Error>(std::move(usd.error()));
     const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());

@@ -188,7 +188,7 @@ class Restorer {
   /// Checks the fabric's file and adds it to the document.
   Result<int> add(const LostMaterial& lost, const std::string& label) {
     if (!digests_.contains(lost.file)) {
-      const Result<Fabric> fabric = read_fabric(lost.file);
+      const Result<Fabric> fabric = read_fabric(lost.file, {.memory = options_.limits.document.memory});
       if (!fabric) return tl::unexpected<Error>(fabric.error());
       const Result<std::string> digest = digest_of_fabric(lost.file);
       if (!digest) return tl::unexpected<Error>(digest.error());

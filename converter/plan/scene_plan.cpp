@@ -74,9 +74,10 @@ Result<ScenePlan> plan_scene(const std::string& path, const PlanOptions& options
   const auto scene = read_scene(path, options.limits, options.choice);
   if (!scene) return tl::unexpected(scene.error());
   std::vector<FabricReader> readers;
+  const FabricLimits limits{.memory = scene->memory_left};
   for (const SceneFabric& fabric : scene->fabrics) {
-    auto reader =
-        fabric.path.empty() ? FabricReader::open(fabric.bytes, fabric.name) : FabricReader::open(fabric.path);
+    auto reader = fabric.path.empty() ? FabricReader::open(fabric.bytes, fabric.name, limits)
+                                      : FabricReader::open(fabric.path, limits);
     if (!reader) return tl::unexpected(reader.error());
     readers.push_back(std::move(*reader));
   }

@@ -14,7 +14,7 @@
 
 namespace selvedge {
 
-/// The same cell and options give the same bytes of the fabric. The defaults are those of `bake` and `fit`:
+/// The same cell and options give the same bytes of the fabric. The defaults are
 /// the paper's model at the paper's scale.
 struct MakeOptions {
   BakeOptions bake;

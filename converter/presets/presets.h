@@ -19,13 +19,13 @@ struct Preset {
 inline constexpr std::array<Preset, 4> presets{
     {{"draft",
       R"({"texels": 8, "directions": 36, "samples": 2, "lobes": 1, "storage": "half", "yarns": true})"},
-     {"standard", R"({"texels": 8, "samples": 8, "layers": "products", "budget": 23552, "yarns": true})"},
+     {"standard", R"({"texels": 8, "samples": 8, "layers": "products", "budget": 22528, "yarns": true})"},
      {"high", R"({"texels": 16, "samples": 8, "layers": "products", "budget": 57344, "yarns": true})"},
      {"reference",
       R"({"texels": 16, "samples": 16, "layers": "products", "budget": 131072, "yarns": true})"}}};
 inline constexpr std::string_view default_preset = "standard";
 
-/// The options of a preset, or of "paper": the defaults of bake and fit. A budget grows with more texels than
+/// The options of a preset, or of "paper": the paper's model and scale. A budget grows with more texels than
 /// the preset's own.
 std::optional<MakeOptions> preset_named(std::string_view name);
 

@@ -157,9 +157,9 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
                                         const PairSamples& validation, const FitOptions& options,
                                         const Progress& progress) {
   if (header.lights.count() > max_lights) {
-    return fail(
-        Code::option_out_of_range, {}, "budget",
-        fmt::format("{} lights; layers are chosen for at most {}", header.lights.count(), max_lights));
+    return fail(Code::option_out_of_range, {}, "budget",
+                fmt::format("{} lights; layers are chosen for at most {}, and --quality paper has no limit",
+                            header.lights.count(), max_lights));
   }
   if (validation.pairs.empty()) {
     return fail(Code::samples_malformed, {}, "validation",

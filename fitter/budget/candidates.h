@@ -1,4 +1,5 @@
 // Chooses the layers of every level, for the smallest error on the validation pairs within a budget of bytes.
+// The same pairs set the brightness of products, three numbers.
 //
 // Candidates of a level are the paper's model (lobes, with and without the view table), and coefficients in
 // a basis that all texels share, with several steps of quantisation.
@@ -66,7 +67,8 @@ class LayerFitter {
   void add_quantised(std::size_t level, const BasisFit& basis, double bytes);
   void add_candidates(const std::vector<SampleLevel>& pooled, const LevelTruth& mean,
                       const std::vector<DirectionPair>& pairs);
-  /// The mean of alpha f over the pairs divided by what the basis shows, for each channel, at level `level`.
+  /// The mean of alpha f over the pairs divided by what the basis shows, for each channel, at level `level`;
+  /// 4/5 to 5/4, and 1 for less than 16 pairs.
   V3d brightness(std::size_t level, const BasisFit& basis, const LevelTruth& truth,
                  const std::vector<DirectionPair>& pairs) const;
   /// alpha f of every texel.

@@ -6,6 +6,10 @@
 namespace selvedge {
 namespace {
 
+/// Few pairs say little about the mean, and a large difference is no error of interpolation.
+constexpr std::size_t min_pairs = 16;
+constexpr double max_brightness = 1.25;
+
 /// l_z max(0, sum over m of c_m phi_m(v) psi_m(l)) of every texel. The products of functions are computed
 /// once for all texels; with evaluate(), the choice takes three times as long. `fabric`: for the grids of
 /// views and lights.
@@ -65,8 +69,10 @@ V3d LayerFitter::brightness(std::size_t k, const BasisFit& basis, const LevelTru
     for (const V3f& radiance : shown(k, basis, pairs[pair])) modelled += V3d(radiance);
   }
   V3d ratio(1, 1, 1);
+  if (pairs.size() < min_pairs) return ratio;
   for (int c = 0; c < 3; ++c) {
-    if (seen[c] > 0 && modelled[c] > 0) ratio[c] = std::clamp(seen[c] / modelled[c], 0.5, 2.0);
+    if (seen[c] > 0 && modelled[c] > 0)
+      ratio[c] = std::clamp(seen[c] / modelled[c], 1 / max_brightness, max_brightness);
   }
   return ratio;
 }

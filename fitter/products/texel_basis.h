@@ -20,7 +20,7 @@ struct BasisFit {
 
 /// The best `max_view` x `max_light` separable functions for all levels together (a
 /// level's weight is the square root of its texels), then least squares per texel, with samples weighted by
-/// alpha squared, because pictures show alpha f.
+/// alpha squared, because pictures show alpha f. `lights`: the grid of the samples.
 std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const DirectionGrid& lights,
                                   std::size_t max_view, std::size_t max_light);
 

@@ -1,4 +1,4 @@
-// Parallel loops over all cores, by TBB.
+// Parallel loops over all cores, by TBB; under the thread sanitizer by threads of the standard library.
 #pragma once
 
 #include <functional>

@@ -23,7 +23,10 @@ bool is_zero(const ExrPixels& pixels) {
 class Checker {
  public:
   Checker(ExrReader file, const FabricLimits& limits)
-      : file_(std::move(file)), sink_(file_.name()), header_(check_header(file_, limits, sink_)) {}
+      : file_(std::move(file)),
+        sink_(file_.name()),
+        header_(check_header(file_, limits, sink_)),
+        memory_(limits.memory) {}
 
   Issues check() {
     if (fabric_text(file_.parts()) == nullptr) return sink_.take();  // another kind of file
@@ -49,23 +52,35 @@ class Checker {
       level.width = level_size(header_->width, k);
       level.height = level_size(header_->height, k);
     }
+    const std::uint64_t memory = header_ ? memory_of_levels(file_, *header_, k, k, readable_) : 0;
+    const auto has_room = [&](const std::string& place, std::uint64_t more) {
+      if (memory <= memory_ && more <= memory_ - memory) return true;
+      const Error beyond = beyond_memory("", place, "the values of " + levels_text(k, k), memory_);
+      sink_.add(beyond.code, beyond.place, beyond.message);
+      return false;
+    };
+    if (!has_room("", 0)) return;
     for (std::size_t p = 0; p < file_.parts().size(); ++p) {
       const ExrPart& part = file_.parts()[p];
       if (k >= part.levels) continue;
       if (is_lossy(part.compression)) continue;  // readers do not decode it
+      const auto layer = layer_named(part.name);
+      const bool readable = layer && readable_.contains(*layer);
+      if (!readable && !has_room(part.name, 2 * pixel_memory(part, k))) continue;
       const auto pixels = file_.read_level(static_cast<int>(p), k);
       if (!pixels) {
         sink_.add(pixels.error());
-      } else if (const auto layer = layer_named(part.name); layer && readable_.contains(*layer)) {
+      } else if (readable) {
         check_pixels(part, *pixels, *layer, k, level);
       }
     }
     if (sink_.errors() == errors_before && level.has(LayerKind::yarns) && level.has(LayerKind::indirect)) {
-      restore_yarns(level, header_->shape, header_->period_mm, sink_);
+      restore_yarns(level, header_->shape, header_->period_mm, memory_ - memory, sink_);
     }
     if (level.bases) bases_ = level.bases;
     if (level.has(LayerKind::products)) level.bases = bases_;
-    // The light of an incomplete fabric says nothing.
+    // The light of an incomplete fabric says nothing; the bases are those of level 0, which may be broken.
+    if (level.has(LayerKind::products) && !level.bases) return;
     if (!understood_ || k >= header_->levels || sink_.errors() > errors_before) return;
     warn_of_peaks(level, k, half_lobes(), sink_);
     warn_of_energy(level, *header_, k, sink_);
@@ -91,6 +106,7 @@ class Checker {
   ExrReader file_;
   IssueSink sink_;
   std::optional<FabricHeader> header_;
+  std::uint64_t memory_;
   LayerSet readable_;
   std::shared_ptr<const ProductBases> bases_;
   bool understood_ = false;  ///< every layer of the header is readable
@@ -104,12 +120,12 @@ Issues issues_of(Result<ExrReader> file, const FabricLimits& limits) {
 }  // namespace
 
 Issues check_fabric(const std::string& path, const FabricLimits& limits) {
-  return issues_of(ExrReader::open(path), limits);
+  return issues_of(ExrReader::open(path, exr_limits(limits)), limits);
 }
 
 Issues check_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
                     const FabricLimits& limits) {
-  return issues_of(ExrReader::open(bytes, name), limits);
+  return issues_of(ExrReader::open(bytes, name, exr_limits(limits)), limits);
 }
 
 }  // namespace selvedge

@@ -4,6 +4,7 @@
 #include <Imath/ImathMatrix.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -73,12 +74,13 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   const std::optional<GltfDocument> document = load_gltf(bytes, path, limits.document, issues);
   if (!document) return issues.take();
   Scene read = read_everything(*document, limits, issues);
+  read.memory_left = std::min(read.memory_left, limits.document.memory);
   if (!issues.has_error()) check_views(*document, issues);  // else it would repeat the same faults
   check_pictures(*document, issues);
   check_fabric_extension(*document, read, issues);
   if (!issues.has_error()) {
     check_places(read, issues);
-    const Result<void> drawable = check_drawable(read, limits.document.memory);
+    const auto drawable = check_drawable(read, limits.document.memory);
     if (!drawable) issues.add(drawable.error());
   }
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);

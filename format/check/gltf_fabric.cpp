@@ -129,14 +129,16 @@ class FabricCheck {
       issues_.add(Code::gltf_reference, place + "/" + uri, fmt::format("there is no file {}", fabric.path));
       return {};
     }
-    Issues found = embedded ? check_fabric(fabric.bytes, document_.file) : check_fabric(fabric.path);
+    const FabricLimits limits{.memory = scene_.memory_left};
+    Issues found =
+        embedded ? check_fabric(fabric.bytes, document_.file, limits) : check_fabric(fabric.path, limits);
     for (Error& issue : found) {
       if (embedded) issue.place = issue.place.empty() ? place : place + ": " + issue.place;
     }
     issues_.add(found);
     if (has_error(found)) return {};
-    auto reader =
-        embedded ? FabricReader::open(fabric.bytes, document_.file) : FabricReader::open(fabric.path);
+    auto reader = embedded ? FabricReader::open(fabric.bytes, document_.file, limits)
+                           : FabricReader::open(fabric.path, limits);
     if (!reader) return {};
     const auto level = reader->read_levels(0, 0, {LayerKind::opacity});
     if (!level) return {};

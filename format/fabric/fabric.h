@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "format/base/error.h"
+#include "format/base/memory.h"
 #include "format/base/mip.h"
 #include "format/base/vec.h"
 #include "format/fabric/directions.h"
@@ -148,6 +149,8 @@ struct FabricLimits {
   int curves = 1 << 16;  ///< of yarn
   int nodes = 1 << 20;
   int stations = 1 << 18;
+  /// Bytes that the levels which are read together may take, with what reading them takes.
+  std::uint64_t memory = default_memory;
 };
 
 /// Texels of level 0 of the whole fabric, of a Fabric or a FabricHeader.

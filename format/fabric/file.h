@@ -47,8 +47,14 @@ class FabricReader {
   /// The layers that the file has in 16 bits, in all channels of their parts.
   LayerSet half() const;
 
+  /// Bytes that these layers of levels [first, last] take at most, with what reading them takes, but for the
+  /// cells of yarn. Precondition: both levels exist.
+  std::uint64_t memory_of(int first, int last, const LayerSet& layers = LayerSet::all()) const;
+  /// The memory of FabricLimits from now on.
+  void allow_memory(std::uint64_t bytes) { memory_ = bytes; }
+
   /// A level with those of `layers` that it has, and the bases of its products; checks digests and values.
-  /// Precondition: 0 <= level < header().levels.
+  /// FILE_TOO_LARGE beyond the memory of FabricLimits. Precondition: 0 <= level < header().levels.
   Result<FabricLevel> read_level(int level, LayerSet layers = LayerSet::all());
   /// Levels [first, last] as a fabric, with Fabric::whole if it is a partial one. Precondition: both levels
   /// exist, and first <= last.
@@ -63,9 +69,12 @@ class FabricReader {
   std::uint64_t bytes_read() const { return file_.bytes_read(); }
 
  private:
-  FabricReader(ExrReader file, FabricHeader header, std::string text);
+  FabricReader(ExrReader file, FabricHeader header, std::string text, std::uint64_t memory);
   static Result<FabricReader> open(Result<ExrReader> file, const FabricLimits& limits);
 
+  /// `room`: bytes for the cells of yarn.
+  Result<FabricLevel> read_level(int level, const LayerSet& layers, std::uint64_t room);
+  Result<void> check_memory(int first, int last, const LayerSet& layers) const;
   Result<void> read_layer(LayerKind kind, int level, FabricLevel& result);
   /// The functions that all levels share; read once.
   Result<std::shared_ptr<const ProductBases>> bases();
@@ -74,6 +83,7 @@ class FabricReader {
   FabricHeader header_;
   std::shared_ptr<const ProductBases> bases_;
   std::string text_;
+  std::uint64_t memory_;
 };
 
 /// Reads all levels and layers, verifies every digest and validates every value.

@@ -11,6 +11,7 @@ struct LevelOptions {
   bool area = false;
   /// Points along either side of a pixel where it is small enough to show the yarn itself (level -1).
   int points = 2;
+  float footprint = 1;  ///< side of what a pixel shows, in pixels: less than 1 for one of several samples
 };
 
 /// The defaults of pictures. Texels are then about half as wide as a pixel, so that their edges show little.

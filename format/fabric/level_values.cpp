@@ -73,7 +73,8 @@ std::string value_place(LayerKind kind, int level, const std::string& channel, s
   return fmt::format("{}/level {}/{}/{},{}", name_of(kind), level, channel, texel % width, texel / width);
 }
 
-void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, IssueSink& sink) {
+void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, std::uint64_t memory,
+                   IssueSink& sink) {
   const auto gathered = [&](LayerKind kind) {
     const Layer& layer = level[kind];
     std::vector<float> values;
@@ -90,6 +91,10 @@ void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& perio
     sink.add(data.error().code, fmt::format("{}/{}", name_of(LayerKind::yarns), data.error().place),
              data.error().message);
     return;
+  }
+  if (memory_of(*data, period) > static_cast<double>(memory)) {
+    const Error beyond = beyond_memory("", name_of(LayerKind::yarns), "the cells of the yarn", memory);
+    return sink.add(beyond.code, beyond.place, beyond.message);
   }
   level.set_yarns(std::make_shared<const Yarns>(std::move(*data), period));
 }

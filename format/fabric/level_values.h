@@ -25,8 +25,10 @@ void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
 std::string value_place(LayerKind kind, int level, const std::string& channel, std::size_t texel, int width);
 
 /// Makes yarn that can be traced of the layers yarns and indirect, which the level has. FABRIC_MALFORMED, the
-/// place being "yarns/node 17", for yarn that validate() refuses.
-void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, IssueSink& sink);
+/// place being "yarns/node 17", for yarn that validate() refuses; FILE_TOO_LARGE for more than `memory`
+/// bytes.
+void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, std::uint64_t memory,
+                   IssueSink& sink);
 
 /// Adds FABRIC_NOT_FINITE for values of a layer out of range (spec/fabric.md, the table of parts): the first
 /// eight with their places, the others as a count. Precondition: the level has the layer, with arrays of the

@@ -7,8 +7,8 @@
 
 namespace selvedge {
 
-FabricReader::FabricReader(ExrReader file, FabricHeader header, std::string text)
-    : file_(std::move(file)), header_(std::move(header)), text_(std::move(text)) {}
+FabricReader::FabricReader(ExrReader file, FabricHeader header, std::string text, std::uint64_t memory)
+    : file_(std::move(file)), header_(std::move(header)), text_(std::move(text)), memory_(memory) {}
 
 Result<FabricReader> FabricReader::open(Result<ExrReader> file, const FabricLimits& limits) {
   if (!file) return tl::unexpected(file.error());
@@ -20,16 +20,16 @@ Result<FabricReader> FabricReader::open(Result<ExrReader> file, const FabricLimi
   }
   if (sink.has_error()) return tl::unexpected(sink.first_error());
   std::string text = *fabric_text(file->parts());
-  return FabricReader(std::move(*file), std::move(*header), std::move(text));
+  return FabricReader(std::move(*file), std::move(*header), std::move(text), limits.memory);
 }
 
 Result<FabricReader> FabricReader::open(const std::string& path, const FabricLimits& limits) {
-  return open(ExrReader::open(path), limits);
+  return open(ExrReader::open(path, exr_limits(limits)), limits);
 }
 
 Result<FabricReader> FabricReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
                                         const FabricLimits& limits) {
-  return open(ExrReader::open(bytes, name), limits);
+  return open(ExrReader::open(bytes, name, exr_limits(limits)), limits);
 }
 
 LayerSet FabricReader::half() const {
@@ -46,7 +46,21 @@ LayerSet FabricReader::half() const {
 
 std::string FabricReader::digest() const { return header_digest(text_, file_.parts()); }
 
+std::uint64_t FabricReader::memory_of(int first, int last, const LayerSet& layers) const {
+  return memory_of_levels(file_, header_, first, last, layers);
+}
+
+Result<void> FabricReader::check_memory(int first, int last, const LayerSet& layers) const {
+  if (memory_of(first, last, layers) <= memory_) return {};
+  return tl::unexpected(beyond_memory(name(), "", "the values of " + levels_text(first, last), memory_));
+}
+
 Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
+  if (auto ok = check_memory(level, level, layers); !ok) return tl::unexpected(ok.error());
+  return read_level(level, layers, memory_ - memory_of(level, level, layers));
+}
+
+Result<FabricLevel> FabricReader::read_level(int level, const LayerSet& layers, std::uint64_t room) {
   FabricLevel result;
   result.width = level_size(header_.width, level);
   result.height = level_size(header_.height, level);
@@ -56,7 +70,7 @@ Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   }
   if (result.has(LayerKind::yarns) && result.has(LayerKind::indirect)) {
     IssueSink sink(file_.name());
-    restore_yarns(result, header_.shape, header_.period_mm, sink);
+    restore_yarns(result, header_.shape, header_.period_mm, room, sink);
     if (sink.has_error()) return tl::unexpected(sink.first_error());
   }
   if (result.has(LayerKind::products)) {
@@ -94,9 +108,10 @@ Result<std::shared_ptr<const ProductBases>> FabricReader::bases() {
 }
 
 Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {
+  if (auto ok = check_memory(first, last, layers); !ok) return tl::unexpected(ok.error());
   Fabric fabric = partial_fabric(header_, first, last);
   for (int k = first; k <= last; ++k) {
-    auto level = read_level(k, layers);
+    auto level = read_level(k, layers, memory_ - memory_of(first, last, layers));
     if (!level) return tl::unexpected(level.error());
     fabric.levels.push_back(std::move(*level));
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "format/base/digest.h"
+#include "format/base/mip.h"
 #include "format/fabric/header_json.h"
 #include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
@@ -115,6 +116,37 @@ bool check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKi
     sink.add(Code::fabric_channel, fmt::format("{}/{}", name, wanted[i]), "the channel is missing");
   }
   return sink.errors() == errors_before;
+}
+
+ExrLimits exr_limits(const FabricLimits& limits) {
+  return {.bytes_per_read = std::min(ExrLimits{}.bytes_per_read, limits.memory)};
+}
+
+std::uint64_t pixel_memory(const ExrPart& part, int level) {
+  return std::uint64_t{sizeof(float)} * part.channels.size() * level_size(part.width, level) *
+         level_size(part.height, level);
+}
+
+std::uint64_t memory_of_levels(const ExrReader& file, const FabricHeader& header, int first, int last,
+                               const LayerSet& layers) {
+  std::uint64_t kept = 0;
+  std::uint64_t largest = 0;
+  const auto add = [&](LayerKind kind, int level, std::uint64_t copies) {
+    const int part = file.find_part(name_of(kind));
+    if (part < 0 || !header.has(kind, level)) return;
+    const std::uint64_t bytes = pixel_memory(file.parts()[part], level);
+    kept += copies * bytes;
+    largest = std::max(largest, bytes);
+  };
+  for (const LayerKind kind : all_layers) {
+    // Products of any level bring the bases. Numbers that belong to no texel are put in order.
+    const bool bases = kind == LayerKind::bases;
+    const bool listed = bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
+    if (!layers.contains(bases ? LayerKind::products : kind)) continue;
+    if (bases) add(kind, 0, 3);
+    for (int k = first; k <= last && !bases; ++k) add(kind, k, listed ? 3 : 1);
+  }
+  return kept + 2 * largest;
 }
 
 void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,

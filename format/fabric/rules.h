@@ -36,6 +36,17 @@ void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink&
 /// Checks the part of a layer of the header. Whether its levels can be decoded.
 bool check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKind kind, IssueSink& sink);
 
+/// Those of the file that has the fabric.
+ExrLimits exr_limits(const FabricLimits& limits);
+
+/// Bytes of a level's pixels.
+std::uint64_t pixel_memory(const ExrPart& part, int level);
+
+/// Bytes that these layers of levels [first, last] take at most, with what reading them takes, but for the
+/// cells of yarn (memory_of()). Parts that are missing take nothing.
+std::uint64_t memory_of_levels(const ExrReader& file, const FabricHeader& header, int first, int last,
+                               const LayerSet& layers);
+
 /// Sets a layer of the level from its pixels; checks digest and values. Preconditions: check_layer_part() was
 /// true, and the header lists the level.
 void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "format/fabric/yarns.h"
 
@@ -9,23 +10,66 @@ namespace selvedge {
 namespace {
 
 /// Rays that are traced together lie at most so far from the one in their middle, in cells.
-constexpr double beside_share = 0.5;
+constexpr double beside_share = 1;
+
+struct Grid {
+  V2i cells;
+  V2d cell;  ///< mm
+  double beside;
+  double half_diagonal;
+};
+
+/// Cells are as large as the yarn is thick, in the mean over its segments.
+Grid grid_of(double radius, const V2f& period_mm) {
+  constexpr double max_cells = 1 << 20;
+  const V2d period(period_mm);
+  const double size =
+      std::max({radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});
+  const V2i cells{std::max(1, static_cast<int>(period.x / size)),
+                  std::max(1, static_cast<int>(period.y / size))};
+  const V2d cell(period.x / cells.x, period.y / cells.y);
+  return {cells, cell, beside_share * std::min(cell.x, cell.y), 0.5 * cell.length() * 1.001};
+}
+
+/// How far from its axis a segment is listed in cells that it touches.
+double reach_of(float radius, double beside) { return 1.001 * (static_cast<double>(radius) + beside); }
 
 }  // namespace
 
+double memory_of(const YarnData& data, const V2f& period) {
+  constexpr double bytes_per_node = 512;
+  constexpr double bytes_per_cell = 512;   // with a block that is not full
+  constexpr double bytes_per_entry = 256;  // with the time that sorting takes: 16 million in 4 GiB
+  const auto count = static_cast<double>(data.nodes.size());
+  double radius = 0;
+  for (const YarnCurve& c : data.curves) radius += c.nodes * static_cast<double>(c.radius) / count;
+  const Grid grid = grid_of(radius, period);
+  double entries = 0;
+  std::size_t first = 0;
+  for (const YarnCurve& c : data.curves) {
+    const std::size_t end = first + c.nodes;
+    const double around = reach_of(c.radius, grid.beside) + 2 * grid.half_diagonal;
+    for (std::size_t n = first; n < end; ++n) {
+      const V3f turns(static_cast<float>(c.turns.x) * period.x, static_cast<float>(c.turns.y) * period.y, 0);
+      const V3f along = (n + 1 == end ? data.nodes[first] + turns : data.nodes[n + 1]) - data.nodes[n];
+      // The cells whose middles are near enough lie within these bounds about the segment.
+      const double area = around * (2 * V2d(along.x, along.y).length() + std::numbers::pi * around);
+      entries += area / (grid.cell.x * grid.cell.y);
+    }
+    first = end;
+  }
+  return bytes_per_node * count + bytes_per_cell * grid.cells.x * grid.cells.y + bytes_per_entry * entries;
+}
+
 void Yarns::place_in_cells() {
-  constexpr double max_cells = 1 << 20;
   double radius = 0;  // mean over the segments
   for (const Segment& s : segments_) radius += static_cast<double>(s.radius);
   radius /= static_cast<double>(segments_.size());
+  const auto [cells, cell, beside, half_diagonal] = grid_of(radius, period_);
   const V2d period(period_);
-  const double size =
-      std::max({radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});
-  cells_ = {std::max(1, static_cast<int>(period.x / size)), std::max(1, static_cast<int>(period.y / size))};
+  cells_ = cells;
   cell_size_ = {period_.x / static_cast<float>(cells_.x), period_.y / static_cast<float>(cells_.y)};
-  const V2d cell(period.x / cells_.x, period.y / cells_.y);
-  const double half_diagonal = 0.5 * cell.length() * 1.001;
-  beside_ = static_cast<float>(beside_share * std::min(cell.x, cell.y));
+  beside_ = static_cast<float>(beside);
 
   struct Copy {
     int segment;
@@ -36,13 +80,22 @@ void Yarns::place_in_cells() {
     const Segment& s = segments_[i];
     const V2d a(s.start.x, s.start.y);
     const V2d along(s.along.x, s.along.y);
-    const double reach = 1.001 * (static_cast<double>(s.radius) + static_cast<double>(beside_));
+    const double reach = reach_of(s.radius, static_cast<double>(beside_));
     const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(reach);
     const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(reach);
     for (int y = static_cast<int>(std::floor(low.y / cell.y));
          y <= static_cast<int>(std::floor(high.y / cell.y)); ++y) {
-      for (int x = static_cast<int>(std::floor(low.x / cell.x));
-           x <= static_cast<int>(std::floor(high.x / cell.x)); ++x) {
+      // Of a long segment that lies aslant, the part near the row.
+      const double before = (y + 0.5) * cell.y - a.y - reach - half_diagonal;
+      const double behind = (y + 0.5) * cell.y - a.y + reach + half_diagonal;
+      const auto share_at = [&](double dy) { return std::clamp(dy / along.y, 0.0, 1.0); };
+      const double from = along.y != 0 ? a.x + along.x * share_at(before) : low.x;
+      const double to = along.y != 0 ? a.x + along.x * share_at(behind) : high.x;
+      const double margin = reach + half_diagonal + cell.x;
+      const double left = std::max(low.x, std::min(from, to) - margin);
+      const double right = std::min(high.x, std::max(from, to) + margin);
+      for (int x = static_cast<int>(std::floor(left / cell.x));
+           x <= static_cast<int>(std::floor(right / cell.x)); ++x) {
         const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
         const double length2 = along.length2();
         const double share = length2 > 0 ? std::clamp((middle - a).dot(along) / length2, 0.0, 1.0) : 0;
@@ -54,6 +107,10 @@ void Yarns::place_in_cells() {
       }
     }
   }
+  std::size_t blocks = 0;
+  for (const auto& list : lists) blocks += (list.size() + yarn_block - 1) / yarn_block;
+  blocks_.reserve(blocks);
+  grid_.reserve(lists.size());
   for (int y = 0; y < cells_.y; ++y) {
     for (int x = 0; x < cells_.x; ++x) {
       auto& list = lists[static_cast<std::size_t>(y) * cells_.x + x];

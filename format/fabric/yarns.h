@@ -77,6 +77,10 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
 /// being "curve 3" or "node 17".
 Result<void> validate(const YarnData& data, const V2f& period);
 
+/// Bytes that Yarns takes at most. A cell lists the segments that pass it, and a few numbers of a file can be
+/// thousands of times as many of these. Precondition: validate() holds.
+double memory_of(const YarnData& data, const V2f& period);
+
 /// Where a ray meets yarn.
 struct YarnHit {
   int segment = 0;          ///< that which begins at the node of this index

@@ -4,14 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "format/base/memory.h"
+
 namespace selvedge {
 
 /// Files beside a document that it may name by a URI: none (data URIs alone), those in its own folder and
 /// below, or any.
 enum class OtherFiles { none, inside, anywhere };
-
-/// Bytes that reading and drawing a document may take, reckoned before they are taken (memory.h).
-inline constexpr std::uint64_t default_memory = std::uint64_t{1} << 32;
 
 /// A file beyond one of these is refused with FILE_TOO_LARGE; nesting with GLTF_MALFORMED.
 struct GltfLimits {

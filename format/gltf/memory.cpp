@@ -32,13 +32,7 @@ std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
 
 }  // namespace
 
-Error beyond_memory(const std::string& file, const std::string& place, const std::string& what,
-                    std::uint64_t limit) {
-  return {Code::file_too_large, file, place,
-          fmt::format("{} take more than {} MiB (--max-memory)", what, limit >> 20U)};
-}
-
-Result<void> check_drawable(const Scene& scene, std::uint64_t limit) {
+Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
   MemoryAccount account(limit);
   const auto refuse = [&](const std::string& what) {
     return tl::unexpected<Error>(beyond_memory(scene.file, "", what, limit));
@@ -58,6 +52,7 @@ Result<void> check_drawable(const Scene& scene, std::uint64_t limit) {
   std::uint64_t pixels = 0;
   std::uint64_t largest = 0;
   std::uint64_t encoded = 0;
+  // Decoding copies what is needed of a picture.
   for (const SceneImage& image : scene.images) encoded += image.bytes.size();
   const auto drawn = drawn_pictures(scene);
   for (const auto& [image, colour] : drawn) {
@@ -65,10 +60,10 @@ Result<void> check_drawable(const Scene& scene, std::uint64_t limit) {
     pixels += std::min(size, limit);  // so that the sum of a few thousand pictures is no wrapped number
     largest = std::max(largest, size);
   }
-  if (!account.take(encoded, 1) || !account.take(pixels, memory_price::pixel) ||
-      !account.take(largest, memory_price::pixel))
+  if (!account.take(encoded, 2) || !account.take(pixels, memory_price::pixel) ||
+      !account.take(largest, memory_price::decoding))
     return refuse(fmt::format("{} decoded pictures", drawn.size()));
-  return {};
+  return account;
 }
 
 }  // namespace selvedge

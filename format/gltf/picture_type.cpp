@@ -1,6 +1,5 @@
 #include "format/gltf/picture_type.h"
 
-#include <algorithm>
 #include <string>
 
 namespace selvedge {
@@ -29,20 +28,6 @@ std::uint64_t jpeg_pixels(std::span<const std::uint8_t> bytes) {
   return 0;
 }
 
-/// Of the data window of the first part.
-std::uint64_t exr_pixels(std::span<const std::uint8_t> bytes) {
-  constexpr std::string_view name("dataWindow\0box2i\0\x10\0\0\0", 21);
-  const auto found = std::search(bytes.begin(), bytes.end(), name.begin(), name.end(),
-                                 [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); });
-  if (static_cast<std::size_t>(bytes.end() - found) < name.size() + 16) return 0;
-  const auto number = [&](int which) {
-    const auto at = found + static_cast<std::ptrdiff_t>(name.size()) + 4 * which;
-    return std::int64_t{static_cast<std::int32_t>(at[0] | at[1] << 8U | at[2] << 16U |
-                                                  static_cast<std::uint32_t>(at[3]) << 24U)};
-  };
-  return product(number(2) - number(0) + 1, number(3) - number(1) + 1);
-}
-
 }  // namespace
 
 std::string_view picture_type(std::span<const std::uint8_t> bytes) {
@@ -55,8 +40,7 @@ std::string_view picture_type(std::span<const std::uint8_t> bytes) {
   if (at(0, "RIFF") && at(8, "WEBP")) return "image/webp";
   if (at(0, "\xABKTX 20\xBB\r\n\x1A\n")) return "image/ktx2";
   if (at(4, "ftypavif") || at(4, "ftypavis")) return "image/avif";
-  if (at(0, "DDS ")) return "image/vnd-ms.dds";
-  return at(0, std::string_view("\x76\x2F\x31\x01", 4)) ? "image/x-exr" : "";
+  return at(0, "DDS ") ? "image/vnd-ms.dds" : "";
 }
 
 std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes) {
@@ -67,8 +51,7 @@ std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes) {
     return value;
   };
   if (type == "image/png") return bytes.size() >= 24 ? product(number(16), number(20)) : 0;
-  if (type == "image/jpeg") return jpeg_pixels(bytes);
-  return type == "image/x-exr" ? exr_pixels(bytes) : 0;
+  return type == "image/jpeg" ? jpeg_pixels(bytes) : 0;
 }
 
 }  // namespace selvedge

@@ -7,11 +7,12 @@
 
 namespace selvedge {
 
-/// The MIME type of an encoded picture, by its first bytes; "" for bytes of anything else, however short.
+/// The MIME type of an encoded picture, by its first bytes; "" for bytes of anything else, however short,
+/// such as OpenEXR, which is no texture of glTF.
 std::string_view picture_type(std::span<const std::uint8_t> bytes);
 
-/// Number of pixels that the header of a PNG, a JPEG or an OpenEXR file declares; 0 for files of other kinds,
-/// which are never decoded, and without a readable header.
+/// Number of pixels that the header of a PNG or a JPEG declares; 0 for files of other kinds, which are never
+/// decoded, and without a readable header.
 std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes);
 
 }  // namespace selvedge

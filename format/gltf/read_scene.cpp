@@ -52,6 +52,7 @@ class Reader {
     }
     read_nodes(roots(scene));
     remark_on_unread_features();
+    scene_.memory_left = memory_.left();
     return std::move(scene_);
   }
 

@@ -194,7 +194,7 @@ Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uin
   }
   if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");
   if (!reader.fault && picture_type(bytes).empty())
-    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF, DDS or EXR)");
+    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF or DDS)");
   return reader.result(std::move(bytes));
 }
 

@@ -128,7 +128,10 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::stri
 namespace {
 
 FabricLimits limits_of(const FabricReadOptions& options) {
-  return {options.max_texels_per_side, options.max_directions, options.max_lobes};
+  return {.texels_per_side = options.max_texels_per_side,
+          .directions = options.max_directions,
+          .lobes = options.max_lobes,
+          .memory = options.max_memory};
 }
 
 }  // namespace

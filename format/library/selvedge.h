@@ -111,6 +111,7 @@ struct FabricReadOptions {
   int max_texels_per_side = 4096;
   int max_directions = 4096;
   int max_lobes = 16;
+  std::uint64_t max_memory = std::uint64_t{1} << 32;  ///< bytes that its levels may take
 };
 
 class SELVEDGE_PUBLIC FabricFile {

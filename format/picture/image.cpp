@@ -58,7 +58,7 @@ Result<Image> read_image(const std::string& path, Transfer transfer, const Image
 
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, Transfer transfer,
                            const ImageLimits& limits) {
-  if (bytes.empty()) return fail(Code::image_unreadable, name, "", "neither PNG, JPEG nor EXR");
+  if (bytes.empty()) return fail(Code::image_unreadable, name, "", "neither PNG nor JPEG");
   const auto library = load_openimageio(Code::image_unreadable);
   if (!library) return tl::unexpected(library.error());
   return (*library)->read(name, bytes, transfer, limits);

@@ -43,7 +43,8 @@ struct ImageLimits {
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          const ImageLimits& limits = {});
 
-/// As read_image(), from a whole PNG, JPEG or EXR file in memory. `name` is the file in errors.
+/// As read_image(), from a whole PNG or JPEG file in memory, as garments bring them. `name` is the file in
+/// errors.
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name,
                            Transfer transfer = Transfer::srgb, const ImageLimits& limits = {});
 

@@ -84,7 +84,10 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
   const float wanted =
       options.forced >= 0 ? static_cast<float>(options.forced) : std::log2(pixel) + options.bias;
   const float relative = wanted - static_cast<float>(fabric.first_level());
-  const float yarn = options.forced >= 0 ? 0 : yarn_share(pixel, largest_yarn_pixel(fabric), options.blend);
+  const float yarn =
+      options.forced >= 0
+          ? 0
+          : yarn_share(pixel, largest_yarn_pixel(fabric) * largest_by_points(options.points), options.blend);
   if (yarn > 0) add_points(options, uv, right, up, yarn, taps);
   const auto last = static_cast<float>(fabric.levels.size() - 1);
   const float level = relative > 0 ? std::min(relative, last) : 0;

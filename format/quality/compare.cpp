@@ -12,11 +12,19 @@
 namespace selvedge {
 namespace {
 
-/// The truth of one pair at one level, by texel.
-struct TruthImage {
+constexpr int yarn_points = 8;
+
+/// The truth of one pair at one level, by texel; or what a fabric shows, without noise.
+struct Image {
   std::vector<V3d> colour;  ///< alpha * r
   std::vector<V3d> noise;   ///< of the colour
   std::vector<V3d> alpha;   ///< alpha in x, its noise in y
+
+  void pool(const V2i& size) {
+    for (auto* values : {&colour, &noise, &alpha}) {
+      if (!values->empty()) *values = pool_image(*values, size.x, size.y);
+    }
+  }
 };
 
 struct Sums {
@@ -41,9 +49,13 @@ struct Sums {
   }
 };
 
-/// Compares level `k` with a truth of `size` texels, which has 2^n times as many along a side.
-Sums compare_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair,
-                   const TruthImage& truth) {
+void add(const Shading& shading, Image& image) {
+  image.colour.emplace_back(shading.radiance * shading.alpha);
+  image.alpha.emplace_back(static_cast<double>(shading.alpha), 0.0, 0.0);
+}
+
+/// What level `k` shows at `size` texels, 2^n times as many as it has along a side.
+Image shown_by_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair) {
   const FabricLevel& level = fabric.levels[k];
   const V2i parts(size.x / level.width, size.y / level.height);
   std::vector<Shading> shadings;
@@ -51,13 +63,41 @@ Sums compare_level(const Fabric& fabric, int k, const V2i& size, const Direction
     for (int x = 0; x < level.width; ++x)
       shadings.push_back(evaluate(fabric, k, x, y, pair.light, pair.view));
   }
+  Image image;
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) add(shadings[y / parts.y * level.width + x / parts.x], image);
+  }
+  return image;
+}
+
+/// What the yarn shows: the mean over yarn_points^2 points of every texel.
+Image shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPair& pair) {
+  Image image;
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) {
+      V3d colour(0, 0, 0);
+      double alpha = 0;
+      for (int point = 0; point < yarn_points * yarn_points; ++point) {
+        const V2d uv((x + (point % yarn_points + 0.5) / yarn_points) / size.x,
+                     (y + (point / yarn_points + 0.5) / yarn_points) / size.y);
+        const Shading s = evaluate(fabric, -1.0, uv, pair.light, pair.view);
+        colour += V3d(s.radiance * s.alpha);
+        alpha += static_cast<double>(s.alpha);
+      }
+      image.colour.push_back(colour / (yarn_points * yarn_points));
+      image.alpha.emplace_back(alpha / (yarn_points * yarn_points), 0.0, 0.0);
+    }
+  }
+  return image;
+}
+
+Sums compare_images(const Image& shown, const Image& truth, const V2i& size) {
   Sums sums;
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
       const std::size_t i = y * size.x + x;
-      const Shading& s = shadings[y / parts.y * level.width + x / parts.x];
-      const V3d difference = V3d(s.radiance * s.alpha) - truth.colour[i];
-      const double alpha = static_cast<double>(s.alpha) - truth.alpha[i].x;
+      const V3d difference = shown.colour[i] - truth.colour[i];
+      const double alpha = shown.alpha[i].x - truth.alpha[i].x;
       sums.squared += difference.length2();
       sums.energy += truth.colour[i].length2();
       sums.signed_error += difference.x + difference.y + difference.z;
@@ -85,9 +125,10 @@ double relative(double squared, double energy) {
   return squared > 0 ? 1 : 0;
 }
 
-/// `finer`: number of levels of the truth before the fabric's level 0.
+/// `finer`: number of levels of the truth before the fabric's level 0. `yarn`: compares the yarn at the sizes
+/// of all levels, and not the levels.
 Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak,
-                          std::size_t finer) {
+                          std::size_t finer, bool yarn) {
   const std::size_t texels = truth.width * truth.height;
   std::vector<V2i> sizes;
   for (std::size_t k = 0; k < finer; ++k) {
@@ -102,7 +143,8 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
   const std::size_t levels = sizes.size();
   std::vector<std::vector<Sums>> by_pair(truth.pairs.size(), std::vector<Sums>(levels));
   parallel_for(0, result.pairs, [&](std::size_t pair) {
-    TruthImage image;
+    Image image;
+    Image shown;
     for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
       image.colour.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
       image.noise.emplace_back(V3d(truth.noise[i]));
@@ -110,13 +152,16 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
                                0.0);
     }
     for (std::size_t k = 0; k < levels; ++k) {
-      if (k > 0) {
-        for (auto* values : {&image.colour, &image.noise, &image.alpha}) {
-          *values = pool_image(*values, sizes[k - 1].x, sizes[k - 1].y);
-        }
+      if (k > 0) image.pool(sizes[k - 1]);
+      if (!yarn) {
+        const int own = static_cast<int>(k > finer ? k - finer : 0);
+        shown = shown_by_level(fabric, own, sizes[k], truth.pairs[pair]);
+      } else if (k > 0) {
+        shown.pool(sizes[k - 1]);
+      } else {
+        shown = shown_by_yarn(fabric, sizes[0], truth.pairs[pair]);
       }
-      const int own = static_cast<int>(k > finer ? k - finer : 0);
-      by_pair[pair][k] = compare_level(fabric, own, sizes[k], truth.pairs[pair], image);
+      by_pair[pair][k] = compare_images(shown, image, sizes[k]);
     }
   });
   for (std::size_t k = 0; k < levels; ++k) {
@@ -124,7 +169,7 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
     for (const auto& pair : by_pair) sums.add(pair[k]);
     if (sums.count == 0) break;
     LevelComparison level;
-    level.level = static_cast<int>(k);
+    level.level = yarn ? -1 : static_cast<int>(k);
     level.width = sizes[k].x;
     level.height = sizes[k].y;
     level.psnr = decibels(result.peak, sums.squared / (3 * sums.count));
@@ -175,7 +220,11 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
   const FabricLevel& base = fabric.levels.front();
   if (truth.width != base.width || truth.height != base.height || !is_whole(truth))
     return refuse(fabric, kind, "");
-  return compare_levels(fabric, truth, kind, peak, 0);
+  return compare_levels(fabric, truth, kind, peak, 0, false);
+}
+
+Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
+  return compare_levels(fabric, truth, kind, peak, 0, true);
 }
 
 Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
@@ -187,7 +236,7 @@ Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& t
   for (; size.x < truth.width && size.y < truth.height; size *= 2) ++finer;
   if (size != V2i(truth.width, truth.height))
     return refuse(fabric, kind, ", nor of 2, 4, 8 ... times as many");
-  return compare_levels(fabric, truth, kind, peak, finer);
+  return compare_levels(fabric, truth, kind, peak, finer, false);
 }
 
 }  // namespace selvedge

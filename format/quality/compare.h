@@ -11,7 +11,7 @@ namespace selvedge {
 
 /// Errors of alpha * f over all texels, holes included, and all three channels.
 struct LevelComparison {
-  int level = 0;
+  int level = 0;  ///< -1: the yarn
   int width = 0;
   int height = 0;
   /// dB, against Comparison::peak. 200 if nothing differs; 0 if the truth is black and the fit is not.
@@ -45,6 +45,10 @@ double peak_of(const PairSamples& truth);
 /// `peak`: 0 means peak_of(truth); to compare figures of several sets, pass the held-out set's peak for all.
 /// FABRIC_MISMATCH unless the samples have the texels of the fabric's level 0.
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
+
+/// As compare(), of the yarn, level -1, at the sizes of all levels; at 1 x 1 its mean over a repeat counts.
+/// Preconditions: the fabric has yarn, and compare() takes the truth.
+Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak);
 
 /// As compare(), against pairs with 2^d times as many texels along both sides as the fabric's level 0,
 /// d >= 0, so that figures of fabrics of different sizes can be compared. The levels are those of the truth;

@@ -9,7 +9,7 @@
 
 namespace selvedge {
 
-/// Sets of random pairs of directions with the truth for each: validation pairs, by which layers are chosen;
+/// Sets of random pairs of directions with the truth for each: validation pairs, by which a fit chooses;
 /// held-out pairs, on which errors are measured; rim pairs, measured separately.
 enum class PairKind { validation, held_out, rim };
 inline constexpr std::array<PairKind, 3> all_pair_kinds{PairKind::validation, PairKind::held_out,

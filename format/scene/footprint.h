@@ -143,6 +143,10 @@ SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends, float steep = 2) {
   return smaller(larger((part - T(0.5F)) * slope + T(0.5F), T(0)), T(1));
 }
 
+/// Factor of largest_yarn_pixel(), which is that of 2 points along either side: more of them show the yarn
+/// itself in larger pixels.
+SELVEDGE_INLINE float largest_by_points(int points) { return 0.5F * static_cast<float>(points); }
+
 /// Weight of the yarn itself for a pixel of `size` (pixel_size()), where `largest` is largest_yarn_pixel(); 0
 /// without yarn.
 template <class T>

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "format/base/memory.h"
 #include "format/base/vec.h"
 
 namespace selvedge {
@@ -135,7 +136,8 @@ struct Scene {
   std::vector<SceneFabric> fabrics;
   std::vector<SceneLight> lights;
   std::vector<SceneCamera> cameras;
-  std::vector<std::string> remarks;  ///< features of the file that are ignored, one line each
+  std::vector<std::string> remarks;            ///< features of the file that are ignored, one line each
+  std::uint64_t memory_left = default_memory;  ///< bytes that the file's fabrics may take (base/memory.h)
 };
 
 }  // namespace selvedge

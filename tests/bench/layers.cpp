@@ -48,7 +48,7 @@ Table table_of(const SampleLevel& level, std::size_t texel) {
   return table;
 }
 
-/// Mean squared error of tables that are interpolated in view and light.
+/// Mean squared error of tables that are interpolated in view and light, without the cosine of the light.
 double error_of(const std::vector<Table>& tables, const LevelTruth& truth,
                 const std::vector<DirectionPair>& pairs, const SamplesHeader& header) {
   const auto values = 3 * static_cast<std::size_t>(header.lights.count());
@@ -63,10 +63,12 @@ double error_of(const std::vector<Table>& tables, const LevelTruth& truth,
           const auto weight = static_cast<double>(views.weight[v] * lights.weight[l]);
           const float* at = &tables[t][static_cast<std::size_t>(views.cell[v]) * values +
                                        3 * static_cast<std::size_t>(lights.cell[l])];
-          for (int c = 0; c < 3; ++c) colour[c] += weight * static_cast<double>(at[c]);
+          const double cosine = static_cast<double>(direction_of(header.lights, lights.cell[l]).z);
+          for (int c = 0; c < 3; ++c) colour[c] += weight * static_cast<double>(at[c]) / cosine;
         }
       }
-      for (int c = 0; c < 3; ++c) colour[c] = std::max(colour[c], 0.0);
+      for (int c = 0; c < 3; ++c)
+        colour[c] = static_cast<double>(pairs[p].light.z) * std::max(colour[c], 0.0);
       sum += (colour - truth.pairs[p][t]).length2();
     }
   }

@@ -1,8 +1,8 @@
 // How fast dressed garments are drawn by each path, what a frame's time is made of, how it grows with
 // triangles and with pixels, and how fast fabrics are evaluated beside the reference: selvedge-bench-view
-// [--rows FILE] [--paths hybrid,paper,shader] [--yarn YARN.exr LAYERS.exr] SCENE.glb ... The first scene is
-// the one whose growth is told. With --yarn: also what the points of pixels cost that show the yarn of a
-// fabric.
+// [--rows FILE] [--paths hybrid,paper,shader] [--rates SCENE.glb] [--yarn YARN.exr LAYERS.exr] SCENE.glb ...
+// The first scene is the one whose growth is told. With --rates: also frames a second of a garment, whole and
+// close. With --yarn: also what the points of pixels cost that show the yarn of a fabric.
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -12,64 +12,24 @@
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
+#include "tests/bench/drawn.h"
+#include "tests/bench/frame_rates.h"
 #include "tests/bench/pictures.h"
 #include "tests/bench/rows.h"
 #include "tests/bench/yarn_bench.h"
-#include "viewer/load.h"
 #include "viewer/renderer.h"
 
 namespace {
 
 using namespace selvedge;
+using bench::load;
 using bench::need;
+using bench::Sample;
+using bench::Samples;
+using bench::Subject;
 
 constexpr V2i full_size(1920, 1080);
 constexpr double zoom = 1.15;  ///< the sweater then covers more than half of the pixels
-
-struct Sample {
-  double wall = 0;
-  double processor = 0;
-  RenderStats stats;
-};
-
-/// Medians over frames, ms.
-class Samples {
- public:
-  void add(const Sample& sample) { samples_.push_back(sample); }
-  double frame() const { return median(&Sample::wall); }
-  double processor() const { return median(&Sample::processor); }
-  /// Of a stage.
-  double stage(double RenderStats::*seconds) const {
-    return median([seconds](const Sample& s) { return s.stats.*seconds; });
-  }
-  const RenderStats& last() const { return samples_.back().stats; }
-
- private:
-  template <class Seconds>
-  double median(const Seconds& seconds) const {
-    std::vector<double> values;
-    for (const Sample& s : samples_) values.push_back(std::invoke(seconds, s) * 1e3);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
-  std::vector<Sample> samples_;
-};
-
-struct Subject {
-  std::string name;
-  Scene scene;
-  std::vector<Fabric> fabrics;
-  std::vector<V3d> points;
-};
-
-Subject load(const std::string& path) {
-  OpenScene open = need(open_scene(path));
-  Subject subject{std::filesystem::path(path).stem().string(), {}, need(read_fabrics(open)), {}};
-  subject.scene = std::move(open.scene);
-  subject.points = need(world_points(subject.scene));
-  return subject;
-}
 
 /// A turn by a quarter of a degree a frame, nearest texels, one tap. `last`: takes the last frame.
 Result<Samples> draw(const Subject& subject, RenderPath path, const V2i& size, int frames,
@@ -356,17 +316,24 @@ int main(int argc, char** argv) {
     paths = paths_of(files[1]);
     files.erase(files.begin(), files.begin() + 2);
   }
+  bool others = false;
+  if (files.size() > 1 && files[0] == "--rates") {
+    bench::frame_rates(files[1], rows);
+    files.erase(files.begin(), files.begin() + 2);
+    others = true;
+  }
   if (files.size() > 2 && files[0] == "--yarn") {
     bench::yarn_points(files[1], files[2], rows);
     files.erase(files.begin(), files.begin() + 3);
-    if (files.empty()) {
-      rows.write();
-      return 0;
-    }
+    others = true;
+  }
+  if (others && files.empty()) {
+    rows.write();
+    return 0;
   }
   if (files.empty() || paths.empty()) {
     fmt::print(stderr,
-               "usage: selvedge-bench-view [--rows FILE] [--paths hybrid,paper,shader] "
+               "usage: selvedge-bench-view [--rows FILE] [--paths hybrid,paper,shader] [--rates SCENE.glb] "
                "[--yarn YARN.exr LAYERS.exr] SCENE.glb ...\n");
     return 2;
   }

@@ -169,7 +169,7 @@ test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
   same standard.exr as-standard.exr
   differ draft.exr standard.exr
   draw high --quality high
-  draw as-high "${best[@]}" --supersample 2
+  draw as-high "${best[@]}" --level-bias -1.5 --points 4
   same high.exr as-high.exr
   draw reference --quality reference
   draw as-reference "${best[@]}" --supersample 3

@@ -4,14 +4,12 @@
 #include <limits>
 
 #include "format/fabric/lafortune.h"
-#include "viewer/hybrid/fetch.h"
-#include "viewer/hybrid/wide_directions.h"
+#include "viewer/hybrid/lane_lookups.h"
+#include "viewer/hybrid/mean_products.h"
 
 namespace selvedge {
 namespace {
 
-/// Number of lights whose lookups are computed together.
-constexpr std::size_t lights_at_once = 8;
 constexpr std::size_t max_lobes = 16;
 
 /// Texels of one layout that are evaluated together: the data of each lane.
@@ -26,74 +24,6 @@ struct LaneBatch {
   alignas(64) LaneFloats weight;
 };
 
-/// Inputs that all texels share.
-struct SharedInputs {
-  const PackedFabric& fabric;
-  const LaneDirections& view;
-  std::span<const LaneLight> lights;
-  float* view_functions;   ///< [a - 1][lane]
-  float* light_functions;  ///< [light][b][channel][lane]
-};
-
-template <std::size_t N>
-SELVEDGE_INLINE WideVec3<N> load(const LaneDirections& d, std::size_t first) {
-  using Wide = WideFloat<N>;
-  return {Wide::load(&d.x[first]), Wide::load(&d.y[first]), Wide::load(&d.z[first])};
-}
-
-/// The weighted sum of the four groups of a lookup.
-template <std::size_t N>
-SELVEDGE_INLINE void look_up(const Group* const* from, const WideTaps<N>& taps, WideFloat<N>* sum) {
-  for (std::size_t tap = 0; tap < 4; ++tap) {
-    const Group* moved[N];  // NOLINT(modernize-avoid-c-arrays)
-    for (std::size_t lane = 0; lane < N; ++lane) moved[lane] = from[lane] + taps.cell[tap][lane];
-    WideFloat<N> group[4];  // NOLINT(modernize-avoid-c-arrays)
-    fetch<N>(moved, 0, group);
-    for (std::size_t k = 0; k < 4; ++k)
-      sum[k] = tap == 0 ? group[k] * taps.weight[tap] : sum[k] + group[k] * taps.weight[tap];
-  }
-}
-
-template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> clamp_to_finite(const WideFloat<N>& x) {
-  return min(x, WideFloat<N>(std::numeric_limits<float>::max()));
-}
-
-/// phi_a(v) of all a, for lanes first ... first + N - 1.
-template <std::size_t N>
-SELVEDGE_INLINE void fill_view_functions(const SharedInputs& s, std::size_t first, const WideTaps<N>& taps) {
-  const std::size_t count = s.fabric.view_functions;
-  for (std::size_t a = 0; a < count; ++a) {
-    WideFloat<N> sum(0);
-    for (std::size_t tap = 0; tap < 4; ++tap) {
-      float values[N];  // NOLINT(modernize-avoid-c-arrays)
-      for (std::size_t lane = 0; lane < N; ++lane)
-        values[lane] = s.fabric.view_basis[taps.cell[tap][lane] * count + a];
-      sum += WideFloat<N>::load(values) * taps.weight[tap];
-    }
-    sum.store(s.view_functions + a * lane_count + first);
-  }
-}
-
-/// psi_b(l) of all b and one light.
-template <std::size_t N>
-SELVEDGE_INLINE void fill_light_functions(const SharedInputs& s, std::size_t light, std::size_t first,
-                                          const WideTaps<N>& taps) {
-  const std::size_t count = s.fabric.light_functions;
-  WideTaps<N> group_taps = taps;
-  const Group* base[N];  // NOLINT(modernize-avoid-c-arrays)
-  for (std::size_t tap = 0; tap < 4; ++tap) {
-    for (std::size_t lane = 0; lane < N; ++lane) group_taps.cell[tap][lane] *= s.fabric.light_functions;
-  }
-  for (std::size_t b = 0; b < count; ++b) {
-    for (std::size_t lane = 0; lane < N; ++lane) base[lane] = s.fabric.light_basis.data() + b;
-    WideFloat<N> psi[4];  // NOLINT(modernize-avoid-c-arrays)
-    look_up<N>(base, group_taps, psi);
-    for (std::size_t c = 0; c < 3; ++c)
-      psi[c].store(s.light_functions + ((light * count + b) * 3 + c) * lane_count + first);
-  }
-}
-
 /// Sum over m of c_m phi_a(m) psi_b(m).
 template <std::size_t N>
 SELVEDGE_INLINE void add_products(const SharedInputs& s, const LaneBatch& batch, std::size_t light,
@@ -107,28 +37,8 @@ SELVEDGE_INLINE void add_products(const SharedInputs& s, const LaneBatch& batch,
     const V2i& pair = batch.layout.pairs[m];
     Wide factor = group[m % 4];
     if (pair.x > 0) factor *= Wide::load(s.view_functions + (pair.x - 1) * lane_count + first);
-    const float* psi = s.light_functions + (light * functions + pair.y) * 3 * lane_count + first;
+    const float* psi = s.light_functions + (light * functions + pair.y) * 4 * lane_count + first;
     for (std::size_t c = 0; c < 3; ++c) sum[c] += factor * Wide::load(psi + c * lane_count);
-  }
-}
-
-/// Lookups for one set of directions, which all texels of a fabric share.
-template <std::size_t N>
-struct Lookups {
-  WideTaps<N> view;
-  WideTaps<N> light[lights_at_once];  // NOLINT(modernize-avoid-c-arrays)
-};
-
-template <std::size_t N>
-SELVEDGE_INLINE void fill(const SharedInputs& s, std::size_t first, Lookups<N>& lookups) {
-  if (s.fabric.needs_views) {
-    wide_interpolate<N>(s.fabric.fabric->views, load<N>(s.view, first), lookups.view);
-    fill_view_functions<N>(s, first, lookups.view);
-  }
-  if (!s.fabric.needs_lights) return;
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    wide_interpolate<N>(s.fabric.fabric->lights, load<N>(s.lights[i].direction, first), lookups.light[i]);
-    fill_light_functions<N>(s, i, first, lookups.light[i]);
   }
 }
 
@@ -237,33 +147,33 @@ LaneBatch batch_of(const PackedFabric& fabric, const LaneTexels& texels, const P
   return batch;
 }
 
-/// Calls body(batch) for batches that together hold all lanes of `texels`.
+/// Calls body(layout, lanes, the first of them) for groups of lanes whose levels have one layout.
 template <class Body>
-void for_each_batch(const PackedFabric& fabric, const LaneTexels& texels, const Body& body) {
+void for_each_layout(const PackedFabric& fabric, const LaneTexels& texels, const Body& body) {
   const auto layout_of = [&](std::size_t lane) { return fabric.levels[texels.level[lane]].layout; };
   std::uint32_t remaining = 0;
   for (std::size_t lane = 0; lane < lane_count; ++lane)
     remaining |= (texels.weight[lane] > 0 ? 1U : 0U) << lane;
+  if (remaining == 0) return;
+  // Most lists have texels of one level.
+  std::int32_t other_level = 0;
+  for (std::size_t lane = 0; lane < lane_count; ++lane)
+    other_level |=
+        texels.weight[lane] > 0 ? texels.level[lane] ^ texels.level[std::countr_zero(remaining)] : 0;
   while (remaining != 0) {
     const int leader = std::countr_zero(remaining);
     const int layout = layout_of(leader);
     std::uint32_t group = remaining;
-    if (fabric.layouts.size() > 1) {
+    if (other_level != 0 && fabric.layouts.size() > 1) {
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         const bool other = (remaining >> lane & 1U) != 0 && layout_of(lane) != layout;
         group &= ~((other ? 1U : 0U) << lane);
       }
     }
     remaining &= ~group;
-    body(batch_of(fabric, texels, fabric.layouts[layout], group, leader));
+    body(static_cast<std::size_t>(layout), group, static_cast<std::size_t>(leader));
   }
 }
-
-/// Storage for lookups of any width.
-struct AllLookups {
-  alignas(64) std::array<std::byte, lane_count / 4 * sizeof(Lookups<4>)> bytes;
-};
-static_assert(sizeof(Lookups<16>) <= sizeof(AllLookups) && sizeof(Lookups<8>) * 2 <= sizeof(AllLookups));
 
 template <std::size_t N>
 SELVEDGE_INLINE void fill_all(const SharedInputs& s, AllLookups& lookups) {
@@ -303,6 +213,17 @@ SELVEDGE_THREE_BODIES(evaluate_fast,
                        bool with_alpha, LaneShading& result),
                       (s, batch, lookups, with_alpha, result))
 
+/// The sums of a layout's texels, among those begun before or new.
+const MeanProducts& mean_of(const PackedLayout& layout, LaneScratch& scratch) {
+  for (const MeanProducts& mean : scratch.means) {
+    if (mean.layout == &layout) return mean;
+  }
+  const std::size_t number = scratch.means.size();
+  if (scratch.sums.size() <= number) scratch.sums.emplace_back();
+  scratch.sums[number].assign(std::size_t{4} * layout.coefficient_groups() * lane_count, 0.0F);
+  return scratch.means.emplace_back(MeanProducts{&layout, scratch.sums[number].data()});
+}
+
 }  // namespace
 
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
@@ -313,20 +234,34 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
   static const std::array by_power{evaluate_exact_for_this_processor(), evaluate_fast_for_this_processor()};
   const auto evaluate = by_power[static_cast<std::size_t>(power)];
   const std::size_t at_once = std::min(lights.size(), lights_at_once);
-  scratch.view_functions.resize(fabric.view_functions * lane_count);
-  scratch.light_functions.resize(at_once * fabric.light_functions * 3 * lane_count);
+  scratch.view_functions.resize(fabric.view_stride * lane_count);
+  scratch.light_functions.resize(at_once * fabric.light_functions * 4 * lane_count);
+  scratch.rows.resize(std::max(fabric.view_stride, 4 * fabric.light_stride) * lane_count);
+  scratch.of_lights.resize(fabric.light_functions * lane_count);
+  std::vector<MeanProducts>& means = scratch.means;
+  means.clear();
   AllLookups lookups;
   std::size_t first = 0;
   do {
     const std::size_t count = std::min(lights.size() - first, lights_at_once);
-    const SharedInputs surroundings{fabric, view, lights.subspan(first, count), scratch.view_functions.data(),
-                                    scratch.light_functions.data()};
+    const SharedInputs surroundings{fabric,
+                                    view,
+                                    lights.subspan(first, count),
+                                    scratch.view_functions.data(),
+                                    scratch.light_functions.data(),
+                                    scratch.rows.data()};
     fill(surroundings, lookups);
     for (const LaneTexels& list : texels) {
-      for_each_batch(fabric, list, [&](const LaneBatch& batch) {
-        evaluate(surroundings, batch, lookups, first == 0, sum);
+      for_each_layout(fabric, list, [&](std::size_t number, std::uint32_t lanes, std::size_t leader) {
+        const PackedLayout& layout = fabric.layouts[number];
+        if (!layout.is_linear()) {
+          evaluate(surroundings, batch_of(fabric, list, layout, lanes, leader), lookups, first == 0, sum);
+        } else if (first == 0) {
+          add_texels(fabric, list, lanes, lookups, mean_of(layout, scratch), sum.alpha);
+        }
       });
     }
+    for (const MeanProducts& mean : means) shine(surroundings, mean, scratch.of_lights.data(), sum);
     first += count;
   } while (first < lights.size());
 }

@@ -44,10 +44,20 @@ struct LaneShading {
   alignas(64) LaneFloats alpha{};
 };
 
+/// Sums over texels of weight times alpha times coefficients, of levels of one layout (mean_products.h).
+struct MeanProducts {
+  const PackedLayout* layout;
+  float* sums;  ///< [lane][4 * layout->coefficient_groups()], 0 at first
+};
+
 /// Memory that calls reuse; one per thread.
 struct LaneScratch {
   std::vector<float> view_functions;
   std::vector<float> light_functions;
+  std::vector<float> rows;
+  std::vector<float> of_lights;
+  std::vector<MeanProducts> means;
+  std::vector<std::vector<float>> sums;  ///< of `means`
 };
 
 /// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights`, to `sum`. Levels

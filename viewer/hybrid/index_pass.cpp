@@ -78,14 +78,16 @@ struct Coordinate {
 };
 
 template <std::size_t N>
-SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideFloat<N>* corner) {
+SELVEDGE_INLINE Coordinate<N> coordinate(const Interpolation<N>& at, const WideFloat<N>* corner,
+                                         float footprint) {
   using Wide = WideFloat<N>;
   const Wide one = corner[1] - corner[0];
   const Wide two = corner[2] - corner[0];
   // This subtraction is exact.
   const Wide start = corner[0] - floor(corner[0]);
-  return {start + (at.l1 * one + at.l2 * two), at.l1_right * one + at.l2_right * two,
-          at.l1_up * one + at.l2_up * two};
+  const Wide side(footprint);
+  return {start + (at.l1 * one + at.l2 * two), (at.l1_right * one + at.l2_right * two) * side,
+          (at.l1_up * one + at.l2_up * two) * side};
 }
 
 template <std::size_t N>
@@ -114,8 +116,8 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     const Wide us[3] = {normal_u[0][3], normal_u[1][3], normal_u[2][3]};  // NOLINT(modernize-avoid-c-arrays)
     const Wide vs[3] = {tangent_v[0][3], tangent_v[1][3],
                         tangent_v[2][3]};  // NOLINT(modernize-avoid-c-arrays)
-    const Coordinate<N> u = coordinate<N>(at, us);
-    const Coordinate<N> v = coordinate<N>(at, vs);
+    const Coordinate<N> u = coordinate<N>(at, us, options.footprint);
+    const Coordinate<N> v = coordinate<N>(at, vs, options.footprint);
     const Wide width = Wide::load(&texels.width[first]);
     const Wide height = Wide::load(&texels.height[first]);
     const Wide size = pixel_size<Wide>({u.right * width, v.right * height, u.up * width, v.up * height});
@@ -136,7 +138,8 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
                                                : wide_log2(size) + Wide(options.bias)) -
                           first_level;
     const Wide largest = options.forced >= 0 ? Wide(0) : Wide::load(&corners.largest_yarn_pixel[first]);
-    yarn_share(size, largest, options.blend).store(&block.yarn[first]);
+    yarn_share(size, largest * Wide(largest_by_points(options.points)), options.blend)
+        .store(&block.yarn[first]);
     const Wide last = Wide::load(&corners.last_level[first]);
     // Level 0 for NaN as well.
     const Wide level = min(max(relative, Wide(0)), last);

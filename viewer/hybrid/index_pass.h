@@ -32,8 +32,8 @@ struct PixelTriangles {
   std::array<PbrPixel, lane_count> pbr{};
 };
 
-/// The inputs of shading for these pixels.
-struct PixelBlock {
+/// The surfaces at these pixels.
+struct PixelPlaces {
   std::size_t count = 0;
   std::array<std::uint16_t, lane_count> x{};
   std::array<std::uint16_t, lane_count> y{};
@@ -56,6 +56,10 @@ struct PixelBlock {
   V2f uv(std::size_t lane) const { return {u[lane], v[lane]}; }
   V2f uv_right(std::size_t lane) const { return {u_right[lane], v_right[lane]}; }
   V2f uv_up(std::size_t lane) const { return {u_up[lane], v_up[lane]}; }
+};
+
+/// The inputs of shading for these pixels.
+struct PixelBlock : PixelPlaces {
   /// Texels of the fabrics; their weights and that of the yarn sum to 1.
   std::size_t texel_count = 0;
   std::array<LaneTexels, std::size_t{2} * max_pixel_texels * max_pixel_texels + 1> texels;

@@ -5,15 +5,21 @@
 #include <cstring>
 
 #include "format/base/parallel.h"
+#include "viewer/hybrid/yarn_points.h"
 
 namespace selvedge {
 namespace {
 
-/// Number of rows that one task shades.
-constexpr int rows_per_task = 4;
+/// A task shades a row of tiles, tile by tile, so that neighbours share the corners of yarn (yarn_points.h).
+constexpr int tile_width = 64;
+constexpr int rows_per_task = 32;
+/// Pixels are shaded in squares of so many a side, whose rays lie close together.
+constexpr int square = 4;
+static_assert(square * square == lane_count);
 constexpr std::size_t deep_pixels_per_task = 1024;
 
-/// Collects sixteen pixels at a time, shades them, and composites them behind the pixels' colours.
+/// Collects sixteen pixels at a time, shades them, and composites them behind the pixels' colours; those that
+/// show yarn all together.
 class Painter {
  public:
   Painter(const IndexScene& index, const ShadingScene& shading, bool has_pbr, const BandPixels& pixels)
@@ -28,38 +34,62 @@ class Painter {
     waiting_.triangle[lane] = triangle;
     waiting_.back[lane] = back;
     if (waiting_.has_pbr) waiting_.pbr[lane] = pbr;
-    if (waiting_.count == lane_count) paint();
+    if (waiting_.count == lane_count) shade_waiting();
   }
 
   /// Shades the remaining pixels. A pixel must not be added again before.
   void paint() {
-    if (waiting_.count == 0) return;
-    find_texels(index_, waiting_, block_);
-    const LaneShading& light = shade(shading_, block_, scratch_);
-    for (std::size_t lane = 0; lane < waiting_.count; ++lane) {
-      V4f& pixel = pixels_.at(waiting_.x[lane], waiting_.y[lane] - pixels_.first_row);
-      pixel += V4f(light.red[lane], light.green[lane], light.blue[lane], light.alpha[lane]) * (1 - pixel.w);
+    shade_waiting();
+    if (yarn_blocks_ > 0) {
+      const auto blocks = std::span(blocks_).first(yarn_blocks_);
+      add_yarn(shading_, blocks);
+      for (ShadedBlock& block : blocks) composite(block);
     }
-    count_ += static_cast<std::int64_t>(waiting_.count);
-    waiting_.count = 0;
+    yarn_blocks_ = 0;
   }
 
   std::int64_t count() const { return count_; }
 
  private:
+  void shade_waiting() {
+    if (waiting_.count == 0) return;
+    find_texels(index_, waiting_, block_);
+    if (blocks_.size() <= yarn_blocks_) blocks_.emplace_back();
+    ShadedBlock& block = blocks_[yarn_blocks_];
+    shade_texels(shading_, block_, scratch_, block);
+    if (block_.shows_yarn) {
+      ++yarn_blocks_;
+    } else {
+      composite(block);
+    }
+    count_ += static_cast<std::int64_t>(waiting_.count);
+    waiting_.count = 0;
+  }
+
+  void composite(ShadedBlock& block) {
+    finish_light(shading_, block);
+    const LaneShading& light = block.light;
+    for (std::size_t lane = 0; lane < block.places.count; ++lane) {
+      V4f& pixel = pixels_.at(block.places.x[lane], block.places.y[lane] - pixels_.first_row);
+      pixel += V4f(light.red[lane], light.green[lane], light.blue[lane], light.alpha[lane]) * (1 - pixel.w);
+    }
+  }
+
   const IndexScene& index_;
   const ShadingScene& shading_;
   const BandPixels& pixels_;
   PixelTriangles waiting_;
   PixelBlock block_;
   ShadingScratch scratch_;
+  std::vector<ShadedBlock> blocks_;  ///< the first of them wait for their yarn
+  std::size_t yarn_blocks_ = 0;
   std::int64_t count_ = 0;
 };
 
-/// Whether the next sixteen depths of a row are all 1.
+/// Whether so many depths of a row, the next of a square, are all 1.
 bool are_empty(const float* depth) {
   constexpr auto one = std::bit_cast<std::uint32_t>(1.0F);
-  std::array<std::uint32_t, lane_count> bits;
+  std::array<std::uint32_t, square> bits;
   std::memcpy(bits.data(), depth, sizeof bits);
   std::uint32_t difference = 0;
   for (const std::uint32_t b : bits) difference |= b ^ one;
@@ -79,14 +109,9 @@ class RowShader {
         far_(index, shading, !sides[0].seen.colours.empty(), pixels) {}
 
   void shade(int first, int end) {
-    for (int y = first; y < end; ++y) show_nearest(y);
-    near_.paint();
-    for (const Second& second : seconds_) {
-      if (!is_open(pixels_.at(second.x, second.y))) continue;
-      const std::size_t i = index_of(second.x, second.y);
-      far_.add(second.x, second.y, triangle(second.side, i), second.side == 1, sides_[second.side].pbr_at(i));
-    }
-    far_.paint();
+    for (int y = first; y < end; ++y) std::fill_n(&pixels_.at(0, y), pixels_.width, V4f(0, 0, 0, 0));
+    for (int x = 0; x < pixels_.width; x += tile_width)
+      shade_tile(x, std::min(x + tile_width, pixels_.width), first, end);
     count_.covered = near_.count() + static_cast<std::int64_t>(deep_.size());
     count_.evaluated = near_.count() + far_.count();
     if (near_.count() > 0) count_.layers = far_.count() > 0 ? 2 : 1;
@@ -106,15 +131,27 @@ class RowShader {
     return sides_[side].list[sides_[side].seen.triangles[i]];
   }
 
-  void show_nearest(int y) {
-    std::fill_n(&pixels_.at(0, y), pixels_.width, V4f(0, 0, 0, 0));
-    const std::size_t row = index_of(0, y);
-    const std::array depth{&sides_[0].seen.depth[row], &sides_[1].seen.depth[row]};
-    constexpr auto step = static_cast<int>(lane_count);
-    for (int first = 0; first < pixels_.width; first += step) {
-      const int end = std::min(first + step, pixels_.width);
-      if (end - first == step && are_empty(depth[0] + first) && are_empty(depth[1] + first)) continue;
-      for (int x = first; x < end; ++x) {
+  void shade_tile(int left, int right, int first, int end) {
+    for (int y = first; y < end; y += square) {
+      for (int x = left; x < right; x += square)
+        show_nearest(x, std::min(x + square, right), y, std::min(y + square, end));
+    }
+    near_.paint();
+    for (const Second& second : seconds_) {
+      if (!is_open(pixels_.at(second.x, second.y))) continue;
+      const std::size_t i = index_of(second.x, second.y);
+      far_.add(second.x, second.y, triangle(second.side, i), second.side == 1, sides_[second.side].pbr_at(i));
+    }
+    far_.paint();
+    seconds_.clear();
+  }
+
+  void show_nearest(int left, int right, int first, int end) {
+    for (int y = first; y < end; ++y) {
+      const std::size_t row = index_of(0, y);
+      const std::array depth{&sides_[0].seen.depth[row], &sides_[1].seen.depth[row]};
+      if (right - left == square && are_empty(depth[0] + left) && are_empty(depth[1] + left)) continue;
+      for (int x = left; x < right; ++x) {
         if (depth[0][x] < 1 || depth[1][x] < 1) look_at(x, y, depth[0][x], depth[1][x]);
       }
     }

@@ -103,7 +103,7 @@ PbrValues pbr_values(const PbrPixel& pixel) {
   return values;
 }
 
-void shade_pbr(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+void shade_pbr(const ShadingScene& scene, const PixelPlaces& block, const LaneFrames& frames,
                std::span<const LaneLight> lights, LaneShading& result) {
   static const auto add_light = add_light_for_this_processor();
   PbrLanes lanes;

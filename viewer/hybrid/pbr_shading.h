@@ -19,7 +19,7 @@ PbrValues pbr_values(const PbrPixel& pixel);
 
 /// Radiance, not multiplied by opacity, of the pixels of a block as if no surface had a fabric. `lights` are
 /// in the axes of `frames`; ambient light is ShadingScene::ambient.
-void shade_pbr(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+void shade_pbr(const ShadingScene& scene, const PixelPlaces& block, const LaneFrames& frames,
                std::span<const LaneLight> lights, LaneShading& result);
 
 }  // namespace selvedge

@@ -114,7 +114,8 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   probe.view = first(frames.view);
   ShadingScratch scratch;
   const LaneShading& light = shade(shading, block, scratch);
-  for (const LaneLight& lane_light : scratch.lights) probe.lights.push_back(first(lane_light.direction));
+  for (const LaneLight& lane_light : scratch.block.lights)
+    probe.lights.push_back(first(lane_light.direction));
   probe.alpha = light.alpha[0];
   if (probe.alpha > 0) probe.radiance = V3f(light.red[0], light.green[0], light.blue[0]) / probe.alpha;
   return probe;

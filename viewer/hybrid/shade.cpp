@@ -49,7 +49,7 @@ SELVEDGE_INLINE WideVec3<N> unit_or(const WideVec3<N>& v, const WideVec3<N>& oth
 }
 
 template <std::size_t N>
-SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelBlock& block, LaneFrames& result) {
+SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelPlaces& block, LaneFrames& result) {
   using Wide = WideFloat<N>;
   using Vec = WideVec3<N>;
   for (std::size_t first = 0; first < lane_count; first += N) {
@@ -75,7 +75,7 @@ SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelBlock& block, LaneF
     store(Vec{view.dot(tangent), view.dot(up), view.dot(normal)}, result.view, first);
   }
 }
-SELVEDGE_THREE_BODIES(frames, (const ViewRays& rays, const PixelBlock& block, LaneFrames& result),
+SELVEDGE_THREE_BODIES(frames, (const ViewRays& rays, const PixelPlaces& block, LaneFrames& result),
                       (rays, block, result))
 
 template <std::size_t N>
@@ -129,6 +129,12 @@ bool has_emission(const ShadingScene& scene, std::uint32_t surface) {
   return surface < scene.pbr.size() && scene.pbr[surface].emissive != V3f(0, 0, 0);
 }
 
+bool is_one_surface(const PixelPlaces& block) {
+  return std::all_of(block.surface.begin() + 1,
+                     block.surface.begin() + static_cast<std::ptrdiff_t>(block.count),
+                     [&](std::uint32_t surface) { return surface == block.surface[0]; });
+}
+
 /// The block's texels without those of other fabrics.
 std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBlock& block, int fabric,
                                       std::vector<LaneTexels>& texels) {
@@ -140,20 +146,20 @@ std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBloc
   return texels;
 }
 
-void fill_frames(const Camera& camera, int width, int height, const PixelBlock& block, LaneFrames& result) {
+void fill_frames(const Camera& camera, int width, int height, const PixelPlaces& block, LaneFrames& result) {
   static const auto fill = frames_for_this_processor();
   fill(view_rays(camera, width, height), block, result);
 }
 
 }  // namespace
 
-LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block) {
+LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelPlaces& block) {
   LaneFrames result;
   fill_frames(camera, width, height, block, result);
   return result;
 }
 
-V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& block, std::size_t lane) {
+V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelPlaces& block, std::size_t lane) {
   const auto& corners = mesh.triangles[block.triangle[lane]].corners;
   const V3d a(mesh.positions[corners[0]]);
   const V3d b(mesh.positions[corners[1]]);
@@ -165,7 +171,7 @@ V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& 
 namespace {
 
 /// A point or spot light, which has another direction at each point of the block.
-void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+void place_light(const ShadingScene& scene, const PixelPlaces& block, const LaneFrames& frames,
                  const Light& light, LaneLight& result) {
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     const LightShare light_share = light_share_at(light, seen_point(*scene.mesh, scene.origin, block, lane));
@@ -181,7 +187,7 @@ void place_light(const ShadingScene& scene, const PixelBlock& block, const LaneF
 }
 
 /// Reduces the lights by shadows.
-void cast_shadow(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
+void cast_shadow(const ShadingScene& scene, const PixelPlaces& block, const LaneFrames& frames,
                  const ShadowMap& map, LaneLight& light) {
   for (std::size_t lane = 0; lane < block.count; ++lane) {
     // direction.z is the cosine: fabrics reflect no light from behind, and a share of 0 stays 0.
@@ -198,45 +204,51 @@ void cast_shadow(const ShadingScene& scene, const PixelBlock& block, const LaneF
 
 }  // namespace
 
-const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
+void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch,
+                  ShadedBlock& result) {
   static const auto light_lanes = light_lanes_for_this_processor();
-  static const auto finish = finish_for_this_processor();
-  LaneFrames& frames = scratch.frames;
+  result.places = block;
+  LaneFrames& frames = result.frames;
   fill_frames(scene.camera, scene.width, scene.height, block, frames);
-  scratch.lights.resize(scene.lights.size());
+  std::vector<LaneLight>& lights = result.lights;
+  lights.resize(scene.lights.size());
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-    scratch.lights[i].irradiance = scene.lights[i].irradiance;
+    lights[i].irradiance = scene.lights[i].irradiance;
     if (scene.lights[i].kind != LightKind::directional && scene.mesh != nullptr) {
-      place_light(scene, block, frames, scene.lights[i], scratch.lights[i]);
+      place_light(scene, block, frames, scene.lights[i], lights[i]);
       continue;
     }
-    light_lanes(frames, V3f(scene.lights[i].direction), scratch.lights[i].direction);
-    scratch.lights[i].share.fill(1);
+    light_lanes(frames, V3f(scene.lights[i].direction), lights[i].direction);
+    lights[i].share.fill(1);
   }
-  for (const ShadowMap& map : scene.shadows)
-    cast_shadow(scene, block, frames, map, scratch.lights[map.view.light]);
-  LaneShading& light = scratch.light;
+  for (const ShadowMap& map : scene.shadows) cast_shadow(scene, block, frames, map, lights[map.view.light]);
+  LaneShading& light = result.light;
   light = {};
-  bool one_surface = true;
-  for (std::size_t lane = 1; lane < block.count; ++lane)
-    one_surface &= block.surface[lane] == block.surface[0];
+  const int fabric = scene.materials[block.surface[0]].fabric;
+  if (is_one_surface(block)) {
+    if (fabric >= 0)
+      evaluate_lanes(scene.fabrics[fabric], std::span(block.texels).first(block.texel_count), frames.view,
+                     lights, scratch.lanes, light, scene.power);
+    return;
+  }
+  for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
+    bool any = false;
+    for (std::size_t lane = 0; lane < block.count; ++lane)
+      any |= scene.materials[block.surface[lane]].fabric == static_cast<int>(i);
+    if (!any) continue;
+    evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
+                   frames.view, lights, scratch.lanes, light, scene.power);
+  }
+}
+
+void finish_light(const ShadingScene& scene, ShadedBlock& shaded) {
+  static const auto finish = finish_for_this_processor();
+  const PixelPlaces& block = shaded.places;
+  LaneShading& light = shaded.light;
   const auto material_of = [&](std::size_t lane) -> const SurfaceMaterial& {
     return scene.materials[block.surface[lane]];
   };
-  if (one_surface && material_of(0).fabric >= 0) {
-    evaluate_lanes(scene.fabrics[material_of(0).fabric], std::span(block.texels).first(block.texel_count),
-                   frames.view, scratch.lights, scratch.lanes, light, scene.power);
-  } else if (!one_surface) {
-    for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
-      bool any = false;
-      for (std::size_t lane = 0; lane < block.count; ++lane)
-        any |= material_of(lane).fabric == static_cast<int>(i);
-      if (!any) continue;
-      evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
-                     frames.view, scratch.lights, scratch.lanes, light, scene.power);
-    }
-  }
-  if (block.shows_yarn) add_yarn(scene, block, frames, scratch.lights, light);
+  const bool one_surface = is_one_surface(block);
   alignas(64) LaneFloats keeps_opacity{};
   if (one_surface) {
     keeps_opacity.fill(material_of(0).keeps_opacity ? 1.0F : 0.0F);
@@ -245,11 +257,11 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
       keeps_opacity[lane] = material_of(lane).keeps_opacity ? 1.0F : 0.0F;
   }
   finish(keeps_opacity, light);
-  if (one_surface && material_of(0).fabric >= 0 && !has_emission(scene, block.surface[0])) return light;
+  if (one_surface && material_of(0).fabric >= 0 && !has_emission(scene, block.surface[0])) return;
   LaneShading pbr;
   bool any_pbr = false;
   for (std::size_t lane = 0; lane < block.count; ++lane) any_pbr |= material_of(lane).fabric < 0;
-  if (any_pbr) shade_pbr(scene, block, frames, scratch.lights, pbr);
+  if (any_pbr) shade_pbr(scene, block, shaded.frames, shaded.lights, pbr);
   for (std::size_t lane = 0; lane < block.count; ++lane) {
     if (material_of(lane).fabric < 0) {
       const float alpha = std::clamp(block.pbr[lane].colour.w, 0.0F, 1.0F);
@@ -260,7 +272,13 @@ const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, Sha
           light.alpha[lane]);
     }
   }
-  return light;
+}
+
+const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
+  shade_texels(scene, block, scratch, scratch.block);
+  if (block.shows_yarn) add_yarn(scene, std::span(&scratch.block, 1));
+  finish_light(scene, scratch.block);
+  return scratch.block.light;
 }
 
 }  // namespace selvedge

@@ -40,22 +40,34 @@ struct ShadingScene {
 
 /// Frames of a block. An interpolated normal that faces away from the viewer is bent until the view just
 /// clears the horizon. The paper's fixed axis replaces a missing tangent.
-LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelBlock& block);
+LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelPlaces& block);
 
 /// The visible point at a pixel of the block; m, world. `origin` is that of the mesh's coordinates.
-V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelBlock& block, std::size_t lane);
+V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelPlaces& block, std::size_t lane);
+
+/// A block between the stages of its shading.
+struct ShadedBlock {
+  PixelPlaces places;
+  LaneFrames frames;
+  std::vector<LaneLight> lights;  ///< in the axes of `frames`
+  LaneShading light;              ///< radiance times opacity, and opacity; without the surfaces behind
+};
 
 /// Memory that calls reuse; one per thread.
 struct ShadingScratch {
   LaneScratch lanes;
-  std::vector<LaneLight> lights;
   std::vector<LaneTexels> texels;
-  LaneFrames frames;
-  LaneShading light;
+  ShadedBlock block;
 };
 
-/// Radiance times opacity, and opacity, of every pixel of the block without the surfaces behind. Surfaces
-/// without fabric are shaded by shade_pbr(). The result is part of `scratch`.
+/// Sets `result` to the block in the light of its texels; yarn (yarn_points.h) is still to be added.
+void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch,
+                  ShadedBlock& result);
+
+/// The last stage: opaque materials, emission, and surfaces without fabric (shade_pbr()).
+void finish_light(const ShadingScene& scene, ShadedBlock& block);
+
+/// All stages. The result is part of `scratch`.
 const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch);
 
 }  // namespace selvedge

@@ -1,6 +1,7 @@
 #include "viewer/hybrid/texel_lists.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "format/scene/footprint.h"
@@ -103,11 +104,14 @@ SELVEDGE_THREE_BODIES(find_boxes,
                       (const TexelInputs& inputs, const PixelBlock& block, bool coarser, LaneBoxes& boxes),
                       (inputs, block, coarser, boxes))
 
-/// Fills the list of the texels in a row and a column of the boxes, and adds their shares to `sum`.
+/// Fills lists with the texels of the boxes, row by row, and makes weights of their shares. Sets the bits
+/// of lists that have any.
 template <std::size_t N>
 SELVEDGE_INLINE void list_area(const TexelInputs& inputs, const LaneBoxes& boxes, bool coarser,
-                               const V2i& place, LaneFloats& sum, LaneTexels& list) {
+                               const V2i& size, LaneTexels* lists, std::uint64_t& found) {
   using Wide = WideFloat<N>;
+  const Wide zero(0);
+  const Wide one(1);
   for (std::size_t first = 0; first < lane_count; first += N) {
     const auto load = [&](const LaneFloats& values) __attribute__((always_inline)) {
       return Wide::load(&values[first]);
@@ -117,49 +121,47 @@ SELVEDGE_INLINE void list_area(const TexelInputs& inputs, const LaneBoxes& boxes
                              load(boxes.box.texel_across), load(boxes.box.texel_along),
                              load(boxes.box.reach_x),      load(boxes.box.reach_y)};
     const WideLevel<N> level = level_of<N>(inputs, coarser, first);
-    const Wide x = load(boxes.left) + Wide(static_cast<float>(place.x));
-    const Wide y = load(boxes.top) + Wide(static_cast<float>(place.y));
-    const Wide half(0.5F);
-    const Wide share =
-        texel_share<Wide>(box, x + half - load(boxes.centre_x), y + half - load(boxes.centre_y)) *
-        if_greater(load(inputs.counts), Wide(0), Wide(1), Wide(0));
-    (load(sum) + share).store(&sum[first]);
-    share.store(&list.weight[first]);
+    const Wide counts = if_greater(load(inputs.counts), zero, one, zero);
     // Texels beyond the border are those of the next repeat.
-    const auto within = [](const Wide& c, const Wide& size) __attribute__((always_inline)) {
-      return max(min(c - floor(c / size) * size, size - Wide(1)), Wide(0));
+    const auto within = [&](const Wide& c, const Wide& count) __attribute__((always_inline)) {
+      return max(min(c - floor(c / count) * count, count - one), zero);
     };
-    store_whole(within(y, level.height) * level.width + within(x, level.width), &list.texel[first]);
-    store_whole(level.number, &list.level[first]);
+    Wide columns[max_pixel_texels];  // NOLINT(modernize-avoid-c-arrays)
+    for (int column = 0; column < size.x; ++column)
+      columns[column] = within(load(boxes.left) + Wide(static_cast<float>(column)), level.width);
+    const Wide from_x = load(boxes.left) + Wide(0.5F) - load(boxes.centre_x);
+    const Wide from_y = load(boxes.top) + Wide(0.5F) - load(boxes.centre_y);
+    Wide sum(0);
+    for (int row = 0; row < size.y; ++row) {
+      const Wide begin = within(load(boxes.top) + Wide(static_cast<float>(row)), level.height) * level.width;
+      for (int column = 0; column < size.x; ++column) {
+        const int number = row * size.x + column;
+        LaneTexels& list = lists[number];
+        const Wide share = texel_share<Wide>(box, from_x + Wide(static_cast<float>(column)),
+                                             from_y + Wide(static_cast<float>(row))) *
+                           counts;
+        sum += share;
+        share.store(&list.weight[first]);
+        store_whole(begin + columns[column], &list.texel[first]);
+        store_whole(level.number, &list.level[first]);
+        found |= static_cast<std::uint64_t>(any_greater(share, zero)) << number;
+      }
+    }
+    const Wide factor = if_greater(sum, zero, level_share<N>(inputs, coarser, first) / sum, zero);
+    for (int number = 0; number < size.x * size.y; ++number)
+      (Wide::load(&lists[number].weight[first]) * factor).store(&lists[number].weight[first]);
   }
 }
 SELVEDGE_THREE_BODIES(list_area,
-                      (const TexelInputs& inputs, const LaneBoxes& boxes, bool coarser, const V2i& place,
-                       LaneFloats& sum, LaneTexels& list),
-                      (inputs, boxes, coarser, place, sum, list))
-
-/// Makes weights of shares.
-template <std::size_t N>
-SELVEDGE_INLINE void normalise(const TexelInputs& inputs, bool coarser, const LaneFloats& sum,
-                               std::span<LaneTexels> lists) {
-  using Wide = WideFloat<N>;
-  for (std::size_t first = 0; first < lane_count; first += N) {
-    const Wide total = Wide::load(&sum[first]);
-    const Wide factor = if_greater(total, Wide(0), level_share<N>(inputs, coarser, first) / total, Wide(0));
-    for (LaneTexels& list : lists) (Wide::load(&list.weight[first]) * factor).store(&list.weight[first]);
-  }
-}
-SELVEDGE_THREE_BODIES(normalise,
-                      (const TexelInputs& inputs, bool coarser, const LaneFloats& sum,
-                       std::span<LaneTexels> lists),
-                      (inputs, coarser, sum, lists))
+                      (const TexelInputs& inputs, const LaneBoxes& boxes, bool coarser, const V2i& size,
+                       LaneTexels* lists, std::uint64_t& found),
+                      (inputs, boxes, coarser, size, lists, found))
 
 /// Adds the texels of one of the pixels' levels to the block.
 void list_level(const TexelInputs& inputs, bool area, bool coarser, PixelBlock& block) {
   static const auto nearest = list_nearest_for_this_processor();
   static const auto boxes_of = find_boxes_for_this_processor();
   static const auto fill = list_area_for_this_processor();
-  static const auto weigh = normalise_for_this_processor();
   if (!area) {
     nearest(inputs, coarser, block.texels[block.texel_count++]);
     return;
@@ -172,18 +174,14 @@ void list_level(const TexelInputs& inputs, bool area, bool coarser, PixelBlock& 
     reach.x = std::max(reach.x, boxes.box.reach_x[lane]);
     reach.y = std::max(reach.y, boxes.box.reach_y[lane]);
   }
-  const std::size_t begin = block.texel_count;
-  alignas(64) LaneFloats sum{};
   const V2i size(static_cast<int>(std::ceil(2 * reach.x)), static_cast<int>(std::ceil(2 * reach.y)));
-  for (int row = 0; row < size.y; ++row) {
-    for (int column = 0; column < size.x; ++column) {
-      LaneTexels& list = block.texels[block.texel_count];
-      fill(inputs, boxes, coarser, V2i(column, row), sum, list);
-      const bool any = std::any_of(list.weight.begin(), list.weight.end(), [](float w) { return w > 0; });
-      block.texel_count += any ? 1 : 0;
-    }
+  LaneTexels* const lists = &block.texels[block.texel_count];
+  std::uint64_t found = 0;
+  fill(inputs, boxes, coarser, size, lists, found);
+  for (std::size_t kept = 0; found != 0; found &= found - 1, ++kept, ++block.texel_count) {
+    const auto number = static_cast<std::size_t>(std::countr_zero(found));
+    if (number != kept) lists[kept] = lists[number];
   }
-  weigh(inputs, coarser, sum, std::span(block.texels).subspan(begin, block.texel_count - begin));
 }
 
 }  // namespace

@@ -1,112 +1,360 @@
 #include "viewer/hybrid/yarn_points.h"
 
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "format/fabric/lifted.h"
+#include "viewer/hybrid/cell_order.h"
 #include "viewer/hybrid/yarn_surface.h"
 
 namespace selvedge {
 namespace {
 
+/// Corners whose radiance differs by less, as a share of what white sends back, show the same.
+constexpr float same_light = 4.0F / 255;
+/// More than so much, and an edge may lie between.
+constexpr float smooth_light = 24.0F / 255;
+/// Neighbours of one surface agree about their common corner to this share of a pixel.
+constexpr float same_place = 0.1F;
+/// What shows no yarn.
+constexpr std::int32_t no_segment = std::numeric_limits<std::int32_t>::min() / 2;
+
 V3f direction_of(const LaneDirections& d, std::size_t lane) { return {d.x[lane], d.y[lane], d.z[lane]}; }
 
-/// Collects points of pixels, and shades as many as are traced together.
-class PointShader {
+constexpr std::uint32_t none = ~0U;
+
+/// A pixel of a block, with what its samples need.
+struct YarnPixel {
+  std::uint32_t block = 0;
+  std::uint32_t lane = 0;
+  V2i position{0, 0};
+  V2f uv{0, 0}, right{0, 0}, up{0, 0};  ///< of its centre; their change per pixel
+  V3f view{0, 0, 1};
+  std::uint32_t surface = 0;
+  float side = 1;
+  /// The place so many pixels to the right and up of its centre, by its own surface.
+  V2f place(float to_right, float upwards) const { return uv + right * to_right + up * upwards; }
+};
+
+/// A light at a pixel.
+struct YarnLight {
+  V3f direction{0, 0, 1};
+  float share = 0;
+};
+
+/// The pixels of some blocks that show the yarn of one fabric.
+struct YarnPixels {
+  std::vector<YarnPixel> pixels;
+  std::vector<YarnLight> lights;  ///< [pixel][light]
+  std::vector<V3f> irradiance;    ///< of the lights
+};
+
+/// A point of the cloth, and what is seen there.
+struct YarnSample {
+  V2f uv{0, 0};
+  std::uint32_t pixel = 0;  ///< whose view and lights it has
+  std::int32_t segment = no_segment;
+  V3f radiance{0, 0, 0};
+  std::uint32_t lit = 0;  ///< lights that no yarn hides, as bits
+};
+
+/// Looks at samples of one fabric: all view rays, then the shadow rays of each light, those that lie close
+/// together at once.
+class SampleShader {
  public:
-  PointShader(const LaneFrames& frames, std::span<const LaneLight> lights, LaneShading& sum)
-      : frames_(frames), lights_(lights), sum_(sum) {}
+  SampleShader(const Fabric& fabric, const YarnPixels& of)
+      : yarns_(*fabric.levels.front().yarns()), plane_(fabric.reference_height), of_(of), order_(yarns_) {}
 
-  void use(const Fabric& fabric) {
-    if (fabric_ == &fabric) return;
-    shade();
-    fabric_ = &fabric;
-  }
-
-  /// A point of the pixel `lane`.
-  void add(std::size_t lane, const V2f& uv, float weight) {
-    uv_.set(count_, V3f(uv.x, uv.y, 0));
-    view_.set(count_, direction_of(frames_.view, lane));
-    pixel_[count_] = lane;
-    weight_[count_] = weight;
-    if (++count_ == yarn_lanes) shade();
-  }
-
-  /// Shades the remaining points.
-  void shade() {
-    if (count_ == 0) return;
-    const Yarns& yarns = *fabric_->levels.front().yarns();
-    const std::uint32_t met =
-        yarns.trace(V2d(0, 0), uv_, fabric_->reference_height, view_, (1U << count_) - 1, hits_);
-    std::uint32_t seen = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      if ((met >> i & 1) == 0) continue;
-      sum_.alpha[pixel_[i]] += weight_[i];
-      if (view_.z[i] > 0) seen |= 1U << i;
-    }
-    if (seen != 0) light(yarns, seen);
-    count_ = 0;
+  void look(std::span<YarnSample> samples) {
+    if (samples.empty()) return;
+    samples_ = samples;
+    const std::size_t lights = of_.irradiance.size();
+    leave_.resize(samples.size());
+    direct_.assign(samples.size() * lights, V3f(0, 0, 0));
+    order_.clear();
+    const V2f period = yarns_.period();
+    for (std::uint32_t i = 0; i < samples.size(); ++i)
+      order_.add(i, V2f(samples[i].uv.x * period.x, samples[i].uv.y * period.y), 0);
+    in_packets(order_.sorted(), [&](std::span<const std::uint32_t> packet) { find(packet); });
+    for (std::size_t light = 0; light < lights; ++light) cast_shadows(light);
   }
 
  private:
-  void light(const Yarns& yarns, std::uint32_t seen) {
-    find_surface(yarns, hits_, seen, surface_);
-    for (const LaneLight& light : lights_) {
+  const YarnLight& light_of(const YarnSample& sample, std::size_t number) const {
+    return of_.lights[sample.pixel * of_.irradiance.size() + number];
+  }
+
+  template <class Body>
+  static void in_packets(std::span<const std::uint32_t> items, const Body& body) {
+    for (std::size_t first = 0; first < items.size(); first += yarn_lanes)
+      body(items.subspan(first, std::min(yarn_lanes, items.size() - first)));
+  }
+
+  /// What is seen, its indirect light, and its direct light without shadows.
+  void find(std::span<const std::uint32_t> packet) {
+    for (std::size_t i = 0; i < packet.size(); ++i) {
+      const YarnSample& s = samples_[packet[i]];
+      a_.set(i, V3f(s.uv.x, s.uv.y, 0));
+      view_.set(i, of_.pixels[s.pixel].view);
+    }
+    const std::uint32_t met = yarns_.trace(V2d(0, 0), a_, plane_, view_, (1U << packet.size()) - 1, hits_);
+    std::uint32_t seen = 0;
+    for (std::size_t i = 0; i < packet.size(); ++i) {
+      if ((met >> i & 1) == 0) continue;
+      samples_[packet[i]].segment = hits_.segment[i];
+      seen |= static_cast<std::uint32_t>(view_.z[i] > 0) << i;
+    }
+    if (seen == 0) return;
+    find_surface(yarns_, hits_, seen, surface_);
+    for (std::size_t i = 0; i < packet.size(); ++i) leave_[packet[i]] = surface_.leave.at(i);
+    for (std::size_t number = 0; number < of_.irradiance.size(); ++number) {
       alignas(64) std::array<float, yarn_lanes> share{};
       std::uint32_t shines = 0;
-      for (std::size_t i = 0; i < count_; ++i) {
-        const std::size_t lane = pixel_[i];
-        direction_.set(i, direction_of(light.direction, lane));
-        share[i] = light.share[lane] * weight_[i];
-        shines |= static_cast<std::uint32_t>(direction_.z[i] > 0 && light.share[lane] > 0) << i;
+      for (std::size_t i = 0; i < packet.size(); ++i) {
+        const YarnLight& light = light_of(samples_[packet[i]], number);
+        direction_.set(i, light.direction);
+        share[i] = light.share;
+        shines |= static_cast<std::uint32_t>(direction_.z[i] > 0 && share[i] > 0) << i;
       }
       shines &= seen;
       if (shines == 0) continue;
       reflect(surface_, direction_, view_, reflection_);
-      const std::uint32_t facing = reflection_.facing & shines;
-      const std::uint32_t lit =
-          facing == 0 ? 0 : facing & ~yarns.occluded(surface_.leave, direction_, facing);
-      for (std::size_t i = 0; i < count_; ++i) {
+      const V3f& irradiance = of_.irradiance[number];
+      for (std::size_t i = 0; i < packet.size(); ++i) {
         if ((shines >> i & 1) == 0) continue;
-        V3f f = reflection_.indirect.at(i);
-        if ((lit >> i & 1) != 0) f += reflection_.direct.at(i);
-        const V3f radiance = f * light.irradiance * share[i];
-        sum_.red[pixel_[i]] += radiance.x;
-        sum_.green[pixel_[i]] += radiance.y;
-        sum_.blue[pixel_[i]] += radiance.z;
+        YarnSample& s = samples_[packet[i]];
+        s.radiance += reflection_.indirect.at(i) * irradiance * share[i];
+        if ((reflection_.facing >> i & 1) != 0)
+          direct_[number * samples_.size() + packet[i]] = reflection_.direct.at(i) * irradiance * share[i];
       }
     }
   }
 
-  const LaneFrames& frames_;
-  std::span<const LaneLight> lights_;
-  LaneShading& sum_;
-  const Fabric* fabric_ = nullptr;
-  std::size_t count_ = 0;
-  YarnLanes uv_;
+  /// Adds the direct light of samples from which no yarn hides it.
+  void cast_shadows(std::size_t number) {
+    const std::span<const V3f> direct = std::span(direct_).subspan(number * samples_.size(), samples_.size());
+    const Yarns::Inside in = yarns_.inside();
+    order_.clear();
+    for (std::uint32_t i = 0; i < samples_.size(); ++i) {
+      if (direct[i] == V3f(0, 0, 0)) continue;
+      const V3f& light = light_of(samples_[i], number).direction;
+      const V3f& from = leave_[i];
+      const float height = from.z / std::max(light.z, min_rise);
+      order_.add(i, V2f(from.x - height * light.x, from.y - height * light.y),
+                 (in.high - from.z) / (in.high - in.low));
+    }
+    in_packets(order_.sorted(), [&](std::span<const std::uint32_t> packet) {
+      for (std::size_t i = 0; i < packet.size(); ++i) {
+        a_.set(i, leave_[packet[i]]);
+        direction_.set(i, light_of(samples_[packet[i]], number).direction);
+      }
+      const std::uint32_t hidden = yarns_.occluded(a_, direction_, (1U << packet.size()) - 1);
+      for (std::size_t i = 0; i < packet.size(); ++i) {
+        if ((hidden >> i & 1) != 0) continue;
+        samples_[packet[i]].radiance += direct[packet[i]];
+        samples_[packet[i]].lit |= 1U << number % 32;
+      }
+    });
+  }
+
+  const Yarns& yarns_;
+  float plane_;
+  const YarnPixels& of_;
+  CellOrder order_;
+  std::span<YarnSample> samples_;
+  std::vector<V3f> leave_;   ///< where light leaves the samples' yarn
+  std::vector<V3f> direct_;  ///< [light][sample]
+  YarnLanes a_;              ///< where rays come from
   YarnLanes view_;
   YarnLanes direction_;  ///< to a light
-  std::array<std::size_t, yarn_lanes> pixel_{};
-  std::array<float, yarn_lanes> weight_{};
   YarnHits hits_;
   YarnSurface surface_;
   YarnReflection reflection_;
 };
 
-}  // namespace
-
-void add_yarn(const ShadingScene& scene, const PixelBlock& block, const LaneFrames& frames,
-              std::span<const LaneLight> lights, LaneShading& sum) {
-  const int n = scene.points;
-  PointShader points(frames, lights, sum);
-  for (std::size_t lane = 0; lane < block.count; ++lane) {
-    if (!(block.yarn[lane] > 0)) continue;
-    points.use(*scene.fabrics[scene.materials[block.surface[lane]].fabric].fabric);
-    const float weight = block.yarn[lane] / static_cast<float>(n * n);
-    for (int i = 0; i < n * n; ++i) {
-      const int row = i / n;
-      const float right = (static_cast<float>(i % n) + 0.5F) / static_cast<float>(n) - 0.5F;
-      const float up = (static_cast<float>(row) + 0.5F) / static_cast<float>(n) - 0.5F;
-      points.add(lane, block.uv(lane) + block.uv_right(lane) * right + block.uv_up(lane) * up, weight);
+YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blocks, int fabric) {
+  YarnPixels result;
+  for (const Light& light : scene.lights) result.irradiance.push_back(light.irradiance);
+  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+    const PixelPlaces& of = blocks[b].places;
+    for (std::uint32_t lane = 0; of.shows_yarn && lane < of.count; ++lane) {
+      if (!(of.yarn[lane] > 0) || scene.materials[of.surface[lane]].fabric != fabric) continue;
+      result.pixels.push_back({b, lane, V2i(of.x[lane], of.y[lane]), of.uv(lane), of.uv_right(lane),
+                               of.uv_up(lane), direction_of(blocks[b].frames.view, lane), of.surface[lane],
+                               of.side[lane]});
+      for (const LaneLight& light : blocks[b].lights)
+        result.lights.push_back({direction_of(light.direction, lane), light.share[lane]});
     }
   }
-  points.shade();
+  return result;
+}
+
+/// Shades the yarn of one fabric.
+class PixelShader {
+ public:
+  PixelShader(const ShadingScene& scene, std::span<ShadedBlock> blocks, int fabric)
+      : points_(scene.points),
+        blocks_(blocks),
+        of_(pixels_of(scene, blocks, fabric)),
+        shader_(*scene.fabrics[fabric].fabric, of_) {
+    V3f sum(0, 0, 0);
+    for (const V3f& irradiance : of_.irradiance) sum += irradiance;
+    white_ = std::max({sum.x, sum.y, sum.z}) * std::numbers::inv_pi_v<float>;
+  }
+
+  void shade() {
+    if (of_.pixels.empty()) return;
+    place_corners();
+    shader_.look(samples_);
+    std::vector<std::uint32_t> apart;
+    for (std::uint32_t i = 0; i < of_.pixels.size(); ++i) {
+      if (const auto mean = mean_of_corners(i)) {
+        YarnSample sample = samples_[i];
+        sample.radiance = *mean;
+        add(sample, i, 1);
+      } else {
+        apart.push_back(i);
+      }
+    }
+    look_closer(apart);
+  }
+
+ private:
+  /// A pixel's corners: its own is the lower left one; the others belong to its neighbours, if these are of
+  /// the same surface.
+  void place_corners() {
+    V2i low(INT_MAX, INT_MAX);
+    V2i high(0, 0);
+    const std::vector<YarnPixel>& pixels = of_.pixels;
+    for (const YarnPixel& pixel : pixels) {
+      const V2i& at = pixel.position;
+      low = {std::min(low.x, at.x), std::min(low.y, at.y)};
+      high = {std::max(high.x, at.x), std::max(high.y, at.y)};
+    }
+    const int width = high.x - low.x + 2;
+    std::vector<std::uint32_t> numbers(static_cast<std::size_t>(width) * (high.y - low.y + 2), none);
+    const auto slot = [&](const V2i& at) {
+      return static_cast<std::size_t>(at.y - low.y) * width + (at.x - low.x);
+    };
+    samples_.reserve(pixels.size() * 5 / 4);
+    for (std::uint32_t i = 0; i < pixels.size(); ++i) {
+      numbers[slot(pixels[i].position)] = i;
+      samples_.push_back({pixels[i].place(-0.5F, -0.5F), i});
+    }
+    corners_.resize(pixels.size());
+    before_.assign(pixels.size(), {none, none});
+    for (std::uint32_t i = 0; i < pixels.size(); ++i) {
+      corners_[i][0] = i;
+      for (std::uint32_t k = 1; k < 4; ++k) {
+        const V2i step(static_cast<int>(k % 2), static_cast<int>(k / 2));
+        const std::uint32_t owner = numbers[slot(pixels[i].position + step)];
+        const V2f wanted =
+            pixels[i].place(static_cast<float>(step.x) - 0.5F, static_cast<float>(step.y) - 0.5F);
+        const bool shared = owner != none && is_shared(pixels[i], pixels[owner], wanted - samples_[owner].uv);
+        corners_[i][k] = shared ? owner : static_cast<std::uint32_t>(samples_.size());
+        if (!shared) samples_.push_back({wanted, i});
+        if (shared && k < 3) before_[owner][k - 1] = i;
+      }
+    }
+  }
+
+  /// Whether corners of neighbours, so far apart, are the same.
+  static bool is_shared(const YarnPixel& a, const YarnPixel& b, V2f apart) {
+    if (a.surface != b.surface || a.side != b.side) return false;
+    // Without whole repeats.
+    for (int axis = 0; axis < 2; ++axis)
+      apart[axis] -= apart[axis] > 0.5F ? 1.0F : apart[axis] < -0.5F ? -1.0F : 0.0F;
+    return apart.length2() < same_place * same_place * (a.right.length2() + a.up.length2());
+  }
+
+  static bool same_yarn(const YarnSample& a, const YarnSample& b) {
+    return a.lit == b.lit && std::abs(a.segment - b.segment) <= 1;
+  }
+
+  /// The mean of what the pixel's points would have, if its corners show one yarn in one light. Where the
+  /// light changes, the corners beside them have to show how it bends.
+  std::optional<V3f> mean_of_corners(std::uint32_t i) const {
+    const auto at = [&](std::uint32_t pixel, std::size_t k) -> const YarnSample& {
+      return samples_[corners_[pixel][k]];
+    };
+    V3f low = samples_[i].radiance;
+    V3f high = low;
+    V3f mean(0, 0, 0);
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (!same_yarn(at(i, k), samples_[i])) return std::nullopt;
+      const V3f& radiance = at(i, k).radiance;
+      mean += radiance * 0.25F;
+      low = {std::min(low.x, radiance.x), std::min(low.y, radiance.y), std::min(low.z, radiance.z)};
+      high = {std::max(high.x, radiance.x), std::max(high.y, radiance.y), std::max(high.z, radiance.z)};
+    }
+    const V3f range = high - low;
+    const float most = std::max({range.x, range.y, range.z});
+    if (most <= same_light * white_) return mean;
+    if (most > smooth_light * white_) return std::nullopt;
+    V3f bend(0, 0, 0);
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const std::size_t next = axis + 1;   // the corner that lies one pixel along the axis
+      const std::size_t other = 2 - axis;  // and one across it
+      const std::uint32_t before = before_[i][axis];
+      const std::uint32_t after = corners_[i][next];
+      if (before == none || after >= of_.pixels.size()) return std::nullopt;
+      for (const YarnSample* s : {&at(before, 0), &at(before, other), &at(after, next), &at(after, 3)}) {
+        if (!same_yarn(*s, samples_[i])) return std::nullopt;
+        bend += s->radiance * 0.25F;
+      }
+      bend -= mean;
+    }
+    // Means of a parabola: over the corners, and over n points a side.
+    mean -= bend * (0.125F - (1 - 1 / static_cast<float>(points_ * points_)) / 24);
+    return V3f(std::max(mean.x, 0.0F), std::max(mean.y, 0.0F), std::max(mean.z, 0.0F));
+  }
+
+  void add(const YarnSample& sample, std::uint32_t pixel, float weight) {
+    if (sample.segment == no_segment) return;
+    const YarnPixel& of = of_.pixels[pixel];
+    ShadedBlock& block = blocks_[of.block];
+    weight *= block.places.yarn[of.lane];
+    block.light.alpha[of.lane] += weight;
+    block.light.red[of.lane] += sample.radiance.x * weight;
+    block.light.green[of.lane] += sample.radiance.y * weight;
+    block.light.blue[of.lane] += sample.radiance.z * weight;
+  }
+
+  void look_closer(std::span<const std::uint32_t> pixels) {
+    const int n = points_;
+    samples_.clear();
+    for (const std::uint32_t i : pixels) {
+      for (int k = 0; k < n * n; ++k) {
+        const int row = k / n;
+        const float right = (static_cast<float>(k % n) + 0.5F) / static_cast<float>(n) - 0.5F;
+        const float up = (static_cast<float>(row) + 0.5F) / static_cast<float>(n) - 0.5F;
+        samples_.push_back({of_.pixels[i].place(right, up), i});
+      }
+    }
+    shader_.look(samples_);
+    for (const YarnSample& sample : samples_) add(sample, sample.pixel, 1 / static_cast<float>(n * n));
+  }
+
+  int points_;
+  std::span<ShadedBlock> blocks_;
+  YarnPixels of_;
+  SampleShader shader_;
+  float white_ = 0;                  ///< radiance of white that faces all lights
+  std::vector<YarnSample> samples_;  ///< at first pixel i's own corner is the i-th
+  std::vector<std::array<std::uint32_t, 4>> corners_;
+  std::vector<std::array<std::uint32_t, 2>> before_;  ///< the neighbours on the left and below
+};
+
+}  // namespace
+
+void add_yarn(const ShadingScene& scene, std::span<ShadedBlock> blocks) {
+  for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
+    if (scene.fabrics[i].largest_yarn_pixel > 0) PixelShader(scene, blocks, static_cast<int>(i)).shade();
+  }
 }
 
 }  // namespace selvedge

@@ -46,16 +46,13 @@ void pack_views(const FabricLevel& level, std::size_t count, std::vector<Group>&
   }
 }
 
-void pack_coefficients(const FabricLevel& level, std::vector<Group>& groups) {
+void pack_coefficients(const FabricLevel& level, const PackedLayout& layout, std::vector<Group>& groups) {
   const std::size_t count = level.pairs.size();
   const std::span<const float> coefficients = level.coefficients();
   for (std::size_t first = 0; first < coefficients.size(); first += count) {
-    for (std::size_t m = 0; m < count; m += 4) {
-      Group group{};
-      for (std::size_t i = 0; i < std::min<std::size_t>(4, count - m); ++i)
-        group[i] = coefficients[first + m + i];
-      groups.push_back(group);
-    }
+    groups.resize(groups.size() + layout.coefficient_groups());
+    Group* const texel = &groups[groups.size() - layout.coefficient_groups()];
+    for (std::size_t m = 0; m < count; ++m) texel[m / 4][m % 4] = coefficients[first + m];
   }
 }
 
@@ -64,14 +61,18 @@ void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& p
   const std::size_t lights = fabric.lights.count();
   const std::size_t view_functions = bases.view.size() / views;
   const std::size_t light_functions = bases.light.size() / lights;
+  packed.view_stride = static_cast<int>((view_functions + 15) / 16 * 16);
+  packed.light_stride = static_cast<int>((light_functions + 3) / 4 * 4);
+  packed.view_basis.resize(views * packed.view_stride);
+  packed.light_basis.resize(lights * packed.light_stride);
   for (std::size_t view = 0; view < views; ++view) {
     for (std::size_t a = 0; a < view_functions; ++a)
-      packed.view_basis.push_back(bases.view[a * views + view]);
+      packed.view_basis[view * packed.view_stride + a] = bases.view[a * views + view];
   }
   for (std::size_t light = 0; light < lights; ++light) {
     for (std::size_t b = 0; b < light_functions; ++b) {
       const V3f& psi = bases.light[b * lights + light];
-      packed.light_basis.push_back({psi.x, psi.y, psi.z, 0});
+      packed.light_basis[light * packed.light_stride + b] = {psi.x, psi.y, psi.z, 0};
     }
   }
   packed.view_functions = static_cast<int>(view_functions);
@@ -79,6 +80,20 @@ void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& p
 }
 
 }  // namespace
+
+std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range) {
+  std::uint64_t groups = 0;
+  for (int k = range.first; k <= range.last; ++k) {
+    const auto has = [&](LayerKind kind) { return header.has(kind, k); };
+    int of_texel = 3;
+    if (has(LayerKind::lobes)) of_texel += 3 * header.shape.lobes;
+    if (has(LayerKind::table) || has(LayerKind::opacity)) of_texel += header.views.count();
+    if (has(LayerKind::light)) of_texel += header.lights.count();
+    if (has(LayerKind::products)) of_texel += (header.shape.products + 3) / 4;
+    groups += std::uint64_t{1} * of_texel * level_size(header.width, k) * level_size(header.height, k);
+  }
+  return groups * sizeof(Group);
+}
 
 PackedFabric pack(const Fabric& fabric) {
   PackedFabric packed;
@@ -93,11 +108,21 @@ PackedFabric pack(const Fabric& fabric) {
     target.layout = static_cast<int>(found - packed.layouts.begin());
     if (found == packed.layouts.end()) packed.layouts.push_back(layout);
     const std::size_t texels = level.texels();
+    // Exactly: packed_memory() leaves no room to grow.
+    target.texels.reserve(texels * layout.texel_groups());
+    target.coefficients.reserve(texels * layout.coefficient_groups());
+    target.lights.reserve(level.light_table().size());
+    if (layout.has_views) target.views.reserve(texels * fabric.views.count());
     pack_texels(level, layout, target.texels);
-    if (layout.has_views) pack_views(level, texels * fabric.views.count(), target.views);
+    if (layout.has_views && layout.is_linear()) {
+      const auto opacity = level.opacity();
+      target.opacity.assign(opacity.begin(), opacity.end());
+    } else if (layout.has_views) {
+      pack_views(level, texels * fabric.views.count(), target.views);
+    }
     for (const V3f& s : level.light_table()) target.lights.push_back({s.x, s.y, s.z, 0});
     if (level.has(LayerKind::products)) {
-      pack_coefficients(level, target.coefficients);
+      pack_coefficients(level, layout, target.coefficients);
       if (packed.light_functions == 0) pack_bases(fabric, *level.bases, packed);
     }
     packed.needs_views |= layout.has_views || packed.view_functions > 0;

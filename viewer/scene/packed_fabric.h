@@ -5,7 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "format/fabric/fabric.h"
+#include "format/fabric/header.h"
+#include "format/scene/level_bounds.h"
 
 namespace selvedge {
 
@@ -18,11 +19,13 @@ struct PackedLayout {
   int products = 0;
   std::vector<V2i> pairs;  ///< of the products
   bool operator==(const PackedLayout&) const = default;
+  /// Whether radiance is linear in what texels have (mean_products.h).
+  bool is_linear() const { return products > 0 && !has_lobes && !has_table; }
   /// Groups of a texel: normal and red rho; tangent and green rho; blue rho and padding; then (Cx, Cy, Cz, n)
   /// for [channel][lobe].
   int texel_groups() const { return 3 + 3 * lobes; }
-  /// Groups of a texel's coefficients, padded with 0.
-  int coefficient_groups() const { return (products + 3) / 4; }
+  /// Groups of a texel's coefficients, padded with 0 to whole vectors.
+  int coefficient_groups() const { return (products + 15) / 16 * 4; }
 };
 
 using Group = std::array<float, 4>;
@@ -32,7 +35,8 @@ struct PackedLevel {
   int height = 0;
   int layout = 0;                   ///< index into PackedFabric::layouts
   std::vector<Group> texels;        ///< [texel][texel_groups]
-  std::vector<Group> views;         ///< [texel][view]: alpha T, alpha
+  std::vector<Group> views;         ///< [texel][view]: alpha T, alpha; empty if T is 1
+  std::vector<float> opacity;       ///< [texel][view]; empty if `views` has it
   std::vector<Group> lights;        ///< [texel][light]: S, 0
   std::vector<Group> coefficients;  ///< [texel][coefficient_groups]
 };
@@ -44,11 +48,16 @@ struct PackedFabric {
   std::vector<PackedLayout> layouts;
   int view_functions = 0;          ///< phi_a, a > 0
   int light_functions = 0;         ///< psi_b
+  int view_stride = 0;             ///< numbers of a row of view_basis, and groups of one of light_basis:
+  int light_stride = 0;            ///< padded with 0 to whole vectors
   std::vector<float> view_basis;   ///< [view][a - 1]
   std::vector<Group> light_basis;  ///< [light][b]: psi_b, 0
   bool needs_views = false;        ///< some level looks views up
   bool needs_lights = false;
 };
+
+/// Bytes that these levels of a file take once more, packed.
+std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range);
 
 /// `fabric` must outlive the result. Precondition: validate() holds.
 PackedFabric pack(const Fabric& fabric);

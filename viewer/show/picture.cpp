@@ -49,6 +49,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeCon
   // The readers refer to the scene's bytes, which do not move with it.
   (*picture)->readers_ = std::move(open.readers);
   (*picture)->file_bytes_ = open.file_bytes;
+  (*picture)->memory_ = open.memory;
   return picture;
 }
 
@@ -68,7 +69,7 @@ Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double 
 }
 
 Result<void> ShowPicture::add_fabric(const std::string& path) {
-  Result<Fabric> fabric = read_fabric(path);
+  Result<Fabric> fabric = read_fabric(path, {.memory = memory_.left()});
   if (!fabric) return tl::unexpected(fabric.error());
   // The renderer points to the fabrics.
   renderer_.reset();
@@ -92,8 +93,8 @@ Result<void> ShowPicture::load(const ShowState& state) {
   return {};
 }
 
-/// Reads the levels that the picture needs and that are not read yet.
-Result<void> ShowPicture::read_levels(const ShowState& state) {
+/// Reads the levels that a picture of so many rows needs and that are not read yet.
+Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
   // Added files are read whole.
   std::vector<FabricHeader> added;
   for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i)
@@ -103,7 +104,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
   for (const FabricHeader& header : added) headers.push_back(&header);
   std::vector<LackingLevels> lacking;
   const std::vector<LevelRange> asked =
-      levels_asked(dressed_, camera_, options_.height, options_.levels, headers, &lacking);
+      levels_asked(dressed_, camera_, rows, options_.levels, headers, &lacking);
   warnings_.clear();
   for (std::size_t i = 0; i < lacking.size(); ++i) {
     if (state.levels.forced >= 0) {
@@ -126,7 +127,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state) {
     else if (options_.path == RenderPath::paper)
       first = finest_for_paper(std::min(first, there));
     if (!worn || first >= there) continue;
-    Result<Fabric> finer = readers_[i].read_levels(first, there - 1);
+    Result<Fabric> finer = read_levels_within(readers_[i], {first, there - 1}, memory_);
     if (!finer) return tl::unexpected(finer.error());
     // The renderer points to the fabrics.
     renderer_.reset();
@@ -146,12 +147,13 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   camera_ = *camera;
   options_.levels = state.levels;
   // Loading resets the lights.
-  if (auto good = read_levels(state); !good) return good;
+  if (auto good = read_levels(state, options_.height); !good) return good;
   options_.ambient = state.ambient;
   options_.shadows = state.shadows;
   options_.lights = lights_in_world(state, camera_);
   if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);
+  refined_ = 0;
   overlay_.clear();
   overlay_seconds_ = 0;
   if (!state.texel_edges) return {};
@@ -179,6 +181,36 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
   to_display_bytes(frame_, state.display, bytes_);
   display_seconds_ = seconds_since(start);
   return {};
+}
+
+Result<bool> ShowPicture::refine(const ShowState& state) {
+  constexpr int n = samples_at_rest;
+  if (!renderer_ || options_.path != RenderPath::hybrid || refined_ == n * n) return false;
+  // Samples are smaller than pixels, and may need finer levels.
+  if (refined_ == 0) {
+    if (auto good = read_levels(state, n * options_.height); !good) return tl::unexpected(good.error());
+    options_.lights = lights_in_world(state, camera_);
+  }
+  RenderOptions options = options_;
+  options.levels.footprint = 1.0F / n;
+  Camera camera = camera_;
+  const V2d place((refined_ % n + 0.5) / n - 0.5, (refined_ / n + 0.5) / n - 0.5);
+  camera.window_centre += place * camera.window_half * 2.0 / V2d(frame_.width, frame_.height);
+  RenderStats unwanted;
+  if (auto good = renderer_->draw(camera, options, sample_, unwanted); !good)
+    return tl::unexpected(good.error());
+  if (refined_ == 0) {
+    first_ = frame_;
+    samples_.pixels.assign(frame_.pixels.size(), V4f(0, 0, 0, 0));
+  }
+  ++refined_;
+  for (std::size_t i = 0; i < frame_.pixels.size(); ++i) {
+    samples_.pixels[i] += sample_.pixels[i];
+    frame_.pixels[i] = (samples_.pixels[i] + first_.pixels[i] * static_cast<float>(n * n - refined_)) /
+                       static_cast<float>(n * n);
+  }
+  to_display_bytes(frame_, state.display, bytes_);
+  return true;
 }
 
 Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& point) {

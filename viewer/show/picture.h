@@ -35,6 +35,12 @@ class ShowPicture {
   /// Updates the picture after a change, for a window of `size` pixels, drawn smaller by `divisor` per side.
   Result<void> update(const ShowState& state, Change change, const V2i& size, int divisor);
 
+  /// Adds the next of samples_at_rest x samples_at_rest samples of each pixel to the picture of the last
+  /// update(), in which they replace the first ones; after the last it is that of so much supersampling.
+  /// Returns whether the picture changed: not if all are there, and on the hybrid path alone.
+  Result<bool> refine(const ShowState& state);
+  static constexpr int samples_at_rest = 3;
+
   /// The nearest surface at a point of [0, 1)^2, from the top left, of the last picture, if there is one.
   Result<std::optional<PixelProbe>> probe(const V2d& point);
 
@@ -60,7 +66,7 @@ class ShowPicture {
  private:
   ShowPicture() = default;
   Result<void> load(const ShowState& state);
-  Result<void> read_levels(const ShowState& state);
+  Result<void> read_levels(const ShowState& state, int rows);
   Result<void> draw(const ShowState& state);
 
   MakeContext make_context_;
@@ -69,6 +75,7 @@ class ShowPicture {
   std::vector<Fabric> fabrics_;
   std::vector<FabricReader> readers_;  ///< of the first fabrics, or none
   std::uint64_t file_bytes_ = 0;
+  MemoryAccount memory_{default_memory};  ///< for levels that are not read yet
   std::vector<std::string> fabric_names_;
   std::vector<V3d> corners_;
   double size_ = 1;
@@ -76,6 +83,10 @@ class ShowPicture {
   RenderOptions options_;
   Camera camera_;
   Frame frame_;
+  Frame first_;    ///< the frame before samples were added
+  Frame samples_;  ///< their sum
+  Frame sample_;
+  int refined_ = 0;  ///< number of samples added
   RenderStats stats_;
   Issues warnings_;
   std::vector<std::uint8_t> bytes_;

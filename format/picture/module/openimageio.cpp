@@ -8,6 +8,8 @@
 #include <array>
 #include <exception>
 #include <memory>
+#include <string_view>
+#include <vector>
 
 namespace selvedge {
 namespace {
@@ -52,44 +54,31 @@ Result<Image> read_pixels(OIIO::ImageInput& input, const std::string& name, Tran
   return image;
 }
 
-/// The format of a file in memory, which OpenImageIO does not detect itself; null for other formats.
+/// The format of a file in memory, which OpenImageIO does not detect itself; null for other formats, such as
+/// OpenEXR, whose library allocates what damaged headers declare.
 const char* format_of(std::span<const std::uint8_t> bytes) {
   const auto starts_with = [&](std::initializer_list<std::uint8_t> magic) {
     return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
   };
   if (starts_with({0x89, 'P', 'N', 'G'})) return "png";
-  if (starts_with({0xFF, 0xD8, 0xFF})) return "jpeg";
-  return starts_with({0x76, 0x2F, 0x31, 0x01}) ? "openexr" : nullptr;
+  return starts_with({0xFF, 0xD8, 0xFF}) ? "jpeg" : nullptr;
 }
 
-/// Whether an attribute in the headers of an EXR file is longer than the file, for which OpenEXR would
-/// allocate.
-bool has_too_long_attribute(std::span<const std::uint8_t> bytes) {
-  std::size_t at = 8;
-  const auto skip_text = [&] {
-    const std::size_t begin = at;
-    while (at < bytes.size() && bytes[at] != 0) ++at;
-    return at++ - begin;
-  };
-  // An empty name ends a header, another one the headers.
-  for (bool ended = false; at < bytes.size();) {
-    const std::size_t name = skip_text();
-    if (name == 0) {
-      if (std::exchange(ended, true)) return false;
-      continue;
-    }
-    ended = false;
-    constexpr std::size_t longest = 255;
-    if (name > longest || skip_text() > longest || at + 4 > bytes.size()) return true;
-    std::uint32_t size = 0;
-    for (std::size_t i = 0; i < 4; ++i) size |= std::uint32_t{bytes[at + i]} << (8 * i);
-    at += 4;
-    if (size > bytes.size() - at) return true;
-    at += size;
-    // The headers of a file with one part end with the first.
-    if ((bytes[5] & 0x10U) == 0 && at < bytes.size() && bytes[at] == 0) return false;
+/// The chunks of a PNG that its pixels need. Each of a thousand texts and profiles would be decompressed, to
+/// up to 8 MB, which no header declares.
+std::vector<std::uint8_t> without_texts(std::span<const std::uint8_t> png) {
+  constexpr std::size_t signature = 8;
+  constexpr std::size_t around = 12;  // a chunk's length, name and checksum
+  std::vector<std::uint8_t> kept(png.begin(), png.begin() + std::min(png.size(), signature));
+  for (png = png.subspan(kept.size()); png.size() >= around;) {
+    const std::size_t length = std::size_t{png[0]} << 24U | png[1] << 16U | png[2] << 8U | png[3];
+    const std::string_view type(reinterpret_cast<const char*>(&png[4]), 4);
+    const auto chunk = png.first(std::min(png.size(), length + around));
+    if (type == "IHDR" || type == "PLTE" || type == "tRNS" || type == "IDAT" || type == "IEND")
+      kept.insert(kept.end(), chunk.begin(), chunk.end());
+    png = png.subspan(chunk.size());
   }
-  return true;
+  return kept;
 }
 
 Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes, Transfer transfer,
@@ -103,9 +92,9 @@ Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes,
       return input ? read_pixels(*input, name, transfer, limits) : refuse(OIIO::geterror());
     }
     const char* format = format_of(bytes);
-    if (format == nullptr) return refuse("neither PNG, JPEG nor EXR");
-    if (format == std::string_view("openexr") && has_too_long_attribute(bytes))
-      return refuse("an attribute of the EXR header is longer than the file");
+    if (format == nullptr) return refuse("neither PNG nor JPEG");
+    std::vector<std::uint8_t> kept;
+    if (format == std::string_view("png")) bytes = kept = without_texts(bytes);
     OIIO::Filesystem::IOMemReader source(bytes.data(), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
     if (!input) return refuse(OIIO::geterror());

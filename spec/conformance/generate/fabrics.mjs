@@ -18,7 +18,7 @@ const combinations = Array.from({length: 16}, (_, bits) => {
     plain: layers.length === 0,
     about: layers.length ?
       `has the layers ${layers.join(', ')}` :
-      'has no layer: f = 1 and alpha = 1; the only part is stored in the plain form of OpenEXR',
+      'has no layer: f = l_z and alpha = 1; the only part is stored in the plain form of OpenEXR',
   };
 });
 
@@ -70,7 +70,7 @@ const precisions = [
 const levels = [
   {
     name: 'levels-lobes-on-0',
-    about: 'lobes at level 0 only; g = 1 elsewhere',
+    about: 'lobes at level 0 only; g = max(0, l\'_z) elsewhere',
     texels: [4, 4],
     layers: {lobes: {levels: [0]}}
   },

@@ -12,7 +12,7 @@ const PRODUCTS = ['products', 'bases'];
 const lights = [
   {
     name: 'light',
-    about: 'a light table alone: f = S(l), without a cosine',
+    about: 'a light table alone: f = l_z S(l)',
     layers: ['light'],
     light_grid: [2, 2]
   },

@@ -48,6 +48,38 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
   }
 }
 
+TEST_CASE("products are as bright as the validation pairs, within limits") {
+  const Fabric fabric = patterned(16, 16);
+  SamplesHeader header = samples_header_of(fabric);
+  const PairSamples truth = truth_of(fabric, 32);
+  header.pairs[0] = truth.pairs;
+  FitOptions options;
+  options.lobes = 1;
+  // The sum over all pairs and texels of the finest level of products.
+  const auto shown = [&](const V3f& brighter) {
+    PairSamples scaled = truth;
+    for (V3f& radiance : scaled.radiance) radiance *= brighter;
+    const auto fitter = test::need(LayerFitter::create(seen_of(fabric), header, scaled, options));
+    const LayerFit fit = fitter.choose(16000);
+    const FabricLevel& level = fit.fabric.levels.front();
+    REQUIRE(level.has(LayerKind::products));
+    V3d sum(0, 0, 0);
+    for (const DirectionPair& pair : truth.pairs) {
+      for (int t = 0; t < level.texels(); ++t) {
+        const Shading s =
+            evaluate(level, fit.fabric, t % level.width, t / level.width, pair.light, pair.view);
+        sum += V3d(s.radiance * s.alpha);
+      }
+    }
+    return sum;
+  };
+  const V3d same = shown({1, 1, 1});
+  const V3d tinted = shown({1.2F, 1, 3});
+  CHECK(tinted.x / same.x == doctest::Approx(1.2).epsilon(0.02));
+  CHECK(tinted.y / same.y == doctest::Approx(1).epsilon(0.02));
+  CHECK(tinted.z / same.z < 1.3);
+}
+
 TEST_CASE("the choice of layers scales with the radiance") {
   const Fabric fabric = patterned(16, 16);
   SamplesHeader header = samples_header_of(fabric);

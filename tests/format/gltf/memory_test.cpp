@@ -35,7 +35,7 @@ std::optional<Code> verdict(const Folder& folder, const Square& square, const Sc
   test::write_bytes(folder / "case.glb", test::glb(square.json.dump(), square.bytes));
   const Issues issues = check_gltf(folder / "case.glb", limits);
   const Result<Scene> scene = read_scene(folder / "case.glb", limits);
-  const Result<void> drawn = scene ? check_drawable(*scene, limits.document.memory) : Result<void>();
+  const auto drawn = check_drawable(scene ? *scene : Scene(), limits.document.memory);
   CHECK(has_error(issues) == (!scene || !drawn));
   if (scene && drawn) return std::nullopt;
   return scene ? drawn.error().code : scene.error().code;
@@ -60,10 +60,7 @@ TEST_CASE("memory: the pixels of a picture are those of its header") {
   CHECK(pixels_of(png_header(0, 7)) == 0);
   const std::string jpeg("\xFF\xD8\xFF\xE0\0\4ab\xFF\xFF\xC4\0\2\xFF\xC2\0\x11\10\3\0\4\0\3", 23);
   CHECK(pixels_of(jpeg) == 0x300 * 0x400);
-  const std::string exr(
-      "\x76\x2F\x31\x01.dataWindow\0box2i\0\x10\0\0\0\xFF\xFF\xFF\xFF\0\0\0\0\2\0\0\0\5\0\0\0", 42);
-  CHECK(pixels_of(exr) == 4 * 6);
-  for (const std::string& bytes : {png_header(8, 8), jpeg, exr}) {
+  for (const std::string& bytes : {png_header(8, 8), jpeg}) {
     for (std::size_t size = 0; size < bytes.size(); ++size) (void)pixels_of(bytes.substr(0, size));
     CHECK(pixels_of(bytes.substr(0, 10)) == 0);
   }
@@ -85,8 +82,8 @@ TEST_CASE("memory: a garment is refused by what it declares, in its checker as i
   test::write_bytes(folder / "the net.exr", "");
   test::write_bytes(folder / "case.glb", test::glb(pictures.json.dump(), pictures.bytes));
   const Scene scene = test::need(read_scene(folder / "case.glb"));
-  CHECK(check_drawable(scene, 2049 * mib).has_value());
-  const Error error = test::error_of(check_drawable(scene, 1900 * mib));
+  CHECK(check_drawable(scene, 2449 * mib).has_value());
+  const Error error = test::error_of(check_drawable(scene, 2400 * mib));
   CHECK(error.code == Code::file_too_large);
   CHECK(error.message.find("--max-memory") != std::string::npos);
 

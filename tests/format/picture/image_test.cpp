@@ -122,13 +122,14 @@ TEST_CASE("image: what cannot be read is an error and leaves nothing behind") {
   const Folder folder;
   CHECK(read_image(folder / "none.png").error().code == Code::file_missing);
   const auto bytes = test::need(encode_png(ramp(32, 32, 4)));
-  // Not a PNG: OpenImageIO 2.4 leaks a few bytes when libpng gives up, which the sanitizer would report.
+  // Not more of the PNG: OpenImageIO 2.4 leaks a few bytes when libpng gives up, which the sanitizer would
+  // report.
+  CHECK(decode_image({bytes.data(), 8}, "short").error().code == Code::image_unreadable);
   REQUIRE(write_exr(folder / "whole.exr", ramp(32, 32, 4)));
-  const std::string whole = *read_file(folder / "whole.exr");
+  const std::string exr = *read_file(folder / "whole.exr");
   fs::remove(folder / "whole.exr");
-  const std::vector<std::uint8_t> cut(whole.begin(),
-                                      whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2));
-  CHECK(decode_image(cut, "short").error().code == Code::image_unreadable);
+  const std::vector<std::uint8_t> no_texture(exr.begin(), exr.end());
+  CHECK(decode_image(no_texture, "an.png").error().code == Code::image_unreadable);
   CHECK(decode_image({}, "empty").error().code == Code::image_unreadable);
   CHECK(decode_image(bytes, "big", Transfer::srgb, {.side = 16}).error().code == Code::file_too_large);
   CHECK(write_png(folder / "absent/a.png", ramp(2, 2, 3)).error().code == Code::file_unwritable);

@@ -6,6 +6,7 @@
 
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
+#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -58,6 +59,30 @@ TEST_CASE("a constant error has the figures that follow by hand") {
     CHECK(pair.squared == doctest::Approx(48 * 0.01));
     CHECK(pair.energy == doctest::Approx(48 * 0.16));
   }
+}
+
+TEST_CASE("yarn is compared at every size, by its share of a texel") {
+  // A straight yarn of radius 1/2 in a repeat of 2: from above it covers a half, and its texels all or
+  // nothing.
+  Fabric fabric = constant_fabric(0.5F, 1);
+  fabric.period_mm = V2f(2, 2);
+  fabric.levels[0].set_yarns(std::make_shared<const Yarns>(test::straight(2, 0.5F), V2f(2, 2)));
+  PairSamples truth = constant_truth(3, 0, 0.5F);
+  for (DirectionPair& pair : truth.pairs) pair.view = V3f(0, 0, 1);
+  const auto result = compare_yarn(fabric, truth, PairKind::held_out, 1);
+  REQUIRE(result.levels.size() == 3);
+  for (const LevelComparison& level : result.levels) CHECK(level.level == -1);
+  CHECK(result.levels[0].alpha_rms == doctest::Approx(0.5));
+  CHECK(result.levels[2].alpha_rms == doctest::Approx(0));
+  // The truth is black: the error is the mean of what the yarn shows.
+  double sum = 0;
+  for (int y = 0; y < 32; ++y) {
+    const Shading s = evaluate(fabric, -1.0, V2d(0.3, (y + 0.5) / 32), truth.pairs[0].light, V3f(0, 0, 1));
+    sum += static_cast<double>(s.alpha * s.radiance.x) / 32;
+  }
+  CHECK(sum > 0.01);
+  CHECK(result.by_pair.size() == 3);
+  CHECK(-20 * std::log10(sum) == doctest::Approx(result.levels[2].psnr).epsilon(0.01));
 }
 
 TEST_CASE("the peak is the truth's 99.9th percentile at level 0, one for all levels") {

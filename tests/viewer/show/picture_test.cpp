@@ -59,6 +59,38 @@ TEST_CASE("a picture that was resized is the one of that size from the start") {
   CHECK(same(picture->frame(), fresh->frame()));
 }
 
+TEST_CASE("a picture that rests becomes that of nine samples a pixel, and a change begins anew") {
+  const std::vector<Fabric> fabrics = two_fabrics();
+  const auto picture = picture_of(two_squares(), fabrics);
+  ShowState state = state_of(*picture);
+  state.camera.azimuth = 30;
+  state.levels = best_levels;
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  const Frame first = picture->frame();
+  constexpr int n = ShowPicture::samples_at_rest;
+  for (int i = 0; i < n * n; ++i) CHECK(test::need(picture->refine(state)));
+  CHECK_FALSE(test::need(picture->refine(state)));
+  RenderOptions options;
+  options.width = 100;
+  options.height = 80;
+  options.supersample = n;
+  options.levels = state.levels;
+  options.lights = picture->lights();
+  const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
+  CHECK_FALSE(same(picture->frame(), first));
+  int apart = 0;
+  for (std::size_t i = 0; i < expected.pixels.size(); ++i)
+    apart += (picture->frame().pixels[i] - expected.pixels[i]).length() > 1e-3F ? 1 : 0;
+  // Rounding moves single samples over an edge of the cloth.
+  CHECK(apart <= 8);
+  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK(same(picture->frame(), first));
+  CHECK(test::need(picture->refine(state)));
+  state.path = static_cast<int>(RenderPath::shader);
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  CHECK_FALSE(test::need(picture->refine(state)));
+}
+
 TEST_CASE("shadows and light from all sides come and go between frames") {
   Scene scene = two_squares();
   scene.materials[1] = test::material(-1, V4f(0.5F, 0.5F, 0.5F, 1));

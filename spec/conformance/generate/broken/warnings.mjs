@@ -45,7 +45,7 @@ export const unwise_fabrics = [
       K: 1,
       value: {lobes: lobe({rho: 0.2, xy: -1.2, z: 0.3, n: 2}), opacity: everywhere(1)},
     }),
-  warning('FABRIC_ENERGY', 'no-lobes', 'no lobes: f = 1, and pi times the light comes back', 'level', {
+  warning('FABRIC_ENERGY', 'no-lobes', 'no lobes: f = l_z, and pi times the light comes back', 'level', {
     layers: ['opacity'],
     value: {opacity: everywhere(1)},
   }),
