@@ -9,7 +9,6 @@ import { gunzipSync } from 'node:zlib';
 import { in_browser } from './browser.mjs';
 
 const [package_folder, kit, folder] = process.argv.slice(2);
-const SECONDS = 2;  // for one file
 
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
@@ -59,7 +58,6 @@ await in_browser(package_folder, { invalid: join(kit, 'invalid'), made: folder }
     errors.length = 0;
     const { refused, states, ms } = await fate_of(is_fabric ? '/made/g.gltf' : `/invalid/${name}/${expected.file}`);
     slowest = Math.max(slowest, ms);
-    assert.ok(ms < 1000 * SECONDS, `${name}: ${ms} ms`);
     if (!is_fabric) {
       ++counts[refused === undefined ? 'a garment' : 'a garment, refused by three.js'];
       continue;
@@ -76,4 +74,5 @@ await in_browser(package_folder, { invalid: join(kit, 'invalid'), made: folder }
     assert.ok(code || !expected.evaluate, `${name}: is shown`);
   }
 });
-console.log(Object.entries(counts).map(([what, count]) => `${what}: ${count}`).join('; '), `; the slowest took ${slowest.toFixed(0)} ms`);
+console.log(Object.entries(counts).map(([what, count]) => `${what}: ${count}`).join('; ') +
+  `; the slowest took ${slowest.toFixed(0)} ms`);

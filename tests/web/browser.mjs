@@ -54,7 +54,8 @@ function errors_of(page) {
   const errors = [];
   page.on('console', (message) => {
     // Advice about speed is no fault.
-    if (['error', 'warning'].includes(message.type()) && !message.text().includes('Performance')) errors.push(message.text());
+    if (['error', 'warning'].includes(message.type()) && !message.text().includes('Performance'))
+      errors.push(message.text());
   });
   page.on('pageerror', (error) => errors.push(String(error)));
   return errors;

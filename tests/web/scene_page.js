@@ -26,7 +26,8 @@ function camera_of({ look_at, distance, fov, azimuth, elevation, width, height }
   const camera = new PerspectiveCamera(fov, width / height, distance / 100, 10 * distance);
   const [a, e] = [azimuth, elevation].map((degrees) => degrees * Math.PI / 180);
   const target = new Vector3(...look_at);
-  camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e)).multiplyScalar(distance).add(target);
+  camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e))
+    .multiplyScalar(distance).add(target);
   camera.lookAt(target);
   return camera;
 }
@@ -77,7 +78,9 @@ export async function fate(file) {
   scene.add(garment.scene, new DirectionalLight());
   renderer.setRenderTarget(null);
   renderer.setSize(16, 16);
-  renderer.render(scene, camera_of({ look_at: [0, 0, 0], distance: 3, fov: 30, azimuth: 0, elevation: 0, width: 16, height: 16 }));
+  renderer.render(scene, camera_of({
+    look_at: [0, 0, 0], distance: 3, fov: 30, azimuth: 0, elevation: 0, width: 16, height: 16,
+  }));
   const states = garment.materials.map(({ shows, fabric }) => [shows, fabric?.issue?.code ?? '']);
   return { states, ms: performance.now() - begin };
 }

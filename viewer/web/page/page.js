@@ -133,7 +133,8 @@ function arrange(garments) {
   for (const garment of garments) all.expandByObject(garment);
   const centre = all.getCenter(new Vector3()), size = all.getSize(new Vector3());
   const aspect = renderer.domElement.clientWidth / renderer.domElement.clientHeight;
-  const half = Math.max(size.y, size.x / aspect, 1e-6) / 2, distance = half / Math.tan(camera.fov * Math.PI / 360) + size.z / 2;
+  const half = Math.max(size.y, size.x / aspect, 1e-6) / 2;
+  const distance = half / Math.tan(camera.fov * Math.PI / 360) + size.z / 2;
   camera.position.copy(centre).add(new Vector3(0.3, 0.12, 1).setLength(1.15 * distance));
   camera.near = distance / 1000;
   camera.far = 20 * distance;
@@ -198,7 +199,8 @@ async function start() {
     set_light();
     redraw();
   });
-  by_id('full').addEventListener('click', () => document.fullscreenElement ? document.exitFullscreen() : document.body.requestFullscreen());
+  by_id('full').addEventListener('click', () =>
+    document.fullscreenElement ? document.exitFullscreen() : document.body.requestFullscreen());
   addEventListener('keydown', (event) => {
     if (event.key === 'f') set_fallback(!state.fallback);
   });

@@ -1,7 +1,8 @@
 // Inflates zlib streams (RFC 1950, RFC 1951), at once and into a known size: what streams of the platform cannot do.
 
 /** Base values and further bits of the symbols for lengths, from 257, and for distances. */
-const further_bits = (count, first, each) => Uint8Array.from({length: count}, (_, i) => Math.max(0, Math.floor((i - first) / each)));
+const further_bits = (count, first, each) =>
+  Uint8Array.from({length: count}, (_, i) => Math.max(0, Math.floor((i - first) / each)));
 const bases_of = (bits, first) => {
   const bases = new Uint16Array(bits.length);
   for (let i = 0, sum = first; i < bits.length; sum += 1 << bits[i++]) bases[i] = sum;

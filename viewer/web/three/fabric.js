@@ -19,7 +19,8 @@ function texture_of(words) {
 }
 
 /** What went wrong, as an Issue: of other errors FILE_UNREADABLE. */
-export const issue_of = (error) => error instanceof Issue ? error : new Issue('FILE_UNREADABLE', '', error?.message ?? String(error));
+export const issue_of = (error) =>
+  error instanceof Issue ? error : new Issue('FILE_UNREADABLE', '', error?.message ?? String(error));
 
 export class LoadedFabric {
   /** `bytes`: a promise of an ArrayBuffer; `name` is said in messages. */

@@ -113,7 +113,8 @@ void main() {
   vec3 along_u = (to_right * up.y - upwards_of_pixel * right.y) * turn;
   vec3 along_v = (upwards_of_pixel * right.x - to_right * up.x) * turn;
   bool is_known = dot(fabric_along_u, fabric_along_u) > 0.0;
-  vec3 tangent = tangent_across(normal, is_known ? fabric_along_u : along_u * inversesqrt(max(dot(along_u, along_u), 1e-36)));
+  vec3 tangent = tangent_across(
+    normal, is_known ? fabric_along_u : along_u * inversesqrt(max(dot(along_u, along_u), 1e-36)));
   vec3 y = cross(normal, tangent);
   mat3 frame = mat3(tangent, dot(y, along_v) > 0.0 ? -y : y, normal);
 

@@ -24,14 +24,17 @@ export function add_tangents(geometry, {uv_set, rotation, scale}) {
   const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const flattened = (a, n) => {
-    const along = dot(a, n), flat = [a[0] - n[0] * along, a[1] - n[1] * along, a[2] - n[2] * along], length = Math.hypot(...flat);
+    const along = dot(a, n), flat = a.map((x, k) => x - n[k] * along), length = Math.hypot(...flat);
     return length > 0 ? flat.map((x) => x / length) : [0, 0, 0];
   };
   const corners = geometry.index ? geometry.index.count : count;
   const corner = (i) => geometry.index ? geometry.index.getX(i) : i;
   for (let t = 0; t + 2 < corners; t += 3) {
     const v = [corner(t), corner(t + 1), corner(t + 2)], p = v.map((i) => at(position, i));
-    const [a, b, d] = v.map((i) => [c * scale[0] * uv.getX(i) + s * scale[1] * uv.getY(i), c * scale[1] * uv.getY(i) - s * scale[0] * uv.getX(i)]);
+    const [a, b, d] = v.map((i) => {
+      const x = scale[0] * uv.getX(i), y = scale[1] * uv.getY(i);
+      return [c * x + s * y, c * y - s * x];
+    });
     const d1 = [b[0] - a[0], b[1] - a[1]], d2 = [d[0] - a[0], d[1] - a[1]], area = d1[0] * d2[1] - d1[1] * d2[0];
     if (area === 0 || !Number.isFinite(area)) continue;
     const e1 = minus(p[1], p[0]), e2 = minus(p[2], p[0]), sign = Math.sign(area);
