@@ -347,8 +347,7 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
     state->lights_in_camera_frame = true;
   }
   // The first directional light, which drags can turn.
-  const auto turns = [](const Light& light) { return light.kind == LightKind::directional; };
-  const auto found = std::find_if(state->lights.begin(), state->lights.end(), turns);
+  const auto found = std::ranges::find(state->lights, LightKind::directional, &Light::kind);
   if (found != state->lights.end()) state->held_light = found - state->lights.begin();
   return state;
 }
