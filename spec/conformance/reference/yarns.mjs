@@ -1,16 +1,9 @@
 // What is seen of the yarn itself (spec/brdf.md, Yarn): of what yarns_of of the reader gives.
+import {across, cross, dot, minus, plus, times, unit} from './reader.mjs';
 
 const {ceil, floor, hypot, max, min, sqrt, PI} = Math;
 const LEAST_Z = 1 / 32, MOST_RADII = 2 ** 13, LEAST_FACING = 0.01, LEAST_WIDTH = 0.01, OFF_THE_YARN = 1 / 64;
 
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-/** a + x b. */
-const plus = (a, b, x = 1) => [a[0] + x * b[0], a[1] + x * b[1], a[2] + x * b[2]];
-const minus = (a, b) => plus(a, b, -1);
-const times = (a, x) => [a[0] * x, a[1] * x, a[2] * x];
-const unit = (a) => times(a, 1 / hypot(...a));
-const across = (a, axis) => minus(a, times(axis, dot(a, axis)));
 const lifted = ([x, y, z]) => unit([x, y, max(z, LEAST_Z)]);
 
 /**

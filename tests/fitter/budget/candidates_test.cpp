@@ -15,18 +15,26 @@ using namespace selvedge::test;
 
 namespace {
 
+/// A fabric, samples of it, and how they are fitted.
+struct Patterned {
+  explicit Patterned(int pairs) : truth(truth_of(fabric, pairs)) {
+    header.pairs[0] = truth.pairs;
+    options.lobes = 1;
+  }
+  Fabric fabric = patterned(16, 16);
+  SamplesHeader header = samples_header_of(fabric);
+  PairSamples truth;
+  FitOptions options;
+};
+
 double squared_error(const LevelReport& level) { return *level.validation * *level.validation; }
 
 }  // namespace
 
 TEST_CASE("layers are chosen within the budget, and more bytes never make the choice worse") {
-  const Fabric fabric = patterned(16, 16);
-  SamplesHeader header = samples_header_of(fabric);
-  const PairSamples truth = truth_of(fabric, 12);
-  header.pairs[0] = truth.pairs;
-  FitOptions options;
-  options.lobes = 1;
-  const auto fitter = test::need(LayerFitter::create(seen_of(fabric), header, truth, options));
+  const Patterned cloth(12);
+  const auto fitter =
+      test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header, cloth.truth, cloth.options));
   double last = 1e9;
   for (const double bytes : {16000.0, 20000.0, 40000.0, 1e6}) {
     const LayerFit chosen = fitter.choose(bytes);
@@ -42,29 +50,25 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
     CHECK(sum <= last);
     last = sum;
     // What is said of a level is so.
-    const std::vector<LevelTruth> truths = level_truths(truth);
-    const double error = level_error(chosen.fabric.levels[0], chosen.fabric, truth.pairs, truths[0]);
+    const std::vector<LevelTruth> truths = level_truths(cloth.truth);
+    const double error = level_error(chosen.fabric.levels[0], chosen.fabric, cloth.truth.pairs, truths[0]);
     CHECK(error == doctest::Approx(squared_error(chosen.levels[0])).epsilon(0.02));
   }
 }
 
 TEST_CASE("products are as bright as the validation pairs, within limits") {
-  const Fabric fabric = patterned(16, 16);
-  SamplesHeader header = samples_header_of(fabric);
-  const PairSamples truth = truth_of(fabric, 32);
-  header.pairs[0] = truth.pairs;
-  FitOptions options;
-  options.lobes = 1;
+  const Patterned cloth(32);
   // The sum over all pairs and texels of the finest level of products.
   const auto shown = [&](const V3f& brighter) {
-    PairSamples scaled = truth;
+    PairSamples scaled = cloth.truth;
     for (V3f& radiance : scaled.radiance) radiance *= brighter;
-    const auto fitter = test::need(LayerFitter::create(seen_of(fabric), header, scaled, options));
+    const auto fitter =
+        test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header, scaled, cloth.options));
     const LayerFit fit = fitter.choose(16000);
     const FabricLevel& level = fit.fabric.levels.front();
     REQUIRE(level.has(LayerKind::products));
     V3d sum(0, 0, 0);
-    for (const DirectionPair& pair : truth.pairs) {
+    for (const DirectionPair& pair : cloth.truth.pairs) {
       for (int t = 0; t < level.texels(); ++t) {
         const Shading s =
             evaluate(level, fit.fabric, t % level.width, t / level.width, pair.light, pair.view);

@@ -4,6 +4,7 @@
 // light(station, j, k, colour) }; lengths in mm. A segment: { curve, start, along, length, tangents: [t_i, t_(i+1)],
 // across: [A_i, A_(i+1)], before }, before being the length of its chain up to its start.
 import {Issue} from './issue.js';
+import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, hypot, max, min, sin} = Math;
 /** Numbers of a curve, of a node and of a station. */
@@ -13,14 +14,6 @@ export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
 const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
 
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-/** a + x b. */
-const plus = (a, b, x = 1) => [a[0] + x * b[0], a[1] + x * b[1], a[2] + x * b[2]];
-const minus = (a, b) => plus(a, b, -1);
-const times = (a, x) => [a[0] * x, a[1] * x, a[2] * x];
-const unit = (a) => times(a, 1 / hypot(...a));
-const across = (a, axis) => minus(a, times(axis, dot(a, axis)));
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 
