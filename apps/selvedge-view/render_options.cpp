@@ -21,9 +21,9 @@ void set_quality(const Options& options, std::size_t quality, RenderCommand& com
     command.render.power = wanted.power;
   if (!options.given("--level")) levels.forced = wanted.levels.forced;
   if (!options.given("--level-blend")) levels.blend = wanted.levels.blend;
+  if (!options.given("--points")) levels.points = wanted.levels.points;
   if (options.given("--filter")) return;
   levels.area = wanted.levels.area;
-  levels.points = wanted.levels.points;
   levels.bias = wanted.levels.bias;
 }
 
@@ -104,7 +104,7 @@ void declare(Options& options, RenderCommand& command) {
   add_input(options, picture);
   options.choice(
       "--quality", frame_quality_names,
-      "Filter, taps, powers and samples a pixel that are worth their time (standard: the default with "
+      "Filter, points, powers and samples a pixel that are worth their time (standard: the default with "
       "fast powers); options given beside it stay as given. With --path paper powers and samples count",
       [&command](std::size_t index) { command.quality = index; });
   add_drawing(options, command);
