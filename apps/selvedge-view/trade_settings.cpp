@@ -60,9 +60,9 @@ constexpr LevelOptions unblended(LevelOptions levels) {
 
 constexpr LevelOptions nearest_levels;
 constexpr LevelOptions finest_alone{true, 0};
-/// As fine as 2 x 2 samples a pixel with 2 x 2 points each where yarn shows, and nearly so where it does not,
-/// for a third to a half of their time.
-constexpr LevelOptions many_points{true, -1, -1.5F, true, 4};
+/// Nearly as fine as 2 x 2 samples a pixel with 2 x 2 points each, for a third to a half of their time: the
+/// yarn shows further away, and levels are finer.
+constexpr LevelOptions many_points{true, -1, -1.5F, true, 3};
 
 }  // namespace
 

@@ -144,8 +144,8 @@ SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends, float steep = 2) {
 }
 
 /// Factor of largest_yarn_pixel(), which is that of 2 points along either side: more of them show the yarn
-/// itself in larger pixels.
-SELVEDGE_INLINE float largest_by_points(int points) { return 0.5F * static_cast<float>(points); }
+/// itself in larger pixels, chosen by pictures (docs/view.md).
+SELVEDGE_INLINE float largest_by_points(int points) { return larger(0.5F, static_cast<float>(points - 1)); }
 
 /// Weight of the yarn itself for a pixel of `size` (pixel_size()), where `largest` is largest_yarn_pixel(); 0
 /// without yarn.
