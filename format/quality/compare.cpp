@@ -78,8 +78,9 @@ Image shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPair& 
       V3d colour(0, 0, 0);
       double alpha = 0;
       for (int point = 0; point < yarn_points * yarn_points; ++point) {
+        const int row = point / yarn_points;
         const V2d uv((x + (point % yarn_points + 0.5) / yarn_points) / size.x,
-                     (y + (point / yarn_points + 0.5) / yarn_points) / size.y);
+                     (y + (row + 0.5) / yarn_points) / size.y);
         const Shading s = evaluate(fabric, -1.0, uv, pair.light, pair.view);
         colour += V3d(s.radiance * s.alpha);
         alpha += static_cast<double>(s.alpha);

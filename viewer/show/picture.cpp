@@ -194,7 +194,8 @@ Result<bool> ShowPicture::refine(const ShowState& state) {
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
   Camera camera = camera_;
-  const V2d place((refined_ % n + 0.5) / n - 0.5, (refined_ / n + 0.5) / n - 0.5);
+  const int row = refined_ / n;
+  const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
   camera.window_centre += place * camera.window_half * 2.0 / V2d(frame_.width, frame_.height);
   RenderStats unwanted;
   if (auto good = renderer_->draw(camera, options, sample_, unwanted); !good)
