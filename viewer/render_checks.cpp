@@ -38,6 +38,8 @@ Result<void> check_size(const FrameSize& size) {
 }
 
 Result<void> check_draw(RenderPath path, const DrawOptions& o) {
+  if (o.around && path != RenderPath::hybrid)
+    return refuse("--environment", "light from all around is for the hybrid path: take --path hybrid");
   if (o.levels.forced < -1) return refuse("--level", "must not be negative");
   if (path == RenderPath::shader && o.power != PowerKind::exact)
     return refuse("--power", "is the processor's; with --path shader OpenGL computes its own powers");

@@ -3,6 +3,7 @@
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
+#include "viewer/frame/backdrop.h"
 #include "viewer/hybrid/path.h"
 #include "viewer/paper/path.h"
 #include "viewer/render_checks.h"
@@ -146,7 +147,9 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   frame.width = s.size.width;
   frame.height = s.size.height;
   frame.pixels.resize(frame.width * frame.height);
-  return s.path->draw({camera, options, *shadows}, frame, stats);
+  if (auto good = s.path->draw({camera, options, *shadows}, frame, stats); !good) return good;
+  if (options.backdrop) add_backdrop(camera, *options.backdrop, frame);
+  return {};
 }
 
 Result<void> Renderer::resize(const FrameSize& size) {

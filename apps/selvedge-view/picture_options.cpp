@@ -75,6 +75,19 @@ void add_light(Options& options, PictureOptions& picture) {
                });
   options.choice("--tone-map", tone_curve_names, picture.display.tone,
                  "Curve over exposed colours in PNG files (default none)");
+  options.group("Environment");
+  options.text(
+      "--environment", picture.environment, "FILE",
+      "Light from all around: an equirectangular picture of radiance (.hdr, .exr). Takes the place of "
+      "the default lights, and the default exposure is 1");
+  options.number("--environment-turn", picture.around.turn, "DEGREES", "Turns it about the upward axis")
+      .in(-360, 360);
+  options.number("--environment-strength", picture.around.strength, "FACTOR", "Factor on its radiance")
+      .in(0, 1e6);
+  options.flag("--backdrop", picture.backdrop, "Shows it behind the scene");
+  options.check([&options, &picture] {
+    if (!picture.environment.empty() && !options.given("--exposure")) picture.display.exposure = 1;
+  });
 }
 
 void check_picture(const Options& options, const PictureOptions& picture) {
@@ -88,11 +101,22 @@ void check_picture(const Options& options, const PictureOptions& picture) {
   options.refuse_if(picture.camera.projection == Projection::parallel && !has_distance,
                     "counts for nothing with --orthographic, without --distance", {"--fov"});
   options.refuse_if(has_distance, "counts for nothing with --distance", {"--distance-factor"});
+  options.refuse_if(picture.environment.empty(), "counts for nothing without --environment",
+                    {"--environment-turn", "--environment-strength", "--backdrop"});
 }
 
 std::vector<Light> lights_for(const PictureOptions& picture, const Scene& scene, const Camera& camera) {
-  if (picture.lights.empty()) return scene.lights.empty() ? default_lights(camera) : lights_of(scene);
-  return picture.lights_in_camera_frame ? from_camera_frame(camera, picture.lights) : picture.lights;
+  if (!picture.lights.empty())
+    return picture.lights_in_camera_frame ? from_camera_frame(camera, picture.lights) : picture.lights;
+  return scene.lights.empty() && picture.environment.empty() ? default_lights(camera) : lights_of(scene);
+}
+
+Result<std::optional<Surroundings>> surroundings_of(const PictureOptions& picture) {
+  if (picture.environment.empty()) return std::nullopt;
+  Result<Environment> environment = read_environment(picture.environment, picture.around);
+  if (!environment) return tl::unexpected(environment.error());
+  EnvironmentLight light = divide(*environment);
+  return Surroundings{std::make_shared<const Environment>(std::move(*environment)), std::move(light)};
 }
 
 }  // namespace selvedge

@@ -103,9 +103,7 @@ class Series {
     std::size_t first_file = 0;
     for (const Camera& camera : shot_.cameras) {
       RenderOptions options = shot_.options;
-      options.lights = command_.picture.lights.empty() && !shot_.lights.empty()
-                           ? shot_.lights
-                           : lights_for(command_.picture, shot_.subjects.front().scene, camera);
+      options.lights = lights(camera);
       for (std::size_t i = 0; i < renderers.size(); ++i) {
         RenderStats stats;
         if (auto good = renderers[i]->draw(camera, options, frames[i], stats); !good) return good;
@@ -133,6 +131,18 @@ class Series {
   double write_seconds() const { return write_seconds_; }
 
  private:
+  std::vector<Light> lights(const Camera& camera) const {
+    // A swatch at a place has lights of its own.
+    const bool own = command_.picture.lights.empty() && !shot_.lights.empty() && !shot_.around;
+    std::vector<Light> lights =
+        own ? shot_.lights : lights_for(command_.picture, shot_.subjects.front().scene, camera);
+    if (shot_.around) {
+      const std::vector<Light>& lamps = shot_.around->light.lamps;
+      lights.insert(lights.end(), lamps.begin(), lamps.end());
+    }
+    return lights;
+  }
+
   /// Writes a frame to its files.
   Result<void> write_all(const Frame& frame, std::size_t file) {
     const Clock::time_point start = Clock::now();

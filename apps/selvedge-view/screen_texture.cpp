@@ -1,5 +1,6 @@
 #include "apps/selvedge-view/screen_texture.h"
 
+#include "format/picture/image.h"
 #include "viewer/gl/objects.h"
 
 namespace selvedge {
@@ -16,6 +17,23 @@ void ScreenTexture::load(int width, int height, const void* rgba) {
   }
   gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
   gl_.TextureSubImage2D(texture_, 0, 0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+}
+
+Result<void> write_window(const GlFunctions& gl, const V2i& size, const std::string& path) {
+  std::vector<std::uint8_t> bytes(size.x * size.y * 4);
+  gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+  gl.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+  gl.NamedFramebufferReadBuffer(0, GL_BACK);
+  gl.ReadPixels(0, 0, size.x, size.y, GL_RGBA, GL_UNSIGNED_BYTE, bytes.data());
+  Image image{size.x, size.y, 3, {}};
+  for (int y = size.y - 1; y >= 0; --y) {
+    for (int x = 0; x < size.x; ++x) {
+      const std::size_t from = (y * size.x + x) * 4;
+      for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(bytes[from + c]) / 255);
+    }
+  }
+  return write_png(path, image, Transfer::keep);
 }
 
 }  // namespace selvedge

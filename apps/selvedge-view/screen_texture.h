@@ -1,6 +1,10 @@
-// Uploads a picture as a texture for a window.
+// Pictures to and from a window.
 #pragma once
 
+#include <string>
+
+#include "format/base/error.h"
+#include "format/base/vec.h"
 #include "viewer/gl/functions.h"
 
 namespace selvedge {
@@ -24,5 +28,8 @@ class ScreenTexture {
   int width_ = 0;
   int height_ = 0;
 };
+
+/// Writes what the window shows, before its buffers are swapped, as PNG.
+Result<void> write_window(const GlFunctions& gl, const V2i& size, const std::string& path);
 
 }  // namespace selvedge

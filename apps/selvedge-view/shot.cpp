@@ -195,7 +195,16 @@ Result<Shot> read_scene_shot(const RenderCommand& command) {
 }  // namespace
 
 Result<Shot> read_shot(const RenderCommand& command) {
-  return has_ending(command.picture.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
+  Result<Shot> shot =
+      has_ending(command.picture.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
+  if (!shot) return shot;
+  Result<std::optional<Surroundings>> around = surroundings_of(command.picture);
+  if (!around) return tl::unexpected(around.error());
+  shot->around = std::move(*around);
+  if (!shot->around) return shot;
+  shot->options.around = shot->around->light.rest;
+  if (command.picture.backdrop) shot->options.backdrop = shot->around->environment;
+  return shot;
 }
 
 }  // namespace selvedge

@@ -1,6 +1,7 @@
 // Loads what `render` draws: scenes, the levels of fabrics that their frames need, cameras and lights.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct Shot {
   std::vector<Camera> cameras;  ///< one for each frame
   RenderOptions options;
   std::vector<Light> lights;  ///< of a swatch with lights of its own
+  std::optional<Surroundings> around;
 };
 
 /// Reads the input, and the scene or fabric to compare with, as far as the frames need them.

@@ -12,7 +12,6 @@
 #include "format/base/parallel.h"
 #include "format/base/printable.h"
 #include "format/fabric/file.h"
-#include "format/picture/image.h"
 #include "viewer/load.h"
 
 namespace selvedge {
@@ -131,7 +130,7 @@ class Show {
       if (!closes) return tl::unexpected(closes.error());
       closing = *closes || window_.wants_to_close();
       if (closing && !command_.screenshot.empty()) {
-        if (auto good = write_screenshot(); !good) return good;
+        if (auto good = write_window(gl_, window_size_, command_.screenshot); !good) return good;
       }
       window_.swap();
       if (closing) break;
@@ -281,23 +280,6 @@ class Show {
     if (pending_ != Change::none) settling_ = frames_to_settle;
   }
 
-  Result<void> write_screenshot() const {
-    std::vector<std::uint8_t> bytes(window_size_.x * window_size_.y * 4);
-    gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
-    gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
-    gl_.NamedFramebufferReadBuffer(0, GL_BACK);
-    gl_.ReadPixels(0, 0, window_size_.x, window_size_.y, GL_RGBA, GL_UNSIGNED_BYTE, bytes.data());
-    Image image{window_size_.x, window_size_.y, 3, {}};
-    for (int y = window_size_.y - 1; y >= 0; --y) {
-      for (int x = 0; x < window_size_.x; ++x) {
-        const std::size_t from = (y * window_size_.x + x) * 4;
-        for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(bytes[from + c]) / 255);
-      }
-    }
-    return write_png(command_.screenshot, image, Transfer::keep);
-  }
-
   const ShowCommand& command_;
   Window& window_;
   ShowPicture& picture_;
@@ -330,6 +312,13 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   Result<ShowState> state = picture.first_state(command.picture.camera, aspect);
   if (!state) return state;
   state->display = command.picture.display;
+  const Result<std::optional<Surroundings>> around = surroundings_of(command.picture);
+  if (!around) return tl::unexpected(around.error());
+  if (*around) {
+    state->lamps = (*around)->light.lamps;
+    state->around = (*around)->light.rest;
+    if (command.picture.backdrop) state->backdrop = (*around)->environment;
+  }
   state->ambient = command.picture.ambient;
   state->shadows = command.picture.shadows;
   state->levels = command.picture.levels;
@@ -338,7 +327,7 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   if (!command.picture.lights.empty()) {
     state->lights = command.picture.lights;
     state->lights_in_camera_frame = command.picture.lights_in_camera_frame;
-  } else if (!picture.scene().lights.empty()) {
+  } else if (!picture.scene().lights.empty() || *around) {
     state->lights = lights_of(picture.scene());
     state->lights_in_camera_frame = false;
   } else {

@@ -368,4 +368,24 @@ test_page_holds_garments_and_fabrics_and_needs_a_garment() {
   exits 2 selvedge-view page quad.glb -o page.png
 }
 
+test_render_draws_light_from_all_around() {
+  make_scene
+  # White all around: 32 x 16 pixels of 1, as Radiance has them.
+  node -e 'process.stdout.write("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n");
+    process.stdout.write(Buffer.concat(Array(512).fill(Buffer.from([128, 128, 128, 129]))))' >white.hdr
+  selvedge-view render quad.glb -o lamps.exr --size 40x30
+  selvedge-view render quad.glb -o white.exr --size 40x30 --environment white.hdr
+  selvedge-view render quad.glb -o strong.exr --size 40x30 --environment white.hdr --environment-strength 2 --environment-turn 90
+  selvedge-view render quad.glb -o backdrop.exr --size 40x30 --environment white.hdr --backdrop
+  differ lamps.exr white.exr
+  differ white.exr strong.exr
+  differ white.exr backdrop.exr
+  selvedge-view render k.fabric.exr -o place.png --place near --size 40x30 --environment white.hdr
+  refuses FILE_MISSING none.hdr selvedge-view render quad.glb -o x.png --environment none.hdr
+  refuses IMAGE_UNREADABLE 'twice as wide as high' selvedge-view render quad.glb -o x.png --environment k.fabric.exr
+  exits 2 selvedge-view render quad.glb -o x.png --environment white.hdr --path shader
+  exits 2 selvedge-view render quad.glb -o x.png --backdrop
+  exits 2 selvedge-view render quad.glb -o x.png --environment-turn 20
+}
+
 "$2"

@@ -3,11 +3,15 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "format/fabric/level_options.h"
+#include "format/fabric/smooth_light.h"
+#include "format/picture/environment.h"
 #include "format/scene/lights.h"
 
 namespace selvedge {
@@ -39,6 +43,10 @@ struct DrawOptions {
   /// Ambient light on surfaces without fabric, without which metals would be black: a white surface gains the
   /// radiance ambient / pi. Fabrics have no ambient term.
   float ambient = 0.1F;
+  /// Smooth light from all around, on everything (hybrid path).
+  std::optional<SmoothLight> around;
+  std::shared_ptr<const Environment>
+      backdrop;  ///< what is seen beside the scene and through it; null: nothing
   /// Texels per side of a shadow map, one for each light that can cast shadows (shadows.h); 0: no shadows.
   int shadows = 0;
 };

@@ -1,7 +1,9 @@
 #include "viewer/hybrid/evaluate_lanes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "format/fabric/lafortune.h"
 #include "viewer/hybrid/lane_lookups.h"
@@ -115,8 +117,9 @@ SELVEDGE_INLINE void evaluate(const SharedInputs& s, const LaneBatch& batch, con
     }
     const Wide scale(s.fabric.fabric->radiance_scale);
     for (std::size_t c = 0; c < 3; ++c)
-      sum[c] +=
-          clamp_to_finite(scale * factor[c]) * (irradiance * Wide(light.irradiance[static_cast<int>(c)]));
+      sum[c] += clamp_to_finite(scale * factor[c]) *
+                (irradiance * (light.colours != nullptr ? Wide::load(&(*light.colours)[c][first])
+                                                        : Wide(light.irradiance[static_cast<int>(c)])));
   }
   const auto add = [&](float* target, const Wide& value) __attribute__((always_inline)) {
     (Wide::load(target) + if_greater(share, zero, value, zero)).store(target);
@@ -224,12 +227,58 @@ const MeanProducts& mean_of(const PackedLayout& layout, LaneScratch& scratch) {
   return scratch.means.emplace_back(MeanProducts{&layout, scratch.sums[number].data()});
 }
 
-}  // namespace
+/// A ring of directions of one height, and the solid angle of each.
+struct Ring {
+  float z;
+  std::size_t count;
+  float solid_angle;
+};
+/// Gauss-Legendre over the height: polynomials of z up to degree 5 have their integrals over the hemisphere.
+constexpr float two_pi = 2 * std::numbers::pi_v<float>;
+constexpr std::array rings{Ring{0.112701665F, 6, two_pi * 5 / 18 / 6}, Ring{0.5F, 6, two_pi * 8 / 18 / 6},
+                           Ring{0.887298335F, 4, two_pi * 5 / 18 / 4}};
 
-void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
-                    const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
-                    LaneShading& sum, PowerKind power) {
-  if (texels.empty()) return;
+/// Light from all around as lamps in the axes of the fabric.
+void place_lamps(const LaneSmoothLight& around, LaneScratch& scratch) {
+  std::vector<std::pair<V3f, float>> places;
+  for (const Ring& ring : rings) {
+    const float planar = std::sqrt(1 - ring.z * ring.z);
+    for (std::size_t i = 0; i < ring.count; ++i) {
+      const float angle = two_pi * (static_cast<float>(i) + ring.z) / static_cast<float>(ring.count);
+      places.emplace_back(V3f(planar * std::cos(angle), planar * std::sin(angle), ring.z), ring.solid_angle);
+    }
+  }
+  scratch.lamps.resize(places.size());
+  scratch.colours.resize(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const V3f& d = places[i].first;
+    const auto basis = smooth_basis(d.x, d.y, d.z);
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        float sum = 0;
+        for (std::size_t k = 0; k < smooth_functions; ++k) sum += basis[k] * around.factors[k][c][lane];
+        scratch.colours[i][c][lane] = sum;
+      }
+    }
+    LaneLight& lamp = scratch.lamps[i];
+    lamp.direction.x.fill(d.x);
+    lamp.direction.y.fill(d.y);
+    lamp.direction.z.fill(d.z);
+    lamp.share.fill(places[i].second);
+    lamp.colours = &scratch.colours[i];
+  }
+}
+
+/// What is added to the result.
+struct Parts {
+  bool opacity = true;
+  bool linear = true;  ///< levels of products alone, and `around`
+  const LaneSmoothLight* around = nullptr;
+};
+
+void evaluate_lists(const PackedFabric& fabric, std::span<const LaneTexels> texels,
+                    const LaneDirections& view, std::span<const LaneLight> lights, PowerKind power,
+                    const Parts& parts, LaneScratch& scratch, LaneShading& sum) {
   static const auto fill = fill_all_for_this_processor();
   static const std::array by_power{evaluate_exact_for_this_processor(), evaluate_fast_for_this_processor()};
   const auto evaluate = by_power[static_cast<std::size_t>(power)];
@@ -255,15 +304,31 @@ void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texe
       for_each_layout(fabric, list, [&](std::size_t number, std::uint32_t lanes, std::size_t leader) {
         const PackedLayout& layout = fabric.layouts[number];
         if (!layout.is_linear()) {
-          evaluate(surroundings, batch_of(fabric, list, layout, lanes, leader), lookups, first == 0, sum);
-        } else if (first == 0) {
+          evaluate(surroundings, batch_of(fabric, list, layout, lanes, leader), lookups,
+                   parts.opacity && first == 0, sum);
+        } else if (parts.linear && first == 0) {
           add_texels(fabric, list, lanes, lookups, mean_of(layout, scratch), sum.alpha);
         }
       });
     }
-    for (const MeanProducts& mean : means) shine(surroundings, mean, scratch.of_lights.data(), sum);
+    for (const MeanProducts& mean : means)
+      shine(surroundings, mean, first == 0 ? parts.around : nullptr, scratch.of_lights.data(), sum);
     first += count;
   } while (first < lights.size());
+}
+
+}  // namespace
+
+void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
+                    const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
+                    LaneShading& sum, PowerKind power, const LaneSmoothLight* around) {
+  if (texels.empty()) return;
+  evaluate_lists(fabric, texels, view, lights, power, {true, true, around}, scratch, sum);
+  if (around == nullptr || std::all_of(fabric.layouts.begin(), fabric.layouts.end(),
+                                       [](const PackedLayout& layout) { return layout.is_linear(); }))
+    return;
+  place_lamps(*around, scratch);
+  evaluate_lists(fabric, texels, view, scratch.lamps, power, {false, false, nullptr}, scratch, sum);
 }
 
 }  // namespace selvedge

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "format/fabric/smooth_light.h"
 #include "viewer/frame/options.h"
 #include "viewer/scene/packed_fabric.h"
 
@@ -23,10 +24,19 @@ struct LaneDirections {
   alignas(64) LaneFloats z{};
 };
 
+/// A colour for each pixel.
+using LaneColours = std::array<LaneFloats, 3>;
+
 struct LaneLight {
   LaneDirections direction;  ///< towards the light
   alignas(64) LaneFloats share{};
-  V3f irradiance{1, 1, 1};  ///< on a surface that faces the light; times `share`
+  V3f irradiance{1, 1, 1};               ///< on a surface that faces the light; times `share`
+  const LaneColours* colours = nullptr;  ///< if not null, takes the place of `irradiance`
+};
+
+/// Smooth light from all around in the axes of each pixel (smooth_light.h).
+struct LaneSmoothLight {
+  alignas(64) std::array<LaneColours, smooth_functions> factors;
 };
 
 /// One texel for each pixel, and its weight. If the weight is 0, texel and level are undefined.
@@ -57,13 +67,17 @@ struct LaneScratch {
   std::vector<float> rows;
   std::vector<float> of_lights;
   std::vector<MeanProducts> means;
+  std::vector<LaneLight> lamps;          ///< instead of light from all around
+  std::vector<LaneColours> colours;      ///< of `lamps`
   std::vector<std::vector<float>> sums;  ///< of `means`
 };
 
-/// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights`, to `sum`. Levels
-/// and texels must exist.
+/// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights` and in the light
+/// from all `around`, if there is any, to `sum`. Levels and texels must exist. Levels that are not of
+/// products alone see the light from around as sixteen lamps.
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
-                    LaneShading& sum, PowerKind power = PowerKind::exact);
+                    LaneShading& sum, PowerKind power = PowerKind::exact,
+                    const LaneSmoothLight* around = nullptr);
 
 }  // namespace selvedge

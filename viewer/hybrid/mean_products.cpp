@@ -41,8 +41,8 @@ SELVEDGE_THREE_BODIES(sum_texels,
 
 /// f = l_z sum over b of psi_b(l) (sum over a of c_ab phi_a(v)): the inner sums are the same for all lights.
 template <std::size_t N>
-SELVEDGE_INLINE void add_light(const SharedInputs& s, const MeanProducts& mean, std::size_t first,
-                               float* of_lights, LaneShading& result) {
+SELVEDGE_INLINE void add_light(const SharedInputs& s, const MeanProducts& mean, const LaneSmoothLight* around,
+                               std::size_t first, float* of_lights, LaneShading& result) {
   using Wide = WideFloat<N>;
   const PackedLayout& layout = *mean.layout;
   const std::size_t functions = s.fabric.light_functions;
@@ -80,6 +80,19 @@ SELVEDGE_INLINE void add_light(const SharedInputs& s, const MeanProducts& mean, 
       sum[c] += clamp_to_finite(scale * clamp_to_finite(max(factor[c], zero) * cosine)) *
                 (irradiance * Wide(light.irradiance[static_cast<int>(c)]));
   }
+  if (around != nullptr) {
+    Wide factor[3] = {zero, zero, zero};  // NOLINT(modernize-avoid-c-arrays)
+    const float* of_sky = s.fabric.around_basis.data();
+    for (std::size_t b = 0; b < functions; ++b) {
+      const Wide of_b = Wide::load(of_lights + b * lane_count);
+      for (const LaneColours& light : around->factors) {
+        for (std::size_t c = 0; c < 3; ++c)
+          factor[c] += of_b * (Wide(*of_sky++) * Wide::load(&light[c][first]));
+      }
+    }
+    for (std::size_t c = 0; c < 3; ++c)
+      sum[c] += if_greater(view_z, zero, clamp_to_finite(scale * max(factor[c], zero)), zero);
+  }
   const auto add = [&](LaneFloats & channel, const Wide& value) __attribute__((always_inline)) {
     (Wide::load(&channel[first]) + value).store(&channel[first]);
   };
@@ -89,14 +102,15 @@ SELVEDGE_INLINE void add_light(const SharedInputs& s, const MeanProducts& mean, 
 }
 
 template <std::size_t N>
-SELVEDGE_INLINE void shine_lanes(const SharedInputs& s, const MeanProducts& mean, float* of_lights,
-                                 LaneShading& result) {
-  for (std::size_t first = 0; first < lane_count; first += N) add_light<N>(s, mean, first, of_lights, result);
+SELVEDGE_INLINE void shine_lanes(const SharedInputs& s, const MeanProducts& mean,
+                                 const LaneSmoothLight* around, float* of_lights, LaneShading& result) {
+  for (std::size_t first = 0; first < lane_count; first += N)
+    add_light<N>(s, mean, around, first, of_lights, result);
 }
 SELVEDGE_THREE_BODIES(shine_lanes,
-                      (const SharedInputs& s, const MeanProducts& mean, float* of_lights,
-                       LaneShading& result),
-                      (s, mean, of_lights, result))
+                      (const SharedInputs& s, const MeanProducts& mean, const LaneSmoothLight* around,
+                       float* of_lights, LaneShading& result),
+                      (s, mean, around, of_lights, result))
 
 }  // namespace
 
@@ -106,9 +120,10 @@ void add_texels(const PackedFabric& fabric, const LaneTexels& texels, std::uint3
   sum(fabric, texels, lanes, lookups, mean, alpha);
 }
 
-void shine(const SharedInputs& s, const MeanProducts& mean, float* of_lights, LaneShading& result) {
+void shine(const SharedInputs& s, const MeanProducts& mean, const LaneSmoothLight* around, float* of_lights,
+           LaneShading& result) {
   static const auto shine_all = shine_lanes_for_this_processor();
-  shine_all(s, mean, of_lights, result);
+  shine_all(s, mean, around, of_lights, result);
 }
 
 }  // namespace selvedge

@@ -12,7 +12,9 @@ namespace selvedge {
 void add_texels(const PackedFabric& fabric, const LaneTexels& texels, std::uint32_t lanes,
                 const AllLookups& lookups, const MeanProducts& mean, LaneFloats& alpha);
 
-/// Adds the light of the sums to `result`. `of_lights`: memory, [b][lane].
-void shine(const SharedInputs& s, const MeanProducts& mean, float* of_lights, LaneShading& result);
+/// Adds the light of the sums to `result`, also from all `around` if that is not null. `of_lights`: memory,
+/// [b][lane].
+void shine(const SharedInputs& s, const MeanProducts& mean, const LaneSmoothLight* around, float* of_lights,
+           LaneShading& result);
 
 }  // namespace selvedge

@@ -41,6 +41,7 @@ ShadingScene HybridPath::shading(const FrameView& view) const {
                        scene_.materials.pbr};
   if (view.shadows != nullptr) shading.shadows = view.shadows->read();
   shading.ambient = view.options.ambient;
+  shading.around = view.options.around ? &*view.options.around : nullptr;
   shading.power = view.options.power;
   shading.points = view.options.levels.points;
   return shading;

@@ -17,9 +17,9 @@ struct PbrLanes {
   alignas(64) LaneFloats blue{};
   alignas(64) LaneFloats metallic{};
   alignas(64) LaneFloats roughness{};
-  LaneDirections normal;                 ///< in the frames' axes
-  alignas(64) LaneFloats from_around{};  ///< radiance of ambient light
-  LaneDirections emission;               ///< red, green, blue
+  LaneDirections normal;       ///< in the frames' axes
+  LaneDirections from_around;  ///< mean radiance of light from all around; red, green, blue
+  LaneDirections emission;     ///< the same
 };
 
 template <std::size_t N>
@@ -39,11 +39,11 @@ SELVEDGE_INLINE void add_light(const PbrLanes& pbr, const LaneDirections& views,
     const PbrVector<Wide> normal = load<N>(pbr.normal, first);
     const PbrVector<Wide> view = load<N>(views, first);
     const PbrColour<Wide> ambient = pbr_ambient(material, normal, view);
-    const Wide around = Wide::load(&pbr.from_around[first]);
+    const PbrVector<Wide> around = load<N>(pbr.from_around, first);
     const PbrVector<Wide> emission = load<N>(pbr.emission, first);
-    Wide red = emission.x + ambient.red * around;
-    Wide green = emission.y + ambient.green * around;
-    Wide blue = emission.z + ambient.blue * around;
+    Wide red = emission.x + ambient.red * around.x;
+    Wide green = emission.y + ambient.green * around.y;
+    Wide blue = emission.z + ambient.blue * around.z;
     for (const LaneLight& light : lights) {
       const PbrColour<Wide> seen = pbr_brdf(material, normal, view, load<N>(light.direction, first));
       const Wide share = Wide::load(&light.share[first]);
@@ -71,7 +71,21 @@ float half_number(std::uint32_t bits) {
   return number;
 }
 
-void set(PbrLanes& lanes, std::size_t lane, const PbrPixel& pixel, float side, float ambient) {
+/// What white reflects that faces along `n`, of smooth light.
+V3f mean_radiance(const LaneSmoothLight& light, std::size_t lane, const V3f& n) {
+  // The integrals of cosine and functions by their degree (Ramamoorthi and Hanrahan 2001), by pi.
+  const auto basis = smooth_basis(n.x, n.y, n.z);
+  V3f sum(0, 0, 0);
+  for (std::size_t k = 0; k < smooth_functions; ++k) {
+    const float share = k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F;
+    for (std::size_t c = 0; c < 3; ++c)
+      sum[static_cast<int>(c)] += share * basis[k] * light.factors[k][c][lane];
+  }
+  return {std::max(sum.x, 0.0F), std::max(sum.y, 0.0F), std::max(sum.z, 0.0F)};
+}
+
+void set(PbrLanes& lanes, std::size_t lane, const PbrPixel& pixel, float side, float ambient,
+         const LaneSmoothLight* around) {
   const PbrValues values = pbr_values(pixel);
   lanes.red[lane] = pixel.colour.x;
   lanes.green[lane] = pixel.colour.y;
@@ -84,7 +98,12 @@ void set(PbrLanes& lanes, std::size_t lane, const PbrPixel& pixel, float side, f
   lanes.normal.x[lane] = unit.x;
   lanes.normal.y[lane] = unit.y;
   lanes.normal.z[lane] = unit.z;
-  lanes.from_around[lane] = ambient * std::numbers::inv_pi_v<float> * values.occlusion;
+  V3f from_around(ambient * std::numbers::inv_pi_v<float>);
+  if (around != nullptr) from_around += mean_radiance(*around, lane, unit);
+  from_around *= values.occlusion;
+  lanes.from_around.x[lane] = from_around.x;
+  lanes.from_around.y[lane] = from_around.y;
+  lanes.from_around.z[lane] = from_around.z;
   lanes.emission.x[lane] = values.emission.x;
   lanes.emission.y[lane] = values.emission.y;
   lanes.emission.z[lane] = values.emission.z;
@@ -103,13 +122,14 @@ PbrValues pbr_values(const PbrPixel& pixel) {
   return values;
 }
 
-void shade_pbr(const ShadingScene& scene, const PixelPlaces& block, const LaneFrames& frames,
-               std::span<const LaneLight> lights, LaneShading& result) {
+void shade_pbr(const ShadingScene& scene, const ShadedBlock& shaded, LaneShading& result) {
   static const auto add_light = add_light_for_this_processor();
+  const PixelPlaces& block = shaded.places;
   PbrLanes lanes;
   for (std::size_t lane = 0; lane < block.count; ++lane)
-    set(lanes, lane, block.pbr[lane], block.side[lane], scene.ambient);
-  add_light(lanes, frames.view, lights, result);
+    set(lanes, lane, block.pbr[lane], block.side[lane], scene.ambient,
+        scene.around != nullptr ? &shaded.around : nullptr);
+  add_light(lanes, shaded.frames.view, shaded.lights, result);
   for (std::size_t lane = 0; lane < block.count; ++lane) {
     if (!scene.pbr[block.surface[lane]].unlit) continue;
     const V4f& colour = block.pbr[lane].colour;

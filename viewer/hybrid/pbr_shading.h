@@ -17,9 +17,8 @@ struct PbrValues {
 };
 PbrValues pbr_values(const PbrPixel& pixel);
 
-/// Radiance, not multiplied by opacity, of the pixels of a block as if no surface had a fabric. `lights` are
-/// in the axes of `frames`; ambient light is ShadingScene::ambient.
-void shade_pbr(const ShadingScene& scene, const PixelPlaces& block, const LaneFrames& frames,
-               std::span<const LaneLight> lights, LaneShading& result);
+/// Radiance, not multiplied by opacity, of the pixels of a block as if no surface had a fabric, in its lights
+/// and in ambient light: that of ShadingScene, and the mean of what comes from around.
+void shade_pbr(const ShadingScene& scene, const ShadedBlock& block, LaneShading& result);
 
 }  // namespace selvedge

@@ -90,6 +90,24 @@ SELVEDGE_INLINE void light_lanes(const LaneFrames& frame, const V3f& direction, 
 SELVEDGE_THREE_BODIES(light_lanes, (const LaneFrames& frame, const V3f& direction, LaneDirections& result),
                       (frame, direction, result))
 
+template <std::size_t N>
+SELVEDGE_INLINE void turn_lanes(const LaneFrames& frame, const SmoothLight& light, LaneSmoothLight& result) {
+  using Wide = WideFloat<N>;
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::array<Wide, smooth_functions> of_colour;
+      for (std::size_t k = 0; k < smooth_functions; ++k)
+        of_colour[k] = Wide(light.factors[k][static_cast<int>(c)]);
+      const auto in_frame = turned(of_colour, load<N>(frame.tangent, first), load<N>(frame.up, first),
+                                   load<N>(frame.normal, first));
+      for (std::size_t k = 0; k < smooth_functions; ++k) in_frame[k].store(&result.factors[k][c][first]);
+    }
+  }
+}
+SELVEDGE_THREE_BODIES(turn_lanes,
+                      (const LaneFrames& frame, const SmoothLight& light, LaneSmoothLight& result),
+                      (frame, light, result))
+
 /// Prevents NaN in sums and filters from lobes that overflowed.
 float tame(float radiance) { return radiance >= 0 ? std::min(radiance, 1e30F) : 0.0F; }
 
@@ -222,13 +240,18 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
     lights[i].share.fill(1);
   }
   for (const ShadowMap& map : scene.shadows) cast_shadow(scene, block, frames, map, lights[map.view.light]);
+  if (scene.around != nullptr) {
+    static const auto turn = turn_lanes_for_this_processor();
+    turn(frames, *scene.around, result.around);
+  }
+  const LaneSmoothLight* around = scene.around != nullptr ? &result.around : nullptr;
   LaneShading& light = result.light;
   light = {};
   const int fabric = scene.materials[block.surface[0]].fabric;
   if (is_one_surface(block)) {
     if (fabric >= 0)
       evaluate_lanes(scene.fabrics[fabric], std::span(block.texels).first(block.texel_count), frames.view,
-                     lights, scratch.lanes, light, scene.power);
+                     lights, scratch.lanes, light, scene.power, around);
     return;
   }
   for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
@@ -237,7 +260,7 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
       any |= scene.materials[block.surface[lane]].fabric == static_cast<int>(i);
     if (!any) continue;
     evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
-                   frames.view, lights, scratch.lanes, light, scene.power);
+                   frames.view, lights, scratch.lanes, light, scene.power, around);
   }
 }
 
@@ -261,7 +284,7 @@ void finish_light(const ShadingScene& scene, ShadedBlock& shaded) {
   LaneShading pbr;
   bool any_pbr = false;
   for (std::size_t lane = 0; lane < block.count; ++lane) any_pbr |= material_of(lane).fabric < 0;
-  if (any_pbr) shade_pbr(scene, block, shaded.frames, shaded.lights, pbr);
+  if (any_pbr) shade_pbr(scene, shaded, pbr);
   for (std::size_t lane = 0; lane < block.count; ++lane) {
     if (material_of(lane).fabric < 0) {
       const float alpha = std::clamp(block.pbr[lane].colour.w, 0.0F, 1.0F);

@@ -34,8 +34,9 @@ struct ShadingScene {
   std::span<const PbrMaterial> pbr{};    ///< of the surfaces; empty: all have a fabric without emission
   std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
   float ambient = 0;  ///< ambient light on core materials: white has the radiance ambient / pi
-  PowerKind power = PowerKind::exact;  ///< of the fabrics' lobes
-  int points = 2;                      ///< LevelOptions::points
+  const SmoothLight* around = nullptr;  ///< light from all around, world axes
+  PowerKind power = PowerKind::exact;   ///< of the fabrics' lobes
+  int points = 2;                       ///< LevelOptions::points
 };
 
 /// Frames of a block. An interpolated normal that faces away from the viewer is bent until the view just
@@ -50,6 +51,7 @@ struct ShadedBlock {
   PixelPlaces places;
   LaneFrames frames;
   std::vector<LaneLight> lights;  ///< in the axes of `frames`
+  LaneSmoothLight around;         ///< the same; undefined if the scene has none
   LaneShading light;              ///< radiance times opacity, and opacity; without the surfaces behind
 };
 

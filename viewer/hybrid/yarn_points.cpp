@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
 
-#include "format/fabric/lifted.h"
-#include "viewer/hybrid/cell_order.h"
-#include "viewer/hybrid/yarn_surface.h"
+#include "viewer/hybrid/yarn_samples.h"
 
 namespace selvedge {
 namespace {
@@ -21,161 +18,10 @@ constexpr float same_light = 4.0F / 255;
 constexpr float smooth_light = 24.0F / 255;
 /// Neighbours of one surface agree about their common corner to this share of a pixel.
 constexpr float same_place = 0.1F;
-/// What shows no yarn.
-constexpr std::int32_t no_segment = std::numeric_limits<std::int32_t>::min() / 2;
 
 V3f direction_of(const LaneDirections& d, std::size_t lane) { return {d.x[lane], d.y[lane], d.z[lane]}; }
 
 constexpr std::uint32_t none = ~0U;
-
-/// A pixel of a block, with what its samples need.
-struct YarnPixel {
-  std::uint32_t block = 0;
-  std::uint32_t lane = 0;
-  V2i position{0, 0};
-  V2f uv{0, 0}, right{0, 0}, up{0, 0};  ///< of its centre; their change per pixel
-  V3f view{0, 0, 1};
-  std::uint32_t surface = 0;
-  float side = 1;
-  /// The place so many pixels to the right and up of its centre, by its own surface.
-  V2f place(float to_right, float upwards) const { return uv + right * to_right + up * upwards; }
-};
-
-/// A light at a pixel.
-struct YarnLight {
-  V3f direction{0, 0, 1};
-  float share = 0;
-};
-
-/// The pixels of some blocks that show the yarn of one fabric.
-struct YarnPixels {
-  std::vector<YarnPixel> pixels;
-  std::vector<YarnLight> lights;  ///< [pixel][light]
-  std::vector<V3f> irradiance;    ///< of the lights
-};
-
-/// A point of the cloth, and what is seen there.
-struct YarnSample {
-  V2f uv{0, 0};
-  std::uint32_t pixel = 0;  ///< whose view and lights it has
-  std::int32_t segment = no_segment;
-  V3f radiance{0, 0, 0};
-  std::uint32_t lit = 0;  ///< lights that no yarn hides, as bits
-};
-
-/// Looks at samples of one fabric: all view rays, then the shadow rays of each light, those that lie close
-/// together at once.
-class SampleShader {
- public:
-  SampleShader(const Fabric& fabric, const YarnPixels& of)
-      : yarns_(*fabric.levels.front().yarns()), plane_(fabric.reference_height), of_(of), order_(yarns_) {}
-
-  void look(std::span<YarnSample> samples) {
-    if (samples.empty()) return;
-    samples_ = samples;
-    const std::size_t lights = of_.irradiance.size();
-    leave_.resize(samples.size());
-    direct_.assign(samples.size() * lights, V3f(0, 0, 0));
-    order_.clear();
-    const V2f period = yarns_.period();
-    for (std::uint32_t i = 0; i < samples.size(); ++i)
-      order_.add(i, V2f(samples[i].uv.x * period.x, samples[i].uv.y * period.y), 0);
-    in_packets(order_.sorted(), [&](std::span<const std::uint32_t> packet) { find(packet); });
-    for (std::size_t light = 0; light < lights; ++light) cast_shadows(light);
-  }
-
- private:
-  const YarnLight& light_of(const YarnSample& sample, std::size_t number) const {
-    return of_.lights[sample.pixel * of_.irradiance.size() + number];
-  }
-
-  template <class Body>
-  static void in_packets(std::span<const std::uint32_t> items, const Body& body) {
-    for (std::size_t first = 0; first < items.size(); first += yarn_lanes)
-      body(items.subspan(first, std::min(yarn_lanes, items.size() - first)));
-  }
-
-  /// What is seen, its indirect light, and its direct light without shadows.
-  void find(std::span<const std::uint32_t> packet) {
-    for (std::size_t i = 0; i < packet.size(); ++i) {
-      const YarnSample& s = samples_[packet[i]];
-      a_.set(i, V3f(s.uv.x, s.uv.y, 0));
-      view_.set(i, of_.pixels[s.pixel].view);
-    }
-    const std::uint32_t met = yarns_.trace(V2d(0, 0), a_, plane_, view_, (1U << packet.size()) - 1, hits_);
-    std::uint32_t seen = 0;
-    for (std::size_t i = 0; i < packet.size(); ++i) {
-      if ((met >> i & 1) == 0) continue;
-      samples_[packet[i]].segment = hits_.segment[i];
-      seen |= static_cast<std::uint32_t>(view_.z[i] > 0) << i;
-    }
-    if (seen == 0) return;
-    find_surface(yarns_, hits_, seen, surface_);
-    for (std::size_t i = 0; i < packet.size(); ++i) leave_[packet[i]] = surface_.leave.at(i);
-    for (std::size_t number = 0; number < of_.irradiance.size(); ++number) {
-      alignas(64) std::array<float, yarn_lanes> share{};
-      std::uint32_t shines = 0;
-      for (std::size_t i = 0; i < packet.size(); ++i) {
-        const YarnLight& light = light_of(samples_[packet[i]], number);
-        direction_.set(i, light.direction);
-        share[i] = light.share;
-        shines |= static_cast<std::uint32_t>(direction_.z[i] > 0 && share[i] > 0) << i;
-      }
-      shines &= seen;
-      if (shines == 0) continue;
-      reflect(surface_, direction_, view_, reflection_);
-      const V3f& irradiance = of_.irradiance[number];
-      for (std::size_t i = 0; i < packet.size(); ++i) {
-        if ((shines >> i & 1) == 0) continue;
-        YarnSample& s = samples_[packet[i]];
-        s.radiance += reflection_.indirect.at(i) * irradiance * share[i];
-        if ((reflection_.facing >> i & 1) != 0)
-          direct_[number * samples_.size() + packet[i]] = reflection_.direct.at(i) * irradiance * share[i];
-      }
-    }
-  }
-
-  /// Adds the direct light of samples from which no yarn hides it.
-  void cast_shadows(std::size_t number) {
-    const std::span<const V3f> direct = std::span(direct_).subspan(number * samples_.size(), samples_.size());
-    const Yarns::Inside in = yarns_.inside();
-    order_.clear();
-    for (std::uint32_t i = 0; i < samples_.size(); ++i) {
-      if (direct[i] == V3f(0, 0, 0)) continue;
-      const V3f& light = light_of(samples_[i], number).direction;
-      const V3f& from = leave_[i];
-      const float height = from.z / std::max(light.z, min_rise);
-      order_.add(i, V2f(from.x - height * light.x, from.y - height * light.y),
-                 (in.high - from.z) / (in.high - in.low));
-    }
-    in_packets(order_.sorted(), [&](std::span<const std::uint32_t> packet) {
-      for (std::size_t i = 0; i < packet.size(); ++i) {
-        a_.set(i, leave_[packet[i]]);
-        direction_.set(i, light_of(samples_[packet[i]], number).direction);
-      }
-      const std::uint32_t hidden = yarns_.occluded(a_, direction_, (1U << packet.size()) - 1);
-      for (std::size_t i = 0; i < packet.size(); ++i) {
-        if ((hidden >> i & 1) != 0) continue;
-        samples_[packet[i]].radiance += direct[packet[i]];
-        samples_[packet[i]].lit |= 1U << number % 32;
-      }
-    });
-  }
-
-  const Yarns& yarns_;
-  float plane_;
-  const YarnPixels& of_;
-  CellOrder order_;
-  std::span<YarnSample> samples_;
-  std::vector<V3f> leave_;   ///< where light leaves the samples' yarn
-  std::vector<V3f> direct_;  ///< [light][sample]
-  YarnLanes a_;              ///< where rays come from
-  YarnLanes view_;
-  YarnLanes direction_;  ///< to a light
-  YarnHits hits_;
-  YarnSurface surface_;
-  YarnReflection reflection_;
-};
 
 YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blocks, int fabric) {
   YarnPixels result;
@@ -189,6 +35,12 @@ YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blo
                                of.side[lane]});
       for (const LaneLight& light : blocks[b].lights)
         result.lights.push_back({direction_of(light.direction, lane), light.share[lane]});
+      if (scene.around == nullptr) continue;
+      SmoothLight& around = result.around.emplace_back();
+      for (std::size_t k = 0; k < smooth_functions; ++k) {
+        const LaneColours& factor = blocks[b].around.factors[k];
+        around.factors[k] = {factor[0][lane], factor[1][lane], factor[2][lane]};
+      }
     }
   }
   return result;
@@ -201,7 +53,7 @@ class PixelShader {
       : points_(scene.points),
         blocks_(blocks),
         of_(pixels_of(scene, blocks, fabric)),
-        shader_(*scene.fabrics[fabric].fabric, of_) {
+        shader_(scene.fabrics[fabric], of_) {
     const PackedFabric& packed = scene.fabrics[fabric];
     const V2i texels = whole_texels(*packed.fabric);
     texels_ = static_cast<float>(texels.x) * static_cast<float>(texels.y);
@@ -209,6 +61,10 @@ class PixelShader {
     V3f sum(0, 0, 0);
     for (const V3f& irradiance : of_.irradiance) sum += irradiance;
     white_ = std::max({sum.x, sum.y, sum.z}) * std::numbers::inv_pi_v<float>;
+    if (scene.around != nullptr) {
+      const V3f& mean = scene.around->factors[0];
+      white_ += std::max({mean.x, mean.y, mean.z});
+    }
   }
 
   void shade() {

@@ -134,7 +134,8 @@ SELVEDGE_THREE_BODIES(place_surface,
 /// Adds the two stations that lanes lie between, by the lanes' weights.
 template <std::size_t N>
 SELVEDGE_INLINE void add_stations(const float* here, const float* next, const Floats& here_weight,
-                                  const Floats& next_weight, YarnSurface& surface) {
+                                  const Floats& next_weight, const YarnSurface& surface,
+                                  YarnSurface::Factors& factors) {
   constexpr std::size_t width = N;
   using Wide = WideFloat<width>;
   constexpr std::size_t count = std::tuple_size_v<LightTransfer>;
@@ -151,17 +152,17 @@ SELVEDGE_INLINE void add_stations(const float* here, const float* next, const Fl
       of_next[k] = b * angle[k];
     }
     for (std::size_t j = 0; j < count; ++j) {
-      Wide sum = Wide::load(&surface.transfer[j][i]);
+      Wide sum = Wide::load(&factors[j][i]);
       for (int k = 0; k < angle_functions; ++k)
         sum += of_here[k] * Wide(here[k * count + j]) + of_next[k] * Wide(next[k * count + j]);
-      sum.store(&surface.transfer[j][i]);
+      sum.store(&factors[j][i]);
     }
   }
 }
 SELVEDGE_THREE_BODIES(add_stations,
                       (const float* here, const float* next, const Floats& here_weight,
-                       const Floats& next_weight, YarnSurface& surface),
-                      (here, next, here_weight, next_weight, surface))
+                       const Floats& next_weight, const YarnSurface& surface, YarnSurface::Factors& factors),
+                      (here, next, here_weight, next_weight, surface, factors))
 
 /// Gloss of width r along x and 1 along y (yarn_reflectance.h), without its weight; 0 below the horizon.
 template <std::size_t N>
@@ -250,7 +251,8 @@ SELVEDGE_THREE_BODIES(reflect_lanes,
 
 }  // namespace
 
-void find_surface(const Yarns& yarns, const YarnHits& hits, std::uint32_t lanes, YarnSurface& surface) {
+void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits& hits, std::uint32_t lanes,
+                  YarnSurface& surface) {
   static const auto place = place_surface_for_this_processor();
   static const auto add = add_stations_for_this_processor();
   const Yarns::Inside inside = yarns.inside();
@@ -275,7 +277,8 @@ void find_surface(const Yarns& yarns, const YarnHits& hits, std::uint32_t lanes,
   alignas(64) Floats station;
   place(segments.data(), curves, hits.from_start, surface, station);
   // Lanes between the same two stations have the same coefficients.
-  for (auto& row : surface.transfer) row.fill(0);
+  surface.transfer = {};
+  if (!sky.empty()) surface.sky = {};
   std::array<int, yarn_lanes> whole;
   for (std::size_t i = 0; i < yarn_lanes; ++i)
     whole[i] = (lanes >> i & 1) != 0 ? static_cast<int>(station[i]) : -1;
@@ -289,12 +292,14 @@ void find_surface(const Yarns& yarns, const YarnHits& hits, std::uint32_t lanes,
       here[i] = 1 - next[i];
       left &= ~(1U << i);
     }
-    const auto coefficients = [&](int number) {
-      return &data.light[std::size_t{light_values_per_station} *
-                         (inside.first_station[of_curve[lead]] +
-                          number % data.curves[of_curve[lead]].stations)];
+    const auto place_of = [&](int number) {
+      return std::size_t{light_values_per_station} *
+             (inside.first_station[of_curve[lead]] + number % data.curves[of_curve[lead]].stations);
     };
-    add(coefficients(whole[lead]), coefficients(whole[lead] + 1), here, next, surface);
+    const std::size_t a = place_of(whole[lead]);
+    const std::size_t b = place_of(whole[lead] + 1);
+    add(&data.light[a], &data.light[b], here, next, surface, surface.transfer);
+    if (!sky.empty()) add(&sky[a], &sky[b], here, next, surface, surface.sky);
   }
 }
 

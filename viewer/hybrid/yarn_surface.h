@@ -8,6 +8,7 @@ namespace selvedge {
 
 struct YarnSurface {
   using Floats = std::array<float, yarn_lanes>;
+  using Factors = std::array<Floats, 3 * light_functions_of_yarn>;  ///< [function][colour]
   YarnLanes normal;
   YarnLanes fibre;
   YarnLanes leave;                      ///< where light leaves it; mm, of any repeat
@@ -15,12 +16,14 @@ struct YarnSurface {
   alignas(64) Floats gloss{}, roughness{};
   YarnLanes matt;  ///< f of the yarn without its gloss, 1/sr
   bool has_gloss = false;
-  /// Factors of the functions of the light, [function][colour].
-  alignas(64) std::array<Floats, 3 * light_functions_of_yarn> transfer{};
+  alignas(64) Factors transfer{};  ///< of the functions of a light
+  alignas(64) Factors sky{};       ///< of those of smooth light from all around (yarn_sky.h)
 };
 
-/// The surface at the hits of `lanes`; of other lanes it is undefined. At least one lane.
-void find_surface(const Yarns& yarns, const YarnHits& hits, std::uint32_t lanes, YarnSurface& surface);
+/// The surface at the hits of `lanes`; of other lanes it is undefined. At least one lane. `sky`: that of the
+/// yarn, or empty where it is not wanted.
+void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits& hits, std::uint32_t lanes,
+                  YarnSurface& surface);
 
 /// f of one light, 1/sr.
 struct YarnReflection {

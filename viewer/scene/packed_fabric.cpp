@@ -1,6 +1,10 @@
 #include "viewer/scene/packed_fabric.h"
 
 #include <algorithm>
+#include <numbers>
+
+#include "format/fabric/smooth_light.h"
+#include "format/fabric/yarn_sky.h"
 
 namespace selvedge {
 namespace {
@@ -57,6 +61,27 @@ void pack_coefficients(const FabricLevel& level, const PackedLayout& layout, std
   }
 }
 
+/// Integrals over the hemisphere of psi_b, the cosine and the functions of smooth light.
+void pack_around(const Fabric& fabric, const ProductBases& bases, std::vector<float>& factors) {
+  constexpr DirectionGrid grid{32, 32};
+  const std::size_t lights = fabric.lights.count();
+  const std::size_t functions = bases.light.size() / lights;
+  factors.assign(functions * smooth_functions * 3, 0.0F);
+  for (const V3f& d : directions_of(grid)) {
+    const DirectionTaps taps = interpolate(fabric.lights, d);
+    const auto basis = smooth_basis(d.x, d.y, d.z);
+    const float part = d.z * 2 * std::numbers::pi_v<float> / static_cast<float>(grid.count());
+    for (std::size_t b = 0; b < functions; ++b) {
+      V3f psi(0, 0, 0);
+      for (std::size_t tap = 0; tap < 4; ++tap)
+        psi += bases.light[b * lights + taps.cell[tap]] * taps.weight[tap];
+      for (std::size_t k = 0; k < smooth_functions; ++k) {
+        for (int c = 0; c < 3; ++c) factors[(b * smooth_functions + k) * 3 + c] += psi[c] * basis[k] * part;
+      }
+    }
+  }
+}
+
 void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& packed) {
   const std::size_t views = fabric.views.count();
   const std::size_t lights = fabric.lights.count();
@@ -76,6 +101,7 @@ void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& p
       packed.light_basis[light * packed.light_stride + b] = {psi.x, psi.y, psi.z, 0};
     }
   }
+  pack_around(fabric, bases, packed.around_basis);
   packed.view_functions = static_cast<int>(view_functions);
   packed.light_functions = static_cast<int>(light_functions);
 }
@@ -130,6 +156,8 @@ PackedFabric pack(const Fabric& fabric) {
     packed.needs_lights |= layout.has_lights || layout.products > 0;
     packed.levels.push_back(std::move(target));
   }
+  if (!fabric.levels.empty() && fabric.levels.front().yarns() != nullptr)
+    packed.yarn_sky = sky_of(*fabric.levels.front().yarns());
   return packed;
 }
 

@@ -53,7 +53,10 @@ struct PackedFabric {
   int light_stride = 0;            ///< padded with 0 to whole vectors
   std::vector<float> view_basis;   ///< [view][a - 1]
   std::vector<Group> light_basis;  ///< [light][b]: psi_b, 0
-  bool needs_views = false;        ///< some level looks views up
+  /// What the psi_b make of smooth light (smooth_light.h): [b][function][colour], the cosine included.
+  std::vector<float> around_basis;
+  std::vector<float> yarn_sky;  ///< sky_of() the yarn; empty without yarn
+  bool needs_views = false;     ///< some level looks views up
   bool needs_lights = false;
 };
 

@@ -85,6 +85,8 @@ Result<void> ShowPicture::load(const ShowState& state) {
   // Starts from defaults, as the previous state may have been refused.
   options_.levels = state.levels;
   options_.shadows = state.shadows;
+  options_.around = state.around;
+  options_.backdrop = state.backdrop;
   options_.lights.clear();
   Result<std::unique_ptr<Renderer>> renderer =
       Renderer::create(dressed_, fabrics_, options_, make_context_());

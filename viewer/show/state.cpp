@@ -70,7 +70,10 @@ void switch_light_frame(const Camera& camera, ShowState& state) {
 }
 
 std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera) {
-  return state.lights_in_camera_frame ? from_camera_frame(camera, state.lights) : state.lights;
+  std::vector<Light> lights =
+      state.lights_in_camera_frame ? from_camera_frame(camera, state.lights) : state.lights;
+  lights.insert(lights.end(), state.lamps.begin(), state.lamps.end());
+  return lights;
 }
 
 int size_divisor(double seconds, double budget) {

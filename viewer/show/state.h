@@ -18,8 +18,11 @@ struct ShowState {
   std::size_t held_light = 0;  ///< index of the light that drags turn
   /// Whether directional lights are in the camera's axes, else in the world's.
   bool lights_in_camera_frame = true;
-  float ambient = RenderOptions{}.ambient;  ///< as there
-  int shadows = 0;                          ///< as there
+  std::vector<Light> lamps;  ///< of an environment; world axes, no drag turns them
+  std::optional<SmoothLight> around;
+  std::shared_ptr<const Environment> backdrop;  ///< null: none
+  float ambient = RenderOptions{}.ambient;      ///< as there
+  int shadows = 0;                              ///< as there
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;

@@ -1,0 +1,124 @@
+#include "format/fabric/yarn_sky.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/parallel.h"
+#include "format/fabric/directions.h"
+#include "format/fabric/lifted.h"
+
+namespace selvedge {
+namespace {
+
+/// Points around a station, and lights from each: the functions of both are smooth.
+constexpr int angles = 12;
+constexpr DirectionGrid sky{8, 12};
+constexpr float sky_part = 2 * std::numbers::pi_v<float> / static_cast<float>(sky.columns * sky.rows);
+static_assert(sky.columns * sky.rows % yarn_lanes == 0);
+
+using SkyFactors = std::array<float, smooth_functions>;
+
+/// Integrals over the upper hemisphere of z B_j B_k: what the functions of indirect light make of those of
+/// smooth light.
+std::array<SkyFactors, smooth_functions> upper_products() {
+  constexpr DirectionGrid grid{64, 64};
+  std::array<SkyFactors, smooth_functions> products{};
+  for (const V3f& d : directions_of(grid)) {
+    const auto basis = smooth_basis(d.x, d.y, d.z);
+    const float part = d.z * 2 * std::numbers::pi_v<float> / static_cast<float>(grid.count());
+    for (int j = 0; j < smooth_functions; ++j) {
+      for (int k = 0; k < smooth_functions; ++k) products[j][k] += part * basis[j] * basis[k];
+    }
+  }
+  return products;
+}
+
+/// Share of light from all around that gloss reflects, without its weight: the mean over views.
+float mean_gloss(float roughness) {
+  const std::vector<V3f> directions = directions_of({16, 16});
+  const float part = 2 * std::numbers::pi_v<float> / static_cast<float>(directions.size());
+  float sum = 0;
+  for (const V3f& v : directions) {
+    for (const V3f& l : directions) sum += gloss_reflectance(l, v, roughness) * l.z * v.z;
+  }
+  return std::min(1.0F, sum * part * part * std::numbers::inv_pi_v<float>);
+}
+
+/// Integrals over the lights that reach the point of the cosine, times the functions.
+SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std::span<const V3f> lights) {
+  SkyFactors factors{};
+  YarnLanes from;
+  YarnLanes to;
+  for (std::size_t first = 0; first < lights.size(); first += yarn_lanes) {
+    std::uint32_t facing = 0;
+    for (std::size_t i = 0; i < yarn_lanes; ++i) {
+      from.set(i, point);
+      to.set(i, lights[first + i]);
+      facing |= static_cast<std::uint32_t>(normal.dot(lifted(lights[first + i])) > 0) << i;
+    }
+    if (facing == 0) continue;
+    const std::uint32_t lit = facing & ~yarns.occluded(from, to, facing);
+    for (std::size_t i = 0; i < yarn_lanes; ++i) {
+      if ((lit >> i & 1) == 0) continue;
+      const V3f& l = lights[first + i];
+      const float part = sky_part * normal.dot(lifted(l)) * std::min(1.0F, l.z / min_rise);
+      const auto basis = smooth_basis(l.x, l.y, l.z);
+      for (int k = 0; k < smooth_functions; ++k) factors[k] += part * basis[k];
+    }
+  }
+  return factors;
+}
+
+}  // namespace
+
+std::vector<float> sky_of(const Yarns& yarns) {
+  const YarnData& data = yarns.data();
+  const std::array<SkyFactors, smooth_functions> upper = upper_products();
+  std::vector<float> result(data.light.size());
+  const std::vector<V3f> lights = directions_of(sky);
+  std::size_t station = 0;
+  for (int c = 0; c < static_cast<int>(data.curves.size()); ++c) {
+    const YarnCurve& curve = data.curves[c];
+    const float weight = curve.gloss.weight;
+    const V3f reflectance =
+        (curve.albedo * (1 - weight) + V3f(weight > 0 ? weight * mean_gloss(curve.gloss.roughness) : 0)) *
+        std::numbers::inv_pi_v<float>;
+    parallel_for(0, curve.stations, [&](int number) {
+      const std::size_t first = (station + number) * light_values_per_station;
+      float* to = &result[first];
+      const float* indirect = &data.light[first];
+      for (int i = 0; i < angle_functions; ++i) {
+        for (int k = 0; k < smooth_functions; ++k) {
+          for (int colour = 0; colour < 3; ++colour) {
+            float& sum = to[(i * smooth_functions + k) * 3 + colour];
+            for (int j = 0; j < smooth_functions; ++j)
+              sum += indirect[(i * smooth_functions + j) * 3 + colour] * upper[j][k];
+          }
+        }
+      }
+      const YarnFrame frame = yarns.frame_at(c, number);
+      const V3f beside = frame.tangent.cross(frame.across);
+      for (int a = 0; a < angles; ++a) {
+        const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(a) / angles;
+        const float cosine = std::cos(angle);
+        const float sine = std::sin(angle);
+        const V3f normal = frame.across * cosine + beside * sine;
+        const SkyFactors seen =
+            seen_sky(yarns, frame.position + normal * (curve.radius * (1 + leave_radii)), normal, lights);
+        // The angles are even: the functions are orthogonal over them.
+        const auto of_angle = angle_basis(cosine, sine);
+        for (int i = 0; i < angle_functions; ++i) {
+          const float share = of_angle[i] * static_cast<float>(i == 0 ? 1 : 2) / angles;
+          for (int k = 0; k < smooth_functions; ++k) {
+            for (int colour = 0; colour < 3; ++colour)
+              to[(i * smooth_functions + k) * 3 + colour] += share * seen[k] * reflectance[colour];
+          }
+        }
+      }
+    });
+    station += curve.stations;
+  }
+  return result;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,188 @@
+#include "format/picture/environment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "format/picture/image.h"
+
+namespace selvedge {
+namespace {
+
+/// Lamps and smooth light are made of a picture of at most this width: its pixels are 0.7 degrees wide.
+constexpr int divided_width = 512;
+/// A lamp is what lies so close to its brightest point; fabrics blur light more than that.
+const double lamp_cosine = std::cos(10 * std::numbers::pi / 180);
+/// ... and is so many times as bright as the mean.
+constexpr float lamp_brightness = 4;
+/// A lamp whose light is a smaller share of all is left in the rest.
+constexpr double least_lamp = 0.01;
+
+double brightness(const V3f& c) {
+  return (static_cast<double>(c.x) + static_cast<double>(c.y) + static_cast<double>(c.z)) / 3;
+}
+
+/// A direction's place in the picture, in pixels; the middle of the first pixel is 0.5.
+V2d place_of(const Environment& e, const V3d& d) {
+  const double azimuth = std::atan2(d.x, -d.z) / (2 * std::numbers::pi) + e.options.turn / 360;
+  return {(azimuth + 0.5 - std::floor(azimuth + 0.5)) * e.width,
+          std::acos(std::clamp(d.y, -1.0, 1.0)) / std::numbers::pi * e.height};
+}
+
+/// The same picture in smaller pixels, if they are so large that their middles do not stand for them.
+Environment enlarged(const Environment& e) {
+  const int factor = std::max(1, 256 / e.width);
+  Environment result{e.width * factor, e.height * factor, {}, e.options};
+  for (int y = 0; y < result.height; ++y) {
+    for (int x = 0; x < result.width; ++x)
+      result.radiance.push_back(e.radiance[static_cast<std::size_t>(y / factor) * e.width + x / factor]);
+  }
+  return result;
+}
+
+/// The middle of the lamp that sends most, of what is brighter than `least`.
+std::optional<V3d> strongest_part(const Environment& environment, double least) {
+  const Environment coarse = reduced(environment, 128);
+  struct Bright {
+    V3d direction;
+    double power;
+  };
+  std::vector<Bright> bright;
+  for (int y = 0; y < coarse.height; ++y) {
+    for (int x = 0; x < coarse.width; ++x) {
+      const double of_pixel = brightness(coarse.radiance[static_cast<std::size_t>(y) * coarse.width + x]);
+      if (of_pixel > least)
+        bright.push_back({coarse.direction(x, y), (of_pixel - least) * coarse.solid_angle(y)});
+    }
+  }
+  std::optional<V3d> strongest;
+  double most = 0;
+  for (const Bright& middle : bright) {
+    double power = 0;
+    for (const Bright& part : bright)
+      power += part.direction.dot(middle.direction) > lamp_cosine ? part.power : 0;
+    if (power <= most) continue;
+    most = power;
+    strongest = middle.direction;
+  }
+  return strongest;
+}
+
+}  // namespace
+
+V3d Environment::direction(int x, int y) const {
+  const double azimuth = ((x + 0.5) / width - 0.5 - options.turn / 360) * 2 * std::numbers::pi;
+  const double polar = (y + 0.5) / height * std::numbers::pi;
+  return {std::sin(azimuth) * std::sin(polar), std::cos(polar), -std::cos(azimuth) * std::sin(polar)};
+}
+
+double Environment::solid_angle(int y) const {
+  const auto edge = [&](int row) { return std::cos(row * std::numbers::pi / height); };
+  return 2 * std::numbers::pi / width * (edge(y) - edge(y + 1));
+}
+
+V3f Environment::at(const V3d& direction) const {
+  const V2d place = place_of(*this, direction) - V2d(0.5, 0.5);
+  const double left = std::floor(place.x);
+  const double top = std::floor(place.y);
+  V3f sum(0, 0, 0);
+  for (int k = 0; k < 4; ++k) {
+    const int x = (static_cast<int>(left) + k % 2 + width) % width;
+    const int y = std::clamp(static_cast<int>(top) + k / 2, 0, height - 1);
+    const double of_x = k % 2 == 0 ? left + 1 - place.x : place.x - left;
+    const double of_y = k / 2 == 0 ? top + 1 - place.y : place.y - top;
+    sum += radiance[static_cast<std::size_t>(y) * width + x] * static_cast<float>(of_x * of_y);
+  }
+  return sum * static_cast<float>(options.strength);
+}
+
+Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options) {
+  const Result<Image> image = read_image(path, Transfer::keep);
+  if (!image) return tl::unexpected(image.error());
+  const auto refuse = [&](const std::string& why) { return fail(Code::image_unreadable, path, "", why); };
+  if (image->width != 2 * image->height)
+    return refuse("an environment is an equirectangular picture, twice as wide as high");
+  Environment result{image->width, image->height, {}, options};
+  result.radiance.reserve(static_cast<std::size_t>(result.width) * result.height);
+  for (std::size_t i = 0; i < image->pixels.size(); i += 4) {
+    V3f c(image->pixels[i], image->pixels[i + 1], image->pixels[i + 2]);
+    for (int k = 0; k < 3; ++k) {
+      if (!std::isfinite(c[k])) return refuse("a value of the environment is not finite");
+      c[k] = std::max(c[k], 0.0F);
+    }
+    result.radiance.push_back(c);
+  }
+  return result;
+}
+
+Environment reduced(const Environment& environment, int width) {
+  if (environment.width <= width) return environment;
+  const int height = width / 2;
+  Environment result{width, height, std::vector<V3f>(static_cast<std::size_t>(width) * height, V3f(0, 0, 0)),
+                     environment.options};
+  std::vector<double> weights(result.radiance.size());
+  for (int y = 0; y < environment.height; ++y) {
+    const double weight = environment.solid_angle(y);
+    for (int x = 0; x < environment.width; ++x) {
+      const std::size_t to = static_cast<std::size_t>(y) * height / environment.height * width +
+                             static_cast<std::size_t>(x) * width / environment.width;
+      result.radiance[to] += environment.radiance[static_cast<std::size_t>(y) * environment.width + x] *
+                             static_cast<float>(weight);
+      weights[to] += weight;
+    }
+  }
+  for (std::size_t i = 0; i < weights.size(); ++i) result.radiance[i] /= static_cast<float>(weights[i]);
+  return result;
+}
+
+EnvironmentLight divide(const Environment& environment, int most_lamps) {
+  Environment rest = enlarged(reduced(environment, divided_width));
+  for (V3f& c : rest.radiance) c *= static_cast<float>(environment.options.strength);
+  const auto each = [&](const auto& body) {
+    for (int y = 0; y < rest.height; ++y) {
+      const double solid_angle = rest.solid_angle(y);
+      for (int x = 0; x < rest.width; ++x)
+        body(rest.radiance[static_cast<std::size_t>(y) * rest.width + x], rest.direction(x, y), solid_angle);
+    }
+  };
+  V3d whole(0, 0, 0);
+  each([&](const V3f& c, const V3d&, double solid_angle) { whole += V3d(c) * solid_angle; });
+  EnvironmentLight result;
+  for (int lamp = 0; lamp < most_lamps; ++lamp) {
+    V3d left(0, 0, 0);
+    each([&](const V3f& c, const V3d&, double solid_angle) { left += V3d(c) * solid_angle; });
+    const V3f mean(left / (4 * std::numbers::pi));
+    const double least = lamp_brightness * brightness(mean);
+    const std::optional<V3d> found = strongest_part(rest, least);
+    if (!found) break;
+    const V3d towards = *found;
+    V3d sum(0, 0, 0);
+    V3d middle(0, 0, 0);
+    const auto is_of_lamp = [&](const V3f& c, const V3d& d) {
+      return d.dot(towards) > lamp_cosine && brightness(c) > least;
+    };
+    each([&](const V3f& c, const V3d& d, double solid_angle) {
+      if (!is_of_lamp(c, d)) return;
+      const V3d excess = V3d(c - mean) * solid_angle;
+      sum += excess;
+      middle += d * brightness(V3f(excess));
+    });
+    if (brightness(V3f(sum)) < least_lamp * brightness(V3f(whole))) break;
+    each([&](V3f& c, const V3d& d, double) {
+      if (is_of_lamp(c, d)) c = mean;
+    });
+    result.lamps.push_back({middle.normalized(), V3f(sum)});
+  }
+  std::array<V3d, smooth_functions> factors;
+  factors.fill(V3d(0, 0, 0));
+  each([&](const V3f& c, const V3d& d, double solid_angle) {
+    const auto basis = smooth_basis(d.x, d.y, d.z);
+    for (int k = 0; k < smooth_functions; ++k)
+      factors[k] += V3d(c) * (basis[k] * solid_angle / smooth_norms[k]);
+  });
+  for (int k = 0; k < smooth_functions; ++k) result.rest.factors[k] = V3f(factors[k]);
+  return result;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,54 @@
+// Light from all around: an equirectangular picture of radiance, and its division into a few lamps and smooth
+// light, by which fabrics are drawn (spec/brdf.md, "Environments").
+//
+// Pictures are laid out as glTF viewers have them: the middle column is seen along -z, the column a quarter
+// to the right along +x, the top row along +y.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "format/base/error.h"
+#include "format/fabric/smooth_light.h"
+#include "format/scene/lights.h"
+
+namespace selvedge {
+
+struct EnvironmentOptions {
+  double turn = 0;      ///< degrees, counter-clockwise seen from above
+  double strength = 1;  ///< factor on radiance
+};
+
+/// Radiance over the sphere, linear RGB, world axes.
+struct Environment {
+  int width = 0;
+  int height = 0;
+  std::vector<V3f> radiance;  ///< [row][column], the top row first
+  EnvironmentOptions options;
+
+  /// Towards the middle of a pixel; unit, world.
+  V3d direction(int x, int y) const;
+  /// Solid angle of a row's pixels, sr.
+  double solid_angle(int y) const;
+  /// Interpolated between pixels, strength included. `direction` is unit, world.
+  V3f at(const V3d& direction) const;
+};
+
+/// Reads any picture of OpenImageIO, of values that are not encoded for a screen (.hdr, .exr). Negative
+/// values count as 0. IMAGE_UNREADABLE for pictures that are not twice as wide as high, and values that are
+/// not finite.
+Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {});
+
+/// The mean over areas; the picture itself if it is not larger.
+Environment reduced(const Environment& environment, int width);
+
+/// Light as fabrics are drawn in it: together the environment's.
+struct EnvironmentLight {
+  std::vector<Light> lamps;  ///< directional, the strongest first
+  SmoothLight rest;          ///< world axes
+};
+
+/// Bright parts become lamps, at most so many; the rest is projected.
+EnvironmentLight divide(const Environment& environment, int most_lamps = 4);
+
+}  // namespace selvedge

@@ -1,0 +1,171 @@
+// Fabrics in light from all around, beside closed forms and beside the sum over lamps.
+#include <doctest/doctest.h>
+
+#include <numbers>
+
+#include "format/picture/environment.h"
+#include "tests/viewer/paths.h"
+
+using namespace selvedge;
+
+namespace {
+
+/// Bright above and on one side, in colours; without lamps.
+Environment evening() {
+  Environment e{64, 32, {}, {}};
+  for (int y = 0; y < e.height; ++y) {
+    for (int x = 0; x < e.width; ++x) {
+      const V3d d = e.direction(x, y);
+      const double rise = 0.3 + 0.7 * std::max(0.0, d.y) + 0.5 * std::max(0.0, d.x + d.z);
+      e.radiance.emplace_back(V3d(rise, 0.3 + 0.2 * rise, 0.5 - 0.3 * d.y) / std::numbers::pi);
+    }
+  }
+  return e;
+}
+
+Frame in_environment(test::Setting setting, const Environment& environment) {
+  const EnvironmentLight light = divide(environment);
+  setting.options.lights = light.lamps;
+  setting.options.around = light.rest;
+  return test::drawn(setting, RenderPath::hybrid);
+}
+
+/// The same as lamps, one for each pixel.
+Frame in_lamps(test::Setting setting, const Environment& environment) {
+  setting.options.lights.clear();
+  for (int y = 0; y < environment.height; ++y) {
+    for (int x = 0; x < environment.width; ++x) {
+      Light& lamp = setting.options.lights.emplace_back();
+      lamp.direction = environment.direction(x, y);
+      lamp.irradiance =
+          environment.radiance[y * environment.width + x] * static_cast<float>(environment.solid_angle(y));
+    }
+  }
+  return test::drawn(setting, RenderPath::hybrid);
+}
+
+/// PSNR in dB of what a display shows, of the pixels with cloth.
+double likeness(const Frame& a, const Frame& b) {
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    if (!(a.pixels[i].w > 0)) continue;
+    for (unsigned c = 0; c < 3; ++c) {
+      const double d = (test::shown(a.pixels[i][c]) - test::shown(b.pixels[i][c])) / 255;
+      sum += d * d;
+    }
+    count += 3;
+  }
+  REQUIRE(count > 1000);
+  return -10 * std::log10(sum / count);
+}
+
+test::Setting ball(Fabric fabric) {
+  test::Setting setting;
+  test::add(setting.scene, test::sphere(40, 20, {6, 3}), test::material(0));
+  setting.fabrics.push_back(std::move(fabric));
+  setting.scene.fabrics.resize(1);
+  setting.options.width = setting.options.height = 40;
+  setting.options.levels = best_levels;
+  return setting;
+}
+
+/// Products alone, as the presets make them: shadowed on one side, and seen better from the other.
+Fabric product_fabric() {
+  Fabric fabric;
+  fabric.views = {4, 4};
+  fabric.lights = {6, 6};
+  auto bases = std::make_shared<ProductBases>();
+  for (int cell = 0; cell < fabric.views.count(); ++cell)
+    bases->view.push_back(0.5F + direction_of(fabric.views, cell).x);
+  for (int b = 0; b < 2; ++b) {
+    for (int cell = 0; cell < fabric.lights.count(); ++cell) {
+      const V3f l = direction_of(fabric.lights, cell);
+      bases->light.push_back(b == 0 ? V3f(0.2F, 0.15F, 0.1F) : V3f(0.1F * l.x, 0.1F * l.y, 0.1F * l.x * l.y));
+    }
+  }
+  for (int k = 0; k < level_count(4, 4); ++k) {
+    FabricLevel level;
+    level.width = level.height = level_size(4, k);
+    level.pairs = {V2i(0, 0), V2i(0, 1), V2i(1, 1)};
+    level.bases = bases;
+    Layer products{3, {}};
+    for (int i = 0; i < level.texels(); ++i) {
+      const auto part = static_cast<float>(i) / static_cast<float>(level.texels());
+      products.values.insert(products.values.end(), {0.5F + part, 1 - part, part});
+    }
+    level.set(LayerKind::products, std::move(products));
+    fabric.levels.push_back(std::move(level));
+  }
+  return fabric;
+}
+
+/// Two yarns along each axis that go over and under each other, in a cell of 4 x 4 mm.
+YarnData weave() {
+  constexpr int nodes = 24;
+  YarnData data;
+  for (int yarn = 0; yarn < 4; ++yarn) {
+    YarnCurve curve;
+    curve.nodes = curve.stations = nodes;
+    curve.turns = yarn < 2 ? V2i(1, 0) : V2i(0, 1);
+    curve.radius = 0.6F;
+    curve.albedo = yarn < 2 ? V3f(0.7F, 0.5F, 0.4F) : V3f(0.2F, 0.4F, 0.6F);
+    curve.gloss = {0.1F, 0.5F};
+    data.curves.push_back(curve);
+    for (int i = 0; i < nodes; ++i) {
+      const float along = 4.0F * static_cast<float>(i) / nodes;
+      const float side = yarn % 2 == 0 ? 1.0F : 3.0F;
+      const float sign = (yarn < 2) == (yarn % 2 == 0) ? 1.0F : -1.0F;
+      const float z = 1.2F + 0.6F * sign * std::sin(std::numbers::pi_v<float> * along / 2);
+      data.nodes.push_back(yarn < 2 ? V3f(along, side, z) : V3f(side, along, z));
+    }
+  }
+  data.light.assign(std::size_t{4} * nodes * light_values_per_station, 0.0F);
+  return data;
+}
+
+}  // namespace
+
+TEST_CASE("matt cloth in constant light shows its albedo, whichever way it faces") {
+  test::Setting setting = ball(test::lambert_fabric(4, V3f(0.8F, 0.4F, 0.2F)));
+  Environment even{16, 8, std::vector<V3f>(128, V3f(0.5F, 1, 2)), {}};
+  const Frame frame = in_environment(setting, even);
+  for (const V4f& pixel : frame.pixels) {
+    if (pixel.w < 1) continue;
+    CHECK(pixel.x == doctest::Approx(0.4).epsilon(1e-3));
+    CHECK(pixel.y == doctest::Approx(0.4).epsilon(1e-3));
+    CHECK(pixel.z == doctest::Approx(0.4).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("fabrics in an environment look as in one lamp for each of its pixels") {
+  const Environment environment = evening();
+  REQUIRE(divide(environment).lamps.empty());
+  const auto apart = [&](Fabric fabric) {
+    const test::Setting setting = ball(std::move(fabric));
+    const double dB = likeness(in_environment(setting, environment), in_lamps(setting, environment));
+    MESSAGE("dB: ", dB);
+    return dB;
+  };
+  SUBCASE("products") { CHECK(apart(product_fabric()) > 50); }
+  SUBCASE("lobes, frames, tables and opacity") { CHECK(apart(test::random_fabric(4, 4, 1)) > 40); }
+  SUBCASE("yarn") {
+    Fabric fabric = product_fabric();
+    fabric.period_mm = V2f(4, 4);
+    fabric.reference_height = 1.2F;
+    fabric.levels.front().set_yarns(std::make_shared<const Yarns>(weave(), fabric.period_mm));
+    CHECK(apart(std::move(fabric)) > 34);
+  }
+}
+
+TEST_CASE("what wears no fabric is lit from around, too") {
+  test::Setting setting = ball(test::lambert_fabric(4, V3f(0.5F)));
+  setting.scene.materials[0] = test::material(-1, V4f(0.5F, 0.5F, 0.5F, 1));
+  setting.scene.materials[0].metallic = 0;
+  setting.options.ambient = 0;
+  Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
+  const Frame frame = in_environment(setting, even);
+  const V4f& middle = frame.pixels[20 * 40 + 20];
+  // (1 - F) albedo + F, F = 0.04.
+  CHECK(middle.x == doctest::Approx(0.96 * 0.5 + 0.04).epsilon(0.02));
+}

@@ -1,0 +1,85 @@
+// Samples of yarn: points of the cloth, what is seen there, and by which lights (spec/brdf.md, "Yarn").
+#pragma once
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "viewer/hybrid/cell_order.h"
+#include "viewer/hybrid/evaluate_lanes.h"
+#include "viewer/hybrid/yarn_surface.h"
+
+namespace selvedge {
+
+/// A pixel of a block, with what its samples need.
+struct YarnPixel {
+  std::uint32_t block = 0;
+  std::uint32_t lane = 0;
+  V2i position{0, 0};
+  V2f uv{0, 0}, right{0, 0}, up{0, 0};  ///< of its centre; their change per pixel
+  V3f view{0, 0, 1};
+  std::uint32_t surface = 0;
+  float side = 1;
+  /// The place so many pixels to the right and up of its centre, by its own surface.
+  V2f place(float to_right, float upwards) const { return uv + right * to_right + up * upwards; }
+};
+
+/// A light at a pixel.
+struct YarnLight {
+  V3f direction{0, 0, 1};
+  float share = 0;
+};
+
+/// The pixels of some blocks that show the yarn of one fabric.
+struct YarnPixels {
+  std::vector<YarnPixel> pixels;
+  std::vector<YarnLight> lights;    ///< [pixel][light]
+  std::vector<V3f> irradiance;      ///< of the lights
+  std::vector<SmoothLight> around;  ///< [pixel], in its axes; empty if there is none
+};
+
+/// What shows no yarn.
+inline constexpr std::int32_t no_segment = std::numeric_limits<std::int32_t>::min() / 2;
+
+/// A point of the cloth, and what is seen there.
+struct YarnSample {
+  V2f uv{0, 0};
+  std::uint32_t pixel = 0;  ///< whose view and lights it has
+  std::int32_t segment = no_segment;
+  V3f radiance{0, 0, 0};
+  std::uint32_t lit = 0;  ///< lights that no yarn hides, as bits
+};
+
+/// Looks at samples of one fabric: all view rays, then the shadow rays of each light, those that lie close
+/// together at once.
+class SampleShader {
+ public:
+  /// Both must outlive the object.
+  SampleShader(const PackedFabric& packed, const YarnPixels& of);
+  void look(std::span<YarnSample> samples);
+
+ private:
+  const YarnLight& light_of(const YarnSample& sample, std::size_t number) const {
+    return of_.lights[sample.pixel * of_.irradiance.size() + number];
+  }
+  void find(std::span<const std::uint32_t> packet);
+  void reflect_around(std::span<const std::uint32_t> packet, std::uint32_t seen);
+  void cast_shadows(std::size_t number);
+
+  const Yarns& yarns_;
+  float plane_;
+  std::span<const float> sky_;
+  const YarnPixels& of_;
+  CellOrder order_;
+  std::span<YarnSample> samples_;
+  std::vector<V3f> leave_;   ///< where light leaves the samples' yarn
+  std::vector<V3f> direct_;  ///< [light][sample]
+  YarnLanes a_;              ///< where rays come from
+  YarnLanes view_;
+  YarnLanes direction_;  ///< to a light
+  YarnHits hits_;
+  YarnSurface surface_;
+  YarnReflection reflection_;
+};
+
+}  // namespace selvedge
