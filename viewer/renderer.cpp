@@ -5,6 +5,7 @@
 
 #include "viewer/frame/backdrop.h"
 #include "viewer/hybrid/path.h"
+#include "viewer/light/sky.h"
 #include "viewer/paper/path.h"
 #include "viewer/render_checks.h"
 #include "viewer/shader/path.h"
@@ -30,6 +31,9 @@ struct Renderer::State {
   std::unique_ptr<GraphicsContext> context;  ///< destroyed after all objects that it owns
   GlFunctions gl;
   std::unique_ptr<ShadowPass> shadows;  ///< created on first use
+  std::optional<SkyVisibility> sky;     ///< found on first use
+  SmoothLight around;                   ///< of `around_vertices`
+  std::vector<SmoothLight> around_vertices;
   std::unique_ptr<FramePath> path;
   std::unique_ptr<HybridPath> probes;  ///< beside another path, created on first use
   double prepare = 0;
@@ -43,6 +47,21 @@ struct Renderer::State {
       probes = std::move(*made);
     }
     return probes.get();
+  }
+
+  /// What the scene leaves of light from all around, if the options have any, and shadows.
+  Result<std::span<const SmoothLight>> shade_around(const DrawOptions& options) {
+    if (!options.around || options.shadows == 0) return std::span<const SmoothLight>();
+    if (!sky) {
+      auto found = sky_visibility(gl, scene.mesh, scene.materials);
+      if (!found) return tl::unexpected(found.error());
+      sky = std::move(*found);
+    }
+    if (around_vertices.empty() || around != *options.around) {
+      around = *options.around;
+      around_vertices = light_at_vertices(*sky, around);
+    }
+    return std::span<const SmoothLight>(around_vertices);
   }
 
   /// Draws the shadow maps that the options require; null without shadows.
@@ -137,6 +156,8 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   Stopwatch watch;
   const Result<ShadowPass*> shadows = s.draw_shadows(options);
   if (!shadows) return tl::unexpected(shadows.error());
+  const Result<std::span<const SmoothLight>> around = s.shade_around(options);
+  if (!around) return tl::unexpected(around.error());
   if (*shadows != nullptr) {
     watch.add_to(stats.shadows);
     if ((*shadows)->views().size() < options.lights.size())
@@ -147,7 +168,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   frame.width = s.size.width;
   frame.height = s.size.height;
   frame.pixels.resize(frame.width * frame.height);
-  if (auto good = s.path->draw({camera, options, *shadows}, frame, stats); !good) return good;
+  if (auto good = s.path->draw({camera, options, *shadows, *around}, frame, stats); !good) return good;
   if (options.backdrop) add_backdrop(camera, *options.backdrop, frame);
   return {};
 }

@@ -54,8 +54,10 @@ void add_light(Options& options, PictureOptions& picture) {
   // A flag, since a separate number could be the input.
   options
       .flag("--shadows", picture.shadows, default_shadow_size,
-            "Shadow maps of directional lights and spots; --shadows=SIZE sets their texels per side")
+            "Shadow maps of directional lights and spots; --shadows=SIZE sets their texels per side. The "
+            "default in an environment, where the scene also hides parts of the rest")
       .in(min_shadow_size, max_shadow_size);
+  options.flag("--no-shadows", picture.no_shadows, "None in an environment");
   options
       .number("--ambient", picture.ambient, "SHARE",
               "Ambient light on materials without a fabric, as a share of what white reflects that faces a "
@@ -86,7 +88,10 @@ void add_light(Options& options, PictureOptions& picture) {
       .in(0, 1e6);
   options.flag("--backdrop", picture.backdrop, "Shows it behind the scene");
   options.check([&options, &picture] {
-    if (!picture.environment.empty() && !options.given("--exposure")) picture.display.exposure = 1;
+    if (picture.environment.empty()) return;
+    if (!options.given("--exposure")) picture.display.exposure = 1;
+    if (!options.given("--shadows") && !picture.no_shadows && !has_ending(picture.input, ".exr"))
+      picture.shadows = default_shadow_size;
   });
 }
 
@@ -102,7 +107,7 @@ void check_picture(const Options& options, const PictureOptions& picture) {
                     "counts for nothing with --orthographic, without --distance", {"--fov"});
   options.refuse_if(has_distance, "counts for nothing with --distance", {"--distance-factor"});
   options.refuse_if(picture.environment.empty(), "counts for nothing without --environment",
-                    {"--environment-turn", "--environment-strength", "--backdrop"});
+                    {"--environment-turn", "--environment-strength", "--backdrop", "--no-shadows"});
 }
 
 std::vector<Light> lights_for(const PictureOptions& picture, const Scene& scene, const Camera& camera) {

@@ -25,6 +25,7 @@ struct PictureOptions {
   DisplayOptions display = default_display();
   float ambient = RenderOptions{}.ambient;
   int shadows = RenderOptions{}.shadows;
+  bool no_shadows = false;
   LevelOptions levels = best_levels;
   int layers = RenderOptions{}.layers;
   std::string environment;    ///< a picture of radiance; empty: none

@@ -5,6 +5,7 @@
 
 #include "format/picture/environment.h"
 #include "tests/viewer/paths.h"
+#include "viewer/light/shadows.h"
 
 using namespace selvedge;
 
@@ -168,4 +169,22 @@ TEST_CASE("what wears no fabric is lit from around, too") {
   const V4f& middle = frame.pixels[20 * 40 + 20];
   // (1 - F) albedo + F, F = 0.04.
   CHECK(middle.x == doctest::Approx(0.96 * 0.5 + 0.04).epsilon(0.02));
+}
+
+TEST_CASE("a wall beside cloth hides half of the sky") {
+  test::Setting setting;
+  test::add(setting.scene, test::square(1), test::material(0));
+  const M44d wall(0, 0, -200, 0, 0, 200, 0, 0, 1, 0, 0, 0, 5, 0, 0, 1);
+  test::add(setting.scene, test::square(1), test::material(-1, V4f(0, 0, 0, 1)), wall);
+  setting.fabrics.push_back(test::lambert_fabric(1, V3f(0.8F)));
+  setting.scene.fabrics.resize(1);
+  setting.camera.look_at = V3d(0, 0, 0);
+  setting.camera.distance = 3;
+  setting.options.width = setting.options.height = 20;
+  const Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
+  const auto middle = [&] { return in_environment(setting, even).pixels[10 * 20 + 10].x; };
+  CHECK(middle() == doctest::Approx(0.8).epsilon(1e-3));
+  setting.options.shadows = default_shadow_size;
+  // 48 directions.
+  CHECK(middle() == doctest::Approx(0.4).epsilon(0.06));
 }

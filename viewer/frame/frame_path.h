@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <span>
 #include <vector>
 
 #include "format/picture/frame.h"
@@ -25,6 +26,8 @@ struct FrameView {
   const Camera& camera;
   const DrawOptions& options;
   ShadowPass* shadows = nullptr;  ///< the lights' shadow maps; null: no shadows
+  /// What the scene leaves of DrawOptions::around at the vertices; empty: all.
+  std::span<const SmoothLight> around_vertices{};
 };
 
 class FramePath {

@@ -42,6 +42,7 @@ ShadingScene HybridPath::shading(const FrameView& view) const {
   if (view.shadows != nullptr) shading.shadows = view.shadows->read();
   shading.ambient = view.options.ambient;
   shading.around = view.options.around ? &*view.options.around : nullptr;
+  shading.around_vertices = view.around_vertices;
   shading.power = view.options.power;
   shading.points = view.options.levels.points;
   return shading;

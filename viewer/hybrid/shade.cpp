@@ -91,22 +91,20 @@ SELVEDGE_THREE_BODIES(light_lanes, (const LaneFrames& frame, const V3f& directio
                       (frame, direction, result))
 
 template <std::size_t N>
-SELVEDGE_INLINE void turn_lanes(const LaneFrames& frame, const SmoothLight& light, LaneSmoothLight& result) {
+SELVEDGE_INLINE void turn_lanes(const LaneFrames& frame, LaneSmoothLight& light) {
   using Wide = WideFloat<N>;
   for (std::size_t first = 0; first < lane_count; first += N) {
     for (std::size_t c = 0; c < 3; ++c) {
       std::array<Wide, smooth_functions> of_colour;
       for (std::size_t k = 0; k < smooth_functions; ++k)
-        of_colour[k] = Wide(light.factors[k][static_cast<int>(c)]);
+        of_colour[k] = Wide::load(&light.factors[k][c][first]);
       const auto in_frame = turned(of_colour, load<N>(frame.tangent, first), load<N>(frame.up, first),
                                    load<N>(frame.normal, first));
-      for (std::size_t k = 0; k < smooth_functions; ++k) in_frame[k].store(&result.factors[k][c][first]);
+      for (std::size_t k = 0; k < smooth_functions; ++k) in_frame[k].store(&light.factors[k][c][first]);
     }
   }
 }
-SELVEDGE_THREE_BODIES(turn_lanes,
-                      (const LaneFrames& frame, const SmoothLight& light, LaneSmoothLight& result),
-                      (frame, light, result))
+SELVEDGE_THREE_BODIES(turn_lanes, (const LaneFrames& frame, LaneSmoothLight& light), (frame, light))
 
 /// Prevents NaN in sums and filters from lobes that overflowed.
 float tame(float radiance) { return radiance >= 0 ? std::min(radiance, 1e30F) : 0.0F; }
@@ -222,6 +220,31 @@ void cast_shadow(const ShadingScene& scene, const PixelPlaces& block, const Lane
 
 }  // namespace
 
+namespace {
+
+/// Light from all around at the block's pixels, world axes.
+void gather_around(const ShadingScene& scene, const PixelPlaces& block, LaneSmoothLight& result) {
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    SmoothLight light = *scene.around;
+    if (!scene.around_vertices.empty()) {
+      const auto& corners = scene.mesh->triangles[block.triangle[lane]].corners;
+      const std::array weights{1 - block.second_corner[lane] - block.third_corner[lane],
+                               block.second_corner[lane], block.third_corner[lane]};
+      light = {};
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const SmoothLight& there = scene.around_vertices[corners[corner]];
+        for (std::size_t k = 0; k < smooth_functions; ++k)
+          light.factors[k] += there.factors[k] * weights[corner];
+      }
+    }
+    for (std::size_t k = 0; k < smooth_functions; ++k) {
+      for (std::size_t c = 0; c < 3; ++c) result.factors[k][c][lane] = light.factors[k][static_cast<int>(c)];
+    }
+  }
+}
+
+}  // namespace
+
 void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch,
                   ShadedBlock& result) {
   static const auto light_lanes = light_lanes_for_this_processor();
@@ -242,7 +265,8 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
   for (const ShadowMap& map : scene.shadows) cast_shadow(scene, block, frames, map, lights[map.view.light]);
   if (scene.around != nullptr) {
     static const auto turn = turn_lanes_for_this_processor();
-    turn(frames, *scene.around, result.around);
+    gather_around(scene, block, result.around);
+    turn(frames, result.around);
   }
   const LaneSmoothLight* around = scene.around != nullptr ? &result.around : nullptr;
   LaneShading& light = result.light;

@@ -35,8 +35,10 @@ struct ShadingScene {
   std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
   float ambient = 0;  ///< ambient light on core materials: white has the radiance ambient / pi
   const SmoothLight* around = nullptr;  ///< light from all around, world axes
-  PowerKind power = PowerKind::exact;   ///< of the fabrics' lobes
-  int points = 2;                       ///< LevelOptions::points
+  /// What the scene leaves of it at the vertices of `mesh`; empty: all.
+  std::span<const SmoothLight> around_vertices{};
+  PowerKind power = PowerKind::exact;  ///< of the fabrics' lobes
+  int points = 2;                      ///< LevelOptions::points
 };
 
 /// Frames of a block. An interpolated normal that faces away from the viewer is bent until the view just

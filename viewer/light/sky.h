@@ -1,0 +1,26 @@
+// What a scene leaves of light from all around at its vertices: folds, sleeves and the inside of a collar
+// keep light from each other.
+#pragma once
+
+#include <vector>
+
+#include "format/fabric/smooth_light.h"
+#include "viewer/light/shadow_pass.h"
+
+namespace selvedge {
+
+/// Shares of the light from directions over the sphere that reach the vertices, on the side of the cloth that
+/// faces the direction.
+struct SkyVisibility {
+  std::vector<V3f> directions;
+  std::vector<std::uint8_t> shares;  ///< [vertex][direction], of 255
+};
+
+/// Draws shadow maps towards the directions. Holes of fabrics and masks are ignored, as they are for lamps.
+Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces& mesh,
+                                     const Materials& materials);
+
+/// Smooth light as each vertex sees it; exact where nothing hides it.
+std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, const SmoothLight& light);
+
+}  // namespace selvedge
