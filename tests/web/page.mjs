@@ -35,7 +35,8 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
     return {
       ...state, camera: camera.position.toArray(), target: controls.target.toArray(),
       shows: [...materials].map(({ shows }) => shows),
-      fabrics: [...materials].map(({ fabric }) => fabric.name), width: document.documentElement.scrollWidth,
+      fabrics: [...materials].map(({ fabric }) => fabric.name),
+      read_in: [...materials].map(({ fabric }) => fabric.read_in), width: document.documentElement.scrollWidth,
     };
   });
   /** What is seen once `holds` is true of it, after `act`. */
@@ -50,6 +51,7 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   const far = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 
   const start = await seen();
+  assert.deepEqual([...new Set(start.read_in)], ['worker']);
   assert.ok(start.shows.length > 0 && start.shows.every((shows) => shows === 'fabric'), `${start.shows}`);
   assert.equal(start.width, SIZE.width, 'nothing is wider than the window');
   const picture = await page.screenshot();

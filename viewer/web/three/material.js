@@ -75,10 +75,12 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   /** Shows what is due now; before every drawing. */
   update_fabric() {
     const due = this.wants_fabric && this.fabric?.state === 'ready' ? 'fabric' : 'fallback';
-    if (due === this.shows) return;
+    const {fabric_words} = this.fabric_uniforms;
+    if (due === this.shows && (due === 'fallback' || fabric_words.value === this.fabric.texture)) return;
     this.shows = due;
     if (due === 'fabric') {
-      this.fabric_uniforms.fabric_words.value = this.fabric.texture;
+      // Another one when finer levels have come.
+      fabric_words.value = this.fabric.texture;
       this.transparent = this.keeps_opacity && !this.alphaToCoverage;
       this.depthWrite = true;
       this.alphaTest = 0;
