@@ -32,7 +32,7 @@ await in_browser(package_folder, { invalid: join(kit, 'invalid'), made: folder }
       // Some fixtures are no file at all.
       if (!existsSync(packed) && !statSync(plain, { throwIfNoEntry: false })?.isFile()) continue;
       writeFileSync(join(folder, 'f.exr'), existsSync(packed) ? gunzipSync(readFileSync(packed)) : readFileSync(plain));
-      writeFileSync(join(folder, 'g.gltf'), garment_of('f.exr'));
+      writeFileSync(join(folder, 'g.gltf'), garment_of(['f.exr']));
     }
     errors.length = 0;
     const { refused, states, ms } = await fate_of(is_fabric ? '/made/g.gltf' : `/invalid/${name}/${expected.file}`);

@@ -34,6 +34,7 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
     const { state, camera, controls, materials } = globalThis.selvedge;
     return {
       ...state, camera: camera.position.toArray(), target: controls.target.toArray(),
+      full: document.fullscreenElement !== null,
       shows: [...materials].map(({ shows }) => shows),
       fabrics: [...materials].map(({ fabric }) => fabric.name),
       read_in: [...materials].map(({ fabric }) => fabric.read_in), width: document.documentElement.scrollWidth,
@@ -76,6 +77,9 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
     await page.mouse.up();
   }, (now) => now.light[0] > 0.5);
 
+  // The finger takes it to the other side.
+  await after(() => touch([[light.x + 30, light.y + 20], [light.x + 5, light.y + 20]]), (now) => now.light[0] < -0.5);
+
   const all_show = (what) => ({ shows }) => shows.every((shown) => shown === what);
   await after(() => page.keyboard.press('f'), all_show('fallback'));
   await after(() => page.locator('#fallback').click(), all_show('fabric'));
@@ -84,6 +88,8 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   await after(() => page.locator('#fabric').selectOption({ label: 'knit.fabric.exr' }), ({ fabrics, shows, frames }) =>
     fabrics.every((name) => name === 'knit.fabric.exr') && shows.every((shown) => shown === 'fabric') &&
     frames > brighter.frames);
+  await after(() => page.locator('#full').click(), ({ full }) => full);
+  await after(() => page.locator('#full').click(), ({ full }) => !full);
   assert.deepEqual(errors, []);
   const bytes = statSync(path('cloth.html')).size, packed = gzipSync(readFileSync(path('cloth.html'))).length;
   console.log(`${bytes} bytes, ${packed} packed; first frame after ${first.toFixed(0)} ms; a frame of ${SIZE.width} x ` +

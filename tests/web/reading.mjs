@@ -21,7 +21,7 @@ const path = (name) => join(folder, name);
 const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { stdio: ['ignore', 'ignore', 'inherit'] });
 run('selvedge', 'make', 'plain-knit', '-o', path('standard.exr'), '--quiet');
 run('selvedge', 'repack', path('standard.exr'), '-o', path('large.exr'), '--codec', 'none', '--float-tables', '--quiet');
-for (const name of ['standard', 'large', 'none']) writeFileSync(path(`${name}.gltf`), garment_of(`${name}.exr`));
+for (const name of ['standard', 'large', 'none']) writeFileSync(path(`${name}.gltf`), garment_of([`${name}.exr`]));
 const bytes_of = (name) => new Uint8Array(readFileSync(path(`${name}.exr`)));
 const sum = (sent) => sent.reduce((all, { bytes }) => all + bytes, 0);
 const size_of = (name) => statSync(path(`${name}.exr`)).size;
@@ -79,7 +79,7 @@ for (const way of ['worker', 'missing worker', 'no worker']) {
       const { read_in, digest, ms, longest } = await shown(name);
       assert.equal(read_in, way === 'worker' ? 'worker' : 'main thread');
       assert.equal(digest, xxh3_128(new Uint8Array(rows.buffer)));
-      console.log(`${way}, ${name}: fabric on the screen after ${ms.toFixed(0)} ms, of these the page was held for at most ` +
+      console.log(`${way}, ${name}: fabric on the screen after ${ms.toFixed(0)} ms, the page held for at most ` +
         `${longest.toFixed(0)} ms`);
     }
     await shown('none');

@@ -1,4 +1,4 @@
-import {BufferGeometry, Material, MeshPhysicalMaterial, Texture} from 'three';
+import {Material, MeshPhysicalMaterial, Texture} from 'three';
 import {GLTFParser} from 'three/addons/loaders/GLTFLoader.js';
 import {Issue} from '../reader/index.js';
 
@@ -48,9 +48,6 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   level: number;
   set_fabric(fabric: LoadedFabric | null): this;
 }
-
-/** Adds the attribute fabric_tangent to a geometry with positions, normals and the coordinates of the lay. */
-export function add_tangents(geometry: BufferGeometry, lay: Lay): void;
 
 /** The plugin: loader.register((parser) => new SelvedgeFabric(parser)). */
 export class SelvedgeFabric {

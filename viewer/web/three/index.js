@@ -122,4 +122,4 @@ export class SelvedgeFabric {
   }
 }
 
-export {add_tangents, plain_lay};
+export {plain_lay};

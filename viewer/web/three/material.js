@@ -1,6 +1,7 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {fragment_shader, vertex_shader} from './shader.js';
+import {add_tangents, tangents_name} from './tangents.js';
 
 /** The lay of a fabric on a surface, as KHR_texture_transform: of the material's reference. */
 export const plain_lay = {uv_set: 0, offset: [0, 0], rotation: 0, scale: [1, 1]};
@@ -89,19 +90,21 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.needsUpdate = true;
   }
-  onBeforeRender() {
+  onBeforeRender(renderer, scene, camera, geometry) {
     this.update_fabric();
+    // For the next frame: three.js takes no new attribute while it draws.
+    queueMicrotask(() => add_tangents(geometry, this.lay));
   }
   onBeforeCompile(shader) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
     Object.assign(shader.uniforms, this.fabric_uniforms);
     if (this.shows !== 'fabric') return;
-    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set);
+    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay));
     shader.fragmentShader = fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity: this.keeps_opacity});
   }
   customProgramCacheKey() {
     return this.shows === 'fabric' ?
-      `selvedge ${this.lay.uv_set} ${this.fabric.has_yarn} ${this.keeps_opacity}` :
+      `selvedge ${tangents_name(this.lay)} ${this.fabric.has_yarn} ${this.keeps_opacity}` :
       'selvedge fallback';
   }
   copy(source) {

@@ -36,8 +36,9 @@ const VERTEX_BODY = `
   fabric_along_u = (modelViewMatrix * vec4(fabric_along_u, 0.0)).xyz;
 `;
 
-/** three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. */
-export const vertex_shader = (of_three, uv_set) => `#define FABRIC_UV_SET ${uv_set}
+/** three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute. */
+export const vertex_shader = (of_three, uv_set, tangents) => `#define FABRIC_UV_SET ${uv_set}
+#define fabric_tangent ${tangents}
 ${of_three
     .replace('void main() {', `${VERTEX_NAMES}\nvoid main() {`)
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}`)}`;
