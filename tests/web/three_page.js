@@ -12,7 +12,7 @@ import { fetch_fabric } from '/repository/viewer/web/reader/index.js';
 import { garment_of } from '/test/garment.mjs';
 
 /** 3 x 2 texels of lobes, frames and a table: no direction looks like another. */
-const CLOTH = '/kit/layers-lobes-frame-table.exr', OTHER = '/kit/light-lobes.exr';
+const CLOTH = '/kit/layers-lobes-frame-table.exr', OTHER = '/kit/light-lobes.exr', OPEN = '/kit/layers-lobes-opacity.exr';
 const SIZE = 32;
 
 const renderer = new WebGLRenderer();
@@ -22,10 +22,10 @@ renderer.shadowMap.enabled = true;
 function need(holds, what) {
   if (!holds) throw new Error(what);
 }
-async function material_of(lay = plain_lay, file = CLOTH) {
+async function material_of({ lay = plain_lay, file = CLOTH, keeps_opacity = false } = {}) {
   const fabric = new LoadedFabric({ url: new URL(file, location).href }, file);
   await fabric.settled;
-  return new FabricMaterial({ fabric, lay });
+  return new FabricMaterial({ fabric, lay, keeps_opacity });
 }
 /** Quads that lie at z = 0 one beside the other, v downwards as in glTF; the first has its middle at 0. */
 function cloth(quads = 1, side = 1) {
@@ -127,6 +127,18 @@ async function load(text) {
   for (const { fabric } of materials) await fabric.settled;
   return gltf;
 }
+/** Two quads that have a bone each; that of the second lies at its left edge. */
+function skinned_cloth(material) {
+  const geometry = cloth(2), bones = [new Bone(), new Bone()], mesh = new SkinnedMesh(geometry, material);
+  const of_quad = (i) => Array(4).fill([i, 0, 0, 0]).flat();
+  geometry.setAttribute('skinIndex', new Uint16BufferAttribute([...of_quad(0), ...of_quad(1)], 4));
+  geometry.setAttribute('skinWeight', new Float32BufferAttribute([...of_quad(1), ...of_quad(1)], 4));
+  bones[0].add(bones[1]);
+  bones[1].position.x = 0.5;
+  mesh.add(bones[0]);
+  mesh.bind(new Skeleton(bones));
+  return { mesh, bones };
+}
 const SUN = () => light_from(0.5, 0.7, 1);
 
 export const facts = {
@@ -187,17 +199,8 @@ export const facts = {
   },
 
   'a skinned cloth in motion is the cloth of its pose': async () => {
-    const material = await material_of(), geometry = cloth(2), bones = [new Bone(), new Bone()];
+    const material = await material_of(), { mesh, bones } = skinned_cloth(material);
     material.side = DoubleSide;
-    bones[0].add(bones[1]);
-    bones[1].position.x = 0.5;
-    // Each quad has a bone.
-    const of_quad = (i) => Array(4).fill([i, 0, 0, 0]).flat();
-    geometry.setAttribute('skinIndex', new Uint16BufferAttribute([...of_quad(0), ...of_quad(1)], 4));
-    geometry.setAttribute('skinWeight', new Float32BufferAttribute([...of_quad(1), ...of_quad(1)], 4));
-    const mesh = new SkinnedMesh(geometry, material);
-    mesh.add(bones[0]);
-    mesh.bind(new Skeleton(bones));
     const told = [], pictures = [];
     for (const turn of [0.3, 0.8, -0.7]) {
       bones[1].rotation.set(turn / 2, turn, turn);
@@ -210,6 +213,21 @@ export const facts = {
       pictures.push(skinned);
     }
     need(differences(pictures[0], pictures[1]) > 50, 'nothing moves');
+    return told.join('; ');
+  },
+
+  'layers of a skin in motion show through holes in their order': async () => {
+    const material = await material_of({ file: OPEN, keeps_opacity: true });
+    const { mesh, bones } = skinned_cloth(material), told = [];
+    material.side = DoubleSide;
+    bones[1].rotation.z = 1;
+    for (const z of [0.4, -0.4, 0.4]) {
+      bones[1].position.set(-0.4, 0.1, z);
+      const still = new Mesh(cloth(), material), moved = new Mesh(cloth().translate(0.5, 0, 0), material);
+      moved.position.copy(bones[1].position);
+      moved.rotation.copy(bones[1].rotation);
+      told.push(need_same(await picture([mesh, SUN()]), await picture([still, moved, SUN()]), `moved to ${z}`));
+    }
     return told.join('; ');
   },
 
@@ -274,7 +292,7 @@ export const facts = {
 
   'a garment has several fabrics': async () => {
     const { scene } = await load(garment_of([CLOTH, OTHER], { references: [{ index: 0 }, { index: 1 }] }));
-    const first = new Mesh(cloth(), await material_of()), second = new Mesh(cloth(), await material_of(plain_lay, OTHER));
+    const first = new Mesh(cloth(), await material_of()), second = new Mesh(cloth(), await material_of({ file: OTHER }));
     second.position.x = 1;
     return need_same(await picture([scene, SUN()]), await picture([first, second, SUN()]), 'two fabrics');
   },

@@ -1,5 +1,6 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
+import {sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {add_tangents, tangents_name} from './tangents.js';
 
@@ -47,8 +48,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   /** What of the fallback's state the fabric has otherwise. */
   #keep_state() {
-    const {transparent, depthWrite, alphaTest} = this;
-    this.of_fallback = {transparent, depthWrite, alphaTest};
+    const {transparent, depthWrite, alphaTest, forceSinglePass} = this;
+    this.of_fallback = {transparent, depthWrite, alphaTest, forceSinglePass};
   }
   /** Whether the fabric is to be shown where it can be; else the fallback. */
   get shows_fabric() {
@@ -90,8 +91,10 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.needsUpdate = true;
   }
-  onBeforeRender(renderer, scene, camera, geometry) {
+  onBeforeRender(renderer, scene, camera, geometry, object) {
     this.update_fabric();
+    // three.js draws what it takes for one layer twice, back sides first.
+    if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera);
     // For the next frame: three.js takes no new attribute while it draws.
     queueMicrotask(() => add_tangents(geometry, this.lay));
   }
