@@ -24,7 +24,7 @@ const layers_from = ({layers}, first) => Object.entries(layers).flatMap(([layer,
 export async function* load_words(source) {
   const is_here = source instanceof ArrayBuffer;
   const fabric = is_here ? open_fabric(new Uint8Array(source)) : await fetch_fabric(source);
-  const {levels, mmPerRepeat: mm_per_repeat} = fabric;
+  const {levels} = fabric, mm_per_repeat = fabric.mmPerRepeat.map(Number);
   let first = 0;
   while (first + 1 < levels && bytes_to_fetch(fabric, layers_from(fabric, first)) > FIRST_PICTURE) ++first;
   for (const from of first > 0 ? [first, 0] : [0]) {

@@ -1,5 +1,5 @@
 // A fabric file that is loaded beside a scene, for any number of materials.
-import {ClampToEdgeWrapping, DataTexture, NearestFilter, RedIntegerFormat, UnsignedIntType} from 'three';
+import {DataTexture, RedIntegerFormat, UnsignedIntType} from 'three';
 import {load} from '../background.js';
 import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
@@ -10,11 +10,7 @@ const ROW = 2048;
 function texture_of(words) {
   const rows = Math.ceil(words.length / ROW), data = new Uint32Array(ROW * rows);
   data.set(words);
-  const texture = new DataTexture(
-    data, ROW, rows, RedIntegerFormat, UnsignedIntType, undefined, ClampToEdgeWrapping, ClampToEdgeWrapping, NearestFilter,
-    NearestFilter);
-  texture.internalFormat = 'R32UI';
-  texture.unpackAlignment = 4;
+  const texture = new DataTexture(data, ROW, rows, RedIntegerFormat, UnsignedIntType);
   texture.needsUpdate = true;
   return texture;
 }

@@ -29,10 +29,6 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_words: {value: null},
       fabric_transform: {value: matrix_of(lay)},
       forced_level: {value: -1},
-      blend_levels: {value: 1},
-      level_bias: {value: -1},
-      by_area: {value: 1},
-      points: {value: 2},
     };
     this.wants_fabric = true;
     this.shows = 'fallback';
