@@ -21,7 +21,8 @@ const { chromium } = await import('../node/node_modules/playwright-core/index.mj
   () => skip('npm ci in tests/node installs playwright-core'));
 
 /**
- * Serves folders by the first part of the path, ranges of files too, unless the query is "whole":
+ * Serves folders by the first part of the path, ranges of files too, unless the query is "whole"; where it is "untold",
+ * nothing is told of their place:
  * { address, sent, close() }. `sent` takes { name, status, bytes } of every answer.
  */
 export async function serve(folders) {
@@ -40,7 +41,8 @@ export async function serve(folders) {
     if (!range) return answer(200, type, bytes);
     const [begin, last] = [Number(range[1]), Math.min(Number(range[2]), bytes.length - 1)];
     if (begin > last) return answer(416);
-    answer(206, { ...type, 'content-range': `bytes ${begin}-${last}/${bytes.length}` }, bytes.subarray(begin, last + 1));
+    const place = search === '?untold' ? {} : { 'content-range': `bytes ${begin}-${last}/${bytes.length}` };
+    answer(206, { ...type, ...place }, bytes.subarray(begin, last + 1));
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   return { address: `http://127.0.0.1:${server.address().port}`, sent, close: () => server.close() };

@@ -4,7 +4,7 @@ import {place_chunks, read_headers, read_structure} from './exr.js';
 import {fabric_of} from './fabric.js';
 import {Issue} from './issue.js';
 
-/** Bytes of the first request, which hold the headers of most fabrics and all of a small one. */
+/** Usual bytes of the first request, which hold the headers of most fabrics and all of a small one. */
 const FIRST = 2 ** 15;
 /** Ranges that are not further apart are one. */
 const GAP = 2 ** 11;
@@ -70,11 +70,12 @@ async function structure_of(remote) {
 
 /**
  * The fabric at an address, its headers and its text, as open_fabric() gives it: fetch_layers() fetches what read_layer()
- * reads. `source`: { url, headers, credentials }, the last two as fetch() takes them.
+ * reads. `source`: { url, headers, credentials, first }, headers and credentials as fetch() takes them, and the bytes that
+ * are asked for at first.
  */
 export async function fetch_fabric(source) {
   const remote = new RemoteFile(source);
-  await remote.fetch(0, FIRST);
+  await remote.fetch(0, source.first ?? FIRST);
   return fabric_of(await structure_of(remote));
 }
 
