@@ -392,7 +392,10 @@ export function channel_values({type, bytes}) {
   const aligned = bytes.byteOffset % BYTES[type] === 0 ? bytes : Uint8Array.from(bytes);
   const {buffer, byteOffset, length} = aligned;
   if (type === 'float') return new Float32Array(buffer, byteOffset, length / 4);
-  halves ??= Float32Array.from({length: 65536}, (_, bits) => half_to_number(bits));
+  if (!halves) {
+    halves = new Float32Array(65536);
+    for (let half = 0; half < 65536; ++half) halves[half] = half_to_number(half);
+  }
   const bits = new Uint16Array(buffer, byteOffset, length / 2), values = new Float32Array(bits.length);
   for (let i = 0; i < bits.length; ++i) values[i] = halves[bits[i]];
   return values;
