@@ -7,34 +7,13 @@ import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, wri
 import { join } from 'node:path';
 import { gunzipSync } from 'node:zlib';
 import { in_browser } from './browser.mjs';
+import { garment_of } from './garment.mjs';
 
 const [package_folder, kit, folder] = process.argv.slice(2);
 
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
-
-/** A triangle in a fabric, as a .gltf beside it. */
-function garment_of(fabric) {
-  const data = Buffer.alloc(60);
-  [[0, 0], [1, 0], [0, 1]].forEach(([x, y], i) => {
-    [x, y, 0].forEach((value, k) => data.writeFloatLE(value, 12 * i + 4 * k));
-    [x, y].forEach((value, k) => data.writeFloatLE(value, 36 + 8 * i + 4 * k));
-  });
-  const name = 'SELVEDGE_materials_fabric';
-  return JSON.stringify({
-    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
-    meshes: [{ primitives: [{ attributes: { POSITION: 0, TEXCOORD_0: 1 }, material: 0 }] }],
-    accessors: [
-      { bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] },
-      { bufferView: 1, componentType: 5126, count: 3, type: 'VEC2' },
-    ],
-    bufferViews: [{ buffer: 0, byteLength: 36 }, { buffer: 0, byteOffset: 36, byteLength: 24 }],
-    buffers: [{ byteLength: 60, uri: `data:application/octet-stream;base64,${data.toString('base64')}` }],
-    extensionsUsed: [name], extensions: { [name]: { fabrics: [{ mimeType: 'image/x-exr', uri: fabric }] } },
-    materials: [{ extensions: { [name]: { fabric: { index: 0 } } } }],
-  });
-}
 
 const counts = { 'a fabric, fallback': 0, 'a fabric that is shown': 0, 'a garment, refused by three.js': 0, 'a garment': 0 };
 let slowest = 0;
@@ -53,7 +32,7 @@ await in_browser(package_folder, { invalid: join(kit, 'invalid'), made: folder }
       // Some fixtures are no file at all.
       if (!existsSync(packed) && !statSync(plain, { throwIfNoEntry: false })?.isFile()) continue;
       writeFileSync(join(folder, 'f.exr'), existsSync(packed) ? gunzipSync(readFileSync(packed)) : readFileSync(plain));
-      writeFileSync(join(folder, 'g.gltf'), garment_of('f.exr'));
+      writeFileSync(join(folder, 'g.gltf'), garment_of(['f.exr']));
     }
     errors.length = 0;
     const { refused, states, ms } = await fate_of(is_fabric ? '/made/g.gltf' : `/invalid/${name}/${expected.file}`);

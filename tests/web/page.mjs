@@ -34,8 +34,10 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
     const { state, camera, controls, materials } = globalThis.selvedge;
     return {
       ...state, camera: camera.position.toArray(), target: controls.target.toArray(),
+      full: document.fullscreenElement !== null,
       shows: [...materials].map(({ shows }) => shows),
-      fabrics: [...materials].map(({ fabric }) => fabric.name), width: document.documentElement.scrollWidth,
+      fabrics: [...materials].map(({ fabric }) => fabric.name),
+      read_in: [...materials].map(({ fabric }) => fabric.read_in), width: document.documentElement.scrollWidth,
     };
   });
   /** What is seen once `holds` is true of it, after `act`. */
@@ -50,6 +52,7 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   const far = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 
   const start = await seen();
+  assert.deepEqual([...new Set(start.read_in)], ['worker']);
   assert.ok(start.shows.length > 0 && start.shows.every((shows) => shows === 'fabric'), `${start.shows}`);
   assert.equal(start.width, SIZE.width, 'nothing is wider than the window');
   const picture = await page.screenshot();
@@ -74,14 +77,22 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
     await page.mouse.up();
   }, (now) => now.light[0] > 0.5);
 
+  // The finger takes it to the other side.
+  await after(() => touch([[light.x + 30, light.y + 20], [light.x + 5, light.y + 20]]), (now) => now.light[0] < -0.5);
+
   const all_show = (what) => ({ shows }) => shows.every((shown) => shown === what);
   await after(() => page.keyboard.press('f'), all_show('fallback'));
-  await after(() => page.locator('#fallback').click(), all_show('fabric'));
-  await after(() => page.locator('#level').selectOption('2'), ({ level }) => level === 2);
-  const brighter = await after(() => page.locator('#exposure').fill('1'), ({ exposure }) => exposure === 1);
+  await after(() => page.locator('#fallback').tap(), all_show('fabric'));
+  await page.locator('#level').focus();
+  await after(() => page.keyboard.type('2'), ({ level }) => level === 2);
+  const slider = await page.locator('#exposure').boundingBox();
+  const at_the_right = () => page.mouse.click(slider.x + 0.8 * slider.width, slider.y + slider.height / 2);
+  const brighter = await after(at_the_right, ({ exposure }) => exposure > 1 && exposure < 3);
   await after(() => page.locator('#fabric').selectOption({ label: 'knit.fabric.exr' }), ({ fabrics, shows, frames }) =>
     fabrics.every((name) => name === 'knit.fabric.exr') && shows.every((shown) => shown === 'fabric') &&
     frames > brighter.frames);
+  await after(() => page.locator('#full').click(), ({ full }) => full);
+  await after(() => page.locator('#full').click(), ({ full }) => !full);
   assert.deepEqual(errors, []);
   const bytes = statSync(path('cloth.html')).size, packed = gzipSync(readFileSync(path('cloth.html'))).length;
   console.log(`${bytes} bytes, ${packed} packed; first frame after ${first.toFixed(0)} ms; a frame of ${SIZE.width} x ` +

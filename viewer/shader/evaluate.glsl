@@ -67,6 +67,88 @@ vec3 lobes_at(uint place, uint lobes, vec3 l, vec3 v) {
   return clamp_to_finite(sum * l.z);
 }
 
+// The coefficients of a level's products: of a texel, or a sum of those of texels. Then see() makes them factors of the
+// functions of the light.
+float factors[256];
+void clear_coefficients(uint level) {
+  for (uint m = 0u; m < word(level + level_products); ++m) factors[m] = 0.0;
+}
+void add_coefficients(uint level, uint texel, float weight) {
+  uint products = word(level + level_products);
+  uint place = word(level + level_coefficients) + texel * products;
+  for (uint m = 0u; m < products; ++m) factors[m] += weight * number(place + m);
+}
+void see(uint fabric, uint level, Taps taps) {
+  uint pairs = word(level + level_pairs);
+  uint views = word(fabric + fabric_view_columns) * word(fabric + fabric_view_rows);
+  for (uint m = 0u; m < word(level + level_products); ++m) {
+    uint a = word(pairs + 2u * m);
+    if (a == 0u || factors[m] == 0.0) continue;
+    float phi = 0.0;
+    for (int tap = 0; tap < 4; ++tap) {
+      phi += taps.weight[tap] * number(word(fabric + fabric_view_basis) + (a - 1u) * views + taps.cell[tap]);
+    }
+    factors[m] *= phi;
+  }
+}
+vec3 lit_products(uint fabric, uint level, Taps taps) {
+  uint pairs = word(level + level_pairs);
+  uint basis = word(fabric + fabric_light_basis);
+  uint lights = word(fabric + fabric_light_columns) * word(fabric + fabric_light_rows);
+  vec3 sum = vec3(0.0);
+  for (uint m = 0u; m < word(level + level_products); ++m) {
+    if (factors[m] == 0.0) continue;
+    uint first = basis + 3u * word(pairs + 2u * m + 1u) * lights;
+    vec3 psi = vec3(0.0);
+    for (int tap = 0; tap < 4; ++tap) psi += taps.weight[tap] * vector_at(first + 3u * taps.cell[tap]);
+    sum += factors[m] * psi;
+  }
+  return sum;
+}
+
+// Unlike max(), this turns NaN into 0.
+vec3 from_zero(vec3 x, float most) {
+  for (int c = 0; c < 3; ++c) x[c] = x[c] > 0.0 ? min(x[c], most) : 0.0;
+  return x;
+}
+
+float opacity_of(uint fabric, uint level, uint texel, Taps taps) {
+  uint place = word(level + level_opacity);
+  if (place == 0u) return 1.0;
+  uint views = word(fabric + fabric_view_columns) * word(fabric + fabric_view_rows);
+  float alpha = 0.0;
+  for (int tap = 0; tap < 4; ++tap) {
+    alpha += taps.weight[tap] * table_number(place, word(level + level_opacity_halves) != 0u, texel * views + taps.cell[tap]);
+  }
+  return min(alpha, 1.0);
+}
+
+// Whether a level has products alone. As F is linear in their coefficients, a sum of texels is lit at once
+// (viewer/hybrid/mean_products.h).
+bool is_of_products(uint level) {
+  return word(level + level_products) != 0u && word(level + level_lobes) == 0u && word(level + level_frames) == 0u &&
+         word(level + level_view_table) == 0u && word(level + level_light_table) == 0u;
+}
+
+// Adds the light of such a sum under all lights, seen from `view`.
+void shine(uint fabric, uint level, vec3 view, mat3 frame, inout vec4 sum) {
+  if (!(view.z > 0.0)) return;
+  see(fabric, level, taps_of(word(fabric + fabric_view_columns), word(fabric + fabric_view_rows), view));
+  float scale = number(fabric + fabric_radiance_scale);
+  vec3 radiance = vec3(0.0);
+  for (uint i = 0u; i < light_count(); ++i) {
+    vec3 direction;
+    vec3 irradiance;
+    light_at(i, direction, irradiance);
+    vec3 l = direction * frame;
+    if (!(l.z > 0.0)) continue;
+    Taps taps = taps_of(word(fabric + fabric_light_columns), word(fabric + fabric_light_rows), l);
+    vec3 bracket = from_zero(lit_products(fabric, level, taps), largest);
+    radiance += clamp_to_finite(scale * clamp_to_finite(bracket * l.z)) * irradiance;
+  }
+  sum.rgb += from_zero(radiance, 1e30);
+}
+
 // Evaluates a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).
 void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat3 frame, float weight,
                  inout vec4 sum) {
@@ -107,10 +189,9 @@ void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat
   vec3 local_view = view * local;
   uint lobes = word(level + level_lobe_count);
   uint own_lobes = word(level + level_lobes) == 0u ? 0u : word(level + level_lobes) + texel * 3u * (1u + 4u * lobes);
-  uint coefficients = word(level + level_coefficients) + texel * products;
-  uint pairs = word(level + level_pairs);
-  uint view_basis = word(fabric + fabric_view_basis);
-  uint light_basis = word(fabric + fabric_light_basis);
+  clear_coefficients(level);
+  add_coefficients(level, texel, 1.0);
+  see(fabric, level, view_taps);
   float scale = number(fabric + fabric_radiance_scale);
   vec3 radiance = vec3(0.0);
   for (uint i = 0u; i < light_count(); ++i) {
@@ -131,31 +212,12 @@ void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat
         }
         bracket *= of_light;
       }
-      for (uint m = 0u; m < products; ++m) {
-        float factor = number(coefficients + m);
-        if (factor == 0.0) continue;
-        uint a = word(pairs + 2u * m);
-        uint b = word(pairs + 2u * m + 1u);
-        if (a > 0u) {
-          float phi = 0.0;
-          for (int tap = 0; tap < 4; ++tap) {
-            phi += view_taps.weight[tap] * number(view_basis + (a - 1u) * views + view_taps.cell[tap]);
-          }
-          factor *= phi;
-        }
-        vec3 psi = vec3(0.0);
-        for (int tap = 0; tap < 4; ++tap) {
-          psi += taps.weight[tap] * vector_at(light_basis + 3u * (b * lights + taps.cell[tap]));
-        }
-        bracket += factor * psi;
-      }
-      // Unlike max(), this turns NaN into 0.
-      for (int c = 0; c < 3; ++c) bracket[c] = bracket[c] > 0.0 ? min(bracket[c], largest) : 0.0;
+      if (products != 0u) bracket += lit_products(fabric, level, taps);
+      bracket = from_zero(bracket, largest);
     }
     vec3 l_local = l * local;
     vec3 g = own_lobes == 0u ? vec3(max(l_local.z, 0.0)) : lobes_at(own_lobes, lobes, l_local, local_view);
     radiance += clamp_to_finite(scale * clamp_to_finite(bracket * g)) * irradiance;
   }
-  for (int c = 0; c < 3; ++c) radiance[c] = radiance[c] >= 0.0 ? min(radiance[c], 1e30) : 0.0;
-  sum.rgb += weight * alpha * radiance;
+  sum.rgb += weight * alpha * from_zero(radiance, 1e30);
 }

@@ -42,6 +42,10 @@ void shade_level(uint index, uint fabric, uint level, vec2 uv, vec2 right, vec2 
     ivec2 texel = first + ivec2(i % count.x, i / count.x);
     total += texel_share(box, vec2(texel) + 0.5 - centre);
   }
+  uint place = word(fabric + fabric_level_places + level);
+  bool of_products = is_of_products(place);
+  if (of_products) clear_coefficients(place);
+  Taps taps = taps_of(word(fabric + fabric_view_columns), word(fabric + fabric_view_rows), view);
   // One call for both ways: compilers copy the function to every call.
   for (int i = 0; i < count.x * count.y; ++i) {
     ivec2 texel = first + ivec2(i % count.x, i / count.x);
@@ -49,8 +53,17 @@ void shade_level(uint index, uint fabric, uint level, vec2 uv, vec2 right, vec2 
     if (!(share > 0.0)) continue;
     // Texels beyond the border are those of the next repeat.
     ivec2 at = (texel % size + size) % size;
-    shade_texel(index, level, uint(at.y * size.x + at.x), view, frame, part * share / total, sum);
+    uint number_of_texel = uint(at.y * size.x + at.x);
+    float weight = part * share / total;
+    if (of_products) {
+      weight *= opacity_of(fabric, place, number_of_texel, taps);
+      sum.a += weight;
+      add_coefficients(place, number_of_texel, weight);
+    } else {
+      shade_texel(index, level, number_of_texel, view, frame, weight, sum);
+    }
   }
+  if (of_products) shine(fabric, place, view, frame, sum);
 }
 
 // alpha * (radiance, 1) of the pixel at `uv`; `right` and `up`: its change per pixel. `view` is in the frame.

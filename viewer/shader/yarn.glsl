@@ -255,6 +255,5 @@ void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout
     if (lit != vec3(0.0) && !is_yarn_hidden(yarn, hit, point.normal, l)) f += lit;
     radiance += f * irradiance;
   }
-  for (int c = 0; c < 3; ++c) radiance[c] = radiance[c] >= 0.0 ? min(radiance[c], 1e30) : 0.0;
-  sum.rgb += weight * radiance;
+  sum.rgb += weight * from_zero(radiance, 1e30);
 }

@@ -223,17 +223,19 @@ function largest_yarn_pixel({mmPerRepeat, texels, levels, whole}, thickest) {
 
 /**
  * The words of a fabric of open_fabric, in the layout of word_layout.glsl: { words, yarn }, yarn telling whether it has
- * any. Throws an Issue where a layer is broken.
+ * any. From a `first` level above 0 they are those of a partial fabric, without yarn. Throws an Issue where a layer is
+ * broken.
  */
-export function pack_fabric(fabric) {
+export function pack_fabric(fabric, first = 0) {
   const {texels, levels, views, lights, layers, whole, radianceScale = 1} = fabric;
+  const yarn = Boolean(layers.yarns) && first === 0;
   const words = new Words();
   words.words[words.room(1)] = 1;
-  const place = words.room(AT.fabric_level_places + levels);
+  const place = words.room(AT.fabric_level_places + levels - first);
   const set = (name, value) => {
     words.words[place + AT[name]] = value;
   };
-  set('fabric_level_count', levels);
+  set('fabric_level_count', levels - first);
   set('fabric_view_columns', views?.columns ?? 0);
   set('fabric_view_rows', views?.rows ?? 0);
   set('fabric_light_columns', lights?.columns ?? 0);
@@ -242,20 +244,20 @@ export function pack_fabric(fabric) {
   words.set_numbers(place + AT.fabric_reference_height, fabric.referenceHeight);
   set('fabric_width', (whole?.texels ?? texels)[0]);
   set('fabric_height', (whole?.texels ?? texels)[1]);
-  set('fabric_first_level', whole?.level ?? 0);
+  set('fabric_first_level', (whole?.level ?? 0) + first);
   if (layers.products) {
     const [of_views, of_lights] = base_numbers(fabric);
     set('fabric_view_basis', words.numbers(of_views));
     set('fabric_light_basis', words.numbers(of_lights));
   }
-  if (layers.yarns) {
-    const {place: yarn, thickest} = add_yarns(words, fabric);
-    set('fabric_yarns', yarn);
+  if (yarn) {
+    const {place: yarns, thickest} = add_yarns(words, fabric);
+    set('fabric_yarns', yarns);
     words.set_numbers(place + AT.fabric_largest_yarn_pixel, largest_yarn_pixel(fabric, thickest));
   }
-  for (let k = 0; k < levels; ++k) {
+  for (let k = first; k < levels; ++k) {
     const level = add_level(words, fabric, k);
-    words.words[place + AT.fabric_level_places + k] = level;
+    words.words[place + AT.fabric_level_places + k - first] = level;
   }
-  return {words: words.words.slice(0, words.length), yarn: Boolean(layers.yarns)};
+  return {words: words.words.slice(0, words.length), yarn};
 }

@@ -10,19 +10,26 @@ import {fileURLToPath} from 'node:url';
 
 const [package_folder, modules, page] = process.argv.slice(2).map((path) => resolve(path));
 const {build} = createRequire(join(modules, 'x.js'))('esbuild');
-const {outputFiles: [{text}]} = await build({
-  entryPoints: [join(package_folder, 'page/page.js')],
-  nodePaths: [modules],
-  bundle: true,
-  minify: true,
-  write: false,
-  format: 'esm',
-  target: 'es2022',
-  legalComments: 'inline',
-  logLevel: 'warning',
-});
-const here = dirname(fileURLToPath(import.meta.url));
-// Within a page a script ends at the first of these, even in a string.
-const script = text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
+/** A module of the package with all that it imports, as the text of an element of a page. */
+async function bundled(path, format) {
+  const {outputFiles: [{text}]} = await build({
+    entryPoints: [join(package_folder, path)],
+    nodePaths: [modules],
+    bundle: true,
+    minify: true,
+    write: false,
+    format,
+    target: 'es2022',
+    legalComments: 'inline',
+    logLevel: 'warning',
+  });
+  // Within a page a script ends at the first of these, even in a string.
+  return text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
+}
+const here = dirname(fileURLToPath(import.meta.url)), texts = {
+  PAGE: await bundled('page/page.js', 'esm'),
+  WORKER: await bundled('worker.js', 'iife'),
+};
 mkdirSync(dirname(page), {recursive: true});
-writeFileSync(page, readFileSync(join(here, 'page.html'), 'utf8').replace('/*PAGE*/', () => script));
+const html = readFileSync(join(here, 'page.html'), 'utf8').replaceAll(/\/\*([A-Z]+)\*\//g, (_, name) => texts[name]);
+writeFileSync(page, html);

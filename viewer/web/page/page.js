@@ -6,7 +6,7 @@ import {
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
-import {LoadedFabric, SelvedgeFabric} from '../three/index.js';
+import {LoadedFabric, SelvedgeFabric, use_worker} from '../three/index.js';
 
 /** The lights of selvedge-view: the other light has this share, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18;
@@ -36,6 +36,8 @@ other.position.copy(OTHER_PLACE);
 const state = {light: [-0.4, 0.5], fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: COARSEST / 2};
 const materials = new Set(), size = {x: 0, y: 0};
 let due = false, measured_again = false, rest = 0;
+/** ms that a pixel of the fabric took where it was dearest: by distance, not at a level. */
+let cost = Infinity;
 
 function draw() {
   due = false;
@@ -54,6 +56,7 @@ function draw() {
   const gl = renderer.getContext();
   gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
   state.ms = performance.now() - begin;
+  if (!state.fallback && state.level < 0) cost = state.ms / (width * height * ratio * ratio);
   ++state.frames;
   by_id('time').textContent = `${state.ms.toFixed(state.ms < 10 ? 1 : 0)} ms`;
 }
@@ -80,6 +83,13 @@ function refine() {
 /** Redraws while something moves. */
 function moved() {
   if (state.ms > SLOW && state.coarse < COARSEST) state.coarse *= 2;
+  redraw();
+}
+
+/** Redraws a fabric after what was cheaper to draw, in pixels wide enough. */
+function redraw_dearer() {
+  const {clientWidth: width, clientHeight: height} = renderer.domElement, ratio = Math.min(devicePixelRatio, 2);
+  while (state.coarse < COARSEST && cost * width * height * (ratio / state.coarse) ** 2 > LONG) state.coarse *= 2;
   redraw();
 }
 
@@ -111,13 +121,13 @@ function set_fallback(fallback) {
   state.fallback = fallback;
   for (const material of materials) material.shows_fabric = !fallback;
   by_id('fallback').textContent = fallback ? 'Fallback' : 'Fabric';
-  redraw();
+  redraw_dearer();
 }
 function set_level(level) {
   state.level = level;
   by_id('level').value = level;
   for (const material of materials) material.level = level;
-  redraw();
+  redraw_dearer();
 }
 
 /** Puts garments side by side and the camera before all of them. */
@@ -154,12 +164,15 @@ function offer_fabrics(own) {
     const fabric = others[Number(select.value)];
     await fabric?.settled;
     for (const material of materials) material.set_fabric(fabric ?? own.get(material));
-    redraw();
+    cost = Infinity;
+    redraw_dearer();
   });
 }
 
 async function start() {
   set_light();
+  const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
+  use_worker(() => new Worker(worker));
   const loader = new GLTFLoader();
   loader.setMeshoptDecoder(MeshoptDecoder);
   loader.register((parser) => new SelvedgeFabric(parser));

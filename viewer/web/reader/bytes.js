@@ -15,7 +15,11 @@ export function latin1(bytes) {
 }
 
 /** The bytes of such a text. */
-export const latin1_bytes = (text) => Uint8Array.from(text, (character) => character.charCodeAt(0));
+export function latin1_bytes(text) {
+  const bytes = new Uint8Array(text.length);
+  for (let at = 0; at < text.length; ++at) bytes[at] = text.charCodeAt(at);
+  return bytes;
+}
 
 /** The text of UTF-8, a byte order mark included; a TypeError where it is none. */
 export const utf8 = (bytes) => new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(bytes);

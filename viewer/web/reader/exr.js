@@ -272,12 +272,13 @@ function check_together(parts) {
   }
 }
 
-/** Finds the packed bytes of every chunk, none of them decoded. `first`: where chunks may begin. */
-function place_chunks({bytes, multipart, parts}, first) {
+/** Finds the packed bytes of chunks, of all or of those that are `wanted`, none of them decoded. */
+export function place_chunks({bytes, first, multipart, parts}, wanted = null) {
   const used = [], view = view_of(bytes);
   for (const part of parts) {
     const pixel = part.channels.reduce((sum, {type}) => sum + BYTES[type], 0);
     for (const chunk of part.chunks) {
+      if (wanted && !wanted.has(chunk)) continue;
       const damaged = (wrong, message) => {
         if (wrong) throw new Issue('FILE_DAMAGED', `${part.name}/level ${chunk.level}`, message);
       };
@@ -306,8 +307,11 @@ function place_chunks({bytes, multipart, parts}, first) {
     throw new Issue('FILE_DAMAGED', '', 'two chunks share bytes');
 }
 
-/** Headers and chunks of a file (a Uint8Array), its structure checked: { bytes, multipart, parts }. */
-export function read_headers(bytes) {
+/**
+ * Headers and tables of chunks at the beginning of a file: { bytes, first, multipart, parts }. `first`: where chunks may
+ * begin.
+ */
+export function read_structure(bytes) {
   if (bytes.length < 8 || int_at(bytes, 0) !== 20000630)
     throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
   const version = int_at(bytes, 4);
@@ -333,8 +337,13 @@ export function read_headers(bytes) {
       throw new Issue('FILE_DAMAGED', part.name, 'the table of chunks is cut short');
     for (const chunk of part.chunks) chunk.offset = Number(view.getBigUint64((at += 8) - 8, true));
   }
-  const file = {bytes, multipart, parts};
-  place_chunks(file, at);
+  return {bytes, first: at, multipart, parts};
+}
+
+/** Headers and chunks of a file (a Uint8Array), the structure of all of it checked. */
+export function read_headers(bytes) {
+  const file = read_structure(bytes);
+  place_chunks(file);
   return file;
 }
 
@@ -383,7 +392,10 @@ export function channel_values({type, bytes}) {
   const aligned = bytes.byteOffset % BYTES[type] === 0 ? bytes : Uint8Array.from(bytes);
   const {buffer, byteOffset, length} = aligned;
   if (type === 'float') return new Float32Array(buffer, byteOffset, length / 4);
-  halves ??= Float32Array.from({length: 65536}, (_, bits) => half_to_number(bits));
+  if (!halves) {
+    halves = new Float32Array(65536);
+    for (let half = 0; half < 65536; ++half) halves[half] = half_to_number(half);
+  }
   const bits = new Uint16Array(buffer, byteOffset, length / 2), values = new Float32Array(bits.length);
   for (let i = 0; i < bits.length; ++i) values[i] = halves[bits[i]];
   return values;

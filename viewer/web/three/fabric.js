@@ -1,7 +1,8 @@
 // A fabric file that is loaded beside a scene, for any number of materials.
-import {ClampToEdgeWrapping, DataTexture, NearestFilter, RedIntegerFormat, UnsignedIntType} from 'three';
-import {pack_fabric} from '../pack.js';
-import {Issue, open_fabric} from '../reader/index.js';
+import {DataTexture, RedIntegerFormat, UnsignedIntType} from 'three';
+import {load} from '../background.js';
+import {issue_of} from '../load.js';
+import {Issue} from '../reader/index.js';
 
 /** Words in a row of the texture (fabric_words_texture.glsl). */
 const ROW = 2048;
@@ -9,22 +10,17 @@ const ROW = 2048;
 function texture_of(words) {
   const rows = Math.ceil(words.length / ROW), data = new Uint32Array(ROW * rows);
   data.set(words);
-  const texture = new DataTexture(
-    data, ROW, rows, RedIntegerFormat, UnsignedIntType, undefined, ClampToEdgeWrapping, ClampToEdgeWrapping, NearestFilter,
-    NearestFilter);
-  texture.internalFormat = 'R32UI';
-  texture.unpackAlignment = 4;
+  const texture = new DataTexture(data, ROW, rows, RedIntegerFormat, UnsignedIntType);
   texture.needsUpdate = true;
   return texture;
 }
 
-/** What went wrong, as an Issue: of other errors FILE_UNREADABLE. */
-export const issue_of = (error) =>
-  error instanceof Issue ? error : new Issue('FILE_UNREADABLE', '', error?.message ?? String(error));
-
 export class LoadedFabric {
-  /** `bytes`: a promise of an ArrayBuffer; `name` is said in messages. */
-  constructor(bytes, name) {
+  /**
+   * `source`: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them, or a promise of one, with the place of
+   * the url in a garment; `name` is said in messages.
+   */
+  constructor(source, name) {
     this.name = name;
     /** loading, ready or broken. */
     this.state = 'loading';
@@ -34,20 +30,31 @@ export class LoadedFabric {
     /** Levels of the file, and what the file says of its size. */
     this.levels = 0;
     this.mm_per_repeat = null;
-    /** Settled when the fabric is ready or broken; it never fails. */
-    this.settled = Promise.resolve(bytes).then((buffer) => this.#read(new Uint8Array(buffer))).catch((error) => {
+    /** Where it was read: 'worker' or 'main thread'. */
+    this.read_in = null;
+    /** Settled when all of the fabric is ready, or it is broken; it never fails. */
+    this.settled = this.#load(source).catch((error) => {
       this.state = 'broken';
       this.issue = issue_of(error);
       const {code, place, message} = this.issue;
       console.warn(`selvedge: ${code}: ${name}${place ? `: ${place}` : ''}: ${message}; the fallback is shown`);
     });
   }
-  #read(bytes) {
-    const fabric = open_fabric(bytes), {words, yarn} = pack_fabric(fabric);
+  async #load(source) {
+    const found = await source;
+    try {
+      this.read_in = await load(found, (step) => this.#take(step));
+    } catch (error) {
+      if (error.code !== 'FILE_MISSING' || !found.place) throw error;
+      throw new Issue('GLTF_REFERENCE', found.place, `${error.place}: ${error.message}`);
+    }
+  }
+  #take({words, yarn, levels, mm_per_repeat}) {
+    this.texture?.dispose();
     this.texture = texture_of(words);
     this.has_yarn = yarn;
-    this.levels = fabric.levels;
-    this.mm_per_repeat = fabric.mmPerRepeat;
+    this.levels = levels;
+    this.mm_per_repeat = mm_per_repeat;
     this.state = 'ready';
   }
   dispose() {

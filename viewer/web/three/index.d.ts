@@ -1,10 +1,16 @@
-import {BufferGeometry, Material, MeshPhysicalMaterial, Texture} from 'three';
+import {Material, MeshPhysicalMaterial, Texture} from 'three';
 import {GLTFParser} from 'three/addons/loaders/GLTFLoader.js';
 import {Issue} from '../reader/index.js';
 
-/** A fabric file that is loaded beside a scene. */
+/** A file, or where it is; headers and credentials as fetch() takes them. */
+export type Source = ArrayBuffer | {url: string; headers?: Record<string, string>; credentials?: RequestCredentials};
+
+/** How the worker is made that reads fabrics, for pages whose modules are no files: it runs worker.js of the package. */
+export function use_worker(make: () => Worker): void;
+
+/** A fabric file that is loaded beside a scene. From an address its coarse levels may come first, then all. */
 export class LoadedFabric {
-  constructor(bytes: ArrayBuffer | Promise<ArrayBuffer>, name: string);
+  constructor(source: Source | Promise<Source>, name: string);
   readonly name: string;
   readonly state: 'loading' | 'ready' | 'broken';
   readonly issue: Issue | null;
@@ -13,7 +19,9 @@ export class LoadedFabric {
   /** Of the file. */
   readonly levels: number;
   readonly mm_per_repeat: [number, number] | null;
-  /** Settled when the fabric is ready or broken; it never fails. */
+  /** Where it was read, once it is. */
+  readonly read_in: 'worker' | 'main thread' | null;
+  /** Settled when all of the fabric is ready, or it is broken; it never fails. */
   readonly settled: Promise<void>;
   dispose(): void;
 }
@@ -40,9 +48,6 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   level: number;
   set_fabric(fabric: LoadedFabric | null): this;
 }
-
-/** Adds the attribute fabric_tangent to a geometry with positions, normals and the coordinates of the lay. */
-export function add_tangents(geometry: BufferGeometry, lay: Lay): void;
 
 /** The plugin: loader.register((parser) => new SelvedgeFabric(parser)). */
 export class SelvedgeFabric {

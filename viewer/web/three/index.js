@@ -1,13 +1,15 @@
 // The plugin for three.js's GLTFLoader: materials with SELVEDGE_materials_fabric show their fabric.
 //
 //   loader.register((parser) => new SelvedgeFabric(parser));
-import {FileLoader, LoaderUtils} from 'three';
+import {LoaderUtils} from 'three';
+import {use_worker} from '../background.js';
+import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
-import {LoadedFabric, issue_of} from './fabric.js';
+import {LoadedFabric} from './fabric.js';
 import {FabricMaterial, plain_lay} from './material.js';
 import {add_tangents} from './tangents.js';
 
-export {FabricMaterial, LoadedFabric};
+export {FabricMaterial, LoadedFabric, use_worker};
 
 const NAME = 'SELVEDGE_materials_fabric';
 const TRANSFORM = 'KHR_texture_transform';
@@ -37,8 +39,8 @@ export class SelvedgeFabric {
     this.fabrics = new Map();
   }
 
-  /** A promise of the bytes of an item of `fabrics`. */
-  #bytes_of(item, place) {
+  /** The source of an item of `fabrics`, for LoadedFabric. */
+  #source_of(item, place) {
     if (!is_object(item)) refuse(place, 'is not an object');
     if (item.mimeType !== 'image/x-exr') refuse(`${place}/mimeType`, 'is not "image/x-exr"');
     if ((item.uri === undefined) === (item.bufferView === undefined))
@@ -50,19 +52,28 @@ export class SelvedgeFabric {
     }
     if (typeof item.uri !== 'string' || item.uri === '') refuse(`${place}/uri`, 'is not a string, or empty');
     const {manager, path, requestHeader, withCredentials} = this.parser.options;
-    const loader = new FileLoader(manager);
-    loader.setResponseType('arraybuffer').setRequestHeader(requestHeader ?? {}).setWithCredentials(withCredentials ?? false);
-    return loader.loadAsync(LoaderUtils.resolveURL(item.uri, path)).catch((error) => {
-      throw new Issue('GLTF_REFERENCE', `${place}/uri`, error.message);
-    });
+    const url = new URL(manager.resolveURL(LoaderUtils.resolveURL(item.uri, path)), document.baseURI).href;
+    const credentials = withCredentials ? 'include' : 'same-origin';
+    return {place: `${place}/uri`, url, headers: requestHeader ?? {}, credentials};
+  }
+
+  /** The loading manager counts a fabric as it counts other files. */
+  async #tell_manager(url, fabric) {
+    const {manager} = this.parser.options;
+    manager.itemStart(url);
+    await fabric.settled;
+    if (fabric.issue) manager.itemError(url);
+    manager.itemEnd(url);
   }
 
   /** The LoadedFabric of an item; every item is loaded once. */
   fabric(index) {
     if (!this.fabrics.has(index)) {
       const place = `/extensions/${NAME}/fabrics/${index}`, item = this.parser.json.extensions?.[NAME]?.fabrics?.[index];
-      const bytes = (async () => this.#bytes_of(item, place))();
-      this.fabrics.set(index, new LoadedFabric(bytes, typeof item?.name === 'string' ? item.name : place));
+      const source = (async () => this.#source_of(item, place))();
+      const fabric = new LoadedFabric(source, typeof item?.name === 'string' ? item.name : place);
+      this.fabrics.set(index, fabric);
+      source.then(({url}) => url && this.#tell_manager(url, fabric), () => {});
     }
     return this.fabrics.get(index);
   }
@@ -111,4 +122,4 @@ export class SelvedgeFabric {
   }
 }
 
-export {add_tangents, plain_lay};
+export {plain_lay};

@@ -1,6 +1,8 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
+import {sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
+import {add_tangents, tangents_name} from './tangents.js';
 
 /** The lay of a fabric on a surface, as KHR_texture_transform: of the material's reference. */
 export const plain_lay = {uv_set: 0, offset: [0, 0], rotation: 0, scale: [1, 1]};
@@ -27,10 +29,6 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_words: {value: null},
       fabric_transform: {value: matrix_of(lay)},
       forced_level: {value: -1},
-      blend_levels: {value: 1},
-      level_bias: {value: -1},
-      by_area: {value: 1},
-      points: {value: 2},
     };
     this.wants_fabric = true;
     this.shows = 'fallback';
@@ -46,8 +44,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   /** What of the fallback's state the fabric has otherwise. */
   #keep_state() {
-    const {transparent, depthWrite, alphaTest} = this;
-    this.of_fallback = {transparent, depthWrite, alphaTest};
+    const {transparent, depthWrite, alphaTest, forceSinglePass} = this;
+    this.of_fallback = {transparent, depthWrite, alphaTest, forceSinglePass};
   }
   /** Whether the fabric is to be shown where it can be; else the fallback. */
   get shows_fabric() {
@@ -75,10 +73,12 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   /** Shows what is due now; before every drawing. */
   update_fabric() {
     const due = this.wants_fabric && this.fabric?.state === 'ready' ? 'fabric' : 'fallback';
-    if (due === this.shows) return;
+    const {fabric_words} = this.fabric_uniforms;
+    if (due === this.shows && (due === 'fallback' || fabric_words.value === this.fabric.texture)) return;
     this.shows = due;
     if (due === 'fabric') {
-      this.fabric_uniforms.fabric_words.value = this.fabric.texture;
+      // Another one when finer levels have come.
+      fabric_words.value = this.fabric.texture;
       this.transparent = this.keeps_opacity && !this.alphaToCoverage;
       this.depthWrite = true;
       this.alphaTest = 0;
@@ -87,19 +87,23 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.needsUpdate = true;
   }
-  onBeforeRender() {
+  onBeforeRender(renderer, scene, camera, geometry, object) {
     this.update_fabric();
+    // three.js draws what it takes for one layer twice, back sides first.
+    if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera);
+    // For the next frame: three.js takes no new attribute while it draws.
+    queueMicrotask(() => add_tangents(geometry, this.lay));
   }
   onBeforeCompile(shader) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
     Object.assign(shader.uniforms, this.fabric_uniforms);
     if (this.shows !== 'fabric') return;
-    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set);
+    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay));
     shader.fragmentShader = fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity: this.keeps_opacity});
   }
   customProgramCacheKey() {
     return this.shows === 'fabric' ?
-      `selvedge ${this.lay.uv_set} ${this.fabric.has_yarn} ${this.keeps_opacity}` :
+      `selvedge ${tangents_name(this.lay)} ${this.fabric.has_yarn} ${this.keeps_opacity}` :
       'selvedge fallback';
   }
   copy(source) {

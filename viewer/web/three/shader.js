@@ -36,8 +36,9 @@ const VERTEX_BODY = `
   fabric_along_u = (modelViewMatrix * vec4(fabric_along_u, 0.0)).xyz;
 `;
 
-/** three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. */
-export const vertex_shader = (of_three, uv_set) => `#define FABRIC_UV_SET ${uv_set}
+/** three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute. */
+export const vertex_shader = (of_three, uv_set, tangents) => `#define FABRIC_UV_SET ${uv_set}
+#define fabric_tangent ${tangents}
 ${of_three
     .replace('void main() {', `${VERTEX_NAMES}\nvoid main() {`)
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}`)}`;
@@ -67,10 +68,11 @@ uniform vec3 emissive;
 #include <clipping_planes_pars_fragment>
 
 uniform int forced_level;
-uniform int blend_levels;
-uniform float level_bias;
-uniform int by_area;
-uniform int points;
+// level_options.glsl, as selvedge-view has them.
+const int blend_levels = 1;
+const float level_bias = -1.0;
+const int by_area = 1;
+const int points = 2;
 varying vec2 fabric_uv;
 varying vec3 fabric_along_u;
 

@@ -3,21 +3,29 @@
 // and where nothing else is known, it is zero, and the shader takes that of the triangle.
 import {BufferAttribute} from 'three';
 
-const NAME = 'fabric_tangent';
+const names = new Map();
 
-/** Adds the attribute fabric_tangent to a geometry with positions, normals and the coordinates of the lay. */
+/** The attribute of a lay: materials with different ones can share a geometry. */
+export function tangents_name({uv_set, rotation, scale}) {
+  const lay = [uv_set, rotation, ...scale].join();
+  if (!names.has(lay)) names.set(lay, `fabric_tangent_${names.size}`);
+  return names.get(lay);
+}
+
+/** Adds the attribute of a lay to a geometry with positions, normals and the coordinates of the lay. */
 export function add_tangents(geometry, {uv_set, rotation, scale}) {
+  const name = tangents_name({uv_set, rotation, scale});
   const {position, normal} = geometry.attributes, uv = geometry.attributes[uv_set === 1 ? 'uv1' : 'uv'];
-  if (!position || !normal || !uv || geometry.attributes[NAME]) return;
+  if (!position || !normal || !uv || geometry.attributes[name]) return;
   const count = position.count, c = Math.cos(rotation), s = Math.sin(rotation);
   const joined = new Map(), first = new Uint32Array(count), key = [];
   for (let i = 0; i < count; ++i) {
     for (const attribute of [position, normal, uv])
       for (let k = 0; k < attribute.itemSize; ++k) key.push(attribute.getComponent(i, k));
-    const name = key.join(' ');
+    const vertex = key.join(' ');
     key.length = 0;
-    if (!joined.has(name)) joined.set(name, i);
-    first[i] = joined.get(name);
+    if (!joined.has(vertex)) joined.set(vertex, i);
+    first[i] = joined.get(vertex);
   }
   const sums = new Float64Array(3 * count), signs = new Int8Array(count), mixed = new Uint8Array(count);
   const at = (attribute, i) => [attribute.getX(i), attribute.getY(i), attribute.getZ(i)];
@@ -55,5 +63,5 @@ export function add_tangents(geometry, {uv_set, rotation, scale}) {
     const j = first[i], sum = [sums[3 * j], sums[3 * j + 1], sums[3 * j + 2]], length = Math.hypot(...sum);
     if (!mixed[j] && length > 1e-9) tangents.set(sum.map((x) => x / length), 3 * i);
   }
-  geometry.setAttribute(NAME, new BufferAttribute(tangents, 3));
+  geometry.setAttribute(name, new BufferAttribute(tangents, 3));
 }

@@ -1,0 +1,299 @@
+// In the browser: facts about fabrics in three.js, each told in a line; they throw where they do not hold.
+import {
+  Bone, BoxGeometry, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Float32BufferAttribute, FloatType,
+  Group, InstancedMesh, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, PointLight, Scene, Skeleton, SkinnedMesh,
+  SpotLight, Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
+} from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { FabricMaterial, LoadedFabric, SelvedgeFabric, plain_lay } from 'selvedge/three/index.js';
+import { evaluate_texel } from '/repository/spec/conformance/reference/brdf.mjs';
+import { read_fabric_level } from '/repository/spec/conformance/reference/level.mjs';
+import { fetch_fabric } from '/repository/viewer/web/reader/index.js';
+import { garment_of } from '/test/garment.mjs';
+
+/** 3 x 2 texels of lobes, frames and a table: no direction looks like another. */
+const CLOTH = '/kit/layers-lobes-frame-table.exr', OTHER = '/kit/light-lobes.exr', OPEN = '/kit/layers-lobes-opacity.exr';
+const SIZE = 32;
+
+const renderer = new WebGLRenderer();
+renderer.setClearColor(0, 0);
+renderer.shadowMap.enabled = true;
+
+function need(holds, what) {
+  if (!holds) throw new Error(what);
+}
+async function material_of({ lay = plain_lay, file = CLOTH, keeps_opacity = false } = {}) {
+  const fabric = new LoadedFabric({ url: new URL(file, location).href }, file);
+  await fabric.settled;
+  return new FabricMaterial({ fabric, lay, keeps_opacity });
+}
+/** Quads that lie at z = 0 one beside the other, v downwards as in glTF; the first has its middle at 0. */
+function cloth(quads = 1, side = 1) {
+  const geometry = new BufferGeometry(), corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+  const all = Array.from({ length: quads }, (_, i) => corners.map(([x, y]) => [x + i, y])).flat();
+  const set = (name, values, size) => geometry.setAttribute(name, new Float32BufferAttribute(values.flat(), size));
+  set('position', all.map(([x, y]) => [side * x, side * y, 0]), 3);
+  set('normal', all.map(() => [0, 0, 1]), 3);
+  set('uv', all.map(([x, y]) => [x + 0.5, 0.5 - y]), 2);
+  geometry.setIndex(Array.from({ length: quads }, (_, i) => [0, 1, 2, 0, 2, 3].map((k) => 4 * i + k)).flat());
+  return geometry;
+}
+function camera_at(x, y, z) {
+  const camera = new PerspectiveCamera(30, 1, 0.1, 100);
+  camera.position.set(x, y, z);
+  camera.lookAt(0, 0, 0);
+  camera.updateMatrixWorld();
+  return camera;
+}
+const CAMERA = camera_at(0.7, -0.6, 2);
+function light_from(x, y, z) {
+  const light = new DirectionalLight(0xffffff, 2);
+  light.position.set(x, y, z);
+  return light;
+}
+
+/** Red, green, blue and alpha of each pixel, row by row from below. */
+async function picture(objects, camera = CAMERA) {
+  const scene = new Scene().add(...objects), target = new WebGLRenderTarget(SIZE, SIZE, { type: FloatType });
+  const pixels = new Float32Array(4 * SIZE * SIZE);
+  renderer.setRenderTarget(target);
+  renderer.render(scene, camera);
+  // The directions of cloth are known in the second frame.
+  await null;
+  renderer.render(scene, camera);
+  renderer.readRenderTargetPixels(target, 0, 0, SIZE, SIZE, pixels);
+  target.dispose();
+  return pixels;
+}
+const largest = (pixels) => pixels.reduce((a, b) => Math.max(a, b), 0);
+/** How many pixels of two pictures differ by more than a thousandth of the brightest. */
+function differences(a, b) {
+  const bound = 1e-3 * largest(a);
+  let count = 0;
+  for (let i = 0; i < a.length; i += 4) count += [0, 1, 2, 3].some((k) => Math.abs(a[i + k] - b[i + k]) > bound);
+  need(bound > 0, 'nothing is seen');
+  return count;
+}
+/** Two pictures are one but for a pixel or two at edges, where rounding decides. */
+function need_same(a, b, what) {
+  const count = differences(a, b);
+  need(count <= 2, `${what}: ${count} pixels differ`);
+  return `${count} of ${SIZE * SIZE} pixels differ`;
+}
+/** The points of z = 0 that the pixels of CAMERA show, or points so many pixels to the right and upwards. */
+const points = (right = 0, up = 0) => Array.from({ length: SIZE * SIZE }, (_, i) => {
+  const x = i % SIZE + 0.5 + right, y = Math.floor(i / SIZE) + 0.5 + up;
+  const way = new Vector3(2 * x / SIZE - 1, 2 * y / SIZE - 1, 0.5).unproject(CAMERA).sub(CAMERA.position);
+  return CAMERA.position.clone().addScaledVector(way, -CAMERA.position.z / way.z);
+});
+
+/** Of a light its direction from a point, its distance, and what share of its colour comes there by three.js's rules. */
+function seen_from(point, light) {
+  const way = light.position.clone().sub(point), far = way.length(), direction = way.clone().normalize();
+  if (light.isDirectionalLight) return [light.position.clone().normalize(), 1];
+  let share = 1 / Math.max(far ** light.decay, 0.01);
+  if (light.distance > 0) share *= Math.min(Math.max(1 - (far / light.distance) ** 4, 0), 1) ** 2;
+  if (light.isSpotLight) {
+    const outer = Math.cos(light.angle), inner = Math.cos(light.angle * (1 - light.penumbra));
+    const cosine = direction.dot(light.position.clone().sub(light.target.position).normalize());
+    const t = Math.min(Math.max((cosine - outer) / (inner - outer), 0), 1);
+    share *= t * t * (3 - 2 * t);
+  }
+  return [direction, share];
+}
+function lights() {
+  const point = new PointLight(new Color(1, 0.5, 0.25), 3, 4, 1.5), spot = new SpotLight(0xffffff, 5, 0, 0.5, 0.6, 2);
+  point.position.set(-0.3, 0.4, 0.8);
+  spot.position.set(0.6, 0.3, 1.5);
+  return { directional: light_from(0.5, 0.7, 1), point, spot };
+}
+
+/** Shows a variant as three.js's example does. */
+async function show_variant(scene, parser, index) {
+  for (const object of scene.children) {
+    const { mappings } = object.userData.gltfExtensions.KHR_materials_variants;
+    const { material } = mappings.find(({ variants }) => variants.includes(index));
+    object.material = await parser.getDependency('material', material);
+    parser.assignFinalMaterial(object);
+    await object.material.fabric.settled;
+  }
+}
+async function load(text) {
+  const loader = new GLTFLoader();
+  loader.register((parser) => new SelvedgeFabric(parser));
+  const gltf = await loader.parseAsync(text, `${location.origin}/`);
+  const materials = [];
+  gltf.scene.traverse(({ material }) => material && materials.push(material));
+  for (const { fabric } of materials) await fabric.settled;
+  return gltf;
+}
+/** Two quads that have a bone each; that of the second lies at its left edge. */
+function skinned_cloth(material) {
+  const geometry = cloth(2), bones = [new Bone(), new Bone()], mesh = new SkinnedMesh(geometry, material);
+  const of_quad = (i) => Array(4).fill([i, 0, 0, 0]).flat();
+  geometry.setAttribute('skinIndex', new Uint16BufferAttribute([...of_quad(0), ...of_quad(1)], 4));
+  geometry.setAttribute('skinWeight', new Float32BufferAttribute([...of_quad(1), ...of_quad(1)], 4));
+  bones[0].add(bones[1]);
+  bones[1].position.x = 0.5;
+  mesh.add(bones[0]);
+  mesh.bind(new Skeleton(bones));
+  return { mesh, bones };
+}
+const SUN = () => light_from(0.5, 0.7, 1);
+
+export const facts = {
+  'directional, point and spot lights give what the formula gives in double precision': async () => {
+    const fabric = await fetch_fabric({ url: new URL(CLOTH, location).href }), level = read_fabric_level(fabric, 1);
+    const material = await material_of(), told = [];
+    material.level = 1;
+    const radiance = (point, light) => {
+      const [direction, share] = seen_from(point, light), view = CAMERA.position.clone().sub(point).normalize();
+      const { rgb } = evaluate_texel(level, [0, 0], direction.toArray(), view.toArray());
+      return rgb.map((x, c) => x * light.color.toArray()[c] * light.intensity * share);
+    };
+    // Rasterisers move corners to the next part of a pixel, and with them what lies between.
+    const part = 2 ** -renderer.getContext().getParameter(renderer.getContext().SUBPIXEL_BITS);
+    const here = points(), beside = [points(part), points(0, part)];
+    for (const [name, light] of Object.entries(lights())) {
+      const pixels = await picture([new Mesh(cloth(1, 10), material), light]), most = largest(pixels);
+      let worst = 0;
+      here.forEach((point, i) => {
+        const expected = radiance(point, light), others = beside.map((moved) => radiance(moved[i], light));
+        expected.forEach((x, c) => {
+          const allowed = 1e-5 * most + others.reduce((sum, other) => sum + Math.abs(other[c] - x), 0);
+          worst = Math.max(worst, Math.abs(pixels[4 * i + c] - x) / allowed);
+        });
+      });
+      told.push(`${name} ${worst.toFixed(2)}`);
+      need(most > 0 && worst < 1, told.join(', '));
+    }
+    return `of what 1/${1 / part} of a pixel makes: ${told.join(', ')}`;
+  },
+
+  'shadow maps darken what lies behind a blocker, and nothing else': async () => {
+    const material = await material_of(), half = 0.15, height = 0.4, edge = 0.03, told = [];
+    for (const [name, light] of Object.entries(lights())) {
+      light.castShadow = true;
+      light.shadow.mapSize.set(1024, 1024);
+      light.shadow.camera.near = 0.1;
+      const ground = new Mesh(cloth(1, 10), material);
+      const blocker = new Mesh(
+        new BoxGeometry(2 * half, 2 * half, 1e-3), new MeshBasicMaterial({ colorWrite: false, depthWrite: false }));
+      ground.receiveShadow = blocker.castShadow = true;
+      blocker.position.z = height;
+      const free = await picture([ground, light]), shaded = await picture([ground, blocker, light]);
+      let dark = 0, lit = 0;
+      points().forEach((point, i) => {
+        const way = light.isDirectionalLight ? light.position : light.position.clone().sub(point);
+        const through = point.clone().addScaledVector(way, height / way.z);
+        const off = Math.max(Math.abs(through.x), Math.abs(through.y)) - half;
+        if (Math.abs(off) < edge || !(free[4 * i] > 0)) return;
+        const share = shaded[4 * i] / free[4 * i];
+        need(Math.abs(share - (off < 0 ? 0 : 1)) < 1e-5, `${name}: ${share} of the light ${off} beside the blocker`);
+        off < 0 ? ++dark : ++lit;
+      });
+      need(dark > 10 && lit > 100, `${name}: ${dark} dark, ${lit} lit`);
+      told.push(`${name} ${dark} dark, ${lit} lit`);
+    }
+    return told.join('; ');
+  },
+
+  'a skinned cloth in motion is the cloth of its pose': async () => {
+    const material = await material_of(), { mesh, bones } = skinned_cloth(material);
+    material.side = DoubleSide;
+    const told = [], pictures = [];
+    for (const turn of [0.3, 0.8, -0.7]) {
+      bones[1].rotation.set(turn / 2, turn, turn);
+      const skinned = await picture([mesh, SUN()]);
+      // The second quad turns about the left edge that it has, as a cloth of its own.
+      const still = new Mesh(cloth(), material), turned = new Mesh(cloth().translate(0.5, 0, 0), material);
+      turned.position.x = 0.5;
+      turned.rotation.copy(bones[1].rotation);
+      told.push(need_same(skinned, await picture([still, turned, SUN()]), `turned by ${turn}`));
+      pictures.push(skinned);
+    }
+    need(differences(pictures[0], pictures[1]) > 50, 'nothing moves');
+    return told.join('; ');
+  },
+
+  'layers of a skin in motion show through holes in their order': async () => {
+    const material = await material_of({ file: OPEN, keeps_opacity: true });
+    const { mesh, bones } = skinned_cloth(material), told = [];
+    material.side = DoubleSide;
+    bones[1].rotation.z = 1;
+    for (const z of [0.4, -0.4, 0.4]) {
+      bones[1].position.set(-0.4, 0.1, z);
+      const still = new Mesh(cloth(), material), moved = new Mesh(cloth().translate(0.5, 0, 0), material);
+      moved.position.copy(bones[1].position);
+      moved.rotation.copy(bones[1].rotation);
+      told.push(need_same(await picture([mesh, SUN()]), await picture([still, moved, SUN()]), `moved to ${z}`));
+    }
+    return told.join('; ');
+  },
+
+  'a morphed cloth is the cloth of its shape': async () => {
+    const material = await material_of(), geometry = cloth(), shaped = cloth();
+    shaped.applyMatrix4(new Matrix4().set(1, 0.6, 0, 0, 0.2, 0.9, 0, 0, 0.5, 0.1, 1, 0.1, 0, 0, 0, 1));
+    const moved = (name) => {
+      const [from, to] = [geometry, shaped].map(({ attributes }) => attributes[name].array);
+      return [new BufferAttribute(to.map((x, i) => x - from[i]), 3)];
+    };
+    geometry.morphAttributes = { position: moved('position'), normal: moved('normal') };
+    geometry.morphTargetsRelative = true;
+    const mesh = new Mesh(geometry, material);
+    const flat = await picture([mesh, SUN()]);
+    mesh.morphTargetInfluences[0] = 1;
+    const morphed = await picture([mesh, SUN()]);
+    need(differences(flat, morphed) > 50, 'nothing moves');
+    return need_same(morphed, await picture([new Mesh(shaped, material), SUN()]), 'morphed');
+  },
+
+  'instances are meshes of their own': async () => {
+    const material = await material_of(), geometry = cloth(1, 0.4);
+    const many = new InstancedMesh(geometry, material, 3), single = new Group();
+    for (let i = 0; i < 3; ++i) {
+      const mesh = new Mesh(geometry, material);
+      mesh.position.set(0.4 * (i - 1), 0.2 * i - 0.2, 0.1 * i);
+      mesh.rotation.set(0.2 * i, -0.3 * i, 0.5 * i);
+      mesh.scale.setScalar(1 - 0.2 * i);
+      mesh.updateMatrix();
+      many.setMatrixAt(i, mesh.matrix);
+      single.add(mesh);
+    }
+    return need_same(await picture([many, SUN()]), await picture([single, SUN()]), 'instanced');
+  },
+
+  'variants show their fabrics, and lie as these do': async () => {
+    const turned = { index: 1, extensions: { KHR_texture_transform: { rotation: 0.7, scale: [2, 1.5] } } };
+    const references = [{ index: 0 }, turned, { index: 0, texCoord: 1 }], fabrics = [CLOTH, OTHER];
+    const { scene, parser } = await load(garment_of(fabrics, { references, variants: true })), seen = [];
+    for (const [i, reference] of [...references, references[0]].entries()) {
+      await show_variant(scene, parser, i % 3);
+      seen.push(await picture([scene, SUN()]));
+      const own = await load(garment_of(fabrics, { references: [reference] }));
+      need_same(seen[i], await picture([own.scene, SUN()]), `variant ${i}`);
+    }
+    need(differences(seen[0], seen[1]) > 50 && differences(seen[0], seen[2]) > 50, 'variants look alike');
+    return `${seen.length} switches`;
+  },
+
+  'set 1 with a transform is the cloth with these coordinates': async () => {
+    const offset = [0.3, -0.2], rotation = 0.6, scale = [0.8, 1.7];
+    const reference = { index: 0, extensions: { KHR_texture_transform: { texCoord: 1, offset, rotation, scale } } };
+    const { scene } = await load(garment_of([CLOTH], { references: [reference] }));
+    // The formula of the extension's page, in JavaScript.
+    const geometry = cloth(), { position, uv } = geometry.attributes, c = Math.cos(rotation), s = Math.sin(rotation);
+    for (let i = 0; i < 4; ++i) {
+      const u = scale[0] * (3 * position.getY(i) + 0.1), v = scale[1] * (3 * position.getX(i) + 0.2);
+      uv.setXY(i, c * u + s * v + offset[0], c * v - s * u + offset[1]);
+    }
+    return need_same(await picture([scene, SUN()]), await picture([new Mesh(geometry, await material_of()), SUN()]), 'set 1');
+  },
+
+  'a garment has several fabrics': async () => {
+    const { scene } = await load(garment_of([CLOTH, OTHER], { references: [{ index: 0 }, { index: 1 }] }));
+    const first = new Mesh(cloth(), await material_of()), second = new Mesh(cloth(), await material_of({ file: OTHER }));
+    second.position.x = 1;
+    return need_same(await picture([scene, SUN()]), await picture([first, second, SUN()]), 'two fabrics');
+  },
+};

@@ -1,0 +1,34 @@
+// Loads a fabric into words, coarse levels first where its file is large: in a worker (worker.js), on the main thread, and
+// in Node.js.
+import {pack_fabric} from './pack.js';
+import {Issue, bytes_to_fetch, fetch_fabric, fetch_layers, open_fabric} from './reader/index.js';
+
+/** Bytes that the first picture may cost beside those that came with the headers. */
+const FIRST_PICTURE = 2 ** 15;
+
+/** What went wrong, as an Issue: of other errors FILE_UNREADABLE. */
+export const issue_of = (error) =>
+  error instanceof Issue ? error : new Issue('FILE_UNREADABLE', '', error?.message ?? String(error));
+
+/** What pack_fabric() reads from a first level on. */
+const layers_from = ({layers}, first) => Object.entries(layers).flatMap(([layer, {levels}]) => {
+  if (layer === 'bases') return [[layer, 0]];
+  if (layer === 'yarns' || layer === 'indirect') return first === 0 ? [[layer, 0]] : [];
+  return levels.filter((level) => level >= first).map((level) => [layer, level]);
+});
+
+/**
+ * Gives { words, yarn, levels, mm_per_repeat } of a fabric, once or twice: first without yarn and the finest levels where
+ * they are many bytes. `source`: an ArrayBuffer, or what fetch_fabric() takes. Throws an Issue.
+ */
+export async function* load_words(source) {
+  const is_here = source instanceof ArrayBuffer;
+  const fabric = is_here ? open_fabric(new Uint8Array(source)) : await fetch_fabric(source);
+  const {levels} = fabric, mm_per_repeat = fabric.mmPerRepeat.map(Number);
+  let first = 0;
+  while (first + 1 < levels && bytes_to_fetch(fabric, layers_from(fabric, first)) > FIRST_PICTURE) ++first;
+  for (const from of first > 0 ? [first, 0] : [0]) {
+    await fetch_layers(fabric, layers_from(fabric, from));
+    yield {...pack_fabric(fabric, from), levels, mm_per_repeat};
+  }
+}
