@@ -13,7 +13,7 @@ namespace {
 /// Lamps and smooth light are made of a picture of at most this width: its pixels are 0.7 degrees wide.
 constexpr int divided_width = 512;
 /// A lamp is what lies so close to its brightest point; fabrics blur light more than that.
-const double lamp_cosine = std::cos(10 * std::numbers::pi / 180);
+const double lamp_cosine = std::cos(20 * std::numbers::pi / 180);
 /// ... and is so many times as bright as the mean.
 constexpr float lamp_brightness = 4;
 /// A lamp whose light is a smaller share of all is left in the rest.
