@@ -19,13 +19,6 @@ double weight_of(const std::vector<V3f>& lights) {
   return std::numbers::pi / cosines;
 }
 
-/// Integral of f(l, view) over the lights.
-V3f albedo(const Fabric& fabric, int level, int x, int y, const std::vector<V3f>& lights, const V3f& view) {
-  V3d sum(0, 0, 0);
-  for (const V3f& light : lights) sum += V3d(evaluate(fabric, level, x, y, light, view).radiance);
-  return V3f(sum * weight_of(lights));
-}
-
 /// KHR_materials_sheen's lobe of colour 1 times the light's cosine: Charlie's distribution and Ashikhmin's
 /// visibility term, as in the extension.
 double charlie(const V3f& light, const V3f& view, double roughness) {
@@ -127,6 +120,34 @@ void scale_to(const V3f& mean, Image& image) {
   }
 }
 
+/// Albedo along the normal and opacity of one repeat: of the yarn itself where the fabric has it, whose
+/// levels are coarse, else of the texels of `level`.
+Image base_picture(const Fabric& fabric, int level, const FallbackOptions& options) {
+  const FabricLevel& source = fabric.levels[level];
+  const bool shows_yarn = level == 0 && source.yarns() != nullptr;
+  const int longest = std::max(source.width, source.height);
+  const int finer = shows_yarn ? std::max(1, options.yarn_side / longest) : 1;
+  Image image{source.width * finer, source.height * finer, 4, {}};
+  image.pixels.resize(4 * source.texels() * finer * finer);
+  const std::vector<V3f> lights = directions_of(grid_of(options.lights));
+  const V3f up(0, 0, 1);
+  parallel_for(0, image.height, [&](int y) {
+    for (int x = 0; x < image.width; ++x) {
+      const V2d uv((x + 0.5) / image.width, (y + 0.5) / image.height);
+      const auto seen = [&](const V3f& light) {
+        return evaluate(fabric, shows_yarn ? -1.0 : level, uv, light, up);
+      };
+      V3d sum(0, 0, 0);
+      for (const V3f& light : lights) sum += V3d(seen(light).radiance);
+      const V3f albedo(sum * weight_of(lights));
+      float* pixel = image.pixels.data() + (y * image.width + x) * 4;
+      for (int c = 0; c < 3; ++c) pixel[c] = albedo[c];
+      pixel[3] = seen(up).alpha;
+    }
+  });
+  return image;
+}
+
 void fill_holes(Image& image) {
   const V3f mean = mean_color(image);
   for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
@@ -168,19 +189,8 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
     ++level;
   }
   const FabricLevel& source = fabric.levels[level];
-  const std::vector<V3f> lights = directions_of(grid_of(options.lights));
   Fallback fallback;
-  fallback.base_color = Image{source.width, source.height, 4, {}};
-  fallback.base_color.pixels.resize(source.texels() * 4);
-  const V3f up(0, 0, 1);
-  parallel_for(0, source.height, [&](int y) {
-    for (int x = 0; x < source.width; ++x) {
-      float* pixel = fallback.base_color.pixels.data() + (y * source.width + x) * 4;
-      const V3f color = albedo(fabric, level, x, y, lights, up);
-      for (int c = 0; c < 3; ++c) pixel[c] = color[c];
-      pixel[3] = evaluate(fabric, level, x, y, up, up).alpha;
-    }
-  });
+  fallback.base_color = base_picture(fabric, level, options);
   fallback.holes = has_holes(fabric, level);
   scale_to(fit_lobes(fabric, fallback), fallback.base_color);
   fill_holes(fallback.base_color);

@@ -30,6 +30,7 @@ struct Fallback {
 
 struct FallbackOptions {
   int largest_side = 1024;  ///< of the pictures; larger fabrics are baked from a coarser level
+  int yarn_side = 64;       ///< of the picture of a fabric with yarn, unless level 0 has more texels
   int lights = 256;         ///< directions of the integral
 };
 

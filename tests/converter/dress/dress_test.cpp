@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "converter/dress/fallback.h"
+#include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
@@ -16,6 +17,7 @@
 #include "tests/converter/fabrics.h"
 #include "tests/converter/workshop.h"
 #include "tests/format/encoded_cloths.h"
+#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
 
@@ -307,6 +309,23 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
   // Green has none of its own: the sheen gives back what red's takes from its base.
   CHECK(fallback.sheen_color.x > 0.05F);
   CHECK(fallback.sheen_color.y < 0.1F * fallback.sheen_color.x);
+}
+
+TEST_CASE("fallback: the picture is that of the yarn where the fabric has it, in the colour of the levels") {
+  const Fabric fabric = test::with_yarn(test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.3F, 0.4F)), 1);
+  const Image image = bake_fallback(fabric).base_color;
+  REQUIRE(image.width == 64);
+  std::size_t differing = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const V2d uv((x + 0.5) / image.width, (y + 0.5) / image.height);
+      const float alpha = evaluate(fabric, -1.0, uv, V3f(0, 0, 1), V3f(0, 0, 1)).alpha;
+      if (image.pixels[4 * (y * image.width + x) + 3] != alpha) ++differing;
+    }
+  }
+  CHECK(differing == 0);
+  CHECK(mean_color(image).x == doctest::Approx(0.2).epsilon(0.02));  // clamped where the yarn is bright
+  CHECK(mean_color(image).y == doctest::Approx(0.3).epsilon(0.02));
 }
 
 TEST_CASE("fallback: holes take the mean colour and normals point up in green") {
