@@ -69,7 +69,7 @@ struct TwoLobes {
 /// that the base gets, as the extension says, so that the fit is repeated.
 V3f fit_lobes(const Fabric& fabric, Fallback& fallback) {
   const int coarsest = static_cast<int>(fabric.levels.size()) - 1;
-  const std::vector<V3f> directions = directions_of(grid_of(64));
+  const std::vector<V3f> directions = directions_of(grid_of(36));
   const std::size_t count = directions.size();
   std::vector<V3f> reflected(count * count);
   std::vector<double> lobes(count * count);

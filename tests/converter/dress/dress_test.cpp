@@ -269,7 +269,7 @@ TEST_CASE("fallback: a lobe's base colour is the nearest Lambertian one, in clos
   const Fallback fallback = bake_fallback(fabric);
   const double pi = std::numbers::pi;
   CHECK(fallback.sheen_color == V3f(0, 0, 0));
-  // The integrals are sums over 64 directions of equal solid angle.
+  // The integrals are sums over 36 directions of equal solid angle.
   CHECK(fallback.base_color.pixels[0] == doctest::Approx(6 * pi * 0.36 / 20).epsilon(1e-2));
   CHECK(fallback.base_color.pixels[1] == doctest::Approx(6 * pi * 0.125 / 30).epsilon(1e-2));
   CHECK(fallback.base_color.pixels[2] == doctest::Approx(6 * pi * 0.0256 / 42).epsilon(1e-2));
