@@ -56,7 +56,10 @@ Result<Fabric> read_levels_within(FabricReader& reader, const LevelRange& range,
     Result<FabricLevel> level = reader.read_level(k);
     if (!level) return tl::unexpected(level.error());
     if (const auto yarns = level->yarns()) {
-      if (auto good = take(static_cast<std::uint64_t>(memory_of(yarns->data(), yarns->period()))); !good)
+      const YarnData& data = yarns->data();
+      // Once more for smooth light (yarn_sky.h).
+      const std::uint64_t sky = sizeof(float) * data.light.size();
+      if (auto good = take(static_cast<std::uint64_t>(memory_of(data, yarns->period())) + sky); !good)
         return tl::unexpected(good.error());
     }
     fabric.levels.push_back(std::move(*level));

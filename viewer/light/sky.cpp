@@ -56,7 +56,7 @@ Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces
         const V3f& d = sky.directions[number];
         const V3f facing = normal.dot(d) > 0 ? normal : -normal;
         const float share = shadow_share(map, mesh.positions[i], facing, d);
-        sky.shares[i * direction_count + number] = static_cast<std::uint8_t>(share * 255 + 0.5F);
+        sky.shares[i * direction_count + number] = static_cast<std::uint8_t>(std::lround(share * 255));
       }
     });
   }
