@@ -34,15 +34,13 @@ function camera_of({ look_at, distance, fov, azimuth, elevation, width, height }
   return camera;
 }
 
-/** Lights a scene by { file, turn, strength } as `selvedge-view render` does, once its fabrics can show it. */
-async function surround(scene, materials, { file, turn, strength }, draw) {
+/** Lights a scene by { file, turn, strength } as `selvedge-view render` does. */
+async function surround(scene, { file, turn, strength }) {
   if (!loaded.has(file)) loaded.set(file, await new HDRLoader().loadAsync(file));
   scene.environment = loaded.get(file);
   scene.environment.mapping = EquirectangularReflectionMapping;
   scene.environmentIntensity = strength;
   scene.environmentRotation.y = Math.PI / 2 + turn * Math.PI / 180;
-  draw();
-  while (materials.some(({ fabric }) => fabric.sky === 0)) await new Promise((resolve) => setTimeout(resolve, 10));
 }
 
 /**
@@ -61,14 +59,14 @@ export async function drawn(file, view, lights, environment) {
   }
   const { width, height } = view;
   const target = new WebGLRenderTarget(width, height, { type: FloatType });
-  const draw = () => {
-    renderer.setRenderTarget(target);
-    renderer.clear();
-    renderer.render(scene, camera_of(view));
-  };
-  if (environment) await surround(scene, materials, environment, draw);
+  renderer.setRenderTarget(target);
+  if (environment) {
+    await surround(scene, environment);
+    for (const { fabric } of materials) await fabric.want_sky();
+  }
   const begin = performance.now();
-  draw();
+  renderer.clear();
+  renderer.render(scene, camera_of(view));
   const pixels = new Float32Array(4 * width * height);
   renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
   const ms = performance.now() - begin;

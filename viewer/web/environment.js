@@ -77,7 +77,7 @@ function strongest_part(picture, least) {
   return strongest;
 }
 
-/** Divides a picture: { lamps: [{ direction, irradiance }], rest }, the nine factors of the rest in its axes, each a colour. */
+/** Divides a picture: { lamps: [{ direction, irradiance }], rest }, the rest by nine factors, each a colour. */
 export function divide(picture, most_lamps = 4) {
   const rest = enlarged(reduced(picture, MOST_WIDTH)), {radiance} = rest, lamps = [];
   const sum_of = () => {

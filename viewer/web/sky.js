@@ -45,7 +45,8 @@ function integrals({words, floats}) {
     const of_light = smooth_basis(...direction);
     for (let b = 0; b < functions; ++b)
       for (let c = 0; c < 3; ++c) {
-        const psi = taps.reduce((sum, [cell, weight]) => sum + weight * floats[basis + 3 * (b * columns * rows + cell) + c], 0);
+        const first = basis + 3 * b * columns * rows + c;
+        const psi = taps.reduce((sum, [cell, weight]) => sum + weight * floats[first + 3 * cell], 0);
         for (let k = 0; k < LIGHTS; ++k) sums[(b * LIGHTS + k) * 3 + c] += psi * of_light[k] * part;
       }
   }
@@ -174,7 +175,8 @@ function frame_at(floats, segments, station) {
 function sky_of_yarn(of) {
   const {words, floats} = of, yarn = words[words[0] + AT.fabric_yarns];
   if (yarn === 0) return new Float32Array(0);
-  const [first_segment, curves, table] = ['yarn_segments', 'yarn_curves', 'yarn_light'].map((name) => words[yarn + AT[name]]);
+  const [first_segment, curves, table] =
+    ['yarn_segments', 'yarn_curves', 'yarn_light'].map((name) => words[yarn + AT[name]]);
   const of_curve = new Map();
   for (let s = first_segment; s < curves; s += AT.segment_words) {
     const curve = words[s + AT.segment_curve];

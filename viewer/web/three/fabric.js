@@ -16,8 +16,9 @@ function texture_of(words) {
 }
 
 export class LoadedFabric {
-  /** The texture whose sky was asked for. */
+  /** The texture whose sky was asked for, and what is settled when it is there. */
   #asked = null;
+  #sky_settled = Promise.resolve();
   /**
    * `source`: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them, or a promise of one, with the place of
    * the url in a garment; `name` is said in messages.
@@ -62,11 +63,11 @@ export class LoadedFabric {
     this.mm_per_repeat = mm_per_repeat;
     this.state = 'ready';
   }
-  /** Asks for `sky`, where it is not there; the texture is another one then. */
+  /** Asks for `sky`, where it is not there; the texture is another one then. Settled when it is; it never fails. */
   want_sky() {
-    if (this.state !== 'ready' || this.#asked === this.texture) return;
+    if (this.state !== 'ready' || this.#asked === this.texture) return this.#sky_settled;
     const texture = this.#asked = this.texture, words = texture.image.data;
-    load({words}, ({sky}) => {
+    this.#sky_settled = load({words}, ({sky}) => {
       if (texture !== this.texture) return;
       const all = new Uint32Array(words.length + sky.length);
       all.set(words);
@@ -75,6 +76,7 @@ export class LoadedFabric {
       this.texture = this.#asked = texture_of(all);
       this.sky = words.length;
     }).catch((error) => console.warn(`selvedge: ${this.name}: ${error.message}; light from all around does not reach it`));
+    return this.#sky_settled;
   }
   dispose() {
     this.texture?.dispose();

@@ -167,6 +167,7 @@ void main() {
 
 /** The fragment shader of a fabric. */
 export const fragment_shader = ({has_yarn, keeps_opacity, is_lit_around}) => [
-  is_lit_around ? '#define AROUND\n' : '', has_yarn ? '#define YARN\n' : '', keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', FRAGMENT_NAMES, word_layout,
-  fabric_words, is_lit_around ? around : '', evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
+  is_lit_around ? '#define AROUND\n' : '', has_yarn ? '#define YARN\n' : '',
+  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', FRAGMENT_NAMES, word_layout, fabric_words,
+  is_lit_around ? around : '', evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
 ].join('');
