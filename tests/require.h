@@ -4,17 +4,23 @@
 #include <doctest/doctest.h>
 
 #include <optional>
-#include <source_location>
 #include <utility>
 
 #include "format/base/error.h"
 
 namespace selvedge::test {
 
-using Place = std::source_location;
+/// std::source_location, which Clang 14 has not.
+struct Place {
+  const char* file = "";
+  int line = 0;
+  static Place current(const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+    return {file, line};
+  }
+};
 
 inline void fail_at(const Place& place, const std::string& message) {
-  ADD_FAIL_AT(place.file_name(), static_cast<int>(place.line()), message);
+  ADD_FAIL_AT(place.file, place.line, message);
 }
 
 /// Ends the test case at the place of the call, with the error's line, where there is no value.

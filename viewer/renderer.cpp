@@ -5,6 +5,7 @@
 
 #include "viewer/frame/backdrop.h"
 #include "viewer/hybrid/path.h"
+#include "viewer/light/picture_textures.h"
 #include "viewer/light/sky.h"
 #include "viewer/paper/path.h"
 #include "viewer/render_checks.h"
@@ -26,10 +27,12 @@ Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& optio
 struct Renderer::State {
   RenderPath kind = RenderPath::hybrid;
   FrameSize size;
+  std::string file;  ///< of the scene
   PreparedScene scene;
   std::vector<std::string> remarks;
   std::unique_ptr<GraphicsContext> context;  ///< destroyed after all objects that it owns
   GlFunctions gl;
+  std::unique_ptr<PictureTextures> textures;
   std::unique_ptr<ShadowPass> shadows;  ///< created on first use
   std::optional<SkyVisibility> sky;     ///< found on first use
   SmoothLight around;                   ///< of `around_vertices`
@@ -62,6 +65,14 @@ struct Renderer::State {
       around_vertices = light_at_vertices(*sky, around);
     }
     return std::span<const SmoothLight>(around_vertices);
+  }
+
+  /// Makes the textures that a frame shows. The paper's path shows none.
+  Result<void> make_textures(const Camera& camera) {
+    Materials& materials = scene.materials;
+    return textures->make(
+        halvings_shown(scene.mesh, materials, scene.origin, camera, size.height * size.supersample),
+        materials.pictures, file, remarks);
   }
 
   /// Draws the shadow maps that the options require; null without shadows.
@@ -106,6 +117,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   auto state = std::make_unique<State>();
   State& s = *state;
   s.kind = options.path;
+  s.file = scene.file;
   s.size = options;
   // Coordinates relative to the scene's centre keep their precision in float.
   Imath::Box3d bounds;
@@ -129,6 +141,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   const Result<GlFunctions> gl = load_gl_functions(*s.context);
   if (!gl) return tl::unexpected(gl.error());
   s.gl = *gl;
+  s.textures = std::make_unique<PictureTextures>(s.gl, scene.memory_left);
   const auto keep = [&](auto path) -> Result<void> {
     if (!path) return tl::unexpected(path.error());
     s.path = std::move(*path);
@@ -148,12 +161,16 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
                             RenderStats& stats) {
   State& s = *state_;
   stats = {};
-  stats.prepare = s.prepare;
   stats.triangles = static_cast<std::int64_t>(s.scene.mesh.triangles.size());
-  stats.remarks = s.remarks;
   if (auto good = s.context->make_current(); !good) return good;
   if (auto good = check_draw(s.kind, options); !good) return good;
   Stopwatch watch;
+  if (s.kind != RenderPath::paper) {
+    if (auto good = s.make_textures(camera); !good) return good;
+    watch.add_to(s.prepare);
+  }
+  stats.prepare = s.prepare;
+  stats.remarks = s.remarks;
   const Result<ShadowPass*> shadows = s.draw_shadows(options);
   if (!shadows) return tl::unexpected(shadows.error());
   const Result<std::span<const SmoothLight>> around = s.shade_around(options);
@@ -185,6 +202,7 @@ Result<void> Renderer::resize(const FrameSize& size) {
 Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const DrawOptions& options,
                                                   const V2i& pixel) {
   if (const auto good = state_->context->make_current(); !good) return tl::unexpected(good.error());
+  if (const auto good = state_->make_textures(camera); !good) return tl::unexpected(good.error());
   const Result<HybridPath*> hybrid = state_->hybrid();
   if (!hybrid) return tl::unexpected(hybrid.error());
   const Result<ShadowPass*> shadows = state_->draw_shadows(options);
@@ -195,6 +213,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Dr
 Result<void> Renderer::texel_edges(const Camera& camera, const DrawOptions& options,
                                    std::vector<OverlayPixel>& overlay) {
   if (auto good = state_->context->make_current(); !good) return good;
+  if (auto good = state_->make_textures(camera); !good) return good;
   const Result<HybridPath*> hybrid = state_->hybrid();
   if (!hybrid) return tl::unexpected(hybrid.error());
   return (*hybrid)->texel_edges({camera, options}, overlay);

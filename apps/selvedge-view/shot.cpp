@@ -86,6 +86,7 @@ Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot
   subject.bytes_read = bytes_read(open);
   subject.file_bytes = open.file_bytes;
   subject.scene = std::move(open.scene);
+  subject.scene.memory_left = open.memory.left();
   return subject;
 }
 

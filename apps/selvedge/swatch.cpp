@@ -11,6 +11,7 @@
 #include "converter/bake/truth_swatch.h"
 #include "converter/stitch/find_cell.h"
 #include "format/picture/display.h"
+#include "format/picture/environment.h"
 #include "format/picture/swatch_picture.h"
 #include "format/scene/level_bounds.h"
 
@@ -27,6 +28,7 @@ struct SwatchCommand {
   SwatchView place = SwatchView::near;
   V2i size{320, 240};
   std::vector<Light> lights;          ///< empty: those of the place
+  std::string environment;            ///< a picture of radiance; empty: none
   LevelOptions levels = best_levels;  ///< without `truth`
 };
 
@@ -46,12 +48,17 @@ void declare(Options& options, SwatchCommand& command) {
       options, command.lights,
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
       "and a fill light of 0.3)");
+  options.text(
+      "--environment", command.environment, "FILE",
+      "Light from all around instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel "
+      "of 32 x 16 and up to four for what is bright");
   options.group("With --truth");
   TruthOptions& trace = command.trace;
   options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
   add_transport(options, {trace.bounces, trace.indirect, trace.ground, trace.reference});
   options.number("--seed", trace.seed, "N", "Same seed, same picture");
   options.check([&options, &command] {
+    options.refuse_if(!command.environment.empty(), "counts for nothing with --environment", {"--light"});
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
     options.refuse_if(!command.truth, "is for --truth, not for a fabric file",
                       {"--set", "--grid", "--period", "--unit", "--up", "--albedo", "--samples", "--bounces",
@@ -70,6 +77,17 @@ SwatchShot shot_of(const SwatchCommand& command, const V2d& period_mm) {
   SwatchShot shot = swatch_shot(command.place, period_mm, command.size.x, command.size.y);
   if (!command.lights.empty()) shot.lights = command.lights;
   return shot;
+}
+
+/// Lamps above the cloth, which together are the environment.
+std::vector<Light> lamps_above(const Environment& environment) {
+  EnvironmentLight light;
+  Environment rest = environment;
+  light.lamps = take_lamps(rest);
+  const std::vector<Light> others = lamps_of(reduced(rest, 32));
+  light.lamps.insert(light.lamps.end(), others.begin(), others.end());
+  std::erase_if(light.lamps, [](const Light& lamp) { return !(lamp.direction.z > 0); });
+  return light.lamps;
 }
 
 Result<Drawn> trace(const SwatchCommand& command) {
@@ -115,10 +133,15 @@ Result<Drawn> draw(const SwatchCommand& command) {
   return drawn;
 }
 
-Result<Drawn> make(const SwatchCommand& command) {
+Result<Drawn> make(SwatchCommand command) {
   const auto distinct = check_distinct({{"the input", command.input}, {"--output", command.output}});
   if (!distinct) return tl::unexpected(distinct.error());
   if (auto good = check_writable({command.output}); !good) return tl::unexpected(good.error());
+  if (!command.environment.empty()) {
+    auto environment = read_environment(command.environment);
+    if (!environment) return tl::unexpected(environment.error());
+    command.lights = lamps_above(*environment);
+  }
   auto drawn = command.truth ? trace(command) : draw(command);
   if (!drawn) return drawn;
   const auto written = command.output.ends_with(".exr")

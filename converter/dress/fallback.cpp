@@ -11,8 +11,6 @@
 namespace selvedge {
 namespace {
 
-constexpr double grazing = 75.0 / 180.0 * std::numbers::pi;
-
 /// Weight of each light: equal parts of the hemisphere, corrected (by less than 1%) so that a Lambertian
 /// texel gives exactly its albedo.
 double weight_of(const std::vector<V3f>& lights) {
@@ -21,60 +19,133 @@ double weight_of(const std::vector<V3f>& lights) {
   return std::numbers::pi / cosines;
 }
 
-/// Integral of f(l, view) over the lights.
-V3f albedo(const Fabric& fabric, int level, int x, int y, const std::vector<V3f>& lights, const V3f& view) {
-  V3d sum(0, 0, 0);
-  for (const V3f& light : lights) sum += V3d(evaluate(fabric, level, x, y, light, view).radiance);
-  return V3f(sum * weight_of(lights));
-}
-
-/// KHR_materials_sheen's lobe towards `view` with colour 1: Charlie's distribution and Ashikhmin's visibility
-/// term, as in the extension, integrated over the lights with the cosine.
-double charlie_albedo(const std::vector<V3f>& lights, const V3f& view, double roughness) {
+/// KHR_materials_sheen's lobe of colour 1 times the light's cosine: Charlie's distribution and Ashikhmin's
+/// visibility term, as in the extension.
+double charlie(const V3f& light, const V3f& view, double roughness) {
   const double inverse = 1.0 / (roughness * roughness);
-  double sum = 0;
-  for (const V3f& light : lights) {
-    const double cosine = (light + view).normalized().z;
-    const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-    const double distribution = (2.0 + inverse) * std::pow(sine, inverse) / (2.0 * std::numbers::pi);
-    const double l = light.z;
-    const double v = view.z;
-    sum += distribution / (4.0 * (l + v - l * v)) * l;
-  }
-  return sum * weight_of(lights);
+  const double cosine = (light + view).normalized().z;
+  const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+  const double distribution = (2.0 + inverse) * std::pow(sine, inverse) / (2.0 * std::numbers::pi);
+  const double l = light.z;
+  const double v = view.z;
+  return distribution / (4.0 * (l + v - l * v)) * l;
 }
 
-V3f mean_albedo(const Fabric& fabric, int level, const std::vector<V3f>& lights, const V3f& view) {
+/// f(l, v) of a level, the mean over its texels by their opacity.
+V3f mean_reflectance(const Fabric& fabric, int level, const V3f& light, const V3f& view) {
   const FabricLevel& source = fabric.levels[level];
   V3d sum(0, 0, 0);
   double weight = 0;
   for (int y = 0; y < source.height; ++y) {
     for (int x = 0; x < source.width; ++x) {
-      const double alpha = evaluate(fabric, level, x, y, view, view).alpha;
-      sum += V3d(albedo(fabric, level, x, y, lights, view)) * alpha;
-      weight += alpha;
+      const Shading shading = evaluate(fabric, level, x, y, light, view);
+      sum += V3d(shading.radiance) * static_cast<double>(shading.alpha);
+      weight += shading.alpha;
     }
   }
   return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
 }
 
-/// The coarsest level is a fit of the mean over the repeat, which suffices for a sheen.
-void estimate_sheen(const Fabric& fabric, const std::vector<V3f>& lights, Fallback& fallback) {
-  const int coarsest = static_cast<int>(fabric.levels.size()) - 1;
-  V3f rim(0, 0, 0);
-  const auto sine = static_cast<float>(std::sin(grazing));
-  const auto cosine = static_cast<float>(std::cos(grazing));
-  const std::array<V3f, 4> views{V3f(sine, 0, cosine), V3f(0, sine, cosine), V3f(-sine, 0, cosine),
-                                 V3f(0, -sine, cosine)};
-  for (const V3f& view : views) rim += mean_albedo(fabric, coarsest, lights, view) * 0.25F;
-  const V3f rise = rim - mean_albedo(fabric, coarsest, lights, V3f(0, 0, 1));
-  const double lobe = charlie_albedo(lights, views[0], fallback.sheen_roughness);
-  for (int c = 0; c < 3; ++c) {
-    fallback.sheen_color[c] = std::clamp(rise[c] / static_cast<float>(lobe), 0.0F, 1.0F);
+/// The normal equations of one channel: base colour and sheen against the fabric.
+struct TwoLobes {
+  double bb = 0, bs = 0, ss = 0, bf = 0, sf = 0;
+  void add(double weight, double base, double sheen, double reflected) {
+    bb += weight * base * base;
+    bs += weight * base * sheen;
+    ss += weight * sheen * sheen;
+    bf += weight * base * reflected;
+    sf += weight * sheen * reflected;
   }
+  /// Base colour and sheen, neither below 0.
+  std::array<double, 2> solve() const {
+    const double sheen = (sf * bb - bf * bs) / std::max(ss * bb - bs * bs, 1e-30);
+    if (!(sheen > 0)) return {std::max(bf / bb, 0.0), 0.0};
+    return {std::max((bf - sheen * bs) / bb, 0.0), sheen};
+  }
+};
+
+/// Fits base colour (which is returned) and sheen to the coarsest level over pairs of directions, by least
+/// squares in radiance, weighted by the cosine of the view, as a pixel is. The sheen takes from the light
+/// that the base gets, as the extension says, so that the fit is repeated.
+V3f fit_lobes(const Fabric& fabric, Fallback& fallback) {
+  const int coarsest = static_cast<int>(fabric.levels.size()) - 1;
+  const std::vector<V3f> directions = directions_of(grid_of(36));
+  const std::size_t count = directions.size();
+  std::vector<V3f> reflected(count * count);
+  std::vector<double> lobes(count * count);
+  std::vector<double> of_sheen(count);  // directional albedo of a sheen of colour 1
+  const double roughness = fallback.sheen_roughness;
+  parallel_for(0, static_cast<int>(count), [&](int v) {
+    double sum = 0;
+    for (std::size_t l = 0; l < count; ++l) {
+      reflected[v * count + l] = mean_reflectance(fabric, coarsest, directions[l], directions[v]);
+      sum += lobes[v * count + l] = charlie(directions[l], directions[v], roughness);
+    }
+    of_sheen[v] = sum * weight_of(directions);
+  });
+  V3f base(0, 0, 0);
+  const auto fit = [&](double largest) {
+    std::array<TwoLobes, 3> channels;
+    for (std::size_t v = 0; v < count; ++v) {
+      for (std::size_t l = 0; l < count; ++l) {
+        const double left = 1.0 - largest * std::max(of_sheen[v], of_sheen[l]);
+        const double lambert = left * directions[l].z / std::numbers::pi;
+        for (int c = 0; c < 3; ++c)
+          channels[c].add(directions[v].z, lambert, lobes[v * count + l], reflected[v * count + l][c]);
+      }
+    }
+    for (int c = 0; c < 3; ++c) {
+      const auto [diffuse, sheen] = channels[c].solve();
+      base[c] = static_cast<float>(std::min(diffuse, 1.0));
+      fallback.sheen_color[c] = static_cast<float>(std::min(sheen, 1.0));
+    }
+    const V3f& color = fallback.sheen_color;
+    return std::max({color.x, color.y, color.z});
+  };
+  float largest = 0;
+  for (int round = 0; round < 4; ++round) largest = fit(largest);
   // Less than one step of an 8-bit colour is noise of the fit.
-  const V3f& color = fallback.sheen_color;
-  if (std::max({color.x, color.y, color.z}) < 1.0F / 255.0F) fallback.sheen_color = V3f(0, 0, 0);
+  if (largest < 1.0F / 255.0F) fallback.sheen_color = V3f(0, 0, 0);
+  return base;
+}
+
+/// Brings the mean colour of the picture to `mean`.
+void scale_to(const V3f& mean, Image& image) {
+  const V3f present = mean_color(image);
+  for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
+    for (int c = 0; c < 3; ++c) {
+      float& value = image.pixels[i + c];
+      if (present[c] > 0) value = std::clamp(value * (mean[c] / present[c]), 0.0F, 1.0F);
+    }
+  }
+}
+
+/// Albedo along the normal and opacity of one repeat: of the yarn itself where the fabric has it, whose
+/// levels are coarse, else of the texels of `level`.
+Image base_picture(const Fabric& fabric, int level, const FallbackOptions& options) {
+  const FabricLevel& source = fabric.levels[level];
+  const bool shows_yarn = level == 0 && source.yarns() != nullptr;
+  const int longest = std::max(source.width, source.height);
+  const int finer = shows_yarn ? std::max(1, options.yarn_side / longest) : 1;
+  Image image{source.width * finer, source.height * finer, 4, {}};
+  image.pixels.resize(4 * source.texels() * finer * finer);
+  const std::vector<V3f> lights = directions_of(grid_of(options.lights));
+  const V3f up(0, 0, 1);
+  parallel_for(0, image.height, [&](int y) {
+    for (int x = 0; x < image.width; ++x) {
+      const V2d uv((x + 0.5) / image.width, (y + 0.5) / image.height);
+      const auto seen = [&](const V3f& light) {
+        return evaluate(fabric, shows_yarn ? -1.0 : level, uv, light, up);
+      };
+      V3d sum(0, 0, 0);
+      for (const V3f& light : lights) sum += V3d(seen(light).radiance);
+      const V3f albedo(sum * weight_of(lights));
+      float* pixel = image.pixels.data() + (y * image.width + x) * 4;
+      for (int c = 0; c < 3; ++c) pixel[c] = albedo[c];
+      pixel[3] = seen(up).alpha;
+    }
+  });
+  return image;
 }
 
 void fill_holes(Image& image) {
@@ -118,23 +189,12 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
     ++level;
   }
   const FabricLevel& source = fabric.levels[level];
-  const std::vector<V3f> lights = directions_of(grid_of(options.lights));
   Fallback fallback;
-  fallback.base_color = Image{source.width, source.height, 4, {}};
-  fallback.base_color.pixels.resize(source.texels() * 4);
-  const V3f up(0, 0, 1);
-  parallel_for(0, source.height, [&](int y) {
-    for (int x = 0; x < source.width; ++x) {
-      float* pixel = fallback.base_color.pixels.data() + (y * source.width + x) * 4;
-      const V3f color = albedo(fabric, level, x, y, lights, up);
-      for (int c = 0; c < 3; ++c) pixel[c] = std::clamp(color[c], 0.0F, 1.0F);
-      pixel[3] = evaluate(fabric, level, x, y, up, up).alpha;
-    }
-  });
+  fallback.base_color = base_picture(fabric, level, options);
   fallback.holes = has_holes(fabric, level);
+  scale_to(fit_lobes(fabric, fallback), fallback.base_color);
   fill_holes(fallback.base_color);
   if (source.has(LayerKind::frame)) fallback.normal = normals_of(source);
-  estimate_sheen(fabric, lights, fallback);
   return fallback;
 }
 

@@ -8,26 +8,29 @@
 
 namespace selvedge {
 
-/// One repeat of the fabric as pictures, and factors. Metallic is 0 and roughness 1: the normals hold the
-/// fabric's relief, and its remaining gloss is too weak for a lobe.
+/// One repeat of the fabric as pictures, and factors. Metallic is 0, roughness 1, and there is no reflection
+/// of dielectrics (KHR_materials_specular, specularFactor 0): beside the sheen it never makes the fit better.
+/// Base colour and sheen are those with which the core formula comes nearest to the fabric from afar, over
+/// all pairs of directions.
 struct Fallback {
   /// Linear, RGBA. Colour: directional albedo along the normal, the integral of f(l, z) over the lights,
-  /// clamped to 1; holes have the mean colour, so that coarser mip levels have no dark rims. Alpha: alpha(z).
+  /// times one factor a channel, so that its mean is the fitted colour, clamped to 1; holes have the mean
+  /// colour, so that coarser mip levels have no dark rims. Alpha: alpha(z).
   Image base_color;
   /// Data (not sRGB), RGB = (n + 1) / 2: x along growing u, y up in the picture, as in glTF's normal
   /// textures. Nothing if the fabric stores no frames.
   std::optional<Image> normal;
   /// As has_holes says (format/fabric/evaluate.h): alphaMode MASK, cutoff 0.5.
   bool holes = false;
-  /// KHR_materials_sheen: how much more light the fabric reflects towards 75 degrees than along the normal,
-  /// averaged over texels and four azimuths, divided by the reflection of the extension's Charlie lobe of
-  /// `sheen_roughness` and colour 1. Zero if the fabric does not brighten towards the rim.
+  /// KHR_materials_sheen: most fabrics brighten towards the rim, and where light comes from the viewer's
+  /// side. Zero if the fit does without.
   V3f sheen_color{0, 0, 0};
-  float sheen_roughness = 0.5F;
+  float sheen_roughness = 0.6F;  ///< what fits the built-in stitches best
 };
 
 struct FallbackOptions {
   int largest_side = 1024;  ///< of the pictures; larger fabrics are baked from a coarser level
+  int yarn_side = 64;       ///< of the picture of a fabric with yarn, unless level 0 has more texels
   int lights = 256;         ///< directions of the integral
 };
 

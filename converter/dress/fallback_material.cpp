@@ -9,6 +9,7 @@ namespace selvedge {
 namespace {
 
 constexpr const char* sheen = "KHR_materials_sheen";
+constexpr const char* specular = "KHR_materials_specular";
 
 /// Index of an equal entry of a root array; appends the entry if there is none.
 int find_or_add(Json& root, const char* array, const Json& entry) {
@@ -110,6 +111,8 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
     json["alphaMode"] = "MASK";
     json["alphaCutoff"] = 0.5;
   }
+  json["extensions"][specular] = {{"specularFactor", 0}};
+  use_extension(document.json, specular);
   const V3f& color = textures.sheen_color;
   if (color == V3f(0, 0, 0)) return;
   json["extensions"][sheen] = {{"sheenColorFactor", {color.x, color.y, color.z}},

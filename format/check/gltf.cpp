@@ -80,8 +80,9 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   check_fabric_extension(*document, read, issues);
   if (!issues.has_error()) {
     check_places(read, issues);
-    const auto drawable = check_drawable(read, limits.document.memory);
-    if (!drawable) issues.add(drawable.error());
+    const auto left = check_drawable(read, limits.document.memory);
+    const Result<void> textures = left ? check_textures(read, *left) : Result<void>();
+    if (!left || !textures) issues.add(left ? textures.error() : left.error());
   }
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);
   return issues.take();

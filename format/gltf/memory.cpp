@@ -11,7 +11,8 @@
 namespace selvedge {
 namespace {
 
-/// The pictures that drawing decodes, each once for colours and once for data (viewer/scene/materials.cpp).
+/// The pictures that drawing may decode, each once for colours and once for data
+/// (viewer/scene/materials.cpp).
 std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
   std::set<std::pair<int, bool>> drawn;
   const auto add = [&](const TextureReference& texture, bool colour) {
@@ -49,21 +50,31 @@ Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
         !account.take(primitive.indices.size() / 3, memory_price::placed_triangle))
       return refuse("its instances");
   }
+  std::uint64_t encoded = 0;
+  for (const SceneImage& image : scene.images) encoded += image.bytes.size();
+  // The renderer has its own, and decoding copies what is needed of one.
+  if (!account.take(encoded, 3)) return refuse("its encoded pictures");
+  return account;
+}
+
+bool take_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
+                   std::uint64_t encoded) {
+  return account.take(pixels, memory_price::pixel) && account.take(largest, memory_price::decoding) &&
+         account.take(encoded, memory_price::encoded_pixel);
+}
+
+Result<void> check_textures(const Scene& scene, MemoryAccount account) {
   std::uint64_t pixels = 0;
   std::uint64_t largest = 0;
-  std::uint64_t encoded = 0;
-  // Decoding copies what is needed of a picture.
-  for (const SceneImage& image : scene.images) encoded += image.bytes.size();
   const auto drawn = drawn_pictures(scene);
   for (const auto& [image, colour] : drawn) {
     const std::uint64_t size = picture_pixels(scene.images[image].bytes);
-    pixels += std::min(size, limit);  // so that the sum of a few thousand pictures is no wrapped number
+    pixels += std::min(size, account.limit());  // so that the sum of some thousand is no wrapped number
     largest = std::max(largest, size);
   }
-  if (!account.take(encoded, 2) || !account.take(pixels, memory_price::pixel) ||
-      !account.take(largest, memory_price::decoding))
-    return refuse(fmt::format("{} decoded pictures", drawn.size()));
-  return account;
+  if (take_textures(account, pixels, largest, largest)) return {};
+  return tl::unexpected<Error>(
+      beyond_memory(scene.file, "", fmt::format("{} decoded pictures", drawn.size()), account.limit()));
 }
 
 }  // namespace selvedge

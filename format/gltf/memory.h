@@ -18,12 +18,22 @@ inline constexpr std::uint64_t index = 12;             ///< of a primitive
 inline constexpr std::uint64_t instance = 320;         ///< of a primitive, without its vertices
 inline constexpr std::uint64_t placed_vertex = 256;    ///< of an instance: surface, merged mesh, projection
 inline constexpr std::uint64_t placed_triangle = 128;  ///< of an instance: corners and lists
-inline constexpr std::uint64_t pixel = 16;             ///< of a decoded picture
-inline constexpr std::uint64_t decoding = 24;          ///< of a pixel of the largest picture, beside that
+inline constexpr std::uint64_t pixel = 16;             ///< of a texture, with its levels
+inline constexpr std::uint64_t decoding = 24;      ///< of the largest texture, while it is made, beside that
+inline constexpr std::uint64_t encoded_pixel = 8;  ///< of the largest picture, while it is decoded
 }  // namespace memory_price
 
-/// What a scene and its pictures, as drawing decodes them, leave of `limit` bytes; FILE_TOO_LARGE if that is
-/// nothing. Pictures are reckoned by the sizes in their headers (picture_pixels).
+/// What a scene and its encoded pictures leave of `limit` bytes when they are drawn; FILE_TOO_LARGE if that
+/// is nothing. Textures come on top, by what a frame shows of them (viewer/light/picture_textures.h).
 Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit);
+
+/// Whether textures of all its pictures fit as well, each in full size, as a frame from near may need them:
+/// FILE_TOO_LARGE. They are reckoned by the sizes in their headers (picture_size).
+Result<void> check_textures(const Scene& scene, MemoryAccount account);
+
+/// Takes the price of textures of `pixels` pixels in all, the largest of `largest`, of pictures the largest
+/// of which has `encoded`; false if that is more than there is.
+bool take_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
+                   std::uint64_t encoded);
 
 }  // namespace selvedge

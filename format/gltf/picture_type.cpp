@@ -5,12 +5,14 @@
 namespace selvedge {
 namespace {
 
-std::uint64_t product(std::int64_t width, std::int64_t height) {
-  return width > 0 && height > 0 ? static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) : 0;
+using Size = Imath::Vec2<std::int64_t>;
+
+Size size_of(std::int64_t width, std::int64_t height) {
+  return width > 0 && height > 0 ? Size(width, height) : Size(0, 0);
 }
 
 /// Of the first frame: segments are skipped by their lengths.
-std::uint64_t jpeg_pixels(std::span<const std::uint8_t> bytes) {
+Size jpeg_size(std::span<const std::uint8_t> bytes) {
   const auto word = [&](std::size_t at) { return bytes[at] * 256 + bytes[at + 1]; };
   std::size_t at = 2;
   while (at + 9 <= bytes.size()) {
@@ -21,11 +23,11 @@ std::uint64_t jpeg_pixels(std::span<const std::uint8_t> bytes) {
     }
     // Frames are C0 to CF but for tables of codes, an extension and arithmetic coding.
     if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC)
-      return product(word(at + 7), word(at + 5));
+      return size_of(word(at + 7), word(at + 5));
     const bool bare = marker == 0 || marker == 1 || (marker >= 0xD0 && marker <= 0xD8);
     at += 2 + (bare ? 0 : static_cast<std::size_t>(word(at + 2)));
   }
-  return 0;
+  return {0, 0};
 }
 
 }  // namespace
@@ -43,15 +45,20 @@ std::string_view picture_type(std::span<const std::uint8_t> bytes) {
   return at(0, "DDS ") ? "image/vnd-ms.dds" : "";
 }
 
-std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes) {
+Imath::Vec2<std::int64_t> picture_size(std::span<const std::uint8_t> bytes) {
   const std::string_view type = picture_type(bytes);
   const auto number = [&](std::size_t at) {
     std::int64_t value = 0;
     for (std::size_t i = at; i < at + 4; ++i) value = value * 256 + bytes[i];
     return value;
   };
-  if (type == "image/png") return bytes.size() >= 24 ? product(number(16), number(20)) : 0;
-  return type == "image/jpeg" ? jpeg_pixels(bytes) : 0;
+  if (type == "image/png") return bytes.size() >= 24 ? size_of(number(16), number(20)) : Size(0, 0);
+  return type == "image/jpeg" ? jpeg_size(bytes) : Size(0, 0);
+}
+
+std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes) {
+  const Size size = picture_size(bytes);
+  return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
 }
 
 }  // namespace selvedge

@@ -1,6 +1,8 @@
 // What encoded pictures are, by their first bytes; nothing is decoded.
 #pragma once
 
+#include <Imath/ImathVec.h>
+
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -11,8 +13,10 @@ namespace selvedge {
 /// such as OpenEXR, which is no texture of glTF.
 std::string_view picture_type(std::span<const std::uint8_t> bytes);
 
-/// Number of pixels that the header of a PNG or a JPEG declares; 0 for files of other kinds, which are never
-/// decoded, and without a readable header.
+/// Width and height that the header of a PNG or a JPEG declares; (0, 0) for files of other kinds, which are
+/// never decoded, and without a readable header.
+Imath::Vec2<std::int64_t> picture_size(std::span<const std::uint8_t> bytes);
+/// Their product.
 std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes);
 
 }  // namespace selvedge

@@ -10,10 +10,11 @@
 namespace selvedge {
 namespace {
 
+constexpr std::size_t most_lamps = 4;
 /// Lamps and smooth light are made of a picture of at most this width: its pixels are 0.7 degrees wide.
 constexpr int divided_width = 512;
 /// A lamp is what lies so close to its brightest point; fabrics blur light more than that.
-const double lamp_cosine = std::cos(10 * std::numbers::pi / 180);
+const double lamp_cosine = std::cos(20 * std::numbers::pi / 180);
 /// ... and is so many times as bright as the mean.
 constexpr float lamp_brightness = 4;
 /// A lamp whose light is a smaller share of all is left in the rest.
@@ -39,6 +40,16 @@ Environment enlarged(const Environment& e) {
       result.radiance.push_back(e.radiance[static_cast<std::size_t>(y / factor) * e.width + x / factor]);
   }
   return result;
+}
+
+/// Calls body(radiance, direction, solid angle) for every pixel; the body may change the radiance.
+template <class Body>
+void for_pixels(Environment& e, const Body& body) {
+  for (int y = 0; y < e.height; ++y) {
+    const double solid_angle = e.solid_angle(y);
+    for (int x = 0; x < e.width; ++x)
+      body(e.radiance[static_cast<std::size_t>(y) * e.width + x], e.direction(x, y), solid_angle);
+  }
 }
 
 /// The middle of the lamp that sends most, of what is brighter than `least`.
@@ -136,52 +147,63 @@ Environment reduced(const Environment& environment, int width) {
   return result;
 }
 
-EnvironmentLight divide(const Environment& environment, int most_lamps) {
-  Environment rest = enlarged(reduced(environment, divided_width));
-  for (V3f& c : rest.radiance) c *= static_cast<float>(environment.options.strength);
-  const auto each = [&](const auto& body) {
-    for (int y = 0; y < rest.height; ++y) {
-      const double solid_angle = rest.solid_angle(y);
-      for (int x = 0; x < rest.width; ++x)
-        body(rest.radiance[static_cast<std::size_t>(y) * rest.width + x], rest.direction(x, y), solid_angle);
+std::vector<Light> lamps_of(const Environment& environment) {
+  std::vector<Light> lamps;
+  for (int y = 0; y < environment.height; ++y) {
+    const auto factor = static_cast<float>(environment.options.strength * environment.solid_angle(y));
+    for (int x = 0; x < environment.width; ++x) {
+      const V3f& c = environment.radiance[static_cast<std::size_t>(y) * environment.width + x];
+      if (c != V3f(0, 0, 0)) lamps.push_back({environment.direction(x, y), c * factor});
     }
-  };
+  }
+  return lamps;
+}
+
+std::vector<Light> take_lamps(Environment& environment) {
   V3d whole(0, 0, 0);
-  each([&](const V3f& c, const V3d&, double solid_angle) { whole += V3d(c) * solid_angle; });
-  EnvironmentLight result;
-  for (int lamp = 0; lamp < most_lamps; ++lamp) {
-    V3d left(0, 0, 0);
-    each([&](const V3f& c, const V3d&, double solid_angle) { left += V3d(c) * solid_angle; });
+  for_pixels(environment,
+             [&](const V3f& c, const V3d&, double solid_angle) { whole += V3d(c) * solid_angle; });
+  std::vector<Light> lamps;
+  V3d left = whole;
+  while (lamps.size() < most_lamps) {
     const V3f mean(left / (4 * std::numbers::pi));
     const double least = lamp_brightness * brightness(mean);
-    const std::optional<V3d> found = strongest_part(rest, least);
-    if (!found) break;
-    const V3d towards = *found;
+    const std::optional<V3d> towards = strongest_part(environment, least);
+    if (!towards) break;
     V3d sum(0, 0, 0);
     V3d middle(0, 0, 0);
     const auto is_of_lamp = [&](const V3f& c, const V3d& d) {
-      return d.dot(towards) > lamp_cosine && brightness(c) > least;
+      return d.dot(*towards) > lamp_cosine && brightness(c) > least;
     };
-    each([&](const V3f& c, const V3d& d, double solid_angle) {
+    for_pixels(environment, [&](const V3f& c, const V3d& d, double solid_angle) {
       if (!is_of_lamp(c, d)) return;
       const V3d excess = V3d(c - mean) * solid_angle;
       sum += excess;
       middle += d * brightness(V3f(excess));
     });
     if (brightness(V3f(sum)) < least_lamp * brightness(V3f(whole))) break;
-    each([&](V3f& c, const V3d& d, double) {
+    for_pixels(environment, [&](V3f& c, const V3d& d, double) {
       if (is_of_lamp(c, d)) c = mean;
     });
-    result.lamps.push_back({middle.normalized(), V3f(sum)});
+    left -= sum;
+    lamps.push_back({middle.normalized(), V3f(sum * environment.options.strength)});
   }
+  return lamps;
+}
+
+EnvironmentLight divide(const Environment& environment) {
+  Environment rest = enlarged(reduced(environment, divided_width));
+  EnvironmentLight result;
+  result.lamps = take_lamps(rest);
   std::array<V3d, smooth_functions> factors;
   factors.fill(V3d(0, 0, 0));
-  each([&](const V3f& c, const V3d& d, double solid_angle) {
+  for_pixels(rest, [&](const V3f& c, const V3d& d, double solid_angle) {
     const auto basis = smooth_basis(d.x, d.y, d.z);
     for (int k = 0; k < smooth_functions; ++k)
       factors[k] += V3d(c) * (basis[k] * solid_angle / smooth_norms[k]);
   });
-  for (int k = 0; k < smooth_functions; ++k) result.rest.factors[k] = V3f(factors[k]);
+  for (int k = 0; k < smooth_functions; ++k)
+    result.rest.factors[k] = V3f(factors[k] * environment.options.strength);
   return result;
 }
 

@@ -42,13 +42,19 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
 /// The mean over areas; the picture itself if it is not larger.
 Environment reduced(const Environment& environment, int width);
 
+/// One directional lamp for each pixel, dark ones left out.
+std::vector<Light> lamps_of(const Environment& environment);
+
 /// Light as fabrics are drawn in it: together the environment's.
 struct EnvironmentLight {
   std::vector<Light> lamps;  ///< directional, the strongest first
   SmoothLight rest;          ///< world axes
 };
 
-/// Bright parts become lamps, at most so many; the rest is projected.
-EnvironmentLight divide(const Environment& environment, int most_lamps = 4);
+/// Takes bright parts out of an environment: at most four lamps, the strongest first.
+std::vector<Light> take_lamps(Environment& environment);
+
+/// Bright parts become lamps; the rest is projected.
+EnvironmentLight divide(const Environment& environment);
 
 }  // namespace selvedge

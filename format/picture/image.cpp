@@ -53,15 +53,15 @@ Result<Image> read_image(const std::string& path, Transfer transfer, const Image
   if (const Result<InputFile> file = InputFile::open(path); !file) return tl::unexpected(file.error());
   const auto library = load_openimageio(Code::image_unreadable);
   if (!library) return tl::unexpected(library.error());
-  return (*library)->read(path, {}, transfer, limits);
+  return (*library)->read(path, {}, transfer, limits, 0);
 }
 
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, Transfer transfer,
-                           const ImageLimits& limits) {
+                           const ImageLimits& limits, int halvings) {
   if (bytes.empty()) return fail(Code::image_unreadable, name, "", "neither PNG nor JPEG");
   const auto library = load_openimageio(Code::image_unreadable);
   if (!library) return tl::unexpected(library.error());
-  return (*library)->read(name, bytes, transfer, limits);
+  return (*library)->read(name, bytes, transfer, limits, halvings);
 }
 
 Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer) {

@@ -235,6 +235,18 @@ PixelCover& PixelCover::operator|=(const PixelCover& other) {
   return *this;
 }
 
+StepBound step_bound(const Camera& camera, int height) {
+  return [spans_of = CameraSpans(camera, height)](const std::array<V3d, 3>& points,
+                                                  const std::array<V2d, 3>& at) {
+    const Stretch stretch = stretch_of(points, at);
+    const Spans spans = spans_of(points);
+    if (stretch.min == HUGE_VAL || spans.min_short == HUGE_VAL) return HUGE_VAL;
+    // The longer of two columns is at least the longest image of the unit circle, over the root of two.
+    const double step = stretch.max * spans.min_short / std::sqrt(2.0);
+    return std::isnan(step) ? 0.0 : step;
+  };
+}
+
 std::vector<PixelCover> pixel_covers(const Scene& scene, const Viewpoints& viewpoints, int height,
                                      std::span<const V2d> units) {
   std::vector<PixelCover> covers(scene.materials.size());

@@ -2,7 +2,9 @@
 // range of distances, without drawing. footprint.h computes the footprint of a single pixel.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -52,5 +54,12 @@ struct PixelCover {
 /// count as seen; materials without a fabric and culled sides do not.
 std::vector<PixelCover> pixel_covers(const Scene& scene, const Viewpoints& viewpoints, int height,
                                      std::span<const V2d> units);
+
+/// Of a triangle at `points` (world, m) with texture coordinates `at`: a lower bound of the step, in their
+/// units, between some pixel of it and its neighbour to the right or above, the longer of the two, in frames
+/// from `camera`; infinite if no pixel shows the triangle.
+using StepBound = std::function<double(const std::array<V3d, 3>& points, const std::array<V2d, 3>& at)>;
+/// For frames of `height` pixels. `camera` must outlive it.
+StepBound step_bound(const Camera& camera, int height);
 
 }  // namespace selvedge

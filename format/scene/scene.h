@@ -137,7 +137,7 @@ struct Scene {
   std::vector<SceneLight> lights;
   std::vector<SceneCamera> cameras;
   std::vector<std::string> remarks;            ///< features of the file that are ignored, one line each
-  std::uint64_t memory_left = default_memory;  ///< bytes that the file's fabrics may take (base/memory.h)
+  std::uint64_t memory_left = default_memory;  ///< bytes for its fabrics and textures (base/memory.h)
 };
 
 }  // namespace selvedge

@@ -42,16 +42,7 @@ Camera camera_of(const bench::Subject& subject, double zoom) {
 
 /// The frame in the light of all pixels of the environment.
 Frame summed(Renderer& renderer, const Camera& camera, const Environment& environment) {
-  const Environment small = reduced(environment, sum_width);
-  std::vector<Light> lamps;
-  for (int y = 0; y < small.height; ++y) {
-    for (int x = 0; x < small.width; ++x) {
-      Light& lamp = lamps.emplace_back();
-      lamp.direction = small.direction(x, y);
-      lamp.irradiance = small.radiance[static_cast<std::size_t>(y) * small.width + x] *
-                        static_cast<float>(small.options.strength * small.solid_angle(y));
-    }
-  }
+  const std::vector<Light> lamps = lamps_of(reduced(environment, sum_width));
   RenderOptions options = options_of(size);
   Frame sum;
   for (std::size_t first = 0; first < lamps.size(); first += lamps_at_once) {

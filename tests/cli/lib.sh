@@ -54,6 +54,9 @@ holds() {
     "${2:-$scratch/out}" "$1" || fail "does not hold: $1"
 }
 
+# Whether the programs are built with the address sanitizer, which takes terabytes of addresses.
+sanitized() { grep -q __asan_init "$bin/selvedge"; }
+
 same() { cmp "$1" "$2" || fail "$1 and $2 differ"; }
 differ() { ! cmp -s "$1" "$2" || fail "$1 and $2 have the same bytes"; }
 

@@ -378,24 +378,17 @@ test_page_holds_garments_and_fabrics_and_needs_a_garment() {
   exits 2 selvedge-view page quad.glb -o page.png
 }
 
-test_render_draws_light_from_all_around() {
-  make_scene
-  # White all around: 32 x 16 pixels of 1, as Radiance has them.
-  node -e 'process.stdout.write("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n");
-    process.stdout.write(Buffer.concat(Array(512).fill(Buffer.from([128, 128, 128, 129]))))' >white.hdr
-  selvedge-view render quad.glb -o lamps.exr --size 40x30
-  selvedge-view render quad.glb -o white.exr --size 40x30 --environment white.hdr
-  selvedge-view render quad.glb -o strong.exr --size 40x30 --environment white.hdr --environment-strength 2 --environment-turn 90
-  selvedge-view render quad.glb -o backdrop.exr --size 40x30 --environment white.hdr --backdrop
-  differ lamps.exr white.exr
-  differ white.exr strong.exr
-  differ white.exr backdrop.exr
-  selvedge-view render k.fabric.exr -o place.png --place near --size 40x30 --environment white.hdr
-  refuses FILE_MISSING none.hdr selvedge-view render quad.glb -o x.png --environment none.hdr
-  refuses IMAGE_UNREADABLE 'twice as wide as high' selvedge-view render quad.glb -o x.png --environment k.fabric.exr
-  exits 2 selvedge-view render quad.glb -o x.png --environment white.hdr --path paper
-  exits 2 selvedge-view render quad.glb -o x.png --backdrop
-  exits 2 selvedge-view render quad.glb -o x.png --environment-turn 20
+test_the_gallery_has_a_picture_and_a_page_of_each_garment() {
+  [ -e "$bin/../share/selvedge/page.html" ] || exit 77
+  mkdir gallery
+  selvedge make plain-weave "${small[@]}" -o gallery/plain-weave.fabric.exr --quiet
+  B=$bin "$root/docs/gallery/make" --stitches plain-weave gallery >"$scratch/out"
+  local file count=0
+  for file in $(grep -oE '(href|src)="[^"#]+"' gallery/index.html | cut -d'"' -f2); do
+    [ -s "gallery/$file" ] || fail "no $file"
+    count=$((count + 1))
+  done
+  [ "$count" = 11 ] || fail "$count links and pictures"
 }
 
 "$2"

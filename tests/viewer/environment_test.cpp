@@ -39,15 +39,7 @@ Frame in_environment(const test::Setting& setting, const Environment& environmen
 
 /// The same as lamps, one for each pixel.
 Frame in_lamps(test::Setting setting, const Environment& environment) {
-  setting.options.lights.clear();
-  for (int y = 0; y < environment.height; ++y) {
-    for (int x = 0; x < environment.width; ++x) {
-      Light& lamp = setting.options.lights.emplace_back();
-      lamp.direction = environment.direction(x, y);
-      lamp.irradiance =
-          environment.radiance[y * environment.width + x] * static_cast<float>(environment.solid_angle(y));
-    }
-  }
+  setting.options.lights = lamps_of(environment);
   return test::drawn(setting, RenderPath::hybrid);
 }
 

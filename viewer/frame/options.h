@@ -60,7 +60,8 @@ struct ShaderTimes {
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
 /// times add up to more than the frame's.
 struct RenderStats {
-  double prepare = 0;   ///< context, vertices, fabrics; once for all frames
+  double prepare =
+      0;  ///< context, vertices, fabrics; once for all frames, and textures, of all frames so far
   double project = 0;   ///< projecting vertices and sorting triangles into bands
   double shadows = 0;   ///< drawing shadow maps, and reading them back for the CPU
   double geometry = 0;  ///< drawing with OpenGL; on the shader path, all work until its pixels are read

@@ -75,6 +75,19 @@ GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int h
   return texture;
 }
 
+GLuint make_colour_texture(const GlFunctions& gl, const Image& image) {
+  GLuint texture = 0;
+  gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+  gl.TextureStorage2D(texture, level_count(image.width, image.height), GL_RGBA16F, image.width, image.height);
+  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_REPEAT);
+  gl.TextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_REPEAT);
+  gl.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  gl.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  gl.TextureSubImage2D(texture, 0, 0, 0, image.width, image.height, GL_RGBA, GL_FLOAT, image.pixels.data());
+  gl.GenerateTextureMipmap(texture);
+  return texture;
+}
+
 std::array<GLfloat, 16> gl_matrix(const M44d& matrix) {
   // Row-major memory for row vectors is column-major memory for column vectors.
   std::array<GLfloat, 16> result{};
@@ -142,20 +155,6 @@ GLuint GlObjects::keep_texture(GLuint texture) { return textures_.emplace_back(t
 
 GLuint GlObjects::plain_texture(GLenum format, int width, int height) {
   return keep_texture(make_plain_texture(gl_, format, width, height));
-}
-
-GLuint GlObjects::colour_texture(const Image& image) {
-  GLuint texture = 0;
-  gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture);
-  gl_.TextureStorage2D(texture, level_count(image.width, image.height), GL_RGBA16F, image.width,
-                       image.height);
-  gl_.TextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_REPEAT);
-  gl_.TextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_REPEAT);
-  gl_.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  gl_.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-  gl_.TextureSubImage2D(texture, 0, 0, 0, image.width, image.height, GL_RGBA, GL_FLOAT, image.pixels.data());
-  gl_.GenerateTextureMipmap(texture);
-  return keep_texture(texture);
 }
 
 GLuint GlObjects::framebuffer() {

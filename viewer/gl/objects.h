@@ -26,6 +26,9 @@ Result<void> check_errors(const GlFunctions& gl, const char* place);
 /// A texture with one level and no filter, as a render target or for texelFetch.
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height);
 
+/// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
+GLuint make_colour_texture(const GlFunctions& gl, const Image& image);
+
 /// Converts a matrix for row vectors to an OpenGL uniform for column vectors.
 std::array<GLfloat, 16> gl_matrix(const M44d& matrix);
 
@@ -62,8 +65,6 @@ class GlObjects {
   GLuint vertex_array();
   GLuint query(GLenum target);
   GLuint plain_texture(GLenum format, int width, int height);
-  /// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
-  GLuint colour_texture(const Image& image);
   /// Takes ownership of a texture.
   GLuint keep_texture(GLuint texture);
   GLuint framebuffer();

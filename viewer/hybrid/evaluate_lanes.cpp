@@ -235,8 +235,8 @@ struct Ring {
 };
 /// Gauss-Legendre over the height: polynomials of z up to degree 5 have their integrals over the hemisphere.
 constexpr float two_pi = 2 * std::numbers::pi_v<float>;
-constexpr std::array rings{Ring{0.112701665F, 6, two_pi * 5 / 18 / 6}, Ring{0.5F, 6, two_pi * 8 / 18 / 6},
-                           Ring{0.887298335F, 4, two_pi * 5 / 18 / 4}};
+constexpr std::array rings{Ring{0.112701665F, 4, two_pi * 5 / 18 / 4}, Ring{0.5F, 5, two_pi * 8 / 18 / 5},
+                           Ring{0.887298335F, 3, two_pi * 5 / 18 / 3}};
 
 /// Light from all around as lamps in the axes of the fabric.
 void place_lamps(const LaneSmoothLight& around, LaneScratch& scratch) {

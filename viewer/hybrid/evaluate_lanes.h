@@ -74,7 +74,7 @@ struct LaneScratch {
 
 /// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights` and in the light
 /// from all `around`, if there is any, to `sum`. Levels and texels must exist. Levels that are not of
-/// products alone see the light from around as sixteen lamps.
+/// products alone see the light from around as twelve lamps.
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
                     LaneShading& sum, PowerKind power = PowerKind::exact,

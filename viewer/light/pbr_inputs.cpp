@@ -22,12 +22,7 @@ enum Uniform : GLint {
 };
 enum Attribute : GLuint { more_uv = 3, vertex_colour = 7 };
 constexpr GLuint first_unit = 3;
-constexpr std::size_t texture_count = 5;
 constexpr int no_mapping = 15;
-
-std::array<const MaterialTexture*, texture_count> textures_of(const PbrMaterial& pbr) {
-  return {&pbr.base_color, &pbr.metallic_roughness, &pbr.normal, &pbr.occlusion, &pbr.emissive_texture};
-}
 
 GLint gl_wrap(Wrap wrap) {
   return wrap == Wrap::repeat ? GL_REPEAT : wrap == Wrap::mirror ? GL_MIRRORED_REPEAT : GL_CLAMP_TO_EDGE;
@@ -40,11 +35,8 @@ std::size_t sampler_of(Wrap u, Wrap v, bool nearest) {
 }  // namespace
 
 PbrInputs::PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
-    : gl_(gl), materials_(materials), objects_(gl) {
-  for (std::size_t i = 0; i < materials.surfaces.size(); ++i)
-    needed_ |= materials.surfaces[i].fabric < 0 || materials.pbr[i].emissive != V3f(0, 0, 0);
+    : gl_(gl), materials_(materials), needed_(materials.needs_pbr()), objects_(gl) {
   if (!needed_) return;
-  for (const Image& image : materials.images) images_.push_back(objects_.colour_texture(image));
   gl_.CreateSamplers(static_cast<GLsizei>(samplers), samplers_.data());
   for (const Wrap u : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
     for (const Wrap v : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
@@ -106,21 +98,20 @@ void PbrInputs::attach(GLuint array) const {
   if (vertex_colours_ != 0) add_attribute(gl_, array, {vertex_colour, vertex_colours_, 4, 0, sizeof(V4f)});
 }
 
-void PbrInputs::bind(GLuint unit, const MaterialTexture& texture) const {
-  gl_.BindTextureUnit(unit, images_[texture.image]);
-  gl_.BindSampler(unit, samplers_[sampler_of(texture.wrap_u, texture.wrap_v, texture.nearest)]);
-}
-
 void PbrInputs::use(std::size_t surface) const {
   if (!needed_) return;
   const SurfaceMaterial& material = materials_.surfaces[surface];
   const PbrMaterial& pbr = materials_.pbr[surface];
   int mappings = 0;
   const auto all = textures_of(pbr);
-  for (std::size_t i = 0; i < texture_count; ++i) {
-    const bool there = all[i]->image >= 0;
-    mappings |= (there ? all[i]->mapping : no_mapping) << (4 * i);
-    if (there) bind(first_unit + static_cast<GLuint>(i), *all[i]);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const MaterialTexture& one = *all[i];
+    const GLuint texture = one.image < 0 ? 0 : materials_.pictures[one.image].texture;
+    mappings |= (texture == 0 ? no_mapping : one.mapping) << (4 * i);
+    if (texture == 0) continue;
+    const GLuint unit = first_unit + static_cast<GLuint>(i);
+    gl_.BindTextureUnit(unit, texture);
+    gl_.BindSampler(unit, samplers_[sampler_of(one.wrap_u, one.wrap_v, one.nearest)]);
   }
   gl_.Uniform1i(is_pbr, material.fabric < 0 ? 1 : 0);
   gl_.Uniform4f(base_color, material.base_color.x, material.base_color.y, material.base_color.z,

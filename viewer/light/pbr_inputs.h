@@ -23,9 +23,9 @@ struct TriangleTarget {
 
 class PbrInputs {
  public:
-  /// Uploads what `materials` need: nothing if all surfaces have a fabric and no emission. The context of
-  /// `gl` must be current whenever a function of this class is called, the destructor included. `materials`
-  /// must outlive the object.
+  /// Uploads what `materials` need but their textures: nothing if all surfaces have a fabric and no emission.
+  /// The context of `gl` must be current whenever a function of this class is called, the destructor
+  /// included. `materials` must outlive the object; MaterialPicture::texture may change meanwhile.
   PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
   ~PbrInputs() { gl_.DeleteSamplers(static_cast<GLsizei>(samplers), samplers_.data()); }
   PbrInputs(const PbrInputs&) = delete;
@@ -45,7 +45,6 @@ class PbrInputs {
 
  private:
   static constexpr std::size_t samplers = 18;  ///< three wrap modes along u, three along v, nearest or linear
-  void bind(GLuint unit, const MaterialTexture& texture) const;
 
   const GlFunctions& gl_;
   const Materials& materials_;
@@ -54,7 +53,6 @@ class PbrInputs {
   std::size_t more_uvs_ = 0;   ///< mappings after the first
   GLuint uvs_ = 0;             ///< [vertex][more_uvs_]
   GLuint vertex_colours_ = 0;  ///< 0: no surface has vertex colours
-  std::vector<GLuint> images_;
   std::array<GLuint, samplers> samplers_{};
 };
 

@@ -20,7 +20,7 @@ struct SurfaceMaterial {
 
 /// A picture on a surface.
 struct MaterialTexture {
-  int image = -1;   ///< index into Materials::images; -1: no texture, a factor of 1
+  int image = -1;   ///< index into Materials::pictures; -1: no texture, a factor of 1
   int mapping = 0;  ///< texture coordinates: 0 is SurfaceVertex::uv, k Surface::more_uvs[k - 1]
   Wrap wrap_u = Wrap::repeat;
   Wrap wrap_v = Wrap::repeat;
@@ -42,6 +42,11 @@ struct PbrMaterial {
   MaterialTexture emissive_texture;
   bool unlit = false;
 };
+
+/// In the order of pbr_fragment.glsl.
+inline std::array<const MaterialTexture*, 5> textures_of(const PbrMaterial& pbr) {
+  return {&pbr.base_color, &pbr.metallic_roughness, &pbr.normal, &pbr.occlusion, &pbr.emissive_texture};
+}
 
 /// The core material at a pixel, textures and factors multiplied; with a fabric, only emission and occlusion.
 struct PbrPixel {

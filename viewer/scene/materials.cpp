@@ -6,44 +6,61 @@
 #include <map>
 #include <utility>
 
+#include "format/gltf/picture_type.h"
+
 namespace selvedge {
 namespace {
 
-/// Cache of decoded pictures; colour and data of one file are two pictures.
-using Decoded = std::map<std::pair<int, Transfer>, int>;
+using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
-/// Index into `materials.images` of a decoded picture, or -1.
-int decode(const Scene& scene, int index, Transfer transfer, Decoded& decoded, Materials& materials,
-           std::vector<std::string>& remarks) {
+/// Indices into Materials::pictures; colour and data of one file are two pictures.
+struct Known {
+  std::map<std::pair<int, Transfer>, int> pictures;
+  std::map<int, Bytes> files;
+};
+
+/// Index into `materials.pictures` of a picture of the scene, or -1.
+int take_picture(const Scene& scene, int index, Transfer transfer, Known& known, Materials& materials,
+                 std::vector<std::string>& remarks) {
   if (index < 0) return -1;
-  const auto [entry, fresh] = decoded.try_emplace({index, transfer}, -1);
+  const auto [entry, fresh] = known.pictures.try_emplace({index, transfer}, -1);
   if (!fresh) return entry->second;
   if (static_cast<std::size_t>(index) >= scene.images.size()) {
     remarks.push_back(fmt::format("{}: image {} does not exist; drawn without it", scene.file, index));
     return -1;
   }
   const SceneImage& encoded = scene.images[index];
-  Result<Image> image = decode_image(encoded.bytes, encoded.name, transfer);
-  if (!image) {
-    remarks.push_back(to_line(image.error()) + "; drawn without it");
+  const auto size = picture_size(encoded.bytes);
+  if (size.x == 0) {
+    const Error error{Code::image_unreadable, encoded.name, "", "neither PNG nor JPEG"};
+    remarks.push_back(to_line(error) + "; drawn without it");
     return -1;
   }
-  if (image->width > index_pass_side_limit || image->height > index_pass_side_limit) {
+  if (std::max(size.x, size.y) > index_pass_side_limit) {
     remarks.push_back(
-        fmt::format("{}: {} x {} is too large; drawn without it", encoded.name, image->width, image->height));
+        fmt::format("{}: {} x {} is too large; drawn without it", encoded.name, size.x, size.y));
     return -1;
   }
-  entry->second = static_cast<int>(materials.images.size());
-  materials.images.push_back(std::move(*image));
+  Bytes& bytes = known.files[index];
+  if (!bytes) bytes = std::make_shared<const std::vector<std::uint8_t>>(encoded.bytes);
+  entry->second = static_cast<int>(materials.pictures.size());
+  materials.pictures.push_back({encoded.name, bytes, transfer, V2i(size), 0});
   return entry->second;
 }
 
 }  // namespace
 
+bool Materials::needs_pbr() const {
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (surfaces[i].fabric < 0 || pbr[i].emissive != V3f(0, 0, 0)) return true;
+  }
+  return false;
+}
+
 Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& surfaces, std::size_t fabrics,
                                std::vector<std::string>& remarks) {
   Materials result;
-  Decoded decoded;
+  Known known;
   for (const Surface& surface : surfaces) {
     SurfaceMaterial drawn;
     PbrMaterial pbr;
@@ -53,7 +70,7 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
     const SceneMaterial material = exists ? scene.materials[surface.material] : SceneMaterial{};
     const Mappings mappings = mappings_of(material);
     const auto texture = [&](const TextureReference& t, Transfer transfer) {
-      const int image = decode(scene, t.image, transfer, decoded, result, remarks);
+      const int image = take_picture(scene, t.image, transfer, known, result, remarks);
       const int mapping = t.image < 0 ? 0 : mappings.number_of(mapping_of(t));
       return MaterialTexture{image, std::max(mapping, 0), t.wrap_u, t.wrap_v, t.nearest};
     };

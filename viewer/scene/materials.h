@@ -1,6 +1,8 @@
 // Converts the materials of a scene for drawing.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,13 +13,26 @@
 
 namespace selvedge {
 
+/// A picture as its file has it; a texture is made of it when a frame shows it (light/picture_textures.h).
+struct MaterialPicture {
+  std::string name;
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  ///< encoded
+  Transfer transfer = Transfer::keep;
+  V2i size{1, 1};             ///< by its header
+  std::uint32_t texture = 0;  ///< OpenGL's, linear; 0: there is none, as if no material had the picture
+};
+
 struct Materials {
   std::vector<SurfaceMaterial> surfaces;  ///< one per surface
   std::vector<PbrMaterial> pbr;           ///< one per surface
-  std::vector<Image> images;              ///< linear
+  std::vector<MaterialPicture> pictures;
+
+  /// Whether some surface shows more than its fabric.
+  bool needs_pbr() const;
 };
 
-/// Decodes the pictures that `surfaces` need; unreadable ones are skipped with a line in `remarks`. Fabrics
+/// Takes the pictures that `surfaces` need; those without a size in their header, and those too large for
+/// OpenGL, are skipped with a line in `remarks`. Fabrics
 /// are drawn on both sides, since cloth is thin and its back shows through holes; doubleSided applies to
 /// materials without a fabric. GLTF_REFERENCE if a fabric is not among the `fabrics` given.
 Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& surfaces, std::size_t fabrics,

@@ -38,14 +38,15 @@ vec3 mean_around(vec3 n) {
   return max(sum, vec3(0.0));
 }
 
-// The same light as sixteen lamps at fixed directions of the frame: for what has no integrals.
-const uint around_lamps = 16u;
+// The same light as twelve lamps at fixed directions of the frame: for what has no integrals.
+const uint around_lamps = 12u;
 void around_lamp(uint i, out vec3 direction, out vec3 irradiance) {
   const float two_pi = 6.28318530717958648;
-  uint ring = i / 6u;
-  float z = ring == 0u ? 0.112701665 : ring == 1u ? 0.5 : 0.887298335;
-  float count = ring == 2u ? 4.0 : 6.0;
-  float angle = two_pi * (float(i % 6u) + z) / count;
+  uint ring = i < 4u ? 0u : i < 9u ? 1u : 2u;
+  uint first = uint[3](0u, 4u, 9u)[ring];
+  float z = float[3](0.112701665, 0.5, 0.887298335)[ring];
+  float count = float[3](4.0, 5.0, 3.0)[ring];
+  float angle = two_pi * (float(i - first) + z) / count;
   direction = vec3(sqrt(1.0 - z * z) * vec2(cos(angle), sin(angle)), z);
   float basis[9] = smooth_basis(direction);
   irradiance = vec3(0.0);

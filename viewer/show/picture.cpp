@@ -82,6 +82,7 @@ Result<void> ShowPicture::load(const ShowState& state) {
   renderer_.reset();
   options_.path = static_cast<RenderPath>(state.path);
   dressed_ = change_fabrics(scene_, fabrics_, state.fabrics);
+  dressed_.memory_left = memory_.left();
   // Starts from defaults, as the previous state may have been refused.
   options_.levels = state.levels;
   options_.shadows = state.shadows;
@@ -129,10 +130,10 @@ Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
     else if (options_.path == RenderPath::paper)
       first = finest_for_paper(std::min(first, there));
     if (!worn || first >= there) continue;
+    // The renderer points to the fabrics, and its textures take what may be needed for levels.
+    renderer_.reset();
     Result<Fabric> finer = read_levels_within(readers_[i], {first, there - 1}, memory_);
     if (!finer) return tl::unexpected(finer.error());
-    // The renderer points to the fabrics.
-    renderer_.reset();
     std::vector<FabricLevel>& levels = fabrics_[i].levels;
     levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
     fabrics_[i].whole = partial_fabric(readers_[i].header(), first, last).whole;

@@ -4,7 +4,8 @@
 // Pictures are { width, height, radiance }, twice as wide as high: red, green, blue of each pixel, the top row (+y) first,
 // the middle column seen along -z, the column a quarter to the right along +x.
 const {PI, cos, floor, hypot, max, sin} = Math;
-const MOST_WIDTH = 512, LAMP_COSINE = cos(10 * PI / 180), LAMP_BRIGHTNESS = 4, LEAST_LAMP = 0.01;
+const MOST_WIDTH = 512, LAMP_COSINE = cos(20 * PI / 180), LAMP_BRIGHTNESS = 4, LEAST_LAMP = 0.01;
+export const MOST_LAMPS = 4;
 
 /** Values of the nine functions of a unit direction, and the integrals of their squares. */
 export const smooth_basis = (x, y, z) => [1, x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1];
@@ -78,18 +79,15 @@ function strongest_part(picture, least) {
 }
 
 /** Divides a picture: { lamps: [{ direction, irradiance }], rest }, the rest by nine factors, each a colour. */
-export function divide(picture, most_lamps = 4) {
+export function divide(picture) {
   const rest = enlarged(reduced(picture, MOST_WIDTH)), {radiance} = rest, lamps = [];
-  const sum_of = () => {
-    const sum = [0, 0, 0];
-    each(rest, (at, _, angle) => {
-      for (let c = 0; c < 3; ++c) sum[c] += radiance[at + c] * angle;
-    });
-    return sum;
-  };
-  const whole = sum_of();
-  for (let lamp = 0; lamp < most_lamps; ++lamp) {
-    const mean = sum_of().map((x) => x / (4 * PI)), least = LAMP_BRIGHTNESS * brightness(...mean);
+  const whole = [0, 0, 0];
+  each(rest, (at, _, angle) => {
+    for (let c = 0; c < 3; ++c) whole[c] += radiance[at + c] * angle;
+  });
+  let left = whole;
+  while (lamps.length < MOST_LAMPS) {
+    const mean = left.map((x) => x / (4 * PI)), least = LAMP_BRIGHTNESS * brightness(...mean);
     const towards = strongest_part(rest, least);
     if (!towards) break;
     const irradiance = [0, 0, 0], middle = [0, 0, 0], places = [];
@@ -105,6 +103,7 @@ export function divide(picture, most_lamps = 4) {
     });
     if (brightness(...irradiance) < LEAST_LAMP * brightness(...whole)) break;
     for (const at of places) radiance.set(mean, at);
+    left = left.map((x, c) => x - irradiance[c]);
     const length = hypot(...middle);
     lamps.push({direction: middle.map((x) => x / length), irradiance});
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <exception>
 #include <memory>
 #include <string_view>
@@ -26,8 +27,40 @@ std::array<int, 4> channel_order(const OIIO::ImageSpec& spec) {
   return order;
 }
 
+/// Linear colours of stored values. Those of 8 bits are few, and a power takes long.
+class Decoder {
+ public:
+  explicit Decoder(const OIIO::ImageSpec& spec) : few_(spec.format == OIIO::TypeDesc::UINT8) {}
+  float linear(float stored) {
+    if (!few_) return srgb_to_linear(stored);
+    float& known = known_[static_cast<std::size_t>(std::lround(stored * 255.0F))];
+    if (known < 0) known = srgb_to_linear(stored);
+    return known;
+  }
+
+ private:
+  bool few_;
+  std::vector<float> known_ = std::vector<float>(256, -1.0F);
+};
+
+/// The number of `from` pixels along a side that fall on pixel `at` of `to`.
+std::int64_t count_on(std::int64_t at, std::int64_t from, std::int64_t to) {
+  return ((at + 1) * from + to - 1) / to - (at * from + to - 1) / to;
+}
+
+void divide_by_counts(Image& image, const OIIO::ImageSpec& spec) {
+  for (std::int64_t y = 0; y < image.height; ++y) {
+    const std::int64_t rows = count_on(y, spec.height, image.height);
+    for (std::int64_t x = 0; x < image.width; ++x) {
+      const auto count = static_cast<float>(rows * count_on(x, spec.width, image.width));
+      for (int c = 0; c < 4; ++c) image.pixels[(y * image.width + x) * 4 + c] /= count;
+    }
+  }
+}
+
+/// Reads strips of rows, and sums the pixels of each of the picture that is returned.
 Result<Image> read_pixels(OIIO::ImageInput& input, const std::string& name, Transfer transfer,
-                          const ImageLimits& limits) {
+                          const ImageLimits& limits, int halvings) {
   const OIIO::ImageSpec& spec = input.spec();
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) {
     return fail(Code::image_unreadable, name, "", "not a flat two-dimensional picture");
@@ -37,20 +70,40 @@ Result<Image> read_pixels(OIIO::ImageInput& input, const std::string& name, Tran
     return fail(Code::file_too_large, name, "",
                 fmt::format("{} x {} pixels of {} channels", spec.width, spec.height, spec.nchannels));
   }
-  std::vector<float> stored(pixels * spec.nchannels);
-  if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, stored.data())) {
-    return fail(Code::image_unreadable, name, "", input.geterror());
-  }
+  const std::int64_t width = halved_size(spec.width, halvings);
+  const std::int64_t height = halved_size(spec.height, halvings);
+  Image image{static_cast<int>(width), static_cast<int>(height), 4, std::vector<float>(width * height * 4)};
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   const std::array<int, 4> order = channel_order(spec);
-  Image image{spec.width, spec.height, 4, std::vector<float>(pixels * 4, 1.0F)};
-  for (std::int64_t p = 0; p < pixels; ++p) {
-    for (int c = 0; c < 4; ++c) {
-      if (order[c] < 0) continue;
-      const float value = stored[p * spec.nchannels + order[c]];
-      image.pixels[p * 4 + c] = decode && c < 3 ? srgb_to_linear(value) : value;
+  const std::int64_t channels = spec.nchannels;
+  Decoder decoder(spec);
+  std::vector<std::int64_t> columns(spec.width);  // where the pixels of a row go
+  for (std::int64_t x = 0; x < spec.width; ++x) columns[x] = x * width / spec.width * 4;
+  // Tiles come in rows of their own height.
+  constexpr int rows_at_once = 64;
+  const int strip = spec.tile_width > 0 ? spec.height : std::min(spec.height, rows_at_once);
+  std::vector<float> stored(strip * spec.width * channels);
+  for (int first = 0; first < spec.height; first += strip) {
+    const int end = std::min(first + strip, spec.height);
+    const OIIO::TypeDesc floats = OIIO::TypeDesc::FLOAT;
+    const bool read = spec.tile_width > 0 ? input.read_image(0, 0, 0, spec.nchannels, floats, stored.data())
+                                          : input.read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0,
+                                                                 spec.nchannels, floats, stored.data());
+    if (!read) return fail(Code::image_unreadable, name, "", input.geterror());
+    for (std::int64_t y = first; y < end; ++y) {
+      float* row = &image.pixels[y * height / spec.height * width * 4];
+      const float* from = &stored[(y - first) * spec.width * channels];
+      for (const std::int64_t column : columns) {
+        float* pixel = row + column;
+        for (int c = 0; c < 4; ++c) {
+          const float value = order[c] < 0 ? 1.0F : from[order[c]];
+          pixel[c] += decode && c < 3 ? decoder.linear(value) : value;
+        }
+        from += channels;
+      }
     }
   }
+  if (halvings > 0) divide_by_counts(image, spec);
   return image;
 }
 
@@ -82,14 +135,14 @@ std::vector<std::uint8_t> without_texts(std::span<const std::uint8_t> png) {
 }
 
 Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes, Transfer transfer,
-                   const ImageLimits& limits) {
+                   const ImageLimits& limits, int halvings) {
   const auto refuse = [&](std::string why) { return fail(Code::image_unreadable, name, "", std::move(why)); };
   try {
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);  // else PNG's alpha would be multiplied into the colours
     if (bytes.empty()) {
       const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, &config);
-      return input ? read_pixels(*input, name, transfer, limits) : refuse(OIIO::geterror());
+      return input ? read_pixels(*input, name, transfer, limits, halvings) : refuse(OIIO::geterror());
     }
     const char* format = format_of(bytes);
     if (format == nullptr) return refuse("neither PNG nor JPEG");
@@ -103,7 +156,7 @@ Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes,
     config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     OIIO::ImageSpec spec;
     if (!input->open(name, spec, config)) return refuse(input->geterror());
-    return read_pixels(*input, name, transfer, limits);
+    return read_pixels(*input, name, transfer, limits, halvings);
   } catch (const std::exception& error) {
     return refuse(error.what());
   }

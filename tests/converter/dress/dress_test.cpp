@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "converter/dress/fallback.h"
+#include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
@@ -16,6 +17,7 @@
 #include "tests/converter/fabrics.h"
 #include "tests/converter/workshop.h"
 #include "tests/format/encoded_cloths.h"
+#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
 
@@ -86,6 +88,7 @@ TEST_CASE("dress: the fallback is a core material on the same UV set and transfo
   CHECK(material["normalTexture"]["extensions"]["KHR_texture_transform"] == transform);
   CHECK(material["pbrMetallicRoughness"]["metallicFactor"] == 0);
   CHECK(material["pbrMetallicRoughness"]["roughnessFactor"] == 1);
+  CHECK(material["extensions"]["KHR_materials_specular"]["specularFactor"] == 0);
   CHECK(material["alphaMode"] == "MASK");  // a sixteenth of the net is holes
   CHECK(material["alphaCutoff"] == 0.5);
   CHECK(material["doubleSided"] == true);
@@ -258,19 +261,21 @@ TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no
   CHECK(fallback.sheen_color == V3f(0, 0, 0));
 }
 
-TEST_CASE("fallback: a lobe's base colour is its directional albedo along the normal, in closed form") {
-  // f = l.z (Cz l.z v.z)^n; seen along the normal, its integral over the hemisphere is 2 pi Cz^n / (n + 2).
+TEST_CASE("fallback: a lobe's base colour is the nearest Lambertian one, in closed form") {
+  // f = l.z (Cz l.z v.z)^n darkens towards the rim. The base colour b with the least integral of
+  // v.z (b l.z / pi - f)^2 over both hemispheres is 6 pi Cz^n / ((n + 2) (n + 3)).
   Fabric fabric = test::lambert_fabric(V2d(5, 5), 1, V3f(0, 0, 0));
   fabric.levels[0].set(LayerKind::lobes, {15, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}});
   const Fallback fallback = bake_fallback(fabric);
   const double pi = std::numbers::pi;
-  // The integral is a sum over 256 directions of equal solid angle.
-  CHECK(fallback.base_color.pixels[0] == doctest::Approx(2 * pi * 0.36 / 4).epsilon(4e-3));
-  CHECK(fallback.base_color.pixels[1] == doctest::Approx(2 * pi * 0.125 / 5).epsilon(4e-3));
-  CHECK(fallback.base_color.pixels[2] == doctest::Approx(2 * pi * 0.0256 / 6).epsilon(4e-3));
+  CHECK(fallback.sheen_color == V3f(0, 0, 0));
+  // The integrals are sums over 36 directions of equal solid angle.
+  CHECK(fallback.base_color.pixels[0] == doctest::Approx(6 * pi * 0.36 / 20).epsilon(1e-2));
+  CHECK(fallback.base_color.pixels[1] == doctest::Approx(6 * pi * 0.125 / 30).epsilon(1e-2));
+  CHECK(fallback.base_color.pixels[2] == doctest::Approx(6 * pi * 0.0256 / 42).epsilon(1e-2));
 }
 
-TEST_CASE("dress: the picture of the fallback holds the albedo sRGB-encoded, and the opacity as it is") {
+TEST_CASE("dress: the picture of the fallback holds its colour sRGB-encoded, and the opacity as it is") {
   const Workshop workshop;
   REQUIRE(workshop.dress(everything));
   const Scene scene = test::need(read_scene(workshop.output));
@@ -301,8 +306,26 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
     }
   }
   const Fallback fallback = bake_fallback(fabric);
+  // Green has none of its own: the sheen gives back what red's takes from its base.
   CHECK(fallback.sheen_color.x > 0.05F);
-  CHECK(fallback.sheen_color.y == 0);
+  CHECK(fallback.sheen_color.y < 0.1F * fallback.sheen_color.x);
+}
+
+TEST_CASE("fallback: the picture is that of the yarn where the fabric has it, in the colour of the levels") {
+  const Fabric fabric = test::with_yarn(test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.3F, 0.4F)), 1);
+  const Image image = bake_fallback(fabric).base_color;
+  REQUIRE(image.width == 64);
+  std::size_t differing = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const V2d uv((x + 0.5) / image.width, (y + 0.5) / image.height);
+      const float alpha = evaluate(fabric, -1.0, uv, V3f(0, 0, 1), V3f(0, 0, 1)).alpha;
+      if (image.pixels[4 * (y * image.width + x) + 3] != alpha) ++differing;
+    }
+  }
+  CHECK(differing == 0);
+  CHECK(mean_color(image).x == doctest::Approx(0.2).epsilon(0.02));  // clamped where the yarn is bright
+  CHECK(mean_color(image).y == doctest::Approx(0.3).epsilon(0.02));
 }
 
 TEST_CASE("fallback: holes take the mean colour and normals point up in green") {

@@ -18,7 +18,7 @@ TEST_CASE("a good fabric has no issues") {
 }
 
 TEST_CASE("members of the wrong type or out of range are named by their pointers") {
-  for (const auto& [pointer, value] : std::initializer_list<std::pair<const char*, const char*>>{
+  for (const auto& one : std::initializer_list<std::pair<const char*, const char*>>{
            {"/version", "1"},
            {"/version/0", R"("1")"},
            {"/version/1", "0.5"},
@@ -60,6 +60,8 @@ TEST_CASE("members of the wrong type or out of range are named by their pointers
            {"/whole", "1"},
            {"/whole", R"({"level":1,"texels":[10,6]})"},
            {"/provenance", R"("me")"}}) {
+    const auto& pointer = one.first;
+    const auto& value = one.second;
     CAPTURE(pointer);
     CAPTURE(value);
     Changed changed;
@@ -108,14 +110,15 @@ TEST_CASE("everything that is wrong is reported, not the first of it") {
 
 TEST_CASE("a text that is no JSON object, of another version, or nested without end is refused") {
   Changed changed;
-  for (const auto& [text, code] :
-       {std::pair{std::string("hello"), Code::fabric_malformed},
-        {"[1]", Code::fabric_malformed},
-        {"\xEF\xBB\xBF{\"version\":[1,0]}", Code::fabric_malformed},
-        {std::string(100000, '[') + std::string(100000, ']'), Code::fabric_malformed},
-        {R"({"version":[1,0]})", Code::fabric_version},
-        {R"({"version":[4294967297,0]})", Code::fabric_version},
-        {R"({"version":[0,1]})", Code::fabric_version}}) {
+  for (const auto& one : {std::pair{std::string("hello"), Code::fabric_malformed},
+                          {"[1]", Code::fabric_malformed},
+                          {"\xEF\xBB\xBF{\"version\":[1,0]}", Code::fabric_malformed},
+                          {std::string(100000, '[') + std::string(100000, ']'), Code::fabric_malformed},
+                          {R"({"version":[1,0]})", Code::fabric_version},
+                          {R"({"version":[4294967297,0]})", Code::fabric_version},
+                          {R"({"version":[0,1]})", Code::fabric_version}}) {
+    const auto& text = one.first;
+    const Code code = one.second;
     CAPTURE(text.substr(0, 40));
     save_fabric(changed.folder / "changed.exr", changed.file, text);
     const Issues issues = check_fabric(changed.folder / "changed.exr");

@@ -127,7 +127,9 @@ TEST_CASE("gltf: only bytes that are a picture are embedded, however short they 
       {"\xABKTX 20\xBB\r\n\x1A\n", "image/ktx2"},
       {"root:x:0:0:root", ""},
       {"", ""}};
-  for (const auto& [bytes, type] : files) {
+  for (const auto& file : files) {
+    const std::string& bytes = file.first;
+    const std::string& type = file.second;
     for (std::size_t size = 0; size <= bytes.size(); ++size) {
       CAPTURE(type);
       CAPTURE(size);

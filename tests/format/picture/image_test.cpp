@@ -118,6 +118,30 @@ TEST_CASE("image: PSNR is of the colours, the rest of opacity as well") {
   }
 }
 
+TEST_CASE("image: halved pictures have the means of the linear pixels under theirs") {
+  const Image image = ramp(13, 70, 4);  // more rows than are read at once
+  const auto bytes = test::need(encode_png(image, Transfer::srgb));
+  const auto whole = test::need(decode_image(bytes, "ramp"));
+  for (const int halvings : {0, 1, 2, 3, 9}) {
+    const auto halved = test::need(decode_image(bytes, "ramp", Transfer::srgb, {}, halvings));
+    REQUIRE(halved.width == halved_size(13, halvings));
+    REQUIRE(halved.height == halved_size(70, halvings));
+    std::vector<double> sums(halved.pixels.size());
+    std::vector<int> counts(halved.pixels.size());
+    for (int y = 0; y < whole.height; ++y) {
+      for (int x = 0; x < whole.width; ++x) {
+        const int at = y * halved.height / whole.height * halved.width + x * halved.width / whole.width;
+        for (int c = 0; c < 4; ++c) {
+          sums[4 * at + c] += static_cast<double>(whole.pixels[(y * whole.width + x) * 4 + c]);
+          ++counts[4 * at + c];
+        }
+      }
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      CHECK(static_cast<double>(halved.pixels[i]) == doctest::Approx(sums[i] / counts[i]));
+  }
+}
+
 TEST_CASE("image: what cannot be read is an error and leaves nothing behind") {
   const Folder folder;
   CHECK(read_image(folder / "none.png").error().code == Code::file_missing);

@@ -2,10 +2,8 @@
 import {
   DataUtils, EquirectangularReflectionMapping, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3
 } from 'three';
-import {divide} from '../environment.js';
+import {MOST_LAMPS, divide} from '../environment.js';
 
-/** Lamps of an environment; shader.js has room for so many. */
-export const LAMPS = 4;
 /** From three.js's axes of an environment, the middle column along x, to those of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
 const known = new WeakMap(), rotation = new Matrix4();
@@ -29,7 +27,7 @@ function picture_of({mapping, type, flipY, image}) {
 function light_of(texture) {
   const last = known.get(texture);
   if (last?.version === texture.version) return last.light;
-  const picture = picture_of(texture), light = picture && divide(picture, LAMPS);
+  const picture = picture_of(texture), light = picture && divide(picture);
   if (!light)
     console.warn('selvedge: fabrics see environments that are equirectangular textures of floats or halves, with their data');
   known.set(texture, {version: texture.version, light});
@@ -39,8 +37,8 @@ function light_of(texture) {
 const vectors = (count) => Array.from({length: count}, () => new Vector3());
 export const around_uniforms = () => ({
   around_factors: {value: vectors(9)},
-  around_lamp_directions: {value: vectors(LAMPS)},
-  around_lamp_irradiances: {value: vectors(LAMPS)},
+  around_lamp_directions: {value: vectors(MOST_LAMPS)},
+  around_lamp_irradiances: {value: vectors(MOST_LAMPS)},
   around_lamp_count: {value: 0},
   around_from_world: {value: new Matrix3()},
   fabric_sky: {value: 0},

@@ -1,8 +1,8 @@
 // The shaders of a material with a fabric: three.js's own vertex shader with coordinates of the fabric, and a fragment
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
+import {MOST_LAMPS} from '../environment.js';
 import {around, evaluate, fabric_surface, fabric_words, footprint, word_layout, yarn} from '../glsl.js';
-import {LAMPS} from './environment.js';
 
 const VERTEX_NAMES = `
 #if FABRIC_UV_SET == 1
@@ -79,7 +79,7 @@ varying vec3 fabric_along_u;
 
 #ifdef AROUND
   // The environment, in axes of its own, and where the fabric's sky lies among its words.
-  #define AROUND_LAMPS ${LAMPS}
+  #define AROUND_LAMPS ${MOST_LAMPS}
   uniform vec3 around_factors[9];
   uniform vec3 around_lamp_directions[AROUND_LAMPS];
   uniform vec3 around_lamp_irradiances[AROUND_LAMPS];

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Light from all around: --environment of the verbs that draw.
+# shellcheck source=tests/cli/lib.sh
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+test_render_draws_light_from_all_around() {
+  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
+  write_quad quad.gltf
+  selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
+  # White all around: 32 x 16 pixels of 1, as Radiance has them.
+  node -e 'process.stdout.write("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n");
+    process.stdout.write(Buffer.concat(Array(512).fill(Buffer.from([128, 128, 128, 129]))))' >white.hdr
+  selvedge-view render quad.glb -o lamps.exr --size 40x30
+  selvedge-view render quad.glb -o white.exr --size 40x30 --environment white.hdr
+  selvedge-view render quad.glb -o strong.exr --size 40x30 --environment white.hdr --environment-strength 2 --environment-turn 90
+  selvedge-view render quad.glb -o backdrop.exr --size 40x30 --environment white.hdr --backdrop
+  differ lamps.exr white.exr
+  differ white.exr strong.exr
+  differ white.exr backdrop.exr
+  selvedge-view render k.fabric.exr -o place.png --place near --size 40x30 --environment white.hdr
+  refuses FILE_MISSING none.hdr selvedge-view render quad.glb -o x.png --environment none.hdr
+  refuses IMAGE_UNREADABLE 'twice as wide as high' selvedge-view render quad.glb -o x.png --environment k.fabric.exr
+  exits 2 selvedge-view render quad.glb -o x.png --environment white.hdr --path paper
+  selvedge swatch k.fabric.exr -o swatch.png --size 12x9 --environment white.hdr
+  exits 2 selvedge swatch k.fabric.exr -o x.png --environment white.hdr --light 0,0,1
+  exits 2 selvedge-view render quad.glb -o x.png --backdrop
+  exits 2 selvedge-view render quad.glb -o x.png --environment-turn 20
+}
+
+"$2"

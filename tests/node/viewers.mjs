@@ -1,0 +1,138 @@
+// The sample garments, dressed, in viewers that know nothing of fabrics: every one opens without an error and has all
+// triangles in the fallback.
+//
+//   node viewers.mjs BIN_FOLDER OUTPUT_FOLDER babylon|model-viewer|blender
+import { execFileSync } from 'node:child_process';
+import { existsSync, readFileSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
+import { dress, expect, finish, json_of, make_fabric, path } from './workshop.mjs';
+
+const EXTENSION = 'SELVEDGE_materials_fabric';
+const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+
+function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+}
+
+/** Of each dressed material by its name: triangles, the sheen of the fallback. */
+function fallbacks_of(gltf) {
+  const found = {};
+  for (const { primitives } of gltf.meshes) {
+    for (const { indices, material } of primitives) {
+      const { name, extensions = {} } = gltf.materials[material];
+      if (!extensions[EXTENSION]) continue;
+      found[name] ??= { triangles: 0, sheen: extensions.KHR_materials_sheen?.sheenColorFactor ?? [0, 0, 0] };
+      found[name].triangles += gltf.accessors[indices].count / 3;
+    }
+  }
+  return found;
+}
+
+/**
+ * Each opens .glb files, or .gltf as well: name of the material -> { triangles, picture (whether there is a base colour
+ * picture), sheen (where the viewer has it), metallic, roughness }.
+ */
+const viewers = {
+  /** Babylon.js, without a canvas. */
+  babylon: async (files) => {
+    const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js');
+    const { Scene } = await import('@babylonjs/core/scene.js');
+    const { LoadAssetContainerAsync } = await import('@babylonjs/core/Loading/sceneLoader.js');
+    const { Logger } = await import('@babylonjs/core/Misc/logger.js');
+    await import('@babylonjs/loaders/glTF/2.0/index.js');
+    const scene = new Scene(new NullEngine()), answers = [];
+    for (const file of files.filter((name) => name.endsWith('.glb'))) {
+      const { meshes } = await LoadAssetContainerAsync(
+        new Uint8Array(readFileSync(path(file))), scene, { pluginExtension: '.glb' });
+      const answer = {};
+      for (const mesh of meshes.filter(({ material }) => material)) {
+        const { name, albedoTexture, metallic, roughness, sheen } = mesh.material;
+        answer[name] ??= {
+          triangles: 0, picture: Boolean(albedoTexture), metallic, roughness,
+          sheen: sheen.isEnabled ? sheen.color.asArray() : [0, 0, 0],
+        };
+        answer[name].triangles += mesh.getTotalIndices() / 3;
+      }
+      answers.push([file, answer]);
+    }
+    expect(Logger.errorsCount === 0, 'Babylon.js logs no error', Logger.LogCache);
+    return answers;
+  },
+
+  /** model-viewer, drawn by Chromium. */
+  'model-viewer': async (files) => {
+    const { in_browser } = await import('../web/browser.mjs');
+    const folders = { made: path('.'), 'model-viewer': here('node_modules/@google/model-viewer/dist') };
+    return in_browser(here('../../viewer/web'), folders, async ({ page, errors }) => {
+      const answers = [];
+      for (const file of files) {
+        answers.push([file, await page.evaluate(async (src) => {
+          await import('/model-viewer/model-viewer.min.js');
+          const viewer = document.createElement('model-viewer');
+          Object.assign(viewer.style, { width: '200px', height: '200px' });
+          const loaded = new Promise((good, bad) => {
+            viewer.addEventListener('load', good, { once: true });
+            viewer.addEventListener('error', ({ detail }) => bad(new Error(`${detail.sourceError}`)), { once: true });
+          });
+          viewer.src = src;
+          document.body.replaceChildren(viewer);
+          await loaded;
+          const answer = {};
+          for (const { name, pbrMetallicRoughness: pbr } of viewer.model.materials) {
+            answer[name] = {
+              picture: Boolean(pbr.baseColorTexture?.texture), metallic: pbr.metallicFactor, roughness: pbr.roughnessFactor,
+            };
+          }
+          // three.js's scene, which model-viewer keeps under a symbol.
+          const scene = viewer[Object.getOwnPropertySymbols(viewer).find(({ description }) => description === 'scene')];
+          scene.traverse(({ geometry, material }) => {
+            const drawn = answer[material?.name];
+            if (!drawn || !geometry) return;
+            drawn.triangles = (drawn.triangles ?? 0) + geometry.index.count / 3;
+            drawn.sheen = material.sheen > 0 ? material.sheenColor.toArray() : [0, 0, 0];
+          });
+          return answer;
+        }, `/made/${file}`)]);
+      }
+      // That a frame takes long is no fault.
+      const faults = errors.filter((message) => !message.startsWith('rAF timed out'));
+      expect(faults.length === 0, 'the console shows no error', faults);
+      return answers;
+    });
+  },
+
+  /** Blender's importer. */
+  blender: async (files) => {
+    if (!existsSync('/usr/bin/blender')) skip("Debian's blender is not installed");
+    const text = execFileSync('blender', [
+      '--background', '--factory-startup', '--python-exit-code', '3', '--python', here('blender.py'), '--',
+      ...files.map(path),
+    ], { encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
+    expect(!/error/i.test(text), 'Blender prints no error', text);
+    const line = text.split('\n').find((one) => one.startsWith('answers '));
+    return JSON.parse(line.slice('answers '.length)).map((answer, i) => [files[i], answer]);
+  },
+};
+
+const near = (a, b) => Math.abs(a - b) <= 1e-5;
+make_fabric();
+const files = [];
+for (const garment of ['sweater', 'tablecloth']) {
+  for (const form of ['glb', 'gltf']) {
+    dress(garment, form);
+    files.push(`${garment}.${form}`);
+  }
+}
+for (const [file, answer] of await viewers[process.argv[4]](files)) {
+  const expected = fallbacks_of(json_of(path(file)));
+  expect(Object.keys(expected).length > 0, `${file} is dressed`);
+  for (const [name, { triangles, sheen }] of Object.entries(expected)) {
+    const shown = answer[name] ?? {};
+    const good = shown.triangles === triangles && shown.picture && shown.metallic === 0 && shown.roughness === 1 &&
+      (!shown.sheen || sheen.every((x, c) => near(x, shown.sheen[c])));
+    expect(good, `${file}, ${name}: all triangles in the fallback`, { shown, triangles, sheen });
+    console.log(`${file}, ${name}: ${shown.triangles} triangles`);
+  }
+}
+finish();

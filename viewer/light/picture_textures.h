@@ -1,0 +1,47 @@
+// Textures of the pictures of garments: made when a frame shows them, at the size that it can show.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "format/scene/camera.h"
+#include "viewer/gl/functions.h"
+#include "viewer/scene/materials.h"
+#include "viewer/scene/mesh.h"
+
+namespace selvedge {
+
+/// How often each of Materials::pictures can be halved before a frame of `height` pixels from `camera` shows
+/// it: the level of its texture that is the finest one in the frame, or not_shown. `origin`: world, m, of the
+/// mesh. Surfaces behind others, and backs, count as seen.
+inline constexpr int not_shown = 64;
+std::vector<int> halvings_shown(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
+                                const Camera& camera, int height);
+
+class PictureTextures {
+ public:
+  /// Textures take at most `memory` bytes (format/gltf/memory.h). The context of `gl` must be current
+  /// whenever a function of this class is called, the destructor included.
+  PictureTextures(const GlFunctions& gl, std::uint64_t memory) : gl_(gl), memory_(memory) {}
+  ~PictureTextures();
+  PictureTextures(const PictureTextures&) = delete;
+  PictureTextures& operator=(const PictureTextures&) = delete;
+
+  /// Makes the textures of `pictures`, each halved so many times, and sets MaterialPicture::texture: always
+  /// the same texture for the same number, so that frames do not depend on earlier ones. Those that are not
+  /// shown are kept as they are while there is room. A picture that cannot be decoded has no texture, and
+  /// once a line in `remarks`. FILE_TOO_LARGE of `file` if the frame's take more than the memory.
+  Result<void> make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
+                    const std::string& file, std::vector<std::string>& remarks);
+
+ private:
+  bool fits(const std::vector<int>& halvings, const std::vector<MaterialPicture>& pictures) const;
+
+  const GlFunctions& gl_;
+  std::uint64_t memory_;
+  std::vector<int> made_;         ///< halvings of the textures; not_shown: there is none
+  std::vector<GLuint> textures_;  ///< 0: there is none
+};
+
+}  // namespace selvedge
