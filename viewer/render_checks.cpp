@@ -21,6 +21,8 @@ Result<void> check_paper(const DrawOptions& o) {
   if (o.shadows > 0)
     return refuse("--shadows",
                   "the paper's frames do not have the pixel's place, which shadows need: take --path hybrid");
+  if (o.around)
+    return refuse("--environment", "the paper's path knows no light from all around: take --path hybrid");
   return check_paper_lights(o.lights);
 }
 
@@ -38,8 +40,6 @@ Result<void> check_size(const FrameSize& size) {
 }
 
 Result<void> check_draw(RenderPath path, const DrawOptions& o) {
-  if (o.around && path != RenderPath::hybrid)
-    return refuse("--environment", "light from all around is for the hybrid path: take --path hybrid");
   if (o.levels.forced < -1) return refuse("--level", "must not be negative");
   if (path == RenderPath::shader && o.power != PowerKind::exact)
     return refuse("--power", "is the processor's; with --path shader OpenGL computes its own powers");

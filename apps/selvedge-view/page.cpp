@@ -7,11 +7,13 @@
 #include "apps/common/shared_options.h"
 #include "apps/report/svg.h"
 #include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/picture_options.h"
 #include "format/base/atomic_file.h"
 #include "format/fabric/file.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
+#include "format/picture/environment.h"
 
 namespace selvedge {
 namespace {
@@ -23,6 +25,8 @@ struct PageCommand {
   std::vector<std::string> inputs;
   std::string output;
   SceneLimits limits;
+  std::string environment;
+  EnvironmentOptions around;
 };
 
 void declare(Options& options, PageCommand& command) {
@@ -34,6 +38,7 @@ void declare(Options& options, PageCommand& command) {
       .count(1, 64);
   options.output(command.output, "The page", "", {".html"}).required();
   add_limits(options, command.limits);
+  add_environment(options, command.environment, command.around);
 }
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
@@ -81,10 +86,27 @@ Result<std::string> whole_garment(const std::string& path, const GltfLimits& lim
   return read_file(whole);
 }
 
+/// Fabrics see no more of an environment than pictures of this width have.
+constexpr int environment_width = 64;
+
+/// The element that holds an environment, as red, green, blue of its pixels; none without a file.
+Result<std::string> environment_element(const PageCommand& command) {
+  if (command.environment.empty()) return std::string();
+  const Result<Environment> read = read_environment(command.environment);
+  if (!read) return tl::unexpected(read.error());
+  Environment small = reduced(*read, environment_width);
+  for (V3f& c : small.radiance) c *= static_cast<float>(command.around.strength);
+  const std::span<const V3f> pixels = small.radiance;
+  return fmt::format("<script type=\"text/plain\" data-environment=\"{}\" data-turn=\"{}\">{}</script>\n",
+                     small.width, command.around.turn,
+                     base64({reinterpret_cast<const std::uint8_t*>(pixels.data()), pixels.size_bytes()}));
+}
+
 Result<int> run(const PageCommand& command) {
   Result<std::string> page = read_template();
   if (!page) return tl::unexpected(page.error());
-  std::string scripts;
+  Result<std::string> scripts = environment_element(command);
+  if (!scripts) return tl::unexpected(scripts.error());
   int garments = 0;
   for (const std::string& input : command.inputs) {
     const bool is_fabric = input.ends_with(".exr");
@@ -95,14 +117,14 @@ Result<int> run(const PageCommand& command) {
         is_fabric ? read_file(input) : whole_garment(input, command.limits.document);
     if (!bytes) return tl::unexpected(bytes.error());
     garments += is_fabric ? 0 : 1;
-    scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
-                           is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
-                           base64(bytes_of(*bytes)));
+    *scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
+                            is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
+                            base64(bytes_of(*bytes)));
   }
   if (garments == 0)
     return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");
   const std::string marker = "<!--GARMENTS-->\n";
-  page->replace(page->find(marker), marker.size(), scripts);
+  page->replace(page->find(marker), marker.size(), *scripts);
   if (const auto good = write_file(command.output, *page); !good) return tl::unexpected(good.error());
   report(command.common, "page",
          {{"output", command.output},
@@ -119,7 +141,8 @@ void add_page_verb(Program& program) {
   program.add<PageCommand>(
       {"page", "Make a web page that shows garments, in one file",
        "selvedge-view page sweater.glb -o sweater.html\n"
-       "selvedge-view page plain.glb purl.glb rib.fabric.exr -o three.html",
+       "selvedge-view page plain.glb purl.glb rib.fabric.exr -o three.html\n"
+       "selvedge-view page sweater.glb --environment studio.hdr -o sweater.html",
        "The page opens from the file, without a server or a network, in a browser with WebGL 2.\n"},
       declare, run);
 }

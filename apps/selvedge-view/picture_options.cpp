@@ -41,6 +41,22 @@ void add_repeats(Options& options, SwatchOptions& swatch) {
   options.size("--repeats", swatch.repeats, "Repeats of the fabric across and down", 1, 1'000'000);
 }
 
+void add_environment(Options& options, std::string& file, EnvironmentOptions& environment) {
+  options.group("Environment");
+  options.text(
+      "--environment", file, "FILE",
+      "Light from all around: an equirectangular picture of radiance (.hdr, .exr). Takes the place of "
+      "the default lights, and the default exposure is 1");
+  options.number("--environment-turn", environment.turn, "DEGREES", "Turns it about the upward axis")
+      .in(-360, 360);
+  options.number("--environment-strength", environment.strength, "FACTOR", "Factor on its radiance")
+      .in(0, 1e6);
+  options.check([&options, &file] {
+    options.refuse_if(file.empty(), "counts for nothing without --environment",
+                      {"--environment-turn", "--environment-strength"});
+  });
+}
+
 void add_light(Options& options, PictureOptions& picture) {
   options.group("Light and picture");
   add_lights(options, picture.lights,
@@ -77,15 +93,7 @@ void add_light(Options& options, PictureOptions& picture) {
                });
   options.choice("--tone-map", tone_curve_names, picture.display.tone,
                  "Curve over exposed colours in PNG files (default none)");
-  options.group("Environment");
-  options.text(
-      "--environment", picture.environment, "FILE",
-      "Light from all around: an equirectangular picture of radiance (.hdr, .exr). Takes the place of "
-      "the default lights, and the default exposure is 1");
-  options.number("--environment-turn", picture.around.turn, "DEGREES", "Turns it about the upward axis")
-      .in(-360, 360);
-  options.number("--environment-strength", picture.around.strength, "FACTOR", "Factor on its radiance")
-      .in(0, 1e6);
+  add_environment(options, picture.environment, picture.around);
   options.flag("--backdrop", picture.backdrop, "Shows it behind the scene");
   options.check([&options, &picture] {
     if (picture.environment.empty()) return;
@@ -107,7 +115,7 @@ void check_picture(const Options& options, const PictureOptions& picture) {
                     "counts for nothing with --orthographic, without --distance", {"--fov"});
   options.refuse_if(has_distance, "counts for nothing with --distance", {"--distance-factor"});
   options.refuse_if(picture.environment.empty(), "counts for nothing without --environment",
-                    {"--environment-turn", "--environment-strength", "--backdrop", "--no-shadows"});
+                    {"--backdrop", "--no-shadows"});
 }
 
 std::vector<Light> lights_for(const PictureOptions& picture, const Scene& scene, const Camera& camera) {

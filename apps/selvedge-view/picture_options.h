@@ -37,6 +37,8 @@ struct PictureOptions {
 void add_input(Options& options, PictureOptions& picture);
 /// --repeats of a swatch.
 void add_repeats(Options& options, SwatchOptions& swatch);
+/// --environment with its turn and strength.
+void add_environment(Options& options, std::string& file, EnvironmentOptions& environment);
 /// Lights and display options.
 void add_light(Options& options, PictureOptions& picture);
 /// Refuses those of these options that have no effect beside the others.

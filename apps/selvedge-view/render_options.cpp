@@ -52,7 +52,8 @@ void check_render(const Options& options, const RenderCommand& command) {
   options.refuse_if(command.render.path == RenderPath::paper,
                     "counts for nothing with --path paper, which knows neither yarn nor areas",
                     {"--points", "--level-bias"});
-  options.refuse_if(command.render.path != RenderPath::hybrid, "is for the hybrid path", {"--environment"});
+  options.refuse_if(command.render.path == RenderPath::paper,
+                    "is for the other paths: the paper's has lamps alone", {"--environment"});
   options.refuse_if(command.render.path == RenderPath::shader,
                     "counts for nothing with --path shader: OpenGL has its own powers", {"--power"});
 }

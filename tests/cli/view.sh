@@ -360,6 +360,16 @@ test_page_holds_garments_and_fabrics_and_needs_a_garment() {
       const begin = 28 + bytes.readUInt32LE(12) + (view.byteOffset ?? 0);
       if (uri || !bytes.subarray(begin, begin + view.byteLength).equals(fs.readFileSync("k.fabric.exr"))) throw kind;
     }'
+  # The picture of radiance is held in 64 columns at most, its strength in its values.
+  node -e 'process.stdout.write("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 64 +X 128\n");
+    process.stdout.write(Buffer.concat(Array(8192).fill(Buffer.from([128, 128, 128, 129]))))' >white.hdr
+  selvedge-view page quad.glb -o around.html --environment white.hdr --environment-strength 2 --environment-turn 30
+  node -e 'const [, width, turn, base64] = fs.readFileSync("around.html", "utf8")
+      .match(/<script type="text\/plain" data-environment="(\d+)" data-turn="([^"]+)">([^<]*)</);
+    const bytes = Buffer.from(base64, "base64");
+    if (width !== "64" || Number(turn) !== 30 || bytes.length !== 12 * 64 * 32) throw width;
+    for (let i = 0; i < bytes.length; i += 4) if (Math.abs(bytes.readFloatLE(i) - 2) > 1e-5) throw i;'
+  exits 2 selvedge-view page quad.glb -o page.html --environment-turn 30
   rm page.html page.json
   refuses GARMENT_EMPTY k.fabric.exr selvedge-view page k.fabric.exr -o page.html
   refuses FILE_MISSING none.glb selvedge-view page quad.glb none.glb -o page.html

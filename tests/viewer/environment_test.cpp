@@ -24,11 +24,17 @@ Environment evening() {
   return e;
 }
 
-Frame in_environment(test::Setting setting, const Environment& environment) {
+constexpr std::array paths{RenderPath::hybrid, RenderPath::shader};
+
+test::Setting placed_in(test::Setting setting, const Environment& environment) {
   const EnvironmentLight light = divide(environment);
   setting.options.lights = light.lamps;
   setting.options.around = light.rest;
-  return test::drawn(setting, RenderPath::hybrid);
+  return setting;
+}
+
+Frame in_environment(const test::Setting& setting, const Environment& environment, RenderPath path) {
+  return test::drawn(placed_in(setting, environment), path);
 }
 
 /// The same as lamps, one for each pixel.
@@ -117,38 +123,44 @@ YarnData weave() {
   return data;
 }
 
+Fabric yarn_fabric() {
+  Fabric fabric = product_fabric();
+  fabric.period_mm = V2f(4, 4);
+  fabric.reference_height = 1.2F;
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(weave(), fabric.period_mm));
+  return fabric;
+}
+
 }  // namespace
 
 TEST_CASE("matt cloth in constant light shows its albedo, whichever way it faces") {
   test::Setting setting = ball(test::lambert_fabric(4, V3f(0.8F, 0.4F, 0.2F)));
   Environment even{16, 8, std::vector<V3f>(128, V3f(0.5F, 1, 2)), {}};
-  const Frame frame = in_environment(setting, even);
-  for (const V4f& pixel : frame.pixels) {
-    if (pixel.w < 1) continue;
-    CHECK(pixel.x == doctest::Approx(0.4).epsilon(1e-3));
-    CHECK(pixel.y == doctest::Approx(0.4).epsilon(1e-3));
-    CHECK(pixel.z == doctest::Approx(0.4).epsilon(1e-3));
+  for (const RenderPath path : paths) {
+    for (const V4f& pixel : in_environment(setting, even, path).pixels) {
+      if (pixel.w < 1) continue;
+      CHECK(pixel.x == doctest::Approx(0.4).epsilon(1e-3));
+      CHECK(pixel.y == doctest::Approx(0.4).epsilon(1e-3));
+      CHECK(pixel.z == doctest::Approx(0.4).epsilon(1e-3));
+    }
   }
 }
 
 TEST_CASE("fabrics in an environment look as in one lamp for each of its pixels") {
   const Environment environment = evening();
   REQUIRE(divide(environment).lamps.empty());
-  const auto apart = [&](Fabric fabric) {
+  const auto check = [&](Fabric fabric, double least) {
     const test::Setting setting = ball(std::move(fabric));
-    const double dB = likeness(in_environment(setting, environment), in_lamps(setting, environment));
-    MESSAGE("dB: ", dB);
-    return dB;
+    const Frame lamps = in_lamps(setting, environment);
+    for (const RenderPath path : paths) {
+      const double dB = likeness(in_environment(setting, environment, path), lamps);
+      MESSAGE(path_names[static_cast<std::size_t>(path)], " dB: ", dB);
+      CHECK(dB > least);
+    }
   };
-  SUBCASE("products") { CHECK(apart(product_fabric()) > 50); }
-  SUBCASE("lobes, frames, tables and opacity") { CHECK(apart(test::random_fabric(4, 4, 1)) > 40); }
-  SUBCASE("yarn") {
-    Fabric fabric = product_fabric();
-    fabric.period_mm = V2f(4, 4);
-    fabric.reference_height = 1.2F;
-    fabric.levels.front().set_yarns(std::make_shared<const Yarns>(weave(), fabric.period_mm));
-    CHECK(apart(std::move(fabric)) > 34);
-  }
+  SUBCASE("products") { check(product_fabric(), 50); }
+  SUBCASE("lobes, frames, tables and opacity") { check(test::random_fabric(4, 4, 1), 40); }
+  SUBCASE("yarn") { check(yarn_fabric(), 34); }
 }
 
 TEST_CASE("what wears no fabric is lit from around, too") {
@@ -157,10 +169,11 @@ TEST_CASE("what wears no fabric is lit from around, too") {
   setting.scene.materials[0].metallic = 0;
   setting.options.ambient = 0;
   Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
-  const Frame frame = in_environment(setting, even);
-  const V4f& middle = frame.pixels[20 * 40 + 20];
-  // (1 - F) albedo + F, F = 0.04.
-  CHECK(middle.x == doctest::Approx(0.96 * 0.5 + 0.04).epsilon(0.02));
+  for (const RenderPath path : paths) {
+    const V4f middle = in_environment(setting, even, path).pixels[20 * 40 + 20];
+    // (1 - F) albedo + F, F = 0.04.
+    CHECK(middle.x == doctest::Approx(0.96 * 0.5 + 0.04).epsilon(0.02));
+  }
 }
 
 TEST_CASE("a wall beside cloth hides half of the sky") {
@@ -174,9 +187,32 @@ TEST_CASE("a wall beside cloth hides half of the sky") {
   setting.camera.distance = 3;
   setting.options.width = setting.options.height = 20;
   const Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
-  const auto middle = [&] { return in_environment(setting, even).pixels[10 * 20 + 10].x; };
-  CHECK(middle() == doctest::Approx(0.8).epsilon(1e-3));
-  setting.options.shadows = default_shadow_size;
-  // 48 directions.
-  CHECK(middle() == doctest::Approx(0.4).epsilon(0.06));
+  for (const RenderPath path : paths) {
+    const auto middle = [&] { return in_environment(setting, even, path).pixels[10 * 20 + 10].x; };
+    setting.options.shadows = 0;
+    CHECK(middle() == doctest::Approx(0.8).epsilon(1e-3));
+    setting.options.shadows = default_shadow_size;
+    // 48 directions.
+    CHECK(middle() == doctest::Approx(0.4).epsilon(0.06));
+  }
+}
+
+TEST_CASE("hybrid and shader agree in an environment, its lamps and shadows included") {
+  Environment sunny = evening();
+  for (int x = 8; x < 12; ++x) {
+    for (int y = 8; y < 10; ++y) sunny.radiance[y * sunny.width + x] = V3f(40, 35, 30);
+  }
+  REQUIRE(!divide(sunny).lamps.empty());
+  const auto check = [&](Fabric fabric, int side) {
+    test::Setting setting = placed_in(ball(std::move(fabric)), sunny);
+    test::add(setting.scene, test::square(0.7F, -1.2F), test::material(-1, V4f(0.8F, 0.4F, 0.2F, 1)));
+    setting.options.width = setting.options.height = side;
+    CHECK(test::share_apart(setting) <= 0.001);
+    setting.options.shadows = 256;
+    CHECK(test::share_apart(setting) <= 0.001);
+  };
+  SUBCASE("products") { check(product_fabric(), 120); }
+  SUBCASE("lobes, frames, tables and opacity") { check(test::random_fabric(4, 4, 1), 120); }
+  // Pixels of so many texels have the same points on both paths.
+  SUBCASE("yarn") { check(yarn_fabric(), 40); }
 }

@@ -3,7 +3,7 @@
 //   node page.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { from_file } from './browser.mjs';
@@ -97,4 +97,15 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   const bytes = statSync(path('cloth.html')).size, packed = gzipSync(readFileSync(path('cloth.html'))).length;
   console.log(`${bytes} bytes, ${packed} packed; first frame after ${first.toFixed(0)} ms; a frame of ${SIZE.width} x ` +
     `${SIZE.height} takes ${brighter.ms.toFixed(0)} ms in software`);
+});
+
+// An environment, white above and black below, takes the place of the lights.
+const pixels = Buffer.alloc(4 * 32 * 16);
+pixels.fill(Buffer.from([128, 128, 128, 129]), 0, pixels.length / 2);
+writeFileSync(path('sky.hdr'), Buffer.concat([Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n'), pixels]));
+run('selvedge-view', 'page', path('cloth.gltf'), '-o', path('around.html'), '--environment', path('sky.hdr'), '--quiet');
+await from_file(path('around.html'), SIZE, async ({ page, errors }) => {
+  await page.waitForFunction(
+    '[...globalThis.selvedge?.materials ?? []].some(({is_lit_around}) => is_lit_around)', null, { timeout: 120000 });
+  assert.deepEqual(errors, []);
 });

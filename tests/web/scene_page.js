@@ -1,8 +1,10 @@
 // In the browser: draws a garment with three.js and the package's plugin into a float target.
 import {
-  DirectionalLight, FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderTarget, WebGLRenderer,
+  DirectionalLight, EquirectangularReflectionMapping, FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderTarget,
+  WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
 import { SelvedgeFabric } from 'selvedge/three/index.js';
 
 const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
@@ -32,8 +34,20 @@ function camera_of({ look_at, distance, fov, azimuth, elevation, width, height }
   return camera;
 }
 
-/** Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took. */
-export async function drawn(file, view, lights) {
+/** Lights a scene by { file, turn, strength } as `selvedge-view render` does. */
+async function surround(scene, { file, turn, strength }) {
+  if (!loaded.has(file)) loaded.set(file, await new HDRLoader().loadAsync(file));
+  scene.environment = loaded.get(file);
+  scene.environment.mapping = EquirectangularReflectionMapping;
+  scene.environmentIntensity = strength;
+  scene.environmentRotation.y = Math.PI / 2 + turn * Math.PI / 180;
+}
+
+/**
+ * Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took.
+ * `environment`: null, or that of surround().
+ */
+export async function drawn(file, view, lights, environment) {
   if (!loaded.has(file)) loaded.set(file, await load(file));
   const { scene: garment, materials } = loaded.get(file);
   const scene = new Scene();
@@ -46,6 +60,10 @@ export async function drawn(file, view, lights) {
   const { width, height } = view;
   const target = new WebGLRenderTarget(width, height, { type: FloatType });
   renderer.setRenderTarget(target);
+  if (environment) {
+    await surround(scene, environment);
+    for (const { fabric } of materials) await fabric.want_sky();
+  }
   const begin = performance.now();
   renderer.clear();
   renderer.render(scene, camera_of(view));

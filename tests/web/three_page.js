@@ -1,8 +1,9 @@
 // In the browser: facts about fabrics in three.js, each told in a line; they throw where they do not hold.
 import {
-  Bone, BoxGeometry, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Float32BufferAttribute, FloatType,
-  Group, InstancedMesh, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, PointLight, Scene, Skeleton, SkinnedMesh,
-  SpotLight, Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
+  Bone, BoxGeometry, BufferAttribute, BufferGeometry, Color, DataTexture, DataUtils, DirectionalLight, DoubleSide,
+  EquirectangularReflectionMapping, Euler, Float32BufferAttribute, FloatType, Group, HalfFloatType, InstancedMesh, Matrix4,
+  Mesh, MeshBasicMaterial, PerspectiveCamera, PointLight, RGBAFormat, Scene, Skeleton, SkinnedMesh, SpotLight,
+  Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { FabricMaterial, LoadedFabric, SelvedgeFabric, plain_lay } from 'selvedge/three/index.js';
@@ -52,9 +53,10 @@ function light_from(x, y, z) {
   return light;
 }
 
-/** Red, green, blue and alpha of each pixel, row by row from below. */
-async function picture(objects, camera = CAMERA) {
-  const scene = new Scene().add(...objects), target = new WebGLRenderTarget(SIZE, SIZE, { type: FloatType });
+/** Red, green, blue and alpha of each pixel, row by row from below; `around`: members of the scene. */
+async function picture(objects, camera = CAMERA, around = {}) {
+  const scene = Object.assign(new Scene(), around).add(...objects);
+  const target = new WebGLRenderTarget(SIZE, SIZE, { type: FloatType });
   const pixels = new Float32Array(4 * SIZE * SIZE);
   renderer.setRenderTarget(target);
   renderer.render(scene, camera);
@@ -106,6 +108,23 @@ function lights() {
   point.position.set(-0.3, 0.4, 0.8);
   spot.position.set(0.6, 0.3, 1.5);
   return { directional: light_from(0.5, 0.7, 1), point, spot };
+}
+
+/** An environment that is nowhere the same, with a bright part. */
+function environment_of(type, flipY) {
+  const width = 64, height = 32, halves = type === HalfFloatType;
+  const data = new (halves ? Uint16Array : Float32Array)(4 * width * height);
+  for (let i = 0; i < width * height; ++i) {
+    const x = i % width / width, row = Math.floor(i / width), y = (flipY ? row + 0.5 : height - 0.5 - row) / height;
+    const bright = Math.hypot(x - 0.8, y - 0.4) < 0.04 ? 40 : 1;
+    [bright * (1 - y), bright * x, 0.5, 1].forEach((value, c) => {
+      data[4 * i + c] = halves ? DataUtils.toHalfFloat(value) : value;
+    });
+  }
+  const texture = new DataTexture(data, width, height, RGBAFormat, type, EquirectangularReflectionMapping);
+  texture.flipY = flipY;
+  texture.needsUpdate = true;
+  return texture;
 }
 
 /** Shows a variant as three.js's example does. */
@@ -195,6 +214,23 @@ export const facts = {
       need(dark > 10 && lit > 100, `${name}: ${dark} dark, ${lit} lit`);
       told.push(`${name} ${dark} dark, ${lit} lit`);
     }
+    return told.join('; ');
+  },
+
+  'an environment lights a cloth, of the scene or of its material, in floats or halves, from either end': async () => {
+    const mesh = new Mesh(cloth(), await material_of()), { material } = mesh;
+    await material.fabric.want_sky();
+    const seen = (around) => picture([mesh], CAMERA, around);
+    const whole = await seen({ environment: environment_of(FloatType, false) });
+    const turned = await seen({ environment: environment_of(FloatType, false), environmentRotation: new Euler(0, 1, 0) });
+    need(differences(whole, turned) > 50, 'it does not turn');
+    const told = [need_same(whole, await seen({ environment: environment_of(HalfFloatType, true) }), 'halves')];
+    const half = await seen({ environment: environment_of(HalfFloatType, true), environmentIntensity: 0.5 });
+    told.push(need_same(whole, half.map((x, i) => i % 4 < 3 ? 2 * x : x), 'half of it'));
+    material.envMap = environment_of(HalfFloatType, false);
+    material.envMapIntensity = 0.5;
+    material.envMapRotation.y = 1;
+    told.push(need_same(turned, (await seen()).map((x, i) => i % 4 < 3 ? 2 * x : x), 'its own'));
     return told.join('; ');
   },
 

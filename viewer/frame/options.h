@@ -43,7 +43,7 @@ struct DrawOptions {
   /// Ambient light on surfaces without fabric, without which metals would be black: a white surface gains the
   /// radiance ambient / pi. Fabrics have no ambient term.
   float ambient = 0.1F;
-  /// Smooth light from all around, on everything (hybrid path).
+  /// Smooth light from all around, on everything; not on the paper's path.
   std::optional<SmoothLight> around;
   std::shared_ptr<const Environment>
       backdrop;  ///< what is seen beside the scene and through it; null: nothing

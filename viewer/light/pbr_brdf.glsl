@@ -1,6 +1,7 @@
 // Shades materials without a fabric: the GLSL twin of viewer/light/pbr_brdf.h, held to it by tests.
 // pbr_light() returns radiance. The includer defines light_count() and light_at()
-// (viewer/shader/evaluate.glsl). `frame` is that of the garment; `side` is -1 if the back is visible.
+// (viewer/shader/evaluate.glsl). `frame` is that of the garment; `side` is -1 if the back is visible. AROUND: around.glsl
+// comes first.
 float fifth_power_below(float x) {
   float rest = max(1.0 - x, 0.0);
   return rest * rest * (rest * rest) * rest;
@@ -36,7 +37,11 @@ vec3 pbr_light(vec3 base, uvec4 words, bool unlit, float ambient, mat3 frame, fl
   vec2 metal = unpackUnorm2x16(words.y);
   vec3 n = normalize(frame * vec3(slope * side, sqrt(max(1.0 - dot(slope, slope), 0.0))));
   float occlusion = unpackHalf2x16(words.w).y;
-  vec3 sum = pbr_ambient(base, metal.x, metal.y, n, view) * (ambient * occlusion) + pbr_emission(words);
+  vec3 from_around = vec3(ambient);
+#ifdef AROUND
+  from_around += mean_around(n * frame);
+#endif
+  vec3 sum = pbr_ambient(base, metal.x, metal.y, n, view) * (from_around * occlusion) + pbr_emission(words);
   for (uint i = 0u; i < light_count(); ++i) {
     vec3 direction;
     vec3 irradiance;

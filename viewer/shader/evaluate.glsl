@@ -2,6 +2,7 @@
 // by a test. shade_texel() adds weight * alpha * (radiance, 1) of a texel: `view` is in the fabric's frame, and
 // d * frame brings a direction of the world there. The includer defines word() (fabric_words.glsl) and
 //   uint light_count(), and void light_at(uint i, out vec3 direction, out vec3 irradiance), world.
+// AROUND: there is light from all around, too; around.glsl comes first.
 const float largest = 3.4028234e38;
 
 float number(uint at) { return uintBitsToFloat(word(at)); }
@@ -146,7 +147,39 @@ void shine(uint fabric, uint level, vec3 view, mat3 frame, inout vec4 sum) {
     vec3 bracket = from_zero(lit_products(fabric, level, taps), largest);
     radiance += clamp_to_finite(scale * clamp_to_finite(bracket * l.z)) * irradiance;
   }
+#ifdef AROUND
+  uint pairs = word(level + level_pairs);
+  vec3 from_around = vec3(0.0);
+  for (uint m = 0u; m < word(level + level_products); ++m) {
+    if (factors[m] == 0.0) continue;
+    uint first = word(sky) + 27u * word(pairs + 2u * m + 1u);
+    vec3 psi = vec3(0.0);
+    for (uint k = 0u; k < 9u; ++k) psi += vector_at(first + 3u * k) * around[k];
+    from_around += factors[m] * psi;
+  }
+  radiance += clamp_to_finite(scale * from_zero(from_around, largest));
+#endif
   sum.rgb += from_zero(radiance, 1e30);
+}
+
+// Lights in the fabric's frame; light from all around comes last.
+uint lamp_count() {
+#ifdef AROUND
+  return light_count() + around_lamps;
+#else
+  return light_count();
+#endif
+}
+void lamp_at(uint i, mat3 frame, out vec3 l, out vec3 irradiance) {
+#ifdef AROUND
+  if (i >= light_count()) {
+    around_lamp(i - light_count(), l, irradiance);
+    return;
+  }
+#endif
+  vec3 direction;
+  light_at(i, direction, irradiance);
+  l = direction * frame;
 }
 
 // Evaluates a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).
@@ -194,11 +227,10 @@ void shade_texel(uint fabric_index, uint level_index, uint texel, vec3 view, mat
   see(fabric, level, view_taps);
   float scale = number(fabric + fabric_radiance_scale);
   vec3 radiance = vec3(0.0);
-  for (uint i = 0u; i < light_count(); ++i) {
-    vec3 direction;
+  for (uint i = 0u; i < lamp_count(); ++i) {
+    vec3 l;
     vec3 irradiance;
-    light_at(i, direction, irradiance);
-    vec3 l = direction * frame;
+    lamp_at(i, frame, l, irradiance);
     if (!(l.z > 0.0)) continue;
     vec3 bracket = of_view;
     if (light_table != 0u || products != 0u) {

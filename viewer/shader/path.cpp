@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include "format/fabric/gpu_words.h"
 #include "viewer/gl/glsl.h"
@@ -36,16 +37,33 @@ enum Uniform : GLint {
   level_bias,
   by_area,
   ambient,
-  points
+  points,
+  around_stride,
+  skies
 };
 enum Unit : GLuint { triangles_unit, colours_unit, pbr_unit, shadows_unit };
-enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows };
+enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows, around };
 }  // namespace shading
 
 /// Of a surface.
 enum SurfaceFlag : std::int32_t { keeps_opacity_flag = 1, unlit_flag = 2, shines_flag = 4 };
 
 constexpr std::uint32_t highest_bit = 0x80000000U;
+
+/// Appends what the fabrics make of light from all around, as around.glsl has it, and returns its place.
+std::size_t append_skies(std::span<const PackedFabric> fabrics, std::vector<std::uint32_t>& words) {
+  const std::size_t first = words.size();
+  words.resize(first + 2 * fabrics.size());
+  const auto append = [&](std::size_t at, std::span<const float> values) {
+    words[at] = static_cast<std::uint32_t>(words.size());
+    for (const float value : values) words.push_back(std::bit_cast<std::uint32_t>(value));
+  };
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    append(first + 2 * i, fabrics[i].around_basis);
+    append(first + 2 * i + 1, fabrics[i].yarn_sky);
+  }
+  return first;
+}
 
 void set_uniform(const GlFunctions& gl, GLint at, const V3f& v) { gl.Uniform3f(at, v.x, v.y, v.z); }
 
@@ -69,10 +87,11 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
     if (!program) return tl::unexpected(program.error());
     triangle_programs_[later] = *program;
   }
-  if (const auto program = shading_program(false); !program) return tl::unexpected(program.error());
+  if (const auto program = shading_program(false, false); !program) return tl::unexpected(program.error());
 
   const MergedSurfaces& mesh = scene_.mesh;
-  const std::vector<std::uint32_t> words = gpu_words(fabrics);
+  std::vector<std::uint32_t> words = gpu_words(fabrics);
+  skies_ = static_cast<GLint>(append_skies(scene_.fabrics, words));
   std::vector<V4f> vertices;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const V3f& p = mesh.positions[i];
@@ -121,18 +140,18 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
   return check_errors(gl_, "upload");
 }
 
-Result<GLuint> ShaderPath::shading_program(bool shadows) {
-  GLuint& program = shading_programs_[shadows ? 1 : 0];
+Result<GLuint> ShaderPath::shading_program(bool shadows, bool around) {
+  GLuint& program = shading_programs_[(shadows ? 1 : 0) + (around ? 2 : 0)];
   if (program != 0) return program;
-  const std::string definitions =
-      pbr_.definitions() + (shadows ? "#define SHADOWS\n" : "") + (shows_yarn_ ? "#define YARN\n" : "");
+  const std::string definitions = pbr_.definitions() + (shadows ? "#define SHADOWS\n" : "") +
+                                  (shows_yarn_ ? "#define YARN\n" : "") + (around ? "#define AROUND\n" : "");
   Result<GLuint> made = objects_.program(
       shader_text("", {glsl::frame_vertex}),
       shader_text(definitions,
                   {glsl::lights, shadows ? glsl::shadow_offsets : "", shadows ? glsl::shadow_lookup : "",
-                   glsl::word_layout, glsl::fabric_words, glsl::evaluate, shows_yarn_ ? glsl::yarn : "",
-                   pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint, glsl::level_options,
-                   glsl::fabric_surface, glsl::shade_pixel}));
+                   glsl::word_layout, glsl::fabric_words, around ? glsl::around : "", glsl::evaluate,
+                   shows_yarn_ ? glsl::yarn : "", pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint,
+                   glsl::level_options, glsl::fabric_surface, glsl::shade_pixel}));
   if (made) program = *made;
   return made;
 }
@@ -208,6 +227,10 @@ void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
   gl_.Uniform1f(shading::level_bias, levels.bias);
   gl_.Uniform1i(shading::by_area, levels.area ? 1 : 0);
   if (shows_yarn_) gl_.Uniform1i(shading::points, levels.points);
+  if (view.options.around) {
+    gl_.Uniform1i(shading::around_stride, view.around_vertices.empty() ? 0 : 3 * smooth_functions);
+    gl_.Uniform1i(shading::skies, skies_);
+  }
   gl_.BindTextureUnit(shading::triangles_unit, seen.triangles);
   if (pbr_.needed()) {
     gl_.Uniform1f(shading::ambient, view.options.ambient);
@@ -246,10 +269,28 @@ void ShaderPath::set_lights(const FrameView& view) {
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::lights, lights_);
 }
 
+static_assert(sizeof(SmoothLight) == 3 * smooth_functions * sizeof(float));
+
+/// Loads light from all around, which stays the same for many frames.
+void ShaderPath::set_around(const FrameView& view) {
+  const auto factors =
+      view.around_vertices.empty() ? std::span(&*view.options.around, 1) : view.around_vertices;
+  if (!std::ranges::equal(factors, around_loaded_)) {
+    around_loaded_.assign(factors.begin(), factors.end());
+    if (around_room_ < factors.size()) {
+      around_room_ = factors.size();
+      around_ = objects_.buffer(factors.size_bytes(), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    }
+    gl_.NamedBufferSubData(around_, 0, static_cast<GLsizeiptr>(factors.size_bytes()), factors.data());
+  }
+  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::around, around_);
+}
+
 Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) {
-  const Result<GLuint> program = shading_program(view.shadows != nullptr);
+  const Result<GLuint> program = shading_program(view.shadows != nullptr, view.options.around.has_value());
   if (!program) return tl::unexpected(program.error());
   set_lights(view);
+  if (view.options.around) set_around(view);
   const std::array<GLfloat, 16> clip = gl_matrix(clip_matrix(view.camera, scene_.origin));
   constexpr std::array<GLfloat, 4> empty{0, 0, 0, 0};
   gl_.ClearNamedFramebufferfv(result_, GL_COLOR, 0, empty.data());
@@ -286,7 +327,9 @@ Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     watch.add_to(stats.shadows);
   }
   const bool maps = view.shadows != nullptr && !view.shadows->views().empty();
-  if (auto good = draw_rounds({view.camera, view.options, maps ? view.shadows : nullptr}, stats); !good)
+  if (auto good = draw_rounds(
+          {view.camera, view.options, maps ? view.shadows : nullptr, view.around_vertices}, stats);
+      !good)
     return good;
   gl_.Finish();
   watch.add_to(stats.geometry);

@@ -27,8 +27,9 @@ class ShaderPath final : public FramePath {
   ShaderPath(const GlFunctions& gl, const PreparedScene& scene)
       : gl_(gl), scene_(scene), pbr_(gl, scene.mesh, scene.materials), objects_(gl), targets_(gl) {}
   Result<void> load(std::span<const Fabric> fabrics);
-  Result<GLuint> shading_program(bool shadows);
+  Result<GLuint> shading_program(bool shadows, bool around);
   void set_lights(const FrameView& view);
+  void set_around(const FrameView& view);
   Result<void> draw_rounds(const FrameView& view, RenderStats& stats);
   void draw_round(int round, const std::array<GLfloat, 16>& clip);
   void shade_round(int round, const FrameView& view, GLuint program, const std::array<GLfloat, 16>& clip);
@@ -44,12 +45,17 @@ class ShaderPath final : public FramePath {
   bool shows_yarn_ = false;  ///< some fabric has yarn
   std::vector<TriangleSpan> spans_;
   std::array<GLuint, 2> triangle_programs_{};  ///< of round 0, of the others
-  std::array<GLuint, 2> shading_programs_{};   ///< without and with shadows (created when needed)
+  /// Without and with shadows, then the same with light from all around; created when needed.
+  std::array<GLuint, 4> shading_programs_{};
   GLuint array_ = 0;
   GLuint empty_array_ = 0;
   std::array<GLuint, 4> buffers_{};  ///< in the order of their bindings
   GLuint lights_ = 0;
   std::size_t light_room_ = 0;
+  GLint skies_ = 0;    ///< place of the fabrics' sky words
+  GLuint around_ = 0;  ///< of one vertex, or of all
+  std::size_t around_room_ = 0;
+  std::vector<SmoothLight> around_loaded_;
   GLuint any_ = 0;                  ///< query: whether a round drew any pixel
   std::array<GLuint, 2> clocks_{};  ///< queries
   std::array<TriangleTarget, 2> rounds_{};

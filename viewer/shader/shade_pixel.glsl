@@ -1,5 +1,6 @@
 // Shades a pixel from its triangle number: the GLSL twin of viewer/hybrid/index_pass.h and shade.h. PBR: some
-// material has no fabric; SHADOWS: there are shadow maps; YARN: some fabric has yarn.
+// material has no fabric; SHADOWS: there are shadow maps; YARN: some fabric has yarn; AROUND: there is light from all
+// around.
 layout(binding = 0) uniform usampler2D triangle_numbers;
 #ifdef PBR
 // PbrPixel (viewer/scene/material.h).
@@ -19,6 +20,12 @@ layout(location = 3) uniform vec3 ray_right;
 layout(location = 4) uniform vec3 ray_up;
 #ifdef PBR
 layout(location = 10) uniform float ambient;  // light from all sides: white shows ambient / pi
+#endif
+#ifdef AROUND
+// Factors of the functions in world axes, 27 numbers for each vertex, or once and the stride is 0.
+layout(std430, binding = 6) readonly buffer Around { float around_factors[]; };
+layout(location = 12) uniform int around_stride;
+layout(location = 13) uniform int skies;  // place of the fabrics' sky words
 #endif
 
 layout(location = 0) out vec4 out_colour;
@@ -96,6 +103,17 @@ void main() {
   vec3 upwards = cross(normal, tangent) * (side * handedness);
   mat3 frame = mat3(tangent, upwards, normal);
   vec3 local_view = view * frame;
+#ifdef AROUND
+  for (int k = 0; k < 9; ++k) {
+    around[k] = vec3(0.0);
+    for (int corner = 0; corner < 3; ++corner) {
+      int at = around_stride * int(triangle[corner]) + 3 * k;
+      float share = corner == 0 ? 1.0 - within.at.x - within.at.y : within.at[corner - 1];
+      around[k] += share * vec3(around_factors[at], around_factors[at + 1], around_factors[at + 2]);
+    }
+  }
+  turn_around_into(frame);
+#endif
 #ifdef PBR
   uvec4 pbr = texelFetch(pbr_words, ivec2(gl_FragCoord.xy), 0);
   if (surface.x < 0) {
@@ -115,6 +133,9 @@ void main() {
   vec2 right = vec2(along(within.right, u.x, u.y, u.z), along(within.right, v.x, v.y, v.z));
   vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z));
 
+#ifdef AROUND
+  sky = uint(skies) + 2u * uint(surface.x);
+#endif
   vec4 sum = shade_fabric(uint(surface.x), uv, right, up, local_view, frame);
   if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);

@@ -211,8 +211,8 @@ vec3 direct_light(YarnPoint point, vec3 light, vec3 view) {
   }
   return f * (cosine * min(1.0, light.z * 32.0));
 }
-// Coefficients of indirect light at a point, for each function of the light.
-void indirect_at(uint yarn, YarnPoint point, out vec3 of_light[9]) {
+// Coefficients at a point, for each function of the light; `table`: those of all stations, of indirect light or of the sky.
+void coefficients_at(uint table, YarnPoint point, out vec3 of_light[9]) {
   uint stations = word(point.curve + curve_stations);
   float c = point.angle.x;
   float s = point.angle.y;
@@ -222,7 +222,7 @@ void indirect_at(uint yarn, YarnPoint point, out vec3 of_light[9]) {
   for (int k = 0; k < 9; ++k) of_light[k] = vec3(0.0);
   for (uint end = 0u; end < 2u; ++end) {
     uint station = word(point.curve + curve_first_station) + (whole + end) % stations;
-    uint at = word(yarn + yarn_light) + 135u * station;
+    uint at = table + 135u * station;
     for (int i = 0; i < 5; ++i) {
       float weight = (end == 0u ? 1.0 - share : share) * by_angle[i];
       for (int k = 0; k < 9; ++k) of_light[k] += vector_at(at + uint(27 * i + 3 * k)) * weight;
@@ -239,8 +239,13 @@ void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout
   uint yarn = word(fabric + fabric_yarns);
   YarnPoint point = yarn_point_at(yarn, hit);
   vec3 of_light[9];
-  indirect_at(yarn, point, of_light);
   vec3 radiance = vec3(0.0);
+#ifdef AROUND
+  coefficients_at(word(sky + 1u), point, of_light);
+  for (int k = 0; k < 9; ++k) radiance += of_light[k] * around[k];
+  radiance = max(radiance, vec3(0.0));
+#endif
+  coefficients_at(word(yarn + yarn_light), point, of_light);
   for (uint i = 0u; i < light_count(); ++i) {
     vec3 direction;
     vec3 irradiance;

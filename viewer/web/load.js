@@ -2,6 +2,7 @@
 // in Node.js.
 import {pack_fabric} from './pack.js';
 import {Issue, bytes_to_fetch, fetch_fabric, fetch_layers, open_fabric} from './reader/index.js';
+import {sky_of} from './sky.js';
 
 /** Bytes that the first picture may cost beside those that came with the headers. */
 const FIRST_PICTURE = 2 ** 15;
@@ -19,9 +20,14 @@ const layers_from = ({layers}, first) => Object.entries(layers).flatMap(([layer,
 
 /**
  * Gives { words, yarn, levels, mm_per_repeat } of a fabric, once or twice: first without yarn and the finest levels where
- * they are many bytes. `source`: an ArrayBuffer, or what fetch_fabric() takes. Throws an Issue.
+ * they are many bytes. `source`: an ArrayBuffer, or what fetch_fabric() takes; or { words } of a fabric, of which it gives
+ * { sky }, sky_of() them. Throws an Issue.
  */
 export async function* load_words(source) {
+  if (source.words) {
+    yield {sky: sky_of(source.words)};
+    return;
+  }
   const is_here = source instanceof ArrayBuffer;
   const fabric = is_here ? open_fabric(new Uint8Array(source)) : await fetch_fabric(source);
   const {levels} = fabric, mm_per_repeat = fabric.mmPerRepeat.map(Number);

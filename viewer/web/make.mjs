@@ -9,6 +9,7 @@ const here = dirname(fileURLToPath(import.meta.url)), root = join(here, '../..')
 const TEXTS = {
   word_layout: 'format/fabric/word_layout.glsl',
   fabric_words: 'viewer/shader/fabric_words_texture.glsl',
+  around: 'viewer/shader/around.glsl',
   evaluate: 'viewer/shader/evaluate.glsl',
   yarn: 'viewer/shader/yarn.glsl',
   footprint: 'viewer/shader/footprint.glsl',

@@ -4,7 +4,7 @@ import {issue_of, load_words} from './load.js';
 globalThis.onmessage = async ({data: {id, source}}) => {
   let issue = null;
   try {
-    for await (const step of load_words(source)) postMessage({id, step}, [step.words.buffer]);
+    for await (const step of load_words(source)) postMessage({id, step}, [(step.words ?? step.sky).buffer]);
   } catch (error) {
     const {code, place, message} = issue_of(error);
     issue = [code, place, message];

@@ -1,7 +1,8 @@
-// The page that `selvedge-view page` writes: garments side by side, one camera, two lights that a finger can move.
+// The page that `selvedge-view page` writes: garments side by side, one camera, two lights that a finger can move, or an
+// environment that it turns.
 import {
-  AmbientLight, Box3, Color, DirectionalLight, LinearSRGBColorSpace, PerspectiveCamera, Scene,
-  Vector3, WebGLRenderer
+  AmbientLight, Box3, Color, DataTexture, DirectionalLight, EquirectangularReflectionMapping, FloatType,
+  LinearFilter, LinearSRGBColorSpace, PerspectiveCamera, RGBAFormat, Scene, Vector3, WebGLRenderer
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
@@ -33,7 +34,7 @@ scene.add(camera, ambient);
 scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, LinearSRGBColorSpace);
 other.position.copy(OTHER_PLACE);
 
-const state = {light: [-0.4, 0.5], fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: COARSEST / 2};
+const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: COARSEST / 2};
 const materials = new Set(), size = {x: 0, y: 0};
 let due = false, measured_again = false, rest = 0;
 /** ms that a pixel of the fabric took where it was dearest: by distance, not at a level. */
@@ -93,13 +94,35 @@ function redraw_dearer() {
   redraw();
 }
 
+/** The environment that the page holds, if any: it takes the place of the lights. */
+function take_environment() {
+  const element = document.querySelector('script[data-environment]');
+  if (!element) return;
+  const width = Number(element.dataset.environment), height = width / 2, colours = new Float32Array(bytes_of(element));
+  const texels = new Float32Array(4 * width * height).fill(1);
+  // three.js's first row is the lowest.
+  for (let i = 0; i < width * height; ++i) {
+    const from = 3 * ((height - 1 - Math.floor(i / width)) * width + i % width);
+    texels.set(colours.subarray(from, from + 3), 4 * i);
+  }
+  const texture = new DataTexture(texels, width, height, RGBAFormat, FloatType, EquirectangularReflectionMapping);
+  texture.minFilter = texture.magFilter = LinearFilter;
+  texture.needsUpdate = true;
+  scene.environment = texture;
+  state.turn = Number(element.dataset.turn);
+  // Its middle column is seen along -z.
+  state.light = [0, 0];
+}
 function set_light() {
   const [x, y] = state.light, z = Math.sqrt(Math.max(0, 1 - x * x - y * y));
   key.position.set(x, y, z);
-  const factor = Math.PI * 2 ** state.exposure;
+  const factor = (scene.environment ? 1 : Math.PI) * 2 ** state.exposure;
+  key.visible = other.visible = !scene.environment;
   key.intensity = factor;
   other.intensity = OTHER_LIGHT * factor;
   ambient.intensity = AMBIENT * factor;
+  scene.environmentIntensity = factor;
+  scene.environmentRotation.y = Math.PI / 2 + (state.turn / 180 + x) * Math.PI;
   const pad = by_id('light').getContext('2d'), shade = pad.createRadialGradient(48 + 46 * x, 48 - 46 * y, 2, 48, 48, 48);
   shade.addColorStop(0, '#fff');
   shade.addColorStop(1, '#222');
@@ -163,6 +186,7 @@ function offer_fabrics(own) {
   select.addEventListener('change', async () => {
     const fabric = others[Number(select.value)];
     await fabric?.settled;
+    if (scene.environment) await fabric?.want_sky();
     for (const material of materials) material.set_fabric(fabric ?? own.get(material));
     cost = Infinity;
     redraw_dearer();
@@ -170,6 +194,7 @@ function offer_fabrics(own) {
 }
 
 async function start() {
+  take_environment();
   set_light();
   const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
   use_worker(() => new Worker(worker));
@@ -190,6 +215,7 @@ async function start() {
   const own = new Map([...materials].map((material) => [material, material.fabric]));
   for (const {fabric} of materials) {
     await fabric?.settled;
+    if (scene.environment) await fabric?.want_sky();
     if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));

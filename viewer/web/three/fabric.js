@@ -16,6 +16,9 @@ function texture_of(words) {
 }
 
 export class LoadedFabric {
+  /** The texture whose sky was asked for, and what is settled when it is there. */
+  #asked = null;
+  #sky_settled = Promise.resolve();
   /**
    * `source`: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them, or a promise of one, with the place of
    * the url in a garment; `name` is said in messages.
@@ -26,6 +29,8 @@ export class LoadedFabric {
     this.state = 'loading';
     this.issue = null;
     this.texture = null;
+    /** Place in the texture of what the fabric makes of light from all around; 0: not there. */
+    this.sky = 0;
     this.has_yarn = false;
     /** Levels of the file, and what the file says of its size. */
     this.levels = 0;
@@ -52,10 +57,26 @@ export class LoadedFabric {
   #take({words, yarn, levels, mm_per_repeat}) {
     this.texture?.dispose();
     this.texture = texture_of(words);
+    this.sky = 0;
     this.has_yarn = yarn;
     this.levels = levels;
     this.mm_per_repeat = mm_per_repeat;
     this.state = 'ready';
+  }
+  /** Asks for `sky`, where it is not there; the texture is another one then. Settled when it is; it never fails. */
+  want_sky() {
+    if (this.state !== 'ready' || this.#asked === this.texture) return this.#sky_settled;
+    const texture = this.#asked = this.texture, words = texture.image.data;
+    this.#sky_settled = load({words}, ({sky}) => {
+      if (texture !== this.texture) return;
+      const all = new Uint32Array(words.length + sky.length);
+      all.set(words);
+      all.set(sky, words.length);
+      texture.dispose();
+      this.texture = this.#asked = texture_of(all);
+      this.sky = words.length;
+    }).catch((error) => console.warn(`selvedge: ${this.name}: ${error.message}; light from all around does not reach it`));
+    return this.#sky_settled;
   }
   dispose() {
     this.texture?.dispose();

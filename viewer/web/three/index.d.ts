@@ -23,6 +23,11 @@ export class LoadedFabric {
   readonly read_in: 'worker' | 'main thread' | null;
   /** Settled when all of the fabric is ready, or it is broken; it never fails. */
   readonly settled: Promise<void>;
+  /**
+   * Makes what light from all around needs, some 0.2 s in the worker; the first frame with an environment asks for it, too.
+   * Settled when frames show it, or it is clear that they cannot; it never fails.
+   */
+  want_sky(): Promise<void>;
   dispose(): void;
 }
 

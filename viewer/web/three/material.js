@@ -1,5 +1,6 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
+import {around_uniforms, set_around} from './environment.js';
 import {sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {add_tangents, tangents_name} from './tangents.js';
@@ -30,6 +31,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_transform: {value: matrix_of(lay)},
       forced_level: {value: -1},
     };
+    this.around_uniforms = around_uniforms();
+    this.is_lit_around = false;
     this.wants_fabric = true;
     this.shows = 'fallback';
     if (fallback) this.#take(fallback);
@@ -87,8 +90,18 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.needsUpdate = true;
   }
+  /** Lights the fabric by the environment of the scene, or its own. */
+  #update_around(scene) {
+    const lit = this.shows === 'fabric' && set_around(this.around_uniforms, this, scene);
+    if (lit) this.fabric.want_sky();
+    this.around_uniforms.fabric_sky.value = this.fabric?.sky ?? 0;
+    const is_lit = lit && this.fabric.sky > 0;
+    if (is_lit !== this.is_lit_around) this.needsUpdate = true;
+    this.is_lit_around = is_lit;
+  }
   onBeforeRender(renderer, scene, camera, geometry, object) {
     this.update_fabric();
+    this.#update_around(scene);
     // three.js draws what it takes for one layer twice, back sides first.
     if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera);
     // For the next frame: three.js takes no new attribute while it draws.
@@ -96,14 +109,15 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   onBeforeCompile(shader) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
-    Object.assign(shader.uniforms, this.fabric_uniforms);
+    Object.assign(shader.uniforms, this.fabric_uniforms, this.around_uniforms);
     if (this.shows !== 'fabric') return;
     shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay));
-    shader.fragmentShader = fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity: this.keeps_opacity});
+    shader.fragmentShader = fragment_shader(
+        {has_yarn: this.fabric.has_yarn, keeps_opacity: this.keeps_opacity, is_lit_around: this.is_lit_around});
   }
   customProgramCacheKey() {
     return this.shows === 'fabric' ?
-      `selvedge ${tangents_name(this.lay)} ${this.fabric.has_yarn} ${this.keeps_opacity}` :
+      `selvedge ${tangents_name(this.lay)} ${this.fabric.has_yarn} ${this.keeps_opacity} ${this.is_lit_around}` :
       'selvedge fallback';
   }
   copy(source) {

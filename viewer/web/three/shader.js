@@ -1,7 +1,8 @@
 // The shaders of a material with a fabric: three.js's own vertex shader with coordinates of the fabric, and a fragment
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
-import {evaluate, fabric_surface, fabric_words, footprint, word_layout, yarn} from '../glsl.js';
+import {MOST_LAMPS} from '../environment.js';
+import {around, evaluate, fabric_surface, fabric_words, footprint, word_layout, yarn} from '../glsl.js';
 
 const VERTEX_NAMES = `
 #if FABRIC_UV_SET == 1
@@ -76,9 +77,23 @@ const int points = 2;
 varying vec2 fabric_uv;
 varying vec3 fabric_along_u;
 
+#ifdef AROUND
+  // The environment, in axes of its own, and where the fabric's sky lies among its words.
+  #define AROUND_LAMPS ${MOST_LAMPS}
+  uniform vec3 around_factors[9];
+  uniform vec3 around_lamp_directions[AROUND_LAMPS];
+  uniform vec3 around_lamp_irradiances[AROUND_LAMPS];
+  uniform int around_lamp_count;
+  uniform mat3 around_from_world;
+  uniform int fabric_sky;
+#else
+  #define AROUND_LAMPS 0
+#endif
+
 // three.js's loops over lights call RE_Direct, which keeps them, shadows included.
-vec3 light_directions[max(1, NUM_DIR_LIGHTS + NUM_POINT_LIGHTS + NUM_SPOT_LIGHTS${SUN_LIGHTS})];
-vec3 light_irradiances[max(1, NUM_DIR_LIGHTS + NUM_POINT_LIGHTS + NUM_SPOT_LIGHTS${SUN_LIGHTS})];
+const int most_lights = max(1, NUM_DIR_LIGHTS + NUM_POINT_LIGHTS + NUM_SPOT_LIGHTS${SUN_LIGHTS} + AROUND_LAMPS);
+vec3 light_directions[most_lights];
+vec3 light_irradiances[most_lights];
 int lights_kept = 0;
 struct NoMaterial { int nothing; };
 void keep_light(const in IncidentLight light, const in vec3 position, const in vec3 normal, const in vec3 view,
@@ -123,6 +138,17 @@ void main() {
   NoMaterial material;
   ReflectedLight reflectedLight = ReflectedLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
   #include <lights_fragment_begin>
+#ifdef AROUND
+  mat3 from_view = around_from_world * transpose(mat3(viewMatrix));
+  for (int i = 0; i < around_lamp_count; ++i) {
+    light_directions[lights_kept] = around_lamp_directions[i] * from_view;
+    light_irradiances[lights_kept] = around_lamp_irradiances[i];
+    ++lights_kept;
+  }
+  for (int k = 0; k < 9; ++k) around[k] = around_factors[k];
+  turn_around_into(from_view * frame);
+  sky = uint(fabric_sky);
+#endif
 
   vec4 sum = shade_fabric(0u, fabric_uv - floor(fabric_uv), right, up, view * frame, frame);
 #ifdef FABRIC_KEEPS_OPACITY
@@ -140,7 +166,8 @@ void main() {
 `;
 
 /** The fragment shader of a fabric. */
-export const fragment_shader = ({has_yarn, keeps_opacity}) => [
-  has_yarn ? '#define YARN\n' : '', keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', FRAGMENT_NAMES, word_layout,
-  fabric_words, evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
+export const fragment_shader = ({has_yarn, keeps_opacity, is_lit_around}) => [
+  is_lit_around ? '#define AROUND\n' : '', has_yarn ? '#define YARN\n' : '',
+  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', FRAGMENT_NAMES, word_layout, fabric_words,
+  is_lit_around ? around : '', evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
 ].join('');
