@@ -1,11 +1,11 @@
 // In the browser: draws a garment with three.js and the package's plugin into a float target.
 import {
-  DirectionalLight, EquirectangularReflectionMapping, FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderTarget,
-  WebGLRenderer,
+  DirectionalLight, EquirectangularReflectionMapping, FloatType, Scene, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
 import { SelvedgeFabric } from 'selvedge/three/index.js';
+import { base64, camera_of, read_rows } from '/test/picture_page.js';
 
 const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
 renderer.setClearColor(0, 0);
@@ -21,17 +21,6 @@ async function load(file) {
   scene.traverse(({ material }) => material?.isFabricMaterial && materials.add(material));
   for (const { fabric } of materials) await fabric?.settled;
   return { scene, materials: [...materials] };
-}
-
-/** A camera as `selvedge-view render` places it. */
-function camera_of({ look_at, distance, fov, azimuth, elevation, width, height }) {
-  const camera = new PerspectiveCamera(fov, width / height, distance / 100, 10 * distance);
-  const [a, e] = [azimuth, elevation].map((degrees) => degrees * Math.PI / 180);
-  const target = new Vector3(...look_at);
-  camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e))
-    .multiplyScalar(distance).add(target);
-  camera.lookAt(target);
-  return camera;
 }
 
 /** Lights a scene by { file, turn, strength } as `selvedge-view render` does. */
@@ -67,17 +56,10 @@ export async function drawn(file, view, lights, environment) {
   const begin = performance.now();
   renderer.clear();
   renderer.render(scene, camera_of(view));
-  const pixels = new Float32Array(4 * width * height);
-  renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
+  const pixels = read_rows(renderer, target);
   const ms = performance.now() - begin;
   target.dispose();
-  const turned = new Float32Array(pixels.length);
-  for (let y = 0; y < height; ++y)
-    turned.set(pixels.subarray(4 * width * (height - 1 - y), 4 * width * (height - y)), 4 * width * y);
-  const bytes = new Uint8Array(turned.buffer);
-  let text = '';
-  for (let i = 0; i < bytes.length; i += 8192) text += String.fromCharCode(...bytes.subarray(i, i + 8192));
-  return { pixels: btoa(text), ms, shows: materials.map(({ shows }) => shows) };
+  return { pixels: base64(pixels), ms, shows: materials.map(({ shows }) => shows) };
 }
 
 /**
