@@ -175,7 +175,7 @@ bool write_ppm(const char* path, const std::vector<float>& pixels, int width, in
       const float linear = std::clamp(pixels[at] * std::numbers::pi_v<float>, 0.0F, 1.0F);
       const float shown =
           linear <= 0.0031308F ? 12.92F * linear : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
-      file.put(static_cast<char>(std::lround(255 * shown)));
+      file.put(static_cast<char>(std::lround(255 * static_cast<double>(shown))));
     }
   }
   return static_cast<bool>(file.flush());

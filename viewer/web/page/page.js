@@ -15,7 +15,7 @@ const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, 
  * Pixels are so many times wider where a frame takes longer than SLOW ms while something moves. When all has rested for
  * REST ms they are halved, as long as a frame of four times as many is expected within LONG ms.
  */
-const FINEST = 0.5, COARSEST = 8, SLOW = 60, REST = 200, LONG = 1500;
+const FINEST = 0.5, COARSEST = 8, SLOW = 60, REST = 200, LONG = 4000;
 
 const by_id = (id) => document.getElementById(id);
 const bytes_of = (element) => Uint8Array.from(atob(element.textContent.trim()), (c) => c.charCodeAt(0)).buffer;
