@@ -1,7 +1,7 @@
 #include "format/base/parallel.h"
 
 // The thread sanitizer does not see what TBB, which is not built with it, orders: every loop would be a race.
-#ifdef __SANITIZE_THREAD__
+#ifdef SELVEDGE_STD_THREADS
 
 #include <algorithm>
 #include <atomic>

@@ -2,8 +2,8 @@
 // agree.
 #pragma once
 
-// Clang and the thread sanitizer do not support target_clones as GCC does: they get one body.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
+// Clang, of which the sanitizers' builds are, does not support target_clones as GCC does: it gets one body.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define SELVEDGE_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define SELVEDGE_WIDE
