@@ -4,7 +4,8 @@
 // Every function that finds fault calls `report(code, place, message)`. A reader throws there; a checker
 // takes a note and goes on.
 import {joined, latin1, latin1_bytes} from './bytes.js';
-import {LIMITS as EXR_LIMITS, chain_length, channel_values, read_headers, read_level} from './exr.js';
+import {LIMITS as EXR_LIMITS, LOSSY, chain_length, read_headers} from './exr.js';
+import {channel_values, read_level} from './exr_level.js';
 import {Issue} from './issue.js';
 import {is_number, is_object, parse_json} from './json.js';
 import {
@@ -30,7 +31,6 @@ export const LIMITS = {
   nesting: 64
 };
 const LARGEST_INTEGER = 2 ** 31 - 1;
-export const LOSSY = ['pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
 
 export function throw_issue(code, place, message) {
   throw new Issue(code, place, message);

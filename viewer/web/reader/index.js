@@ -4,15 +4,14 @@ export {
   BYTES,
   COMPRESSIONS,
   LINES_PER_CHUNK,
+  LOSSY,
   PIXEL_TYPES,
   chain_length,
-  channel_values,
   level_size,
-  read_headers,
-  read_level
+  read_headers
 } from './exr.js';
+export {channel_values, read_level} from './exr_level.js';
 export {
-  LOSSY,
   check_windows,
   header_digest,
   is_laid_out,
