@@ -3,6 +3,9 @@
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "format/gltf/memory.h"
 #include "viewer/frame/backdrop.h"
 #include "viewer/hybrid/path.h"
 #include "viewer/light/picture_textures.h"
@@ -34,9 +37,12 @@ struct Renderer::State {
   GlFunctions gl;
   std::unique_ptr<PictureTextures> textures;
   std::unique_ptr<ShadowPass> shadows;  ///< created on first use
-  std::optional<SkyVisibility> sky;     ///< found on first use
-  SmoothLight around;                   ///< of `around_vertices`
+  std::optional<SkyVisibility>
+      sky;             ///< found on first use; without directions where there is no memory for it
+  SmoothLight around;  ///< of `around_vertices`
   std::vector<SmoothLight> around_vertices;
+  std::shared_ptr<const Environment> reflected;  ///< by `reflections`
+  std::shared_ptr<const Reflections> reflections;
   std::unique_ptr<FramePath> path;
   std::unique_ptr<HybridPath> probes;  ///< beside another path, created on first use
   double prepare = 0;
@@ -52,14 +58,42 @@ struct Renderer::State {
     return probes.get();
   }
 
+  /// The mirror images of an environment, where something shows them; made once for its pictures.
+  std::shared_ptr<const Reflections> reflect(const DrawOptions& options) {
+    const auto& wanted = options.environment;
+    const bool mirrors =
+        std::ranges::any_of(scene.materials.surfaces, [](const auto& s) { return s.fabric < 0; });
+    if (!wanted || (!mirrors && !(options.backdrop > 0))) return nullptr;
+    if (reflected && (reflected == wanted || reflected->radiance == wanted->radiance)) {
+      if (reflections->levels[0].options == wanted->options) return reflections;
+      Reflections other = *reflections;
+      for (Environment& level : other.levels) level.options = wanted->options;
+      reflections = std::make_shared<const Reflections>(std::move(other));
+    } else {
+      reflections = std::make_shared<const Reflections>(reflections_of(*wanted));
+    }
+    reflected = wanted;
+    return reflections;
+  }
+
   /// What the scene leaves of light from all around, if the options have any, and shadows.
   Result<std::span<const SmoothLight>> shade_around(const DrawOptions& options) {
     if (!options.around || options.shadows == 0) return std::span<const SmoothLight>();
     if (!sky) {
-      auto found = sky_visibility(gl, scene.mesh, scene.materials);
+      // 48 maps of a million triangles take six seconds.
+      constexpr std::size_t most_triangles = std::size_t{1} << 20;
+      const bool fits = scene.mesh.triangles.size() <= most_triangles &&
+                        textures->leave(scene.mesh.positions.size() * memory_price::shaded_vertex);
+      if (!fits)
+        remarks.emplace_back(
+            "what the scene hides of light from all around is left out: it has more than 2^20 triangles, or "
+            "does "
+            "not fit into --max-memory");
+      Result<SkyVisibility> found = fits ? sky_visibility(gl, scene.mesh, scene.materials) : SkyVisibility{};
       if (!found) return tl::unexpected(found.error());
       sky = std::move(*found);
     }
+    if (sky->directions.empty()) return std::span<const SmoothLight>();
     if (around_vertices.empty() || around != *options.around) {
       around = *options.around;
       around_vertices = light_at_vertices(*sky, around);
@@ -170,11 +204,11 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
     watch.add_to(s.prepare);
   }
   stats.prepare = s.prepare;
-  stats.remarks = s.remarks;
   const Result<ShadowPass*> shadows = s.draw_shadows(options);
   if (!shadows) return tl::unexpected(shadows.error());
   const Result<std::span<const SmoothLight>> around = s.shade_around(options);
   if (!around) return tl::unexpected(around.error());
+  stats.remarks = s.remarks;
   if (*shadows != nullptr) {
     watch.add_to(stats.shadows);
     if ((*shadows)->views().size() < options.lights.size())
@@ -185,8 +219,17 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   frame.width = s.size.width;
   frame.height = s.size.height;
   frame.pixels.resize(frame.width * frame.height);
-  if (auto good = s.path->draw({camera, options, *shadows, *around}, frame, stats); !good) return good;
-  if (options.backdrop) add_backdrop(camera, *options.backdrop, frame);
+  const std::shared_ptr<const Reflections> reflections = s.reflect(options);
+  watch.add_to(stats.prepare);
+  if (auto good = s.path->draw({camera, options, *shadows, *around, reflections}, frame, stats); !good)
+    return good;
+  if (!options.environment || options.backdrop < 0) return {};
+  add_backdrop(
+      camera,
+      [&](const V3d& d) {
+        return options.backdrop > 0 ? reflections->at(d, options.backdrop) : options.environment->at(d);
+      },
+      frame);
   return {};
 }
 
@@ -207,7 +250,9 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Dr
   if (!hybrid) return tl::unexpected(hybrid.error());
   const Result<ShadowPass*> shadows = state_->draw_shadows(options);
   if (!shadows) return tl::unexpected(shadows.error());
-  return (*hybrid)->probe({camera, options, *shadows}, pixel);
+  const auto around = state_->shade_around(options);
+  if (!around) return tl::unexpected(around.error());
+  return (*hybrid)->probe({camera, options, *shadows, *around, state_->reflect(options)}, pixel);
 }
 
 Result<void> Renderer::texel_edges(const Camera& camera, const DrawOptions& options,

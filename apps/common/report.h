@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "format/base/error.h"
+#include "format/base/guard.h"
 
 namespace selvedge {
 

@@ -13,7 +13,7 @@
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
-#include "format/picture/environment.h"
+#include "format/picture/studio.h"
 
 namespace selvedge {
 namespace {
@@ -25,8 +25,10 @@ struct PageCommand {
   std::vector<std::string> inputs;
   std::string output;
   SceneLimits limits;
-  std::string environment;
+  std::string environment = "studio";
   EnvironmentOptions around;
+  bool backdrop = false;
+  double blur = 0;
 };
 
 void declare(Options& options, PageCommand& command) {
@@ -38,7 +40,14 @@ void declare(Options& options, PageCommand& command) {
       .count(1, 64);
   options.output(command.output, "The page", "", {".html"}).required();
   add_limits(options, command.limits);
-  add_environment(options, command.environment, command.around);
+  add_environment(options, command.environment, command.around, "With none a finger moves two lamps");
+  options.flag("--backdrop", command.backdrop, "Shows it behind the garments");
+  options.number("--backdrop-blur", command.blur, "SHARE", "Blurred, up to 1").in(0, 1);
+  options.check([&options, &command] {
+    options.refuse_if(command.environment == "none", "counts for nothing with --environment none",
+                      {"--backdrop"});
+    options.refuse_if(!command.backdrop, "counts for nothing without --backdrop", {"--backdrop-blur"});
+  });
 }
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
@@ -89,16 +98,17 @@ Result<std::string> whole_garment(const std::string& path, const GltfLimits& lim
 /// Fabrics see no more of an environment than pictures of this width have.
 constexpr int environment_width = 64;
 
-/// The element that holds an environment, as red, green, blue of its pixels; none without a file.
+/// The element that holds an environment, as red, green, blue of its pixels; none without one.
 Result<std::string> environment_element(const PageCommand& command) {
-  if (command.environment.empty()) return std::string();
-  const Result<Environment> read = read_environment(command.environment);
+  if (command.environment == "none") return std::string();
+  const Result<Environment> read = environment_named(command.environment);
   if (!read) return tl::unexpected(read.error());
   Environment small = reduced(*read, environment_width);
   for (V3f& c : small.radiance) c *= static_cast<float>(command.around.strength);
   const std::span<const V3f> pixels = small.radiance;
-  return fmt::format("<script type=\"text/plain\" data-environment=\"{}\" data-turn=\"{}\">{}</script>\n",
-                     small.width, command.around.turn,
+  const std::string backdrop = command.backdrop ? fmt::format(" data-backdrop=\"{}\"", command.blur) : "";
+  return fmt::format("<script type=\"text/plain\" data-environment=\"{}\" data-turn=\"{}\"{}>{}</script>\n",
+                     small.width, command.around.turn, backdrop,
                      base64({reinterpret_cast<const std::uint8_t*>(pixels.data()), pixels.size_bytes()}));
 }
 
@@ -142,7 +152,7 @@ void add_page_verb(Program& program) {
       {"page", "Make a web page that shows garments, in one file",
        "selvedge-view page sweater.glb -o sweater.html\n"
        "selvedge-view page plain.glb purl.glb rib.fabric.exr -o three.html\n"
-       "selvedge-view page sweater.glb --environment studio.hdr -o sweater.html",
+       "selvedge-view page sweater.glb --environment room.hdr -o sweater.html",
        "The page opens from the file, without a server or a network, in a browser with WebGL 2.\n"},
       declare, run);
 }

@@ -3,56 +3,20 @@
 #include <fmt/format.h>
 #include <imgui/backends/imgui_impl_glfw.h>
 #include <imgui/backends/imgui_impl_opengl3.h>
-#include <imgui/imgui.h>
 #include <imgui/imgui_stdlib.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
+
+#include "apps/selvedge-view/panel_widgets.h"
 
 namespace selvedge {
 namespace {
 
 constexpr float panel_width = 330;
-constexpr float label_width = 92;
-
-/// One line of a list: a grey label on the left, its value beside it.
-template <class... Arguments>
-void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-  ImGui::TextDisabled("%s", name);
-  ImGui::SameLine(label_width);
-  ImGui::TextUnformatted(fmt::format(format, std::forward<Arguments>(arguments)...).c_str());
-}
-
-/// A label; the widget that follows takes the rest of the line.
-void label(const char* name) {
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextDisabled("%s", name);
-  ImGui::SameLine(label_width);
-  ImGui::SetNextItemWidth(-1);
-}
-
-void raise(Change& change, bool changed, Change to) {
-  if (changed) change = std::max(change, to);
-}
-
-/// Lines of the panel that edit values of the frame.
-void slider(Change& change, const char* name, int& value, int min, int max, const char* format = "%d") {
-  label(name);
-  raise(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format), Change::frame);
-}
-
-bool box(Change& change, const char* name, bool& value) {
-  label("");
-  const bool changed = ImGui::Checkbox(name, &value);
-  raise(change, changed, Change::frame);
-  return changed;
-}
 
 V3f each(const V3f& v, float (*function)(float)) { return {function(v.x), function(v.y), function(v.z)}; }
-
-std::string triple(const V3f& v) { return fmt::format("{: .3f} {: .3f} {: .3f}", v.x, v.y, v.z); }
 
 void set_style() {
   ImGui::StyleColorsDark();
@@ -74,108 +38,6 @@ void set_style() {
   constexpr float font_size = 14;
   std::error_code missing;
   if (std::filesystem::exists(font, missing)) ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size);
-}
-
-/// A drop-down list. Returns whether the choice changed.
-template <class Names>
-bool choose(const char* id, const Names& names, int& chosen, bool with_none) {
-  const std::string none = "(core material)";
-  const auto name_of = [&](int i) { return i < 0 ? none : std::string(names[i]); };
-  bool changed = false;
-  if (!ImGui::BeginCombo(id, name_of(chosen).c_str())) return false;
-  for (int i = with_none ? -1 : 0; i < static_cast<int>(names.size()); ++i) {
-    ImGui::PushID(i);
-    if (ImGui::Selectable(name_of(i).c_str(), i == chosen)) {
-      changed = i != chosen;
-      chosen = i;
-    }
-    ImGui::PopID();
-  }
-  ImGui::EndCombo();
-  return changed;
-}
-
-void show_probe(const PanelInfo& info) {
-  if (!info.probe) {
-    ImGui::TextDisabled("Nothing under the mouse.");
-    return;
-  }
-  const PixelProbe& p = *info.probe;
-  row("pixel", "{}, {}{}", p.pixel.x, p.pixel.y, p.back ? "  (back of the cloth)" : "");
-  if (p.fabric >= 0) {
-    row("fabric", "{}", info.picture.fabric_names()[p.fabric]);
-    row("u, v", "{:.5f}, {:.5f}", p.uv.x, p.uv.y);
-    constexpr std::size_t max_rows = 4;
-    for (std::size_t i = 0; i < std::min(max_rows, p.texels.size()); ++i) {
-      const ProbedTexel& t = p.texels[i];
-      row(i == 0 ? "texel" : "", "{}, {}  of level {}  x {:.3f}", t.texel.x, t.texel.y, t.level, t.weight);
-    }
-    row("pixel spans", "{:.2f} x {:.2f} texels", p.texels_per_pixel.x, p.texels_per_pixel.y);
-  } else {
-    row("fabric", "none");
-  }
-  row("view", "{}", triple(p.view));
-  for (std::size_t i = 0; i < p.lights.size(); ++i)
-    row(fmt::format("light {}", i + 1).c_str(), "{}", triple(p.lights[i]));
-  row("radiance", "{}", triple(p.radiance));
-  row("alpha", "{:.4f}", p.alpha);
-}
-
-void show_times(const PanelInfo& info) {
-  const RenderStats& s = info.picture.stats();
-  const double frame = info.picture.draw_seconds();
-  row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.frame().width, info.picture.frame().height,
-      info.divisor > 1 ? " (moving)" : "");
-  const std::initializer_list<std::pair<const char*, double>> parts{
-      {"project", s.project},          {"shadows", s.shadows},
-      {"geometry", s.geometry},        {"read back", s.read_back},
-      {"evaluation", s.evaluation},    {"texel edges", info.picture.overlay_seconds()},
-      {"window", info.window_seconds}, {"display", info.picture.display_seconds()}};
-  const double all =
-      frame + info.picture.overlay_seconds() + info.picture.display_seconds() + info.window_seconds;
-  for (const auto& [name, seconds] : parts) {
-    if (seconds <= 0) continue;
-    ImGui::TextDisabled("%s", name);
-    ImGui::SameLine(label_width);
-    ImGui::ProgressBar(static_cast<float>(seconds / std::max(all, 1e-9)),
-                       ImVec2(-1, ImGui::GetTextLineHeight()),
-                       fmt::format("{:.1f} ms", 1e3 * seconds).c_str());
-  }
-  row("triangles", "{}", s.triangles);
-  row("pixels", "{} seen, {} evaluated", s.covered_pixels, s.evaluated_pixels);
-  row("layers", "{}", s.layers);
-}
-
-/// Draws the lights' directions seen from the camera: a hemisphere from the front, lights behind it hollow.
-void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& centre, float radius) {
-  ImDrawList& draw = *ImGui::GetForegroundDrawList();
-  draw.AddCircleFilled(centre, radius, IM_COL32(0, 0, 0, 90));
-  draw.AddCircle(centre, radius, IM_COL32(255, 255, 255, 110));
-  const Camera& camera = info.picture.camera();
-  const std::vector<Light>& lights = info.picture.lights();
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    // A point or spot light, seen from the centre of the orbit.
-    const V3d towards = lights[i].kind == LightKind::directional
-                            ? lights[i].direction
-                            : lights[i].position - state.camera.look_at.value_or(V3d(0, 0, 0));
-    const V3d d = towards / std::max(towards.length(), 1e-12);
-    const ImVec2 at(centre.x + radius * static_cast<float>(d.dot(camera.right)),
-                    centre.y - radius * static_cast<float>(d.dot(camera.up)));
-    const ImU32 colour = i == state.held_light ? IM_COL32(255, 214, 90, 255) : IM_COL32(230, 230, 230, 200);
-    constexpr float size = 4;
-    d.dot(camera.back()) >= 0 ? draw.AddCircleFilled(at, size, colour) : draw.AddCircle(at, size, colour);
-  }
-}
-
-void show_help() {
-  row("left drag", "turn around the garment");
-  row("middle drag", "move it (or Shift + left)");
-  row("right drag", "turn the light (or Ctrl + left)");
-  row("wheel", "nearer, further");
-  row("E  P", "texel edges, probe");
-  row("F", "next fabric on everything");
-  row("R  H", "first view, hide this panel");
-  row("Escape", "close");
 }
 
 }  // namespace
@@ -263,7 +125,7 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("path");
-  raise(request.change, choose("##path", path_names, state.path, false), Change::scene);
+  raise(request.change, choose("##path", path_names, state.path), Change::scene);
   std::size_t levels = 1;
   for (const Fabric& fabric : info.picture.fabrics())
     levels = std::max(levels, static_cast<std::size_t>(fabric.first_level()) + fabric.levels.size());
@@ -277,15 +139,16 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
 }
 
 void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request) {
-  auto stops = static_cast<float>(std::log2(state.display.exposure / std::numbers::pi_v<float>));
+  const float usual = usual_exposure(state);
+  float stops = std::log2(state.display.exposure / usual);
   label("exposure");
   if (ImGui::SliderFloat("##exposure", &stops, -8, 8, "%+.2f stops")) {
-    state.display.exposure = std::numbers::pi_v<float> * std::exp2(stops);
+    state.display.exposure = usual * std::exp2(stops);
     raise(request.change, true, Change::display);
   }
   auto tone = static_cast<int>(state.display.tone);
   label("tone curve");
-  raise(request.change, choose("##tone", tone_curve_names, tone, false), Change::display);
+  raise(request.change, choose("##tone", tone_curve_names, tone), Change::display);
   state.display.tone = static_cast<ToneCurve>(tone);
   label("background");
   V3f background = each(state.display.background.value_or(V3f(0, 0, 0)), linear_to_srgb);
@@ -314,12 +177,27 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& re
     }
     ImGui::PopID();
   }
-  const auto is_plain = [](const SceneMaterial& material) { return !material.fabric; };
-  const std::vector<SceneMaterial>& materials = info.picture.scene().materials;
-  if (std::any_of(materials.begin(), materials.end(), is_plain)) {
-    label("all around");
-    raise(request.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
+  std::vector<std::string> names;
+  for (const auto& environment : state.environments) names.push_back(environment->name);
+  label("environment");
+  if (choose("##environment", names, state.environment, "none")) {
+    state.display.exposure *= usual_exposure(state) / usual;
+    raise(request.change, true, Change::frame);
   }
+  if (state.environment >= 0) {
+    label("turned");
+    raise(request.change, ImGui::SliderFloat("##turn", &state.turn, -180, 180, "%.0f degrees"),
+          Change::frame);
+    label("strength");
+    raise(request.change,
+          ImGui::SliderFloat("##strength", &state.strength, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic),
+          Change::frame);
+    box(request.change, "backdrop", state.backdrop);
+    label("blurred");
+    raise(request.change, ImGui::SliderFloat("##blur", &state.backdrop_blur, 0, 1, "%.2f"), Change::frame);
+  }
+  label("all around");
+  raise(request.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
   bool casts = state.shadows > 0;
   if (box(request.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
   label("");
@@ -333,7 +211,8 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& 
     if (!materials[i].fabric) continue;
     ImGui::PushID(static_cast<int>(i));
     label(materials[i].name.empty() ? "material" : materials[i].name.c_str());
-    raise(request.change, choose("##fabric", info.picture.fabric_names(), state.fabrics[i], true),
+    raise(request.change,
+          choose("##fabric", info.picture.fabric_names(), state.fabrics[i], "(core material)"),
           Change::scene);
     ImGui::PopID();
   }

@@ -1,5 +1,4 @@
-// The panel of `show`, the picture behind it, and mouse input (Dear ImGui; panel.cpp is the only file that
-// includes it).
+// The panel of `show`, the picture behind it, and mouse input (Dear ImGui, in panel.cpp and panel_widgets.h).
 #pragma once
 
 #include <memory>

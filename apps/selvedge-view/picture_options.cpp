@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include "apps/common/shared_options.h"
 #include "format/base/option_text.h"
+#include "format/picture/studio.h"
 #include "viewer/light/shadows.h"
 
 namespace selvedge {
@@ -41,18 +43,20 @@ void add_repeats(Options& options, SwatchOptions& swatch) {
   options.size("--repeats", swatch.repeats, "Repeats of the fabric across and down", 1, 1'000'000);
 }
 
-void add_environment(Options& options, std::string& file, EnvironmentOptions& environment) {
+void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
+                     const std::string& otherwise) {
   options.group("Environment");
   options.text(
-      "--environment", file, "FILE",
-      "Light from all around: an equirectangular picture of radiance (.hdr, .exr). Takes the place of "
-      "the default lights, and the default exposure is 1");
+      "--environment", name, "FILE|studio|none",
+      "Light from all around: an equirectangular picture of radiance (.hdr, .exr), or a room with two "
+      "softboxes. " +
+          otherwise);
   options.number("--environment-turn", environment.turn, "DEGREES", "Turns it about the upward axis")
       .in(-360, 360);
   options.number("--environment-strength", environment.strength, "FACTOR", "Factor on its radiance")
       .in(0, 1e6);
-  options.check([&options, &file] {
-    options.refuse_if(file.empty(), "counts for nothing without --environment",
+  options.check([&options, &name] {
+    options.refuse_if(name == "none", "counts for nothing with --environment none",
                       {"--environment-turn", "--environment-strength"});
   });
 }
@@ -61,8 +65,7 @@ void add_light(Options& options, PictureOptions& picture) {
   options.group("Light and picture");
   add_lights(options, picture.lights,
              "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
-             "Without any: the lights of the scene, or else a key light from the upper left of the camera, a "
-             "weaker one from the right");
+             "Without any: the lights of the scene, or else the environment");
   add_point_lights(options, picture.lights);
   options.choice("--light-frame", frame_names,
                  "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)",
@@ -70,19 +73,20 @@ void add_light(Options& options, PictureOptions& picture) {
   // A flag, since a separate number could be the input.
   options
       .flag("--shadows", picture.shadows, default_shadow_size,
-            "Shadow maps of directional lights and spots; --shadows=SIZE sets their texels per side. The "
-            "default in an environment, where the scene also hides parts of the rest")
+            "Texels per side of the shadow maps of directional lights and spots, as --shadows=SIZE")
       .in(min_shadow_size, max_shadow_size);
-  options.flag("--no-shadows", picture.no_shadows, "None in an environment");
-  options
-      .number("--ambient", picture.ambient, "SHARE",
-              "Ambient light on materials without a fabric, as a share of what white reflects that faces a "
-              "light of intensity 1")
-      .in(0, 1e6);
+  options.set_flag("--no-shadows", picture.shadows, -1,
+                   "Nothing in the scene hides light from anything else");
   options
       .number(
-          "--exposure", picture.display.exposure, "FACTOR",
-          "Factor on radiance in PNG files (default pi: white that faces a light of intensity 1 becomes 1)")
+          "--ambient", picture.ambient, "SHARE",
+          "Even light from all sides, as a share of what white reflects that faces a light of intensity 1")
+      .in(0, 1e6);
+  options
+      .number("--exposure", picture.exposure, "FACTOR",
+              "Factor on radiance in PNG files (default 1 in an environment; else pi: white that faces a "
+              "light of "
+              "intensity 1 becomes 1)")
       .in(0, 1e9);
   options.text("--background", "R,G,B|transparent", "Of PNG files, linear (default 0.18,0.18,0.18)",
                [&picture](const std::string& t) {
@@ -93,14 +97,13 @@ void add_light(Options& options, PictureOptions& picture) {
                });
   options.choice("--tone-map", tone_curve_names, picture.display.tone,
                  "Curve over exposed colours in PNG files (default none)");
-  add_environment(options, picture.environment, picture.around);
+  add_environment(options, picture.environment, picture.around,
+                  "Default: the studio for scenes without lights, none for swatches and beside --light");
   options.flag("--backdrop", picture.backdrop, "Shows it behind the scene");
-  options.check([&options, &picture] {
-    if (picture.environment.empty()) return;
-    if (!options.given("--exposure")) picture.display.exposure = 1;
-    if (!options.given("--shadows") && !picture.no_shadows && !has_ending(picture.input, ".exr"))
-      picture.shadows = default_shadow_size;
-  });
+  options
+      .number("--backdrop-blur", picture.backdrop_blur, "ROUGHNESS",
+              "Blurs it as a mirror of this roughness does")
+      .in(0, 1);
 }
 
 void check_picture(const Options& options, const PictureOptions& picture) {
@@ -114,22 +117,45 @@ void check_picture(const Options& options, const PictureOptions& picture) {
   options.refuse_if(picture.camera.projection == Projection::parallel && !has_distance,
                     "counts for nothing with --orthographic, without --distance", {"--fov"});
   options.refuse_if(has_distance, "counts for nothing with --distance", {"--distance-factor"});
-  options.refuse_if(picture.environment.empty(), "counts for nothing without --environment",
-                    {"--backdrop", "--no-shadows"});
+  options.refuse_if(!picture.backdrop, "counts for nothing without --backdrop", {"--backdrop-blur"});
+  const bool is_dark =
+      picture.environment == "none" ||
+      (picture.environment.empty() && (has_ending(picture.input, ".exr") || !picture.lights.empty()));
+  options.refuse_if(is_dark, "counts for nothing without --environment",
+                    {"--backdrop", "--environment-turn", "--environment-strength"});
 }
 
-std::vector<Light> lights_for(const PictureOptions& picture, const Scene& scene, const Camera& camera) {
-  if (!picture.lights.empty())
-    return picture.lights_in_camera_frame ? from_camera_frame(camera, picture.lights) : picture.lights;
-  return scene.lights.empty() && picture.environment.empty() ? default_lights(camera) : lights_of(scene);
+std::vector<Light> Look::all_lights(const Camera& camera) const {
+  std::vector<Light> all = lights_in_camera_frame ? from_camera_frame(camera, lights) : lights;
+  all.insert(all.end(), light.lamps.begin(), light.lamps.end());
+  return all;
 }
 
-Result<std::optional<Surroundings>> surroundings_of(const PictureOptions& picture) {
-  if (picture.environment.empty()) return std::nullopt;
-  Result<Environment> environment = read_environment(picture.environment, picture.around);
-  if (!environment) return tl::unexpected(environment.error());
-  EnvironmentLight light = divide(*environment);
-  return Surroundings{std::make_shared<const Environment>(std::move(*environment)), std::move(light)};
+Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path) {
+  const bool is_swatch = has_ending(picture.input, ".exr");
+  Look look;
+  look.lights = picture.lights.empty() ? own : picture.lights;
+  look.lights_in_camera_frame = !picture.lights.empty() && picture.lights_in_camera_frame;
+  std::string& name = look.name = picture.environment;
+  if (name.empty()) name = is_swatch || !look.lights.empty() || path == RenderPath::paper ? "none" : "studio";
+  if (name != "none") {
+    if (is_swatch) look.lights = picture.lights;
+    Result<Environment> environment = environment_named(name, picture.around);
+    if (!environment) return tl::unexpected(environment.error());
+    look.light = divide(*environment);
+    look.environment = std::make_shared<const Environment>(std::move(*environment));
+  } else if (look.lights.empty()) {
+    look.lights = key_and_fill_lights();
+    look.lights_in_camera_frame = true;
+  }
+  look.light.rest.factors[0] += V3f(static_cast<float>(picture.ambient * std::numbers::inv_pi));
+  look.display = picture.display;
+  if (look.environment) look.display.exposure = 1;
+  if (picture.exposure) look.display.exposure = static_cast<float>(*picture.exposure);
+  const bool can_cast = !is_swatch && path != RenderPath::paper;
+  if (can_cast && picture.shadows >= 0)
+    look.shadows = picture.shadows > 0 ? picture.shadows : default_shadow_size;
+  return look;
 }
 
 }  // namespace selvedge

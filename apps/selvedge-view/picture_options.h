@@ -20,39 +20,49 @@ struct PictureOptions {
   SceneLimits limits;                   ///< scenes
   CameraOptions camera;                 ///< scenes
   SwatchOptions swatch;                 ///< fabric files
-  std::vector<Light> lights;            ///< empty: those of the scene, else the default lights
+  std::vector<Light> lights;            ///< empty: those of the scene, else the environment
   bool lights_in_camera_frame = false;  ///< directional lights are in the camera's axes
   DisplayOptions display = default_display();
-  float ambient = RenderOptions{}.ambient;
-  int shadows = RenderOptions{}.shadows;
-  bool no_shadows = false;
+  std::optional<double> exposure;  ///< by default 1 in an environment, else that of default_display()
+  double ambient = 0;              ///< radiance from all sides, times pi
+  int shadows = 0;                 ///< texels of maps; 0: those of scenes; -1: none
   LevelOptions levels = best_levels;
   int layers = RenderOptions{}.layers;
-  std::string environment;    ///< a picture of radiance; empty: none
+  std::string environment;    ///< a picture of radiance, "studio" or "none"; empty: what suits the input
   EnvironmentOptions around;  ///< of it
   bool backdrop = false;      ///< it is shown, too
+  float backdrop_blur = 0;    ///< as by a mirror of this roughness
 };
 
 /// The input, levels and layers.
 void add_input(Options& options, PictureOptions& picture);
 /// --repeats of a swatch.
 void add_repeats(Options& options, SwatchOptions& swatch);
-/// --environment with its turn and strength.
-void add_environment(Options& options, std::string& file, EnvironmentOptions& environment);
+/// --environment with its turn and strength; `otherwise` says what is taken without it.
+void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
+                     const std::string& otherwise);
 /// Lights and display options.
 void add_light(Options& options, PictureOptions& picture);
 /// Refuses those of these options that have no effect beside the others.
 void check_picture(const Options& options, const PictureOptions& picture);
 
-/// The lights of the options, else those of the scene, else the default ones, which an environment replaces.
-std::vector<Light> lights_for(const PictureOptions& picture, const Scene& scene, const Camera& camera);
+/// What lights a picture and how it is shown, with the defaults that the input asks for.
+struct Look {
+  std::string name;                                ///< of the environment, as its option has it
+  std::shared_ptr<const Environment> environment;  ///< null: none
+  EnvironmentLight light;                          ///< of the environment and --ambient
+  std::vector<Light> lights;                       ///< of the options or the scene; may be in camera axes
+  bool lights_in_camera_frame = false;
+  DisplayOptions display;
+  int shadows = 0;
 
-/// An environment, and its light.
-struct Surroundings {
-  std::shared_ptr<const Environment> environment;
-  EnvironmentLight light;
+  /// Whether anything comes from all around.
+  bool has_around() const { return light.rest != SmoothLight(); }
+  /// All lamps, world axes.
+  std::vector<Light> all_lights(const Camera& camera) const;
 };
-/// That of the options; nothing if they have none.
-Result<std::optional<Surroundings>> surroundings_of(const PictureOptions& picture);
+
+/// `own` are the lights of the scene, or those of a swatch at a place, which an environment replaces.
+Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path);
 
 }  // namespace selvedge

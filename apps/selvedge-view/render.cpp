@@ -45,10 +45,10 @@ Frame side_by_side(const Frame& left, const Frame& right) {
   return both;
 }
 
-Result<void> write(const RenderCommand& command, const Frame& frame, const std::string& like,
+Result<void> write(const DisplayOptions& display, const Frame& frame, const std::string& like,
                    const std::string& path) {
   if (has_ending(like, ".exr")) return write_exr(path, to_linear_image(frame));
-  return write_png(path, to_display_image(frame, command.picture.display));
+  return write_png(path, to_display_image(frame, display));
 }
 
 void add(const RenderStats& one, RenderStats& sum) {
@@ -103,7 +103,7 @@ class Series {
     std::size_t first_file = 0;
     for (const Camera& camera : shot_.cameras) {
       RenderOptions options = shot_.options;
-      options.lights = lights(camera);
+      options.lights = shot_.look.all_lights(camera);
       for (std::size_t i = 0; i < renderers.size(); ++i) {
         RenderStats stats;
         if (auto good = renderers[i]->draw(camera, options, frames[i], stats); !good) return good;
@@ -131,23 +131,11 @@ class Series {
   double write_seconds() const { return write_seconds_; }
 
  private:
-  std::vector<Light> lights(const Camera& camera) const {
-    // A swatch at a place has lights of its own.
-    const bool own = command_.picture.lights.empty() && !shot_.lights.empty() && !shot_.around;
-    std::vector<Light> lights =
-        own ? shot_.lights : lights_for(command_.picture, shot_.subjects.front().scene, camera);
-    if (shot_.around) {
-      const std::vector<Light>& lamps = shot_.around->light.lamps;
-      lights.insert(lights.end(), lamps.begin(), lamps.end());
-    }
-    return lights;
-  }
-
   /// Writes a frame to its files.
   Result<void> write_all(const Frame& frame, std::size_t file) {
     const Clock::time_point start = Clock::now();
     for (const std::string& path : command_.outputs) {
-      if (auto good = write(command_, frame, path, files_[file].temporary()); !good) {
+      if (auto good = write(shot_.look.display, frame, path, files_[file].temporary()); !good) {
         Error error = good.error();
         error.file = files_[file].path();
         return tl::unexpected(error);

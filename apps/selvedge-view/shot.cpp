@@ -21,8 +21,6 @@ RenderOptions options_of(const RenderCommand& command) {
   options.height = command.size.y;
   options.levels = command.picture.levels;
   options.layers = command.picture.layers;
-  options.ambient = command.picture.ambient;
-  options.shadows = command.picture.shadows;
   return options;
 }
 
@@ -106,7 +104,7 @@ Result<Shot> read_swatch(const RenderCommand& command) {
     const V2d period(sizes.period_mm);
     SwatchShot place = swatch_shot(*command.place, period, command.size.x, command.size.y);
     swatch = Swatch{swatch_scene(period, place), place.camera, place.width, place.height};
-    shot.lights = std::move(place.lights);
+    shot.own_lights = std::move(place.lights);
   } else {
     swatch = make_swatch(sizes, command.picture.swatch);
   }
@@ -181,6 +179,7 @@ Result<Shot> read_scene_shot(const RenderCommand& command) {
   }
   Result<Subject> subject = read_subject(command.picture.input, std::move(*open), shot);
   if (!subject) return tl::unexpected(subject.error());
+  shot.own_lights = lights_of(subject->scene);
   shot.subjects.push_back(std::move(*subject));
   if (command.compare.empty()) return shot;
   Result<OpenScene> other = has_ending(command.compare, ".exr")
@@ -199,12 +198,14 @@ Result<Shot> read_shot(const RenderCommand& command) {
   Result<Shot> shot =
       has_ending(command.picture.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
   if (!shot) return shot;
-  Result<std::optional<Surroundings>> around = surroundings_of(command.picture);
-  if (!around) return tl::unexpected(around.error());
-  shot->around = std::move(*around);
-  if (!shot->around) return shot;
-  shot->options.around = shot->around->light.rest;
-  if (command.picture.backdrop) shot->options.backdrop = shot->around->environment;
+  Result<Look> look = look_of(command.picture, shot->own_lights, shot->options.path);
+  if (!look) return tl::unexpected(look.error());
+  shot->look = std::move(*look);
+  shot->options.shadows = shot->look.shadows;
+  if (shot->look.has_around()) shot->options.around = shot->look.light.rest;
+  shot->options.ambient = static_cast<float>(command.picture.ambient);
+  shot->options.environment = shot->look.environment;
+  if (command.picture.backdrop) shot->options.backdrop = command.picture.backdrop_blur;
   return shot;
 }
 

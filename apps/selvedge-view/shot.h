@@ -27,8 +27,8 @@ struct Shot {
   std::vector<Subject> subjects;
   std::vector<Camera> cameras;  ///< one for each frame
   RenderOptions options;
-  std::vector<Light> lights;  ///< of a swatch with lights of its own
-  std::optional<Surroundings> around;
+  std::vector<Light> own_lights;  ///< of the scene, or of the place of a swatch
+  Look look;
 };
 
 /// Reads the input, and the scene or fabric to compare with, as far as the frames need them.

@@ -8,10 +8,12 @@
 #include "apps/selvedge-view/panel.h"
 #include "apps/selvedge-view/picture_options.h"
 #include "apps/selvedge-view/screen_texture.h"
+#include "apps/selvedge-view/show_report.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
 #include "format/base/printable.h"
 #include "format/fabric/file.h"
+#include "format/picture/studio.h"
 #include "viewer/load.h"
 
 namespace selvedge {
@@ -73,32 +75,10 @@ Result<LoadedScene> load_swatch(const ShowCommand& command) {
   return loaded;
 }
 
-Json json_of(const V3f& v) { return {v.x, v.y, v.z}; }
-
-Json json_of(const Light& light) {
-  Json all = {{"irradiance", json_of(light.irradiance)}};
-  if (light.kind != LightKind::point) all["direction"] = json_of(V3f(light.direction));
-  if (light.kind != LightKind::directional) all["position"] = json_of(V3f(light.position));
-  return all;
-}
-
-Json json_of(const PixelProbe& probe, const ShowPicture& picture) {
-  Json texels = Json::array();
-  for (const ProbedTexel& t : probe.texels)
-    texels.push_back({{"level", t.level}, {"texel", {t.texel.x, t.texel.y}}, {"weight", t.weight}});
-  Json lights = Json::array();
-  for (const V3f& light : probe.lights) lights.push_back(json_of(light));
-  Json fabric;
-  if (probe.fabric >= 0) fabric = picture.fabric_names()[probe.fabric];
-  return {{"pixel", {probe.pixel.x, probe.pixel.y}},
-          {"back", probe.back},
-          {"fabric", fabric},
-          {"uv", {probe.uv.x, probe.uv.y}},
-          {"texels", texels},
-          {"view", json_of(probe.view)},
-          {"lights", lights},
-          {"radiance", json_of(probe.radiance)},
-          {"alpha", probe.alpha}};
+/// Adds an environment to choose from.
+void offer(const std::string& name, const Environment& environment, ShowState& state) {
+  state.environments.push_back(
+      std::make_shared<const Surroundings>(Surroundings{name, environment, divide(environment)}));
 }
 
 /// The loop of `show`: state, picture and window, from event to event.
@@ -136,7 +116,8 @@ class Show {
       if (closing) break;
       const double wait = divisor_ > 1 ? still_after / 3 : idle;
       if (settling_ > 0) --settling_;
-      if (window_.wait_for_events(settling_ > 0 || refining_ ? 0 : wait)) settling_ = frames_to_settle;
+      if (window_.wait_for_events(settling_ > 0 || refining_ || closes_after_ ? 0 : wait))
+        settling_ = frames_to_settle;
     }
     return {};
   }
@@ -208,7 +189,9 @@ class Show {
     panel_.end(shown_.name(), picture_.overlay().empty() ? 0 : overlay_.name());
     gl_.Finish();
     window_seconds_ = seconds_since(start);
-    return request.close;
+    // What came before the wish to close is shown first.
+    if (request.close && !closes_after_) closes_after_ = 2;
+    return closes_after_ && (*closes_after_)-- == 0;
   }
 
   /// Steps of the wheel move towards the point under the cursor.
@@ -277,7 +260,26 @@ class Show {
       message_ = added ? "" : to_line(added.error());
       if (added) pending_ = Change::scene;
     }
+    for (const std::string& path : window_.poll_drops()) add_dropped(path);
     if (pending_ != Change::none) settling_ = frames_to_settle;
+  }
+
+  /// A fabric to choose from, or an environment, which is shown.
+  void add_dropped(const std::string& path) {
+    const auto fabric = picture_.add_fabric(path);
+    message_ = "";
+    if (fabric) {
+      pending_ = Change::scene;
+      return;
+    }
+    const auto environment = read_environment(path);
+    if (!environment) {
+      message_ = to_line((has_ending(path, ".exr") ? fabric.error() : environment.error()));
+      return;
+    }
+    offer(path.substr(path.find_last_of('/') + 1), *environment, state_);
+    state_.environment = static_cast<int>(state_.environments.size()) - 1;
+    pending_ = std::max(pending_, Change::frame);
   }
 
   const ShowCommand& command_;
@@ -300,7 +302,8 @@ class Show {
   double full_seconds_ = 0;
   double window_seconds_ = 0;
   int settling_ = frames_to_settle;
-  bool refining_ = false;  ///< samples of the picture are still to come
+  bool refining_ = false;            ///< samples of the picture are still to come
+  std::optional<int> closes_after_;  ///< so many frames
   std::optional<V2d> probed_;
   std::optional<PixelProbe> probe_;
   std::string message_;
@@ -311,30 +314,27 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
   Result<ShowState> state = picture.first_state(command.picture.camera, aspect);
   if (!state) return state;
-  state->display = command.picture.display;
-  const Result<std::optional<Surroundings>> around = surroundings_of(command.picture);
-  if (!around) return tl::unexpected(around.error());
-  if (*around) {
-    state->lamps = (*around)->light.lamps;
-    state->around = (*around)->light.rest;
-    if (command.picture.backdrop) state->backdrop = (*around)->environment;
+  PictureOptions plain = command.picture;
+  plain.around = {};
+  Result<Look> look = look_of(plain, lights_of(picture.scene()), RenderPath::hybrid);
+  if (!look) return tl::unexpected(look.error());
+  state->display = look->display;
+  state->lights = std::move(look->lights);
+  state->lights_in_camera_frame = look->lights_in_camera_frame;
+  state->ambient = static_cast<float>(command.picture.ambient);
+  state->turn = static_cast<float>(command.picture.around.turn);
+  state->strength = static_cast<float>(command.picture.around.strength);
+  state->backdrop = command.picture.backdrop;
+  state->backdrop_blur = command.picture.backdrop_blur;
+  if (look->environment) {
+    state->environment = 0;
+    offer(look->name, *look->environment, *state);
   }
-  state->ambient = command.picture.ambient;
-  state->shadows = command.picture.shadows;
+  if (look->name != "studio") offer("studio", studio(), *state);
+  state->shadows = look->shadows;
   state->levels = command.picture.levels;
   state->layers = command.picture.layers;
   state->texel_edges = command.texel_edges;
-  if (!command.picture.lights.empty()) {
-    state->lights = command.picture.lights;
-    state->lights_in_camera_frame = command.picture.lights_in_camera_frame;
-  } else if (!picture.scene().lights.empty() || *around) {
-    state->lights = lights_of(picture.scene());
-    state->lights_in_camera_frame = false;
-  } else {
-    // A camera that looks along -z has the world's axes.
-    state->lights = default_lights(Camera{});
-    state->lights_in_camera_frame = true;
-  }
   // The first directional light, which drags can turn.
   const auto found = std::ranges::find(state->lights, LightKind::directional, &Light::kind);
   if (found != state->lights.end()) state->held_light = found - state->lights.begin();

@@ -50,6 +50,7 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, const V2i
   glfwSetKeyCallback(handle, note_key);
   glfwSetMouseButtonCallback(handle, note_button);
   glfwSetCursorPosCallback(handle, note_cursor);
+  glfwSetDropCallback(handle, note_drop);
   return window;
 }
 
@@ -70,6 +71,13 @@ void Window::note_cursor(GLFWwindow* handle, double x, double y) {
   }
   window.cursor_ = V2d(x, y);
 }
+
+void Window::note_drop(GLFWwindow* handle, int count, const char** paths) {
+  std::vector<std::string>& drops = window_of(handle).drops_;
+  drops.insert(drops.end(), paths, paths + count);
+}
+
+std::vector<std::string> Window::poll_drops() { return std::exchange(drops_, {}); }
 
 WindowDrags Window::poll_drags() { return std::exchange(drags_, no_drags); }
 

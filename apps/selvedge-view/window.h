@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "format/base/vec.h"
 #include "viewer/gl/context.h"
@@ -39,6 +40,8 @@ class Window {
   void swap();
   /// The keys pressed since the last call: upper case letters and escape_key. Includes keys already released.
   std::string poll_keys();
+  /// Files that were dropped on the window since the last call.
+  std::vector<std::string> poll_drops();
   /// Drags since the last call.
   WindowDrags poll_drags();
 
@@ -50,9 +53,11 @@ class Window {
   static void note_key(GLFWwindow* handle, int key, int scancode, int action, int modifiers);
   static void note_button(GLFWwindow* handle, int button, int action, int modifiers);
   static void note_cursor(GLFWwindow* handle, double x, double y);
+  static void note_drop(GLFWwindow* handle, int count, const char** paths);
 
   GLFWwindow* handle_;
   std::string keys_;
+  std::vector<std::string> drops_;
   V2d cursor_{0, 0};
   std::array<bool, 3> held_{};
   WindowDrags drags_ = no_drags;

@@ -10,6 +10,8 @@ Error thrown_error(const std::string& file) {
   const auto error = [&](Code code, const char* why) { return Error{code, file, "", why}; };
   try {
     throw;
+  } catch (Failure& failure) {
+    return std::move(failure.error);
   } catch (const std::bad_alloc&) {
     return error(Code::file_too_large, "needs more memory than there is");
   } catch (const std::length_error&) {

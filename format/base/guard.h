@@ -1,17 +1,42 @@
 // The end of the way for exceptions: what a library of others throws, or memory that there is not, becomes an
 // error as any other. For the entries of programs and of the installed library; inside, an exception that
-// reaches a caller is a fault, and the fuzz targets take it as one.
+// reaches a caller is a fault, and the fuzz targets take it as one. Also must(), with which work of many
+// steps, such as a verb, ends with the first error of a step.
 #pragma once
 
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "format/base/error.h"
 
 namespace selvedge {
 
-/// The exception that is being handled, as an error of `file`: FILE_TOO_LARGE for memory, FILE_UNREADABLE for
-/// anything else. Only in a catch block.
+/// An error on its way to where it is a Result again. No std::exception, so that nobody takes it for a fault.
+struct Failure {
+  Error error;
+};
+
+/// The value of `result`; throws its error as a Failure. Only where a caller catches it, as
+/// guarded() does: no Failure leaves a library.
+template <class T>
+T must(Result<T> result) {
+  if (!result) throw Failure{std::move(result.error())};
+  if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+/// The value of `work`; its Failure goes on with the error that `change` makes of it.
+template <class F, class Change>
+std::invoke_result_t<F> changing_failures(const F& work, const Change& change) {
+  try {
+    return work();
+  } catch (const Failure& failure) {
+    throw Failure{change(failure.error)};
+  }
+}
+
+/// The exception that is being handled, as an error of `file`: a Failure's own one, FILE_TOO_LARGE for
+/// memory, FILE_UNREADABLE for anything else. Only in a catch block.
 Error thrown_error(const std::string& file);
 
 /// The result of `work`, a Result; thrown_error() if it throws.

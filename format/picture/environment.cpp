@@ -1,6 +1,7 @@
 #include "format/picture/environment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -191,10 +192,32 @@ std::vector<Light> take_lamps(Environment& environment) {
   return lamps;
 }
 
+EnvironmentLight turned(const EnvironmentLight& light, const EnvironmentOptions& options) {
+  const double angle = options.turn / 180 * std::numbers::pi;
+  const auto strength = static_cast<float>(options.strength);
+  // The turned x and z axes, and by the transposed matrix where light of those axes came from.
+  const V3d x(std::cos(angle), 0, -std::sin(angle));
+  const V3d z(std::sin(angle), 0, std::cos(angle));
+  EnvironmentLight result = light;
+  for (Light& lamp : result.lamps) {
+    const V3d d = lamp.direction;
+    lamp.direction = x * d.x + V3d(0, d.y, 0) + z * d.z;
+    lamp.irradiance *= strength;
+  }
+  for (int c = 0; c < 3; ++c) {
+    std::array<float, smooth_functions> factors;
+    for (int k = 0; k < smooth_functions; ++k) factors[k] = light.rest.factors[k][c];
+    factors = turned<float, V3f>(factors, V3f(V3d(x.x, 0, z.x)), V3f(0, 1, 0), V3f(V3d(x.z, 0, z.z)));
+    for (int k = 0; k < smooth_functions; ++k) result.rest.factors[k][c] = factors[k] * strength;
+  }
+  return result;
+}
+
 EnvironmentLight divide(const Environment& environment) {
   Environment rest = enlarged(reduced(environment, divided_width));
   EnvironmentLight result;
   result.lamps = take_lamps(rest);
+  for (Light& lamp : result.lamps) lamp.of_environment = true;
   std::array<V3d, smooth_functions> factors;
   factors.fill(V3d(0, 0, 0));
   for_pixels(rest, [&](const V3f& c, const V3d& d, double solid_angle) {

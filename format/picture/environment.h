@@ -17,6 +17,7 @@ namespace selvedge {
 struct EnvironmentOptions {
   double turn = 0;      ///< degrees, counter-clockwise seen from above
   double strength = 1;  ///< factor on radiance
+  bool operator==(const EnvironmentOptions&) const = default;
 };
 
 /// Radiance over the sphere, linear RGB, world axes.
@@ -50,6 +51,9 @@ struct EnvironmentLight {
   std::vector<Light> lamps;  ///< directional, the strongest first
   SmoothLight rest;          ///< world axes
 };
+
+/// The light of the same environment with these options, if `light` was made without any.
+EnvironmentLight turned(const EnvironmentLight& light, const EnvironmentOptions& options);
 
 /// Takes bright parts out of an environment: at most four lamps, the strongest first.
 std::vector<Light> take_lamps(Environment& environment);

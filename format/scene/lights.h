@@ -22,6 +22,7 @@ struct Light {
   double range = 0;        ///< point and spot: m, where the light ends; 0: infinite
   double cos_inner = 1;    ///< spot: full irradiance if the cosine of the angle to the axis is above this ...
   double cos_outer = 0.7;  ///< ... and 0 if it is below this; below cos_inner
+  bool of_environment = false;  ///< a bright part of one, which mirrors show by themselves
 };
 
 /// Light that arrives at a point.

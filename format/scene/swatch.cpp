@@ -30,12 +30,6 @@ constexpr std::array places{Place{60, 20, 2, false}, Place{45, -50, 6, false}, P
 
 std::string_view name_of(SwatchView view) { return swatch_view_names[static_cast<int>(view)]; }
 
-std::optional<SwatchView> swatch_view_named(std::string_view name) {
-  const auto at = std::find(swatch_view_names.begin(), swatch_view_names.end(), name);
-  if (at == swatch_view_names.end()) return std::nullopt;
-  return all_swatch_views[at - swatch_view_names.begin()];
-}
-
 SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int height) {
   const Place& place = places[static_cast<int>(view)];
   const double azimuth = place.azimuth * radians_per_degree;

@@ -24,7 +24,6 @@ inline constexpr std::array<std::string_view, 4> swatch_view_names{"near", "midd
 inline constexpr std::array<SwatchView, 4> all_swatch_views{SwatchView::near, SwatchView::middle,
                                                             SwatchView::far, SwatchView::grazing};
 std::string_view name_of(SwatchView view);
-std::optional<SwatchView> swatch_view_named(std::string_view name);
 
 /// Camera, size and lights of a picture of a swatch.
 struct SwatchShot {

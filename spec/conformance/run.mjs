@@ -1,7 +1,8 @@
 // Holds a program against the conformance kit (README.md):
 //
-//   node run.mjs [--kit FOLDER] [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...
+//   node run.mjs [--kit FOLDER] [--only TEXT] [--json] [--codes-only] [--display] -- COMMAND ARGUMENTS...
 //
+// --display asks about light from all around only, with the tolerances of display quality.
 // FOLDER has the fixtures that generate.mjs made. Without it they are those beside this file, as in the
 // archive that is installed, or, in a checkout, made for this run.
 // Starts the command once, asks it all vectors and all checks over the query protocol, and prints a table.
@@ -17,14 +18,17 @@ import {gunzipSync} from 'node:zlib';
 
 const beside = dirname(fileURLToPath(import.meta.url));
 const SECONDS = 60;  // for one answer
+/** Display quality: the most that a colour may be off, as a share of the brightest; and rms of the queries. */
+const DISPLAY_MOST = 0.2, DISPLAY_RMS = 0.04;
+const USAGE = 'node run.mjs [--kit FOLDER] [--only TEXT] [--json] [--codes-only] [--display] -- COMMAND ARGUMENTS...';
 
 function usage(message) {
-  console.error(`${message}\nnode run.mjs [--kit FOLDER] [--only TEXT] [--json] [--codes-only] -- COMMAND ARGUMENTS...`);
+  console.error(`${message}\n${USAGE}`);
   process.exit(2);
 }
 
 function parse_arguments([...words]) {
-  const options = {kit: '', only: '', json: false, codes_only: false};
+  const options = {kit: '', only: '', json: false, codes_only: false, display: false};
   for (let word; (word = words.shift()) !== '--';) {
     if (word === '--only' && words.length > 0)
       options.only = words.shift();
@@ -34,6 +38,8 @@ function parse_arguments([...words]) {
       options.json = true;
     else if (word === '--codes-only')
       options.codes_only = true;
+    else if (word === '--display')
+      options.display = true;
     else
       usage(word === undefined ? 'no command' : `unknown option ${word}`);
   }
@@ -118,14 +124,27 @@ function compare(query, answer) {
   };
 }
 
-async function run_vectors(name, ask) {
-  const {file, queries} = JSON.parse(readFileSync(join(here, 'vectors', name), 'utf8'));
+/** What display quality asks, with its tolerances. */
+const of_display = (queries) => queries.filter(({op, error}) => op === 'environment' && !error).map((query) => ({
+  ...query,
+  tolerance: {relative: 0, absolute: DISPLAY_MOST * Math.max(...query.rgb), alpha: 1e-3},
+}));
+
+async function run_vectors(name, ask, display) {
+  const vectors = JSON.parse(readFileSync(join(here, 'vectors', name), 'utf8'));
+  const queries = display ? of_display(vectors.queries) : vectors.queries;
   const row = {kind: 'vectors', name: `vectors/${name}`, queries: queries.length, worst: 0, failures: []};
+  row.squares = 0;  // sum of those of `worst`
   for (const query of queries) {
     const {rgb, alpha, tolerance, why, error, ...asked} = query;
-    const answer = await ask({op: 'evaluate', file: join(here, file), ...asked});
+    const answer = await ask({op: 'evaluate', file: join(here, vectors.file), ...asked});
+    if (asked.op && answer.unsupported === true) {
+      row.unsupported = true;
+      continue;
+    }
     const {worst, failure} = compare(query, answer);
     row.worst = Math.max(row.worst, worst);
+    row.squares += worst ** 2;
     if (failure) row.failures.push({query: asked, why, failure});
   }
   return row;
@@ -195,12 +214,16 @@ const SOUND = {
 /** The garment in a folder. */
 const garment_in = (folder) => readdirSync(folder).find((name) => /\.gl(tf|b)$/.test(name));
 
-async function run_all({command, only, codes_only}) {
+async function run_all({command, only, codes_only, display}) {
   const {ask, stop} = start(command);
   const wanted = (name) => name.includes(only);
   const rows = [];
   for (const name of readdirSync(join(here, 'vectors')).sort()) {
-    if (wanted(`vectors/${name.replace(/json$/, 'exr')}`)) rows.push(await run_vectors(name, ask));
+    if (wanted(`vectors/${name.replace(/json$/, 'exr')}`)) rows.push(await run_vectors(name, ask, display));
+  }
+  if (display) {
+    stop();
+    return rows.filter(({queries}) => queries > 0);
   }
   for (const name of readdirSync(join(here, 'valid')).sort()) {
     const file = name.endsWith('.exr') ? name : `${name}/${garment_in(join(here, 'valid', name))}`;
@@ -222,7 +245,8 @@ function print_table(rows) {
   console.log(`${'file'.padEnd(width)}  queries   worst  verdict`);
   for (const {kind, name, queries, worst, failures, unsupported} of rows) {
     const error = kind === 'vectors' ? worst.toFixed(3) : '';
-    const verdict = failures.length > 0 ? 'WRONG' : unsupported ? 'not checked' : 'good';
+    const left_out = kind === 'vectors' ? 'good in part' : 'not checked';
+    const verdict = failures.length > 0 ? 'WRONG' : unsupported ? left_out : 'good';
     console.log(`${name.padEnd(width)}  ${String(queries).padStart(7)}  ${error.padStart(6)}  ${verdict}`);
     for (const {query, why, failure} of failures) {
       if (query) console.log(`    ${JSON.stringify(query)}`);
@@ -245,6 +269,7 @@ const report = {
   unsupported: rows.filter((row) => row.unsupported).length,
   worst: Math.max(...rows.map((row) => row.worst)),
 };
+if (options.display) report.rms = DISPLAY_MOST * Math.sqrt(sum(rows.map((row) => row.squares)) / report.queries);
 if (options.json) {
   // JSON has no infinity: a number that is not there, or where no error is allowed, counts as null.
   console.log(JSON.stringify({...report, rows}, null, 1));
@@ -254,5 +279,6 @@ if (options.json) {
     `${report.files} files, ${report.queries} queries, ${report.wrong} files wrong, ${
       report.unsupported} not checked; ` +
     `worst error ${report.worst.toFixed(3)} of its tolerance`);
+  if (options.display) console.log(`rms ${report.rms.toFixed(3)} of the brightest colour, ${DISPLAY_RMS} allowed`);
 }
-process.exitCode = report.wrong > 0 ? 1 : 0;
+process.exitCode = report.wrong > 0 || report.rms > DISPLAY_RMS ? 1 : 0;

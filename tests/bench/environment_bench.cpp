@@ -1,7 +1,7 @@
 // Garments in environments: how far a frame is from the sum over all pixels of the environment as lamps, and
 // its time beside that in two lamps:
 // selvedge-bench-environment [--rows FILE] ENVIRONMENT.hdr ... SCENE.glb ...
-#include "format/picture/environment.h"
+#include "format/picture/studio.h"
 #include "tests/bench/drawn.h"
 #include "tests/bench/pictures.h"
 
@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
       const Camera camera = camera_of(subject, view.zoom);
       for (const std::string& file : environments) {
         // White under mean light is as bright as in the other benches.
-        Environment environment = need(read_environment(file, {0, std::numbers::inv_pi}));
+        Environment environment = need(environment_named(file, {0, std::numbers::inv_pi}));
         const EnvironmentLight light = divide(environment);
         RenderOptions options = options_of(size);
         options.lights = light.lamps;

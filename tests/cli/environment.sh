@@ -4,16 +4,15 @@
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_render_draws_light_from_all_around() {
-  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
-  write_quad quad.gltf
-  selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
+  make_scene
   # White all around: 32 x 16 pixels of 1, as Radiance has them.
   node -e 'process.stdout.write("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n");
     process.stdout.write(Buffer.concat(Array(512).fill(Buffer.from([128, 128, 128, 129]))))' >white.hdr
-  selvedge-view render quad.glb -o lamps.exr --size 40x30
+  selvedge-view render quad.glb -o lamps.exr --size 40x30 --environment none
   selvedge-view render quad.glb -o white.exr --size 40x30 --environment white.hdr
   selvedge-view render quad.glb -o strong.exr --size 40x30 --environment white.hdr --environment-strength 2 --environment-turn 90
   selvedge-view render quad.glb -o backdrop.exr --size 40x30 --environment white.hdr --backdrop
+  selvedge-view render quad.glb -o blurred.exr --size 40x30 --environment white.hdr --backdrop --backdrop-blur 0.5
   differ lamps.exr white.exr
   differ white.exr strong.exr
   differ white.exr backdrop.exr
@@ -23,8 +22,30 @@ test_render_draws_light_from_all_around() {
   exits 2 selvedge-view render quad.glb -o x.png --environment white.hdr --path paper
   selvedge swatch k.fabric.exr -o swatch.png --size 12x9 --environment white.hdr
   exits 2 selvedge swatch k.fabric.exr -o x.png --environment white.hdr --light 0,0,1
-  exits 2 selvedge-view render quad.glb -o x.png --backdrop
-  exits 2 selvedge-view render quad.glb -o x.png --environment-turn 20
+  exits 2 selvedge swatch k.fabric.exr -o x.png --environment-turn 20
+  selvedge swatch k.fabric.exr -o strong.exr --size 12x9 --environment white.hdr --environment-strength 2
+  selvedge swatch k.fabric.exr -o once.exr --size 12x9 --environment white.hdr --environment-turn 90
+  exits 1 selvedge-view compare once.exr strong.exr --max 0.01
+  differ white.exr blurred.exr
+  exits 2 selvedge-view render quad.glb -o x.png --environment white.hdr --backdrop-blur 0.5
+  # Without a word scenes stand in the studio, unless they have lights, and nothing else does.
+  selvedge-view render quad.glb -o studio.exr --size 40x30 --environment studio
+  selvedge-view render quad.glb -o default.exr --size 40x30
+  same studio.exr default.exr
+  selvedge-view render quad.glb -o turned.exr --size 40x30 --environment-turn 40
+  differ studio.exr turned.exr
+  selvedge-view render quad.glb -o none.exr --size 40x30 --environment none
+  differ studio.exr none.exr
+  selvedge-view render quad.glb -o ambient.exr --size 40x30 --environment none --ambient 0.2
+  differ none.exr ambient.exr
+  local options
+  for options in '--environment none' '--light 0,0,1'; do
+    # shellcheck disable=SC2086
+    exits 2 selvedge-view render quad.glb -o x.png $options --backdrop
+    # shellcheck disable=SC2086
+    exits 2 selvedge-view render quad.glb -o x.png $options --environment-turn 20
+  done
+  exits 2 selvedge-view render k.fabric.exr -o x.png --backdrop
 }
 
 "$2"

@@ -168,8 +168,8 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   selvedge fit s.exr --lobes 1 --quiet -o f.fabric.exr
   exits 0 selvedge evaluate f.fabric.exr --level -1 --uv 0.3,0.4
   # In a mesh from a file they are found; a sheet has none.
-  selvedge stitch plain-knit -o knit.ply --quiet
-  exits 0 selvedge make knit.ply --period 5x3.8 --yarns on "${few[@]}" -o k.fabric.exr
+  selvedge stitch plain-knit -o knit.obj --quiet
+  exits 0 selvedge make knit.obj --period 5x3.8 --yarns on "${few[@]}" -o k.fabric.exr
   exits 0 selvedge evaluate k.fabric.exr --level -1 --uv 0.3,0.4 --json
   holds 'r.alpha === 1 && r.rgb[0] > 0'
   write_plane plane.obj

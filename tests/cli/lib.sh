@@ -102,6 +102,13 @@ write_quad() {
     }));' "$1" "${2:-POSITION NORMAL TEXCOORD_0}"
 }
 
+# make_scene: a fabric, and a square that wears it.
+make_scene() {
+  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
+  write_quad quad.gltf
+  selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
+}
+
 # make_packed DRESSED.glb PACKED.glb: without the extension, as an optimiser leaves it that keeps extras alone. The
 # binary chunk stays as it is.
 make_packed() {

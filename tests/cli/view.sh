@@ -3,12 +3,6 @@
 # shellcheck source=tests/cli/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-make_scene() {
-  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
-  write_quad quad.gltf
-  selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
-}
-
 # png_size FILE: prints WIDTHxHEIGHT.
 png_size() {
   node -e 'const b = require("fs").readFileSync(process.argv[1]);
@@ -288,8 +282,8 @@ test_render_draws_materials_without_fabric_by_their_core_parameters() {
 
 test_render_shadows_are_an_option() {
   make_scene
-  local view=(quad.glb --size 60x40 --quiet)
-  selvedge-view render "${view[@]}" -o plain.exr
+  local view=(quad.glb --size 60x40 --quiet --environment none)
+  selvedge-view render "${view[@]}" -o plain.exr --no-shadows
   # A flat square shadows nothing: the same picture, made another way.
   selvedge-view render "${view[@]}" --shadows -o shadows.exr --stats shadows.json
   exits 0 selvedge-view compare plain.exr shadows.exr --max 0
@@ -301,16 +295,17 @@ test_render_shadows_are_an_option() {
     fs.writeFileSync("two.gltf", JSON.stringify(g));'
   selvedge dress two.gltf k.fabric.exr -o two.glb --all --quiet
   view=(two.glb --size 60x40 --quiet --light 1,0,1)
-  selvedge-view render "${view[@]}" -o open.exr
+  selvedge-view render "${view[@]}" -o open.exr --no-shadows
   local path
   for path in hybrid shader; do
     selvedge-view render "${view[@]}" -o "$path.exr" --shadows=512 --path "$path" --context osmesa
     exits 1 selvedge-view compare open.exr "$path.exr" --max 0.02
   done
   exits 0 selvedge-view compare hybrid.exr shader.exr --max 1e-3
-  # Who does not ask for them gets what there was before.
-  selvedge-view render "${view[@]}" -o again.exr
-  same open.exr again.exr
+  # Scenes have them without a word.
+  selvedge-view render "${view[@]}" -o again.exr --shadows
+  selvedge-view render "${view[@]}" -o default.exr
+  same again.exr default.exr
   exits 2 selvedge-view render quad.glb -o x.png --shadows=8
   exits 2 selvedge-view render quad.glb -o x.png --shadows=many
 }
@@ -335,60 +330,6 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   selvedge make --quality paper plain-knit -o lit.fabric.exr --light-table --quiet "${small[@]}" >/dev/null
   refuses OPTION_OUT_OF_RANGE 'paper: the fabric has a light table' selvedge-view render lit.fabric.exr -o x.png --path paper
   refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper
-}
-
-test_page_holds_garments_and_fabrics_and_needs_a_garment() {
-  [ -f "$bin/../share/selvedge/page.html" ] || exit 77
-  make_scene
-  selvedge dress quad.gltf k.fabric.exr -o beside.gltf --all --quiet
-  selvedge-view page beside.gltf quad.glb k.fabric.exr -o page.html --json >page.json
-  holds 'r.garments === 2 && r.fabrics === 1' page.json
-  [ "$(stat -c %s page.html)" = "$(node -p 'JSON.parse(fs.readFileSync("page.json")).bytes')" ] || fail "other bytes"
-  # Each garment is a whole .glb file, also that whose fabric lies beside it.
-  node -e 'const text = fs.readFileSync("page.html", "utf8");
-    const held = [...text.matchAll(/<script type="text\/plain" data-(garment|fabric)="([^"]+)">([^<]*)</g)];
-    const name = "SELVEDGE_materials_fabric";
-    if (held.map(([, kind, file]) => `${kind} ${file}`).join() !== "garment beside.gltf,garment quad.glb,fabric k.fabric.exr") throw held;
-    for (const [, kind, , base64] of held) {
-      const bytes = Buffer.from(base64, "base64");
-      if (kind === "fabric") {
-        if (!bytes.equals(fs.readFileSync("k.fabric.exr"))) throw kind;
-        continue;
-      }
-      const json = JSON.parse(bytes.toString("utf8", 20, 20 + bytes.readUInt32LE(12)));
-      const [{ bufferView, uri }] = json.extensions[name].fabrics, view = json.bufferViews[bufferView];
-      const begin = 28 + bytes.readUInt32LE(12) + (view.byteOffset ?? 0);
-      if (uri || !bytes.subarray(begin, begin + view.byteLength).equals(fs.readFileSync("k.fabric.exr"))) throw kind;
-    }'
-  # The picture of radiance is held in 64 columns at most, its strength in its values.
-  node -e 'process.stdout.write("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 64 +X 128\n");
-    process.stdout.write(Buffer.concat(Array(8192).fill(Buffer.from([128, 128, 128, 129]))))' >white.hdr
-  selvedge-view page quad.glb -o around.html --environment white.hdr --environment-strength 2 --environment-turn 30
-  node -e 'const [, width, turn, base64] = fs.readFileSync("around.html", "utf8")
-      .match(/<script type="text\/plain" data-environment="(\d+)" data-turn="([^"]+)">([^<]*)</);
-    const bytes = Buffer.from(base64, "base64");
-    if (width !== "64" || Number(turn) !== 30 || bytes.length !== 12 * 64 * 32) throw width;
-    for (let i = 0; i < bytes.length; i += 4) if (Math.abs(bytes.readFloatLE(i) - 2) > 1e-5) throw i;'
-  exits 2 selvedge-view page quad.glb -o page.html --environment-turn 30
-  rm page.html page.json
-  refuses GARMENT_EMPTY k.fabric.exr selvedge-view page k.fabric.exr -o page.html
-  refuses FILE_MISSING none.glb selvedge-view page quad.glb none.glb -o page.html
-  cut_short k.fabric.exr short.exr
-  refuses FILE_DAMAGED short.exr selvedge-view page quad.glb short.exr -o page.html
-  exits 2 selvedge-view page quad.glb -o page.png
-}
-
-test_the_gallery_has_a_picture_and_a_page_of_each_garment() {
-  [ -e "$bin/../share/selvedge/page.html" ] || exit 77
-  mkdir gallery
-  selvedge make plain-weave "${small[@]}" -o gallery/plain-weave.fabric.exr --quiet
-  B=$bin "$root/docs/gallery/make" --stitches plain-weave gallery >"$scratch/out"
-  local file count=0
-  for file in $(grep -oE '(href|src)="[^"#]+"' gallery/index.html | cut -d'"' -f2); do
-    [ -s "gallery/$file" ] || fail "no $file"
-    count=$((count + 1))
-  done
-  [ "$count" = 11 ] || fail "$count links and pictures"
 }
 
 "$2"

@@ -1,11 +1,14 @@
-// Fabrics in light from all around, beside closed forms and beside the sum over lamps.
+// Fabrics and core materials in light from all around, beside closed forms and beside the sum over lamps.
 #include <doctest/doctest.h>
 
 #include <numbers>
 
 #include "format/picture/environment.h"
+#include "format/picture/image.h"
 #include "tests/viewer/paths.h"
+#include "viewer/light/reflections.h"
 #include "viewer/light/shadows.h"
+#include "viewer/renderer.h"
 
 using namespace selvedge;
 
@@ -30,6 +33,7 @@ test::Setting placed_in(test::Setting setting, const Environment& environment) {
   const EnvironmentLight light = divide(environment);
   setting.options.lights = light.lamps;
   setting.options.around = light.rest;
+  setting.options.environment = std::make_shared<const Environment>(environment);
   return setting;
 }
 
@@ -68,6 +72,19 @@ test::Setting ball(Fabric fabric) {
   setting.options.levels = best_levels;
   return setting;
 }
+
+/// The same without a fabric.
+test::Setting core_ball(float metallic, float roughness, const V4f& colour = V4f(1)) {
+  test::Setting setting;
+  SceneMaterial material = test::material(-1, colour);
+  material.metallic = metallic;
+  material.roughness = roughness;
+  test::add(setting.scene, test::sphere(256, 128, {1, 1}), material);
+  setting.options.width = setting.options.height = 40;
+  return setting;
+}
+
+Environment even_light() { return {16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}}; }
 
 /// Products alone, as the presets make them: shadowed on one side, and seen better from the other.
 Fabric product_fabric() {
@@ -163,20 +180,128 @@ TEST_CASE("fabrics in an environment look as in one lamp for each of its pixels"
   SUBCASE("yarn") { check(yarn_fabric(), 34); }
 }
 
-TEST_CASE("what wears no fabric is lit from around, too") {
-  test::Setting setting = ball(test::lambert_fabric(4, V3f(0.5F)));
-  setting.scene.materials[0] = test::material(-1, V4f(0.5F, 0.5F, 0.5F, 1));
-  setting.scene.materials[0].metallic = 0;
-  setting.options.ambient = 0;
-  Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
-  for (const RenderPath path : paths) {
-    const V4f middle = in_environment(setting, even, path).pixels[20 * 40 + 20];
-    // (1 - F) albedo + F, F = 0.04.
-    CHECK(middle.x == doctest::Approx(0.96 * 0.5 + 0.04).epsilon(0.02));
+TEST_CASE("white core materials in even light cannot be seen, in an environment's or in ambient light") {
+  for (const float metallic : {0.0F, 0.5F, 1.0F}) {
+    for (const float roughness : {0.0F, 0.25F, 0.6F, 1.0F}) {
+      CAPTURE(metallic);
+      CAPTURE(roughness);
+      test::Setting setting = core_ball(metallic, roughness);
+      const bool is_ambient = metallic == 0.5F;
+      if (is_ambient) {
+        setting.options.around.emplace().factors[0] = V3f(1);
+        setting.options.ambient = std::numbers::pi_v<float>;
+      } else {
+        setting = placed_in(setting, even_light());
+      }
+      for (const RenderPath path : paths) {
+        for (const V4f& pixel : test::drawn(setting, path).pixels) {
+          if (pixel.w < 1) continue;
+          for (int c = 0; c < 3; ++c) REQUIRE(pixel[c] == doctest::Approx(1).epsilon(2e-3));
+        }
+      }
+    }
   }
 }
 
-TEST_CASE("a wall beside cloth hides half of the sky") {
+TEST_CASE("a perfect mirror shows the environment itself, turned and as bright as it is") {
+  Environment environment = evening();
+  environment.options = {70, 1.5};
+  const test::Setting setting = core_ball(1, 0, V4f(0.8F, 0.6F, 0.4F, 1));
+  const Camera camera = test::camera_of(setting);
+  for (const RenderPath path : paths) {
+    const Frame frame = in_environment(setting, environment, path);
+    int compared = 0;
+    for (int i = 0; i < frame.width * frame.height; ++i) {
+      const V3d view = view_direction(camera, V2d((2.0 * (i % frame.width) + 1) / frame.width - 1,
+                                                  1 - (2.0 * (i / frame.width) + 1) / frame.height));
+      const double along = camera.position.dot(view);
+      const double root = along * along - camera.position.length2() + 1;
+      if (root < 0.1) continue;
+      const V3d normal = camera.position - view * (along - std::sqrt(root));
+      const V3f seen = environment.at((normal * (2 * normal.dot(view)) - view).normalized());
+      // Schlick's term, at the angle of a mirror.
+      const double schlick = std::pow(1 - normal.dot(view), 5);
+      const V3d f0(0.8, 0.6, 0.4);
+      for (int c = 0; c < 3; ++c) {
+        const double expected = static_cast<double>(seen[c]) * (f0[c] + (1 - f0[c]) * schlick);
+        CHECK(frame.pixels[i][c] == doctest::Approx(expected).epsilon(0.02));
+      }
+      ++compared;
+    }
+    CHECK(compared > 300);
+  }
+}
+
+TEST_CASE("core materials in an environment look as in one lamp for each of its pixels") {
+  const auto check = [](float metallic, float roughness) {
+    const test::Setting setting = core_ball(metallic, roughness, V4f(0.8F, 0.5F, 0.3F, 1));
+    const Frame lamps = in_lamps(setting, evening());
+    for (const RenderPath path : paths) {
+      const double dB = likeness(in_environment(setting, evening(), path), lamps);
+      MESSAGE(path_names[static_cast<std::size_t>(path)], " dB: ", dB);
+      CHECK(dB > 35);
+    }
+  };
+  SUBCASE("plastic, glossy") { check(0, 0.4F); }
+  SUBCASE("plastic, matt") { check(0, 1); }
+  SUBCASE("half a metal") { check(0.5F, 0.4F); }
+  // The lamps lose what these facets send to each other.
+  SUBCASE("metal") { check(1, 0.4F); }
+}
+
+TEST_CASE(
+    "an occlusion texture darkens what comes from around, an environment's lamps included, and no other "
+    "light") {
+  test::Setting setting = core_ball(0, 1);
+  setting.scene.images.push_back(
+      {"half", "image/png", test::need(encode_png(Image{1, 1, 3, {0.5F, 0, 0}}, Transfer::keep))});
+  Environment sunny = even_light();
+  sunny.radiance[2 * 16 + 8] = V3f(100);
+  REQUIRE(!divide(sunny).lamps.empty());
+  const auto middle = [&](bool has_texture, RenderPath path) {
+    setting.scene.materials[0].occlusion_texture.image = has_texture ? 0 : -1;
+    return in_environment(setting, sunny, path).pixels[20 * 40 + 20].y;
+  };
+  for (const RenderPath path : paths) {
+    setting.scene.materials[0].occlusion_strength = 1;
+    CHECK(middle(true, path) == doctest::Approx(128.0 / 255 * middle(false, path)).epsilon(0.01));
+    setting.scene.materials[0].occlusion_strength = 0.5F;
+    CHECK(middle(true, path) == doctest::Approx((1 - 0.5 * 127 / 255) * middle(false, path)).epsilon(0.01));
+  }
+}
+
+TEST_CASE("a backdrop is the environment, or what a rough mirror shows of it") {
+  test::Setting setting = placed_in(core_ball(1, 0), evening());
+  setting.options.backdrop = 0;
+  const Camera camera = test::camera_of(setting);
+  const V3d away = -view_direction(camera, V2d(1.0 / 40 - 1, 1 - 1.0 / 40));
+  const V3f sharp = evening().at(away);
+  CHECK(test::drawn(setting, RenderPath::hybrid).pixels[0].x == doctest::Approx(sharp.x).epsilon(1e-4));
+  setting.options.backdrop = 0.7F;
+  const V3f blurred = reflections_of(evening()).at(away, 0.7F);
+  CHECK(test::drawn(setting, RenderPath::shader).pixels[0].x == doctest::Approx(blurred.x).epsilon(1e-4));
+  CHECK(std::abs(sharp.x - blurred.x) > 0.01F);
+}
+
+TEST_CASE("a renderer follows an environment that turns") {
+  Environment turned = evening();
+  turned.options = {90, 2};
+  for (const RenderPath path : paths) {
+    test::Setting setting = placed_in(core_ball(1, 0.3F), evening());
+    setting.options.path = path;
+    setting.options.context = ContextKind::osmesa;
+    const auto renderer = test::need(Renderer::create(setting.scene, {}, setting.options));
+    const Camera camera = test::camera_of(setting);
+    Frame frame;
+    RenderStats stats;
+    test::need(renderer->draw(camera, setting.options, frame, stats));
+    setting = placed_in(setting, turned);
+    test::need(renderer->draw(camera, setting.options, frame, stats));
+    CHECK(frame.pixels == test::drawn(setting, path).pixels);
+  }
+}
+
+TEST_CASE("a wall beside cloth or metal hides half of the sky") {
   test::Setting setting;
   test::add(setting.scene, test::square(1), test::material(0));
   const M44d wall(0, 0, -200, 0, 0, 200, 0, 0, 1, 0, 0, 0, 5, 0, 0, 1);
@@ -186,15 +311,35 @@ TEST_CASE("a wall beside cloth hides half of the sky") {
   setting.camera.look_at = V3d(0, 0, 0);
   setting.camera.distance = 3;
   setting.options.width = setting.options.height = 20;
-  const Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
   for (const RenderPath path : paths) {
-    const auto middle = [&] { return in_environment(setting, even, path).pixels[10 * 20 + 10].x; };
+    const auto middle = [&] { return in_environment(setting, even_light(), path).pixels[10 * 20 + 10].x; };
+    setting.scene.materials[0] = test::material(0);
     setting.options.shadows = 0;
     CHECK(middle() == doctest::Approx(0.8).epsilon(1e-3));
     setting.options.shadows = default_shadow_size;
     // 48 directions.
     CHECK(middle() == doctest::Approx(0.4).epsilon(0.06));
+    setting.scene.materials[0] = test::material(-1);
+    CHECK(middle() == doctest::Approx(0.5).epsilon(0.06));
   }
+}
+
+TEST_CASE("what a scene hides of its environment is left out where there is no memory for it") {
+  test::Setting setting = placed_in(ball(product_fabric()), evening());
+  test::add(setting.scene, test::square(3), test::material(-1, V4f(0, 0, 0, 1)),
+            M44d().setTranslation(V3d(0, 0, -1.2)));
+  const auto drawn = [&](int shadows, RenderStats& stats) {
+    setting.options.shadows = shadows;
+    return test::need(
+        render(setting.scene, setting.fabrics, test::camera_of(setting), setting.options, &stats));
+  };
+  RenderStats stats;
+  const Frame open = drawn(0, stats);
+  CHECK(likeness(drawn(256, stats), open) < 60);
+  CHECK(stats.remarks.empty());
+  setting.scene.memory_left = 1000;
+  CHECK(likeness(drawn(256, stats), open) > 100);
+  CHECK(stats.remarks.size() == 1);
 }
 
 TEST_CASE("hybrid and shader agree in an environment, its lamps and shadows included") {
@@ -206,6 +351,7 @@ TEST_CASE("hybrid and shader agree in an environment, its lamps and shadows incl
   const auto check = [&](Fabric fabric, int side) {
     test::Setting setting = placed_in(ball(std::move(fabric)), sunny);
     test::add(setting.scene, test::square(0.7F, -1.2F), test::material(-1, V4f(0.8F, 0.4F, 0.2F, 1)));
+    setting.scene.materials.back().roughness = 0.3F;
     setting.options.width = setting.options.height = side;
     CHECK(test::share_apart(setting) <= 0.001);
     setting.options.shadows = 256;

@@ -1,10 +1,10 @@
 // In the browser: draws a garment with three.js and the package's plugin into a float target.
 import {
-  DirectionalLight, EquirectangularReflectionMapping, FloatType, Scene, WebGLRenderTarget, WebGLRenderer,
+  DataUtils, DirectionalLight, EquirectangularReflectionMapping, FloatType, Scene, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
-import { SelvedgeFabric } from 'selvedge/three/index.js';
+import { SelvedgeFabric, Surroundings } from 'selvedge/three/index.js';
 import { base64, camera_of, read_rows } from '/test/picture_page.js';
 
 const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
@@ -23,9 +23,25 @@ async function load(file) {
   return { scene, materials: [...materials] };
 }
 
-/** Lights a scene by { file, turn, strength } as `selvedge-view render` does. */
-async function surround(scene, { file, turn, strength }) {
+/** The picture of an equirectangular texture of three.js, for Surroundings. */
+function picture_of({ image: { data, width, height } }) {
+  const radiance = new Float32Array(3 * width * height);
+  for (let i = 0; i < width * height; ++i) {
+    const from = (height - 1 - Math.floor(i / width)) * width + i % width;
+    for (let c = 0; c < 3; ++c) radiance[3 * i + c] = DataUtils.fromHalfFloat(data[4 * from + c]);
+  }
+  return { width, height, radiance };
+}
+
+/** Lights a scene by { file, turn, strength, shades } as `selvedge-view render` does; `shades`: it hides light from itself. */
+async function surround(scene, garment, { file, turn, strength, shades }) {
   if (!loaded.has(file)) loaded.set(file, await new HDRLoader().loadAsync(file));
+  renderer.shadowMap.enabled = shades;
+  if (shades) {
+    const surroundings = new Surroundings(scene, picture_of(loaded.get(file)));
+    surroundings.stand(renderer, garment);
+    return surroundings.set({ turn, strength });
+  }
   scene.environment = loaded.get(file);
   scene.environment.mapping = EquirectangularReflectionMapping;
   scene.environmentIntensity = strength;
@@ -50,7 +66,7 @@ export async function drawn(file, view, lights, environment) {
   const target = new WebGLRenderTarget(width, height, { type: FloatType });
   renderer.setRenderTarget(target);
   if (environment) {
-    await surround(scene, environment);
+    await surround(scene, garment, environment);
     for (const { fabric } of materials) await fabric.want_sky();
   }
   const begin = performance.now();

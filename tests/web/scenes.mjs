@@ -25,9 +25,12 @@ const VIEWS = {
 };
 for (const name of ['yarn', 'near', 'whole']) VIEWS[`${name}, environment`] = { ...VIEWS[name], environment: 'sky.hdr' };
 VIEWS['holes, environment'] = { ...VIEWS.holes, environment: 'sky.hdr' };
+for (const name of ['near', 'whole']) VIEWS[`${name}, shaded`] = { ...VIEWS[name], environment: 'sky.hdr', shades: true };
 /** The environment is turned by so many degrees, and so many times as bright. */
 const TURN = 40, STRENGTH = 1.5;
 const MOST_LEFT_OUT = 0.01, OFF_EDGES = 45, OVER_ALL = 36;
+/** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
+const SHADED = 34;
 const EXPOSURE = Math.PI, BACKGROUND = 0.18;
 
 rmSync(folder, { recursive: true, force: true });
@@ -101,24 +104,23 @@ function write_environment(file, width = 128, height = 64) {
 }
 write_environment(path('sky.hdr'));
 await in_browser(package_folder, { made: folder }, async ({ page, errors }) => {
-  for (const [name, { file = 'sweater.glb', environment, ...view }] of Object.entries(VIEWS)) {
+  for (const [name, { file = 'sweater.glb', environment, shades = false, ...view }] of Object.entries(VIEWS)) {
     const { look_at, distance, azimuth, elevation, width, height } = view;
-    // In the browser nothing is known of what the garment hides of its environment.
     const around = environment && ['--environment', path(environment), '--environment-turn', TURN,
-      '--environment-strength', STRENGTH, '--no-shadows'];
+      '--environment-strength', STRENGTH];
     run('selvedge-view', 'render', path(file), '-o', path(`${name}.exr`), '--size', `${width}x${height}`,
       '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation,
-      ...around ?? LIGHTS.flatMap((light) => ['--light', light.join(',')]), '--quiet');
+      ...around ?? LIGHTS.flatMap((light) => ['--light', light.join(',')]), ...shades ? [] : ['--no-shadows'], '--quiet');
     const { pixels, ms, shows } = await page.evaluate(async (query) => {
       const { drawn } = await import('/test/scene_page.js');
       return drawn(...query);
     }, [`/made/${file}`, { ...view, fov: 30 }, environment ? [] : LIGHTS,
-      environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH }]);
+      environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH, shades }]);
     assert.deepEqual([...new Set(shows)], ['fabric']);
     const floats = new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer);
     const { off_edges, over_all } = psnr(read_picture(path(`${name}.exr`)), floats);
     console.log(`${name.padEnd(18)} ${off_edges.toFixed(1)} dB, over all ${over_all.toFixed(1)} dB, ${ms.toFixed(0)} ms`);
-    assert.ok(off_edges >= OFF_EDGES && over_all >= OVER_ALL, name);
+    assert.ok(off_edges >= (shades ? SHADED : OFF_EDGES) && over_all >= (shades ? SHADED : OVER_ALL), name);
   }
   assert.deepEqual(errors, []);
 });

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "format/picture/frame.h"
 #include "format/scene/camera.h"
 #include "viewer/frame/options.h"
+#include "viewer/light/reflections.h"
 #include "viewer/light/shadow_pass.h"
 #include "viewer/scene/materials.h"
 #include "viewer/scene/mesh.h"
@@ -28,6 +30,7 @@ struct FrameView {
   ShadowPass* shadows = nullptr;  ///< the lights' shadow maps; null: no shadows
   /// What the scene leaves of DrawOptions::around at the vertices; empty: all.
   std::span<const SmoothLight> around_vertices{};
+  std::shared_ptr<const Reflections> reflections = nullptr;  ///< of DrawOptions::environment; null: none
 };
 
 class FramePath {

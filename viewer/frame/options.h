@@ -40,13 +40,14 @@ struct DrawOptions {
   /// For the lobes of fabrics on the CPU; the shader path uses OpenGL's pow.
   PowerKind power = PowerKind::exact;
   std::vector<Light> lights;
-  /// Ambient light on surfaces without fabric, without which metals would be black: a white surface gains the
-  /// radiance ambient / pi. Fabrics have no ambient term.
-  float ambient = 0.1F;
+  /// Times pi, the even radiance in `around` that its environment has not: mirror images lack it.
+  float ambient = 0;
   /// Smooth light from all around, on everything; not on the paper's path.
   std::optional<SmoothLight> around;
-  std::shared_ptr<const Environment>
-      backdrop;  ///< what is seen beside the scene and through it; null: nothing
+  /// The environment that `around` is of, for mirror images on surfaces without fabric and as a backdrop.
+  std::shared_ptr<const Environment> environment;
+  /// The environment is seen beside the scene and through it, in a mirror of this roughness; -1: it is not.
+  float backdrop = -1;
   /// Texels per side of a shadow map, one for each light that can cast shadows (shadows.h); 0: no shadows.
   int shadows = 0;
 };

@@ -32,6 +32,7 @@ struct LaneLight {
   alignas(64) LaneFloats share{};
   V3f irradiance{1, 1, 1};               ///< on a surface that faces the light; times `share`
   const LaneColours* colours = nullptr;  ///< if not null, takes the place of `irradiance`
+  bool of_environment = false;           ///< Light::of_environment
 };
 
 /// Smooth light from all around in the axes of each pixel (smooth_light.h).

@@ -43,6 +43,7 @@ ShadingScene HybridPath::shading(const FrameView& view) const {
   shading.ambient = view.options.ambient;
   shading.around = view.options.around ? &*view.options.around : nullptr;
   shading.around_vertices = view.around_vertices;
+  shading.reflections = view.reflections.get();
   shading.power = view.options.power;
   shading.points = view.options.levels.points;
   return shading;

@@ -17,15 +17,37 @@ struct PbrLanes {
   alignas(64) LaneFloats blue{};
   alignas(64) LaneFloats metallic{};
   alignas(64) LaneFloats roughness{};
-  LaneDirections normal;       ///< in the frames' axes
-  LaneDirections from_around;  ///< mean radiance of light from all around; red, green, blue
-  LaneDirections emission;     ///< the same
+  LaneDirections normal;  ///< in the frames' axes
+  LaneColours emission;
+  alignas(64) LaneFloats scale{};     ///< of f0: reflected_share()
+  alignas(64) LaneFloats bias{};      ///< the same
+  alignas(64) LaneFloats of_lamps{};  ///< share of the light of an environment's lamps, by pi
+  LaneColours mean{};                 ///< of light from all around but these lamps, as pbr_around() takes it
+  LaneColours mirrored{};             ///< the same
 };
 
 template <std::size_t N>
 SELVEDGE_INLINE PbrVector<WideFloat<N>> load(const LaneDirections& d, std::size_t first) {
   using Wide = WideFloat<N>;
   return {Wide::load(&d.x[first]), Wide::load(&d.y[first]), Wide::load(&d.z[first])};
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE PbrColour<WideFloat<N>> load(const LaneColours& c, std::size_t first) {
+  using Wide = WideFloat<N>;
+  return {Wide::load(&c[0][first]), Wide::load(&c[1][first]), Wide::load(&c[2][first])};
+}
+
+template <class T>
+SELVEDGE_INLINE void add(PbrColour<T>& sum, const PbrColour<T>& c) {
+  sum.red += c.red;
+  sum.green += c.green;
+  sum.blue += c.blue;
+}
+template <class T>
+SELVEDGE_INLINE PbrColour<T> lit(const PbrColour<T>& c, const V3f& irradiance, const T& share) {
+  return {c.red * (share * T(irradiance.x)), c.green * (share * T(irradiance.y)),
+          c.blue * (share * T(irradiance.z))};
 }
 
 template <std::size_t N>
@@ -38,28 +60,44 @@ SELVEDGE_INLINE void add_light(const PbrLanes& pbr, const LaneDirections& views,
                                   Wide::load(&pbr.roughness[first])};
     const PbrVector<Wide> normal = load<N>(pbr.normal, first);
     const PbrVector<Wide> view = load<N>(views, first);
-    const PbrColour<Wide> ambient = pbr_ambient(material, normal, view);
-    const PbrVector<Wide> around = load<N>(pbr.from_around, first);
-    const PbrVector<Wide> emission = load<N>(pbr.emission, first);
-    Wide red = emission.x + ambient.red * around.x;
-    Wide green = emission.y + ambient.green * around.y;
-    Wide blue = emission.z + ambient.blue * around.z;
+    PbrColour<Wide> sum = load<N>(pbr.emission, first);
+    PbrColour<Wide> mean = load<N>(pbr.mean, first);
     for (const LaneLight& light : lights) {
-      const PbrColour<Wide> seen = pbr_brdf(material, normal, view, load<N>(light.direction, first));
+      const PbrVector<Wide> direction = load<N>(light.direction, first);
       const Wide share = Wide::load(&light.share[first]);
-      red += seen.red * (share * Wide(light.irradiance.x));
-      green += seen.green * (share * Wide(light.irradiance.y));
-      blue += seen.blue * (share * Wide(light.irradiance.z));
+      if (light.of_environment) {
+        const Wide arrives = larger(pbr_dot(normal, direction), Wide(0)) * Wide::load(&pbr.of_lamps[first]);
+        add(mean, lit({arrives, arrives, arrives}, light.irradiance, share));
+      } else {
+        add(sum, lit(pbr_brdf(material, normal, view, direction), light.irradiance, share));
+      }
     }
-    red.store(&result.red[first]);
-    green.store(&result.green[first]);
-    blue.store(&result.blue[first]);
+    add(sum, pbr_around(material, Wide::load(&pbr.scale[first]), Wide::load(&pbr.bias[first]), mean,
+                        load<N>(pbr.mirrored, first)));
+    sum.red.store(&result.red[first]);
+    sum.green.store(&result.green[first]);
+    sum.blue.store(&result.blue[first]);
   }
 }
 SELVEDGE_THREE_BODIES(add_light,
                       (const PbrLanes& pbr, const LaneDirections& views, std::span<const LaneLight> lights,
                        LaneShading& result),
                       (pbr, views, lights, result))
+
+/// Occlusion of a mirror image (Lagarde and de Rousiers 2014).
+float mirrored_occlusion(float nv, float occlusion, float roughness) {
+  return std::clamp(std::pow(nv + occlusion, std::exp2(-16 * roughness - 1)) - 1 + occlusion, 0.0F, 1.0F);
+}
+/// Where a lobe gathers light: the mirrored view, of rough surfaces nearer to the normal.
+V3f mirrored_view(const V3f& normal, const V3f& view, float roughness) {
+  const V3f mirrored = normal * (2 * normal.dot(view)) - view;
+  const float alpha = roughness * roughness;
+  return (mirrored + (normal - mirrored) * (alpha * alpha)).normalized();
+}
+float visible_share(const V3f& seen, const V3f& all) {
+  const float sum = all.x + all.y + all.z;
+  return sum > 0 ? std::clamp((seen.x + seen.y + seen.z) / sum, 0.0F, 1.0F) : 1.0F;
+}
 
 float signed_share(std::uint32_t bits) {
   return std::max(static_cast<float>(static_cast<std::int16_t>(bits & 0xffffU)) / 32767.0F, -1.0F);
@@ -71,42 +109,87 @@ float half_number(std::uint32_t bits) {
   return number;
 }
 
-/// What white reflects that faces along `n`, of smooth light.
-V3f mean_radiance(const LaneSmoothLight& light, std::size_t lane, const V3f& n) {
+/// What white reflects that faces along `n`, of smooth light of these factors.
+template <class Factor>
+V3f mean_radiance(const Factor& factor, const V3f& n) {
   // The integrals of cosine and functions by their degree (Ramamoorthi and Hanrahan 2001), by pi.
   const auto basis = smooth_basis(n.x, n.y, n.z);
   V3f sum(0, 0, 0);
-  for (std::size_t k = 0; k < smooth_functions; ++k) {
-    const float share = k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F;
-    for (std::size_t c = 0; c < 3; ++c)
-      sum[static_cast<int>(c)] += share * basis[k] * light.factors[k][c][lane];
-  }
+  for (std::size_t k = 0; k < smooth_functions; ++k)
+    sum += factor(k) * ((k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F) * basis[k]);
   return {std::max(sum.x, 0.0F), std::max(sum.y, 0.0F), std::max(sum.z, 0.0F)};
 }
 
-void set(PbrLanes& lanes, std::size_t lane, const PbrPixel& pixel, float side, float ambient,
-         const LaneSmoothLight* around) {
+/// Sets what comes from around. An environment is its mean and its mirror image; its lamps, which the mirror
+/// image has, add to the mean alone. An occlusion texture and what the vertices do not see tell of the same
+/// mesh: the darker one counts, towards the normal for the mean, towards the mirrored view for the mirror
+/// image. Lamps whose shadows are drawn have no other.
+void set_around(PbrLanes& lanes, std::size_t lane, const ShadingScene& scene, const ShadedBlock& shaded,
+                const V3f& normal, const PbrValues& values) {
+  const LaneFrames& frames = shaded.frames;
+  const V3f view(frames.view.x[lane], frames.view.y[lane], frames.view.z[lane]);
+  const float nv = std::abs(normal.dot(view));
+  const V2f share = reflected_share(values.roughness, nv);
+  lanes.scale[lane] = share.x;
+  lanes.bias[lane] = share.y;
+  const float occlusion = values.occlusion;
+  lanes.of_lamps[lane] = (scene.shadows.empty() ? occlusion : 1.0F) * std::numbers::inv_pi_v<float>;
+  const float of_mirrored = mirrored_occlusion(nv, occlusion, values.roughness);
+  V3f mean(0, 0, 0);
+  V3f mirrored(0, 0, 0);
+  if (scene.around != nullptr) {
+    const V3f towards = mirrored_view(normal, view, values.roughness);
+    const auto in_world = [&](const V3f& d) {
+      const auto along = [&](const LaneFloats& x, const LaneFloats& y, const LaneFloats& z) {
+        return x[lane] * d.x + y[lane] * d.y + z[lane] * d.z;
+      };
+      return V3f(along(frames.tangent.x, frames.up.x, frames.normal.x),
+                 along(frames.tangent.y, frames.up.y, frames.normal.y),
+                 along(frames.tangent.z, frames.up.z, frames.normal.z));
+    };
+    const auto seen = [&](const V3f& d) {
+      return mean_radiance(
+          [&](std::size_t k) {
+            const LaneColours& c = shaded.around.factors[k];
+            return V3f(c[0][lane], c[1][lane], c[2][lane]);
+          },
+          d);
+    };
+    const auto all = [&](const V3f& d) {
+      return mean_radiance([&](std::size_t k) { return scene.around->factors[k]; }, in_world(d));
+    };
+    const auto visible = [&](const V3f& d) {
+      return scene.around_vertices.empty() ? 1.0F : visible_share(seen(d), all(d));
+    };
+    mean = seen(normal) * std::min(1.0F, occlusion / std::max(visible(normal), 1e-3F));
+    mirrored = V3f(scene.ambient * std::numbers::inv_pi_v<float>);
+    if (scene.reflections != nullptr)
+      mirrored += scene.reflections->at(V3d(in_world(towards)).normalized(), values.roughness);
+    mirrored *= std::min(visible(towards), of_mirrored);
+  }
+  for (int c = 0; c < 3; ++c) {
+    lanes.mean[static_cast<std::size_t>(c)][lane] = mean[c];
+    lanes.mirrored[static_cast<std::size_t>(c)][lane] = mirrored[c];
+  }
+}
+
+void set(PbrLanes& lanes, std::size_t lane, const ShadingScene& scene, const ShadedBlock& shaded) {
+  const PbrPixel& pixel = shaded.places.pbr[lane];
   const PbrValues values = pbr_values(pixel);
   lanes.red[lane] = pixel.colour.x;
   lanes.green[lane] = pixel.colour.y;
   lanes.blue[lane] = pixel.colour.z;
   lanes.metallic[lane] = values.metallic;
   lanes.roughness[lane] = values.roughness;
+  const float side = shaded.places.side[lane];
   const V3f normal(values.slope.x * side, values.slope.y * side,
                    std::sqrt(std::max(1 - values.slope.length2(), 0.0F)));
   const V3f unit = normal.normalized();
   lanes.normal.x[lane] = unit.x;
   lanes.normal.y[lane] = unit.y;
   lanes.normal.z[lane] = unit.z;
-  V3f from_around(ambient * std::numbers::inv_pi_v<float>);
-  if (around != nullptr) from_around += mean_radiance(*around, lane, unit);
-  from_around *= values.occlusion;
-  lanes.from_around.x[lane] = from_around.x;
-  lanes.from_around.y[lane] = from_around.y;
-  lanes.from_around.z[lane] = from_around.z;
-  lanes.emission.x[lane] = values.emission.x;
-  lanes.emission.y[lane] = values.emission.y;
-  lanes.emission.z[lane] = values.emission.z;
+  for (int c = 0; c < 3; ++c) lanes.emission[static_cast<std::size_t>(c)][lane] = values.emission[c];
+  set_around(lanes, lane, scene, shaded, unit, values);
 }
 
 }  // namespace
@@ -126,9 +209,7 @@ void shade_pbr(const ShadingScene& scene, const ShadedBlock& shaded, LaneShading
   static const auto add_light = add_light_for_this_processor();
   const PixelPlaces& block = shaded.places;
   PbrLanes lanes;
-  for (std::size_t lane = 0; lane < block.count; ++lane)
-    set(lanes, lane, block.pbr[lane], block.side[lane], scene.ambient,
-        scene.around != nullptr ? &shaded.around : nullptr);
+  for (std::size_t lane = 0; lane < block.count; ++lane) set(lanes, lane, scene, shaded);
   add_light(lanes, shaded.frames.view, shaded.lights, result);
   for (std::size_t lane = 0; lane < block.count; ++lane) {
     if (!scene.pbr[block.surface[lane]].unlit) continue;

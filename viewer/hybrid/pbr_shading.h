@@ -18,7 +18,7 @@ struct PbrValues {
 PbrValues pbr_values(const PbrPixel& pixel);
 
 /// Radiance, not multiplied by opacity, of the pixels of a block as if no surface had a fabric, in its lights
-/// and in ambient light: that of ShadingScene, and the mean of what comes from around.
+/// and in light from all around.
 void shade_pbr(const ShadingScene& scene, const ShadedBlock& block, LaneShading& result);
 
 }  // namespace selvedge

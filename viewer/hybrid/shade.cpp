@@ -255,6 +255,7 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
   lights.resize(scene.lights.size());
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     lights[i].irradiance = scene.lights[i].irradiance;
+    lights[i].of_environment = scene.lights[i].of_environment;
     if (scene.lights[i].kind != LightKind::directional && scene.mesh != nullptr) {
       place_light(scene, block, frames, scene.lights[i], lights[i]);
       continue;

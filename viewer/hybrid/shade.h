@@ -7,6 +7,7 @@
 #include "format/scene/camera.h"
 #include "format/scene/lights.h"
 #include "viewer/hybrid/index_pass.h"
+#include "viewer/light/reflections.h"
 #include "viewer/light/shadows.h"
 
 namespace selvedge {
@@ -33,12 +34,13 @@ struct ShadingScene {
   V3d origin{0, 0, 0};
   std::span<const PbrMaterial> pbr{};    ///< of the surfaces; empty: all have a fabric without emission
   std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
-  float ambient = 0;  ///< ambient light on core materials: white has the radiance ambient / pi
-  const SmoothLight* around = nullptr;  ///< light from all around, world axes
+  float ambient = 0;                     ///< DrawOptions::ambient
+  const SmoothLight* around = nullptr;   ///< light from all around, world axes
   /// What the scene leaves of it at the vertices of `mesh`; empty: all.
   std::span<const SmoothLight> around_vertices{};
-  PowerKind power = PowerKind::exact;  ///< of the fabrics' lobes
-  int points = 2;                      ///< LevelOptions::points
+  const Reflections* reflections = nullptr;  ///< of the environment; null: none
+  PowerKind power = PowerKind::exact;        ///< of the fabrics' lobes
+  int points = 2;                            ///< LevelOptions::points
 };
 
 /// Frames of a block. An interpolated normal that faces away from the viewer is bent until the view just

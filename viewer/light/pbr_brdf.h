@@ -81,29 +81,40 @@ SELVEDGE_INLINE PbrColour<T> pbr_brdf(const PbrPoint<T>& m, const PbrVector<T>& 
       one / ((nl + sqrt(a2 + (one - a2) * nl * nl)) * (nv + sqrt(a2 + (one - a2) * nv * nv)));
   const T specular = visibility * d;
   const T schlick = fifth_power_below(pbr_dot(v, h));
-  const T diffuse = (one - m.metallic) * T(std::numbers::inv_pi_v<float>);
+  // What the dielectric share of a mixed material reflects at its surface does not reach its base.
+  const T below = one - (T(dielectric_f0) + T(1 - dielectric_f0) * schlick);
+  const T diffuse = below * (one - m.metallic) * T(std::numbers::inv_pi_v<float>);
   const auto channel = [&](const T& base) __attribute__((always_inline)) {
     const T f0 = pbr_f0(base, m.metallic);
     const T f = f0 + (one - f0) * schlick;
-    return ((one - f) * diffuse * base + f * specular) * nl;
+    return (diffuse * base + f * specular) * nl;
   };
   return {channel(m.red), channel(m.green), channel(m.blue)};
 }
 
-/// Radiance reflected from uniform light of radiance 1; at most 1. The Fresnel term is taken at the normal
-/// and flattened for rough surfaces (Lagarde 2011, "Adopting a physically based shading model"), which makes
-/// up for light lost between microfacets.
+/// Radiance reflected from light from all around: `mean` is that of a white Lambertian surface, `mirrored`
+/// what the lobe gathers, and of even light its specular part reflects f0 * scale + bias (reflections.h).
+/// What the formula loses between facets comes back, as often as they mirror it (Fdez-Aguera 2019): a white
+/// metal in even light cannot be seen.
 template <class T>
-SELVEDGE_INLINE PbrColour<T> pbr_ambient(const PbrPoint<T>& m, const PbrVector<T>& n, const PbrVector<T>& v) {
-  const T nv_signed = pbr_dot(n, v);
-  const T schlick = fifth_power_below(larger(nv_signed, -nv_signed));
+SELVEDGE_INLINE PbrColour<T> pbr_around(const PbrPoint<T>& m, const T& scale, const T& bias,
+                                        const PbrColour<T>& mean, const PbrColour<T>& mirrored) {
   const T one(1);
-  const auto channel = [&](const T& base) __attribute__((always_inline)) {
-    const T f0 = pbr_f0(base, m.metallic);
-    const T f = f0 + (larger(one - m.roughness, f0) - f0) * schlick;
-    return (one - f) * (one - m.metallic) * base + f;
+  const T lost = one - scale - bias;
+  const auto once = [&](const T& f0) __attribute__((always_inline)) { return f0 * scale + bias; };
+  const auto more = [&](const T& f0) __attribute__((always_inline)) {
+    const T average = f0 + (one - f0) * T(1.0F / 21);
+    return lost * once(f0) * average / (one - lost * average);
   };
-  return {channel(m.red), channel(m.green), channel(m.blue)};
+  const T of_dielectric(dielectric_f0);
+  const T more_of_dielectric = more(of_dielectric);
+  const T diffuse = (one - once(of_dielectric) - more_of_dielectric) * (one - m.metallic);
+  const auto channel = [&](const T& base, const T& of_mean, const T& of_lobe) __attribute__((always_inline)) {
+    const T again = more_of_dielectric + (more(base) - more_of_dielectric) * m.metallic;
+    return (diffuse * base + again) * of_mean + once(pbr_f0(base, m.metallic)) * of_lobe;
+  };
+  return {channel(m.red, mean.red, mirrored.red), channel(m.green, mean.green, mirrored.green),
+          channel(m.blue, mean.blue, mirrored.blue)};
 }
 
 }  // namespace selvedge

@@ -28,6 +28,13 @@ class PictureTextures {
   PictureTextures(const PictureTextures&) = delete;
   PictureTextures& operator=(const PictureTextures&) = delete;
 
+  /// Leaves bytes of the memory to others; false if there are fewer.
+  bool leave(std::uint64_t bytes) {
+    if (bytes > memory_) return false;
+    memory_ -= bytes;
+    return true;
+  }
+
   /// Makes the textures of `pictures`, each halved so many times, and sets MaterialPicture::texture: always
   /// the same texture for the same number, so that frames do not depend on earlier ones. Those that are not
   /// shown are kept as they are while there is room. A picture that cannot be decoded has no texture, and

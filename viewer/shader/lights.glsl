@@ -1,11 +1,13 @@
-// The lights at surface_point; SHADOWS: dimmed by shadow_shares, which the includer computes for the pixel. Four per
+// The lights at surface_point, and, with AROUND, from all around; SHADOWS: dimmed by shadow_shares, which the includer computes for the pixel. Four per
 // light: direction towards it (spot: against its axis) and kind (0 directional, 1 point, 2 spot); irradiance and
-// range; position and where the cone begins; where it ends, and 1 + the number of its shadow map.
+// range; position and where the cone begins; where it ends, 1 + the number of its shadow map, whether it is of an
+// environment.
 layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
 layout(location = 5) uniform int lights_in_use;
 
 vec3 surface_point;  // relative to the origin of the vertices
 uint light_count() { return uint(lights_in_use); }
+bool is_of_environment(uint i) { return lights[4u * i + 3u].z != 0.0; }
 void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
   vec4 towards_kind = lights[4u * i];
   vec4 irradiance_range = lights[4u * i + 1u];
@@ -34,6 +36,15 @@ void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
   }
   irradiance *= min(share, 1e24);
 }
+#ifdef AROUND
+// Factors of the functions in world axes, 27 numbers for all and then for each vertex, or for all alone and the stride is 0.
+layout(std430, binding = 6) readonly buffer Around { float around_factors[]; };
+layout(location = 12) uniform int around_stride;
+vec3 around_factor(int first, int k) {
+  int at = first + 3 * k;
+  return vec3(around_factors[at], around_factors[at + 1], around_factors[at + 2]);
+}
+#endif
 #ifdef SHADOWS
 // Indexed by shadow map.
 float shadow_shares[16];

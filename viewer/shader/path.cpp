@@ -39,10 +39,12 @@ enum Uniform : GLint {
   ambient,
   points,
   around_stride,
-  skies
+  skies,
+  last_reflection,
+  environment
 };
 enum Unit : GLuint { triangles_unit, colours_unit, pbr_unit, shadows_unit };
-enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows, around };
+enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows, around, reflections };
 }  // namespace shading
 
 /// Of a surface.
@@ -236,6 +238,15 @@ void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
     gl_.Uniform1f(shading::ambient, view.options.ambient);
     gl_.BindTextureUnit(shading::colours_unit, seen.colours);
     gl_.BindTextureUnit(shading::pbr_unit, seen.pbr);
+    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::reflections, reflections_);
+  }
+  if (pbr_.needed() && view.options.around) {
+    const Reflections* reflections = view.reflections.get();
+    gl_.Uniform1i(shading::last_reflection,
+                  reflections ? static_cast<GLint>(reflections->levels.size()) - 1 : 0);
+    const EnvironmentOptions of = reflections ? reflections->levels[0].options : EnvironmentOptions{};
+    gl_.Uniform2f(shading::environment, static_cast<GLfloat>(of.turn / 360),
+                  static_cast<GLfloat>(of.strength));
   }
   if (view.shadows != nullptr) gl_.BindTextureUnit(shading::shadows_unit, view.shadows->texture());
   gl_.BindVertexArray(empty_array_);
@@ -251,7 +262,7 @@ void ShaderPath::set_lights(const FrameView& view) {
     groups.emplace_back(light.irradiance.x, light.irradiance.y, light.irradiance.z,
                         static_cast<float>(light.range));
     groups.emplace_back(p.x, p.y, p.z, static_cast<float>(light.cos_inner));
-    groups.emplace_back(static_cast<float>(light.cos_outer), 0.0F, 0.0F, 0.0F);
+    groups.emplace_back(static_cast<float>(light.cos_outer), 0.0F, light.of_environment ? 1.0F : 0.0F, 0.0F);
   }
   if (view.shadows != nullptr) {
     for (std::size_t i = 0; i < view.shadows->views().size(); ++i)
@@ -273,10 +284,12 @@ static_assert(sizeof(SmoothLight) == 3 * smooth_functions * sizeof(float));
 
 /// Loads light from all around, which stays the same for many frames.
 void ShaderPath::set_around(const FrameView& view) {
-  const auto factors =
-      view.around_vertices.empty() ? std::span(&*view.options.around, 1) : view.around_vertices;
-  if (!std::ranges::equal(factors, around_loaded_)) {
-    around_loaded_.assign(factors.begin(), factors.end());
+  const SmoothLight& all = *view.options.around;
+  if (around_loaded_.empty() || around_loaded_[0] != all ||
+      !std::ranges::equal(view.around_vertices, std::span(around_loaded_).subspan(1))) {
+    around_loaded_.assign(1, all);
+    around_loaded_.insert(around_loaded_.end(), view.around_vertices.begin(), view.around_vertices.end());
+    const std::span factors(around_loaded_);
     if (around_room_ < factors.size()) {
       around_room_ = factors.size();
       around_ = objects_.buffer(factors.size_bytes(), nullptr, GL_DYNAMIC_STORAGE_BIT);
@@ -286,11 +299,38 @@ void ShaderPath::set_around(const FrameView& view) {
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::around, around_);
 }
 
+/// Loads what core materials reflect, as pbr_brdf.glsl has it.
+void ShaderPath::set_reflections(const FrameView& view) {
+  if (reflections_ != 0 && reflections_loaded_ == view.reflections) return;
+  reflections_loaded_ = view.reflections;
+  std::vector<float> numbers;
+  for (const V2f& share : reflected_shares()) numbers.insert(numbers.end(), {share.x, share.y});
+  if (view.reflections) {
+    const auto& levels = view.reflections->levels;
+    std::size_t first = numbers.size() + 2 * levels.size();
+    for (const Environment& level : levels) {
+      // Whole numbers below 2^24.
+      numbers.insert(numbers.end(), {static_cast<float>(first), static_cast<float>(level.width)});
+      first += 3 * level.radiance.size();
+    }
+    for (const Environment& level : levels) {
+      for (const V3f& c : level.radiance) numbers.insert(numbers.end(), {c.x, c.y, c.z});
+    }
+  }
+  if (reflection_room_ < numbers.size()) {
+    reflection_room_ = numbers.size();
+    reflections_ = objects_.buffer(numbers.size() * sizeof(float), nullptr, GL_DYNAMIC_STORAGE_BIT);
+  }
+  gl_.NamedBufferSubData(reflections_, 0, static_cast<GLsizeiptr>(numbers.size() * sizeof(float)),
+                         numbers.data());
+}
+
 Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) {
   const Result<GLuint> program = shading_program(view.shadows != nullptr, view.options.around.has_value());
   if (!program) return tl::unexpected(program.error());
   set_lights(view);
   if (view.options.around) set_around(view);
+  if (pbr_.needed()) set_reflections(view);
   const std::array<GLfloat, 16> clip = gl_matrix(clip_matrix(view.camera, scene_.origin));
   constexpr std::array<GLfloat, 4> empty{0, 0, 0, 0};
   gl_.ClearNamedFramebufferfv(result_, GL_COLOR, 0, empty.data());
@@ -327,10 +367,9 @@ Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     watch.add_to(stats.shadows);
   }
   const bool maps = view.shadows != nullptr && !view.shadows->views().empty();
-  if (auto good = draw_rounds(
-          {view.camera, view.options, maps ? view.shadows : nullptr, view.around_vertices}, stats);
-      !good)
-    return good;
+  FrameView seen = view;
+  if (!maps) seen.shadows = nullptr;
+  if (auto good = draw_rounds(seen, stats); !good) return good;
   gl_.Finish();
   watch.add_to(stats.geometry);
   large_.resize(width_ * height_);

@@ -30,6 +30,7 @@ class ShaderPath final : public FramePath {
   Result<GLuint> shading_program(bool shadows, bool around);
   void set_lights(const FrameView& view);
   void set_around(const FrameView& view);
+  void set_reflections(const FrameView& view);
   Result<void> draw_rounds(const FrameView& view, RenderStats& stats);
   void draw_round(int round, const std::array<GLfloat, 16>& clip);
   void shade_round(int round, const FrameView& view, GLuint program, const std::array<GLfloat, 16>& clip);
@@ -53,9 +54,12 @@ class ShaderPath final : public FramePath {
   GLuint lights_ = 0;
   std::size_t light_room_ = 0;
   GLint skies_ = 0;    ///< place of the fabrics' sky words
-  GLuint around_ = 0;  ///< of one vertex, or of all
+  GLuint around_ = 0;  ///< of the scene, then of its vertices
   std::size_t around_room_ = 0;
   std::vector<SmoothLight> around_loaded_;
+  GLuint reflections_ = 0;
+  std::size_t reflection_room_ = 0;
+  std::shared_ptr<const Reflections> reflections_loaded_;
   GLuint any_ = 0;                  ///< query: whether a round drew any pixel
   std::array<GLuint, 2> clocks_{};  ///< queries
   std::array<TriangleTarget, 2> rounds_{};

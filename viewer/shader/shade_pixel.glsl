@@ -19,12 +19,9 @@ layout(location = 2) uniform vec3 ray_base;
 layout(location = 3) uniform vec3 ray_right;
 layout(location = 4) uniform vec3 ray_up;
 #ifdef PBR
-layout(location = 10) uniform float ambient;  // light from all sides: white shows ambient / pi
+layout(location = 10) uniform float ambient;  // DrawOptions::ambient
 #endif
 #ifdef AROUND
-// Factors of the functions in world axes, 27 numbers for each vertex, or once and the stride is 0.
-layout(std430, binding = 6) readonly buffer Around { float around_factors[]; };
-layout(location = 12) uniform int around_stride;
 layout(location = 13) uniform int skies;  // place of the fabrics' sky words
 #endif
 
@@ -107,9 +104,8 @@ void main() {
   for (int k = 0; k < 9; ++k) {
     around[k] = vec3(0.0);
     for (int corner = 0; corner < 3; ++corner) {
-      int at = around_stride * int(triangle[corner]) + 3 * k;
       float share = corner == 0 ? 1.0 - within.at.x - within.at.y : within.at[corner - 1];
-      around[k] += share * vec3(around_factors[at], around_factors[at + 1], around_factors[at + 2]);
+      around[k] += share * around_factor(around_stride * (int(triangle[corner]) + 1), k);
     }
   }
   turn_around_into(frame);

@@ -85,15 +85,32 @@ Result<void> ShowPicture::load(const ShowState& state) {
   dressed_.memory_left = memory_.left();
   // Starts from defaults, as the previous state may have been refused.
   options_.levels = state.levels;
-  options_.shadows = state.shadows;
-  options_.around = state.around;
-  options_.backdrop = state.backdrop;
+  set_light(state);
   options_.lights.clear();
   Result<std::unique_ptr<Renderer>> renderer =
       Renderer::create(dressed_, fabrics_, options_, make_context_());
   if (!renderer) return tl::unexpected(renderer.error());
   renderer_ = std::move(*renderer);
   return {};
+}
+
+/// All light but the lamps. The paper's path has lamps alone.
+void ShowPicture::set_light(const ShowState& state) {
+  options_.shadows = 0;
+  options_.around.reset();
+  options_.environment.reset();
+  options_.backdrop = -1;
+  if (options_.path == RenderPath::paper) return;
+  options_.shadows = state.shadows;
+  options_.around = around_in_world(state);
+  options_.ambient = state.ambient;
+  if (state.environment < 0) return;
+  const Surroundings& shown = *state.environments[state.environment];
+  if (turned_of_ != &shown) turned_ = std::make_shared<Environment>(shown.environment);
+  turned_of_ = &shown;
+  turned_->options = {static_cast<double>(state.turn), static_cast<double>(state.strength)};
+  options_.environment = turned_;
+  if (state.backdrop) options_.backdrop = state.backdrop_blur;
 }
 
 /// Reads the levels that a picture of so many rows needs and that are not read yet.
@@ -151,8 +168,7 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   options_.levels = state.levels;
   // Loading resets the lights.
   if (auto good = read_levels(state, options_.height); !good) return good;
-  options_.ambient = state.ambient;
-  options_.shadows = state.shadows;
+  set_light(state);
   options_.lights = lights_in_world(state, camera_);
   if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
   draw_seconds_ = seconds_since(start);

@@ -68,6 +68,7 @@ class ShowPicture {
   Result<void> load(const ShowState& state);
   Result<void> read_levels(const ShowState& state, int rows);
   Result<void> draw(const ShowState& state);
+  void set_light(const ShowState& state);
 
   MakeContext make_context_;
   Scene scene_;
@@ -81,6 +82,8 @@ class ShowPicture {
   double size_ = 1;
   std::unique_ptr<Renderer> renderer_;
   RenderOptions options_;
+  std::shared_ptr<Environment> turned_;
+  const Surroundings* turned_of_ = nullptr;
   Camera camera_;
   Frame frame_;
   Frame first_;    ///< the frame before samples were added

@@ -1,5 +1,8 @@
 #include "viewer/show/state.h"
 
+#include <cmath>
+#include <numbers>
+
 #include "viewer/orbit.h"
 
 namespace selvedge {
@@ -16,6 +19,11 @@ Camera axes_of(const CameraOptions& options) {
   plain.azimuth = options.azimuth;
   plain.elevation = options.elevation;
   return make_camera(anywhere, 1, plain).value_or(Camera{});
+}
+
+EnvironmentLight light_of(const ShowState& state) {
+  return turned(state.environments[state.environment]->light,
+                {static_cast<double>(state.turn), static_cast<double>(state.strength)});
 }
 
 constexpr int largest_divisor = 4;
@@ -41,6 +49,10 @@ Change apply(const ShowInput& input, double aspect, double size, ShowState& stat
 }
 
 void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
+  if (state.environment >= 0) {
+    state.turn = static_cast<float>(std::remainder(static_cast<double>(state.turn) + 180 * drag.x, 360));
+    return;
+  }
   if (state.held_light >= state.lights.size() ||
       state.lights[state.held_light].kind != LightKind::directional)
     return;
@@ -69,11 +81,26 @@ void switch_light_frame(const Camera& camera, ShowState& state) {
   state.lights_in_camera_frame = !state.lights_in_camera_frame;
 }
 
+float usual_exposure(const ShowState& state) {
+  return state.environment >= 0 ? 1 : default_display().exposure;
+}
+
 std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera) {
   std::vector<Light> lights =
       state.lights_in_camera_frame ? from_camera_frame(camera, state.lights) : state.lights;
-  lights.insert(lights.end(), state.lamps.begin(), state.lamps.end());
+  if (state.environment < 0 && lights.empty()) return default_lights(camera);
+  if (state.environment >= 0) {
+    const std::vector<Light> lamps = light_of(state).lamps;
+    lights.insert(lights.end(), lamps.begin(), lamps.end());
+  }
   return lights;
+}
+
+std::optional<SmoothLight> around_in_world(const ShowState& state) {
+  SmoothLight around;
+  if (state.environment >= 0) around = light_of(state).rest;
+  around.factors[0] += V3f(state.ambient * std::numbers::inv_pi_v<float>);
+  return around == SmoothLight() ? std::nullopt : std::optional(around);
 }
 
 int size_divisor(double seconds, double budget) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,17 +14,27 @@
 
 namespace selvedge {
 
+/// An environment, neither turned nor scaled, and its light.
+struct Surroundings {
+  std::string name;
+  Environment environment;
+  EnvironmentLight light;
+};
+
 struct ShowState {
   CameraOptions camera;        ///< an orbit (orbit.h)
   std::vector<Light> lights;   ///< see lights_in_camera_frame
   std::size_t held_light = 0;  ///< index of the light that drags turn
   /// Whether directional lights are in the camera's axes, else in the world's.
   bool lights_in_camera_frame = true;
-  std::vector<Light> lamps;  ///< of an environment; world axes, no drag turns them
-  std::optional<SmoothLight> around;
-  std::shared_ptr<const Environment> backdrop;  ///< null: none
-  float ambient = RenderOptions{}.ambient;      ///< as there
-  int shadows = 0;                              ///< as there
+  std::vector<std::shared_ptr<const Surroundings>> environments;  ///< to choose from
+  int environment = -1;                                           ///< of these; -1: none
+  float turn = 0;                                                 ///< of the environment, EnvironmentOptions
+  float strength = 1;                                             ///< of the environment, EnvironmentOptions
+  bool backdrop = false;                                          ///< it is shown behind the scene
+  float backdrop_blur = 0;                                        ///< as by a mirror of this roughness
+  float ambient = 0;                                              ///< radiance from all sides, times pi
+  int shadows = 0;                                                ///< as in DrawOptions
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
@@ -49,7 +61,8 @@ struct ShowInput {
 /// `aspect` of the window; `size` of the scene in metres.
 Change apply(const ShowInput& input, double aspect, double size, ShowState& state);
 
-/// Turns the held light by a drag; does nothing without a light, or if it is a point or spot light.
+/// Turns the environment, or the held light if there is none, by a drag. Does nothing without a light, or if
+/// it is a point or spot light.
 void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state);
 
 /// Puts the next of `count` fabrics on every material that has one. Returns whether anything changed.
@@ -58,8 +71,14 @@ bool next_fabrics(int count, ShowState& state);
 /// Converts the lights' directions to the other axes; the picture does not change.
 void switch_light_frame(const Camera& camera, ShowState& state);
 
-/// The lights in world space.
+/// The exposure that shows white as white in the chosen light: 1 in an environment, else pi.
+float usual_exposure(const ShowState& state);
+
+/// The lights in world space, with the environment's lamps.
 std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera);
+
+/// Smooth light from all around: the rest of the environment, and ambient light.
+std::optional<SmoothLight> around_in_world(const ShowState& state);
 
 /// The divisor per side, 1 to 4, by which a moving picture is drawn smaller, so that a frame that takes
 /// `seconds` at full size takes at most `budget`.

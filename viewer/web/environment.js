@@ -78,8 +78,11 @@ function strongest_part(picture, least) {
   return strongest;
 }
 
-/** Divides a picture: { lamps: [{ direction, irradiance }], rest }, the rest by nine factors, each a colour. */
-export function divide(picture) {
+/** What light of unit radiance from a direction and a solid angle adds to the factors of smooth light. */
+export const shares_of = (basis, solid) => basis.map((value, k) => value * solid / NORMS[k]);
+
+/** Bright parts of a picture, and the picture without them: { lamps: [{ direction, irradiance }], rest }. */
+export function take_lamps(picture) {
   const rest = enlarged(reduced(picture, MOST_WIDTH)), {radiance} = rest, lamps = [];
   const whole = [0, 0, 0];
   each(rest, (at, _, angle) => {
@@ -107,11 +110,22 @@ export function divide(picture) {
     const length = hypot(...middle);
     lamps.push({direction: middle.map((x) => x / length), irradiance});
   }
-  const factors = NORMS.map(() => [0, 0, 0]);
-  each(rest, (at, direction, angle) => {
-    smooth_basis(...direction).forEach((value, k) => {
-      for (let c = 0; c < 3; ++c) factors[k][c] += radiance[at + c] * value * angle / NORMS[k];
+  return {lamps, rest};
+}
+
+/** Smooth light of a picture: nine factors, each a colour. */
+export function project(picture) {
+  const factors = NORMS.map(() => [0, 0, 0]), {radiance} = picture;
+  each(picture, (at, direction, angle) => {
+    shares_of(smooth_basis(...direction), angle).forEach((share, k) => {
+      for (let c = 0; c < 3; ++c) factors[k][c] += radiance[at + c] * share;
     });
   });
-  return {lamps, rest: factors};
+  return factors;
+}
+
+/** Divides a picture: { lamps, rest }, the rest as smooth light. */
+export function divide(picture) {
+  const {lamps, rest} = take_lamps(picture);
+  return {lamps, rest: project(rest)};
 }

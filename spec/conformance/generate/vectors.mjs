@@ -5,6 +5,7 @@ import {read_fabric_level} from '../reference/level.mjs';
 import {header_digest, open_fabric} from '../reference/reader.mjs';
 import {U, bounded_texel, bounded_uv} from './bounds.mjs';
 import {random, random_direction, unit} from './random.mjs';
+import {environment_queries, refused_environments} from './environments.mjs';
 import {yarn_queries} from './near_yarns.mjs';
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -124,7 +125,7 @@ function* refused_queries(fabric, level) {
 }
 
 /** What cannot be answered, whatever the file; for one file only. */
-export function* malformed_queries() {
+function* malformed_queries() {
   const common = {light: UP, view: UP};
   yield {level: -1, texel: [0, 0], ...common, why: 'a negative level of a texel'};
   yield {level: 0.5, texel: [0, 0], ...common, why: 'a texel of a fractional level'};
@@ -230,8 +231,10 @@ export function vectors_of(fixture, bytes) {
     for (const query of light_queries(fixture, fabric, level)) answer(query, false);
   if (level(0).yarns)
     for (const query of yarn_queries(fixture, level(0))) answer(query, false);
+  queries.push(...environment_queries(fixture, fabric, level));
   for (const query of refused_queries(fabric, level)) queries.push({...query, error: true});
-  if (fixture.name === 'layers-lobes')
-    for (const query of malformed_queries()) queries.push({...query, error: true});
+  if (fixture.name === 'layers-lobes') {
+    for (const query of [...malformed_queries(), ...refused_environments()]) queries.push({...query, error: true});
+  }
   return {file: `valid/${fixture.name}.exr`, about: fixture.about, queries};
 }

@@ -62,7 +62,8 @@ export function make_level(text, level, numbers) {
   }
   if (products) {
     const texels_of_0 = texels[0] * texels[1], {of_views} = base_count(text);
-    const base = (i) => bases.get(`bases.${Math.floor(i / texels_of_0)}`)[i % texels_of_0];
+    const channels = each(bases.size, (n) => bases.get(`bases.${n}`));
+    const base = (i) => channels[Math.floor(i / texels_of_0)][i % texels_of_0];
     const V = grid_size(views), L = grid_size(lights);
     const pairs = layers.products.pairs[layers.products.levels.indexOf(level)];
     result.products = {

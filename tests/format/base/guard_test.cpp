@@ -22,7 +22,7 @@ Error error_of_throwing(const F& thrower) {
 
 }  // namespace
 
-TEST_CASE("guard: whatever is thrown is an error of the file, with a code; a result stays as it is") {
+TEST_CASE("guard: whatever is thrown is an error of the file, with a code, and a result stays as it is") {
   const Error memory = error_of_throwing([] { throw std::bad_alloc(); });
   CHECK(to_line(memory) == "a.glb: needs more memory than there is [FILE_TOO_LARGE]");
   const Error length = error_of_throwing([] {
@@ -37,4 +37,20 @@ TEST_CASE("guard: whatever is thrown is an error of the file, with a code; a res
   CHECK(guarded("", [] { return Result<int>(3); }) == 3);
   CHECK(test::error_of(guarded("", [] { return Result<int>(fail(Code::gltf_alpha, "b", "", "")); })).file ==
         "b");
+}
+
+TEST_CASE("guard: must ends work with the error of a step") {
+  const auto half = [](int number) -> Result<int> {
+    if (number % 2 != 0) return fail(Code::json_malformed, "b", "", "odd");
+    return number / 2;
+  };
+  CHECK(guarded("a", [&] { return Result<int>(must(half(must(half(12)))) + 1); }) == 4);
+  const auto renamed = [](Error error) {
+    error.file = "c";
+    return error;
+  };
+  const auto fails = [&]() -> Result<int> {
+    return changing_failures([&] { return must(half(must(half(10)))); }, renamed);
+  };
+  CHECK(to_line(test::error_of(guarded("a", fails))) == "c: odd [JSON_MALFORMED]");
 }

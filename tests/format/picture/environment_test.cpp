@@ -7,6 +7,7 @@
 
 #include "format/base/random.h"
 #include "format/picture/image.h"
+#include "format/picture/studio.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -142,6 +143,38 @@ TEST_CASE("a sun becomes a lamp of its direction and irradiance, a second one an
   whole += V3d(light.rest.factors[0]) * (4 * std::numbers::pi);
   const V3d all = V3d(0.5, 0.6, 0.7) * (4 * std::numbers::pi - 2 * cap) + V3d(2400, 2000, 1600) * cap;
   CHECK((whole - all).length() < 0.05 * all.length());
+}
+
+TEST_CASE("turned light is that of the turned environment") {
+  const Environment plain = studio();
+  for (const EnvironmentOptions options : {EnvironmentOptions{30, 2}, {-170, 0.5}}) {
+    const EnvironmentLight light = turned(divide(plain), options);
+    const EnvironmentLight expected = divide(studio(options));
+    REQUIRE(light.lamps.size() == expected.lamps.size());
+    for (std::size_t i = 0; i < light.lamps.size(); ++i) {
+      CHECK((light.lamps[i].direction - expected.lamps[i].direction).length() < 1e-9);
+      CHECK((light.lamps[i].irradiance - expected.lamps[i].irradiance).length() < 1e-6);
+    }
+    for (int k = 0; k < smooth_functions; ++k)
+      CHECK((light.rest.factors[k] - expected.rest.factors[k]).length() < 1e-5);
+  }
+}
+
+TEST_CASE("the studio lights a white cloth from two sides, and leaves none dark") {
+  const Environment room = studio();
+  CHECK(divide(room).lamps.size() == 2);
+  const std::vector<Light> pixels = lamps_of(room);
+  const auto white_facing = [&](const V3d& normal) {
+    double irradiance = 0;
+    for (const Light& pixel : pixels) {
+      CHECK(pixel.irradiance.x == pixel.irradiance.y);
+      irradiance += std::max(0.0, pixel.direction.dot(normal)) * static_cast<double>(pixel.irradiance.x);
+    }
+    return irradiance / std::numbers::pi;
+  };
+  CHECK(white_facing(divide(room).lamps[0].direction) == doctest::Approx(1.3).epsilon(0.1));
+  for (const V3d& normal : {V3d(0, 0, 1), V3d(0, 0, -1), V3d(1, 0, 0), V3d(-1, 0, 0), V3d(0, 1, 0)})
+    CHECK(white_facing(normal) > 0.3);
 }
 
 TEST_CASE("environments are read from files, and other pictures are refused") {

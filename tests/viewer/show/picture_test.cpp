@@ -8,6 +8,7 @@
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
+#include "format/picture/studio.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 #include "tests/viewer/indexed.h"
@@ -113,7 +114,7 @@ TEST_CASE("shadows and light from all sides come and go between frames") {
   CHECK_FALSE(same(picture->frame(), plain));
 }
 
-TEST_CASE("every path of the window draws what render draws by it; what a path cannot draw is an error") {
+TEST_CASE("every path of the window draws what render draws by it, and what a path cannot draw is an error") {
   const std::vector<Fabric> fabrics = two_fabrics();
   const auto picture = picture_of(two_squares(), fabrics);
   ShowState state = state_of(*picture);
@@ -130,12 +131,51 @@ TEST_CASE("every path of the window draws what render draws by it; what a path c
     const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
     CHECK(same(picture->frame(), expected));
   }
-  state.shadows = 512;
+  state.lights.emplace_back().kind = LightKind::point;
   CHECK(test::error_of(picture->update(state, Change::frame, V2i(100, 80), 1)).code ==
         Code::option_out_of_range);
   // And can be drawn again when it is taken back.
-  state.shadows = 0;
+  state.lights.pop_back();
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+}
+
+TEST_CASE("the window's environment is that of render, turned, scaled and behind the scene") {
+  const std::vector<Fabric> fabrics = two_fabrics();
+  const auto picture = picture_of(two_squares(), fabrics);
+  ShowState state = state_of(*picture);
+  state.lights.clear();
+  state.environments = {std::make_shared<const Surroundings>(Surroundings{"", studio(), divide(studio())})};
+  state.environment = 0;
+  state.strength = 1.5F;
+  state.backdrop = true;
+  // To the right by a quarter of the picture's height.
+  ShowInput input;
+  input.grip = ShowInput::Grip::light;
+  input.drag = V2d(0.25, 0);
+  CHECK(apply(input, 1.25, picture->size(), state) == Change::frame);
+  CHECK(state.turn == 45);
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  const Environment turned_studio = studio({45, 1.5});
+  const EnvironmentLight light = divide(turned_studio);
+  RenderOptions options;
+  options.width = 100;
+  options.height = 80;
+  options.levels = state.levels;
+  options.lights = light.lamps;
+  options.around = light.rest;
+  options.environment = std::make_shared<const Environment>(turned_studio);
+  options.backdrop = 0;
+  const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
+  for (std::size_t i = 0; i < expected.pixels.size(); ++i)
+    REQUIRE((picture->frame().pixels[i] - expected.pixels[i]).length() <= 1e-4 * expected.pixels[i].length());
+  // The sun's place on the paper's path, which has lamps alone.
+  state.path = static_cast<int>(RenderPath::paper);
+  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  CHECK(picture->lights().size() == light.lamps.size());
+  // Without it, two lamps.
+  state.environment = -1;
+  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
+  CHECK(picture->lights().size() == 2);
 }
 
 TEST_CASE("the number of layers changes between frames") {

@@ -1,13 +1,12 @@
 // The page that `selvedge-view page` writes: garments side by side, one camera, two lights that a finger can move, or an
 // environment that it turns.
 import {
-  AmbientLight, Box3, Color, DataTexture, DirectionalLight, EquirectangularReflectionMapping, FloatType,
-  LinearFilter, LinearSRGBColorSpace, PerspectiveCamera, RGBAFormat, Scene, Vector3, WebGLRenderer
+  AmbientLight, Box3, Color, DirectionalLight, Group, LinearSRGBColorSpace, PerspectiveCamera, Scene, Vector3, WebGLRenderer
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
-import {LoadedFabric, SelvedgeFabric, use_worker} from '../three/index.js';
+import {LoadedFabric, SelvedgeFabric, Surroundings, use_worker} from '../three/index.js';
 
 /** The lights of selvedge-view: the other light has this share, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18;
@@ -36,7 +35,7 @@ other.position.copy(OTHER_PLACE);
 
 const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: COARSEST / 2};
 const materials = new Set(), size = {x: 0, y: 0};
-let due = false, measured_again = false, rest = 0;
+let due = false, measured_again = false, rest = 0, surroundings = null;
 /** ms that a pixel of the fabric took where it was dearest: by distance, not at a level. */
 let cost = Infinity;
 
@@ -98,31 +97,24 @@ function redraw_dearer() {
 function take_environment() {
   const element = document.querySelector('script[data-environment]');
   if (!element) return;
-  const width = Number(element.dataset.environment), height = width / 2, colours = new Float32Array(bytes_of(element));
-  const texels = new Float32Array(4 * width * height).fill(1);
-  // three.js's first row is the lowest.
-  for (let i = 0; i < width * height; ++i) {
-    const from = 3 * ((height - 1 - Math.floor(i / width)) * width + i % width);
-    texels.set(colours.subarray(from, from + 3), 4 * i);
-  }
-  const texture = new DataTexture(texels, width, height, RGBAFormat, FloatType, EquirectangularReflectionMapping);
-  texture.minFilter = texture.magFilter = LinearFilter;
-  texture.needsUpdate = true;
-  scene.environment = texture;
+  const width = Number(element.dataset.environment), radiance = new Float32Array(bytes_of(element));
+  surroundings = new Surroundings(scene, {width, height: width / 2, radiance});
+  if (element.dataset.backdrop) surroundings.show(Number(element.dataset.backdrop));
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.autoUpdate = false;
   state.turn = Number(element.dataset.turn);
-  // Its middle column is seen along -z.
   state.light = [0, 0];
 }
 function set_light() {
   const [x, y] = state.light, z = Math.sqrt(Math.max(0, 1 - x * x - y * y));
   key.position.set(x, y, z);
-  const factor = (scene.environment ? 1 : Math.PI) * 2 ** state.exposure;
-  key.visible = other.visible = !scene.environment;
+  const factor = (surroundings ? 1 : Math.PI) * 2 ** state.exposure;
+  key.visible = other.visible = ambient.visible = !surroundings;
   key.intensity = factor;
   other.intensity = OTHER_LIGHT * factor;
   ambient.intensity = AMBIENT * factor;
-  scene.environmentIntensity = factor;
-  scene.environmentRotation.y = Math.PI / 2 + (state.turn / 180 + x) * Math.PI;
+  surroundings?.set({turn: state.turn + 180 * x, strength: factor});
+  renderer.shadowMap.needsUpdate = true;
   const pad = by_id('light').getContext('2d'), shade = pad.createRadialGradient(48 + 46 * x, 48 - 46 * y, 2, 48, 48, 48);
   shade.addColorStop(0, '#fff');
   shade.addColorStop(1, '#222');
@@ -160,7 +152,6 @@ function arrange(garments) {
     const box = new Box3().setFromObject(garment), gap = (box.max.x - box.min.x) * 0.1;
     garment.position.x += right - box.min.x;
     right += box.max.x - box.min.x + gap;
-    scene.add(garment);
   }
   const all = new Box3();
   for (const garment of garments) all.expandByObject(garment);
@@ -186,7 +177,7 @@ function offer_fabrics(own) {
   select.addEventListener('change', async () => {
     const fabric = others[Number(select.value)];
     await fabric?.settled;
-    if (scene.environment) await fabric?.want_sky();
+    if (surroundings) await fabric?.want_sky();
     for (const material of materials) material.set_fabric(fabric ?? own.get(material));
     cost = Infinity;
     redraw_dearer();
@@ -211,11 +202,15 @@ async function start() {
   }
   for (const garment of garments)
     garment.traverse(({material}) => material?.isFabricMaterial && materials.add(material));
+  const all = new Group().add(...garments);
+  scene.add(all);
   arrange(garments);
+  surroundings?.stand(renderer, all);
+  renderer.shadowMap.needsUpdate = true;
   const own = new Map([...materials].map((material) => [material, material.fabric]));
   for (const {fabric} of materials) {
     await fabric?.settled;
-    if (scene.environment) await fabric?.want_sky();
+    if (surroundings) await fabric?.want_sky();
     if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));

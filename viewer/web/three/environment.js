@@ -40,6 +40,7 @@ export const around_uniforms = () => ({
   around_lamp_directions: {value: vectors(MOST_LAMPS)},
   around_lamp_irradiances: {value: vectors(MOST_LAMPS)},
   around_lamp_count: {value: 0},
+  around_strength: {value: 1},
   around_from_world: {value: new Matrix3()},
   fabric_sky: {value: 0},
 });
@@ -52,6 +53,7 @@ export function set_around(uniforms, material, scene) {
   rotation.makeRotationFromEuler(of ? of.envMapRotation : scene.environmentRotation);
   uniforms.around_from_world.value.setFromMatrix4(rotation).transpose().premultiply(FROM_THREE);
   light.rest.forEach((factor, k) => uniforms.around_factors.value[k].fromArray(factor).multiplyScalar(strength));
+  uniforms.around_strength.value = strength;
   uniforms.around_lamp_count.value = light.lamps.length;
   light.lamps.forEach(({direction, irradiance}, i) => {
     uniforms.around_lamp_directions.value[i].fromArray(direction);

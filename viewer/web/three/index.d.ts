@@ -1,4 +1,4 @@
-import {Material, MeshPhysicalMaterial, Texture} from 'three';
+import {DirectionalLight, Material, MeshPhysicalMaterial, Object3D, Scene, Texture, WebGLRenderer} from 'three';
 import {GLTFParser} from 'three/addons/loaders/GLTFLoader.js';
 import {Issue} from '../reader/index.js';
 
@@ -52,6 +52,22 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   /** The level of the whole fabric that is shown everywhere; -1, by default: by the size of a pixel. */
   level: number;
   set_fabric(fabric: LoadedFabric | null): this;
+}
+
+/**
+ * An environment of a scene that hides parts of it from itself: lamps with shadow maps for what is bright, the rest by what
+ * reaches each vertex of the fabrics.
+ */
+export class Surroundings {
+  /** An equirectangular picture, linear red, green, blue; the top row first, the middle column seen along -z. */
+  constructor(scene: Scene, picture: {width: number; height: number; radiance: Float32Array});
+  readonly lamps: {light: DirectionalLight}[];
+  /** Finds what a garment hides from itself; again after it has moved. */
+  stand(renderer: WebGLRenderer, garment: Object3D): void;
+  /** Shows the environment behind the scene, blurred by 0 to 1. */
+  show(blur: number): void;
+  /** Degrees, counter-clockwise from above, and a factor on radiance. */
+  set(options: {turn?: number; strength?: number}): void;
 }
 
 /** The plugin: loader.register((parser) => new SelvedgeFabric(parser)). */

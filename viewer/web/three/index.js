@@ -7,9 +7,10 @@ import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
 import {LoadedFabric} from './fabric.js';
 import {FabricMaterial, plain_lay} from './material.js';
+import {Surroundings} from './surroundings.js';
 import {add_tangents} from './tangents.js';
 
-export {FabricMaterial, LoadedFabric, use_worker};
+export {FabricMaterial, LoadedFabric, Surroundings, use_worker};
 
 const NAME = 'SELVEDGE_materials_fabric';
 const TRANSFORM = 'KHR_texture_transform';

@@ -3,6 +3,7 @@ import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {around_uniforms, set_around} from './environment.js';
 import {sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
+import {VERTEX_LIGHT} from './surroundings.js';
 import {add_tangents, tangents_name} from './tangents.js';
 
 /** The lay of a fabric on a surface, as KHR_texture_transform: of the material's reference. */
@@ -32,7 +33,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       forced_level: {value: -1},
     };
     this.around_uniforms = around_uniforms();
-    this.is_lit_around = false;
+    this.is_lit_around = this.has_vertex_light = false;
     this.wants_fabric = true;
     this.shows = 'fallback';
     if (fallback) this.#take(fallback);
@@ -91,17 +92,19 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.needsUpdate = true;
   }
   /** Lights the fabric by the environment of the scene, or its own. */
-  #update_around(scene) {
+  #update_around(scene, geometry) {
     const lit = this.shows === 'fabric' && set_around(this.around_uniforms, this, scene);
     if (lit) this.fabric.want_sky();
     this.around_uniforms.fabric_sky.value = this.fabric?.sky ?? 0;
     const is_lit = lit && this.fabric.sky > 0;
-    if (is_lit !== this.is_lit_around) this.needsUpdate = true;
+    const has_vertex_light = is_lit && VERTEX_LIGHT[0] in geometry.attributes;
+    if (is_lit !== this.is_lit_around || has_vertex_light !== this.has_vertex_light) this.needsUpdate = true;
     this.is_lit_around = is_lit;
+    this.has_vertex_light = has_vertex_light;
   }
   onBeforeRender(renderer, scene, camera, geometry, object) {
     this.update_fabric();
-    this.#update_around(scene);
+    this.#update_around(scene, geometry);
     // three.js draws what it takes for one layer twice, back sides first.
     if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera);
     // For the next frame: three.js takes no new attribute while it draws.
@@ -111,14 +114,15 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
     Object.assign(shader.uniforms, this.fabric_uniforms, this.around_uniforms);
     if (this.shows !== 'fabric') return;
-    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay));
-    shader.fragmentShader = fragment_shader(
-        {has_yarn: this.fabric.has_yarn, keeps_opacity: this.keeps_opacity, is_lit_around: this.is_lit_around});
+    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay), this.has_vertex_light);
+    const {keeps_opacity, is_lit_around, has_vertex_light} = this;
+    shader.fragmentShader =
+        fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light});
   }
   customProgramCacheKey() {
-    return this.shows === 'fabric' ?
-      `selvedge ${tangents_name(this.lay)} ${this.fabric.has_yarn} ${this.keeps_opacity} ${this.is_lit_around}` :
-      'selvedge fallback';
+    if (this.shows !== 'fabric') return 'selvedge fallback';
+    const {keeps_opacity, is_lit_around, has_vertex_light} = this;
+    return ['selvedge', tangents_name(this.lay), this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light].join(' ');
   }
   copy(source) {
     super.copy(source);

@@ -2,6 +2,7 @@
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
 import {MOST_LAMPS} from '../environment.js';
+import {VERTEX_LIGHT} from './surroundings.js';
 import {around, evaluate, fabric_surface, fabric_words, footprint, word_layout, yarn} from '../glsl.js';
 
 const VERTEX_NAMES = `
@@ -18,6 +19,9 @@ uniform mat3 fabric_transform;
 varying vec2 fabric_uv;
 varying vec3 fabric_along_u;  // dP/du, unit; zero where it is not known
 `;
+const LIGHT_NAMES = VERTEX_LIGHT.map((name) => `attribute vec4 ${name};\n`).join('') +
+  `varying vec4 light_of_vertex[${VERTEX_LIGHT.length}];  // nine colours\n`;
+const LIGHT_BODY = VERTEX_LIGHT.map((name, k) => `light_of_vertex[${k}] = ${name};\n`).join('');
 
 const VERTEX_BODY = `
   fabric_uv = (fabric_transform * vec3(fabric_coordinates, 1.0)).xy;
@@ -37,11 +41,14 @@ const VERTEX_BODY = `
   fabric_along_u = (modelViewMatrix * vec4(fabric_along_u, 0.0)).xyz;
 `;
 
-/** three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute. */
-export const vertex_shader = (of_three, uv_set, tangents) => `#define FABRIC_UV_SET ${uv_set}
+/**
+ * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute;
+ * `has_vertex_light`: whether light from all around is that of surroundings.js.
+ */
+export const vertex_shader = (of_three, uv_set, tangents, has_vertex_light) => `#define FABRIC_UV_SET ${uv_set}
 #define fabric_tangent ${tangents}
 ${of_three
-    .replace('void main() {', `${VERTEX_NAMES}\nvoid main() {`)
+    .replace('void main() {', `${VERTEX_NAMES}${has_vertex_light ? LIGHT_NAMES : ''}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}`)}`;
 
 // three.js has sun lights since r187.
@@ -84,8 +91,13 @@ varying vec3 fabric_along_u;
   uniform vec3 around_lamp_directions[AROUND_LAMPS];
   uniform vec3 around_lamp_irradiances[AROUND_LAMPS];
   uniform int around_lamp_count;
+  uniform float around_strength;
   uniform mat3 around_from_world;
   uniform int fabric_sky;
+  #ifdef VERTEX_LIGHT
+    varying vec4 light_of_vertex[7];
+    float number_of_vertex(int k) { return light_of_vertex[k / 4][k % 4]; }
+  #endif
 #else
   #define AROUND_LAMPS 0
 #endif
@@ -145,7 +157,13 @@ void main() {
     light_irradiances[lights_kept] = around_lamp_irradiances[i];
     ++lights_kept;
   }
-  for (int k = 0; k < 9; ++k) around[k] = around_factors[k];
+  for (int k = 0; k < 9; ++k) {
+#ifdef VERTEX_LIGHT
+    around[k] = vec3(number_of_vertex(3 * k), number_of_vertex(3 * k + 1), number_of_vertex(3 * k + 2)) * around_strength;
+#else
+    around[k] = around_factors[k];
+#endif
+  }
   turn_around_into(from_view * frame);
   sky = uint(fabric_sky);
 #endif
@@ -166,8 +184,8 @@ void main() {
 `;
 
 /** The fragment shader of a fabric. */
-export const fragment_shader = ({has_yarn, keeps_opacity, is_lit_around}) => [
-  is_lit_around ? '#define AROUND\n' : '', has_yarn ? '#define YARN\n' : '',
+export const fragment_shader = ({has_yarn, keeps_opacity, is_lit_around, has_vertex_light}) => [
+  is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '', has_yarn ? '#define YARN\n' : '',
   keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', FRAGMENT_NAMES, word_layout, fabric_words,
   is_lit_around ? around : '', evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
 ].join('');

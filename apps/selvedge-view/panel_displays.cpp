@@ -1,0 +1,92 @@
+#include "apps/selvedge-view/panel_widgets.h"
+
+namespace selvedge {
+namespace {
+
+std::string triple(const V3f& v) { return fmt::format("{: .3f} {: .3f} {: .3f}", v.x, v.y, v.z); }
+
+}  // namespace
+
+void show_probe(const PanelInfo& info) {
+  if (!info.probe) {
+    ImGui::TextDisabled("Nothing under the mouse.");
+    return;
+  }
+  const PixelProbe& p = *info.probe;
+  row("pixel", "{}, {}{}", p.pixel.x, p.pixel.y, p.back ? "  (back of the cloth)" : "");
+  if (p.fabric >= 0) {
+    row("fabric", "{}", info.picture.fabric_names()[p.fabric]);
+    row("u, v", "{:.5f}, {:.5f}", p.uv.x, p.uv.y);
+    constexpr std::size_t max_rows = 4;
+    for (std::size_t i = 0; i < std::min(max_rows, p.texels.size()); ++i) {
+      const ProbedTexel& t = p.texels[i];
+      row(i == 0 ? "texel" : "", "{}, {}  of level {}  x {:.3f}", t.texel.x, t.texel.y, t.level, t.weight);
+    }
+    row("pixel spans", "{:.2f} x {:.2f} texels", p.texels_per_pixel.x, p.texels_per_pixel.y);
+  } else {
+    row("fabric", "none");
+  }
+  row("view", "{}", triple(p.view));
+  for (std::size_t i = 0; i < p.lights.size(); ++i)
+    row(fmt::format("light {}", i + 1).c_str(), "{}", triple(p.lights[i]));
+  row("radiance", "{}", triple(p.radiance));
+  row("alpha", "{:.4f}", p.alpha);
+}
+
+void show_times(const PanelInfo& info) {
+  const RenderStats& s = info.picture.stats();
+  const double frame = info.picture.draw_seconds();
+  row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.frame().width, info.picture.frame().height,
+      info.divisor > 1 ? " (moving)" : "");
+  const std::initializer_list<std::pair<const char*, double>> parts{
+      {"project", s.project},          {"shadows", s.shadows},
+      {"geometry", s.geometry},        {"read back", s.read_back},
+      {"evaluation", s.evaluation},    {"texel edges", info.picture.overlay_seconds()},
+      {"window", info.window_seconds}, {"display", info.picture.display_seconds()}};
+  const double all =
+      frame + info.picture.overlay_seconds() + info.picture.display_seconds() + info.window_seconds;
+  for (const auto& [name, seconds] : parts) {
+    if (seconds <= 0) continue;
+    ImGui::TextDisabled("%s", name);
+    ImGui::SameLine(label_width);
+    ImGui::ProgressBar(static_cast<float>(seconds / std::max(all, 1e-9)),
+                       ImVec2(-1, ImGui::GetTextLineHeight()),
+                       fmt::format("{:.1f} ms", 1e3 * seconds).c_str());
+  }
+  row("triangles", "{}", s.triangles);
+  row("pixels", "{} seen, {} evaluated", s.covered_pixels, s.evaluated_pixels);
+  row("layers", "{}", s.layers);
+}
+
+void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& centre, float radius) {
+  ImDrawList& draw = *ImGui::GetForegroundDrawList();
+  draw.AddCircleFilled(centre, radius, IM_COL32(0, 0, 0, 90));
+  draw.AddCircle(centre, radius, IM_COL32(255, 255, 255, 110));
+  const Camera& camera = info.picture.camera();
+  const std::vector<Light>& lights = info.picture.lights();
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    // A point or spot light, seen from the centre of the orbit.
+    const V3d towards = lights[i].kind == LightKind::directional
+                            ? lights[i].direction
+                            : lights[i].position - state.camera.look_at.value_or(V3d(0, 0, 0));
+    const V3d d = towards / std::max(towards.length(), 1e-12);
+    const ImVec2 at(centre.x + radius * static_cast<float>(d.dot(camera.right)),
+                    centre.y - radius * static_cast<float>(d.dot(camera.up)));
+    const ImU32 colour = i == state.held_light ? IM_COL32(255, 214, 90, 255) : IM_COL32(230, 230, 230, 200);
+    constexpr float size = 4;
+    d.dot(camera.back()) >= 0 ? draw.AddCircleFilled(at, size, colour) : draw.AddCircle(at, size, colour);
+  }
+}
+
+void show_help() {
+  row("left drag", "turn around the garment");
+  row("middle drag", "move it (or Shift + left)");
+  row("right drag", "turn the light or environment (Ctrl + left)");
+  row("wheel", "nearer, further");
+  row("E  P", "texel edges, probe");
+  row("F", "next fabric on everything");
+  row("R  H", "first view, hide this panel");
+  row("Escape", "close");
+}
+
+}  // namespace selvedge

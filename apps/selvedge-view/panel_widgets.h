@@ -1,0 +1,75 @@
+// Widgets that the parts of the panel of `show` share, and those that only display (Dear ImGui).
+#pragma once
+
+#include <fmt/format.h>
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <string>
+
+#include "apps/selvedge-view/panel.h"
+
+namespace selvedge {
+
+inline constexpr float label_width = 92;
+
+/// One line of a list: a grey label on the left, its value beside it.
+template <class... Arguments>
+void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  ImGui::TextDisabled("%s", name);
+  ImGui::SameLine(label_width);
+  ImGui::TextUnformatted(fmt::format(format, std::forward<Arguments>(arguments)...).c_str());
+}
+
+/// A label; the widget that follows takes the rest of the line.
+inline void label(const char* name) {
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextDisabled("%s", name);
+  ImGui::SameLine(label_width);
+  ImGui::SetNextItemWidth(-1);
+}
+
+inline void raise(Change& change, bool changed, Change to) {
+  if (changed) change = std::max(change, to);
+}
+
+/// Lines of the panel that edit values of the frame.
+inline void slider(Change& change, const char* name, int& value, int min, int max,
+                   const char* format = "%d") {
+  label(name);
+  raise(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format), Change::frame);
+}
+
+inline bool box(Change& change, const char* name, bool& value) {
+  label("");
+  const bool changed = ImGui::Checkbox(name, &value);
+  raise(change, changed, Change::frame);
+  return changed;
+}
+
+/// A drop-down list. `none`, unless empty, is the name of -1. Returns whether the
+/// choice changed.
+template <class Names>
+bool choose(const char* id, const Names& names, int& chosen, const std::string& none = {}) {
+  const auto name_of = [&](int i) { return i < 0 ? none : std::string(names[i]); };
+  bool changed = false;
+  if (!ImGui::BeginCombo(id, name_of(chosen).c_str())) return false;
+  for (int i = none.empty() ? 0 : -1; i < static_cast<int>(names.size()); ++i) {
+    ImGui::PushID(i);
+    if (ImGui::Selectable(name_of(i).c_str(), i == chosen)) {
+      changed = i != chosen;
+      chosen = i;
+    }
+    ImGui::PopID();
+  }
+  ImGui::EndCombo();
+  return changed;
+}
+
+void show_probe(const PanelInfo& info);
+void show_times(const PanelInfo& info);
+void show_help();
+/// Draws the lights' directions seen from the camera: a hemisphere from the front, lights behind it hollow.
+void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& centre, float radius);
+
+}  // namespace selvedge

@@ -1,0 +1,209 @@
+// An environment around a scene that hides parts of it from itself: lamps with shadow maps for what is bright, and for the
+// rest what folds, sleeves and collar leave each vertex of the fabrics. The twin of viewer/light/sky.cpp.
+//
+//   const surroundings = new Surroundings(scene, picture);  // { width, height, radiance }: environment.js
+//   surroundings.stand(renderer, garment);                  // after it has moved, too
+//   surroundings.set({turn: 30, strength: 1});
+import {
+  Box3, BufferAttribute, Color, DataTexture, DirectionalLight, DoubleSide, EquirectangularReflectionMapping, FloatType,
+  LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial, Sphere, Vector3,
+  WebGLRenderTarget
+} from 'three';
+import {project, shares_of, smooth_basis, take_lamps} from '../environment.js';
+
+const {PI, SQRT1_2, cos, floor, max, round, sin, sqrt} = Math;
+const DIRECTIONS = 48, SKY_MAP = 512, LAMP_MAP = 1024;
+/** Places are looked up so many texels along their normal, by the sine of the angle to the light, and along the light. */
+const NORMAL_OFFSET = 3, LIGHT_OFFSET = 0.5;
+/** Nine colours, a vector of four numbers each but for the last. */
+export const VERTEX_LIGHT = Array.from({length: 7}, (_, k) => `around_vertex_${k}`);
+
+/** Points of a spiral, each with the same part of the sphere. */
+const spiral = Array.from({length: DIRECTIONS}, (_, i) => {
+  const z = 1 - (2 * i + 1) / DIRECTIONS, angle = i * PI * (3 - sqrt(5)), planar = sqrt(1 - z * z);
+  return new Vector3(planar * cos(angle), planar * sin(angle), z);
+});
+
+const depth_material = new ShaderMaterial({
+  side: DoubleSide,
+  vertexShader: 'void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }',
+  fragmentShader: `void main() {
+    vec3 digits = fract(gl_FragCoord.z * vec3(1.0, 255.0, 65025.0));
+    gl_FragColor = vec4(digits - digits.yzz * vec3(1.0 / 255.0, 1.0 / 255.0, 0.0), 1.0);
+  }`,
+});
+
+/** The picture as three.js has environments, the first row the lowest. */
+function texture_of({width, height, radiance}) {
+  const texels = new Float32Array(4 * width * height).fill(1);
+  for (let i = 0; i < width * height; ++i) {
+    const from = 3 * ((height - 1 - floor(i / width)) * width + i % width);
+    texels.set(radiance.subarray(from, from + 3), 4 * i);
+  }
+  const texture = new DataTexture(texels, width, height, RGBAFormat, FloatType, EquirectangularReflectionMapping);
+  texture.minFilter = texture.magFilter = LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+/** A camera that looks from a direction at all within a sphere. */
+function looking_from(direction, {center, radius}) {
+  const camera = new OrthographicCamera(-radius, radius, radius, -radius, 0, 2 * radius);
+  camera.up.set(0, direction.z ** 2 > 0.8 ? 1 : 0, direction.z ** 2 > 0.8 ? 0 : 1);
+  camera.position.copy(center).addScaledVector(direction, radius);
+  camera.lookAt(center);
+  camera.updateMatrixWorld();
+  return camera;
+}
+
+export class Surroundings {
+  #factors;
+  #picture;
+  #meshes = [];
+  /** The turn that the vertices are lit for. */
+  #lit_at = NaN;
+  constructor(scene, picture) {
+    const {lamps, rest} = take_lamps(picture);
+    this.#factors = project(rest);
+    this.#picture = picture;
+    this.scene = scene;
+    scene.environment = texture_of(rest);
+    this.lamps = lamps.map(({direction, irradiance}) => {
+      const light = new DirectionalLight();
+      light.castShadow = true;
+      light.shadow.mapSize.set(LAMP_MAP, LAMP_MAP);
+      scene.add(light, light.target);
+      return {direction, irradiance, light};
+    });
+    this.sphere = new Sphere(new Vector3(), 1);
+    this.set({turn: 0, strength: 1});
+  }
+
+  /** Shows the environment behind the scene, blurred by 0 to 1. */
+  show(blur) {
+    this.scene.background = texture_of(this.#picture);
+    this.scene.backgroundBlurriness = blur;
+  }
+
+  /** Finds what a garment hides from itself, at rest, and lets it cast shadows. */
+  stand(renderer, garment) {
+    garment.updateMatrixWorld(true);
+    new Box3().setFromObject(garment).getBoundingSphere(this.sphere);
+    this.#meshes = [];
+    const geometries = new Set();
+    garment.traverse((mesh) => {
+      if (!mesh.isMesh) return;
+      mesh.castShadow = mesh.receiveShadow = true;
+      const is_plain = !mesh.isSkinnedMesh && !mesh.isInstancedMesh && !mesh.isBatchedMesh;
+      if (!mesh.material.isFabricMaterial || !is_plain || !mesh.geometry.attributes.normal) return;
+      // Light is of one place.
+      if (geometries.has(mesh.geometry)) mesh.geometry = mesh.geometry.clone();
+      geometries.add(mesh.geometry);
+      this.#meshes.push({mesh, hidden: new Uint8Array(DIRECTIONS * mesh.geometry.attributes.position.count)});
+    });
+    this.#look(renderer, garment);
+    this.#lit_at = NaN;
+    for (const {light} of this.lamps) {
+      const {camera} = light.shadow, {radius} = this.sphere;
+      Object.assign(camera, {left: -radius, right: radius, top: radius, bottom: -radius, near: 0, far: 4 * radius});
+      camera.updateProjectionMatrix();
+      light.shadow.normalBias = NORMAL_OFFSET * SQRT1_2 * 2 * radius / LAMP_MAP;
+    }
+    this.set(this);
+  }
+
+  /** Turns the environment by degrees, counter-clockwise from above, and scales it. */
+  set({turn = this.turn, strength = this.strength}) {
+    this.turn = turn;
+    this.strength = strength;
+    const {scene, sphere} = this, angle = turn / 180 * PI, [c, s] = [cos(angle), sin(angle)];
+    // Its middle column is seen along -z.
+    scene.environmentRotation.y = scene.backgroundRotation.y = PI / 2 + angle;
+    scene.environmentIntensity = scene.backgroundIntensity = strength;
+    for (const {direction: [x, y, z], irradiance, light} of this.lamps) {
+      light.target.position.copy(sphere.center);
+      light.position.set(x * c + z * s, y, z * c - x * s).multiplyScalar(2 * sphere.radius).add(sphere.center);
+      light.color.setRGB(...irradiance.map((e) => e * strength));
+    }
+    if (this.#lit_at === turn) return;
+    this.#lit_at = turn;
+    // In the axes of the environment.
+    const parts = spiral.map(({x, y, z}) => {
+      const basis = smooth_basis(x * c - z * s, y, z * c + x * s), colours = [0, 1, 2];
+      const radiance = colours.map((k) => basis.reduce((sum, b, i) => sum + b * this.#factors[i][k], 0));
+      return shares_of(basis, 4 * PI / DIRECTIONS).flatMap((share) => radiance.map((l) => l * share));
+    });
+    for (const {mesh, hidden} of this.#meshes) this.#light(mesh.geometry, hidden, parts);
+  }
+
+  /** Light at the vertices: the whole without what is hidden. */
+  #light(geometry, hidden, parts) {
+    const count = hidden.length / DIRECTIONS, all = this.#factors.flat(), sums = new Float64Array(27);
+    const arrays = VERTEX_LIGHT.map((name) => {
+      const known = geometry.attributes[name];
+      if (!known) geometry.setAttribute(name, new BufferAttribute(new Float32Array(4 * count), 4));
+      geometry.attributes[name].needsUpdate = true;
+      return geometry.attributes[name].array;
+    });
+    for (let v = 0; v < count; ++v) {
+      sums.set(all);
+      for (let i = 0; i < DIRECTIONS; ++i) {
+        const share = hidden[v * DIRECTIONS + i] / 255;
+        if (share === 0) continue;
+        const part = parts[i];
+        for (let k = 0; k < 27; ++k) sums[k] -= share * part[k];
+      }
+      for (let k = 0; k < 27; ++k) arrays[k >> 2][4 * v + (k & 3)] = sums[k];
+    }
+  }
+
+  /** Draws depths from all around, and looks the vertices up in them. */
+  #look(renderer, garment) {
+    const {sphere} = this, before = renderer.getRenderTarget(), only = new Scene();
+    only.background = new Color(1, 1, 1);
+    garment.traverse((mesh) => {
+      if (!mesh.isMesh) return;
+      const copy = new Mesh(mesh.geometry, depth_material);
+      copy.matrixAutoUpdate = false;
+      copy.matrix.copy(mesh.matrixWorld);
+      only.add(copy);
+    });
+    const target = new WebGLRenderTarget(SKY_MAP, SKY_MAP, {minFilter: NearestFilter, magFilter: NearestFilter});
+    const bytes = new Uint8Array(4 * SKY_MAP ** 2), depths = new Float32Array(SKY_MAP ** 2);
+    for (const [i, direction] of spiral.entries()) {
+      const camera = looking_from(direction, sphere);
+      renderer.setRenderTarget(target);
+      renderer.render(only, camera);
+      renderer.readRenderTargetPixels(target, 0, 0, SKY_MAP, SKY_MAP, bytes);
+      for (let t = 0; t < depths.length; ++t)
+        depths[t] = (bytes[4 * t] + bytes[4 * t + 1] / 255 + bytes[4 * t + 2] / 65025) / 255;
+      for (const of of this.#meshes) this.#hide(of, i, depths, camera.matrixWorld);
+    }
+    renderer.setRenderTarget(before);
+    target.dispose();
+  }
+
+  /** The shares of light from a direction that are hidden from vertices, the mean of 3 x 3 texels between those of the map. */
+  #hide({mesh, hidden}, i, depths, matrix) {
+    const {center, radius} = this.sphere, texel = 2 * radius / SKY_MAP, direction = spiral[i];
+    const {position, normal} = mesh.geometry.attributes, p = new Vector3(), n = new Vector3();
+    const [right, up] = [0, 1].map((k) => new Vector3().setFromMatrixColumn(matrix, k));
+    const of_normals = new Matrix3().getNormalMatrix(mesh.matrixWorld);
+    for (let v = 0; v < position.count; ++v) {
+      n.fromBufferAttribute(normal, v).applyNormalMatrix(of_normals);
+      const cosine = n.dot(direction), sine = sqrt(max(0, 1 - cosine * cosine));
+      p.fromBufferAttribute(position, v).applyMatrix4(mesh.matrixWorld).sub(center);
+      p.addScaledVector(n, (cosine > 0 ? 1 : -1) * NORMAL_OFFSET * sine * texel).addScaledVector(direction, LIGHT_OFFSET * texel);
+      const z = (1 - p.dot(direction) / radius) / 2;
+      const x = p.dot(right) / texel + SKY_MAP / 2 - 0.5, y = p.dot(up) / texel + SKY_MAP / 2 - 0.5;
+      const [left, low] = [floor(x), floor(y)], [a, b] = [x - left, y - low];
+      if (left < 1 || low < 1 || left > SKY_MAP - 3 || low > SKY_MAP - 3) continue;
+      const columns = [1 - a, 1, 1, a], rows = [1 - b, 1, 1, b];
+      let sum = 0;
+      for (let j = 0; j < 4; ++j)
+        for (let k = 0; k < 4; ++k)
+          sum += depths[(low - 1 + j) * SKY_MAP + left - 1 + k] < z ? rows[j] * columns[k] / 9 : 0;
+      hidden[v * DIRECTIONS + i] = round(255 * sum);
+    }
+  }
+}
