@@ -31,24 +31,6 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
   return text.dump();
 }
 
-Result<void> check_options(const FitOptions& options) {
-  const int max_lobes = FabricLimits{}.lobes;
-  if (options.lobes < 0 || options.lobes > max_lobes) {
-    return fail(Code::option_out_of_range, {}, "lobes",
-                fmt::format("{} is outside of 0 to {}", options.lobes, max_lobes));
-  }
-  if (options.levels < 0) return fail(Code::option_out_of_range, {}, "levels", "must not be negative");
-  if (options.max_iterations < 1 || options.starts < 1) {
-    return fail(Code::option_out_of_range, {}, "iterations or starts", "must be at least 1");
-  }
-  for (const double value : {options.table.damping, options.table.smoothness, options.tolerance}) {
-    if (value >= 0 && std::isfinite(value)) continue;
-    return fail(Code::option_out_of_range, {}, "damping, smoothness or tolerance",
-                "must be finite and not negative");
-  }
-  return {};
-}
-
 Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& header) {
   const std::size_t texels = header.texels();
   const std::size_t views = header.views.count();
@@ -127,7 +109,6 @@ FitResult complete(FitResult result, TrainingPairs& training, const SamplesHeade
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
                       const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   if (auto ok = check_samples(samples, header); !ok) return tl::unexpected(ok.error());
   RowFit rows(header, options, progress);
   TrainingPairs training(header);
@@ -138,7 +119,6 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
 
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   const SamplesHeader& header = samples.header();
   const int count = max_rows(header, options.rows_bytes);
   RowFit rows(header, options, progress);

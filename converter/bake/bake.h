@@ -79,7 +79,9 @@ struct BakeOptions {
   /// Stores the yarn itself (format/fabric/yarns.h): that of the mesh, or else what find_yarns() finds,
   /// unless more than half of the surface is no round yarn.
   bool yarns = false;
-  int yarn_paths = 128;  ///< of indirect light, from each of 16 places around every station of a yarn
+  /// Of indirect light, from each of 16 places around every station of a yarn; of yarns with fibres 3/8 of
+  /// them.
+  int yarn_paths = 128;
   std::optional<WholeFabric> whole;  ///< set if width and height belong to a coarser level of this fabric
   bool resumable = true;  ///< an interrupted bake leaves its journal, from which the next one continues
 };

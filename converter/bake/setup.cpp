@@ -43,6 +43,8 @@ Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std
   CellMesh scaled = mesh;
   scaled.period /= mm;
   for (V3f& p : scaled.positions) p = V3f(V3d(p) / mm);
+  for (V3f& p : scaled.hairs.points) p = V3f(V3d(p) / mm);
+  for (float& r : scaled.hairs.radius) r = static_cast<float>(static_cast<double>(r) / mm);
   auto scene =
       RayScene::create(scaled, name, ground ? std::optional(static_cast<float>(*ground)) : std::nullopt);
   if (!scene) return tl::unexpected(scene.error());
@@ -116,6 +118,15 @@ std::string digest_of(const CellMesh& mesh) {
   append_bytes(bytes, mesh.fibres);
   append_bytes(bytes, mesh.gloss);
   append_bytes(bytes, mesh.triangles);
+  if (!mesh.skins.empty()) {
+    append_bytes(bytes, mesh.skins);
+    append_bytes(bytes, mesh.places);
+    append_bytes(bytes, std::vector<std::uint64_t>{mesh.seed});
+  }
+  append_bytes(bytes, mesh.hairs.points);
+  append_bytes(bytes, mesh.hairs.roots);
+  append_bytes(bytes, mesh.hairs.radius);
+  append_bytes(bytes, mesh.hairs.passed);
   return digest_of(bytes);
 }
 

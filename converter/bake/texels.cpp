@@ -154,18 +154,25 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
   if (hits == 0) return 0;
   Reflecting r;
   const bool glossy = !scene_.mesh().gloss.empty();
+  const bool varied = !scene_.mesh().places.empty();
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
-    r.nx[i] = points[i].face_normal.x;
-    r.ny[i] = points[i].face_normal.y;
-    r.nz[i] = points[i].face_normal.z;
+    V3f normal = points[i].face_normal;
+    V3f albedo;
     float diffuse = 1;
-    if (glossy) {
+    if (glossy || varied) {
       const YarnSurface surface = surface_at(scene_, points[i]);
+      normal = V3f(surface.normal);
+      albedo = V3f(surface.albedo);
       diffuse -= surface.gloss.weight;
       r.gloss.set(i, surface, view);
+    } else {
+      albedo = scene_.albedo(points[i]);
     }
-    r.diffuse[i] = scene_.albedo(points[i]) * (diffuse / static_cast<float>(pi));
+    r.nx[i] = normal.x;
+    r.ny[i] = normal.y;
+    r.nz[i] = normal.z;
+    r.diffuse[i] = albedo * (diffuse / static_cast<float>(pi));
   }
   const std::size_t n = lights.size();
   const LeavingPacket leaving = scene_.leave(points, hits);

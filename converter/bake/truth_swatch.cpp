@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "converter/bake/setup.h"
@@ -27,6 +28,49 @@ struct Gather {
   double hits = 0;
 };
 
+/// Lights of one path, and what their radiance under unit irradiance counts.
+struct PathLights {
+  std::vector<V3f> directions;
+  std::vector<V3d> irradiance;
+};
+
+/// All of a few lights; of many, those that send most and one of the others, which stands for them.
+class LightChoice {
+ public:
+  explicit LightChoice(const std::vector<Light>& lights) {
+    constexpr std::size_t few = 8;
+    constexpr double large_share = 1.0 / 32;
+    const auto power = [](const Light& light) {
+      return static_cast<double>(light.irradiance.x + light.irradiance.y + light.irradiance.z);
+    };
+    double whole = 0;
+    for (const Light& light : lights) whole += power(light);
+    for (const Light& light : lights) {
+      const bool is_sure = lights.size() <= few || power(light) >= large_share * whole;
+      PathLights& of = is_sure ? sure_ : others_;
+      of.directions.emplace_back(light.direction.normalized());
+      of.irradiance.emplace_back(light.irradiance);
+      if (!is_sure) up_to_.push_back((up_to_.empty() ? 0 : up_to_.back()) + power(light));
+    }
+  }
+
+  void choose(PathSampler& sampler, PathLights& chosen) const {
+    chosen = sure_;
+    if (up_to_.empty()) return;
+    const auto found = std::upper_bound(up_to_.begin(), up_to_.end(), sampler.next().x * up_to_.back());
+    const std::size_t i = std::min<std::size_t>(found - up_to_.begin(), up_to_.size() - 1);
+    const double power = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
+    if (!(power > 0)) return;
+    chosen.directions.push_back(others_.directions[i]);
+    chosen.irradiance.push_back(others_.irradiance[i] * (up_to_.back() / power));
+  }
+
+ private:
+  PathLights sure_;
+  PathLights others_;
+  std::vector<double> up_to_;  ///< sums of what the others send
+};
+
 class SwatchTracer {
  public:
   /// `plane`: height of z = 0 in units of the scene, which are `metres` long.
@@ -38,7 +82,8 @@ class SwatchTracer {
         shot_(shot),
         options_(options),
         plane_(plane),
-        metres_(metres) {
+        metres_(metres),
+        choice_(shot.lights) {
     for (const Light& light : shot.lights) {
       lights_.emplace_back(light.direction.normalized());
       irradiance_.emplace_back(light.irradiance);
@@ -56,7 +101,8 @@ class SwatchTracer {
     const std::uint64_t places = seed_of(options_.seed, stream_pixels, 2 * pixel + half);
     const std::uint64_t paths = seed_of(options_.seed, stream_paths, 2 * pixel + half);
     Gather gather;
-    std::vector<V3d> radiance(lights_.size());
+    PathLights lights;
+    std::vector<V3d> radiance;
     std::uint64_t rays = 0;
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(options_.samples / 2); ++i) {
       const V2d within = spread_point(i, places);
@@ -68,14 +114,15 @@ class SwatchTracer {
       if (!scene_.trace(origin(*ray), -ray->view, point) || scene_.is_ground(point)) continue;
       gather.hits += 1;
       PathSampler sampler(i, paths);
-      std::fill(radiance.begin(), radiance.end(), V3d(0, 0, 0));
-      rays += light_directly(point, ray->view, radiance);
+      choice_.choose(sampler, lights);
+      radiance.assign(lights.directions.size(), V3d(0, 0, 0));
+      rays += light_directly(point, ray->view, lights.directions, radiance);
       if (cache_ == nullptr) {
-        rays += tracer_.add_indirect(point, ray->view, lights_, sampler, radiance);
+        rays += tracer_.add_indirect(point, ray->view, lights.directions, sampler, radiance);
       } else {
-        light_indirectly(point, radiance);
+        gather.radiance += indirect_light(point);
       }
-      for (std::size_t l = 0; l < lights_.size(); ++l) gather.radiance += radiance[l] * irradiance_[l];
+      for (std::size_t l = 0; l < radiance.size(); ++l) gather.radiance += radiance[l] * lights.irradiance[l];
     }
     rays_.fetch_add(rays, std::memory_order_relaxed);
     return gather;
@@ -94,32 +141,35 @@ class SwatchTracer {
     return V3d(point.x, point.y, plane_) + ray.view * back;
   }
 
-  std::uint64_t light_directly(const SurfacePoint& point, const V3d& view, std::vector<V3d>& radiance) const {
+  std::uint64_t light_directly(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
+                               std::span<V3d> radiance) const {
     const YarnSurface surface = surface_at(scene_, point);
     std::uint64_t rays = 0;
-    for (std::size_t l = 0; l < lights_.size(); ++l) {
-      const V3d light(lights_[l]);
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      const V3d light(lights[l]);
       const double cosine = surface.normal.dot(light);
       if (!(cosine > 0)) continue;
       ++rays;
-      if (scene_.occluded(point, lights_[l])) continue;
+      if (scene_.occluded(point, lights[l])) continue;
       radiance[l] += reflectance(surface, light, view) * cosine;
     }
     return rays;
   }
 
-  void light_indirectly(const SurfacePoint& point, std::vector<V3d>& radiance) const {
+  V3d indirect_light(const SurfacePoint& point) const {
     CacheTaps taps;
-    if (!cache_->taps(point, taps)) return;
+    V3d sum(0, 0, 0);
+    if (!cache_->taps(point, taps)) return sum;
     const V3d factor = V3d(albedo_with_gloss(scene_, point)) * std::numbers::inv_pi;
     const std::size_t n = lights_.size();
     for (std::size_t k = 0; k < 3; ++k) {
       const float* row = &irradiance_of_points_[taps.point[k] * 3 * n];
       for (std::size_t l = 0; l < n; ++l) {
-        radiance[l] +=
-            factor * V3d(V3f(row[l], row[n + l], row[2 * n + l])) * static_cast<double>(taps.weight[k]);
+        sum += irradiance_[l] * V3d(V3f(row[l], row[n + l], row[2 * n + l])) *
+               static_cast<double>(taps.weight[k]);
       }
     }
+    return factor * sum;
   }
 
   const RayScene& scene_;
@@ -129,6 +179,7 @@ class SwatchTracer {
   const TruthOptions& options_;
   double plane_;
   double metres_;
+  LightChoice choice_;
   std::vector<V3f> lights_;
   std::vector<V3d> irradiance_;
   std::vector<float> irradiance_of_points_;  ///< the result of IrradianceCache::solve()

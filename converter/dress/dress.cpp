@@ -16,6 +16,7 @@
 #include "converter/dress/fallback_material.h"
 #include "converter/dress/usd.h"
 #include "converter/dress/uv_scale.h"
+#include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
@@ -89,31 +90,28 @@ class Dresser {
   Dresser(GltfDocument& document, const Fabric& fabric, const DressOptions& options)
       : document_(document), fabric_(fabric), options_(options) {}
 
-  Result<DressReport> dress(const FabricSource& source, const std::string& digest) {
+  DressReport dress(const FabricSource& source, const std::string& digest) {
     digest_ = digest;
-    const Result<std::vector<int>> chosen = choose(document_, options_);
-    if (!chosen) return tl::unexpected<Error>(chosen.error());
-    const Result<Scene> scene = read_scene(document_, options_.limits);
-    if (!scene) return tl::unexpected<Error>(scene.error());
-    for (const std::string& remark : scene->remarks) report_.warnings.push_back(remark);
+    const std::vector<int> chosen = must(choose(document_, options_));
+    const Scene scene = must(read_scene(document_, options_.limits));
+    for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     uses_ = uses_of(document_.json);
-    const Result<int> index = add_fabric(document_, source);
-    if (!index) return tl::unexpected<Error>(index.error());
+    const int index = must(add_fabric(document_, source));
     std::optional<Error> left_out;
-    for (const int material : *chosen) {
-      if (Result<void> good = dress(material, *index, *scene); !good) {
+    for (const int material : chosen) {
+      try {
+        must(dress(material, index, scene));
+      } catch (const Failure& failure) {
         // `all` skips materials that cannot be dressed; named ones must be dressed.
-        if (!options_.all || good.error().code != Code::garment_no_uvs) {
-          return tl::unexpected<Error>(std::move(good.error()));
-        }
+        if (!options_.all || failure.error.code != Code::garment_no_uvs) throw;
         report_.warnings.push_back(
-            fmt::format("material #{} was left alone: {}", material, good.error().message));
-        if (!left_out) left_out = std::move(good.error());
+            fmt::format("material #{} was left alone: {}", material, failure.error.message));
+        if (!left_out) left_out = failure.error;
       }
     }
     if (report_.materials.empty()) {
-      if (left_out) return tl::unexpected<Error>(std::move(*left_out));
-      return fail(Code::garment_empty, document_.file, "/materials", "the materials are on no triangles");
+      throw Failure{left_out.value_or(
+          Error{Code::garment_empty, document_.file, "/materials", "the materials are on no triangles"})};
     }
     report_.embedded = source.uri.empty();
     return std::move(report_);
@@ -158,33 +156,24 @@ class Dresser {
     FabricReference reference{fabric, options_.tex_coord, {}};
     reference.transform.scale = dressed.repeats;
     set_fabric_reference(document_, material, reference);
-    if (options_.fallback) {
-      if (Result<void> good = write_fallback(material, reference, places); !good) return good;
-    }
+    if (options_.fallback) write_fallback(material, reference, places);
     complete_mirror(document_, material, digest_);
     report_.materials.push_back(std::move(dressed));
     return {};
   }
 
-  Result<void> write_fallback(int material, const FabricReference& reference, const std::set<Place>& places) {
-    if (!textures_) {
-      Result<FallbackTextures> textures = add_fallback_textures(document_, bake_fallback(fabric_));
-      if (!textures) return tl::unexpected<Error>(std::move(textures.error()));
-      textures_ = std::move(*textures);
-    }
+  void write_fallback(int material, const FabricReference& reference, const std::set<Place>& places) {
+    if (!textures_) textures_ = must(add_fallback_textures(document_, bake_fallback(fabric_)));
     // TANGENT belongs to the UV set of the normal texture: tangents of another set are removed.
     const Json& normal = member(document_.json["materials"][material], "normalTexture");
     const Json& set = member(normal, names::gltf::tex_coord);
     const bool stale = (set.is_number_integer() ? set.get<int>() : 0) != options_.tex_coord;
     set_fallback(document_, material, *textures_, reference);
-    if (textures_->normal < 0) return {};
+    if (textures_->normal < 0) return;
     for (const auto& [mesh, primitive] : places) {
       if (stale) drop_tangents(document_, mesh, primitive);
-      const Result<bool> added = add_tangents(document_, mesh, primitive, options_.tex_coord);
-      if (!added) return tl::unexpected<Error>(added.error());
-      if (*added) ++report_.tangents_added;
+      if (must(add_tangents(document_, mesh, primitive, options_.tex_coord))) ++report_.tangents_added;
     }
-    return {};
   }
 
   GltfDocument& document_;
@@ -212,51 +201,42 @@ Result<void> check_options(const DressOptions& options) {
 }
 
 /// The files of the USD layer, staged; empty if no layer is wanted.
-Result<std::vector<AtomicFile>> stage_usd(const GltfDocument& document, const std::string& path,
-                                          const SceneLimits& limits, DressReport& report) {
-  if (path.empty()) return std::vector<AtomicFile>();
-  Result<UsdFiles> files = usd_of(document, path, limits);
-  if (!files) return tl::unexpected<Error>(std::move(files.error()));
-  report.warnings.insert(report.warnings.end(), files->remarks.begin(), files->remarks.end());
-  return stage(*files);
+std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::string& path,
+                                  const SceneLimits& limits, DressReport& report) {
+  if (path.empty()) return {};
+  const UsdFiles files = must(usd_of(document, path, limits));
+  report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
+  return must(stage(files));
 }
 
 }  // namespace
 
 Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
                           const std::string& output_path, const DressOptions& options) {
-  SceneLimits limits = options.limits;
-  Result<FabricReader> reader = FabricReader::open(fabric_path, {.memory = limits.document.memory});
-  if (!reader) return tl::unexpected<Error>(reader.error());
-  const Result<Fabric> fabric = reader->read();
-  if (!fabric) return tl::unexpected<Error>(fabric.error());
-  limits.document.memory -= reader->memory_of(0, reader->header().levels - 1);
-  if (Result<void> good = check_options(options); !good)
-    return tl::unexpected<Error>(std::move(good.error()));
-  Result<GltfDocument> document = load_gltf(garment_path, limits.document);
-  if (!document) return tl::unexpected<Error>(std::move(document.error()));
-  const Result<FabricSource> source =
-      source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb")));
-  if (!source) return tl::unexpected<Error>(source.error());
-  const Result<std::string> digest = digest_of_fabric(fabric_path);
-  if (!digest) return tl::unexpected<Error>(digest.error());
   try {
+    SceneLimits limits = options.limits;
+    FabricReader reader = must(FabricReader::open(fabric_path, {.memory = limits.document.memory}));
+    const Fabric fabric = must(reader.read());
+    limits.document.memory -= reader.memory_of(0, reader.header().levels - 1);
+    must(check_options(options));
+    GltfDocument document = must(load_gltf(garment_path, limits.document));
+    const FabricSource source =
+        must(source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
+    const std::string digest = must(digest_of_fabric(fabric_path));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
-    move_document(*document, std::filesystem::path(output_path).parent_path().string());
-    Result<DressReport> report = Dresser(*document, *fabric, options).dress(*source, *digest);
-    if (!report) return report;
-    for (std::string& warning : outside_warnings(*document, output_path))
-      report->warnings.push_back(std::move(warning));
-    Result<std::vector<AtomicFile>> usd = stage_usd(*document, options.usd, limits, *report);
-    if (!usd) return tl::unexpected<Error>(std::move(usd.error()));
-    const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
-    if (!bytes) return tl::unexpected<Error>(bytes.error());
-    report->bytes = *bytes;
-    for (AtomicFile& file : *usd) {
-      if (Result<void> good = file.commit(); !good) return tl::unexpected<Error>(std::move(good.error()));
-      report->usd_files.push_back(file.path());
+    move_document(document, std::filesystem::path(output_path).parent_path().string());
+    DressReport report = Dresser(document, fabric, options).dress(source, digest);
+    for (std::string& warning : outside_warnings(document, output_path))
+      report.warnings.push_back(std::move(warning));
+    std::vector<AtomicFile> usd = stage_usd(document, options.usd, limits, report);
+    report.bytes = must(save_gltf(std::move(document), output_path));
+    for (AtomicFile& file : usd) {
+      must(file.commit());
+      report.usd_files.push_back(file.path());
     }
     return report;
+  } catch (const Failure& failure) {
+    return tl::unexpected(failure.error);
   } catch (const nlohmann::json::exception& error) {
     // A wrong JSON type in an unchecked part of the document.
     return fail(Code::gltf_malformed, garment_path, "", error.what());

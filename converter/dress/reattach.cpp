@@ -8,6 +8,7 @@
 
 #include "converter/dress/extras_mirror.h"
 #include "converter/dress/fabric_source.h"
+#include "format/base/guard.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
@@ -42,7 +43,7 @@ std::string place_of(int material) {
 }
 
 /// "NAME=FILE" or "FILE". An existing file with "=" in its name is a FILE.
-Result<Offer> offer_of(const std::string& text) {
+Offer offer_of(const std::string& text) {
   Offer offer;
   offer.file = text;
   std::error_code ignored;
@@ -51,9 +52,7 @@ Result<Offer> offer_of(const std::string& text) {
     offer.name = text.substr(0, equals);
     offer.file = text.substr(equals + 1);
   }
-  const Result<std::string> digest = digest_of_fabric(offer.file);
-  if (!digest) return tl::unexpected<Error>(digest.error());
-  offer.digest = *digest;
+  offer.digest = must(digest_of_fabric(offer.file));
   return offer;
 }
 
@@ -62,35 +61,28 @@ class Restorer {
   Restorer(GltfDocument& document, const std::string& output, const ReattachOptions& options)
       : document_(document), output_(output), options_(options) {}
 
-  Result<ReattachReport> restore() {
-    if (Result<void> good = find_lost(); !good) return tl::unexpected<Error>(std::move(good.error()));
-    if (Result<void> good = find_fabrics(); !good) return tl::unexpected<Error>(std::move(good.error()));
+  ReattachReport restore() {
+    must(find_lost());
+    must(find_fabrics());
     const Uses uses = uses_of(document_.json);
-    for (const LostMaterial& lost : lost_) {
-      if (Result<void> good = restore(lost, uses); !good)
-        return tl::unexpected<Error>(std::move(good.error()));
-    }
+    for (const LostMaterial& lost : lost_) must(restore(lost, uses));
     return std::move(report_);
   }
 
  private:
   Result<void> find_lost() {
-    const Result<std::vector<SceneFabric>> present = read_fabric_entries(document_);
-    if (!present) return tl::unexpected<Error>(present.error());
+    const std::vector<SceneFabric> present = must(read_fabric_entries(document_));
     const Json& materials = member(document_.json, "materials");
     const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
     for (int i = 0; i < count; ++i) {
-      const auto reference = read_fabric_reference(document_, i, static_cast<int>(present->size()));
-      if (!reference) return tl::unexpected<Error>(reference.error());
-      if (*reference) {
+      if (must(read_fabric_reference(document_, i, static_cast<int>(present.size())))) {
         report_.attached.push_back(i);
         continue;
       }
-      Result<std::optional<Mirror>> mirror = read_mirror(document_, i);
-      if (!mirror) return tl::unexpected<Error>(std::move(mirror.error()));
-      if (!*mirror) continue;
-      LostMaterial lost{i, std::move(**mirror), {}, -1};
-      look_around(lost, *present);
+      std::optional<Mirror> mirror = must(read_mirror(document_, i));
+      if (!mirror) continue;
+      LostMaterial lost{i, std::move(*mirror), {}, -1};
+      look_around(lost, present);
       lost_.push_back(std::move(lost));
     }
     if (!lost_.empty()) return {};
@@ -118,12 +110,11 @@ class Restorer {
   /// Assigns each offered file to its materials. An offer by name overrides a fabric found beside the glTF.
   Result<void> find_fabrics() {
     for (const std::string& text : options_.fabrics) {
-      const Result<Offer> offer = offer_of(text);
-      if (!offer) return tl::unexpected<Error>(offer.error());
+      const Offer offer = offer_of(text);
       bool taken = false;
-      for (LostMaterial& lost : lost_) taken |= take(lost, *offer);
+      for (LostMaterial& lost : lost_) taken |= take(lost, offer);
       if (!taken) {
-        return fail(Code::gltf_reference, offer->file, "",
+        return fail(Code::gltf_reference, offer.file, "",
                     fmt::format("no material of {} has lost this fabric", document_.file));
       }
     }
@@ -161,8 +152,7 @@ class Restorer {
   Result<void> restore(const LostMaterial& lost, const Uses& uses) {
     const std::string name = string_of(member(document_.json["materials"][lost.material], names::gltf::name));
     const std::string label = fmt::format("material #{} \"{}\"", lost.material, name);
-    const Result<int> fabric = lost.entry >= 0 ? Result<int>(lost.entry) : add(lost, label);
-    if (!fabric) return tl::unexpected<Error>(fabric.error());
+    const int fabric = lost.entry >= 0 ? lost.entry : add(lost, label);
     std::optional<Placement> placement =
         placement_now(lost.mirror, base_color_placement(document_, lost.material));
     if (!placement) {
@@ -176,9 +166,9 @@ class Restorer {
                   fmt::format("{}: {}", fault->member, fault->reason));
     }
     if (const auto places = uses.find(lost.material); places != uses.end()) {
-      if (Result<void> good = check_uvs(document_, places->second, placement->tex_coord); !good) return good;
+      must(check_uvs(document_, places->second, placement->tex_coord));
     }
-    set_fabric_reference(document_, lost.material, {*fabric, placement->tex_coord, placement->transform});
+    set_fabric_reference(document_, lost.material, {fabric, placement->tex_coord, placement->transform});
     complete_mirror(document_, lost.material, lost.entry >= 0 ? lost.mirror.digest : digests_.at(lost.file));
     report_.materials.push_back({lost.material, name, lost.entry >= 0 ? lost.mirror.name : lost.file,
                                  placement->tex_coord, placement->transform});
@@ -186,24 +176,20 @@ class Restorer {
   }
 
   /// Checks the fabric's file and adds it to the document.
-  Result<int> add(const LostMaterial& lost, const std::string& label) {
+  int add(const LostMaterial& lost, const std::string& label) {
     if (!digests_.contains(lost.file)) {
-      const Result<Fabric> fabric = read_fabric(lost.file, {.memory = options_.limits.document.memory});
-      if (!fabric) return tl::unexpected<Error>(fabric.error());
-      const Result<std::string> digest = digest_of_fabric(lost.file);
-      if (!digest) return tl::unexpected<Error>(digest.error());
-      digests_[lost.file] = *digest;
+      must(read_fabric(lost.file, {.memory = options_.limits.document.memory}));
+      digests_[lost.file] = must(digest_of_fabric(lost.file));
     }
     if (!lost.mirror.digest.empty() && lost.mirror.digest != digests_[lost.file]) {
       report_.warnings.push_back(
           fmt::format("{}: {} is another fabric than the one that was attached", label, lost.file));
     }
     const bool embed = options_.embed.value_or(lost.mirror.uri.empty());
-    Result<FabricSource> source = source_of(lost.file, output_, embed);
-    if (!source) return tl::unexpected<Error>(std::move(source.error()));
-    if (!lost.mirror.name.empty()) source->name = lost.mirror.name;
+    FabricSource source = must(source_of(lost.file, output_, embed));
+    if (!lost.mirror.name.empty()) source.name = lost.mirror.name;
     if (embed && embedded_.insert(lost.file).second) ++report_.embedded;
-    return add_fabric(document_, *source);
+    return must(add_fabric(document_, source));
   }
 
   GltfDocument& document_;
@@ -219,19 +205,17 @@ class Restorer {
 
 Result<ReattachReport> reattach(const std::string& input_path, const std::string& output_path,
                                 const ReattachOptions& options) {
-  Result<GltfDocument> document = load_gltf(input_path, options.limits.document);
-  if (!document) return tl::unexpected<Error>(std::move(document.error()));
   try {
+    GltfDocument document = must(load_gltf(input_path, options.limits.document));
     // Moved first, so that the URIs of all fabrics are relative to the same folder.
-    move_document(*document, fs::path(output_path).parent_path().string());
-    Result<ReattachReport> report = Restorer(*document, output_path, options).restore();
-    if (!report) return report;
-    for (std::string& warning : outside_warnings(*document, output_path))
-      report->warnings.push_back(std::move(warning));
-    const Result<std::uint64_t> bytes = save_gltf(std::move(*document), output_path);
-    if (!bytes) return tl::unexpected<Error>(bytes.error());
-    report->bytes = *bytes;
+    move_document(document, fs::path(output_path).parent_path().string());
+    ReattachReport report = Restorer(document, output_path, options).restore();
+    for (std::string& warning : outside_warnings(document, output_path))
+      report.warnings.push_back(std::move(warning));
+    report.bytes = must(save_gltf(std::move(document), output_path));
     return report;
+  } catch (const Failure& failure) {
+    return tl::unexpected(failure.error);
   } catch (const nlohmann::json::exception& error) {
     // A wrong JSON type in an unchecked part of the document.
     return fail(Code::gltf_malformed, input_path, "", error.what());

@@ -17,7 +17,8 @@ std::optional<V3d> PathTracer::reflect(const SurfacePoint& point, const V3d& vie
                                        PathSampler& sampler, V3d& throughput) const {
   if (depth == bounces_) return std::nullopt;
   const auto sample = sample_bsdf(surface_at(scene_, point), view, sampler.next());
-  if (!sample) return std::nullopt;
+  // A fibre may reflect into the yarn.
+  if (!sample || sample->direction.dot(V3d(point.face_normal)) <= 0) return std::nullopt;
   throughput *= sample->weight;
   const double brightest = std::max({throughput.x, throughput.y, throughput.z});
   if (brightest <= 0) return std::nullopt;
@@ -52,7 +53,8 @@ std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& vie
       for (; lit != 0; lit &= lit - 1) {
         const int l = std::countr_zero(lit);
         const V3d light(packet[l]);
-        radiance[first + l] += throughput * reflectance(surface, light, towards) * surface.normal.dot(light);
+        const double cosine = std::max(0.0, surface.normal.dot(light));
+        radiance[first + l] += throughput * reflectance(surface, light, towards) * cosine;
       }
     }
   }

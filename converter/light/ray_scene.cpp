@@ -76,13 +76,33 @@ bool walk(const RaySceneState& s, V3d origin, const V3d& direction, const Step& 
   return false;
 }
 
+/// A point on the ribbon of a hair, `side` (-1 to 1) of the way to its edges, has the normal of a round hair
+/// that the ray meets there.
+void place_on_hair(const Hairs& hairs, unsigned primitive, float side, SurfacePoint& point) {
+  point.back = false;
+  point.hair = hair_point_of(hairs, primitive);
+  point.triangle = hairs.roots[point.hair / Hairs::points_each];
+  point.u = point.v = 1.0F / 3;
+  const V3f along = (hairs.points[point.hair + 1] - hairs.points[point.hair]).normalized();
+  const V3f across = point.view.cross(along).normalized();
+  const V3f front = along.cross(across);
+  point.face_normal = front * std::sqrt(std::max(0.0F, 1 - side * side)) + across * side;
+  if (point.face_normal.length2() < 0.5F) point.face_normal = point.view;  // seen along itself
+}
+
 SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& direction,
-                        const V3f& geometric_normal, unsigned primitive, float u, float v) {
+                        const V3f& geometric_normal, unsigned geometry, unsigned primitive, float u,
+                        float v) {
   SurfacePoint point;
   point.position = V3f(V3d(wrap(position.x, s.mesh.period.x), wrap(position.y, s.mesh.period.y), position.z));
   point.face_normal = geometric_normal.normalized();
+  point.view = V3f(-direction);
   point.back = point.face_normal.dot(V3f(direction)) > 0;
   if (point.back) point.face_normal = -point.face_normal;
+  if (geometry == hair_geometry) {
+    place_on_hair(s.mesh.hairs, primitive, primitive % 2 == 0 ? 2 * u - 1 : 1 - 2 * v, point);
+    return point;
+  }
   point.triangle = static_cast<int>(primitive % s.mesh.triangles.size());
   point.u = u;
   point.v = v;
@@ -199,7 +219,7 @@ std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint3
       const V3d position = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
       points[i] =
           point_from(s, position, direction, V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
-                     query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
+                     query.hit.geomID[i], query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
     }
     met |= done;
     return done;
@@ -269,7 +289,7 @@ bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& poin
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
     const V3d position = start + direction * static_cast<double>(query.ray.tfar);
     point = point_from(s, position, direction, V3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z),
-                       query.hit.primID, query.hit.u, query.hit.v);
+                       query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v);
     return true;
   });
 }
@@ -287,6 +307,7 @@ V3d RayScene::leave(const SurfacePoint& point) const {
 }
 
 V3f RayScene::vertex_normal(const SurfacePoint& point) const {
+  if (point.hair >= 0) return point.face_normal;
   // Not flipped towards the ray per vertex: at a silhouette the smooth normal may lean away slightly.
   const V3f smooth = interpolate(mesh().normals, point).normalized();
   return smooth.dot(point.face_normal) < 0 ? -smooth : smooth;

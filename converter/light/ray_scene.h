@@ -4,6 +4,11 @@
 // while still between the cell's lowest and highest point, re-enters it shifted by whole periods: memory does
 // not depend on how grazing a ray is.
 //
+// Hairs lie beside the triangles as ribbons of triangles that turn about themselves: as wide as a round hair
+// on average, and shaded as one. Of the rays that meet a hair, its share `passed` goes on as if it was not
+// there; which ones, is drawn from the ray and the hair. So opacity, light and shadow count a hair's cover
+// less what it lets pass, and a ray is always decided alike.
+//
 // Rays are traced singly or in packets of up to 16. Coherent packets (one direction from neighbouring points,
 // or neighbouring directions from one point) cost about a third.
 #pragma once
@@ -25,7 +30,11 @@ struct SurfacePoint {
   int triangle = 0;          ///< index into RayScene::mesh()
   float u = 0;               ///< weight of the triangle's second corner
   float v = 0;               ///< weight of its third corner
-  bool back = false;         ///< the ray came from the side that sees the corners in clockwise order
+  V3f view{0, 0, 0};         ///< unit, towards the ray's origin; zero: no ray met it
+  /// First point of the piece of a hair in RayScene::mesh().hairs; -1: the triangle itself. A point on a hair
+  /// has the middle of the hair's root as its place on the triangle.
+  int hair = -1;
+  bool back = false;  ///< the ray came from the side that sees the corners in clockwise order
 };
 
 inline constexpr std::size_t packet_size = 16;
@@ -48,7 +57,8 @@ class RayScene {
   RayScene& operator=(RayScene&&) noexcept;
   ~RayScene();
 
-  /// Bounds of one cell without the ground; the lowest point lies at z = 0, whatever the mesh's own height.
+  /// Bounds of one cell without hairs and the ground; the lowest point lies at z = 0, whatever the mesh's own
+  /// height.
   const Box& bounds() const;
   V2d period() const;
   /// The cell as it is traced: shifted by whole periods, its lowest point at z = 0, the ground's triangles

@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "converter/light/ray_scene_state.h"
+#include "format/base/random.h"
 
 namespace selvedge {
 namespace {
@@ -26,6 +29,7 @@ void add_ground(CellMesh& mesh, float albedo) {
     mesh.positions.push_back(corner);
     mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
     mesh.albedo.emplace_back(albedo);
+    if (!mesh.places.empty()) mesh.places.emplace_back();
     if (!mesh.gloss.empty()) {
       mesh.fibres.emplace_back(1.0F, 0.0F, 0.0F);
       mesh.gloss.push_back({});
@@ -33,6 +37,112 @@ void add_ground(CellMesh& mesh, float albedo) {
   }
   mesh.triangles.emplace_back(first, first + 1, first + 2);
   mesh.triangles.emplace_back(first, first + 2, first + 3);
+}
+
+/// Copies triangles into the scene; `filter` decides about hits. False without memory.
+bool attach(RaySceneState& state, const std::vector<V3f>& vertices, const std::vector<V3i>& triangles,
+            RTCFilterFunctionN filter = nullptr) {
+  RTCGeometry geometry = rtcNewGeometry(state.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  void* vertex_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                sizeof(V3f), vertices.size());
+  void* index_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                               sizeof(V3i), triangles.size());
+  const bool whole = vertex_buffer != nullptr && index_buffer != nullptr;
+  if (whole) {
+    std::copy(vertices.begin(), vertices.end(), static_cast<V3f*>(vertex_buffer));
+    std::copy(triangles.begin(), triangles.end(), static_cast<V3i*>(index_buffer));
+    if (filter != nullptr) {
+      rtcSetGeometryUserData(geometry, &state);
+      rtcSetGeometryIntersectFilterFunction(geometry, filter);
+      rtcSetGeometryOccludedFilterFunction(geometry, filter);
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(state.scene, geometry);
+  }
+  rtcReleaseGeometry(geometry);
+  return whole;
+}
+
+/// Rays that begin on a hair do not meet it again: hairs nearer than so many of their radii are passed.
+constexpr float near_radii = 4;
+
+/// Lets the share `passed` of rays go on, by a number that belongs to the ray and the hair.
+void pass_hairs(const RTCFilterFunctionNArguments* args) {
+  const auto& state = *static_cast<const RaySceneState*>(args->geometryUserPtr);
+  const Hairs& hairs = state.mesh.hairs;
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] != -1) continue;
+    const int hair = hair_point_of(hairs, RTCHitN_primID(args->hit, n, i)) / Hairs::points_each;
+    const auto bits = [](float x) { return static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(x)); };
+    RTCRayN* const ray = args->ray;
+    const std::uint64_t origin = bits(RTCRayN_org_x(ray, n, i)) << 32U ^ bits(RTCRayN_org_y(ray, n, i));
+    const std::uint64_t direction = bits(RTCRayN_dir_x(ray, n, i)) << 32U ^ bits(RTCRayN_dir_y(ray, n, i));
+    const std::uint64_t drawn = mix(mix(origin ^ mix(direction)) ^ static_cast<std::uint64_t>(hair));
+    const bool near = RTCRayN_tfar(ray, n, i) < near_radii * hairs.radius[hair];
+    if (near || static_cast<float>(drawn >> 40U) * 0x1.0p-24F < hairs.passed[hair]) args->valid[i] = 0;
+  }
+}
+
+/// Both edges of a hair's ribbon at each of its points: it turns about itself by half a turn. Seen from
+/// anywhere, a ribbon of width pi r then covers 2 r on average, as a round hair does.
+void add_edges(const Hairs& hairs, std::size_t hair, std::vector<V3f>& edges) {
+  const V3f* const points = &hairs.points[hair * Hairs::points_each];
+  const double half_width = 0.5 * std::numbers::pi * static_cast<double>(hairs.radius[hair]);
+  V3d across(0, 0, 0);
+  for (int k = 0; k < Hairs::points_each; ++k) {
+    const int next = std::min(k + 1, Hairs::points_each - 1);
+    V3d along(points[next] - points[next - 1]);
+    along = along.length() > 0 ? along.normalized() : V3d(1, 0, 0);
+    if (k == 0) across = along.cross(std::abs(along.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0));
+    across = (across - along * across.dot(along)).normalized();
+    const double turn = std::numbers::pi * k / (Hairs::points_each - 1);
+    const V3d edge = (across * std::cos(turn) + along.cross(across) * std::sin(turn)) * half_width;
+    edges.emplace_back(V3d(points[k]) - edge);
+    edges.emplace_back(V3d(points[k]) + edge);
+  }
+}
+
+/// The hairs of all cells that reach into the block; true if there are none.
+bool attach_hairs(RaySceneState& state) {
+  const Hairs& hairs = state.mesh.hairs;
+  if (hairs.roots.empty()) return true;
+  const V2d period = state.mesh.period;
+  V2d low(0, 0);
+  V2d high(period);
+  for (std::size_t k = 0; k < hairs.points.size(); ++k) {
+    const V3d p(hairs.points[k]);
+    for (int i = 0; i < 2; ++i) {
+      low[i] = std::min(low[i], p[i]);
+      high[i] = std::max(high[i], p[i]);
+    }
+    // Rays begin where they enter the slab: further from a hair than what is passed.
+    const auto clear = static_cast<double>(2 * near_radii * hairs.radius[k / Hairs::points_each]);
+    state.z_low = std::min(state.z_low, p.z - clear);
+    state.z_high = std::max(state.z_high, p.z + clear);
+  }
+  std::vector<V3f> edges;
+  for (std::size_t h = 0; h < hairs.roots.size(); ++h) add_edges(hairs, h, edges);
+  const auto cells = [](double overhang, double length) {
+    return block_reach + static_cast<int>(std::ceil(overhang / length));
+  };
+  std::vector<V3f> vertices;
+  std::vector<V3i> triangles;
+  for (int cy = -cells(high.y - period.y, period.y); cy <= cells(-low.y, period.y); ++cy) {
+    for (int cx = -cells(high.x - period.x, period.x); cx <= cells(-low.x, period.x); ++cx) {
+      const int first = static_cast<int>(vertices.size());
+      const V3d shift(cx * period.x, cy * period.y, 0);
+      for (const V3f& edge : edges) vertices.emplace_back(V3d(edge) + shift);
+      for (int p = 0; p < static_cast<int>(hairs.points.size()); ++p) {
+        if ((p + 1) % Hairs::points_each == 0) continue;
+        // The order that hair_place() reads.
+        const int left = first + 2 * p;
+        triangles.emplace_back(left, left + 1, left + 2);
+        triangles.emplace_back(left + 1, left + 3, left + 2);
+      }
+    }
+  }
+  return attach(state, vertices, triangles, pass_hairs);
 }
 
 }  // namespace
@@ -60,6 +170,7 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   const V3d shift(whole_periods(state->bounds.min.x, period.x), whole_periods(state->bounds.min.y, period.y),
                   low_z);
   for (V3f& p : state->mesh.positions) p = V3f(V3d(p) - shift);
+  for (V3f& p : state->mesh.hairs.points) p = V3f(V3d(p) - shift);
   state->bounds.min = V3f(V3d(state->bounds.min) - shift);
   state->bounds.max = V3f(V3d(state->bounds.max) - shift);
   state->ground_triangle = static_cast<int>(mesh.triangles.size());
@@ -100,20 +211,9 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   state->scene = rtcNewScene(state->device);
   rtcSetSceneFlags(state->scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(state->scene, RTC_BUILD_QUALITY_HIGH);
-  RTCGeometry geometry = rtcNewGeometry(state->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* vertex_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                sizeof(V3f), vertices.size());
-  void* index_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                               sizeof(V3i), triangles.size());
-  if (vertex_buffer == nullptr || index_buffer == nullptr) {
-    rtcReleaseGeometry(geometry);
+  if (!attach(*state, vertices, triangles) || !attach_hairs(*state)) {
     return fail(Code::mesh_invalid, name, {}, "not enough memory for the ray tracer");
   }
-  std::copy(vertices.begin(), vertices.end(), static_cast<V3f*>(vertex_buffer));
-  std::copy(triangles.begin(), triangles.end(), static_cast<V3i*>(index_buffer));
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(state->scene, geometry);
-  rtcReleaseGeometry(geometry);
   rtcCommitScene(state->scene);
   if (rtcGetDeviceError(state->device) != RTC_ERROR_NONE) {
     return fail(Code::mesh_invalid, name, {}, "the ray tracer refuses the mesh");

@@ -11,6 +11,17 @@ namespace selvedge {
 /// cost restarts; one suffices for most rays in a cell that is thinner than wide.
 inline constexpr int block_reach = 1;
 
+/// Geometries of the scene, in the order in which they are attached.
+inline constexpr unsigned triangle_geometry = 0;
+inline constexpr unsigned hair_geometry = 1;
+
+/// First point of the piece of a hair that a triangle of the hairs' geometry is of; two make a piece.
+inline int hair_point_of(const Hairs& hairs, unsigned primitive) {
+  constexpr int pieces = Hairs::points_each - 1;
+  const int piece = static_cast<int>(primitive / 2 % (pieces * hairs.roots.size()));
+  return piece / pieces * Hairs::points_each + piece % pieces;
+}
+
 struct RaySceneState {
   RaySceneState() = default;
   RaySceneState(const RaySceneState&) = delete;

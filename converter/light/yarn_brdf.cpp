@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "converter/light/fibre_noise.h"
 #include "converter/light/sobol.h"
 #include "format/simd/wide.h"
 
@@ -75,7 +76,10 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
   s.normal = V3d(point.face_normal);
   s.albedo = V3d(scene.albedo(point));
   const CellMesh& mesh = scene.mesh();
-  if (mesh.gloss.empty()) return s;
+  if (mesh.gloss.empty()) {
+    add_fibre_noise(mesh, point, s);
+    return s;
+  }
   const V3i& corner = mesh.triangles[point.triangle];
   const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
   V3f fibre(0, 0, 0);
@@ -86,11 +90,13 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
     // The sign of a fibre has no meaning: corners are flipped to agree.
     fibre += aligned(mesh.fibres[corner[i]], mesh.fibres[corner.x]) * share[i];
   }
+  if (point.hair >= 0) fibre = mesh.hairs.points[point.hair + 1] - mesh.hairs.points[point.hair];
   V3d in_plane = V3d(fibre) - s.normal * V3d(fibre).dot(s.normal);
   if (in_plane.length2() < 1e-12) {
     in_plane = s.normal.cross(std::abs(s.normal.x) < 0.9 ? V3d(1, 0, 0) : V3d(0, 1, 0));
   }
   s.fibre = in_plane.normalized();
+  add_fibre_noise(mesh, point, s);
   return s;
 }
 
@@ -179,9 +185,11 @@ double mean_gloss_albedo(float roughness) {
 }
 
 V3f albedo_with_gloss(const RayScene& scene, const SurfacePoint& point) {
-  const V3f albedo = scene.albedo(point);
-  if (scene.mesh().gloss.empty()) return albedo;
-  const Gloss gloss = surface_at(scene, point).gloss;
+  const CellMesh& mesh = scene.mesh();
+  if (mesh.gloss.empty() && mesh.places.empty()) return scene.albedo(point);
+  const YarnSurface surface = surface_at(scene, point);
+  const V3f albedo(surface.albedo);
+  const Gloss gloss = surface.gloss;
   if (!(gloss.weight > 0)) return albedo;
   return albedo * (1 - gloss.weight) +
          V3f(gloss.weight * static_cast<float>(mean_gloss_albedo(gloss.roughness)));

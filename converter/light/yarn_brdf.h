@@ -16,7 +16,8 @@ struct YarnSurface {
   Gloss gloss;
 };
 
-/// The surface at a point, with the fibre projected to the triangle's plane.
+/// The surface at a point, with the fibre projected to the triangle's plane, and the strand of fibres that is
+/// met there (fibre_noise.h).
 YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point);
 
 /// f in 1/sr; 0 if a direction lies below the surface.

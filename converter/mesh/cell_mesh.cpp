@@ -46,6 +46,9 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
     return invalid("", fmt::format("{} positions, but {} fibres and {} values of gloss", count,
                                    mesh.fibres.size(), mesh.gloss.size()));
   }
+  if (mesh.places.size() != (mesh.skins.empty() ? 0 : count)) {
+    return invalid("", fmt::format("{} positions, but {} places on yarns", count, mesh.places.size()));
+  }
   for (std::size_t v = 0; v < count; ++v) {
     const auto place = [&] { return fmt::format("vertex {}", v); };
     const char* infinite = !is_finite(mesh.positions[v])                       ? "position"
@@ -73,6 +76,19 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
       if (v < 0 || v >= static_cast<int>(count)) {
         return invalid(fmt::format("triangle {}", t), fmt::format("refers to vertex {} of {}", v, count));
       }
+    }
+  }
+  const Hairs& hairs = mesh.hairs;
+  const std::size_t hair_count = hairs.roots.size();
+  if (hairs.points.size() != hair_count * Hairs::points_each || hairs.radius.size() != hair_count ||
+      hairs.passed.size() != hair_count) {
+    return invalid("", fmt::format("{} hairs, but {} points", hair_count, hairs.points.size()));
+  }
+  for (std::size_t h = 0; h < hair_count; ++h) {
+    const V3f* const first = &hairs.points[h * Hairs::points_each];
+    if (hairs.roots[h] < 0 || hairs.roots[h] >= static_cast<int>(mesh.triangles.size()) ||
+        !(hairs.radius[h] > 0) || !std::all_of(first, first + Hairs::points_each, is_finite)) {
+      return invalid(fmt::format("hair {}", h), "has no root, no thickness or points that are not finite");
     }
   }
   const bool has_area = std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const V3i& t) {

@@ -14,6 +14,31 @@
 
 namespace selvedge {
 
+/// What is seen of the fibres of a yarn or ply, at hits of rays (converter/light/fibre_noise.h).
+struct YarnSkin {
+  int strands = 0;  ///< of fibres, side by side around it; 0: smooth
+  int lays = 0;     ///< whole turns that the strands take about it from its start to where it begins again
+  int pieces = 1;   ///< lengths over which a strand stays alike
+  int swells = 1;   ///< changes of colour along it
+  float irregularity = 0;  ///< root mean square of these, relative
+};
+
+/// Where a vertex lies on its yarn. A skin of -1: on none.
+struct YarnPlace {
+  int skin = -1;
+  float along = 0;   ///< share of the way to where the yarn begins again, in [0, 1]
+  float around = 0;  ///< turns about the yarn, in [-1/2, 1/2]; periodic with the yarn
+};
+
+/// Hairs that stand off the yarns: round, each a line of points_each points. They may leave the cell.
+struct Hairs {
+  static constexpr int points_each = 8;
+  std::vector<V3f> points;    ///< mm, hair by hair
+  std::vector<int> roots;     ///< of each, the triangle that it grows from: it has its albedo and gloss
+  std::vector<float> radius;  ///< of each, mm
+  std::vector<float> passed;  ///< of each, the share of rays that go on as if it was not there
+};
+
 struct CellMesh {
   V2d period{1, 1};            ///< mm
   std::vector<V3f> positions;  ///< mm
@@ -21,6 +46,10 @@ struct CellMesh {
   std::vector<V3f> albedo;     ///< per vertex, linear, in [0, 1]
   std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
   std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
+  std::vector<YarnSkin> skins;    ///< one for each yarn; empty: none has fibres, hairs or irregularity
+  std::vector<YarnPlace> places;  ///< per vertex; empty without skins
+  std::uint64_t seed = 1;         ///< of what varies along and around yarns
+  Hairs hairs;
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
   YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())
 };

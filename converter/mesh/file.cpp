@@ -26,12 +26,9 @@ std::string ending_of(const std::string& path) {
   return ending.empty() ? ending : ending.substr(1);
 }
 
-/// The sRGB transfer curve (IEC 61966-2-1) and its inverse.
+/// The sRGB transfer curve (IEC 61966-2-1).
 float linear_of(float coded) {
   return coded <= 0.04045F ? coded / 12.92F : std::pow((coded + 0.055F) / 1.055F, 2.4F);
-}
-float coded_of(float linear) {
-  return linear <= 0.0031308F ? linear * 12.92F : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
 }
 
 V3f albedo_of(const V3f& colour, bool coded, const V3f& fallback) {
@@ -164,12 +161,6 @@ void move_near_origin(std::vector<V3d>& positions, const std::vector<V3i>& trian
   for (V3d& p : positions) p -= shift;
 }
 
-template <class T>
-void append_bytes(std::string& out, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 std::string period_comment(const CellMesh& mesh) {
   return fmt::format("period {} x {} mm", mesh.period.x, mesh.period.y);
 }
@@ -189,26 +180,47 @@ std::string obj_of(const CellMesh& mesh) {
   return out;
 }
 
-std::string ply_of(const CellMesh& mesh) {
-  std::string out = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\n"
-      "property float x\nproperty float y\nproperty float z\n"
-      "property float nx\nproperty float ny\nproperty float nz\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-      period_comment(mesh), mesh.positions.size(), mesh.triangles.size());
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    for (unsigned i = 0; i < 3; ++i) append_bytes(out, mesh.positions[v][i]);
-    for (unsigned i = 0; i < 3; ++i) append_bytes(out, mesh.normals[v][i]);
-    for (unsigned i = 0; i < 3; ++i) {
-      append_bytes(out, static_cast<std::uint8_t>(std::lround(coded_of(mesh.albedo[v][i]) * 255)));
+/// Adds what a PLY file of Selvedge says of its yarns. Those of a mesh that lies otherwise than it was
+/// written are left out.
+Result<void> add_yarns(RawMesh& raw, const MeshChoices& choices, const std::string& path, CellMesh& mesh) {
+  if (!raw.face_colours.empty()) return {};
+  for (V3f& fibre : raw.fibres) fibre = turned(fibre, choices.up_axis);
+  mesh.fibres = std::move(raw.fibres);
+  mesh.gloss = std::move(raw.gloss);
+  if (choices.up_axis != UpAxis::z || choices.scale_to_mm != 1) return {};
+  mesh.skins = std::move(raw.skins);
+  mesh.places = std::move(raw.places);
+  mesh.seed = raw.seed;
+  mesh.hairs = std::move(raw.hairs);
+  const auto skins = static_cast<int>(mesh.skins.size());
+  for (const YarnPlace& place : mesh.places) {
+    if (place.skin < -1 || place.skin >= skins || !std::isfinite(place.along) ||
+        !std::isfinite(place.around)) {
+      return fail(Code::file_damaged, path, "element vertex", "has places on yarns that there are not");
     }
   }
-  for (const V3i& t : mesh.triangles) {
-    append_bytes(out, std::uint8_t{3});
-    for (int k = 0; k < 3; ++k) append_bytes(out, static_cast<std::int32_t>(t[k]));
+  for (const YarnSkin& skin : mesh.skins) {
+    if (skin.strands < 0 || skin.pieces < 1 || skin.swells < 1 || !std::isfinite(skin.irregularity)) {
+      return fail(Code::file_damaged, path, "element yarn_skin", "has counts out of range");
+    }
   }
-  return out;
+  YarnCounts counts = raw.yarn_counts;
+  if (counts.curves == 0) return {};
+  constexpr double max_stations = 1 << 20;
+  double stations = 0;  // the second value of each curve
+  const bool whole = raw.yarn_values.size() == static_cast<std::size_t>(curve_value_count(counts));
+  for (int c = 0; whole && c < counts.curves; ++c)
+    stations += static_cast<double>(raw.yarn_values[counts.curves + c]);
+  if (!whole || !(stations >= 1 && stations <= max_stations)) {
+    return fail(Code::file_damaged, path, "element yarn_curves", "has not the values of its curves");
+  }
+  counts.stations = static_cast<int>(stations);
+  const std::vector<float> dark(std::size_t{light_values_per_station} * counts.stations);
+  auto yarns = yarns_from_values(raw.yarn_values, dark, counts, V2f(mesh.period));
+  if (!yarns) return fail(Code::file_damaged, path, "element yarn_curves", yarns.error().message);
+  mesh.yarns = std::move(*yarns);
+  mesh.yarns.light.clear();
+  return {};
 }
 
 Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
@@ -252,7 +264,9 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   } else {
     for (const V3f& n : raw->normals) {
       const V3f up = turned(n, choices.up_axis);
-      mesh.normals.push_back(up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
+      // Unit normals stay as they are, to the bit.
+      const bool unit = std::abs(up.length() - 1) < 1e-6F;
+      mesh.normals.push_back(unit ? up : up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
     }
   }
   if (!raw->face_colours.empty()) {
@@ -265,6 +279,7 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
     }
     paint_triangles(mesh, albedo);
   }
+  if (auto added = add_yarns(*raw, choices, path, mesh); !added) return tl::unexpected(added.error());
   if (auto sound = validate(mesh, path); !sound) return tl::unexpected(sound.error());
   return mesh;
 }
@@ -288,7 +303,7 @@ Result<void> write_mesh(const std::string& path, const CellMesh& mesh) {
     return fail(Code::file_unwritable, path, "", "the file's ending must be .obj or .ply");
   }
   if (auto sound = validate(mesh, path); !sound) return sound;
-  return write_file(path, format == "obj" ? obj_of(mesh) : ply_of(mesh));
+  return write_file(path, format == "obj" ? obj_of(mesh) : write_ply(mesh, period_comment(mesh)));
 }
 
 }  // namespace selvedge

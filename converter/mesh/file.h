@@ -31,8 +31,9 @@ Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& opt
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
                            const MeshImportOptions& options);
 
-/// Writes OBJ (with linear colours behind the positions) or binary PLY (colours as 8-bit sRGB), by the path's
-/// ending. The file appears whole or not at all. A comment keeps the period.
+/// Writes OBJ (with linear colours behind the positions: gloss, fibres, hairs and the yarns themselves are
+/// lost) or binary PLY, which read_mesh() reads as the same mesh, by the path's ending. The file appears
+/// whole or not at all. A comment keeps the period.
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh);
 
 }  // namespace selvedge

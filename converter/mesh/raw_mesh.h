@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "converter/mesh/cell_mesh.h"
 #include "format/base/error.h"
 #include "format/base/vec.h"
 
@@ -22,6 +23,16 @@ struct RawMesh {
   bool colours_8bit = false;      ///< sRGB-coded bytes / 255, else linear
   std::vector<V3f> face_colours;  ///< empty, or one per face, like those of vertices
   bool face_colours_8bit = false;
+  /// What PLY files of Selvedge hold beside: gloss, fibres, places and hairs as CellMesh has them, and yarns
+  /// without their light.
+  std::vector<V3f> fibres;
+  std::vector<Gloss> gloss;
+  std::vector<YarnSkin> skins;
+  std::vector<YarnPlace> places;
+  std::uint64_t seed = 1;
+  Hairs hairs;
+  YarnCounts yarn_counts;
+  std::vector<float> yarn_values;
   std::vector<std::vector<int>> faces;  ///< indices as written, perhaps out of range
 };
 
@@ -50,7 +61,10 @@ Result<RawMesh> read_stl(const std::string& bytes, const std::string& file);
 /// ASCII and binary PLY of both byte orders with any numeric types: x, y, z, nx, ny, nz, red, green, blue
 /// (also r, g, b and diffuse_*) of element "vertex", the colours and the list vertex_indices (or
 /// vertex_index) of element "face"; everything else is skipped. Colours of integer type are divided by the
-/// type's largest value and count as sRGB.
+/// type's largest value and count as sRGB. What write_ply() adds has names that begin with "yarn_".
 Result<RawMesh> read_ply(const std::string& bytes, const std::string& file);
+
+/// A binary PLY file with all of a mesh: colours also as 8-bit sRGB for other programs.
+std::string write_ply(const CellMesh& mesh, const std::string& comment);
 
 }  // namespace selvedge

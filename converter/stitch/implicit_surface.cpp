@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "converter/mesh/yarn_chain.h"
+#include "converter/mesh/yarn_noise.h"
 
 namespace selvedge {
 namespace {
@@ -37,7 +38,22 @@ std::pair<int, int> bins_touched(double low, double high, double size, int count
   return {clamped(low), clamped(high)};
 }
 
+/// Of irregularity: independent of what else is drawn from the pattern's seed.
+constexpr std::uint64_t stream_thickness = 11;
+
+/// The thickness of a yarn of this length, `along` mm from its start, as a multiple of what it is on average.
+double swelling(std::uint64_t seed, int index, const Yarn& yarn, double length, double along) {
+  if (yarn.irregularity == 0) return 1;
+  const int cells = swells_of(length, yarn.radius_mm);
+  return 1 +
+         yarn.irregularity * closed_noise(mix(seed ^ stream_thickness), index, cells, along / length * cells);
+}
+
 }  // namespace
+
+int swells_of(double length, double radius_mm) {
+  return std::max(2, static_cast<int>(std::lround(length / (12 * radius_mm))));
+}
 
 Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, double reach,
                                                const std::string& file) {
@@ -71,17 +87,27 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
     const Yarn& yarn = pattern.yarns[y];
     double length = 0;
+    const std::size_t first = pieces_.size();
     for (const BezierSegment& segment : yarn.segments) {
       for (const CurveSpan& span :
            spans_of(segment, span_length_radii * yarn.radius_mm, span_sag_radii * yarn.radius_mm)) {
         pieces_.push_back({segment, span, yarn.radius_mm, static_cast<int>(y), length});
-        length += (span.end - span.start).length();
-        const double margin = yarn.radius_mm + span.sag;
-        low_ = std::min(low_, std::min(span.start.z, span.end.z) - margin);
-        high_ = std::max(high_, std::max(span.start.z, span.end.z) + margin);
+        length += pieces_.back().length();
       }
     }
     yarn_length_.push_back(length);
+    const auto radius_at = [&](double along) {
+      return yarn.radius_mm * swelling(pattern.seed, static_cast<int>(y), yarn, length, along);
+    };
+    for (std::size_t p = first; p < pieces_.size(); ++p) {
+      Piece& piece = pieces_[p];
+      piece.start_radius = radius_at(piece.start_length);
+      piece.end_radius = radius_at(piece.start_length + piece.length());
+      piece.radius = std::max(piece.start_radius, piece.end_radius);
+      const double margin = piece.radius + piece.span.sag;
+      low_ = std::min(low_, std::min(piece.span.start.z, piece.span.end.z) - margin);
+      high_ = std::max(high_, std::max(piece.span.start.z, piece.span.end.z) + margin);
+    }
   }
 }
 
@@ -178,15 +204,20 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
     const double t = nearest_parameter(piece.segment, piece.span.t0, piece.span.t1, local);
     const V3d offset = local - point_at(piece.segment, t);
     const double length = offset.length();
-    if (length - piece.radius < best.distance) {
-      best.distance = length - piece.radius;
+    const double radius = piece.radius_at(t);
+    if (length - radius < best.distance) {
+      best.distance = length - radius;
       best.gradient = length > 0 ? offset / length : V3d(0, 0, 0);
       best.yarn = piece.yarn;
       nearest = &piece;
       parameter = t;
     }
   }
-  if (nearest != nullptr) best.tangent = derivative_at(nearest->segment, parameter).normalized();
+  if (nearest == nullptr) return best;
+  best.tangent = derivative_at(nearest->segment, parameter).normalized();
+  const double length = nearest->length();
+  best.along = (nearest->start_length + nearest->part(parameter) * length) / yarn_length_[best.yarn];
+  if (length > 0) best.widening = (nearest->end_radius - nearest->start_radius) / length;
   return best;
 }
 
@@ -200,8 +231,7 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
 
   // Points on pieces as (piece, parameter, length along the chain).
   const auto length_at = [](const ImplicitSurface::Piece& piece, double t) {
-    const double part = (t - piece.span.t0) / (piece.span.t1 - piece.span.t0);
-    return piece.start_length + part * (piece.span.end - piece.span.start).length();
+    return piece.start_length + piece.part(t) * piece.length();
   };
   const auto adjacent = [&](const ImplicitSurface::Piece& a, double ta, const ImplicitSurface::Piece& b,
                             double tb, const V2i& shift) {

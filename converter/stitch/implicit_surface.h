@@ -1,7 +1,8 @@
 // The surface of a stitch's yarns as an implicit function (Daubert et al. 2001, section 4: implicit surfaces
 // around skeletons of Bézier curves).
 //
-//   f(p) = minimum over all yarns and their copies of ( distance from p to the yarn's curve - its radius )
+//   f(p) = minimum over all yarns and their copies of ( distance from p to the yarn's curve - its radius
+//   there )
 //
 // in millimetres, negative inside. The distance is to the cubic curve itself, not to a polyline.
 #pragma once
@@ -19,6 +20,8 @@ struct SurfaceSample {
   V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach
   V3d tangent{0, 0, 0};   ///< unit, along the nearest yarn; zero beyond the reach
   int yarn = -1;          ///< index of the nearest yarn; -1 beyond the reach
+  double along = 0;       ///< place on the nearest yarn's chain, as a share of its length
+  double widening = 0;    ///< change of its radius, mm a mm along the tangent
 };
 
 class ImplicitSurface {
@@ -42,9 +45,15 @@ class ImplicitSurface {
   struct Piece {
     BezierSegment segment;
     CurveSpan span;
-    double radius = 0;
+    double radius = 0;  ///< the larger one of both ends
     int yarn = 0;
     double start_length = 0;  ///< along the yarn's chain, by chords, mm
+    double start_radius = 0;
+    double end_radius = 0;
+    /// Share of the way from start to end.
+    double part(double t) const { return (t - span.t0) / (span.t1 - span.t0); }
+    double length() const { return (span.end - span.start).length(); }
+    double radius_at(double t) const { return start_radius + part(t) * (end_radius - start_radius); }
   };
   struct Entry {
     std::int32_t piece;
@@ -73,6 +82,9 @@ class ImplicitSurface {
   std::vector<Entry> entries_;
   std::vector<double> yarn_length_;
 };
+
+/// Changes of thickness and colour along a yarn: one every 12 radii.
+int swells_of(double length, double radius_mm);
 
 /// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii, negative if
 /// yarns overlap, at most the largest radius. Covers all pairs, copies in other cells included, except parts

@@ -13,6 +13,7 @@
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_relax.h"
+#include "converter/stitch/yarn_settings.h"
 #include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
 
@@ -57,39 +58,6 @@ Yarn coloured(const V3f& albedo, const Gloss& gloss = {}) {
   return yarn;
 }
 
-StitchParameter share(const std::string& name, float value, double min, const std::string& meaning) {
-  return {name, {shortest(value)}, min, 1, false, meaning};
-}
-
-/// The parameters of a yarn without its radius.
-std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {
-  const V3d albedo(yarn.albedo);
-  const StitchParameter colour{prefix + "albedo",        {albedo.x, albedo.y, albedo.z}, 0, 1, false,
-                               "linear red, green, blue"};
-  const StitchParameter plies{
-      prefix + "plies", {1.0 * yarn.plies}, 1, 8, true, "thinner yarns that it is twisted of"};
-  const StitchParameter twist{
-      prefix + "twist_per_mm", {yarn.twist_per_mm}, -100, 100, false, "turns per mm; Z-twist is positive"};
-  return {colour, plies, twist,
-          share(prefix + "gloss", yarn.gloss.weight, 0, "share of the light that the fibres reflect"),
-          share(prefix + "roughness", yarn.gloss.roughness, 0.01, "width of the highlight")};
-}
-
-void set_finish(const StitchValues& values, const std::string& prefix, Yarn& yarn) {
-  yarn.plies = static_cast<int>(values.number(prefix + "plies"));
-  yarn.twist_per_mm = values.number(prefix + "twist_per_mm");
-  yarn.gloss.weight = static_cast<float>(values.number(prefix + "gloss"));
-  yarn.gloss.roughness = static_cast<float>(values.number(prefix + "roughness"));
-}
-
-Yarn yarn_of(const StitchValues& values, const std::string& prefix, const Yarn& defaults) {
-  Yarn yarn = defaults;
-  const auto& albedo = values.numbers(prefix + "albedo");
-  yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
-  set_finish(values, prefix, yarn);
-  return yarn;
-}
-
 /// A knit of one yarn, or of two that alternate by course.
 BuiltIn knit(const char* name, const char* description, std::vector<std::string> rows, double wale_mm,
              double course_mm, double radius_mm, std::vector<V3f> albedo) {
@@ -100,17 +68,22 @@ BuiltIn knit(const char* name, const char* description, std::vector<std::string>
                 length("course_mm", course_mm, "height of one course"),
                 length("radius_mm", radius_mm, "of the yarn; not set, it follows the gauge"),
                 slack_parameter()};
+  append(parameters, common_parameters());
   const auto prefix_of = [](std::size_t k) { return k == 0 ? std::string() : std::string("second_"); };
   for (std::size_t k = 0; k < albedo.size(); ++k) {
+    if (k > 0) parameters.push_back(kind_parameter(prefix_of(k)));
     append(parameters, yarn_parameters(prefix_of(k), coloured(albedo[k])));
   }
   stitch.radii = "radius_mm";
   stitch.draw = [=, rows = std::move(rows), albedo = std::move(albedo)](const StitchValues& values) {
     KnitChart chart{rows, values.number("wale_mm"), values.number("course_mm"), {}};
     const double gauge = std::min(chart.wale_mm / wale_mm, chart.course_mm / course_mm);
+    const double shorter_mm = std::min(chart.wale_mm * static_cast<double>(rows.front().size()),
+                                       chart.course_mm * static_cast<double>(rows.size()));
     for (std::size_t k = 0; k < albedo.size(); ++k) {
-      Yarn yarn = yarn_of(values, prefix_of(k), coloured(albedo[k]));
+      Yarn yarn = coloured(albedo[k]);
       yarn.radius_mm = radius_for(values, "radius_mm", gauge);
+      apply_settings(values, prefix_of(k), shorter_mm, yarn);
       chart.yarns.push_back(yarn);
     }
     return draw_knit(chart, name);
@@ -136,8 +109,11 @@ BuiltIn weave(const char* name, const char* description, std::vector<std::string
                 length("warp_radius_mm", warp.radius_mm, "of a warp yarn; not set, it follows the gauge"),
                 length("weft_radius_mm", weft.radius_mm, "of a weft yarn; not set, it follows the gauge"),
                 slack_parameter()};
-  append(parameters, yarn_parameters("warp_", coloured(warp.albedo, gloss)));
-  append(parameters, yarn_parameters("weft_", coloured(weft.albedo, gloss)));
+  append(parameters, common_parameters());
+  for (const auto& [prefix, system] : {std::pair("warp_", warp), std::pair("weft_", weft)}) {
+    parameters.push_back(kind_parameter(prefix));
+    append(parameters, yarn_parameters(prefix, coloured(system.albedo, gloss)));
+  }
   stitch.max_thickness = woven_thickness;
   stitch.hold = woven_hold;
   stitch.radii = "warp_radius_mm, weft_radius_mm";
@@ -145,9 +121,12 @@ BuiltIn weave(const char* name, const char* description, std::vector<std::string
     const double warp_spacing = values.number("warp_spacing_mm");
     const double weft_spacing = values.number("weft_spacing_mm");
     const double gauge = std::min(warp_spacing / warp.spacing_mm, weft_spacing / weft.spacing_mm);
+    const double shorter_mm = std::min(warp_spacing * static_cast<double>(rows.front().size()),
+                                       weft_spacing * static_cast<double>(rows.size()));
     const auto yarns = [&](const std::string& prefix, const System& system, std::size_t count) {
-      Yarn yarn = yarn_of(values, prefix + "_", coloured(system.albedo, gloss));
+      Yarn yarn = coloured(system.albedo, gloss);
       yarn.radius_mm = radius_for(values, prefix + "_radius_mm", gauge);
+      apply_settings(values, prefix + "_", shorter_mm, yarn);
       std::vector<Yarn> all(count, yarn);
       for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
       return all;
@@ -173,6 +152,8 @@ const std::vector<BuiltIn>& library() {
       knit("purl", "stockinette from its back", {"p"}, 5, 3.8, 0.6, {{0.10F, 0.30F, 0.31F}}),
       knit("rib", "1x1 rib: wales of knit and purl by turns", {"kp"}, 4.5, 3.8, 0.56,
            {{0.58F, 0.36F, 0.07F}}),
+      knit("rib-2x2", "2x2 rib: two wales of knit, two of purl", {"kkpp"}, 4.5, 3.8, 0.56,
+           {{0.13F, 0.16F, 0.22F}}),
       knit("garter", "garter stitch: courses of knit and purl by turns", {"k", "p"}, 5, 3, 0.6,
            {{0.20F, 0.33F, 0.12F}}),
       knit("two-colour", "stockinette with courses of two colours", {"k", "k"}, 5, 3.8, 0.6,
@@ -183,6 +164,12 @@ const std::vector<BuiltIn>& library() {
             {1, 0.3, {0.62F, 0.58F, 0.50F}}, {1, 0.3, {0.09F, 0.17F, 0.38F}}),
       weave("twill", "2/2 twill, dark warp and light weft", {"#--#", "--##", "-##-", "##--"},
             {1, 0.35, {0.07F, 0.08F, 0.13F}}, {1, 0.35, {0.55F, 0.48F, 0.37F}}),
+      weave("herringbone", "2/2 twill that turns every four warps, grey warp and light weft",
+            {"#--#-##-", "--##--##", "-##-#--#", "##--##--"}, {1, 0.35, {0.12F, 0.11F, 0.10F}},
+            {1, 0.35, {0.52F, 0.49F, 0.43F}}),
+      weave("denim", "3/1 twill from its warp face, dense indigo warp and off-white weft",
+            {"###-", "##-#", "#-##", "-###"}, {0.75, 0.35, {0.030F, 0.050F, 0.120F}},
+            {1.05, 0.29, {0.62F, 0.58F, 0.50F}}),
       weave("satin", "5-end satin from its warp face, dense glossy warp",
             {"####-", "##-##", "-####", "###-#", "#-###"}, {0.5, 0.29, {0.60F, 0.42F, 0.20F}},
             {1, 0.22, {0.45F, 0.29F, 0.12F}}, {0.2F, 0.25F}),
@@ -191,11 +178,17 @@ const std::vector<BuiltIn>& library() {
   return stitches;
 }
 
+/// The last of the settings; refuses what they made of the pattern if that is not valid.
+Result<void> set_seed(const StitchValues& values, const std::string& name, StitchPattern& pattern) {
+  pattern.seed = static_cast<std::uint32_t>(values.number("seed"));
+  return validate(pattern, name);
+}
+
 Result<StitchPattern> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
   const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
   if (!values) return tl::unexpected(values.error());
-  const StitchPattern drawn = stitch.draw(*values);
-  if (auto sound = validate(drawn, stitch.info.name); !sound) return tl::unexpected(sound.error());
+  StitchPattern drawn = stitch.draw(*values);
+  if (auto sound = set_seed(*values, stitch.info.name, drawn); !sound) return tl::unexpected(sound.error());
   RelaxOptions options;
   options.gap = values->number("slack");
   options.max_thickness = stitch.max_thickness;
@@ -214,11 +207,22 @@ Result<StitchPattern> relaxed(const BuiltIn& stitch, const StitchSettings& setti
 /// A draft has colours, but neither plies nor twist nor gloss.
 std::vector<StitchParameter> draft_parameters() {
   std::vector<StitchParameter> parameters{slack_parameter()};
+  append(parameters, common_parameters());
   for (const char* prefix : {"warp_", "weft_"}) {
-    const auto yarn = yarn_parameters(prefix, {});
-    append(parameters, {yarn.begin() + 1, yarn.end()});
+    parameters.push_back(kind_parameter(prefix));
+    append(parameters, yarn_parameters(prefix, {}));
   }
   return parameters;
+}
+
+double thinnest_of(const StitchPattern& pattern) {
+  double thinnest = pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
+  return thinnest;
+}
+
+double shorter_period(const StitchPattern& pattern) {
+  return std::min(pattern.period_mm.x, pattern.period_mm.y);
 }
 
 Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings) {
@@ -228,8 +232,6 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   if (!draft) return tl::unexpected(draft.error());
   const auto values = StitchValues::create(path, draft_parameters(), settings);
   if (!values) return tl::unexpected(values.error());
-  for (Yarn& yarn : draft->weave.warp) set_finish(*values, "warp_", yarn);
-  for (Yarn& yarn : draft->weave.weft) set_finish(*values, "weft_", yarn);
   FoundStitch found;
   found.min_texels = texels_for(draft->weave);
   found.remarks = std::move(draft->remarks);
@@ -244,10 +246,14 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   // With yarns of different thickness, overlap may still be large relative to the thinner ones.
   const auto clearance = minimum_clearance(found.pattern, path);
   if (!clearance) return tl::unexpected(clearance.error());
-  double thinnest = found.pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : found.pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
-  const double thinner = std::min(1.0, 1 + 0.5 * *clearance / thinnest);
+  const double thinner = std::min(1.0, 1 + 0.5 * *clearance / thinnest_of(found.pattern));
   for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= thinner;
+  // Twist and hairs follow the radius that there is room for.
+  for (std::size_t y = 0; y < found.pattern.yarns.size(); ++y) {
+    apply_settings(*values, y < draft->weave.warp.size() ? "warp_" : "weft_", shorter_period(found.pattern),
+                   found.pattern.yarns[y]);
+  }
+  if (auto sound = set_seed(*values, path, found.pattern); !sound) return tl::unexpected(sound.error());
   found.thickness_share = result.part * thinner;
   if (found.thickness_share < 0.995) {
     found.remarks.push_back(
@@ -282,10 +288,22 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
   if (has_ending(name_or_path, ".wif")) return draft_in(name_or_path, settings);
   auto pattern = read_stitch_file(name_or_path);
   if (!pattern) return tl::unexpected(pattern.error());
-  if (auto known = StitchValues::create(name_or_path, {}, settings); !known) {
-    return tl::unexpected(known.error());
+  const auto values = StitchValues::create(name_or_path, common_parameters(), settings);
+  if (!values) return tl::unexpected(values.error());
+  for (Yarn& yarn : pattern->yarns) apply_settings(*values, "", shorter_period(*pattern), yarn);
+  if (values->is_set("seed")) {
+    if (auto ok = set_seed(*values, name_or_path, *pattern); !ok) return tl::unexpected(ok.error());
   }
-  return FoundStitch{.pattern = std::move(*pattern)};
+  FoundStitch found{.pattern = std::move(*pattern)};
+  const auto clearance = minimum_clearance(found.pattern, name_or_path);
+  if (!clearance) return tl::unexpected(clearance.error());
+  constexpr double much = 0.1;  // of a radius
+  const double overlap = -*clearance / thinnest_of(found.pattern);
+  if (overlap > much) {
+    found.remarks.push_back(
+        fmt::format("yarns overlap by {:.2f} of their radius: more than {} shows", overlap, much));
+  }
+  return found;
 }
 
 }  // namespace selvedge

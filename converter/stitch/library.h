@@ -22,7 +22,7 @@ struct FoundStitch {
   StitchPattern pattern;
   V2i min_texels{1, 1};                ///< of a fabric that resolves every yarn; 1: no minimum
   double thickness_share = 1;          ///< thickness of its yarns, as a share of the draft's
-  std::vector<std::string> remarks{};  ///< choices and omissions, one line each
+  std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
 };
 
 /// Maximum overlap of neighbouring yarns, in radii, that counts as touching.

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 
+#include "converter/stitch/fibres.h"
 #include "format/base/option_text.h"
+#include "format/picture/image.h"
 
 namespace selvedge {
 
@@ -46,12 +49,37 @@ Result<StitchValues> StitchValues::create(const std::string& stitch,
 
 double shortest(float value) { return std::strtod(fmt::format("{}", value).c_str(), nullptr); }
 
+std::optional<V3d> linear_of(const std::string& colour) {
+  if (colour.size() != 7 || colour[0] != '#') return std::nullopt;
+  V3d linear;
+  for (int i = 0; i < 3; ++i) {
+    const char* const end = &colour[3 + 2 * i];
+    int byte = 0;
+    const auto read = std::from_chars(end - 2, end, byte, 16);
+    if (read.ec != std::errc() || read.ptr != end || colour[1 + 2 * i] == '-') return std::nullopt;
+    linear[i] = static_cast<double>(srgb_to_linear(static_cast<float>(byte) / 255));
+  }
+  return linear;
+}
+
 bool parse_setting(const std::string& text, StitchSettings& settings) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) return false;
-  const auto numbers = parse_numbers(text.substr(equals + 1), ',', 1, 3);
+  const std::string name = text.substr(0, equals);
+  const std::string value = text.substr(equals + 1);
+  if (name.ends_with(yarn_parameter)) {
+    const auto kind = find_yarn_kind(value);
+    if (!kind) return false;
+    settings[name] = {static_cast<double>(*kind)};
+    return true;
+  }
+  if (const auto colour = linear_of(value)) {
+    settings[name] = {colour->x, colour->y, colour->z};
+    return true;
+  }
+  const auto numbers = parse_numbers(value, ',', 1, 3);
   if (!numbers) return false;
-  settings[text.substr(0, equals)] = *numbers;
+  settings[name] = *numbers;
   return true;
 }
 

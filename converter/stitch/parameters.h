@@ -2,10 +2,12 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "format/base/error.h"
+#include "format/base/vec.h"
 
 namespace selvedge {
 
@@ -17,6 +19,9 @@ struct StitchParameter {
   bool whole = false;   ///< whole numbers only
   std::string meaning;  ///< one line
 };
+
+/// The kind of yarn: a parameter whose number is an index into yarn_kinds() and is given as a name.
+constexpr const char* yarn_parameter = "yarn";
 
 /// Name -> numbers from the user.
 using StitchSettings = std::map<std::string, std::vector<double>>;
@@ -43,7 +48,11 @@ class StitchValues {
 /// The double with the shortest decimal form that is the same float: 0.1F becomes 0.1, not 0.10000000149.
 double shortest(float value);
 
-/// Reads "name=1.5" and "name=0.5,0.4,0.3"; false for anything else.
+/// "#rrggbb", sRGB-coded, as linear red, green, blue; nothing for other texts.
+std::optional<V3d> linear_of(const std::string& colour);
+
+/// Reads "name=1.5", "name=0.5,0.4,0.3", "name=#aa3322" and "yarn=wool" (also "warp_yarn=wool": whatever ends
+/// in "yarn" has the name of a kind); false for anything else.
 bool parse_setting(const std::string& text, StitchSettings& settings);
 
 }  // namespace selvedge

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "converter/stitch/fibres.h"
+
 namespace selvedge {
 namespace {
 
@@ -47,6 +49,27 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
   if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= limits.twist)) {
     return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
                                                yarn.twist_per_mm, limits.twist, yarn.radius_mm));
+  }
+  if (yarn.fibre < 0 || yarn.fibre >= static_cast<int>(yarn_kinds().size())) {
+    return refuse("/fibre", fmt::format("there is no fibre {}", yarn.fibre));
+  }
+  struct Ranged {
+    const char* name;
+    double value;
+    double max;
+  };
+  for (const Ranged& r :
+       {Ranged{"fibre_degrees", yarn.fibre_degrees, limits.fibre_degrees},
+        Ranged{"hairiness", yarn.hairiness, limits.hairiness}, Ranged{"hair_loops", yarn.hair_loops, 1},
+        Ranged{"irregularity", yarn.irregularity, limits.irregularity}}) {
+    if (r.value >= 0 && r.value <= r.max) continue;
+    return refuse(fmt::format("/{}", r.name),
+                  fmt::format("{} must lie in [0, {}], is {}", r.name, r.max, r.value));
+  }
+  if (yarn.hairiness > 0 && !(yarn.hair_mm > 0 && max_hair * yarn.hair_mm <= shorter)) {
+    return refuse("/hair_mm", fmt::format("hairs of {} mm on average, the longest {} times as long, must be "
+                                          "longer than 0 and no longer than the shorter period {} mm",
+                                          yarn.hair_mm, max_hair, shorter));
   }
   if (yarn.segments.empty()) return refuse("/segments", "the yarn has no segments");
   const double tolerance = chain_tolerance * yarn.radius_mm;

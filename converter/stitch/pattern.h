@@ -5,6 +5,7 @@
 // y; a yarn may leave the cell, as its copies fill the neighbouring cells.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,31 @@ struct Yarn {
   /// right-handed screw) is positive, S-twist negative. Turns are rounded so that plies meet those of the
   /// next repeat.
   double twist_per_mm = 0;
+  /// What it is spun of: an index into yarn_kinds() (fibres.h); 0: a smooth tube.
+  int fibre = 0;
+  /// Angle between the fibres at a ply's surface and the ply, 0 to 60, of the other hand than the twist.
+  double fibre_degrees = 0;
+  double hairiness = 0;   ///< mm of hair a mm of yarn, 0 to 100
+  double hair_mm = 0;     ///< mean length of a hair; the longest is max_hair times as long
+  double hair_loops = 0;  ///< share of hairs that return into the yarn, in [0, 1]
+  /// How much thickness and colour vary along the yarn, as root mean square of the change, 0 to 0.3.
+  double irregularity = 0;
+
+  bool operator==(const Yarn&) const = default;
 };
+
+constexpr double max_seed = 4294967295.0;
+
+/// Lengths of hairs are exponential up to this multiple of their mean.
+constexpr double max_hair = 3;
 
 struct StitchPattern {
   std::string name;
   V2d period_mm{1, 1};
   std::vector<Yarn> yarns;
+  std::uint32_t seed = 1;  ///< of fibres, hairs and irregularity
+
+  bool operator==(const StitchPattern&) const = default;
 };
 
 /// Limits of a pattern, checked before any computation.
@@ -44,6 +64,9 @@ struct StitchLimits {
       64;  ///< how far a control point may lie from the origin, in periods of its axis (z: the longer)
   int plies = 8;
   double twist = 1;  ///< turns per length of one radius
+  double fibre_degrees = 60;
+  double hairiness = 100;
+  double irregularity = 0.3;
 };
 
 /// Gap allowed between the end and the next start of a chain, in radii: allows for rounded decimals,
@@ -51,7 +74,8 @@ struct StitchLimits {
 constexpr double chain_tolerance = 1e-3;
 
 /// Refuses patterns without yarns, yarns without segments, radii or periods that are not positive, control
-/// points that are not finite, albedo outside of [0, 1], gaps in a chain, and exceeded limits; the place is a
+/// points that are not finite, albedo outside of [0, 1], gaps in a chain, hairs that are longer than the
+/// shorter period, and exceeded limits; the place is a
 /// JSON pointer ("/yarns/0/segments/3"). `file` is the file or stitch for the message.
 Result<void> validate(const StitchPattern& pattern, const std::string& file, const StitchLimits& limits = {});
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
+#include "converter/stitch/yarn_settings.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
 
@@ -54,14 +56,29 @@ V3d vector3(const Json& value, const std::string& place) {
   return {number(value[0], place + "/0"), number(value[1], place + "/1"), number(value[2], place + "/2")};
 }
 
+/// Member `albedo`, or else `colour`.
+V3f albedo_of(const Json& json, const std::string& place) {
+  if (!json.is_object() || !json.contains("colour") || json.contains("albedo")) {
+    return V3f(vector3(member(json, place, "albedo"), place + "/albedo"));
+  }
+  const auto colour = linear_of(text_of(json["colour"], place + "/colour"));
+  if (!colour) throw Fault{place + "/colour", "must be of the form #rrggbb"};
+  return V3f(*colour);
+}
+
 Yarn yarn_of(const Json& json, const std::string& place) {
   Yarn yarn;
   if (json.is_object() && json.contains("name")) yarn.name = text_of(json["name"], place + "/name");
   yarn.radius_mm = number(member(json, place, "radius_mm"), place + "/radius_mm");
-  yarn.albedo = V3f(vector3(member(json, place, "albedo"), place + "/albedo"));
+  yarn.albedo = albedo_of(json, place);
   const auto optional = [&](const char* name, double fallback) {
     return json.contains(name) ? number(json[name], place + "/" + name) : fallback;
   };
+  if (json.contains("fibre")) {
+    const auto kind = find_yarn_kind(text_of(json["fibre"], place + "/fibre"));
+    if (!kind) throw Fault{place + "/fibre", "must be one of " + yarn_kind_names()};
+    set_fibre(*kind, yarn);
+  }
   yarn.gloss.weight = static_cast<float>(optional("gloss", yarn.gloss.weight));
   yarn.gloss.roughness = static_cast<float>(optional("roughness", yarn.gloss.roughness));
   const double plies = optional("plies", yarn.plies);
@@ -70,6 +87,18 @@ Yarn yarn_of(const Json& json, const std::string& place) {
   }
   yarn.plies = static_cast<int>(plies);
   yarn.twist_per_mm = optional("twist_per_mm", yarn.twist_per_mm);
+  if (json.contains("twist_degrees")) {
+    const double degrees = optional("twist_degrees", 0);
+    if (!(std::abs(degrees) < 90)) {
+      throw Fault{place + "/twist_degrees", fmt::format("must lie between -90 and 90, is {}", degrees)};
+    }
+    yarn.twist_per_mm = twist_for(degrees, yarn.radius_mm);
+  }
+  yarn.fibre_degrees = optional("fibre_degrees", yarn.fibre_degrees);
+  yarn.hairiness = optional("hairiness", yarn.hairiness);
+  yarn.hair_mm = optional("hair_mm", yarn.hair_mm);
+  yarn.hair_loops = optional("hair_loops", yarn.hair_loops);
+  yarn.irregularity = optional("irregularity", yarn.irregularity);
   const Json& segments = array_of(member(json, place, "segments"), place + "/segments", 0);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     const std::string at = fmt::format("{}/segments/{}", place, s);
@@ -90,6 +119,13 @@ StitchPattern pattern_of(const Json& json) {
   pattern.name = text_of(member(json, "", "name"), "/name");
   const Json& period = array_of(member(json, "", "period_mm"), "/period_mm", 2);
   pattern.period_mm = {number(period[0], "/period_mm/0"), number(period[1], "/period_mm/1")};
+  if (json.contains("seed")) {
+    const double seed = number(json["seed"], "/seed");
+    if (!(seed >= 0 && seed <= max_seed && seed == std::floor(seed))) {
+      throw Fault{"/seed", fmt::format("must be a whole number from 0 to {}, is {}", max_seed, seed)};
+    }
+    pattern.seed = static_cast<std::uint32_t>(seed);
+  }
   const Json& yarns = array_of(member(json, "", "yarns"), "/yarns", 0);
   for (std::size_t y = 0; y < yarns.size(); ++y) {
     pattern.yarns.push_back(yarn_of(yarns[y], fmt::format("/yarns/{}", y)));
@@ -128,18 +164,27 @@ std::string to_json(const StitchPattern& pattern) {
   json[version_key] = version;
   json["name"] = pattern.name;
   json["period_mm"] = {pattern.period_mm.x, pattern.period_mm.y};
+  if (pattern.seed != StitchPattern().seed) json["seed"] = pattern.seed;
   json["yarns"] = OrderedJson::array();
   for (const Yarn& yarn : pattern.yarns) {
     OrderedJson out;
     out["name"] = yarn.name;
     out["radius_mm"] = yarn.radius_mm;
     out["albedo"] = {shortest(yarn.albedo.x), shortest(yarn.albedo.y), shortest(yarn.albedo.z)};
-    if (yarn.gloss.weight > 0) {
+    if (yarn.fibre != 0) out["fibre"] = yarn_kinds()[yarn.fibre].name;
+    if (yarn.gloss.weight > 0 || yarn.fibre != 0) {
       out["gloss"] = shortest(yarn.gloss.weight);
       out["roughness"] = shortest(yarn.gloss.roughness);
     }
     if (yarn.plies != 1) out["plies"] = yarn.plies;
     if (yarn.twist_per_mm != 0) out["twist_per_mm"] = yarn.twist_per_mm;
+    if (yarn.fibre_degrees != 0) out["fibre_degrees"] = yarn.fibre_degrees;
+    if (yarn.hairiness != 0) {
+      out["hairiness"] = yarn.hairiness;
+      out["hair_mm"] = yarn.hair_mm;
+      if (yarn.hair_loops != 0) out["hair_loops"] = yarn.hair_loops;
+    }
+    if (yarn.irregularity != 0) out["irregularity"] = yarn.irregularity;
     out["segments"] = OrderedJson::array();
     for (const BezierSegment& segment : yarn.segments) {
       OrderedJson points = OrderedJson::array();

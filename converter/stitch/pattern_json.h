@@ -6,10 +6,11 @@
 //     "yarns": [
 //       { "name": "course",                          may be left out
 //         "radius_mm": 0.6,
-//         "albedo": [0.5, 0.1, 0.1],                 linear red, green, blue in [0, 1]
-//         "gloss": 0.2, "roughness": 0.3,            may be left out: no gloss
-//         "plies": 2, "twist_per_mm": 0.2,           may be left out: a round yarn without twist
-//         "segments": [                              cubic Bézier curves, end to end
+//         "albedo": [0.5, 0.1, 0.1],                 linear red, green, blue in [0, 1]; or "colour":
+//         "#aa3322" "fibre": "wool",                           may be left out: a smooth tube "gloss": 0.2,
+//         "roughness": 0.3,            may be left out: those of the fibre, or no gloss "plies": 2,
+//         "twist_per_mm": 0.2,           may be left out: a round yarn without twist "segments": [ cubic
+//         Bézier curves, end to end
 //           [[0,0,0], [1,0,0], [2,0,0], [5,0,0]] ] } ] }
 //
 // Lengths are in millimetres; pattern.h has the frame and the rules. Unknown members are ignored.

@@ -119,11 +119,66 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
   return system;
 }
 
-/// Whether warp i is over weft j.
-std::vector<bool> drawdown_of(const WifSections& draft, int warps, int wefts,
+/// The largest number in any of the lists; 0: they are empty.
+int largest_in(const std::vector<std::vector<int>>& lists) {
+  int largest = 0;
+  for (const auto& list : lists) {
+    for (const int number : list) largest = std::max(largest, number);
+  }
+  return largest;
+}
+
+/// How many yarns there are but for empty ones at the end: those of a canvas that was never filled. They are
+/// two or more, and more than are empty side by side before them.
+int used_of(const std::vector<std::vector<int>>& lists) {
+  std::size_t longest = 1;
+  std::size_t run = 0;
+  for (const auto& list : lists) {
+    if (!list.empty()) longest = std::max(longest, run);
+    run = list.empty() ? run + 1 : 0;
+  }
+  return static_cast<int>(run > longest && run < lists.size() ? lists.size() - run : lists.size());
+}
+
+/// What is lifted for each weft yarn, and what each is woven by: its treadles, or its shafts.
+struct Lifts {
+  std::vector<std::vector<int>> shafts;
+  std::vector<std::vector<int>> given;
+};
+
+/// Tie-ups may name more shafts and treadles than the header counts.
+Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remarks) {
+  if (draft.has("LIFTPLAN")) {
+    auto shafts = draft.lists("LIFTPLAN", wefts, max_shafts);
+    return {shafts, shafts};
+  }
+  if (!draft.has("TREADLING"))
+    throw WifFault{"[TREADLING]", "the section is missing, and [LIFTPLAN] as well"};
+  draft.need("TIEUP");
+  const int counted = draft.whole("WEAVING", "TREADLES", 1, max_shafts);
+  auto tieup = draft.lists("TIEUP", max_shafts, max_shafts);
+  while (!tieup.empty() && tieup.back().empty()) tieup.pop_back();
+  const int treadles = std::max(counted, static_cast<int>(tieup.size()));
+  if (treadles > counted) {
+    remarks.insert(fmt::format("{} treadles are tied up, though the header counts {}", treadles, counted));
+  }
+  tieup.resize(treadles);
+  Lifts lifts;
+  lifts.given = draft.lists("TREADLING", wefts, treadles);
+  for (const auto& treadles_of_weft : lifts.given) {
+    auto& lifted = lifts.shafts.emplace_back();
+    for (const int treadle : treadles_of_weft) {
+      lifted.insert(lifted.end(), tieup[treadle - 1].begin(), tieup[treadle - 1].end());
+    }
+  }
+  return lifts;
+}
+
+/// Whether warp i is over weft j: [j * warps + i]. Leaves out empty yarns at the end and lowers the counts.
+std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
                               std::set<std::string>& remarks) {
   draft.need("WEAVING");
-  const int shafts = draft.whole("WEAVING", "SHAFTS", 1, max_shafts);
+  const int counted = draft.whole("WEAVING", "SHAFTS", 1, max_shafts);
   bool rising = true;
   if (const auto text = draft.find("WEAVING", "RISING SHED")) {
     const auto value = WifSections::truth(*text);
@@ -133,27 +188,25 @@ std::vector<bool> drawdown_of(const WifSections& draft, int warps, int wefts,
     rising = *value;
   }
   draft.need("THREADING");
-  const auto threading = draft.lists("THREADING", warps, shafts);
-  std::vector<std::vector<int>> lifted(wefts);
-  if (draft.has("LIFTPLAN")) {
-    lifted = draft.lists("LIFTPLAN", wefts, shafts);
-  } else {
-    if (!draft.has("TREADLING"))
-      throw WifFault{"[TREADLING]", "the section is missing, and [LIFTPLAN] as well"};
-    draft.need("TIEUP");
-    const int treadles = draft.whole("WEAVING", "TREADLES", 1, max_shafts);
-    const auto tieup = draft.lists("TIEUP", treadles, shafts);
-    const auto treadling = draft.lists("TREADLING", wefts, treadles);
-    for (std::size_t j = 0; j < lifted.size(); ++j) {
-      for (const int treadle : treadling[j]) {
-        const auto& tied = tieup[treadle - 1];
-        lifted[j].insert(lifted[j].end(), tied.begin(), tied.end());
-      }
-    }
+  Lifts lifts = lifts_of(draft, wefts, remarks);
+  const int shafts = std::max(counted, largest_in(lifts.shafts));
+  if (shafts > counted) {
+    remarks.insert(fmt::format("{} shafts are lifted, though the header counts {}", shafts, counted));
   }
+  auto threading = draft.lists("THREADING", warps, shafts);
+  const auto leave_out = [&](const char* name, int used, int& count) {
+    if (used == count) return;
+    remarks.insert(
+        fmt::format("the last {} of {} {} yarns are not woven: left out", count - used, count, name));
+    count = used;
+  };
+  leave_out("warp", used_of(threading), warps);
+  leave_out("weft", used_of(lifts.given), wefts);
+  threading.resize(warps);
+  lifts.shafts.resize(wefts);
   std::vector<bool> over;
   std::vector<bool> is_lifted(shafts + 1);
-  for (const auto& shafts_of_weft : lifted) {
+  for (const auto& shafts_of_weft : lifts.shafts) {
     std::fill(is_lifted.begin(), is_lifted.end(), false);
     for (const int shaft : shafts_of_weft) is_lifted[shaft] = true;
     for (const auto& shafts_of_warp : threading) {
@@ -224,8 +277,8 @@ WifDraft draft_of(const WifSections& draft) {
   std::set<std::string> remarks;
   const std::vector<V3f> palette = palette_of(draft);
   if (palette.empty()) remarks.insert("no colours: off-white warp and blue weft");
-  const System warp = system_of(draft, "WARP", {0.62F, 0.58F, 0.50F}, palette, remarks);
-  const System weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, palette, remarks);
+  System warp = system_of(draft, "WARP", {0.62F, 0.58F, 0.50F}, palette, remarks);
+  System weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, palette, remarks);
   if (warp.yarns.size() * weft.yarns.size() > max_wif_drawdown) {
     throw WifFault{"[WEFT] Threads", fmt::format("{} x {} yarns are more than {} crossings",
                                                  warp.yarns.size(), weft.yarns.size(), max_wif_drawdown)};
@@ -235,6 +288,11 @@ WifDraft draft_of(const WifSections& draft) {
   result.warp_threads = static_cast<int>(warp.yarns.size());
   result.weft_threads = static_cast<int>(weft.yarns.size());
   const auto over = drawdown_of(draft, result.warp_threads, result.weft_threads, remarks);
+  for (const auto& [system, count] :
+       {std::pair(&warp, result.warp_threads), std::pair(&weft, result.weft_threads)}) {
+    system->yarns.resize(count);
+    system->width_mm.resize(count);
+  }
   result.weave = smallest_repeat(warp, weft, over);
   const std::size_t across = result.weave.warp.size();
   const std::size_t up = result.weave.weft.size();

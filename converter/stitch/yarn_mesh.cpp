@@ -6,9 +6,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "converter/stitch/fibres.h"
+#include "converter/stitch/hairs.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/marching_cubes.h"
 #include "converter/stitch/yarn_curves.h"
+#include "converter/stitch/yarn_frames.h"
 #include "converter/stitch/yarn_plies.h"
 
 namespace selvedge {
@@ -54,6 +57,40 @@ int cells_across_for(const StitchPattern& pattern) {
 V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
   const double slope = 2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm;
   return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
+}
+
+/// Strands of fibres are not drawn finer than this, in radii: what is finer is not seen apart.
+constexpr double min_strand = 0.14;
+/// Length over which a strand stays at the surface, in radii.
+constexpr double strand_length = 5;
+
+double length_of(const YarnFrames& frames) { return frames.stations.back().length; }
+
+YarnSkin skin_of(const Yarn& yarn, double length) {
+  YarnSkin skin;
+  skin.swells = swells_of(length, yarn.radius_mm);
+  skin.irregularity = static_cast<float>(yarn.irregularity);
+  if (yarn.fibre == 0) return skin;
+  const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);
+  skin.strands = std::max(6, static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)));
+  skin.lays = static_cast<int>(std::lround(length * yarn.twist_per_mm));
+  skin.pieces = std::max(1, static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))));
+  return skin;
+}
+
+YarnPlace place_of(const YarnFrames& frames, const SurfaceSample& sample) {
+  const double length = sample.along * length_of(frames);
+  const auto& stations = frames.stations;
+  const auto next = std::upper_bound(stations.begin() + 1, stations.end() - 1, length,
+                                     [](double at, const YarnStation& s) { return at < s.length; });
+  const auto before = next - 1;
+  const double part = std::clamp((length - before->length) / (next->length - before->length), 0.0, 1.0);
+  const V3d across = before->across * (1 - part) + next->across * part;
+  const double angle =
+      std::atan2(sample.gradient.dot(sample.tangent.cross(across)), sample.gradient.dot(across));
+  // The frame's rotation over the repeat is spread along it, so that angles meet there.
+  const double turns = (angle + frames.turned * sample.along) / (2 * std::numbers::pi);
+  return {sample.yarn, static_cast<float>(sample.along), static_cast<float>(turns - std::round(turns))};
 }
 
 Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, double low, double high) {
@@ -111,8 +148,20 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
   mesh.triangles = marched.triangles;
   mesh.yarns = yarn_curves_of(pattern);
   mesh.positions.reserve(marched.positions.size());
-  const bool glossy = std::any_of(pattern.yarns.begin(), pattern.yarns.end(),
-                                  [](const Yarn& yarn) { return yarn.gloss.weight > 0; });
+  const auto any = [&](const auto& test) {
+    return std::any_of(pattern.yarns.begin(), pattern.yarns.end(), test);
+  };
+  const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre != 0; });
+  const bool varied =
+      any([](const Yarn& yarn) { return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0; });
+  std::vector<YarnFrames> frames;
+  if (varied) {
+    mesh.seed = pattern.seed;
+    for (const Yarn& yarn : pattern.yarns) {
+      frames.push_back(frames_of(yarn, 0.5 * yarn.radius_mm));
+      mesh.skins.push_back(skin_of(yarn, length_of(frames.back())));
+    }
+  }
   for (std::size_t v = 0; v < marched.positions.size(); ++v) {
     mesh.positions.emplace_back(marched.positions[v]);
     const std::size_t original = marched.original[v];
@@ -121,14 +170,23 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
       mesh.albedo.push_back(mesh.albedo[original]);
       if (glossy) mesh.fibres.push_back(mesh.fibres[original]);
       if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
+      if (varied) mesh.places.push_back(mesh.places[original]);
       continue;
     }
     const SurfaceSample sample = surface->sample(marched.positions[v]);
     const Yarn& yarn = pattern.yarns[sample.yarn];
-    mesh.normals.emplace_back(sample.gradient);
+    mesh.normals.emplace_back(sample.widening == 0
+                                  ? sample.gradient
+                                  : (sample.gradient - sample.tangent * sample.widening).normalized());
     mesh.albedo.push_back(yarn.albedo);
     if (glossy) mesh.fibres.emplace_back(fibre_of(yarn, sample));
     if (glossy) mesh.gloss.push_back(yarn.gloss);
+    if (varied) mesh.places.push_back(place_of(frames[sample.yarn], sample));
+  }
+  if (varied) {
+    auto hairs = grow_hairs(pattern, mesh);
+    if (!hairs) return tl::unexpected(hairs.error());
+    mesh.hairs = std::move(*hairs);
   }
   return mesh;
 }

@@ -165,7 +165,7 @@ TEST_CASE("a fit scales with the radiance") {
   }
 }
 
-TEST_CASE("lobes that half precision ruins are named with their texel; those beyond it are refused") {
+TEST_CASE("lobes that half precision ruins are named with their texel, and those beyond it are refused") {
   Fabric fabric = fitted(case_of(glossy)).fabric;
   FabricWriteOptions options;
   options.half.insert(LayerKind::lobes);

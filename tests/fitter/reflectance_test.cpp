@@ -58,7 +58,8 @@ TEST_CASE("published fits of three lobes are recovered to 1 % in function values
   if (file.empty()) return;
   const auto directions = directions_of({16, 16});
   for (const auto& [material, channels] : read_lobes(file)) {
-    CAPTURE(material);
+    const std::string named = material;  // Clang 14 captures no bindings.
+    CAPTURE(named);
     REQUIRE(channels.size() == 3);
     const std::array<const std::vector<double>*, 3> truth{&channels.at('r'), &channels.at('g'),
                                                           &channels.at('b')};

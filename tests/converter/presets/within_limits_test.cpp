@@ -86,7 +86,8 @@ TEST_CASE("what came out corrects the table once") {
   CHECK(texels_of(made(plain_table, limits, make_plain)) == 8);
 }
 
-TEST_CASE("without a limit of quality the best row within the limits is made; threads share the seconds") {
+TEST_CASE(
+    "without a limit of quality the best row within the limits is made, and threads share the seconds") {
   MakeLimits limits;
   limits.bytes = 9000;
   limits.seconds = 20;

@@ -93,7 +93,7 @@ int longest_float(const std::string& row, char c) {
 // In one test: to make all stitches is what takes long.
 TEST_CASE(
     "every built-in stitch is found by its name and valid, its chains are smooth, its neighbours touch") {
-  CHECK(built_in_stitches().size() == 10);
+  CHECK(built_in_stitches().size() == 13);
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
     const StitchPattern pattern = found(info.name);
@@ -137,13 +137,12 @@ TEST_CASE("slack is the gap between neighbouring yarns, and makes them longer") 
 }
 
 TEST_CASE("a knit has one endless chain per course, drawn through the course below as its chart says") {
-  const std::vector<std::pair<std::string, std::vector<std::string>>> charts{{"plain-knit", {"k"}},
-                                                                             {"purl", {"p"}},
-                                                                             {"rib", {"kp"}},
-                                                                             {"garter", {"k", "p"}},
-                                                                             {"two-colour", {"k", "k"}}};
+  const std::vector<std::pair<std::string, std::vector<std::string>>> charts{
+      {"plain-knit", {"k"}}, {"purl", {"p"}},        {"rib", {"kp"}},
+      {"rib-2x2", {"kkpp"}}, {"garter", {"k", "p"}}, {"two-colour", {"k", "k"}}};
   for (const auto& [name, rows] : charts) {
-    CAPTURE(name);
+    const std::string named = name;  // Clang 14 captures no bindings.
+    CAPTURE(named);
     const StitchPattern pattern = found(name);
     REQUIRE(pattern.yarns.size() == rows.size());
     for (std::size_t course = 0; course < rows.size(); ++course) {
@@ -207,6 +206,20 @@ TEST_CASE("weaves go over and under as their names say") {
       CHECK((basket[j][i] == '#') == ((i / 2 == j / 2) == (basket[0][0] == '#')));
     }
   }
+  const auto herringbone = drawdown_of(found("herringbone"), 8);
+  const auto denim = drawdown_of(found("denim"), 4);
+  REQUIRE(herringbone.size() == 4);
+  REQUIRE(denim.size() == 4);
+  for (std::size_t j = 0; j < 4; ++j) {
+    CHECK(std::count(denim[j].begin(), denim[j].end(), '#') == 3);
+    CHECK(denim[(j + 1) % 4].find('-') == (denim[j].find('-') + 1) % 4);
+    // A twill to one side, then to the other; at the turn every warp is opposite to its neighbour.
+    for (const std::size_t turn : {3U, 7U}) CHECK(herringbone[j][turn] != herringbone[j][(turn + 1) % 8]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(herringbone[(j + 1) % 4][i + 1] == herringbone[j][i]);
+      CHECK(herringbone[j][i + 5] == herringbone[(j + 1) % 4][i + 4]);
+    }
+  }
   for (std::size_t j = 0; j < 5; ++j) {
     // One binding point in each row and column, two warps on from row to row (or three, which is the same way
     // back): none touches another.
@@ -238,6 +251,21 @@ TEST_CASE("parameters move what they name") {
   CHECK(weave.yarns[4].albedo == V3f(1, 0, 0));
 }
 
+TEST_CASE("yarn and colour are set for all yarns, and for one, of every stitch") {
+  const StitchPattern knit = found("two-colour", {{"yarn", {2}}, {"colour", {0.5, 0, 0}}});
+  for (const Yarn& yarn : knit.yarns) CHECK((yarn.fibre == 2 && yarn.albedo == V3f(0.5F, 0, 0)));
+  const StitchPattern weave = found(
+      "twill",
+      {{"yarn", {1}}, {"weft_yarn", {3}}, {"weft_albedo", {0, 1, 0}}, {"colour", {1, 0, 0}}, {"seed", {7}}});
+  CHECK(weave.yarns[0].fibre == 1);
+  CHECK(weave.yarns[0].albedo == V3f(1, 0, 0));
+  CHECK(weave.yarns[4].fibre == 3);
+  CHECK(weave.yarns[4].albedo == V3f(0, 1, 0));
+  CHECK(weave.seed == 7);
+  // What is set beside the kind counts.
+  CHECK(found("plain-knit", {{"yarn", {2}}, {"plies", {2}}}).yarns[0].plies == 2);
+}
+
 TEST_CASE("parameters are refused by their name, and yarns that have no room") {
   const auto place = [](const char* name, const StitchSettings& settings) {
     const Error error = test::error_of(find_stitch(name, settings));
@@ -252,21 +280,32 @@ TEST_CASE("parameters are refused by their name, and yarns that have no room") {
   CHECK(place("basket", {{"warp_radius_mm", {0.6}}}) == "--set warp_radius_mm, weft_radius_mm");
 }
 
-TEST_CASE("a stitch description on disk is found by its path and takes no parameters") {
+TEST_CASE("a stitch description on disk is found by its path and takes the parameters of all yarns") {
   const test::Folder folder;
   const std::string path = folder / "found.json";
   StitchPattern pattern = plain_weave();
   pattern.name = "mine";
   REQUIRE(write_file(path, to_json(pattern)));
   CHECK(test::need(find_stitch(path)).pattern.name == "mine");
+  CHECK(test::need(find_stitch(path, {{"yarn", {4}}})).pattern.yarns[0].fibre == 4);
   const auto set = find_stitch(path, {{"slack", {0}}});
   REQUIRE_FALSE(set);
   CHECK(set.error().place == "--set slack");
 }
 
+TEST_CASE("yarns of a description that overlap by more than a tenth of their radius are remarked on") {
+  const test::Folder folder;
+  const std::string path = folder / "found.json";
+  for (const double thicker : {1.04, 1.2}) {
+    StitchPattern pattern = plain_weave();
+    for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= thicker;
+    REQUIRE(write_file(path, to_json(pattern)));
+    CHECK(test::need(find_stitch(path)).remarks.size() == (thicker > 1.1 ? 1 : 0));
+  }
+}
+
 TEST_CASE("an unknown name is refused with the names that exist") {
   CHECK(to_line(test::error_of(find_stitch("cable"))) ==
-        "cable: no such file and no such built-in stitch (there are plain-knit, purl, rib, garter, "
-        "two-colour, lace, "
-        "plain-weave, twill, satin, basket) [STITCH_UNKNOWN]");
+        "cable: no such file and no such built-in stitch (there are plain-knit, purl, rib, rib-2x2, garter, "
+        "two-colour, lace, plain-weave, twill, herringbone, denim, satin, basket) [STITCH_UNKNOWN]");
 }

@@ -10,8 +10,14 @@ TEST_CASE("settings are read from name=value") {
   CHECK(parse_setting("albedo=0.1,0.2,0.3", settings));
   CHECK(settings["wale_mm"] == std::vector<double>{2.5});
   CHECK(settings["albedo"] == std::vector<double>{0.1, 0.2, 0.3});
-  for (const char* bad :
-       {"", "=", "=1", "wale_mm", "wale_mm=", "wale_mm=x", "wale_mm=1,2,3,4", "wale_mm=nan"}) {
+  CHECK(parse_setting("colour=#ff8000", settings));
+  CHECK(settings["colour"][0] == 1);
+  CHECK(settings["colour"][1] == doctest::Approx(0.21586).epsilon(1e-4));  // sRGB's 128
+  CHECK(settings["colour"][2] == 0);
+  CHECK(parse_setting("warp_yarn=wool", settings));
+  CHECK(settings["warp_yarn"] == std::vector<double>{2});
+  for (const char* bad : {"colour=#ff800", "colour=#ff80zz", "colour=#-1-1-1", "yarn=wolo", "yarn=", "", "=",
+                          "=1", "wale_mm", "wale_mm=", "wale_mm=x", "wale_mm=1,2,3,4", "wale_mm=nan"}) {
     CAPTURE(bad);
     CHECK_FALSE(parse_setting(bad, settings));
   }

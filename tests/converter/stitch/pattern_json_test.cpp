@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "converter/stitch/library.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
@@ -60,21 +62,42 @@ TEST_CASE("a pattern written and read again is the same to the bit") {
   odd.yarns[0].gloss = {0.1F, 1.0F / 3};
   odd.yarns[0].plies = 3;
   odd.yarns[0].twist_per_mm = -1.0 / 7;
-  for (const StitchPattern& pattern : {plain_knit(), plain_weave(), odd}) {
-    const auto again = test::need(read_stitch(to_json(pattern), "again"));
-    CHECK(again.name == pattern.name);
-    CHECK(again.period_mm == pattern.period_mm);
-    REQUIRE(again.yarns.size() == pattern.yarns.size());
-    for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
-      CHECK(again.yarns[y].name == pattern.yarns[y].name);
-      CHECK(again.yarns[y].radius_mm == pattern.yarns[y].radius_mm);
-      CHECK(again.yarns[y].albedo == pattern.yarns[y].albedo);
-      CHECK(again.yarns[y].segments == pattern.yarns[y].segments);
-      CHECK(again.yarns[y].gloss == pattern.yarns[y].gloss);
-      CHECK(again.yarns[y].plies == pattern.yarns[y].plies);
-      CHECK(again.yarns[y].twist_per_mm == pattern.yarns[y].twist_per_mm);
-    }
-  }
+  odd.seed = 4294967295;
+  odd.yarns[0].fibre = 3;
+  odd.yarns[0].fibre_degrees = 100.0 / 7;
+  odd.yarns[0].hairiness = 1.0 / 3;
+  odd.yarns[0].hair_mm = 0.1;
+  odd.yarns[0].hair_loops = 0.7;
+  odd.yarns[0].irregularity = 0.01;
+  for (const StitchPattern& pattern : {plain_knit(), plain_weave(), odd})
+    CHECK(test::need(read_stitch(to_json(pattern), "again")) == pattern);
+}
+
+TEST_CASE("a yarn may have a colour, a fibre and an angle of twist") {
+  const auto yarn_with = [](const std::string& members) {
+    return test::need(read_stitch(with(R"("albedo": [0.1, 0.2, 0.3])", members), "t.json")).yarns[0];
+  };
+  const Yarn wool = yarn_with(R"("colour": "#ff0000", "fibre": "wool", "twist_degrees": -45)");
+  CHECK(wool.albedo == V3f(1, 0, 0));
+  CHECK(wool.gloss.weight > 0.09F);
+  CHECK(wool.gloss.roughness == 0.35F);
+  CHECK(wool.twist_per_mm == doctest::Approx(-1 / (2 * std::acos(-1.0) * 0.5)));
+  CHECK(wool.plies == 1);  // the fibre says nothing of how it is spun
+  CHECK(yarn_with(R"("albedo": [0, 0, 0], "fibre": "silk", "gloss": 0)").gloss.weight == 0);
+  const auto refused = [](const std::string& members) {
+    return refusal(with(R"("albedo": [0.1, 0.2, 0.3])", R"("albedo": [0, 0, 0], )" + members));
+  };
+  CHECK(refused(R"("fibre": "steel")") == "STITCH_INVALID /yarns/0/fibre");
+  CHECK(refused(R"("twist_degrees": 90)") == "STITCH_INVALID /yarns/0/twist_degrees");
+  CHECK(refused(R"("fibre_degrees": 61)") == "STITCH_INVALID /yarns/0/fibre_degrees");
+  CHECK(refused(R"("plies": 0)") == "STITCH_INVALID /yarns/0/plies");
+  CHECK(refused(R"("hairiness": 5)") == "STITCH_INVALID /yarns/0/hair_mm");
+  CHECK(refused(R"("hairiness": 5, "hair_mm": 1.4)") == "STITCH_INVALID /yarns/0/hair_mm");
+  CHECK(refused(R"("hairiness": 5, "hair_mm": 1.3)") == "accepted");
+  CHECK(refused(R"("irregularity": -0.1)") == "STITCH_INVALID /yarns/0/irregularity");
+  CHECK(refusal(with(R"("albedo": [0.1, 0.2, 0.3])", R"("colour": "red")")) ==
+        "STITCH_INVALID /yarns/0/colour");
+  CHECK(refusal(with(R"("name": "one",)", R"("name": "one", "seed": 1.5,)")) == "STITCH_INVALID /seed");
 }
 
 TEST_CASE("gloss, plies and twist may be left out: a round dull yarn") {

@@ -187,6 +187,32 @@ TEST_CASE("an incomplete repeat at the end is left out, and that is said") {
   CHECK(read.remarks[0] == "9 x 8 yarns, smallest repeat 4 x 4, the incomplete repeat at the end left out");
 }
 
+TEST_CASE("empty yarns at the end of a canvas are left out, and that is said") {
+  const WifDraft read =
+      draft(with("[WEFT]\nThreads=8", "[WEFT]\nThreads=1000", with("Threads=8", "Threads=2000")));
+  CHECK(drawdown(read.weave) == drawdown(draft(good).weave));
+  CHECK(read.remarks[0] == "8 x 8 yarns, smallest repeat 4 x 4");
+  const auto said = [&](const char* remark) {
+    return std::count(read.remarks.begin(), read.remarks.end(), remark);
+  };
+  CHECK(said("the last 1992 of 2000 warp yarns are not woven: left out") == 1);
+  CHECK(said("the last 992 of 1000 weft yarns are not woven: left out") == 1);
+  // One empty yarn, or as many as are empty elsewhere, belong to the weave.
+  CHECK(draft(with("8=4\n[TIEUP]", "[TIEUP]")).warp_threads == 8);
+  CHECK(draft(with("\n2=2\n3=3\n4=4\n5=1\n6=2\n7=3\n8=4", "\n4=4\n5=1\n6=2")).warp_threads == 8);
+}
+
+TEST_CASE("shafts and treadles beyond the header's counts are taken from the tie-up, and that is said") {
+  const std::string five = with("1=1,2\n2=2,3", "1=1,2,5\n2=2,3\n5=5", with("4=4\n5=1", "4=4,5\n5=1"));
+  const WifDraft read = draft(with("[TREADLING]\n1=1", "[TREADLING]\n1=5", five));
+  const auto said = [&](const char* remark) {
+    return std::count(read.remarks.begin(), read.remarks.end(), remark);
+  };
+  CHECK(said("5 treadles are tied up, though the header counts 4") == 1);
+  CHECK(said("5 shafts are lifted, though the header counts 4") == 1);
+  CHECK(drawdown(read.weave).substr(0, 8) == "---#----");
+}
+
 TEST_CASE("what programs write is read: names in any case, comments, blanks, line ends, byte order marks") {
   const std::string twill = drawdown(draft(good).weave);
   std::string lower = good;
@@ -222,7 +248,7 @@ TEST_CASE("broken drafts are refused by section and key") {
   CHECK(refusal(with("Threads=8", "Threads=eight")) == "[WARP] THREADS: \"eight\" is not a whole number");
   CHECK(refusal(with("Threads=8", "Threads=4")) == "[THREADING] 5: must lie in 1 to 4, is 5");
   CHECK(refusal(with("8=4\n[TIEUP]", "8=5\n[TIEUP]")) == "[THREADING] 8: must lie in 0 to 4, is 5");
-  CHECK(refusal(with("4=1,4", "4=1,9")) == "[TIEUP] 4: must lie in 0 to 4, is 9");
+  CHECK(refusal(with("[TREADLING]\n1=1", "[TREADLING]\n1=5")) == "[TREADLING] 1: must lie in 0 to 4, is 5");
   CHECK(refusal(with("4=1,4", "4=1,,4")) == "[TIEUP] 4: \"\" is not a whole number");
   CHECK(refusal(with("Rising Shed=yes", "Rising Shed=maybe")) ==
         "[WEAVING] RISING SHED: \"maybe\" is neither true nor false");

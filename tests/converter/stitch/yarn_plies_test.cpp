@@ -53,6 +53,25 @@ TEST_CASE("plies of a straight yarn are helices, right-handed for Z-twist") {
   }
 }
 
+TEST_CASE("fibres lean to their ply, of the other hand than the twist, and hairs are shared out") {
+  for (const double twist : {0.5, -0.5}) {
+    StitchPattern pattern = cylinder(4, 0.5);
+    pattern.yarns[0].plies = 2;
+    pattern.yarns[0].twist_per_mm = twist;
+    pattern.yarns[0].fibre_degrees = 20;
+    pattern.yarns[0].hairiness = 8;
+    pattern.yarns[0].hair_mm = 1;
+    double hair = 0;
+    for (const Yarn& ply : laid(pattern).yarns) {
+      const double slope = 2 * std::numbers::pi * ply.radius_mm * ply.twist_per_mm;
+      CHECK(slope ==
+            doctest::Approx(twist > 0 ? -std::tan(std::numbers::pi / 9) : std::tan(std::numbers::pi / 9)));
+      for (const BezierSegment& s : ply.segments) hair += ply.hairiness * (s[3] - s[0]).length();
+    }
+    CHECK(hair == doctest::Approx(8 * 4));
+  }
+}
+
 TEST_CASE("turns are rounded so that every ply runs on into a ply of the next repeat") {
   StitchPattern pattern = cylinder(4, 0.5);
   pattern.yarns[0].plies = 3;

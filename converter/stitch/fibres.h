@@ -1,0 +1,44 @@
+// The fibres that yarns are spun of, and the yarns that are usually made of each: `--set yarn=wool`, and the
+// member `fibre` of a stitch description (spec/stitch.md, Fibres).
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace selvedge {
+
+struct YarnKind {
+  const char* name;
+  // The fibre; of a tube, which has none, all are 0.
+  double diameter_um;  ///< of a fibre
+  double refraction;   ///< refractive index, mean over polarisations
+  double roughness;    ///< Gloss::roughness
+  // The yarn, where nothing else is said.
+  int plies;
+  double twist_degrees;  ///< of the plies at the yarn's surface; negative: S-twist
+  double fibre_degrees;  ///< of the fibres at a ply's surface, of the other hand
+  double hairiness;      ///< mm of hair a mm of yarn (the H of Uster's testers)
+  double hair_radii;     ///< mean length of a hair, in radii of the yarn
+  double hair_loops;     ///< share of hairs that return into the yarn
+  double irregularity;   ///< Yarn::irregularity
+};
+
+/// Row 0 is "tube": a smooth yarn without fibres.
+std::span<const YarnKind> yarn_kinds();
+
+/// Index into yarn_kinds(); nothing for other names.
+std::optional<int> find_yarn_kind(std::string_view name);
+
+/// "tube, cotton, ...", for messages.
+std::string yarn_kind_names();
+
+/// Share of diffuse light that the surface of a fibre reflects (Fresnel): the weight of a yarn's gloss.
+double surface_reflectance(double refraction);
+
+/// Share of the light on a clear round fibre that goes on within 15 degrees of a straight line: it counts as
+/// not having met the fibre.
+double forward_share(double refraction);
+
+}  // namespace selvedge

@@ -1,0 +1,109 @@
+#include "converter/stitch/yarn_settings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "converter/stitch/fibres.h"
+
+namespace selvedge {
+namespace {
+
+constexpr const char* colour_parameter = "colour";
+
+/// `single`: not plied; what is woven mostly is not.
+void set_kind(int index, bool single, double shorter_mm, Yarn& yarn) {
+  const YarnKind& kind = yarn_kinds()[index];
+  set_fibre(index, yarn);
+  yarn.plies = single ? 1 : kind.plies;
+  yarn.twist_per_mm = twist_for(single ? kind.fibre_degrees : kind.twist_degrees, yarn.radius_mm);
+  yarn.fibre_degrees = single ? 0 : kind.fibre_degrees;
+  yarn.hairiness = kind.hairiness;
+  // A hundredth less than what fits: the period may be rounded.
+  yarn.hair_mm = std::min(kind.hair_radii * yarn.radius_mm, 0.99 * shorter_mm / max_hair);
+  yarn.hair_loops = kind.hair_loops;
+  yarn.irregularity = kind.irregularity;
+}
+
+}  // namespace
+
+double twist_for(double degrees, double radius_mm) {
+  return std::tan(degrees * std::numbers::pi / 180) / (2 * std::numbers::pi * radius_mm);
+}
+
+void set_fibre(int kind, Yarn& yarn) {
+  yarn.fibre = kind;
+  if (kind == 0) return;
+  yarn.gloss.weight = static_cast<float>(surface_reflectance(yarn_kinds()[kind].refraction));
+  yarn.gloss.roughness = static_cast<float>(yarn_kinds()[kind].roughness);
+}
+
+StitchParameter kind_parameter(const std::string& prefix) {
+  return {prefix + yarn_parameter,
+          {0},
+          0,
+          static_cast<double>(yarn_kinds().size() - 1),
+          true,
+          "what it is made of: " + yarn_kind_names()};
+}
+
+std::vector<StitchParameter> common_parameters() {
+  return {
+      kind_parameter(""),
+      {colour_parameter, {0.5, 0.5, 0.5}, 0, 1, false, "of all yarns: #rrggbb, or linear red, green, blue"},
+      {"seed", {1}, 0, max_seed, true, "of fibres, hairs and irregularity"}};
+}
+
+std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {
+  const auto parameter = [&](const char* name, double value, double min, double max, const char* meaning) {
+    return StitchParameter{prefix + name, {value}, min, max, false, meaning};
+  };
+  const V3d albedo(yarn.albedo);
+  const StitchLimits limits;
+  StitchParameter plies =
+      parameter("plies", yarn.plies, 1, limits.plies, "thinner yarns that it is twisted of");
+  plies.whole = true;
+  return {
+      {prefix + "albedo", {albedo.x, albedo.y, albedo.z}, 0, 1, false, "#rrggbb, or linear red, green, blue"},
+      plies,
+      parameter("twist_per_mm", yarn.twist_per_mm, -100, 100, "turns per mm; Z-twist is positive"),
+      parameter("gloss", shortest(yarn.gloss.weight), 0, 1, "share of the light that the fibres reflect"),
+      parameter("roughness", shortest(yarn.gloss.roughness), 0.01, 1, "width of the highlight"),
+      parameter("fibre_degrees", yarn.fibre_degrees, 0, limits.fibre_degrees,
+                "lean of the fibres in a ply, of the other hand"),
+      parameter("hairiness", yarn.hairiness, 0, limits.hairiness, "mm of hair a mm of yarn"),
+      parameter("hair_mm", yarn.hair_mm, 0, 1000, "mean length of a hair"),
+      parameter("hair_loops", yarn.hair_loops, 0, 1, "share of hairs that return into the yarn"),
+      parameter("irregularity", yarn.irregularity, 0, limits.irregularity,
+                "change of thickness and colour along it")};
+}
+
+void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn) {
+  for (const std::string& name : {prefix + yarn_parameter, std::string(yarn_parameter)}) {
+    if (!values.is_set(name)) continue;
+    const bool woven = prefix == "warp_" || prefix == "weft_";
+    set_kind(static_cast<int>(values.number(name)), woven, shorter_mm, yarn);
+    break;
+  }
+  for (const std::string& name : {prefix + "albedo", std::string(colour_parameter)}) {
+    if (!values.is_set(name)) continue;
+    const auto& albedo = values.numbers(name);
+    yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
+    break;
+  }
+  const auto set = [&](const char* name, auto& target) {
+    using Target = std::remove_reference_t<decltype(target)>;
+    if (values.is_set(prefix + name)) target = static_cast<Target>(values.number(prefix + name));
+  };
+  set("plies", yarn.plies);
+  set("twist_per_mm", yarn.twist_per_mm);
+  set("gloss", yarn.gloss.weight);
+  set("roughness", yarn.gloss.roughness);
+  set("fibre_degrees", yarn.fibre_degrees);
+  set("hairiness", yarn.hairiness);
+  set("hair_mm", yarn.hair_mm);
+  set("hair_loops", yarn.hair_loops);
+  set("irregularity", yarn.irregularity);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,31 @@
+// The settings that every yarn has (--set), with defaults that follow its kind (fibres.h).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "converter/stitch/parameters.h"
+#include "converter/stitch/pattern.h"
+
+namespace selvedge {
+
+/// Turns per mm whose outermost fibres or plies lean by this angle to the yarn, in -90 to 90.
+double twist_for(double degrees, double radius_mm);
+
+/// Spins a yarn of this kind's fibre, with its gloss; 0 (tube): only takes the fibre away.
+void set_fibre(int kind, Yarn& yarn);
+
+/// Settings of all yarns of a stitch: `yarn`, `colour`, `seed`.
+std::vector<StitchParameter> common_parameters();
+
+/// Parameters of one yarn, without its radius and its kind: `albedo` with this prefix, and so on.
+std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn);
+/// The kind of yarn with this prefix: of stitches of several yarns, beside `yarn` for all.
+StitchParameter kind_parameter(const std::string& prefix);
+
+/// Applies the settings with the prefix, and those of all yarns where these are not set. What the kind of
+/// yarn says comes first: plies for knits, single yarn for what is woven (prefixes warp_ and weft_). `yarn`
+/// has its radius; `shorter_mm` is the shorter period: hairs of a kind fit into it.
+void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn);
+
+}  // namespace selvedge

@@ -1,0 +1,107 @@
+#include "converter/light/fibre_noise.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "converter/light/sobol.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+
+namespace {
+
+CellMesh knit(const StitchSettings& settings) {
+  return test::need(mesh_stitch(test::need(find_stitch("plain-knit", settings)).pattern));
+}
+
+/// Calls visit(point) where rays from straight above meet the cell.
+template <class Visit>
+void look_down(const RayScene& scene, const Visit& visit) {
+  constexpr std::uint32_t count = 20000;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const V2d at = spread_point(i, 1);
+    SurfacePoint point;
+    if (scene.trace({at.x * scene.period().x, at.y * scene.period().y, 10}, {0, 0, -1}, point)) visit(point);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("strands of fibres turn normals and fibres and keep the mean colour") {
+  const auto scene = test::need(RayScene::create(knit({{"yarn", {2}}, {"hairiness", {0}}}), "wool"));
+  V3d mean(0, 0, 0);
+  V3d mean_mesh(0, 0, 0);
+  double turned = 0;
+  int count = 0;
+  look_down(scene, [&](const SurfacePoint& point) {
+    const YarnSurface s = surface_at(scene, point);
+    CHECK(s.normal.length() == doctest::Approx(1));
+    CHECK(s.fibre.length() == doctest::Approx(1));
+    CHECK(std::abs(s.normal.dot(s.fibre)) < 1e-6);
+    CHECK(s.normal.z > 0);
+    mean += s.albedo;
+    mean_mesh += V3d(scene.albedo(point));
+    turned += std::acos(std::min(1.0, s.normal.dot(V3d(point.face_normal))));
+    ++count;
+  });
+  CHECK(mean.x == doctest::Approx(mean_mesh.x).epsilon(0.02));
+  CHECK(turned / count > 0.1);
+  CHECK(turned / count < 0.5);
+}
+
+TEST_CASE("points on a wall of the cell have the same fibres as their copies on the other side") {
+  CellMesh mesh = knit({{"yarn", {1}}, {"hairiness", {0}}});
+  const auto width = static_cast<float>(mesh.period.x);
+  const auto surface_of = [&](std::size_t vertex) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (int k = 0; k < 3; ++k) {
+        if (mesh.triangles[t][k] != static_cast<int>(vertex)) continue;
+        SurfacePoint point;
+        point.triangle = static_cast<int>(t);
+        point.u = k == 1 ? 1.0F : 0.0F;
+        point.v = k == 2 ? 1.0F : 0.0F;
+        point.view = mesh.normals[vertex];
+        YarnSurface s;
+        s.normal = V3d(mesh.normals[vertex]);
+        s.fibre = V3d(mesh.fibres[vertex]);
+        s.albedo = V3d(0.3);
+        add_fibre_noise(mesh, point, s);
+        return s;
+      }
+    }
+    return YarnSurface();
+  };
+  int twins = 0;
+  for (std::size_t a = 0; a < mesh.positions.size(); ++a) {
+    if (mesh.positions[a].x != 0) continue;
+    for (std::size_t b = 0; b < mesh.positions.size(); ++b) {
+      if (mesh.positions[b] != V3f(width, mesh.positions[a].y, mesh.positions[a].z)) continue;
+      CHECK((surface_of(a).normal - surface_of(b).normal).length() < 1e-4);
+      CHECK((surface_of(a).albedo - surface_of(b).albedo).length() < 1e-4);
+      ++twins;
+    }
+  }
+  CHECK(twins > 10);
+}
+
+TEST_CASE("a tube has no strands, and irregular yarn changes its colour alone") {
+  const auto tube = test::need(RayScene::create(knit({}), "tube"));
+  const auto thick = test::need(RayScene::create(knit({{"irregularity", {0.3}}}), "thick"));
+  double least = 1;
+  double most = 0;
+  look_down(thick, [&](const SurfacePoint& point) {
+    const YarnSurface s = surface_at(thick, point);
+    CHECK(s.normal == V3d(point.face_normal));
+    least = std::min(least, s.albedo.x);
+    most = std::max(most, s.albedo.x);
+  });
+  CHECK(most / least > 1.15);
+  look_down(tube, [&](const SurfacePoint& point) {
+    const YarnSurface s = surface_at(tube, point);
+    CHECK(s.normal == V3d(point.face_normal));
+    CHECK(s.albedo == V3d(tube.albedo(point)));
+  });
+}
