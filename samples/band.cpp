@@ -197,7 +197,7 @@ void join(Patch& patch, int upper_first, const std::vector<double>& upper, int l
 
 }  // namespace
 
-Result<Rings> peel(const QuadSurface& surface, int label, const V3d& first) {
+Rings peel(const QuadSurface& surface, int label, const V3d& first) {
   std::map<std::pair<int, int>, int> quad_of;  // directed edge -> quad of the strip
   std::map<std::pair<int, int>, int> any_quad_of;
   for (std::size_t q = 0; q < surface.quads.size(); ++q) {
@@ -211,19 +211,8 @@ Result<Rings> peel(const QuadSurface& surface, int label, const V3d& first) {
   for (const auto& [edge, quad] : quad_of) {
     if (!any_quad_of.contains({edge.second, edge.first})) next[edge.first] = edge.second;
   }
-  const auto broken = [] {
-    return fail(Code::mesh_invalid, "", "band", "the band is not a closed strip of quads");
-  };
-  if (next.empty()) return broken();
-
-  Rings rings(1);
-  for (int p = next.begin()->first; rings[0].size() <= next.size();) {
-    rings[0].push_back(p);
-    const auto found = next.find(p);
-    if (found == next.end()) return broken();
-    p = found->second;
-    if (p == rings[0].front()) break;
-  }
+  Rings rings{{next.begin()->first}};
+  for (int p = next.begin()->second; p != rings[0].front(); p = next.at(p)) rings[0].push_back(p);
   for (;;) {
     const std::vector<int>& ring = rings.back();
     std::vector<int> inner;
@@ -236,10 +225,8 @@ Result<Rings> peel(const QuadSurface& surface, int label, const V3d& first) {
       inner.push_back(quad[(k + 3) % 4]);
     }
     if (inner.empty()) break;
-    if (inner.size() != ring.size()) return broken();
     rings.push_back(inner);
   }
-  if (rings.size() < 2) return broken();
 
   std::reverse(rings.begin(), rings.end());
   const std::vector<int>& seam = rings.front();

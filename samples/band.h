@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "format/base/error.h"
 #include "samples/assembly.h"
 #include "samples/surface.h"
 
@@ -17,8 +16,8 @@ namespace selvedge::samples {
 using Rings = std::vector<std::vector<int>>;
 
 /// The quads with the label, peeled from the open boundary inwards. `first` picks the column that comes
-/// first, by the largest value over the seam's points. A strip that is not a grid is refused (MESH_INVALID).
-Result<Rings> peel(const QuadSurface& surface, int label, const V3d& first);
+/// first, by the largest value over the seam's points. Precondition: they are a closed strip, and a grid.
+Rings peel(const QuadSurface& surface, int label, const V3d& first);
 
 struct BandOptions {
   double rib = 0.010;        ///< metres of yarn length around, per rib: two wales of 5 mm

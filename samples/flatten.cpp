@@ -19,13 +19,10 @@ struct FlatTriangle {
   std::array<double, 3> cotangents;  ///< of the angle at each corner
 };
 
-constexpr double min_double_area = 1e-14;  // m^2; the panels' triangles have some 1e-5
-
-Result<std::vector<FlatTriangle>> lay_flat(const Panel& panel) {
+std::vector<FlatTriangle> lay_flat(const Panel& panel) {
   std::vector<FlatTriangle> flat;
   flat.reserve(panel.triangles.size());
-  for (std::size_t t = 0; t < panel.triangles.size(); ++t) {
-    const V3i& triangle = panel.triangles[t];
+  for (const V3i& triangle : panel.triangles) {
     std::array<V3d, 3> p;
     for (int k = 0; k < 3; ++k) {
       p[k] = panel.positions[triangle[k]];
@@ -33,10 +30,6 @@ Result<std::vector<FlatTriangle>> lay_flat(const Panel& panel) {
     const V3d a = p[1] - p[0];
     const V3d b = p[2] - p[0];
     const double double_area = a.cross(b).length();
-    if (!(double_area > min_double_area)) {
-      return fail(Code::mesh_invalid, "", "triangle " + std::to_string(t),
-                  "the panel's triangle has no area");
-    }
     FlatTriangle out;
     out.corners[0] = {0, 0};
     out.corners[1] = {a.length(), 0};
@@ -70,7 +63,7 @@ std::array<std::size_t, 2> far_apart(const std::vector<V3d>& positions) {
 }
 
 /// Least-squares conformal map: minimises Dirichlet energy minus area with two vertices held.
-Result<std::vector<V2d>> conformal(const Panel& panel, const std::vector<FlatTriangle>& flat) {
+std::vector<V2d> conformal(const Panel& panel, const std::vector<FlatTriangle>& flat) {
   const std::size_t count = panel.positions.size();
   const std::array<std::size_t, 2> held = far_apart(panel.positions);
   std::vector<V2d> plane(count, V2d(0, 0));
@@ -112,11 +105,7 @@ Result<std::vector<V2d>> conformal(const Panel& panel, const std::vector<FlatTri
   }
   Sparse matrix(2 * unknowns, 2 * unknowns);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  Eigen::SimplicialLDLT<Sparse> solver(matrix);
-  if (solver.info() != Eigen::Success) {
-    return fail(Code::mesh_invalid, "", "panel", "the conformal map cannot be solved");
-  }
-  const Eigen::VectorXd solution = solver.solve(right);
+  const Eigen::VectorXd solution = Eigen::SimplicialLDLT<Sparse>(matrix).solve(right);
   for (std::size_t v = 0; v < count; ++v) {
     if (unknown[v] >= 0) plane[v] = V2d(solution[2 * unknown[v]], solution[2 * unknown[v] + 1]);
   }
@@ -128,7 +117,6 @@ Result<std::vector<V2d>> conformal(const Panel& panel, const std::vector<FlatTri
     plane_area +=
         (plane[corner_of(panel.triangles[t], 1)] - a) % (plane[corner_of(panel.triangles[t], 2)] - a);
   }
-  if (!(plane_area > 0)) return fail(Code::mesh_invalid, "", "panel", "the conformal map has no area");
   const double scale = std::sqrt(flat_area / plane_area);
   for (V2d& p : plane) p *= scale;
   return plane;
@@ -148,19 +136,17 @@ Eigen::Matrix2d nearest_rotation(const FlatTriangle& flat, const std::array<Eige
 
 }  // namespace
 
-Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start,
-                               const FlattenOptions& options) {
-  const Result<std::vector<FlatTriangle>> flat = lay_flat(panel);
-  if (!flat) return tl::unexpected(flat.error());
+std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start, const FlattenOptions& options) {
+  const std::vector<FlatTriangle> flat = lay_flat(panel);
   const Eigen::Index count = static_cast<Eigen::Index>(panel.positions.size());
 
   // The first vertex is held: the energy does not see translations.
   std::vector<Entry> entries{Entry(0, 0, 1.0)};
-  for (std::size_t t = 0; t < flat->size(); ++t) {
+  for (std::size_t t = 0; t < flat.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const int i = panel.triangles[t][static_cast<int>(k)];
       const int j = panel.triangles[t][static_cast<int>((k + 1) % 3)];
-      const double weight = (*flat)[t].cotangents[(k + 2) % 3];
+      const double weight = flat[t].cotangents[(k + 2) % 3];
       entries.emplace_back(i, i, weight);
       entries.emplace_back(j, j, weight);
       entries.emplace_back(i, j, -weight);
@@ -169,10 +155,7 @@ Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start
   }
   Sparse matrix(count, count);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  Eigen::SimplicialLDLT<Sparse> solver(matrix);
-  if (solver.info() != Eigen::Success) {
-    return fail(Code::mesh_invalid, "", "panel", "the panel's Laplacian cannot be solved");
-  }
+  const Eigen::SimplicialLDLT<Sparse> solver(matrix);
 
   Eigen::MatrixX2d plane(count, 2);
   for (Eigen::Index v = 0; v < count; ++v) {
@@ -181,8 +164,8 @@ Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start
   }
   for (int round = 0; round < options.rounds; ++round) {
     Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(count, 2);
-    for (std::size_t t = 0; t < flat->size(); ++t) {
-      const FlatTriangle& triangle = (*flat)[t];
+    for (std::size_t t = 0; t < flat.size(); ++t) {
+      const FlatTriangle& triangle = flat[t];
       const V3i& index = panel.triangles[t];
       const Eigen::Matrix2d rotation =
           nearest_rotation(triangle, {plane.row(index[0]), plane.row(index[1]), plane.row(index[2])});
@@ -204,12 +187,8 @@ Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start
   return result;
 }
 
-Result<std::vector<V2d>> flatten(const Panel& panel, const FlattenOptions& options) {
-  const Result<std::vector<FlatTriangle>> flat = lay_flat(panel);
-  if (!flat) return tl::unexpected(flat.error());
-  Result<std::vector<V2d>> start = conformal(panel, *flat);
-  if (!start) return start;
-  return relax(panel, *start, options);
+std::vector<V2d> flatten(const Panel& panel, const FlattenOptions& options) {
+  return relax(panel, conformal(panel, lay_flat(panel)), options);
 }
 
 Stretch stretch_of(const std::array<V3d, 3>& corners, const std::array<V2d, 3>& plane) {

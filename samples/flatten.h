@@ -4,7 +4,6 @@
 #include <array>
 #include <vector>
 
-#include "format/base/error.h"
 #include "format/base/vec.h"
 
 namespace selvedge::samples {
@@ -21,13 +20,11 @@ struct FlattenOptions {
 
 /// A plane position per vertex, in metres, triangles counter-clockwise: least-squares conformal map as the
 /// start, then as-rigid-as-possible (Liu et al. 2008, "A Local/Global Approach to Mesh Parameterization").
-/// Position and rotation of the result are arbitrary. A panel that cannot be solved (no disc, degenerate
-/// triangles) is refused (MESH_INVALID).
-Result<std::vector<V2d>> flatten(const Panel& panel, const FlattenOptions& options = {});
+/// Position and rotation of the result are arbitrary. Precondition: every triangle has an area.
+std::vector<V2d> flatten(const Panel& panel, const FlattenOptions& options = {});
 
 /// As above, from given plane positions (one per vertex) instead of the conformal map.
-Result<std::vector<V2d>> relax(const Panel& panel, const std::vector<V2d>& start,
-                               const FlattenOptions& options = {});
+std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start, const FlattenOptions& options = {});
 
 /// Metres of surface per unit of the plane within one triangle: the singular values of dP/d(u, v).
 struct Stretch {

@@ -14,8 +14,7 @@ namespace selvedge {
 struct GarmentPrimitive {
   int material = 0;  ///< index into Garment::materials
   std::vector<V3f> positions;
-  std::vector<V3f> normals;   ///< unit; empty: flat shading
-  std::vector<V4f> tangents;  ///< unit and handedness +-1; may be empty
+  std::vector<V3f> normals;  ///< unit; empty: flat shading
   std::vector<V2f> tex_coords;
   std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise from outside
 };
@@ -34,8 +33,8 @@ struct Garment {
   std::vector<GarmentPrimitive> primitives;
 };
 
-/// Writes a GLB, whole or not at all; the same garment gives the same bytes. Refuses arrays of the wrong
-/// size, indices and materials out of range, and values that are not finite.
+/// Writes a GLB, whole or not at all; the same garment gives the same bytes. Precondition: arrays fit each
+/// other, indices and materials are in range, and values are finite.
 Result<void> write_garment(const std::string& path, const Garment& garment);
 
 }  // namespace selvedge

@@ -56,11 +56,9 @@ V3d slack(const V3d& p) {
 
 /// Takes the corners out of the neckline: around the ring, each point goes towards its neighbours' mean. The
 /// cage's vertices there have five neighbours, where Catmull-Clark surfaces are less smooth.
-Result<void> round_off(QuadSurface& surface, int label) {
-  const Result<Rings> rings = peel(surface, label, V3d(0, 0, 1));
-  if (!rings) return tl::unexpected(rings.error());
+void round_off(QuadSurface& surface, int label) {
   constexpr int rounds = 12;
-  for (const std::vector<int>& ring : *rings) {
+  for (const std::vector<int>& ring : peel(surface, label, V3d(0, 0, 1))) {
     for (int round = 0; round < rounds; ++round) {
       std::vector<V3d> before;
       for (const int v : ring) before.push_back(surface.positions[v]);
@@ -71,7 +69,6 @@ Result<void> round_off(QuadSurface& surface, int label) {
       }
     }
   }
-  return {};
 }
 
 /// Threads along the quads' edges and diagonals, with the lengths of the flat pattern, and weak ones over two
@@ -117,7 +114,7 @@ std::vector<Thread> threads_of(const std::vector<Chart>& charts) {
   return threads;
 }
 
-Result<void> add_bands(Assembly& sweater, const QuadSurface& surface) {
+void add_bands(Assembly& sweater, const QuadSurface& surface) {
   struct BandPlan {
     int label;
     V3d first;
@@ -134,11 +131,8 @@ Result<void> add_bands(Assembly& sweater, const QuadSurface& surface) {
                {.roll = 0.0018, .turned_back = 0.15, .row = 0.012, .middle_u = 2.0}},
   };
   for (const BandPlan& plan : plans) {
-    const Result<Rings> rings = peel(surface, plan.label, plan.first);
-    if (!rings) return tl::unexpected(rings.error());
-    add_band(sweater, *rings, "trim", plan.options);
+    add_band(sweater, peel(surface, plan.label, plan.first), "trim", plan.options);
   }
-  return {};
 }
 
 /// Drops the points that no patch uses and puts the garment on y = 0.
@@ -163,50 +157,42 @@ void tidy(Assembly& sweater) {
 
 }  // namespace
 
-Result<Assembly> make_sweater(const SweaterOptions& options) {
-  Result<QuadSurface> surface = subdivide(sweater_cage(), options.levels);
-  if (!surface) return tl::unexpected(surface.error());
-  if (const Result<void> rounded = round_off(*surface, panel_collar); !rounded) {
-    return tl::unexpected(rounded.error());
-  }
+Assembly make_sweater(const SweaterOptions& options) {
+  QuadSurface surface = subdivide(sweater_cage(), options.levels);
+  round_off(surface, panel_collar);
 
   const std::vector<PanelPlan> plans = panel_plans();
   std::vector<Chart> charts;
   for (const PanelPlan& plan : plans) {
-    const auto cut = [&](int v) { return plan.side != 0 && is_under_arm(surface->positions[v], plan.side); };
-    Chart& chart = charts.emplace_back(cut_out(*surface, plan.labels, *plan.labels.rbegin(), cut));
-    Result<std::vector<V2d>> plane = flatten(chart.panel);
-    if (!plane) return tl::unexpected(plane.error());
-    chart.plane = std::move(*plane);
+    const auto cut = [&](int v) { return plan.side != 0 && is_under_arm(surface.positions[v], plan.side); };
+    Chart& chart = charts.emplace_back(cut_out(surface, plan.labels, *plan.labels.rbegin(), cut));
+    chart.plane = flatten(chart.panel);
   }
 
   Cloth cloth;
   cloth.threads = threads_of(charts);
-  cloth.held.assign(surface->positions.size(), false);
-  for (std::size_t q = 0; q < surface->quads.size(); ++q) {
-    if (!is_band(surface->labels[q])) continue;
-    for (const int v : surface->quads[q]) cloth.held[v] = true;
+  cloth.held.assign(surface.positions.size(), false);
+  for (std::size_t q = 0; q < surface.quads.size(); ++q) {
+    if (!is_band(surface.labels[q])) continue;
+    for (const int v : surface.quads[q]) cloth.held[v] = true;
   }
-  for (const V3d& p : surface->positions) cloth.positions.push_back(slack(p));
+  for (const V3d& p : surface.positions) cloth.positions.push_back(slack(p));
   DrapeOptions drape_options;
   drape_options.steps = options.drape_steps;
   cloth.positions = drape(cloth, body_distance, drape_options);
-  surface->positions = smooth(cloth, 4, 0.2);
+  surface.positions = smooth(cloth, 4, 0.2);
 
   Assembly sweater;
-  sweater.points = surface->positions;
+  sweater.points = surface.positions;
   for (std::size_t i = 0; i < plans.size(); ++i) {
     Chart& chart = charts[i];
-    move_to(chart, surface->positions);
-    Result<std::vector<V2d>> plane = relax(chart.panel, chart.plane);
-    if (!plane) return tl::unexpected(plane.error());
-    chart.plane = std::move(*plane);
+    move_to(chart, surface.positions);
+    chart.plane = relax(chart.panel, chart.plane);
     turn_to_grain(chart, plans[i].side == 0 ? V3d(0, -1, 0) : sleeve_direction(plans[i].side),
                   plans[i].middle_u);
     sweater.patches.push_back(patch_of(chart, "sweater"));
   }
-  const Result<void> bands = add_bands(sweater, *surface);
-  if (!bands) return tl::unexpected(bands.error());
+  add_bands(sweater, surface);
   tidy(sweater);
   return sweater;
 }

@@ -1,7 +1,6 @@
 // The knitted sweater, as worn by nobody.
 #pragma once
 
-#include "format/base/error.h"
 #include "samples/assembly.h"
 
 namespace selvedge::samples {
@@ -15,6 +14,6 @@ struct SweaterOptions {
 /// facing +z, the hem's edge on y = 0. Patches: front, back, sleeves (material "sweater"), hem, collar and
 /// cuffs (material "trim"). Its surface has four boundary loops. One unit of the texture coordinates is one
 /// metre of cloth; wales run along v, downwards on the body and towards the cuffs on the sleeves.
-Result<Assembly> make_sweater(const SweaterOptions& options = {});
+Assembly make_sweater(const SweaterOptions& options = {});
 
 }  // namespace selvedge::samples

@@ -39,18 +39,11 @@ Result<void> ensure_texels(const Cell& cell, const std::string& input, bool give
 }  // namespace
 
 Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& common) {
-  const auto cell = find_cell(command.input, command.cell);
-  if (!cell) return tl::unexpected(cell.error());
-  const CellMesh* mesh = &cell->mesh;
+  const auto cell = must(find_cell(command.input, command.cell));
+  const CellMesh* mesh = &cell.mesh;
   BakeOptions options = command.bake;
-  if (auto enough = ensure_texels(*cell, command.input, command.texels_given, options); !enough) {
-    return tl::unexpected(enough.error());
-  }
-  if (!command.pairs.empty()) {
-    auto pairs = read_pairs(command.pairs);
-    if (!pairs) return tl::unexpected(pairs.error());
-    options.pairs = std::move(*pairs);
-  }
+  must(ensure_texels(cell, command.input, command.texels_given, options));
+  if (!command.pairs.empty()) options.pairs = must(read_pairs(command.pairs));
   if (command.demand) {
     const double texel_mm = command.demand->min_mm * std::exp2(command.demand->bias);
     const double made = std::max(mesh->period.x / options.width, mesh->period.y / options.height);
@@ -83,7 +76,7 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
   if (result && command.demand && std::isinf(command.demand->min_mm))
     result->remarks.emplace_back("no frame of the plan sees its materials: the coarsest level alone is made");
   // After the work, so that an error is a single line.
-  if (result) report_remarks(common, command.input, *cell, result->remarks);
+  if (result) report_remarks(common, command.input, cell, result->remarks);
   return result;
 }
 
@@ -139,9 +132,8 @@ void declare(Options& options, BakeCommand& command) {
 }
 
 Result<int> run(const BakeCommand& command) {
-  const auto result = bake_cell(command, command.common);
-  if (!result) return tl::unexpected(result.error());
-  report(command.common, "bake", bake_json(*result, command.output), bake_text(*result, command.output));
+  const auto result = must(bake_cell(command, command.common));
+  report(command.common, "bake", bake_json(result, command.output), bake_text(result, command.output));
   return 0;
 }
 
@@ -159,18 +151,17 @@ void declare(Options& options, MergeCommand& command) {
 }
 
 Result<int> run(const MergeCommand& command) {
-  const auto result = merge_shards(command.shards, command.output);
-  if (!result) return tl::unexpected(result.error());
+  const auto result = must(merge_shards(command.shards, command.output));
   report(command.common, "merge",
          {{"output", command.output},
           {"bytes", size_of_file(command.output)},
           {"shards", command.shards.size()},
-          {"seconds", result->seconds},
-          {"coverage", result->coverage},
-          {"noise", result->noise},
-          {"truthNoise", result->truth_noise}},
+          {"seconds", result.seconds},
+          {"coverage", result.coverage},
+          {"noise", result.noise},
+          {"truthNoise", result.truth_noise}},
          fmt::format("{} shards -> {} ({} bytes), noise {:.2g} %\n", command.shards.size(), command.output,
-                     size_of_file(command.output), 100 * result->noise));
+                     size_of_file(command.output), 100 * result.noise));
   return 0;
 }
 

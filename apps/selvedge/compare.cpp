@@ -60,40 +60,33 @@ std::string rows_text(const Rows& rows) {
   return text;
 }
 
-Result<void> draw(const std::string& output, const Fabric& fabric, const PairSamples& held_out,
-                  SamplesReader& reader, const std::string& fabric_path) {
-  const auto training = read_training_pairs(reader);
-  if (!training) return tl::unexpected(training.error());
-  auto svg =
-      compare_plot(fabric, held_out, *training, {fabric_path, reader.name(), size_of_file(fabric_path)});
-  if (!svg) return tl::unexpected(svg.error());
-  return write_file(output, *svg);
+void draw(const std::string& output, const Fabric& fabric, const PairSamples& held_out, SamplesReader& reader,
+          const std::string& fabric_path) {
+  const auto training = must(read_training_pairs(reader));
+  must(write_file(output, must(compare_plot(fabric, held_out, training,
+                                            {fabric_path, reader.name(), size_of_file(fabric_path)}))));
 }
 
 Result<int> run(const CompareCommand& command) {
-  if (auto good = check_writable({command.plot}); !good) return tl::unexpected(good.error());
+  must(check_writable({command.plot}));
   const std::string& samples = command.files.back();
-  auto reader = SamplesReader::open(samples);
-  if (!reader) return tl::unexpected(reader.error());
+  auto reader = must(SamplesReader::open(samples));
   std::array<PairSamples, 3> truth;
   for (const PairKind kind : all_pair_kinds) {
-    auto pairs = reader->read_pairs(kind);
-    if (!pairs) return tl::unexpected(pairs.error());
-    truth[static_cast<std::size_t>(kind)] = std::move(*pairs);
+    truth[static_cast<std::size_t>(kind)] = must(reader.read_pairs(kind));
   }
   Json fabrics = Json::array();
   std::string text;
   for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
     const std::string& path = command.files[i];
-    const auto fabric = read_fabric(path);
-    if (!fabric) return tl::unexpected(fabric.error());
+    const auto fabric = must(read_fabric(path));
     Json entry = {{"fabric", path}, {"bytes", size_of_file(path)}};
     text += fmt::format("{} ({} bytes)\n", path, size_of_file(path));
     double peak = 0;
     for (const PairKind kind : {PairKind::held_out, PairKind::rim, PairKind::validation}) {
       const PairSamples& pairs = truth[static_cast<std::size_t>(kind)];
       if (pairs.pairs.empty()) continue;
-      const auto comparison = compare(*fabric, pairs, kind, peak);
+      const auto comparison = compare(fabric, pairs, kind, peak);
       if (!comparison) {
         Error error = comparison.error();
         error.file = path;
@@ -104,19 +97,15 @@ Result<int> run(const CompareCommand& command) {
       json = {{"pairs", comparison->pairs}, {"peak", peak}, {"levels", rows_json(comparison->levels)}};
       text += fmt::format("  {}: {} pairs, peak {:.4g} 1/sr\n", name_of(kind), comparison->pairs, peak);
       text += "    level   texels  PSNR dB  relative L2  mean error  alpha rms  truth's noise dB\n";
-      if (fabric->levels.front().yarns()) {
-        const Comparison yarn = compare_yarn(*fabric, pairs, kind, peak);
+      if (fabric.levels.front().yarns()) {
+        const Comparison yarn = compare_yarn(fabric, pairs, kind, peak);
         json["yarn"] = rows_json(yarn.levels);
         text += rows_text(yarn.levels);
       }
       text += rows_text(comparison->levels);
     }
-    if (!command.plot.empty()) {
-      if (auto ok =
-              draw(command.plot, *fabric, truth[static_cast<std::size_t>(PairKind::held_out)], *reader, path);
-          !ok)
-        return tl::unexpected(ok.error());
-    }
+    if (!command.plot.empty())
+      draw(command.plot, fabric, truth[static_cast<std::size_t>(PairKind::held_out)], reader, path);
     fabrics.push_back(entry);
   }
   report(command.common, "compare", {{"samples", samples}, {"fabrics", fabrics}}, text);

@@ -47,14 +47,13 @@ void declare(Options& options, DressCommand& command) {
 }
 
 Result<int> run(const DressCommand& command) {
-  const auto dressed = dress(command.garment, command.fabric, command.output, command.dress);
-  if (!dressed) return tl::unexpected(dressed.error());
-  for (const std::string& warning : dressed->warnings) {
+  const auto dressed = must(dress(command.garment, command.fabric, command.output, command.dress));
+  for (const std::string& warning : dressed.warnings) {
     if (!command.common.quiet) report_remark(command.garment, warning);
   }
   Json materials = Json::array();
   std::string text;
-  for (const DressedMaterial& m : dressed->materials) {
+  for (const DressedMaterial& m : dressed.materials) {
     materials.push_back({{"index", m.index},
                          {"name", m.name},
                          {"primitives", m.primitives},
@@ -68,17 +67,17 @@ Result<int> run(const DressCommand& command) {
         100 * m.spread.x, 100 * m.spread.y);
   }
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
-                      dressed->embedded ? "embedded" : "beside", dressed->tangents_added, command.output,
-                      dressed->bytes);
-  for (const std::string& file : dressed->usd_files) text += fmt::format("USD: {}\n", file);
+                      dressed.embedded ? "embedded" : "beside", dressed.tangents_added, command.output,
+                      dressed.bytes);
+  for (const std::string& file : dressed.usd_files) text += fmt::format("USD: {}\n", file);
   report(command.common, "dress",
          {{"output", command.output},
-          {"bytes", dressed->bytes},
-          {"embedded", dressed->embedded},
-          {"usd", dressed->usd_files},
-          {"tangentsAdded", dressed->tangents_added},
+          {"bytes", dressed.bytes},
+          {"embedded", dressed.embedded},
+          {"usd", dressed.usd_files},
+          {"tangentsAdded", dressed.tangents_added},
           {"materials", materials},
-          {"warnings", dressed->warnings}},
+          {"warnings", dressed.warnings}},
          text);
   return 0;
 }

@@ -42,15 +42,14 @@ Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
 /// The level must exist, also with texture coordinates: another number is a mistake.
 Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
-  auto fabric = QueriedFabric::open(command.fabric);
-  if (!fabric) return tl::unexpected(fabric.error());
-  const int first = query.uv ? fabric->first_level() : 0;
-  const int last = fabric->levels() - 1;
+  auto fabric = must(QueriedFabric::open(command.fabric));
+  const int first = query.uv ? fabric.first_level() : 0;
+  const int last = fabric.levels() - 1;
   if (!(query.level >= first && query.level <= last)) {
     return fail(Code::option_out_of_range, command.fabric, "--level",
                 fmt::format("{} is outside of {} to {}", query.level, first, last));
   }
-  auto shading = fabric->shade(query);
+  auto shading = fabric.shade(query);
   if (!shading && shading.error().code == Code::option_out_of_range) {
     shading.error().place.insert(0, "--");
   }
@@ -60,15 +59,14 @@ Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& qu
 Result<int> run(const EvaluateCommand& command) {
   const FabricQuery query{command.level, command.texel, command.uv, V3f(command.light.normalized()),
                           V3f(command.view.normalized())};
-  const auto shading = shading_at(command, query);
-  if (!shading) return tl::unexpected(shading.error());
+  const auto shading = must(shading_at(command, query));
   Json json = {{"level", command.level}};
   if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
   if (command.uv) json["uv"] = {command.uv->x, command.uv->y};
   json["light"] = list_of(query.light);
   json["view"] = list_of(query.view);
-  json["rgb"] = list_of(shading->radiance);
-  json["alpha"] = shading->alpha;
+  json["rgb"] = list_of(shading.radiance);
+  json["alpha"] = shading.alpha;
   // The answer is always JSON; --json adds the frame of all reports.
   report(command.common, "evaluate", json, json.dump() + "\n");
   return 0;

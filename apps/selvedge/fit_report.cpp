@@ -123,18 +123,17 @@ std::string yarn_text(const Json& yarn) {
                      yarn["bytes"].dump());
 }
 
-Result<FitOutcome> read_outcome(const std::string& path, const std::vector<LevelReport>& fitted) {
-  const auto reader = FabricReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  const FabricHeader& header = reader->header();
+FitOutcome read_outcome(const std::string& path, const std::vector<LevelReport>& fitted) {
+  const auto reader = must(FabricReader::open(path));
+  const FabricHeader& header = reader.header();
   IssueSink sink(path);
   FitOutcome outcome;
   outcome.output = path;
   if (auto record = fit_record_of(header.provenance, header.levels, sink))
     outcome.record = std::move(*record);
   outcome.bytes = size_of_file(path);
-  outcome.shared_bytes = reader->packed_bytes(LayerKind::bases, 0);
-  outcome.yarn = yarn_json(*reader);
+  outcome.shared_bytes = reader.packed_bytes(LayerKind::bases, 0);
+  outcome.yarn = yarn_json(reader);
   outcome.record.levels.resize(header.levels);
   for (int k = 0; k < header.levels; ++k) {
     LevelReport& level = outcome.record.levels[k];
@@ -146,7 +145,7 @@ Result<FitOutcome> read_outcome(const std::string& path, const std::vector<Level
     level.seconds = fitted[k].seconds;
     for (const LayerKind layer : all_layers) {
       if (layers_of_no_level.contains(layer) || !header.has(layer, k)) continue;
-      level.layer_bytes.emplace_back(name_of(layer), reader->packed_bytes(layer, k));
+      level.layer_bytes.emplace_back(name_of(layer), reader.packed_bytes(layer, k));
     }
   }
   return outcome;
@@ -215,9 +214,9 @@ std::string fit_markdown(const FitOutcome& outcome) {
   return text;
 }
 
-Result<void> write_report(const std::string& path, const char* verb, const Json& json,
-                          const FitOutcome& outcome) {
-  return write_file(path, path.ends_with(".json") ? framed(verb, json) : fit_markdown(outcome));
+void write_report(const std::string& path, const char* verb, const Json& json, const FitOutcome& outcome) {
+  if (path.empty()) return;
+  must(write_file(path, path.ends_with(".json") ? framed(verb, json) : fit_markdown(outcome)));
 }
 
 }  // namespace selvedge

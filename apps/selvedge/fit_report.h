@@ -29,8 +29,8 @@ Json yarn_json(const FabricReader& reader);
 std::string yarn_text(const Json& yarn);
 
 /// The report of a written fabric: its record and sizes from the file, and from `fitted` the figures of each
-/// level that the file does not keep.
-Result<FitOutcome> read_outcome(const std::string& path, const std::vector<LevelReport>& fitted);
+/// level that the file does not keep. Throws Failure.
+FitOutcome read_outcome(const std::string& path, const std::vector<LevelReport>& fitted);
 
 Json fit_json(const FitOutcome& outcome);
 
@@ -40,8 +40,8 @@ std::string fit_text(const FitOutcome& outcome);
 /// A longer report as Markdown.
 std::string fit_markdown(const FitOutcome& outcome);
 
-/// Writes JSON or Markdown by the path's ending. `json` is the whole report of the verb.
-Result<void> write_report(const std::string& path, const char* verb, const Json& json,
-                          const FitOutcome& outcome);
+/// Writes JSON or Markdown by the path's ending, nothing without a path. `json` is the whole report of the
+/// verb. Throws Failure.
+void write_report(const std::string& path, const char* verb, const Json& json, const FitOutcome& outcome);
 
 }  // namespace selvedge

@@ -30,16 +30,14 @@ struct Info {
   Json yarn;  ///< yarn_json() of a fabric
 };
 
-Result<Info> fabric_info(const std::string& path, const SceneLimits& limits) {
-  const auto reader = FabricReader::open(path, {.memory = limits.document.memory});
-  if (!reader) return tl::unexpected(reader.error());
-  return Info{Json::parse(reader->text()), yarn_json(*reader)};
+Info fabric_info(const std::string& path, const SceneLimits& limits) {
+  const auto reader = must(FabricReader::open(path, {.memory = limits.document.memory}));
+  return {Json::parse(reader.text()), yarn_json(reader)};
 }
 
-Result<Info> samples_info(const std::string& path) {
-  const auto reader = SamplesReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  const SamplesHeader& h = reader->header();
+Info samples_info(const std::string& path) {
+  const auto reader = must(SamplesReader::open(path));
+  const SamplesHeader& h = reader.header();
   Json pairs = Json::object();
   for (const PairKind kind : all_pair_kinds) {
     pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();
@@ -57,20 +55,19 @@ Result<Info> samples_info(const std::string& path) {
               nullptr};
 }
 
-Result<Info> gltf_info(const std::string& path, const SceneLimits& limits) {
-  const auto scene = read_scene(path, limits);
-  if (!scene) return tl::unexpected(scene.error());
+Info gltf_info(const std::string& path, const SceneLimits& limits) {
+  const auto scene = must(read_scene(path, limits));
   std::size_t triangles = 0;
   Imath::Box3d bounds;
-  for (const SceneInstance& instance : scene->instances) {
-    const ScenePrimitive& primitive = scene->primitives[instance.primitive];
+  for (const SceneInstance& instance : scene.instances) {
+    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
     triangles += primitive.indices.size() / 3;
     for (const std::uint32_t index : primitive.indices)
       bounds.extendBy(V3d(primitive.positions[index]) * instance.world);
   }
   const auto numbers = [](const V3d& v) { return Json{v.x, v.y, v.z}; };
   Json materials = Json::array();
-  for (const SceneMaterial& m : scene->materials) {
+  for (const SceneMaterial& m : scene.materials) {
     Json entry = {{"name", m.name}};
     if (m.fabric) {
       entry["fabric"] = m.fabric->fabric;
@@ -79,16 +76,16 @@ Result<Info> gltf_info(const std::string& path, const SceneLimits& limits) {
     materials.push_back(entry);
   }
   Json fabrics = Json::array();
-  for (const SceneFabric& f : scene->fabrics) {
+  for (const SceneFabric& f : scene.fabrics) {
     fabrics.push_back({{"name", f.name}, {"path", f.path}, {"embeddedBytes", f.bytes.size()}});
   }
-  return Info{{{"primitives", scene->primitives.size()},
-               {"instances", scene->instances.size()},
+  return Info{{{"primitives", scene.primitives.size()},
+               {"instances", scene.instances.size()},
                {"triangles", triangles},
                {"bounds", bounds.isEmpty() ? Json() : Json{numbers(bounds.min), numbers(bounds.max)}},
                {"materials", materials},
                {"fabrics", fabrics},
-               {"remarks", scene->remarks}},
+               {"remarks", scene.remarks}},
               nullptr};
 }
 
@@ -207,20 +204,17 @@ std::string gltf_table(const Json& content) {
 }
 
 Result<int> run(const InfoCommand& command) {
-  const auto kind = kind_of(command.file);
-  if (!kind) return tl::unexpected(kind.error());
-  const auto info = *kind == FileKind::fabric    ? fabric_info(command.file, command.limits)
-                    : *kind == FileKind::samples ? samples_info(command.file)
-                                                 : gltf_info(command.file, command.limits);
-  if (!info) return tl::unexpected(info.error());
+  const auto kind = must(kind_of(command.file));
+  const Info info = kind == FileKind::fabric    ? fabric_info(command.file, command.limits)
+                    : kind == FileKind::samples ? samples_info(command.file)
+                                                : gltf_info(command.file, command.limits);
   const std::uint64_t bytes = size_of_file(command.file);
-  std::string text = line(name_of(*kind), fmt::format("{}, {} bytes", command.file, bytes));
-  text += *kind == FileKind::fabric    ? fabric_table(info->content, info->yarn)
-          : *kind == FileKind::samples ? samples_table(info->content)
-                                       : gltf_table(info->content);
-  Json json = {
-      {"file", command.file}, {"kind", name_of(*kind)}, {"bytes", bytes}, {"content", info->content}};
-  if (!info->yarn.is_null()) json["yarn"] = info->yarn;
+  std::string text = line(name_of(kind), fmt::format("{}, {} bytes", command.file, bytes));
+  text += kind == FileKind::fabric    ? fabric_table(info.content, info.yarn)
+          : kind == FileKind::samples ? samples_table(info.content)
+                                      : gltf_table(info.content);
+  Json json = {{"file", command.file}, {"kind", name_of(kind)}, {"bytes", bytes}, {"content", info.content}};
+  if (!info.yarn.is_null()) json["yarn"] = info.yarn;
   report(command.common, "info", json, text);
   return 0;
 }

@@ -5,6 +5,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "converter/stitch/fibres.h"
+
 namespace selvedge {
 
 void add_settings(Options& options, CellOptions& cell, std::vector<std::string>* texts) {
@@ -15,7 +17,9 @@ void add_settings(Options& options, CellOptions& cell, std::vector<std::string>*
                  for (const std::string& text : given) {
                    const std::size_t before = cell.settings.size();
                    if (!parse_setting(text, cell.settings))
-                     refuse("--set", fmt::format("\"{}\" is not of the form name=1.5", text));
+                     refuse("--set", fmt::format("\"{}\" is not of the form name=1.5, colour=#aa3322 or "
+                                                 "yarn=wool (there are {})",
+                                                 text, yarn_kind_names()));
                    if (cell.settings.size() == before)
                      refuse("--set", fmt::format("\"{}\" sets a parameter a second time", text));
                  }

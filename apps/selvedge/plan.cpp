@@ -77,18 +77,15 @@ std::string text_of(const MaterialPlan& m) {
 }
 
 Result<int> run(const PlanCommand& command) {
-  if (auto good = check_distinct({{"the scene", command.scene}, {"--output", command.output}}); !good)
-    return tl::unexpected(good.error());
-  if (auto good = check_writable({command.output}); !good) return tl::unexpected(good.error());
-  const auto plan = plan_scene(command.scene, command.plan);
-  if (!plan) return tl::unexpected(plan.error());
-  const Json json = plan_json(*plan);
+  must(check_distinct({{"the scene", command.scene}, {"--output", command.output}}));
+  must(check_writable({command.output}));
+  const auto plan = must(plan_scene(command.scene, command.plan));
+  const Json json = plan_json(plan);
   if (!command.output.empty()) {
-    if (auto good = write_file(command.output, framed("plan", json)); !good)
-      return tl::unexpected(good.error());
+    must(write_file(command.output, framed("plan", json)));
   }
   std::string text;
-  for (const MaterialPlan& material : plan->materials) text += text_of(material);
+  for (const MaterialPlan& material : plan.materials) text += text_of(material);
   report(command.common, "plan", json, text);
   return 0;
 }

@@ -37,14 +37,13 @@ void declare(Options& options, ReattachCommand& command) {
 }
 
 Result<int> run(const ReattachCommand& command) {
-  const auto restored = reattach(command.input, command.output, command.reattach);
-  if (!restored) return tl::unexpected(restored.error());
-  for (const std::string& warning : restored->warnings) {
+  const auto restored = must(reattach(command.input, command.output, command.reattach));
+  for (const std::string& warning : restored.warnings) {
     if (!command.common.quiet) report_remark(command.input, warning);
   }
   Json materials = Json::array();
   std::string text;
-  for (const ReattachedMaterial& m : restored->materials) {
+  for (const ReattachedMaterial& m : restored.materials) {
     const UvTransform& t = m.transform;
     materials.push_back({{"index", m.index},
                          {"name", m.name},
@@ -56,18 +55,18 @@ Result<int> run(const ReattachCommand& command) {
     text += fmt::format("#{} {}: {}, {:.5g} x {:.5g} repeats per unit of uv\n", m.index, m.name, m.fabric,
                         t.scale.x, t.scale.y);
   }
-  if (!restored->attached.empty()) {
-    text += fmt::format("left alone, with a fabric already: #{}\n", fmt::join(restored->attached, ", #"));
+  if (!restored.attached.empty()) {
+    text += fmt::format("left alone, with a fabric already: #{}\n", fmt::join(restored.attached, ", #"));
   }
-  text += fmt::format("{} fabrics embedded -> {} ({} bytes)\n", restored->embedded, command.output,
-                      restored->bytes);
+  text += fmt::format("{} fabrics embedded -> {} ({} bytes)\n", restored.embedded, command.output,
+                      restored.bytes);
   report(command.common, "reattach",
          {{"output", command.output},
-          {"bytes", restored->bytes},
-          {"embedded", restored->embedded},
+          {"bytes", restored.bytes},
+          {"embedded", restored.embedded},
           {"materials", materials},
-          {"attached", restored->attached},
-          {"warnings", restored->warnings}},
+          {"attached", restored.attached},
+          {"warnings", restored.warnings}},
          text);
   return 0;
 }

@@ -98,23 +98,18 @@ Result<void> write_recorded(const RepackCommand& command, const FabricReader& re
 }
 
 Result<int> run(const RepackCommand& command) {
-  if (auto good = check_writable({command.output}); !good) return tl::unexpected(good.error());
-  auto reader = FabricReader::open(command.input);
-  if (!reader) return tl::unexpected(reader.error());
-  const auto levels = levels_to_keep(command, reader->header().levels);
-  if (!levels) return tl::unexpected(levels.error());
+  must(check_writable({command.output}));
+  auto reader = must(FabricReader::open(command.input));
+  const auto levels = must(levels_to_keep(command, reader.header().levels));
   FabricWriteOptions options;
   options.codec = command.codec;
-  options.half = reader->half();
+  options.half = reader.half();
   options.half.insert(command.to_half);
   options.half.erase(command.to_float);
-  const auto fabric = reader->read_levels(levels->x, levels->y, command.layers);
-  if (!fabric) return tl::unexpected(fabric.error());
-  if (auto ok = write_recorded(command, *reader, *levels, *fabric, options); !ok) {
-    return tl::unexpected(ok.error());
-  }
-  const Json warnings = report_warnings(command.common, precision_warnings(command.output, *fabric, options));
-  const FabricLevel& base = fabric->levels.front();
+  const auto fabric = must(reader.read_levels(levels.x, levels.y, command.layers));
+  must(write_recorded(command, reader, levels, fabric, options));
+  const Json warnings = report_warnings(command.common, precision_warnings(command.output, fabric, options));
+  const FabricLevel& base = fabric.levels.front();
   const auto before = size_of_file(command.input);
   const auto after = size_of_file(command.output);
   report(command.common, "repack",
@@ -122,8 +117,8 @@ Result<int> run(const RepackCommand& command) {
           {"bytes", after},
           {"bytesBefore", before},
           {"texels", {base.width, base.height}},
-          {"levels", fabric->levels.size()},
-          {"layers", layers_json(*fabric, options)},
+          {"levels", fabric.levels.size()},
+          {"layers", layers_json(fabric, options)},
           {"codec", options.codec},
           {"warnings", warnings}},
          fmt::format("{} bytes -> {} ({} bytes)\n", before, command.output, after));

@@ -6,8 +6,8 @@
 
 namespace selvedge {
 
-/// Shows progress. Messages name the samples command.input.
-Result<FitOutcome> fit_file(const std::string& samples, const FitCommand& command);
+/// Shows progress. Messages name the samples command.input. Throws Failure.
+FitOutcome fit_file(const std::string& samples, const FitCommand& command);
 
 // The verbs.
 Result<int> run(const FitCommand& command);

@@ -13,8 +13,8 @@ struct MadeFabric {
   FitOutcome fitted;
   double seconds = 0;  ///< to bake and fit
 };
-/// Meshes, bakes and fits; the command's limits are ignored.
-Result<MadeFabric> make_fabric(const MakeCommand& command);
+/// Meshes, bakes and fits; the command's limits are ignored. Throws Failure.
+MadeFabric make_fabric(const MakeCommand& command);
 
 /// Converts an error of a temporary file beside `output` to one of `output`, which is the only name that the
 /// user knows.

@@ -36,25 +36,24 @@ struct Try {
   MadeFabric made;
 };
 
-Result<Try> make_beside(const MakeCommand& wanted, const MakeOptions& options) {
-  auto file = AtomicFile::create(wanted.output);
-  if (!file) return tl::unexpected(file.error());
+Try make_beside(const MakeCommand& wanted, const MakeOptions& options) {
+  auto file = must(AtomicFile::create(wanted.output));
   MakeCommand command = wanted;
   command.options = options;
-  command.output = file->temporary();
-  auto made = make_fabric(command);
-  if (!made) return tl::unexpected(naming_output(made.error(), *file, wanted.output));
-  made->fitted.output = wanted.output;
-  return Try{std::move(*file), std::move(*made)};
+  command.output = file.temporary();
+  MadeFabric made =
+      changing_failures([&] { return make_fabric(command); },
+                        [&](const Error& error) { return naming_output(error, file, wanted.output); });
+  made.fitted.output = wanted.output;
+  return {std::move(file), std::move(made)};
 }
 
 Result<PairSamples> bake_pairs(const MakeCommand& command, const CellMesh& mesh) {
-  const auto file = AtomicFile::create(command.output);
-  if (!file) return tl::unexpected(file.error());
+  const auto file = must(AtomicFile::create(command.output));
   BakeOptions base = command.options.bake;
   base.resumable = false;
-  auto pairs = ensure_held_out(mesh, command.input, HeldOutOptions(), base, file->temporary());
-  if (!pairs) return tl::unexpected(naming_output(pairs.error(), *file, command.output));
+  auto pairs = ensure_held_out(mesh, command.input, HeldOutOptions(), base, file.temporary());
+  if (!pairs) return tl::unexpected(naming_output(pairs.error(), file, command.output));
   return pairs;
 }
 
@@ -62,12 +61,10 @@ Result<PairSamples> bake_pairs(const MakeCommand& command, const CellMesh& mesh)
 
 Result<int> run_within_limits(const MakeCommand& command) {
   // Tries are written to temporary files, so the user's paths are compared here.
-  const auto distinct = check_distinct(
-      {{"the input", command.input}, {"--output", command.output}, {"--report", command.report}});
-  if (!distinct) return tl::unexpected(distinct.error());
-  const auto cell = find_cell(command.input, command.cell);
-  if (!cell) return tl::unexpected(cell.error());
-  const V2i least = cell->stitch ? cell->stitch->min_texels : V2i(1, 1);
+  must(check_distinct(
+      {{"the input", command.input}, {"--output", command.output}, {"--report", command.report}}));
+  const auto cell = must(find_cell(command.input, command.cell));
+  const V2i least = cell.stitch ? cell.stitch->min_texels : V2i(1, 1);
   const int min_texels = std::max(least.x, least.y);
   if (min_texels > HeldOutOptions().texels) {
     return fail(Code::option_out_of_range, command.input, "--texels",
@@ -78,45 +75,34 @@ Result<int> run_within_limits(const MakeCommand& command) {
   PairSamples held_out;
   const auto make = [&](const MakeOptions& options) -> Result<MakeFigures> {
     auto made = make_beside(command, options);
-    if (!made) return tl::unexpected(made.error());
-    if (held_out.pairs.empty()) {
-      auto pairs = bake_pairs(command, cell->mesh);
-      if (!pairs) return tl::unexpected(pairs.error());
-      held_out = std::move(*pairs);
-    }
-    const auto fabric = read_fabric(made->file.temporary());
-    if (!fabric) return tl::unexpected(fabric.error());
-    const auto comparison = compare_with_finer(*fabric, held_out, PairKind::held_out);
-    if (!comparison) return tl::unexpected(comparison.error());
-    tries.push_back(std::move(*made));
+    if (held_out.pairs.empty()) held_out = must(bake_pairs(command, cell.mesh));
+    const auto fabric = must(read_fabric(made.file.temporary()));
+    const auto comparison = must(compare_with_finer(fabric, held_out, PairKind::held_out));
+    tries.push_back(std::move(made));
     return MakeFigures{static_cast<double>(tries.back().made.fitted.bytes), tries.back().made.seconds,
-                       comparison->levels.front().psnr};
+                       comparison.levels.front().psnr};
   };
-  const auto result =
-      make_within(measured_settings(), command.limits, command.options, min_texels, thread_count(), make);
-  if (!result) return tl::unexpected(result.error());
-  const TriedSetting& nearest = result->tried[result->nearest];
-  if (!result->met) {
+  const auto result = must(
+      make_within(measured_settings(), command.limits, command.options, min_texels, thread_count(), make));
+  const TriedSetting& nearest = result.tried[result.nearest];
+  if (!result.met) {
     return fail(Code::option_out_of_range, command.input, "limits",
-                fmt::format("are met by none of {} settings made; the nearest is {}: {}",
-                            result->tried.size(), options_of(nearest), figures_text(nearest.made)));
+                fmt::format("are met by none of {} settings made; the nearest is {}: {}", result.tried.size(),
+                            options_of(nearest), figures_text(nearest.made)));
   }
-  auto& [file, made] = tries[result->nearest];
-  if (auto ok = file.commit(); !ok) return tl::unexpected(ok.error());
+  auto& [file, made] = tries[result.nearest];
+  must(file.commit());
   Json json = to_json(nearest);
   json["tried"] = Json::array();
   std::string text;
-  for (const TriedSetting& tried : result->tried) {
+  for (const TriedSetting& tried : result.tried) {
     json["tried"].push_back(to_json(tried));
     text += fmt::format("tried {}: expected {}; made {}\n", options_of(tried), figures_text(tried.expected),
                         figures_text(tried.made));
   }
   json.update(made.json);
   json["fit"] = fit_json(made.fitted);
-  if (!command.report.empty()) {
-    if (auto ok = write_report(command.report, "make", json, made.fitted); !ok)
-      return tl::unexpected(ok.error());
-  }
+  write_report(command.report, "make", json, made.fitted);
   report(command.common, "make", json,
          fmt::format("{}chosen: {}\n{}", text, options_of(nearest), fit_text(made.fitted)));
   return 0;

@@ -5,6 +5,7 @@
 #include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
+#include "converter/stitch/fibres.h"
 #include "converter/stitch/find_cell.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
@@ -50,6 +51,10 @@ Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info
   std::string text = fmt::format("{}: {}\n", info.name, info.description);
   for (const StitchParameter& p : info.parameters) {
     list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
+    if (p.name.ends_with(yarn_parameter)) {
+      text += fmt::format("  {:20} {:>16}  {}\n", p.name, yarn_kinds()[0].name, p.meaning);
+      continue;
+    }
     text +=
         fmt::format("  {:20} {:>16}  {} ({:g} to {:g})\n", p.name, text_of(p.value), p.meaning, p.min, p.max);
   }
@@ -80,33 +85,31 @@ std::string lines_of(const std::vector<std::string>& remarks) {
 }
 
 Result<int> write_description(const StitchCommand& command) {
-  const auto stitch = find_stitch(command.input, command.cell.settings);
-  if (!stitch) return tl::unexpected(stitch.error());
-  const std::string json = to_json(stitch->pattern);
+  const auto stitch = must(find_stitch(command.input, command.cell.settings));
+  const std::string json = to_json(stitch.pattern);
   if (command.output.empty()) {
     fmt::print("{}", json);
     return 0;
   }
-  if (auto ok = write_file(command.output, json); !ok) return tl::unexpected(ok.error());
-  const StitchPattern& pattern = stitch->pattern;
+  must(write_file(command.output, json));
+  const StitchPattern& pattern = stitch.pattern;
   report(command.common, "stitch",
          {{"stitch", pattern.name},
           {"output", command.output},
-          {"thicknessShare", stitch->thickness_share},
-          {"remarks", stitch->remarks}},
+          {"thicknessShare", stitch.thickness_share},
+          {"remarks", stitch.remarks}},
          fmt::format("{}: {} yarns -> {}\n{}", pattern.name, pattern.yarns.size(), command.output,
-                     lines_of(stitch->remarks)));
+                     lines_of(stitch.remarks)));
   return 0;
 }
 
 Result<int> run(const StitchCommand& command) {
   if (command.list) return list_stitches(command);
   if (command.show || has_ending(command.output, ".json")) return write_description(command);
-  const auto cell = find_cell(command.input, command.cell);
-  if (!cell) return tl::unexpected(cell.error());
-  const CellMesh& mesh = cell->mesh;
+  const auto cell = must(find_cell(command.input, command.cell));
+  const CellMesh& mesh = cell.mesh;
   if (!command.output.empty()) {
-    if (auto ok = write_mesh(command.output, mesh); !ok) return tl::unexpected(ok.error());
+    must(write_mesh(command.output, mesh));
   }
   const Box box = bounds_of(mesh);
   const float height = box.max.z - box.min.z;
@@ -118,26 +121,25 @@ Result<int> run(const StitchCommand& command) {
   std::string text =
       fmt::format("{}: {} vertices, {} triangles, {:g} x {:g} mm, {:.3g} mm thick", command.input,
                   mesh.positions.size(), mesh.triangles.size(), mesh.period.x, mesh.period.y, height);
-  if (cell->stitch) {
-    const auto clearance = minimum_clearance(cell->stitch->pattern, command.input);
-    if (!clearance) return tl::unexpected(clearance.error());
-    json["yarns"] = cell->stitch->pattern.yarns.size();
-    json["clearanceMm"] = *clearance;
-    json["thicknessShare"] = cell->stitch->thickness_share;
-    text += std::abs(*clearance) < 1e-6
+  if (cell.stitch) {
+    const auto clearance = must(minimum_clearance(cell.stitch->pattern, command.input));
+    json["yarns"] = cell.stitch->pattern.yarns.size();
+    json["clearanceMm"] = clearance;
+    json["thicknessShare"] = cell.stitch->thickness_share;
+    text += std::abs(clearance) < 1e-6
                 ? ", yarns touch"
-                : fmt::format(", yarns {} {:.2g} mm", *clearance < 0 ? "overlap by" : "are apart by",
-                              std::abs(*clearance));
+                : fmt::format(", yarns {} {:.2g} mm", clearance < 0 ? "overlap by" : "are apart by",
+                              std::abs(clearance));
   } else {
-    const MeshChoices& c = *cell->choices;
+    const MeshChoices& c = *cell.choices;
     json["guessed"] = {{"period", c.period_from}, {"unit", c.scale_from}, {"up", c.up_axis_from}};
     json["unitMm"] = c.scale_to_mm;
     json["up"] = name_of(c.up_axis);
   }
-  json["remarks"] = remarks_of(*cell);
+  json["remarks"] = remarks_of(cell);
   json["output"] = command.output;
   text += (command.output.empty() ? "" : " -> " + command.output) + "\n";
-  text += lines_of(remarks_of(*cell));
+  text += lines_of(remarks_of(cell));
   report(command.common, "stitch", json, text);
   return 0;
 }

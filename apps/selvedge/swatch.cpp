@@ -11,7 +11,7 @@
 #include "converter/bake/truth_swatch.h"
 #include "converter/stitch/find_cell.h"
 #include "format/picture/display.h"
-#include "format/picture/environment.h"
+#include "format/picture/studio.h"
 #include "format/picture/swatch_picture.h"
 #include "format/scene/level_bounds.h"
 
@@ -27,8 +27,9 @@ struct SwatchCommand {
   TruthOptions trace;
   SwatchView place = SwatchView::near;
   V2i size{320, 240};
-  std::vector<Light> lights;          ///< empty: those of the place
-  std::string environment;            ///< a picture of radiance; empty: none
+  std::vector<Light> lights;  ///< empty: those of the place
+  std::string environment;    ///< a picture of radiance; empty: none
+  EnvironmentOptions around;
   LevelOptions levels = best_levels;  ///< without `truth`
 };
 
@@ -49,15 +50,21 @@ void declare(Options& options, SwatchCommand& command) {
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
       "and a fill light of 0.3)");
   options.text(
-      "--environment", command.environment, "FILE",
+      "--environment", command.environment, "FILE|studio",
       "Light from all around instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel "
-      "of 32 x 16 and up to four for what is bright");
+      "of 32 x 16 and up to four for what is bright. The exposure of PNG files is then 1");
+  options.number("--environment-turn", command.around.turn, "DEGREES", "Turns it about the upward axis")
+      .in(-360, 360);
+  options.number("--environment-strength", command.around.strength, "FACTOR", "Factor on its radiance")
+      .in(0, 1e6);
   options.group("With --truth");
   TruthOptions& trace = command.trace;
   options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
   add_transport(options, {trace.bounces, trace.indirect, trace.ground, trace.reference});
   options.number("--seed", trace.seed, "N", "Same seed, same picture");
   options.check([&options, &command] {
+    options.refuse_if(command.environment.empty(), "counts for nothing without --environment",
+                      {"--environment-turn", "--environment-strength"});
     options.refuse_if(!command.environment.empty(), "counts for nothing with --environment", {"--light"});
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
     options.refuse_if(!command.truth, "is for --truth, not for a fabric file",
@@ -90,21 +97,19 @@ std::vector<Light> lamps_above(const Environment& environment) {
   return light.lamps;
 }
 
-Result<Drawn> trace(const SwatchCommand& command) {
-  const auto cell = find_cell(command.input, command.cell);
-  if (!cell) return tl::unexpected(cell.error());
+Drawn trace(const SwatchCommand& command) {
+  const auto cell = must(find_cell(command.input, command.cell));
   TerminalProgress progress("swatch", command.common.quiet);
-  auto truth = trace_swatch(cell->mesh, command.input, shot_of(command, cell->mesh.period), command.trace,
-                            progress.callback());
-  if (!truth) return tl::unexpected(truth.error());
+  auto truth = must(trace_swatch(cell.mesh, command.input, shot_of(command, cell.mesh.period), command.trace,
+                                 progress.callback()));
   std::vector<std::string> remarks;
-  if (truth->indirect != command.trace.indirect)
+  if (truth.indirect != command.trace.indirect)
     remarks.emplace_back("the mesh is too large for cached indirect light: paths are traced");
-  report_remarks(command.common, command.input, *cell, remarks);
+  report_remarks(command.common, command.input, cell, remarks);
   Drawn drawn;
-  drawn.frame = std::move(truth->frame);
-  drawn.seconds = truth->seconds;
-  drawn.truth = std::move(*truth);
+  drawn.frame = std::move(truth.frame);
+  drawn.seconds = truth.seconds;
+  drawn.truth = std::move(truth);
   return drawn;
 }
 
@@ -119,56 +124,49 @@ Issues missing_levels_of(const SwatchCommand& command, const FabricHeader& heade
   return {lacking_issue(command.input, header, lacking[0])};
 }
 
-Result<Drawn> draw(const SwatchCommand& command) {
-  auto reader = FabricReader::open(command.input);
-  if (!reader) return tl::unexpected(reader.error());
-  const auto fabric = reader->read();
-  if (!fabric) return tl::unexpected(fabric.error());
-  const SwatchShot shot = shot_of(command, V2d(fabric->period_mm));
+Drawn draw(const SwatchCommand& command) {
+  auto reader = must(FabricReader::open(command.input));
+  const auto fabric = must(reader.read());
+  const SwatchShot shot = shot_of(command, V2d(fabric.period_mm));
   Drawn drawn;
-  drawn.warnings = missing_levels_of(command, reader->header(), shot);
+  drawn.warnings = missing_levels_of(command, reader.header(), shot);
   const auto start = std::chrono::steady_clock::now();
-  drawn.frame = draw_swatch(*fabric, shot, command.levels);
+  drawn.frame = draw_swatch(fabric, shot, command.levels);
   drawn.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return drawn;
 }
 
-Result<Drawn> make(SwatchCommand command) {
-  const auto distinct = check_distinct({{"the input", command.input}, {"--output", command.output}});
-  if (!distinct) return tl::unexpected(distinct.error());
-  if (auto good = check_writable({command.output}); !good) return tl::unexpected(good.error());
+Drawn make(SwatchCommand command) {
+  must(check_distinct({{"the input", command.input}, {"--output", command.output}}));
+  must(check_writable({command.output}));
   if (!command.environment.empty()) {
-    auto environment = read_environment(command.environment);
-    if (!environment) return tl::unexpected(environment.error());
-    command.lights = lamps_above(*environment);
+    command.lights = lamps_above(must(environment_named(command.environment, command.around)));
   }
-  auto drawn = command.truth ? trace(command) : draw(command);
-  if (!drawn) return drawn;
-  const auto written = command.output.ends_with(".exr")
-                           ? write_exr(command.output, to_linear_image(drawn->frame))
-                           : write_png(command.output, to_display_image(drawn->frame, default_display()));
-  if (!written) return tl::unexpected(written.error());
+  Drawn drawn = command.truth ? trace(command) : draw(command);
+  DisplayOptions display = default_display();
+  if (!command.environment.empty()) display.exposure = 1;
+  must(command.output.ends_with(".exr") ? write_exr(command.output, to_linear_image(drawn.frame))
+                                        : write_png(command.output, to_display_image(drawn.frame, display)));
   return drawn;
 }
 
 Result<int> run(const SwatchCommand& command) {
   const auto drawn = make(command);
-  if (!drawn) return tl::unexpected(drawn.error());
-  const Json warnings = report_warnings(command.common, drawn->warnings);
-  Json json = {{"input", command.input},    {"output", command.output}, {"place", name_of(command.place)},
-               {"width", command.size.x},   {"height", command.size.y}, {"truth", command.truth},
-               {"seconds", drawn->seconds}, {"warnings", warnings}};
+  const Json warnings = report_warnings(command.common, drawn.warnings);
+  Json json = {{"input", command.input},   {"output", command.output}, {"place", name_of(command.place)},
+               {"width", command.size.x},  {"height", command.size.y}, {"truth", command.truth},
+               {"seconds", drawn.seconds}, {"warnings", warnings}};
   std::string text = fmt::format("{} swatch, {}x{} pixels, in {:.2f} s", name_of(command.place),
-                                 command.size.x, command.size.y, drawn->seconds);
-  if (drawn->truth) {
+                                 command.size.x, command.size.y, drawn.seconds);
+  if (drawn.truth) {
     json["samples"] = command.trace.samples / 2 * 2;
-    json["rays"] = drawn->truth->rays;
-    json["noise"] = drawn->truth->noise;
-    json["alphaNoise"] = drawn->truth->alpha_noise;
-    json["indirect"] = name_of(drawn->truth->indirect);
+    json["rays"] = drawn.truth->rays;
+    json["noise"] = drawn.truth->noise;
+    json["alphaNoise"] = drawn.truth->alpha_noise;
+    json["indirect"] = name_of(drawn.truth->indirect);
     text += fmt::format(", {:.1f} million rays, standard error {:.2g} (opacity {:.2g})",
-                        static_cast<double>(drawn->truth->rays) * 1e-6, drawn->truth->noise,
-                        drawn->truth->alpha_noise);
+                        static_cast<double>(drawn.truth->rays) * 1e-6, drawn.truth->noise,
+                        drawn.truth->alpha_noise);
   }
   report(command.common, "swatch", json,
          fmt::format("{} -> {} ({} bytes)\n", text, command.output, size_of_file(command.output)));

@@ -25,12 +25,10 @@ namespace {
 
 using Points = std::vector<MakeOptions>;
 
-Result<Points> points_of(const TradeCommand& command) {
+Points points_of(const TradeCommand& command) {
   if (!command.grid.empty()) {
     constexpr std::uintmax_t max_bytes = std::uintmax_t{1} << 20;
-    const auto text = read_file(command.grid, max_bytes);
-    if (!text) return tl::unexpected(text.error());
-    return read_grid(*text, command.grid);
+    return must(read_grid(must(read_file(command.grid, max_bytes)), command.grid));
   }
   Points points;
   for (const MeasuredSetting& setting : measured_settings()) points.push_back(with_knobs(setting.knobs));
@@ -54,24 +52,21 @@ class Sweep {
   }
 
   Result<void> run() {
-    auto points = points_of(command_);
-    if (!points) return tl::unexpected(points.error());
-    points_ = std::move(*points);
-    auto cell = find_cell(command_.input, command_.cell);
-    if (!cell) return tl::unexpected(cell.error());
-    const V2i least = cell->stitch ? cell->stitch->min_texels : V2i(1, 1);
+    points_ = points_of(command_);
+    auto cell = must(find_cell(command_.input, command_.cell));
+    const V2i least = cell.stitch ? cell.stitch->min_texels : V2i(1, 1);
     const int min_texels = std::max(least.x, least.y);
     leave_out([&](const MakeOptions& point) {
       return point.bake.width < min_texels ? fmt::format("the stitch needs {} texels", min_texels) : "";
     });
     int texels = 1;
     for (const MakeOptions& point : points_) texels = std::max(texels, point.bake.width);
-    if (auto ok = claim(cell->mesh, texels); !ok) return ok;
+    must(claim(cell.mesh, texels));
     // Those that an earlier run could not make.
     leave_out([&](const MakeOptions& point) { return text_at(known(point), "leftOut"); });
     if (points_.empty()) return nothing_to_make();
-    if (auto ok = find_truth(cell->mesh, texels); !ok) return ok;
-    if (auto ok = measure(); !ok) return ok;
+    find_truth(cell.mesh, texels);
+    measure();
     if (points_.empty()) return nothing_to_make();
     return write_trade_page(folder_, trade_);
   }
@@ -113,9 +108,7 @@ class Sweep {
     std::error_code error;
     const bool begun = std::filesystem::exists(folder_.record(), error);
     if (begun) {
-      auto there = read_trade(folder_);
-      if (!there) return tl::unexpected(there.error());
-      trade_ = std::move(*there);
+      trade_ = must(read_trade(folder_));
       const Json begun_as = object_at(trade_, "identity");
       if (begun_as.empty())
         return fail(Code::file_damaged, folder_.record(), "", "is not the record of a sweep");
@@ -145,12 +138,13 @@ class Sweep {
                  {"framePresets", object_at(trade_, "framePresets")}};
     trade_ = std::move(head);
     // Before anything is made: the files in the folder belong to this sweep from now on.
-    return save();
+    save();
+    return {};
   }
 
   /// The record of the sweep as far as it has come. Points of other grids and those that could not be made
   /// are kept beside those of this one.
-  Result<void> save() {
+  void save() {
     trade_["points"] = trade_["others"] = Json::array();
     Json others = records_;
     for (const MakeOptions& point : points_) {
@@ -162,11 +156,11 @@ class Sweep {
     for (const Preset& preset : presets)
       trade_["presets"][std::string(preset.name)] = settings_name(with_knobs(preset.knobs));
     for (const auto& [name, record] : others.items()) trade_["others"].push_back(record);
-    return write_trade(folder_, trade_);
+    must(write_trade(folder_, trade_));
   }
 
   /// The true picture from one place, from its file if it is there; its noise goes into the record.
-  Result<Frame> true_picture(const CellMesh& mesh, SwatchView view) {
+  Frame true_picture(const CellMesh& mesh, SwatchView view) {
     const std::string path = folder_.truth(name_of(view));
     Json& noise = trade_["truth"][std::string(name_of(view))];
     // A picture without noise has infinitely many decibels, which JSON has as null.
@@ -179,44 +173,37 @@ class Sweep {
     TruthOptions options;
     options.samples = command_.truth_samples / 2;
     options.seed = mix(command_.common.seed) >> 1;
-    auto a = trace_swatch(mesh, command_.input, shot, options);
-    if (!a) return tl::unexpected(a.error());
+    auto a = must(trace_swatch(mesh, command_.input, shot, options));
     ++options.seed;
-    const auto b = trace_swatch(mesh, command_.input, shot, options);
-    if (!b) return tl::unexpected(b.error());
-    Frame& frame = a->frame;
-    const auto between = picture_error(frame, b->frame);
-    if (!between) return tl::unexpected(between.error());
+    const auto b = must(trace_swatch(mesh, command_.input, shot, options));
+    Frame& frame = a.frame;
+    const auto between = must(picture_error(frame, b.frame));
     for (std::size_t i = 0; i < frame.pixels.size(); ++i)
-      frame.pixels[i] = (frame.pixels[i] + b->frame.pixels[i]) * 0.5F;
+      frame.pixels[i] = (frame.pixels[i] + b.frame.pixels[i]) * 0.5F;
     // Two pictures of variance s^2 differ by 2 s^2; their mean has s^2 / 2.
-    noise = {{"noisePsnr", psnr_of(between->mean_square / 4)}};
-    if (auto ok = write_exr(path + ".exr", to_linear_image(frame)); !ok) return tl::unexpected(ok.error());
-    if (auto ok = write_png(path + ".png", to_display_image(frame, default_display())); !ok)
-      return tl::unexpected(ok.error());
-    if (auto ok = save(); !ok) return tl::unexpected(ok.error());
+    noise = {{"noisePsnr", psnr_of(between.mean_square / 4)}};
+    must(write_exr(path + ".exr", to_linear_image(frame)));
+    must(write_png(path + ".png", to_display_image(frame, default_display())));
+    save();
     return std::move(frame);
   }
 
-  Result<void> find_truth(const CellMesh& mesh, int texels) {
+  void find_truth(const CellMesh& mesh, int texels) {
     period_mm_ = mesh.period;
     for (const SwatchView view : all_swatch_views) {
       progress_.note(fmt::format("the true picture {}", name_of(view)));
-      auto picture = true_picture(mesh, view);
-      if (!picture) return tl::unexpected(picture.error());
-      pictures_.push_back(std::move(*picture));
+      pictures_.push_back(true_picture(mesh, view));
     }
     progress_.note("the held-out pairs");
     HeldOutOptions options = command_.held_out;
     options.texels = texels;
     BakeOptions base;
     base.seed = command_.common.seed;
-    auto pairs = ensure_held_out(mesh, command_.input, options, base, folder_.truth("held-out.samples.exr"));
-    if (!pairs) return tl::unexpected(pairs.error());
-    held_out_ = std::move(*pairs);
+    held_out_ =
+        must(ensure_held_out(mesh, command_.input, options, base, folder_.truth("held-out.samples.exr")));
     trade_["peak"] = peak_of(held_out_);
-    if (auto ok = write_png(folder_.picture(trade_truth_picture), thumbnail_of(pictures_)); !ok) return ok;
-    return save();
+    must(write_png(folder_.picture(trade_truth_picture), thumbnail_of(pictures_)));
+    save();
   }
 
   std::string samples_of(const MakeOptions& point) const {
@@ -234,7 +221,7 @@ class Sweep {
            number_at(record, "/bytes") == static_cast<double>(size_of_file(fabric)) && read_fabric(fabric);
   }
 
-  Result<void> measure() {
+  void measure() {
     Points left = points_;
     std::erase_if(left, [&](const MakeOptions& point) { return is_measured(point); });
     tidy_bakes(left);
@@ -243,26 +230,25 @@ class Sweep {
       const MakeOptions& point = left[i];
       const std::string name = settings_name(point);
       progress_.note(name);
-      const auto record = measure_point(point, name);
-      if (!record && !is_refused_budget(point, record.error())) return tl::unexpected(record.error());
-      if (bar) bar(static_cast<double>(i + 1) / static_cast<double>(left.size()));
-      if (record) {
+      try {
+        const Json record = measure_point(point, name);
         ++measured_;
-        records_[name] = *record;
+        records_[name] = record;
         if (!command_.common.quiet && !command_.common.json)
           fmt::print(stderr, "{}/{} {}: {:.2f} dB, SSIM {:.4f}, {:.0f} bytes, {:.2f} s\n", i + 1, left.size(),
-                     name, number_at(*record, trade_psnr), number_at(*record, "/pictures/all/ssim"),
-                     number_at(*record, "/bytes"), number_at(*record, "/seconds/make"));
-      } else {
+                     name, number_at(record, trade_psnr), number_at(record, "/pictures/all/ssim"),
+                     number_at(record, "/bytes"), number_at(record, "/seconds/make"));
+      } catch (const Failure& failure) {
         // One that cannot be made does not end the sweep.
-        const std::string why = record.error().message;
+        if (!is_refused_budget(point, failure.error)) throw;
+        const std::string why = failure.error.message;
         records_[name] = {{"name", name}, {"leftOut", why}};
         leave_out([&](const MakeOptions& other) { return settings_name(other) == name ? why : ""; });
       }
-      if (auto ok = save(); !ok) return ok;
+      if (bar) bar(static_cast<double>(i + 1) / static_cast<double>(left.size()));
+      save();
       tidy_bakes({left.begin() + static_cast<std::ptrdiff_t>(i) + 1, left.end()});
     }
-    return {};
   }
 
   /// Removes from the folder of bakes the samples that no point needs any more, and what a sweep that was
@@ -278,7 +264,7 @@ class Sweep {
   }
 
   /// The samples of the point in their file; the seconds that it took when they were baked.
-  Result<Seconds> ensure_samples(const MakeOptions& point) {
+  Seconds ensure_samples(const MakeOptions& point) {
     Json& time = trade_["bakes"][bake_name(point)];
     BakeCommand bake;
     bake.output = samples_of(point);
@@ -292,21 +278,19 @@ class Sweep {
     bake.bake.seed = command_.common.seed;
     bake.bake.resumable = false;  // else a part may have been made in another run, whose time is not time
     bake.texels_given = true;
-    auto seconds = timed(command_.repeats, [&] {
-      return bake_cell(bake, silent_).map([](const BakeReport& report) { return report.seconds; });
-    });
-    if (!seconds) return seconds;
-    time = {{"seconds", seconds->wall}, {"processorSeconds", seconds->processor}};
-    return save().map([&] { return *seconds; });
+    const Seconds seconds =
+        must(timed(command_.repeats, [&] { return must(bake_cell(bake, silent_)).seconds; }));
+    time = {{"seconds", seconds.wall}, {"processorSeconds", seconds.processor}};
+    save();
+    return seconds;
   }
 
   /// Errors of every level, the finest of the held-out pairs first.
-  Result<Json> held_out_json(const Fabric& fabric) const {
+  Json held_out_json(const Fabric& fabric) const {
     const auto comparison =
-        compare_with_finer(fabric, held_out_, PairKind::held_out, number_at(trade_, "/peak"));
-    if (!comparison) return tl::unexpected(comparison.error());
+        must(compare_with_finer(fabric, held_out_, PairKind::held_out, number_at(trade_, "/peak")));
     Json levels = Json::array();
-    for (const LevelComparison& level : comparison->levels) {
+    for (const LevelComparison& level : comparison.levels) {
       levels.push_back(
           {{"texels", {level.width, level.height}}, {"psnr", level.psnr}, {"relativeL2", level.relative_l2}});
     }
@@ -314,54 +298,43 @@ class Sweep {
   }
 
   /// Errors of the pictures from the four places; the small ones go into the folder.
-  Result<Json> pictures_json(const Fabric& fabric, const std::string& name) const {
+  Json pictures_json(const Fabric& fabric, const std::string& name) const {
     std::vector<Frame> frames;
     for (const SwatchView view : all_swatch_views)
       frames.push_back(draw_swatch(fabric, swatch_shot(view, period_mm_, command_.size.x, command_.size.y)));
-    if (auto ok = write_png(folder_.picture(name), thumbnail_of(frames)); !ok)
-      return tl::unexpected(ok.error());
-    return picture_errors_json(frames, pictures_);
+    must(write_png(folder_.picture(name), thumbnail_of(frames)));
+    return must(picture_errors_json(frames, pictures_));
   }
 
   /// Bakes the samples if they are not there yet, fits them, and measures the fabric. Bake and fit are
   /// repeated for the medians of their times.
-  Result<Json> measure_point(const MakeOptions& point, const std::string& name) {
+  Json measure_point(const MakeOptions& point, const std::string& name) {
     const auto bake = ensure_samples(point);
-    if (!bake) return tl::unexpected(bake.error());
     FitCommand fit;
     fit.input = samples_of(point);
     fit.common = silent_;
     fit.output = folder_.fabric(name);
     fit.options = point;
-    const auto fitted = timed(command_.repeats, [&] {
-      return fit_file(fit.input, fit).map([](const FitOutcome& outcome) { return outcome.seconds; });
-    });
-    if (!fitted) return tl::unexpected(fitted.error());
+    const Seconds fitted = must(timed(command_.repeats, [&] { return fit_file(fit.input, fit).seconds; }));
     // All levels, as a viewer may need them; the file is in memory by now.
     Fabric fabric;
-    const auto loaded = timed(std::max(5, command_.repeats), [&] {
+    const Seconds loaded = must(timed(std::max(5, command_.repeats), [&] {
       return clocked(
           [&] { return read_fabric(fit.output).map([&](Fabric&& read) { fabric = std::move(read); }); });
-    });
-    if (!loaded) return tl::unexpected(loaded.error());
-    const auto held_out = held_out_json(fabric);
-    if (!held_out) return tl::unexpected(held_out.error());
-    const auto pictures = pictures_json(fabric, name);
-    if (!pictures) return tl::unexpected(pictures.error());
+    }));
     std::string settings;
     for (const std::string& text : command_.settings) settings += " --set " + shell_word(text);
-    return Json{
-        {"name", name},
-        {"knobs", knobs_of(point)},
-        {"command",
-         fmt::format("selvedge make {}{} --quality paper{} --seed {} -o {}.fabric.exr",
-                     shell_word(command_.input), settings, options_text(point), command_.common.seed, name)},
-        {"bytes", size_of_file(fit.output)},
-        {"seconds", {{"bake", bake->wall}, {"fit", fitted->wall}, {"make", bake->wall + fitted->wall}}},
-        {"processorSeconds", bake->processor + fitted->processor},
-        {"loadMs", 1000 * loaded->wall},
-        {"heldOut", *held_out},
-        {"pictures", *pictures}};
+    return Json{{"name", name},
+                {"knobs", knobs_of(point)},
+                {"command", fmt::format("selvedge make {}{} --quality paper{} --seed {} -o {}.fabric.exr",
+                                        shell_word(command_.input), settings, options_text(point),
+                                        command_.common.seed, name)},
+                {"bytes", size_of_file(fit.output)},
+                {"seconds", {{"bake", bake.wall}, {"fit", fitted.wall}, {"make", bake.wall + fitted.wall}}},
+                {"processorSeconds", bake.processor + fitted.processor},
+                {"loadMs", 1000 * loaded.wall},
+                {"heldOut", held_out_json(fabric)},
+                {"pictures", pictures_json(fabric, name)}};
   }
 
   const TradeCommand& command_;
@@ -381,16 +354,15 @@ class Sweep {
 
 Result<int> run(const TradeCommand& command) {
   Sweep sweep(command);
-  const auto seconds = clocked([&] { return sweep.run(); });
-  if (!seconds) return tl::unexpected(seconds.error());
+  const auto seconds = must(clocked([&] { return sweep.run(); }));
   report(command.common, "trade",
          {{"input", command.input},
           {"output", command.output},
           {"points", sweep.points()},
           {"measured", sweep.measured()},
-          {"seconds", *seconds}},
+          {"seconds", seconds}},
          fmt::format("{} points, {} of them measured now, in {:.1f} s -> {}/index.html\n", sweep.points(),
-                     sweep.measured(), *seconds, command.output));
+                     sweep.measured(), seconds, command.output));
   return 0;
 }
 
