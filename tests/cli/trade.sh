@@ -369,12 +369,10 @@ test_the_table_of_a_sweep_without_noise_says_so() {
 
 test_a_sweep_leaves_nothing_of_one_that_was_killed() {
   printf '{"centre":{"texels":8,"directions":64,"samples":200}}' >grid.json
-  begin() {
-    selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 22x22 --truth-samples 4 --held-out-pairs 1 \
-      --held-out-samples 2 --quiet
-  }
-  begin &
-  # Killed as soon as its bake has begun.
+  local begin=(selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 22x22 --truth-samples 4
+    --held-out-pairs 1 --held-out-samples 2 --quiet)
+  # Killed as soon as its bake has begun. No function here: $! would be the shell around the program.
+  "${begin[@]}" &
   for _ in $(seq 1200); do
     if [ -n "$(find sweep/bakes -name '*.journal*' 2>/dev/null)" ]; then break; fi
     sleep 0.05
@@ -382,11 +380,11 @@ test_a_sweep_leaves_nothing_of_one_that_was_killed() {
   kill -KILL $!
   wait $! 2>/dev/null || true
   [ -n "$(ls sweep/bakes)" ] || fail "was killed too early or too late"
-  exits 0 begin
+  exits 0 "${begin[@]}"
   [ -z "$(ls sweep/bakes)" ] || fail "left behind: $(ls sweep/bakes)"
   # Samples that were still needed when it was killed, and no longer are.
   touch sweep/bakes/t8-v64-l64-s200-b2.samples.exr
-  exits 0 begin
+  exits 0 "${begin[@]}"
   [ -z "$(ls sweep/bakes)" ] || fail "left behind: $(ls sweep/bakes)"
 }
 

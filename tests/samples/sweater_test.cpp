@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "samples/sweater_cage.h"
-#include "tests/require.h"
 #include "tests/samples/garment_checks.h"
 
 namespace selvedge::samples {
@@ -20,7 +19,7 @@ V3d from_axis(const V3d& p, bool sleeve) {
 }
 
 TEST_CASE("the sweater is one surface with four openings, of the size of a sweater") {
-  const Assembly sweater = test::need(make_sweater());
+  const Assembly sweater = make_sweater();
   CHECK(count_boundary_loops(sweater) == 4);  // hem, neck and two cuffs
 
   V3d low = sweater.points.front();
@@ -61,7 +60,7 @@ TEST_CASE("the sweater is one surface with four openings, of the size of a sweat
 }
 
 TEST_CASE("the sweater's stitches keep their size") {
-  const Assembly sweater = test::need(make_sweater());
+  const Assembly sweater = make_sweater();
   const Measured body = measure(sweater, "sweater");
   const Measured trim = measure(sweater, "trim");
   MESSAGE("within 10 %: body " << 100 * body.kept / body.area << " %, trim " << 100 * trim.kept / trim.area
@@ -74,7 +73,7 @@ TEST_CASE("the sweater's stitches keep their size") {
 }
 
 TEST_CASE("the sweater's wales run down the body and along the sleeves") {
-  const Assembly sweater = test::need(make_sweater());
+  const Assembly sweater = make_sweater();
   for (std::size_t i = 0; i < 4; ++i) {
     const Patch& patch = sweater.patches[i];
     double area = 0;
@@ -104,7 +103,7 @@ TEST_CASE("the sweater's wales run down the body and along the sleeves") {
 }
 
 TEST_CASE("vertices on a seam have the same position and normal, bit by bit") {
-  const Assembly sweater = test::need(make_sweater({.levels = 1, .drape_steps = 20}));
+  const Assembly sweater = make_sweater({.levels = 1, .drape_steps = 20});
   const Garment garment = garment_of(sweater, "sweater");
   REQUIRE(garment.primitives.size() == 2);
   CHECK(garment.materials[0].name == "sweater");
@@ -126,8 +125,8 @@ TEST_CASE("vertices on a seam have the same position and normal, bit by bit") {
 
 TEST_CASE("the sweater is the same each time") {
   const SweaterOptions quick{.levels = 2, .drape_steps = 50};
-  const Assembly first = test::need(make_sweater(quick));
-  const Assembly second = test::need(make_sweater(quick));
+  const Assembly first = make_sweater(quick);
+  const Assembly second = make_sweater(quick);
   CHECK(same(first, second));
 }
 
