@@ -125,7 +125,8 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     level.height = level_size(header.height, k);
     const int views = header.views.count();
     level.add(LayerKind::lobes, 3 * parameter_count(options.lobes));
-    level.add(LayerKind::frame, 6);
+    // Light that comes through has lost the direction of the surface that it met.
+    if (!lets_through(header.side)) level.add(LayerKind::frame, 6);
     level.add(LayerKind::opacity, views);
     if (options.view_table) level.add(LayerKind::table, 3 * views);
     if (options.light_table) level.add(LayerKind::light, 3 * header.lights.count(), 1);
@@ -170,13 +171,15 @@ RowFit::TexelTotals RowFit::fit_row_texel(const SampleLevel& rows, std::size_t f
   std::copy_n(alpha, views, &level.opacity()[texel * views]);
   // If normals cancel or the texel is never seen, the cloth's normal is used.
   const V3f sum = rows.normal[from];
-  auto& [normal, tangent] = level.frame()[texel];
-  normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
-  tangent = in_half_precision(tangent_of(normal));
+  TexelFrame frame{{0, 0, 1}, {1, 0, 0}};
+  auto& [normal, tangent] = level.has(LayerKind::frame) ? level.frame()[texel] : frame;
+  if (level.has(LayerKind::frame))
+    normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
+  if (level.has(LayerKind::frame)) tangent = in_half_precision(tangent_of(normal));
 
   TexelTotals total;
   std::array<ChannelFit, 3> fits;
-  if (options_.frames) {
+  if (options_.frames && level.has(LayerKind::frame)) {
     FrameFit framed = fit_frame(alpha, radiance, directions_, normal, tangent, options);
     normal = framed.normal;
     tangent = framed.tangent;
@@ -184,7 +187,7 @@ RowFit::TexelTotals RowFit::fit_row_texel(const SampleLevel& rows, std::size_t f
     fits = std::move(framed.fits);
   }
   const TexelSamples samples = gather_texel(alpha, radiance, directions_, normal, tangent);
-  if (!options_.frames) fits = texel_fit_(samples, options);
+  if (fits[0].parameters.empty()) fits = texel_fit_(samples, options);
   store(fits, texel, level);
   total.error = total.cost = total.energy = samples.energy_below_horizon;
   for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;

@@ -156,9 +156,25 @@ Json fit_json(const FitOutcome& outcome) {
   for (const LevelReport& level : outcome.record.levels) levels.push_back(level_json(level, levels.size()));
   Json warnings = Json::array();
   for (const Error& warning : outcome.record.warnings) warnings.push_back(to_json(warning));
-  return {{"output", outcome.output}, {"bytes", outcome.bytes},      {"sharedBytes", outcome.shared_bytes},
-          {"yarn", outcome.yarn},     {"peak", outcome.record.peak}, {"seconds", outcome.seconds},
-          {"levels", levels},         {"warnings", warnings}};
+  Json sides = Json::object();
+  for (const Side side : other_sides) {
+    for (const LevelReport& level : outcome.record.sides[index_of(side) - 1]) {
+      Json& list = sides[name_of(side)];
+      list.push_back({{"level", list.size()},
+                      {"layers", level.layers},
+                      {"bytes", level.bytes},
+                      {"heldOut", error_json(level.held_out)}});
+    }
+  }
+  return {{"output", outcome.output},
+          {"bytes", outcome.bytes},
+          {"sharedBytes", outcome.shared_bytes},
+          {"yarn", outcome.yarn},
+          {"peak", outcome.record.peak},
+          {"seconds", outcome.seconds},
+          {"levels", levels},
+          {"sides", sides},
+          {"warnings", warnings}};
 }
 
 std::string fit_text(const FitOutcome& outcome) {
@@ -169,6 +185,17 @@ std::string fit_text(const FitOutcome& outcome) {
     text += fmt::format("{:5}  {:>7}  {:>11}  {:>7}  {:>11}  {:>7}  {:>10}  {:>8}  {:>7}  {}\n", k,
                         size_text(l), decibels(l.held_out), relative(l.held_out), decibels(l.training),
                         relative(l.training), rounds(l), count(l.at_limit), l.bytes, l.layers);
+  }
+  for (const Side side : other_sides) {
+    const auto& levels = outcome.record.sides[index_of(side) - 1];
+    if (levels.empty()) continue;
+    std::string errors;
+    std::uint64_t bytes = 0;
+    for (const LevelReport& l : levels) {
+      errors += (errors.empty() ? "" : ", ") + decibels(l.held_out);
+      bytes += l.bytes;
+    }
+    text += fmt::format("{}: held-out {} dB by level, {} bytes\n", name_of(side), errors, bytes);
   }
   if (!outcome.yarn.is_null()) text += fmt::format("yarn: {}\n", yarn_text(outcome.yarn));
   return text + gain_text(outcome) +

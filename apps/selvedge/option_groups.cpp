@@ -115,6 +115,11 @@ void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
   options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured separately")
       .excludes(pairs);
   static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
+  static constexpr std::array<std::string_view, 2> sides{"front", "both"};
+  options.choice(
+      "--sides", sides,
+      "Views and lights of the front alone, or of both sides: cloth that lets light through [front]",
+      [&bake](std::size_t index) { bake.both_sides = index == 1; });
   options.choice("--yarns", on_off, "Store the yarn itself: sharp close by",
                  [&bake](std::size_t index) { bake.yarns = index == 0; });
   options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even");

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 
 #include "apps/common/paths.h"
 #include "fitter/budget/file_budget.h"
@@ -20,44 +21,74 @@ std::shared_ptr<const Yarns> yarns_of(SamplesReader& reader) {
   return std::make_shared<const Yarns>(std::move(yarns), reader.header().period_mm);
 }
 
-/// Measures the errors of the fabric in the file's precision, and writes it.
-void write_measured(SamplesReader& reader, const FitCommand& command, Fabric fitted,
-                    const PairSamples& held_out, const PairSamples& training, FitRecord record) {
-  fitted.levels.front().set_yarns(yarns_of(reader));
-  const FabricWriteOptions& write = command.options.write;
-  const Fabric fabric = as_stored(fitted, write.half);
-  must(measure_errors(fabric, held_out, training, record));
-  for (const Error& warning : precision_warnings({}, fitted, write)) record.warnings.push_back(warning);
-  must(write_fabric(command.output, fabric, std::move(record), write));
-}
+/// The fit of one side of the cloth.
+struct SideFit {
+  Fabric fabric;
+  std::vector<LevelReport> levels;
+  PairSamples training;
+  Issues warnings;
+};
+
+/// What the other sides get of the budget, by Side: light that comes through is smooth.
+constexpr std::array<double, all_sides.size()> budget_shares{1, 0.5, 0.4, 0.4};
+/// Bytes of a side's parts and members beside its values, about.
+constexpr double overhead_of_side = 4500;
 
 /// Fits with layers selected per level within the budget.
-std::vector<LevelReport> fit_layers(SamplesReader& reader, const FitCommand& command,
-                                    const Progress& progress) {
+SideFit fit_layers(SamplesReader& reader, const FitCommand& command, Side side, const Progress& progress) {
   const MakeOptions& options = command.options;
   auto level = must(reader.read_level());
   const auto validation = must(reader.read_pairs(PairKind::validation));
   const auto fitter =
       must(LayerFitter::create(std::move(level), reader.header(), validation, options.fit, progress));
-  const auto held_out = must(reader.read_pairs(PairKind::held_out));
-  const double bytes = options.budget_for(reader.header().texels());
+  const double bytes = options.budget_for(reader.header().texels()) * budget_shares[index_of(side)];
   std::shared_ptr<const Yarns> counted;
   if (options.budget_has_yarn) counted = yarns_of(reader);
-  const auto chosen = must(choose_for_file(fitter, bytes, options.write, counted, command.output));
-  write_measured(reader, command, chosen.fabric, held_out, fitter.training(),
-                 {0, chosen.levels, fitter.warnings()});
-  return chosen.levels;
+  LayerFit chosen = side == Side::front
+                        ? must(choose_for_file(fitter, bytes, options.write, counted, command.output))
+                        : fitter.choose(bytes, overhead_of_side);
+  return {std::move(chosen.fabric), std::move(chosen.levels), fitter.training(), fitter.warnings()};
 }
 
 /// Fits the paper's model at every level.
-std::vector<LevelReport> fit_lobes(SamplesReader& reader, const FitCommand& command,
-                                   const Progress& progress) {
-  const auto result = must(fit(reader, command.options.fit, progress));
-  // Read after the samples are freed, to save memory.
-  const auto held_out = must(reader.read_pairs(PairKind::held_out));
-  write_measured(reader, command, result.fabric, held_out, result.training,
-                 {0, result.levels, result.warnings});
-  return result.levels;
+SideFit fit_lobes(SamplesReader& reader, const FitCommand& command, const Progress& progress) {
+  auto result = must(fit(reader, command.options.fit, progress));
+  return {std::move(result.fabric), std::move(result.levels), std::move(result.training),
+          std::move(result.warnings)};
+}
+
+/// Fits all sides of the samples, measures their errors in the file's precision, and writes the fabric.
+FitRecord fit_sides(SamplesReader& reader, const FitCommand& command) {
+  const FabricWriteOptions& write = command.options.write;
+  Fabric fabric;
+  FitRecord record;
+  for (const Side side : all_sides) {
+    if (side != Side::front && !reader.header().both_sides) break;
+    reader.select(side);
+    const std::string label = side == Side::front ? "fit" : fmt::format("fit {}", name_of(side));
+    TerminalProgress progress(label, command.common.quiet);
+    SideFit fitted = command.options.budget ? fit_layers(reader, command, side, progress.callback())
+                                            : fit_lobes(reader, command, progress.callback());
+    auto& levels = side == Side::front ? record.levels : record.sides[index_of(side) - 1];
+    levels = std::move(fitted.levels);
+    // Read after the samples are freed, to save memory.
+    const auto held_out = must(reader.read_pairs(PairKind::held_out));
+    double peak = 0;
+    must(measure_errors(as_stored(fitted.fabric, write.half), held_out, fitted.training, peak, levels));
+    std::move(fitted.warnings.begin(), fitted.warnings.end(), std::back_inserter(record.warnings));
+    fitted.fabric.side = side;
+    if (side == Side::front) {
+      record.peak = peak;
+      fabric = std::move(fitted.fabric);
+      fabric.levels.front().set_yarns(yarns_of(reader));
+    } else {
+      fitted.fabric.provenance = "{}";
+      fabric.add_side(std::move(fitted.fabric));
+    }
+  }
+  for (const Error& warning : precision_warnings({}, fabric, write)) record.warnings.push_back(warning);
+  must(write_fabric(command.output, as_stored(fabric, write.half), record, write));
+  return record;
 }
 
 }  // namespace
@@ -77,11 +108,9 @@ FitOutcome fit_file(const std::string& samples, const FitCommand& command) {
   };
   const auto fit_samples = [&] {
     auto reader = must(SamplesReader::open(samples));
-    TerminalProgress progress("fit", command.common.quiet);
-    return command.options.budget ? fit_layers(reader, command, progress.callback())
-                                  : fit_lobes(reader, command, progress.callback());
+    return fit_sides(reader, command);
   };
-  FitOutcome outcome = read_outcome(command.output, changing_failures(fit_samples, named));
+  FitOutcome outcome = read_outcome(command.output, changing_failures(fit_samples, named).levels);
   outcome.samples = command.input;
   for (Error& warning : outcome.record.warnings) {
     warning.file = command.input;

@@ -47,7 +47,7 @@ void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& head
   // Seconds to compress and write one value, measured on one slow core.
   constexpr double seconds_per_value = 60e-9;
   NoiseSum ignored;
-  const std::size_t views = header.views.count();
+  const std::size_t views = header.view_count();
   baker.bake_view(views / 2, 1, ignored);  // computes what all views share, which is not timed
   const auto before_view = Clock::now();
   baker.bake_view(views / 2, pilot_samples, ignored);
@@ -61,7 +61,7 @@ void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& head
     seconds +=
         seconds_since(before_pair) / pilot_samples * o.truth_samples * static_cast<double>(pairs.size());
   }
-  const double values = 3.0 * header.texels() * header.views.count() * header.lights.count();
+  const double values = 3.0 * header.texels() * header.view_count() * header.light_count();
   const double remaining = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
   const double scale = std::max(0.0, remaining / seconds);
   const auto scaled = [&](int count, int min_count) {
@@ -104,7 +104,7 @@ Result<void> assemble(std::span<BakeJournal> journals, const std::string& output
   }
   if (auto ok = writer->commit(); !ok) return ok;
   for (const Error& warning : writer->warnings()) report.remarks.push_back(to_line(warning));
-  report.coverage /= static_cast<double>(header.views.count()) * header.texels();
+  report.coverage /= static_cast<double>(header.view_count()) * header.texels();
   report.noise = noise.relative();
   report.truth_noise = truth_noise.relative();
   report.samples = header.samples_per_texel;
@@ -124,7 +124,7 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
   // Work is measured in rays times lights.
   const auto cost = [&](const BakeUnit& unit) {
     if (unit.kind == BakeUnit::Kind::yarns) return 1.0;
-    return samples_of(unit) * (unit.kind == BakeUnit::Kind::view ? 1.0 * header.lights.count() : 1.0);
+    return samples_of(unit) * (unit.kind == BakeUnit::Kind::view ? 1.0 * header.light_count() : 1.0);
   };
   double total = 0;
   for (std::size_t u = shard.index; u < units.size(); u += shard.count) total += cost(units[u]);

@@ -68,11 +68,13 @@ struct BakeOptions {
   IndirectLight indirect = IndirectLight::cached;
   /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
   std::optional<double> ground;
+  /// Views and lights of both sides of the cloth; the samples are four times as many. Not above a ground.
+  bool both_sides = false;
   ReferencePlane reference;
   int validation_pairs = 96;
   int held_out_pairs = 96;
   int rim_pairs = 32;
-  /// Pairs by PairKind that replace the random ones; unit directions with z >= 1e-3.
+  /// Pairs by PairKind that replace the random ones; unit directions with z >= 1e-3, or |z| for both sides.
   std::optional<std::array<std::vector<DirectionPair>, 3>> pairs;
   int truth_samples = 64;  ///< rays per texel and pair of those sets, even
   std::uint64_t seed = 1;

@@ -27,6 +27,21 @@ const char* name_of(ReferencePlane::Kind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
+/// Adds pairs of the other sides, a third as many for each: every third one, mirrored.
+void add_pairs_of_sides(SamplesHeader& header) {
+  for (auto& pairs : header.pairs) {
+    const std::size_t count = pairs.size();
+    for (const Side side : other_sides) {
+      for (std::size_t p = index_of(side) - 1; p < count; p += other_sides.size()) {
+        DirectionPair pair = pairs[p];
+        if (view_behind(side)) pair.view = mirrored(pair.view);
+        if (view_behind(side) != lets_through(side)) pair.light = mirrored(pair.light);
+        pairs.push_back(pair);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 const char* name_of(IndirectLight indirect) {
@@ -99,7 +114,8 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
     if (!ok) return ok;
   }
   if (o.noise && o.time_budget) return refuse("noise", "and a time budget exclude each other");
-  const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights;
+  if (o.both_sides && o.ground) return refuse("sides", "both: a ground hides the back");
+  const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights * (o.both_sides ? 4 : 1);
   const auto limit = static_cast<double>(ExrLimits{}.pixels_per_part);
   if (pixels > limit) {
     return refuse("texels", fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed",
@@ -149,7 +165,9 @@ SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double 
     header.pairs[0] = random_pairs(o.validation_pairs, rim_z, seed);
     header.pairs[1] = random_pairs(o.held_out_pairs, rim_z, seed + 1);
     header.pairs[2] = random_rim_pairs(o.rim_pairs, rim_z, seed + 2);
+    if (o.both_sides) add_pairs_of_sides(header);
   }
+  header.both_sides = o.both_sides;
   header.whole = o.whole;
   if (o.yarns) header.yarns = counts_of(mesh.yarns);
   nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);

@@ -76,9 +76,11 @@ struct TexelBaker::TexelRays {
 void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const {
   const V3d towards(view);
   const V2d period = scene_.period();
-  // Rays begin above the cell, because the reference plane may lie within the yarn.
-  const double above =
-      (static_cast<double>(scene_.bounds().max.z) - plane_z_ + period.x) / static_cast<double>(view.z);
+  // Rays begin beyond the cell, because the reference plane may lie within the yarn. From behind, the cell is
+  // turned over.
+  const auto thickness = static_cast<double>(scene_.bounds().max.z);
+  const double plane_z = view.z > 0 ? plane_z_ : thickness - plane_z_;
+  const double way = (thickness - plane_z_ + period.x) / std::abs(static_cast<double>(view.z));
   Packet packet;
   int packets = 0;
   const auto settle = [&] {
@@ -101,8 +103,8 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
       const V2d within = spread_point(i, texel.seed);
       // y points up, rows of texels go down.
       const V3d on_plane((texel.x + within.x) / texels_.x * period.x,
-                         (1 - (texel.y + within.y) / texels_.y) * period.y, plane_z_);
-      packet.origin[packet.size] = on_plane + towards * above;
+                         (1 - (texel.y + within.y) / texels_.y) * period.y, plane_z);
+      packet.origin[packet.size] = on_plane + towards * way;
       packet.gather[packet.size] = i < texel.split ? texel.early : texel.late;
       packet.index[packet.size] = i;
       packet.seed[packet.size] = mix(texel.seed);

@@ -21,13 +21,16 @@ Planes arrays_of(ViewSamples& s) { return {s.alpha, floats_of(s.normal), floats_
 Planes arrays_of(PairSamples& s) {
   return {s.alpha, s.alpha_noise, floats_of(s.radiance), floats_of(s.noise)};
 }
-Planes arrays_of(YarnSamples& s) { return {s.curves, s.indirect}; }
+Planes arrays_of(YarnSamples& s) {
+  if (s.through.empty()) return {s.curves, s.indirect};
+  return {s.curves, s.indirect, s.through};
+}
 
 }  // namespace
 
 std::vector<BakeUnit> units_of(const SamplesHeader& header) {
   std::vector<BakeUnit> units;
-  const std::size_t views = header.views.count();
+  const std::size_t views = header.view_count();
   for (std::size_t v = 0; v < views; ++v) {
     units.push_back({BakeUnit::Kind::view, PairKind::validation, v});
   }
@@ -42,9 +45,10 @@ std::vector<BakeUnit> units_of(const SamplesHeader& header) {
 
 std::size_t value_count(const SamplesHeader& header, const BakeUnit& unit) {
   const std::size_t texels = header.texels();
-  if (unit.kind == BakeUnit::Kind::view) return texels * (4 + 3 * header.lights.count());
+  if (unit.kind == BakeUnit::Kind::view) return texels * (4 + 3 * header.light_count());
   if (unit.kind == BakeUnit::Kind::pair) return 8 * texels;
-  return curve_value_count(header.yarns) + std::size_t{light_values_per_station} * header.yarns.stations;
+  return curve_value_count(header.yarns) +
+         std::size_t{light_values_per_station} * header.yarns.stations * header.sides();
 }
 
 UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
@@ -53,7 +57,7 @@ UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
   const auto vectors = [](std::size_t count) { return std::vector<V3f>(count); };
   switch (unit.kind) {
     case BakeUnit::Kind::view:
-      return ViewSamples{floats(texels), vectors(texels), vectors(texels * header.lights.count())};
+      return ViewSamples{floats(texels), vectors(texels), vectors(texels * header.light_count())};
     case BakeUnit::Kind::pair:
       return PairSamples{header.width,   header.height,   {header.pairs[index_of(unit.pairs)][unit.index]},
                          floats(texels), vectors(texels), vectors(texels),
@@ -61,8 +65,9 @@ UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit) {
     case BakeUnit::Kind::yarns:
       break;
   }
-  return YarnSamples{floats(curve_value_count(header.yarns)),
-                     floats(std::size_t{light_values_per_station} * header.yarns.stations)};
+  const std::size_t light = std::size_t{light_values_per_station} * header.yarns.stations;
+  return YarnSamples{floats(curve_value_count(header.yarns)), floats(light),
+                     floats(header.both_sides ? light : 0)};
 }
 
 Planes planes_of(UnitSamples& samples) {
@@ -73,9 +78,11 @@ Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, cons
                         const UnitSamples& samples) {
   if (const auto* view = std::get_if<ViewSamples>(&samples)) return writer.write_view(*view);
   if (const auto* pair = std::get_if<PairSamples>(&samples)) return writer.write_pairs(unit.pairs, *pair);
-  const auto& [curves, indirect] = std::get<YarnSamples>(samples);
-  const auto data = yarns_from_values(curves, indirect, header.yarns, header.period_mm);
-  return data ? writer.write_yarns(*data) : tl::unexpected(data.error());
+  const auto& [curves, indirect, through] = std::get<YarnSamples>(samples);
+  auto data = yarns_from_values(curves, indirect, header.yarns, header.period_mm);
+  if (!data) return tl::unexpected(data.error());
+  if (header.both_sides) data->through = light_from_values(through, header.yarns.stations);
+  return writer.write_yarns(*data);
 }
 
 UnitBaker::UnitBaker(const TracedCell& cell, const YarnData& yarns, std::optional<IrradianceCache> cache,
@@ -84,8 +91,8 @@ UnitBaker::UnitBaker(const TracedCell& cell, const YarnData& yarns, std::optiona
       yarns_(yarns),
       options_(options),
       header_(header),
-      views_(directions_of(header.views)),
-      lights_(directions_of(header.lights)),
+      views_(directions_of(header.views, header.both_sides)),
+      lights_(directions_of(header.lights, header.both_sides)),
       cache_(std::move(cache)),
       baker_(cell.scene, cache_ ? &*cache_ : nullptr, options.bounces, V2i(options.width, options.height),
              plane_mm / cell.mm) {}
@@ -99,14 +106,18 @@ UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) 
   // light is finer than what the strands change.
   const bool varied = !cell_.scene.mesh().places.empty();
   const int paths = varied ? std::max(1, options_.yarn_paths * 3 / 8) : options_.yarn_paths;
-  trace_yarn_light(cell_, {paths, options_.bounces, options_.seed}, yarns);
-  return YarnSamples{curve_values(yarns), indirect_values(yarns)};
+  trace_yarn_light(cell_, {paths, options_.bounces, options_.seed, options_.both_sides}, yarns);
+  return YarnSamples{curve_values(yarns), indirect_values(yarns), indirect_values(yarns, true)};
 }
 
 ViewSamples UnitBaker::bake_view(std::size_t index, int samples, NoiseSum& noise) {
   if (cache_ && irradiance_.empty()) irradiance_ = cache_->solve(cell_.scene, lights_, options_.bounces);
-  return baker_.bake_view(views_[index], {lights_, irradiance_}, samples,
-                          seed_of(options_.seed, stream_views, index), noise);
+  ViewSamples result = baker_.bake_view(views_[index], {lights_, irradiance_}, samples,
+                                        seed_of(options_.seed, stream_views, index), noise);
+  if (views_[index].z < 0) {
+    for (V3f& normal : result.normal) normal = mirrored(normal);
+  }
+  return result;
 }
 
 PairSamples UnitBaker::bake_pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise) {

@@ -23,6 +23,7 @@ std::vector<BakeUnit> units_of(const SamplesHeader& header);
 struct YarnSamples {
   std::vector<float> curves;
   std::vector<float> indirect;
+  std::vector<float> through;  ///< empty unless both sides are baked
 };
 using UnitSamples = std::variant<ViewSamples, PairSamples, YarnSamples>;
 

@@ -31,12 +31,17 @@ std::vector<V3f> spiral_lights() {
   return lights;
 }
 
-/// Irradiance, [light](colour), of a point of the surface by way of others.
+/// Irradiance, [light](colour), of a point of the surface by way of others; from lights below, directly as
+/// well.
 Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point, std::span<const V3f> lights,
                                const YarnLightOptions& options, std::uint64_t place) {
   const RayScene& scene = cell.scene;
   const PathTracer tracer(scene, options.bounces);
   std::vector<V3d> sum(lights.size(), V3d(0, 0, 0));
+  for (std::size_t l = 0; l < lights.size(); ++l) {
+    const double cosine = lights[l].z < 0 ? static_cast<double>(point.face_normal.dot(lights[l])) : 0;
+    if (cosine > 0 && !scene.occluded(point, lights[l])) sum[l] = V3d(cosine * options.paths / pi);
+  }
   for (int path = 0; path < options.paths; ++path) {
     PathSampler sampler(static_cast<std::uint32_t>(path), place);
     const V3d direction = cosine_direction(V3d(point.face_normal), sampler.next());
@@ -60,7 +65,7 @@ Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point
 }  // namespace
 
 void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, YarnData& data) {
-  const std::vector<V3f> lights = spiral_lights();
+  std::vector<V3f> lights = spiral_lights();
   Eigen::MatrixXd by_light(light_count, light_functions_of_yarn);
   for (int l = 0; l < light_count; ++l) {
     const auto basis = light_basis(lights[l]);
@@ -68,9 +73,13 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
   }
   const Eigen::MatrixXd project = (by_light.transpose() * by_light).ldlt().solve(by_light.transpose());
 
+  const int sides = options.both_sides ? 2 : 1;
+  for (int l = 0; options.both_sides && l < light_count; ++l) lights.push_back(mirrored(lights[l]));
+
   std::size_t stations = 0;
   for (const YarnCurve& curve : data.curves) stations += curve.stations;
   data.light.assign(stations * light_values_per_station, 0);
+  data.through.assign(options.both_sides ? data.light.size() : 0, 0);
   const V2d period = cell.scene.period() * cell.mm;
   const Yarns yarns(data, V2f(period));
   std::size_t first = 0;
@@ -83,7 +92,8 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
     std::vector<Eigen::MatrixXd> solved(curve.stations);
     parallel_for(0, curve.stations, [&](int station) {
       Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
-      Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, 3 * light_functions_of_yarn);
+      constexpr int columns = 3 * light_functions_of_yarn;
+      Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, sides * columns);
       for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * (i < 3 ? 1 : 4);
       const YarnFrame frame = yarns.frame_at(static_cast<int>(c), station);
       for (int a = 0; a < angles; ++a) {
@@ -106,24 +116,30 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
         normal += (open ? 1 : covered_weight) * row * row.transpose();
         if (!open) continue;
         const std::uint64_t place = seed_of(options.seed, 201, (first + station) * angles + a);
-        const Eigen::MatrixXd values = project * irradiance_at(cell, point, lights, options, place);
-        for (int k = 0; k < light_functions_of_yarn; ++k) {
-          for (int colour = 0; colour < 3; ++colour) {
-            right.col(3 * k + colour) +=
-                row * (values(k, colour) * static_cast<double>(reflected[colour]) / pi);
+        const Eigen::MatrixX3d irradiance = irradiance_at(cell, point, lights, options, place);
+        for (int side = 0; side < sides; ++side) {
+          const Eigen::MatrixXd values = project * irradiance.middleRows(side * light_count, light_count);
+          for (int k = 0; k < columns; ++k) {
+            const double share = static_cast<double>(reflected[k % 3]) / pi;
+            right.col(side * columns + k) += row * (values(k / 3, k % 3) * share);
           }
         }
       }
       solved[station] = normal.ldlt().solve(right);
     });
-    double largest = 0;
-    for (const auto& values : solved) largest = std::max(largest, values.cwiseAbs().maxCoeff());
-    const double step = largest > 0 ? std::exp2(std::ceil(std::log2(largest / 127))) : 1;
-    float* out = &data.light[first * light_values_per_station];
-    for (const auto& values : solved) {
-      for (int i = 0; i < angle_functions; ++i) {
-        for (int k = 0; k < 3 * light_functions_of_yarn; ++k) {
-          *out++ = static_cast<float>(std::round(values(i, k) / step) * step);
+    for (int side = 0; side < sides; ++side) {
+      constexpr int columns = 3 * light_functions_of_yarn;
+      double largest = 0;
+      for (const auto& values : solved) {
+        largest = std::max(largest, values.middleCols(side * columns, columns).cwiseAbs().maxCoeff());
+      }
+      const double step = largest > 0 ? std::exp2(std::ceil(std::log2(largest / 127))) : 1;
+      float* out = &(side == 0 ? data.light : data.through)[first * light_values_per_station];
+      for (const auto& values : solved) {
+        for (int i = 0; i < angle_functions; ++i) {
+          for (int k = 0; k < columns; ++k) {
+            *out++ = static_cast<float>(std::round(values(i, side * columns + k) / step) * step);
+          }
         }
       }
     }

@@ -10,11 +10,13 @@ struct YarnLightOptions {
   int paths = 128;  ///< from each of 16 places around every station
   int bounces = 12;
   std::uint64_t seed = 1;
+  bool both_sides = false;  ///< YarnData::through, too
 };
 
-/// Gives the curves their indirect light, traced in the cell that they are the yarn of: heights of `data` are
-/// above its lowest point. Places that other yarn covers count for next to nothing. Values are whole
-/// multiples of a power of two a curve, 8 bits. The same for any number of threads.
+/// Gives the curves their indirect light, and all light from below if that is wanted, traced in the cell that
+/// they are the yarn of: heights of `data` are above its lowest point. Places that other yarn covers count
+/// for next to nothing. Values are whole multiples of a power of two a curve, 8 bits. The same for any number
+/// of threads.
 void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, YarnData& data);
 
 }  // namespace selvedge

@@ -16,7 +16,7 @@ namespace {
 Result<double> written_size(const LayerFit& chosen, const Issues& warnings, const FabricWriteOptions& options,
                             const std::string& path) {
   constexpr FitError unknown{1'000'000, -1000, -1000};
-  FitRecord record{-1.23456e-300, chosen.levels, warnings};
+  FitRecord record{-1.23456e-300, chosen.levels, {}, warnings};
   for (LevelReport& level : record.levels) level.held_out = level.training = unknown;
   if (auto ok = write_fabric(path, chosen.fabric, std::move(record), options); !ok)
     return tl::unexpected(ok.error());

@@ -12,6 +12,11 @@
 namespace selvedge {
 namespace {
 
+/// The JSON pointer of a side.
+std::string pointer_of(const FabricHeader& header) {
+  return header.side == Side::front ? "" : fmt::format("/{}/{}", names::member::sides, name_of(header.side));
+}
+
 void check_channel_names(const std::vector<ExrPart>& parts, IssueSink& sink) {
   std::set<std::string> seen;
   for (const ExrPart& part : parts) {
@@ -44,7 +49,7 @@ void check_layer_channels(const ExrPart& part, const FabricHeader& header, Layer
              "the channel is not known and is ignored");
   }
   if (differs) {
-    sink.add(Code::fabric_advice, fmt::format("/layers/{}/precision", part.name),
+    sink.add(Code::fabric_advice, fmt::format("{}/layers/{}/precision", pointer_of(header), name_of(layer)),
              "the part's channels are not all of that precision");
   }
 }
@@ -73,14 +78,8 @@ void check_mirrors(const ExrPart& first, const FabricHeader& header, IssueSink& 
   }
 }
 
-void check_levels(const FabricHeader& header, IssueSink& sink) {
-  const int complete = level_count(header.width, header.height);
-  if (header.levels < complete && whole_levels(header) == header.first_level() + header.levels) {
-    sink.add(Code::fabric_levels, "/levels",
-             fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
-  }
-  if (const std::string missing = missing_levels(header); !missing.empty())
-    sink.add(Code::fabric_levels, "/whole", missing);
+/// Warns of layers that some levels lack.
+void check_layer_levels(const FabricHeader& header, IssueSink& sink) {
   // A level with products needs no tables; the fit chooses between them.
   for (const LayerKind layer :
        {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity, LayerKind::light}) {
@@ -90,10 +89,21 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
       if (!header.has(layer, k) && !header.has(LayerKind::products, k)) ++without;
     }
     if (without == 0) continue;
-    sink.add(Code::fabric_levels, fmt::format("/layers/{}/levels", name_of(layer)),
+    sink.add(Code::fabric_levels, fmt::format("{}/layers/{}/levels", pointer_of(header), name_of(layer)),
              fmt::format("{} of the {} levels: on the others the layer counts as 1", header.levels - without,
                          header.levels));
   }
+}
+
+void check_levels(const FabricHeader& header, IssueSink& sink) {
+  const int complete = level_count(header.width, header.height);
+  if (header.levels < complete && whole_levels(header) == header.first_level() + header.levels) {
+    sink.add(Code::fabric_levels, "/levels",
+             fmt::format("{} of {}: the chain stops before 1x1", header.levels, complete));
+  }
+  if (const std::string missing = missing_levels(header); !missing.empty())
+    sink.add(Code::fabric_levels, "/whole", missing);
+  for_each_side(header, [&](const FabricHeader& side) { check_layer_levels(side, sink); });
 }
 
 /// Checks the record of the fit, and its sizes against those of the file.
@@ -131,12 +141,13 @@ void check_extras(const ExrReader& file, const FabricHeader& header, IssueSink& 
       sink.add(Code::fabric_advice, fmt::format("{}/{}", part.name, names::attribute_wrap),
                fmt::format("is not {}: tools will not repeat the pictures", names::wrap_periodic));
     }
-    const auto layer = layer_named(part.name);
+    const auto layer = layer_of_part(part.name);
+    const FabricHeader* const side = layer ? header.side_of(layer->side) : nullptr;
     if (part.name == names::part_preview) {
       check_preview(part, header, sink);
-    } else if (layer && header.layer(*layer)) {
-      if (!fits_a_part(*layer, header.shape)) continue;
-      check_layer_channels(part, header, *layer, sink);
+    } else if (side != nullptr && side->layer(layer->kind)) {
+      if (!fits_a_part(layer->kind, side->shape)) continue;
+      check_layer_channels(part, *side, layer->kind, sink);
     } else {
       check_windows(part, header, sink);
       sink.add(Code::fabric_advice, part.name, "the part is of no known layer and is ignored");

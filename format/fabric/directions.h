@@ -43,6 +43,9 @@ struct DirectionTaps {
 };
 DirectionTaps interpolate(const DirectionGrid& grid, const V3f& direction);
 
+/// In the plane of the cloth.
+inline V3f mirrored(const V3f& direction) { return {direction.x, direction.y, -direction.z}; }
+
 struct DirectionPair {
   V3f light;
   V3f view;

@@ -121,7 +121,9 @@ Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y,
 }
 
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view) {
-  return evaluate(fabric.levels[level], fabric, x, y, light, view);
+  const Fabric* const through = light.z < 0 ? fabric.side_of(Side::through) : nullptr;
+  if (through == nullptr) return evaluate(fabric.levels[level], fabric, x, y, light, view);
+  return evaluate(through->levels[level], *through, x, y, mirrored(light), view);
 }
 
 LevelBlend level_blend(double level, int count, int first) {
@@ -151,8 +153,7 @@ Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& l
   const auto at = [&](int k) {
     if (k < 0) return yarns->shade(uv, fabric.reference_height, light, view);
     const FabricLevel& texels = fabric.levels[k];
-    return evaluate(texels, fabric, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light,
-                    view);
+    return evaluate(fabric, k, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light, view);
   };
   const Shading near = at(levels.lower);
   return levels.weight > 0 ? blend(near, at(levels.lower + 1), levels.weight) : near;

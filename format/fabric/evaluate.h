@@ -7,12 +7,13 @@
 namespace selvedge {
 
 /// f(l, v) and alpha(v) of one texel. `light` and `view` are unit vectors in the fabric's frame.
-/// Radiance is 0 for light.z <= 0 and for view.z <= 0, which samples do not cover. T(v) and alpha(v) are
+/// Where light.z < 0, the side `through` answers; the radiance is 0 without it, for light.z = 0, and for
+/// view.z <= 0: from behind, evaluate turned_over(fabric). T(v) and alpha(v) are
 /// interpolated between the four nearest stored views; T's weights are multiplied by the views' alpha,
 /// because the colour of a hole has no meaning. Precondition: `level` exists and (x, y) lies within it.
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view);
 
-/// As above for a level; `info` is that of its fabric.
+/// As above for a level of one side; `info` is that of its fabric, and the radiance is 0 for light.z <= 0.
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view);
 

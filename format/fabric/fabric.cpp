@@ -86,25 +86,74 @@ Result<void> validate_bases(const Fabric& fabric) {
 
 }  // namespace
 
+bool FabricLevel::reflects() const {
+  constexpr std::array kinds{LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light,
+                             LayerKind::products};
+  return std::any_of(kinds.begin(), kinds.end(), [&](LayerKind kind) { return has(kind); });
+}
+
 void FabricLevel::set(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
+
+namespace {
+
+/// A layer of values that belong to no texel; they fill channel after channel.
+Layer spread(const std::vector<float>& values, int texels) {
+  Layer layer;
+  layer.channels = static_cast<int>((values.size() + texels - 1) / texels);
+  layer.values.assign(std::size_t{1} * layer.channels * texels, 0);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    layer.values[i % texels * layer.channels + i / texels] = values[i];
+  }
+  return layer;
+}
+
+}  // namespace
 
 void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
   remove(LayerKind::yarns);
   remove(LayerKind::indirect);
   yarns_ = std::move(yarns);
   if (!yarns_) return;
-  // The values fill channel after channel.
-  const auto spread = [&](const std::vector<float>& values) {
-    Layer layer;
-    layer.channels = static_cast<int>((values.size() + texels() - 1) / texels());
-    layer.values.assign(std::size_t{1} * layer.channels * texels(), 0);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      layer.values[i % texels() * layer.channels + i / texels()] = values[i];
+  set(LayerKind::yarns, spread(curve_values(yarns_->data()), texels()));
+  set(LayerKind::indirect, spread(indirect_values(yarns_->data()), texels()));
+}
+
+void Fabric::add_side(Fabric other) {
+  const Fabric* const seen = other.side == Side::back_through ? side_of(Side::back) : this;
+  for (std::size_t k = 0; seen != nullptr && lets_through(other.side) && k < other.levels.size(); ++k) {
+    other.levels[k].set(LayerKind::opacity, seen->levels[k][LayerKind::opacity]);
+  }
+  if (other.side == Side::through) {
+    FabricLevel& base = other.levels.front();
+    base.remove(LayerKind::indirect);
+    const auto& yarns = levels.front().yarns();
+    if (yarns && !yarns->data().through.empty()) {
+      base.set(LayerKind::indirect, spread(indirect_values(yarns->data(), true), base.texels()));
     }
-    return layer;
+  }
+  sides[index_of(other.side) - 1] = std::make_shared<const Fabric>(std::move(other));
+}
+
+Fabric turned_over(const Fabric& fabric) {
+  const auto pick = [](const Fabric* wanted, const Fabric* other, Side side) {
+    Fabric result = wanted != nullptr ? *wanted : *other;
+    result.side = side;
+    return result;
   };
-  set(LayerKind::yarns, spread(curve_values(yarns_->data())));
-  set(LayerKind::indirect, spread(indirect_values(yarns_->data())));
+  const Fabric* const back = fabric.side_of(Side::back);
+  Fabric turned = pick(back, &fabric, Side::front);
+  FabricLevel& base = turned.levels.front();
+  base.set_yarns(nullptr);
+  if (const auto& yarns = fabric.levels.front().yarns()) {
+    base.set_yarns(std::make_shared<const Yarns>(turned_over(*yarns, fabric.thickness_mm), yarns->period()));
+  }
+  const Fabric* const through = fabric.side_of(Side::through);
+  const Fabric* const back_through = fabric.side_of(Side::back_through);
+  turned.sides = {};
+  if (back_through != nullptr || through != nullptr) {
+    turned.add_side(pick(back_through, through, Side::through));
+  }
+  return turned;
 }
 
 void FabricLevel::add(LayerKind kind, int channels, float value) {
@@ -132,6 +181,7 @@ std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {
 
 LayerShape shape_of(const Fabric& fabric) {
   LayerShape shape;
+  shape.side = fabric.side;
   shape.views = fabric.views.count();
   shape.lights = fabric.lights.count();
   shape.base_texels = fabric.levels.front().texels();
@@ -214,10 +264,21 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
       if (k != 0) return broken(k, "yarns", "only level 0 has yarn");
       if (auto ok = validate(level.yarns()->data(), fabric.period_mm); !ok) return ok;
     }
+    if (fabric.side != Side::front && !level.reflects()) {
+      return broken(k, name_of(fabric.side), "it has no layer of its own");
+    }
     for (const LayerKind kind : all_layers) {
+      if (kind == LayerKind::indirect && fabric.side == Side::through) continue;  // checked with the yarn
       if (!level.has(kind) || (kind == LayerKind::bases && !level.has(LayerKind::products))) continue;
       if (auto ok = validate_layer(level, k, kind, shape, limits); !ok) return ok;
     }
+  }
+  for (const auto& other : fabric.sides) {
+    if (!other) continue;
+    if (other->levels.size() != fabric.levels.size() || other->texels() != fabric.texels()) {
+      return fail(Code::fabric_malformed, {}, name_of(other->side), "its levels are not those of the front");
+    }
+    if (auto ok = validate(*other, limits); !ok) return ok;
   }
   return validate_bases(fabric);
 }

@@ -54,6 +54,8 @@ struct FabricLevel {
   std::shared_ptr<const ProductBases> bases;  ///< of a level with products; the same in all levels
 
   int texels() const { return width * height; }
+  /// Whether it has a layer of texels of its own, opacity aside.
+  bool reflects() const;
   bool has(LayerKind kind) const {
     return kind == LayerKind::bases ? bases != nullptr : (*this)[kind].channels > 0;
   }
@@ -118,11 +120,13 @@ struct WholeFabric {
 
 /// Properties that all levels of a fabric share.
 struct FabricInfo {
-  V2f period_mm{1, 1};         ///< size of one repeat along u and v
-  float reference_height = 0;  ///< mm; height of the reference plane above the cell's lowest point
-  float thickness_mm = 0;      ///< mm; height of the cell's bounding box
-  DirectionGrid views;         ///< layout of the view table, of opacity and of phi
-  DirectionGrid lights;        ///< layout of the light table and of psi; else unused
+  V2f period_mm{1, 1};  ///< size of one repeat along u and v
+  /// mm; height of the reference plane above the lowest point of the cell, turned over for views from behind
+  float reference_height = 0;
+  float thickness_mm = 0;  ///< mm; height of the cell's bounding box
+  DirectionGrid views;     ///< layout of the view table, of opacity and of phi
+  DirectionGrid lights;    ///< layout of the light table and of psi; else unused
+  Side side = Side::front;
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
   std::string provenance = "{}";     ///< JSON object: options, seed, software; "{}" if unknown
   std::optional<WholeFabric> whole;  ///< of a partial fabric
@@ -134,10 +138,32 @@ struct FabricInfo {
 struct Fabric : FabricInfo {
   /// Level k has level_size() texels; the last is 1 x 1 unless coarser levels are missing.
   std::vector<FabricLevel> levels;
+  /// The other sides of the cloth (by index_of(Side) - 1), each with the texels and levels of the front; null
+  /// where the file has none. Directions are in the frame of the side that is seen, and lights that come
+  /// through are mirrored into its upper half. The opacity of such a side is that of the side that is seen.
+  std::array<std::shared_ptr<const Fabric>, other_sides.size()> sides;
 
   /// Of level 0. Precondition: the fabric has a level.
   V2i texels() const { return {levels.front().width, levels.front().height}; }
+  /// Null where the fabric does not have it. Not of the front.
+  const Fabric* side_of(Side other) const { return sides[index_of(other) - 1].get(); }
+  /// Adds another side of the same texels and levels, and gives light that comes through the opacity of the
+  /// side that is seen, which is to be added first.
+  void add_side(Fabric other);
 };
+
+/// Calls `visit` with the fabric and its other sides.
+template <class Visit>
+void for_each_side(const Fabric& fabric, const Visit& visit) {
+  visit(fabric);
+  for (const auto& other : fabric.sides) {
+    if (other) visit(*other);
+  }
+}
+
+/// The fabric turned over, so that its back is its front: levels of the back, or those of the front where it
+/// has none, and the yarn from below. Precondition: it has a back.
+Fabric turned_over(const Fabric& fabric);
 
 /// Limits of a fabric; a file beyond them is refused before anything is allocated.
 struct FabricLimits {

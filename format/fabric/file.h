@@ -53,17 +53,18 @@ class FabricReader {
   /// The memory of FabricLimits from now on.
   void allow_memory(std::uint64_t bytes) { memory_ = bytes; }
 
-  /// A level with those of `layers` that it has, and the bases of its products; checks digests and values.
-  /// FILE_TOO_LARGE beyond the memory of FabricLimits. Precondition: 0 <= level < header().levels.
+  /// A level of the front with those of `layers` that it has, and the bases of its products; checks digests
+  /// and values. FILE_TOO_LARGE beyond the memory of FabricLimits. Precondition: 0 <= level <
+  /// header().levels.
   Result<FabricLevel> read_level(int level, LayerSet layers = LayerSet::all());
-  /// Levels [first, last] as a fabric, with Fabric::whole if it is a partial one. Precondition: both levels
-  /// exist, and first <= last.
+  /// Levels [first, last] of all sides as a fabric, with Fabric::whole if it is a partial one. Precondition:
+  /// both levels exist, and first <= last.
   Result<Fabric> read_levels(int first, int last, LayerSet layers = LayerSet::all());
   Result<Fabric> read() { return read_levels(0, header_.levels - 1); }
 
   /// Compressed size of a level of a layer in the file; 0 if the level does not have it. The bases are at
   /// level 0.
-  std::uint64_t packed_bytes(LayerKind kind, int level) const;
+  std::uint64_t packed_bytes(LayerKind kind, int level, Side side = Side::front) const;
 
   /// Bytes of the file that were read so far, headers included, each counted once.
   std::uint64_t bytes_read() const { return file_.bytes_read(); }
@@ -73,15 +74,16 @@ class FabricReader {
   static Result<FabricReader> open(Result<ExrReader> file, const FabricLimits& limits);
 
   /// `room`: bytes for the cells of yarn.
-  Result<FabricLevel> read_level(int level, const LayerSet& layers, std::uint64_t room);
+  Result<FabricLevel> read_level(const FabricHeader& side, int level, const LayerSet& layers,
+                                 std::uint64_t room);
   Result<void> check_memory(int first, int last, const LayerSet& layers) const;
-  Result<void> read_layer(LayerKind kind, int level, FabricLevel& result);
+  Result<void> read_layer(const FabricHeader& side, LayerKind kind, int level, FabricLevel& result);
   /// The functions that all levels share; read once.
-  Result<std::shared_ptr<const ProductBases>> bases();
+  Result<std::shared_ptr<const ProductBases>> bases(const FabricHeader& side);
 
   ExrReader file_;
   FabricHeader header_;
-  std::shared_ptr<const ProductBases> bases_;
+  std::array<std::shared_ptr<const ProductBases>, all_sides.size()> bases_;
   std::string text_;
   std::uint64_t memory_;
 };

@@ -29,6 +29,13 @@ FabricHeader header_without_layers(const Fabric& fabric) {
   return header;
 }
 
+const FabricHeader* FabricHeader::side_of(Side wanted) const {
+  if (wanted == side) return this;
+  const auto found =
+      std::find_if(sides.begin(), sides.end(), [&](const FabricHeader& h) { return h.side == wanted; });
+  return found == sides.end() ? nullptr : &*found;
+}
+
 int FabricHeader::entry(LayerKind kind, int level) const {
   if (!layer(kind)) return -1;
   const std::vector<int>& present = layer(kind)->levels;
@@ -68,7 +75,7 @@ std::string missing_levels(const FabricHeader& header) {
 }
 
 Fabric partial_fabric(const FabricHeader& header, int first, int last) {
-  Fabric fabric{header, {}};
+  Fabric fabric{header, {}, {}};
   if (first == 0 && last == header.levels - 1) return fabric;
   const bool unknown = header.whole && header.whole->levels == 0 && last == header.levels - 1;
   fabric.whole =

@@ -26,6 +26,7 @@ struct FabricHeader : FabricInfo {
   int levels = 1;
   LayerShape shape;                                                  ///< of the layers in the file
   std::array<std::optional<LayerHeader>, all_layers.size()> layers;  ///< by LayerKind
+  std::vector<FabricHeader> sides;                                   ///< the other sides; of the front only
 
   V2i texels() const { return {width, height}; }
   const std::optional<LayerHeader>& layer(LayerKind kind) const { return layers[index_of(kind)]; }
@@ -33,10 +34,22 @@ struct FabricHeader : FabricInfo {
   /// Index of a level in the layer's levels and digests; -1 if the level does not have the layer.
   int entry(LayerKind kind, int level) const;
   bool has(LayerKind kind, int level) const { return entry(kind, level) >= 0; }
+  /// This header or one of its sides; null without.
+  const FabricHeader* side_of(Side wanted) const;
 };
 
-/// The header of a fabric's file but for its layers. Precondition: the fabric has a level.
+/// Calls `visit` with the header and those of its other sides.
+template <class Visit>
+void for_each_side(const FabricHeader& header, const Visit& visit) {
+  visit(header);
+  for (const FabricHeader& other : header.sides) visit(other);
+}
+
+/// The header of a fabric's file but for its layers and other sides. Precondition: the fabric has a level.
 FabricHeader header_without_layers(const Fabric& fabric);
+
+/// Minor version of the file: 1 with other sides than the front.
+inline int minor_version(const FabricHeader& header) { return header.sides.empty() ? 0 : 1; }
 
 /// Number of levels of the whole fabric; if it is unknown, up to the last level of the file.
 int whole_levels(const FabricHeader& header);

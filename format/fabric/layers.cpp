@@ -81,9 +81,35 @@ const LayerRow& row_of(LayerKind kind) { return rows[index_of(kind)]; }
 
 const char* name_of(LayerKind kind) { return row_of(kind).part; }
 
+const char* name_of(Side side) {
+  constexpr std::array names{"front", "back", "through", "back.through"};
+  return names[index_of(side)];
+}
+
+LayerSet layers_of(Side side) {
+  LayerSet set = LayerSet::all();
+  if (side != Side::front) set.erase({LayerKind::yarns});
+  if (view_behind(side)) set.erase({LayerKind::indirect});
+  if (lets_through(side)) set.erase({LayerKind::opacity});
+  return set;
+}
+
+std::string part_name(LayerKind kind, Side side) {
+  return side == Side::front ? name_of(kind) : fmt::format("{}.{}", name_of(side), name_of(kind));
+}
+
 std::optional<LayerKind> layer_named(std::string_view name) {
   for (const LayerKind kind : all_layers) {
     if (name == name_of(kind)) return kind;
+  }
+  return std::nullopt;
+}
+
+std::optional<PartLayer> layer_of_part(std::string_view part) {
+  for (const Side side : all_sides) {
+    for (const LayerKind kind : all_layers) {
+      if (part == part_name(kind, side)) return PartLayer{kind, side};
+    }
   }
   return std::nullopt;
 }
@@ -95,7 +121,7 @@ bool fits_a_part(LayerKind kind, const LayerShape& shape) {
 }
 
 std::string channel_name(LayerKind kind, const LayerShape& shape, int channel) {
-  return fmt::format("{}.{}", name_of(kind), row_of(kind).channel(shape, channel));
+  return fmt::format("{}.{}", part_name(kind, shape.side), row_of(kind).channel(shape, channel));
 }
 
 std::vector<std::string> channel_names(LayerKind kind, const LayerShape& shape) {

@@ -18,9 +18,25 @@ inline constexpr std::array all_layers{LayerKind::lobes,   LayerKind::frame, Lay
                                        LayerKind::bases,   LayerKind::yarns, LayerKind::indirect};
 constexpr std::size_t index_of(LayerKind kind) { return static_cast<std::size_t>(kind); }
 
-/// The name of the kind's part.
+/// The name of the kind, and of its part at the front.
 const char* name_of(LayerKind kind);
 std::optional<LayerKind> layer_named(std::string_view name);
+
+/// On which sides of the cloth view and light are (spec/brdf.md, Sides). In the file's order.
+enum class Side {
+  front,        ///< both in front
+  back,         ///< both behind
+  through,      ///< the view in front, the light behind
+  back_through  ///< the view behind, the light in front
+};
+inline constexpr std::array all_sides{Side::front, Side::back, Side::through, Side::back_through};
+inline constexpr std::array other_sides{Side::back, Side::through, Side::back_through};
+constexpr std::size_t index_of(Side side) { return static_cast<std::size_t>(side); }
+constexpr bool view_behind(Side side) { return side == Side::back || side == Side::back_through; }
+constexpr bool lets_through(Side side) { return side == Side::through || side == Side::back_through; }
+
+/// "front", "back", "through", "back.through".
+const char* name_of(Side side);
 
 class LayerSet {
  public:
@@ -55,6 +71,9 @@ inline constexpr LayerSet table_layers = [] {
   return set;
 }();
 
+/// The layers that a side may have in a file. The yarn and the opacity of a view are stored once.
+LayerSet layers_of(Side side);
+
 /// Values of a level's texels: values[texel * channels + channel], with the channels of channel_name(). A
 /// layer without channels is absent.
 struct Layer {
@@ -73,6 +92,7 @@ struct YarnCounts {
 
 /// The counts that define the channels of a fabric's parts. The same for all levels.
 struct LayerShape {
+  Side side = Side::front;
   int lobes = 0;
   int views = 1;
   int lights = 1;
@@ -82,6 +102,16 @@ struct LayerShape {
   YarnCounts yarns;
   int base_texels = 1;  ///< of level 0, which the values of bases, yarns and indirect light are spread over
 };
+
+/// The name of a layer's part: that of the kind, after "back." and the like where it is not of the front.
+std::string part_name(LayerKind kind, Side side);
+
+/// The inverse of part_name(): nothing for other parts.
+struct PartLayer {
+  LayerKind kind = LayerKind::lobes;
+  Side side = Side::front;
+};
+std::optional<PartLayer> layer_of_part(std::string_view part);
 
 /// Number of channels of a layer's part.
 int channel_count(LayerKind kind, const LayerShape& shape);

@@ -69,24 +69,31 @@ void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
   level.set(kind, std::move(layer));
 }
 
-std::string value_place(LayerKind kind, int level, const std::string& channel, std::size_t texel, int width) {
-  return fmt::format("{}/level {}/{}/{},{}", name_of(kind), level, channel, texel % width, texel / width);
+std::string value_place(const std::string& part, int level, const std::string& channel, std::size_t texel,
+                        int width) {
+  return fmt::format("{}/level {}/{}/{},{}", part, level, channel, texel % width, texel / width);
 }
+
+namespace {
+
+/// The values of a layer that are spread over the texels of level 0.
+std::vector<float> gathered(const FabricLevel& level, LayerKind kind) {
+  const Layer& layer = level[kind];
+  std::vector<float> values;
+  for (int i = 0; i < layer.channels; ++i) {
+    for (int texel = 0; texel < level.texels(); ++texel) {
+      values.push_back(layer.values[std::size_t{1} * texel * layer.channels + i]);
+    }
+  }
+  return values;
+}
+
+}  // namespace
 
 void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, std::uint64_t memory,
                    IssueSink& sink) {
-  const auto gathered = [&](LayerKind kind) {
-    const Layer& layer = level[kind];
-    std::vector<float> values;
-    for (int i = 0; i < layer.channels; ++i) {
-      for (int texel = 0; texel < level.texels(); ++texel) {
-        values.push_back(layer.values[std::size_t{1} * texel * layer.channels + i]);
-      }
-    }
-    return values;
-  };
-  auto data =
-      yarns_from_values(gathered(LayerKind::yarns), gathered(LayerKind::indirect), shape.yarns, period);
+  auto data = yarns_from_values(gathered(level, LayerKind::yarns), gathered(level, LayerKind::indirect),
+                                shape.yarns, period);
   if (!data) {
     sink.add(data.error().code, fmt::format("{}/{}", name_of(LayerKind::yarns), data.error().place),
              data.error().message);
@@ -99,12 +106,20 @@ void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& perio
   level.set_yarns(std::make_shared<const Yarns>(std::move(*data), period));
 }
 
+void restore_light_through(FabricLevel& front, const FabricLevel& through) {
+  if (!front.yarns() || !through.has(LayerKind::indirect)) return;
+  YarnData data = front.yarns()->data();
+  data.through = light_from_values(gathered(through, LayerKind::indirect), counts_of(data).stations);
+  front.set_yarns(std::make_shared<const Yarns>(std::move(data), front.yarns()->period()));
+}
+
 void check_values(const FabricLevel& level, int level_index, LayerKind kind, const LayerShape& shape,
                   IssueSink& sink) {
   constexpr int max_named = 8;
   int count = 0;
   const auto add = [&](const std::string& channel, std::size_t texel, std::string message) {
-    sink.add(Code::fabric_not_finite, value_place(kind, level_index, channel, texel, level.width),
+    sink.add(Code::fabric_not_finite,
+             value_place(part_name(kind, shape.side), level_index, channel, texel, level.width),
              std::move(message));
   };
   const auto check = [&](const ValueRange& range, int channel, std::size_t texel, float value) {
@@ -137,7 +152,7 @@ void check_values(const FabricLevel& level, int level_index, LayerKind kind, con
     }
   }
   if (count > max_named) {
-    sink.add(Code::fabric_not_finite, fmt::format("{}/level {}", name_of(kind), level_index),
+    sink.add(Code::fabric_not_finite, fmt::format("{}/level {}", part_name(kind, shape.side), level_index),
              fmt::format("{} more values break the rules", count - max_named));
   }
 }

@@ -22,13 +22,17 @@ void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
                 const std::vector<const std::vector<float>*>& planes);
 
 /// The place of a value in messages: "table/level 2/table.0003.red/5,7".
-std::string value_place(LayerKind kind, int level, const std::string& channel, std::size_t texel, int width);
+std::string value_place(const std::string& part, int level, const std::string& channel, std::size_t texel,
+                        int width);
 
 /// Makes yarn that can be traced of the layers yarns and indirect, which the level has. FABRIC_MALFORMED, the
 /// place being "yarns/node 17", for yarn that validate() refuses; FILE_TOO_LARGE for more than `memory`
 /// bytes.
 void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, std::uint64_t memory,
                    IssueSink& sink);
+
+/// Gives yarn, if there is any, the light that comes through.
+void restore_light_through(FabricLevel& front, const FabricLevel& through);
 
 /// Adds FABRIC_NOT_FINITE for values of a layer out of range (spec/fabric.md, the table of parts): the first
 /// eight with their places, the others as a count. Precondition: the level has the layer, with arrays of the

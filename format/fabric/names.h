@@ -7,7 +7,7 @@
 namespace selvedge::names {
 
 inline constexpr int fabric_version_major = 3;
-inline constexpr int fabric_version_minor = 0;
+inline constexpr int fabric_version_minor = 1;
 inline constexpr int samples_version = 2;
 
 // Parts of a fabric file, in the file's order.
@@ -50,6 +50,7 @@ inline constexpr const char* part_surface = "surface";
 inline constexpr const char* part_validation = "validation";
 inline constexpr const char* part_held_out = "held-out";
 inline constexpr const char* part_rim = "rim";
+inline constexpr const char* part_light_through = "through.indirect";
 
 }  // namespace selvedge::names
 
@@ -71,6 +72,7 @@ inline constexpr const char* layout = "layout";
 inline constexpr const char* columns = "columns";
 inline constexpr const char* rows = "rows";
 inline constexpr const char* layers = "layers";
+inline constexpr const char* sides = "sides";
 inline constexpr const char* lobes = "lobes";
 inline constexpr const char* functions = "functions";
 inline constexpr const char* curves = "curves";
@@ -101,6 +103,7 @@ inline constexpr const char* place = "place";
 inline constexpr const char* message = "message";
 
 // In samples files only.
+inline constexpr const char* both = "both";
 inline constexpr const char* directions = "directions";
 inline constexpr const char* samples_per_texel = "samplesPerTexel";
 inline constexpr const char* truth_samples = "truthSamples";

@@ -15,9 +15,11 @@ Result<FabricReader> FabricReader::open(Result<ExrReader> file, const FabricLimi
   IssueSink sink(file->name());
   auto header = check_header(*file, limits, sink);
   if (sink.has_error()) return tl::unexpected(sink.first_error());
-  for (const LayerKind kind : all_layers) {
-    if (header->layer(kind)) check_layer_part(*file, *header, kind, sink);
-  }
+  for_each_side(*header, [&](const FabricHeader& side) {
+    for (const LayerKind kind : all_layers) {
+      if (side.layer(kind)) check_layer_part(*file, side, kind, sink);
+    }
+  });
   if (sink.has_error()) return tl::unexpected(sink.first_error());
   std::string text = *fabric_text(file->parts());
   return FabricReader(std::move(*file), std::move(*header), std::move(text), limits.memory);
@@ -34,13 +36,17 @@ Result<FabricReader> FabricReader::open(std::span<const std::uint8_t> bytes, con
 
 LayerSet FabricReader::half() const {
   LayerSet result;
-  for (const LayerKind kind : all_layers) {
-    if (!header_.layer(kind)) continue;
-    const auto& channels = file_.parts()[file_.find_part(name_of(kind))].channels;
-    if (std::all_of(channels.begin(), channels.end(), [](const ExrChannel& c) { return c.half; })) {
-      result.insert(kind);
+  LayerSet whole;
+  for_each_side(header_, [&](const FabricHeader& side) {
+    for (const LayerKind kind : all_layers) {
+      if (!side.layer(kind)) continue;
+      const auto& channels = file_.parts()[file_.find_part(part_name(kind, side.side))].channels;
+      const bool half =
+          std::all_of(channels.begin(), channels.end(), [](const ExrChannel& c) { return c.half; });
+      (half ? result : whole).insert(kind);
     }
-  }
+  });
+  result.erase(whole);
   return result;
 }
 
@@ -57,63 +63,78 @@ Result<void> FabricReader::check_memory(int first, int last, const LayerSet& lay
 
 Result<FabricLevel> FabricReader::read_level(int level, LayerSet layers) {
   if (auto ok = check_memory(level, level, layers); !ok) return tl::unexpected(ok.error());
-  return read_level(level, layers, memory_ - memory_of(level, level, layers));
+  return read_level(header_, level, layers, memory_ - memory_of(level, level, layers));
 }
 
-Result<FabricLevel> FabricReader::read_level(int level, const LayerSet& layers, std::uint64_t room) {
+Result<FabricLevel> FabricReader::read_level(const FabricHeader& side, int level, const LayerSet& layers,
+                                             std::uint64_t room) {
   FabricLevel result;
   result.width = level_size(header_.width, level);
   result.height = level_size(header_.height, level);
   for (const LayerKind kind : all_layers) {
-    if (!layers.contains(kind) || !header_.has(kind, level) || kind == LayerKind::bases) continue;
-    if (auto ok = read_layer(kind, level, result); !ok) return tl::unexpected(ok.error());
+    if (!layers.contains(kind) || !side.has(kind, level) || kind == LayerKind::bases) continue;
+    if (auto ok = read_layer(side, kind, level, result); !ok) return tl::unexpected(ok.error());
   }
   if (result.has(LayerKind::yarns) && result.has(LayerKind::indirect)) {
     IssueSink sink(file_.name());
-    restore_yarns(result, header_.shape, header_.period_mm, room, sink);
+    restore_yarns(result, side.shape, side.period_mm, room, sink);
     if (sink.has_error()) return tl::unexpected(sink.first_error());
   }
   if (result.has(LayerKind::products)) {
-    auto shared = bases();
+    auto shared = bases(side);
     if (!shared) return tl::unexpected(shared.error());
     result.bases = std::move(*shared);
   }
   return result;
 }
 
-std::uint64_t FabricReader::packed_bytes(LayerKind kind, int level) const {
-  if (!header_.has(kind, level)) return 0;
-  return file_.packed_bytes(file_.find_part(name_of(kind)), level);
+std::uint64_t FabricReader::packed_bytes(LayerKind kind, int level, Side side) const {
+  const FabricHeader* const header = header_.side_of(side);
+  if (header == nullptr || !header->has(kind, level)) return 0;
+  return file_.packed_bytes(file_.find_part(part_name(kind, side)), level);
 }
 
-Result<void> FabricReader::read_layer(LayerKind kind, int level, FabricLevel& result) {
-  const int part = file_.find_part(name_of(kind));
+Result<void> FabricReader::read_layer(const FabricHeader& side, LayerKind kind, int level,
+                                      FabricLevel& result) {
+  const int part = file_.find_part(part_name(kind, side.side));
   const auto pixels = file_.read_level(part, level);
   if (!pixels) return tl::unexpected(pixels.error());
   IssueSink sink(file_.name());
-  decode_layer(file_.parts()[part], *pixels, header_, kind, level, result, sink);
+  decode_layer(file_.parts()[part], *pixels, side, kind, level, result, sink);
   if (sink.has_error()) return tl::unexpected(sink.first_error());
   return {};
 }
 
-Result<std::shared_ptr<const ProductBases>> FabricReader::bases() {
-  if (!bases_) {
+Result<std::shared_ptr<const ProductBases>> FabricReader::bases(const FabricHeader& side) {
+  auto& known = bases_[index_of(side.side)];
+  if (!known) {
     FabricLevel base;
     base.width = header_.width;
     base.height = header_.height;
-    if (auto ok = read_layer(LayerKind::bases, 0, base); !ok) return tl::unexpected(ok.error());
-    bases_ = base.bases;
+    if (auto ok = read_layer(side, LayerKind::bases, 0, base); !ok) return tl::unexpected(ok.error());
+    known = base.bases;
   }
-  return bases_;
+  return known;
 }
 
 Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {
   if (auto ok = check_memory(first, last, layers); !ok) return tl::unexpected(ok.error());
-  Fabric fabric = partial_fabric(header_, first, last);
-  for (int k = first; k <= last; ++k) {
-    auto level = read_level(k, layers, memory_ - memory_of(first, last, layers));
-    if (!level) return tl::unexpected(level.error());
-    fabric.levels.push_back(std::move(*level));
+  const std::uint64_t room = memory_ - memory_of(first, last, layers);
+  const auto read = [&](const FabricHeader& side) -> Result<Fabric> {
+    Fabric fabric = partial_fabric(side, first, last);
+    for (int k = first; k <= last; ++k) {
+      auto level = read_level(side, k, layers, room);
+      if (!level) return tl::unexpected(level.error());
+      fabric.levels.push_back(std::move(*level));
+    }
+    return fabric;
+  };
+  auto fabric = read(header_);
+  for (std::size_t s = 0; fabric && s < header_.sides.size(); ++s) {
+    auto other = read(header_.sides[s]);
+    if (!other) return other;
+    restore_light_through(fabric->levels.front(), other->levels.front());
+    fabric->add_side(std::move(*other));
   }
   return fabric;
 }

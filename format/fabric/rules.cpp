@@ -44,11 +44,11 @@ std::string header_digest(const std::string& text, const std::vector<ExrPart>& p
 }
 
 std::map<std::string, ExrValue> mirrors_of(const FabricHeader& header) {
-  return {{names::attribute_version,
-           fmt::format("{}.{}", names::fabric_version_major, names::fabric_version_minor)},
-          {names::attribute_model, header.model},
-          {names::attribute_period, header.period_mm},
-          {names::attribute_reference_height, header.reference_height}};
+  return {
+      {names::attribute_version, fmt::format("{}.{}", names::fabric_version_major, minor_version(header))},
+      {names::attribute_model, header.model},
+      {names::attribute_period, header.period_mm},
+      {names::attribute_reference_height, header.reference_height}};
 }
 
 const std::string* fabric_text(const std::vector<ExrPart>& parts) {
@@ -92,7 +92,7 @@ void check_data_part(const ExrPart& part, const FabricHeader& header, IssueSink&
 
 bool check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKind kind, IssueSink& sink) {
   const std::size_t errors_before = sink.errors();
-  const char* name = name_of(kind);
+  const std::string name = part_name(kind, header.side);
   const auto& parts = file.parts();
   const auto count =
       std::count_if(parts.begin(), parts.end(), [&](const ExrPart& p) { return p.name == name; });
@@ -131,21 +131,25 @@ std::uint64_t memory_of_levels(const ExrReader& file, const FabricHeader& header
                                const LayerSet& layers) {
   std::uint64_t kept = 0;
   std::uint64_t largest = 0;
-  const auto add = [&](LayerKind kind, int level, std::uint64_t copies) {
-    const int part = file.find_part(name_of(kind));
-    if (part < 0 || !header.has(kind, level)) return;
-    const std::uint64_t bytes = pixel_memory(file.parts()[part], level);
-    kept += copies * bytes;
-    largest = std::max(largest, bytes);
-  };
-  for (const LayerKind kind : all_layers) {
-    // Products of any level bring the bases. Numbers that belong to no texel are put in order.
-    const bool bases = kind == LayerKind::bases;
-    const bool listed = bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
-    if (!layers.contains(bases ? LayerKind::products : kind)) continue;
-    if (bases) add(kind, 0, 3);
-    for (int k = first; k <= last && !bases; ++k) add(kind, k, listed ? 3 : 1);
-  }
+  for_each_side(header, [&](const FabricHeader& side) {
+    const auto add = [&](LayerKind kind, int level, std::uint64_t copies) {
+      const int part = file.find_part(part_name(kind, side.side));
+      if (part < 0 || !side.has(kind, level)) return;
+      const std::uint64_t bytes = pixel_memory(file.parts()[part], level);
+      kept += copies * bytes;
+      largest = std::max(largest, bytes);
+    };
+    for (const LayerKind kind : all_layers) {
+      // Products of any level bring the bases. Numbers that belong to no texel are put in order. Light that
+      // comes through has a copy of the opacity.
+      const bool bases = kind == LayerKind::bases;
+      const bool listed = bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
+      if (!layers.contains(bases ? LayerKind::products : kind)) continue;
+      if (bases) add(kind, 0, 3);
+      const std::uint64_t copies = listed ? 3 : kind == LayerKind::opacity ? 2 : 1;
+      for (int k = first; k <= last && !bases; ++k) add(kind, k, copies);
+    }
+  });
   return kept + 2 * largest;
 }
 

@@ -69,11 +69,13 @@ std::vector<WeightedDirection> disc_directions(int side) {
 }
 
 /// Integral over the outgoing hemisphere of alpha f v_z, per channel, of one texel.
-V3d radiosity_of(const FabricLevel& level, const FabricInfo& info, int texel, const V3f& light,
+V3d radiosity_of(const LitSide& side, int texel, const V3f& light,
                  const std::vector<WeightedDirection>& directions) {
   V3d sum(0, 0, 0);
+  if (side.level == nullptr) return sum;
+  const int width = side.level->width;
   for (const auto& [view, weight] : directions) {
-    const Shading s = evaluate(level, info, texel % level.width, texel / level.width, light, view);
+    const Shading s = evaluate(*side.level, *side.info, texel % width, texel / width, light, view);
     sum += V3d(s.radiance) * (static_cast<double>(s.alpha) * weight);
   }
   return sum;
@@ -86,7 +88,7 @@ double lobe_peak(const float* lobe) {
   return base > 0 ? std::pow(static_cast<double>(base), static_cast<double>(lobe[3])) : 0;
 }
 
-void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink) {
+void warn_of_peaks(const FabricLevel& level, Side side, int level_index, bool half, IssueSink& sink) {
   const int lobes = level.lobe_count();
   const int stride = parameter_count(lobes);
   Maximum peak;
@@ -102,8 +104,9 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
   const auto place = [&](const Maximum& worst) {
     LayerShape shape;
     shape.lobes = lobes;
-    return value_place(LayerKind::lobes, level_index, channel_name(LayerKind::lobes, shape, worst.channel),
-                       worst.texel, level.width);
+    shape.side = side;
+    return value_place(part_name(LayerKind::lobes, side), level_index,
+                       channel_name(LayerKind::lobes, shape, worst.channel), worst.texel, level.width);
   };
   if (peak.value > max_half) {
     sink.add(Code::fabric_peak, place(peak),
@@ -116,14 +119,15 @@ void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSi
   }
 }
 
-void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet& half, IssueSink& sink) {
+void warn_of_precision(const FabricLevel& level, Side side, int level_index, const LayerSet& half,
+                       IssueSink& sink) {
   constexpr double allowed = 0.05;
   const auto rounded = [](float value) { return static_cast<float>(Imath::half(value)); };
   const auto warn = [&](LayerKind kind, const Maximum& worst, const char* what) {
     if (!(worst.value > allowed)) return;
     sink.add(Code::fabric_precision,
-             fmt::format("{}/level {}/pixel {},{}", name_of(kind), level_index, worst.texel % level.width,
-                         worst.texel / level.width),
+             fmt::format("{}/level {}/pixel {},{}", part_name(kind, side), level_index,
+                         worst.texel % level.width, worst.texel / level.width),
              fmt::format("half precision changes {} by {:.3g} %", what, 100 * worst.value));
   };
   if (level.has(LayerKind::lobes) && half.contains(LayerKind::lobes)) {
@@ -160,10 +164,13 @@ void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet
   }
 }
 
-void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_index, IssueSink& sink) {
+void warn_of_energy(const LitSide& reflecting, const LitSide& other, int level_index, IssueSink& sink) {
   constexpr double allowed = 1.01;
   constexpr std::size_t max_pairs = 131072;
-  const double side = std::ceil(2.5 * std::sqrt(static_cast<double>(max_exponent(level))));
+  const FabricLevel& level = *reflecting.level;
+  const float exponent =
+      std::max(max_exponent(level), other.level != nullptr ? max_exponent(*other.level) : 0.0F);
+  const double side = std::ceil(2.5 * std::sqrt(static_cast<double>(exponent)));
   const std::vector<WeightedDirection> directions =
       disc_directions(static_cast<int>(std::clamp(side, 24.0, 256.0)));
   const auto samples = static_cast<int>(max_pairs / directions.size());
@@ -178,7 +185,8 @@ void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_
     V3d sum(0, 0, 0);
     double count = 0;
     for (int texel = 0; texel < texels; texel += step) {
-      const V3d out = radiosity_of(level, info, texel, light, directions);
+      const V3d out =
+          radiosity_of(reflecting, texel, light, directions) + radiosity_of(other, texel, light, directions);
       for (int c = 0; c < 3; ++c) single.update(out[c], texel, c);
       sum += out;
       ++count;
@@ -187,15 +195,17 @@ void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_
       mean.update(sum[c] / count / static_cast<double>(light.z), 0, c);
     }
   }
+  const std::string place =
+      (reflecting.info->side == Side::front ? "" : "back ") + fmt::format("level {}", level_index);
   if (single.value > allowed) {
     sink.add(
         Code::fabric_energy,
-        fmt::format("level {}/{}/{},{}", level_index, names::colour_suffix[single.channel],
-                    single.texel % level.width, single.texel / level.width),
+        fmt::format("{}/{}/{},{}", place, names::colour_suffix[single.channel], single.texel % level.width,
+                    single.texel / level.width),
         fmt::format("sends out {:.3g} times what a surface that faces the light receives", single.value));
   }
   if (mean.value > allowed) {
-    sink.add(Code::fabric_energy, fmt::format("level {}/{}", level_index, names::colour_suffix[mean.channel]),
+    sink.add(Code::fabric_energy, fmt::format("{}/{}", place, names::colour_suffix[mean.channel]),
              fmt::format("the cloth sends out {:.3g} times the light that falls on it", mean.value));
   }
 }

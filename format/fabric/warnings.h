@@ -19,17 +19,18 @@ inline constexpr float max_half_exponent = 0.05F * 2048;
 
 /// Adds FABRIC_PEAK, at most once each for the level, if a lobe's peak is beyond 65,504, and if `half` (the
 /// lobes are stored in 16 bits) and an exponent is beyond max_half_exponent.
-void warn_of_peaks(const FabricLevel& level, int level_index, bool half, IssueSink& sink);
+void warn_of_peaks(const FabricLevel& level, Side side, int level_index, bool half, IssueSink& sink);
 
 /// Adds FABRIC_PRECISION, at most one per layer, if storing the level's lobes or products in 16 bits changes
 /// a texel by more than 5 %. For lobes: the change of rho and of the lobes' peaks, as a share of their sum in
 /// a channel. For products: the change of the coefficients, as a share of the largest. `half`: the layers
 /// that are stored in 16 bits.
-void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet& half, IssueSink& sink);
+void warn_of_precision(const FabricLevel& level, Side side, int level_index, const LayerSet& half,
+                       IssueSink& sink);
 
 /// Adds FABRIC_ENERGY, at most once each for the level, for light along the normal and from four sides at 60
 /// degrees, with a tolerance of 1 %:
-/// - if a texel reflects more than a surface that faces the light receives: integral of alpha f v_z dv > 1;
+/// - if a texel sends out more than a surface that faces the light receives: integral of alpha f v_z dv > 1;
 /// - if the mean of the texels is more than the cloth receives: > l_z. Single texels in relief may exceed
 /// l_z.
 ///
@@ -38,7 +39,11 @@ void warn_of_precision(const FabricLevel& level, int level_index, const LayerSet
 /// and weights are scaled to the area pi: exact for a Lambert texel. N is 2.5 sqrt(n) for the level's largest
 /// exponent n, 24 to 256; for the mirror lobe of these lights the error is then below 1 % up to n = 10,000.
 /// Large levels are sampled at every k-th texel, for at most 131,072 pairs of a texel and a direction per
-/// light. `info`: of the level's fabric.
-void warn_of_energy(const FabricLevel& level, const FabricInfo& info, int level_index, IssueSink& sink);
+/// light. `reflecting` goes back to the side of the light, `other`, if known, to the other side.
+struct LitSide {
+  const FabricLevel* level = nullptr;
+  const FabricInfo* info = nullptr;  ///< of the level's fabric
+};
+void warn_of_energy(const LitSide& reflecting, const LitSide& other, int level_index, IssueSink& sink);
 
 }  // namespace selvedge

@@ -17,10 +17,11 @@ namespace {
 
 /// Whether the file has the layer at a level; the bases are at level 0.
 bool is_stored(const Fabric& fabric, LayerKind kind, int k) {
+  if (!layers_of(fabric.side).contains(kind)) return false;
   return kind == LayerKind::bases ? k == 0 && bases_of(fabric) != nullptr : fabric.levels[k].has(kind);
 }
 
-ExrPart new_part(const Fabric& fabric, const char* name, const FabricWriteOptions& options) {
+ExrPart new_part(const Fabric& fabric, const std::string& name, const FabricWriteOptions& options) {
   ExrPart part;
   part.name = name;
   part.width = fabric.texels().x;
@@ -32,7 +33,7 @@ ExrPart new_part(const Fabric& fabric, const char* name, const FabricWriteOption
 
 ExrPart data_part(const Fabric& fabric, LayerKind kind, const LayerShape& shape,
                   const FabricWriteOptions& options) {
-  ExrPart part = new_part(fabric, name_of(kind), options);
+  ExrPart part = new_part(fabric, part_name(kind, shape.side), options);
   part.tiled = true;
   part.mipmapped = true;
   part.levels = level_count(part.width, part.height);
@@ -63,6 +64,7 @@ FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
   if (level.yarns() && half.contains(LayerKind::indirect)) {
     YarnData data = level.yarns()->data();
     round_to_half(data.light);
+    round_to_half(data.through);
     level.set_yarns(std::make_shared<const Yarns>(std::move(data), level.yarns()->period()));
   }
   return level;
@@ -97,6 +99,13 @@ ExrPixels pixels_at(const Fabric& fabric, LayerKind kind, const LayerShape& shap
   return pixels_of(stored, kind, shape);
 }
 
+/// A layer of a side, which is a part of the file.
+struct SideLayer {
+  const Fabric* side;
+  LayerKind kind;
+  LayerShape shape;
+};
+
 /// The layer's header, with the digests of its pixels.
 LayerHeader entry_for(const Fabric& fabric, LayerKind kind, const LayerShape& shape, const ExrPart& part) {
   LayerHeader entry;
@@ -110,19 +119,46 @@ LayerHeader entry_for(const Fabric& fabric, LayerKind kind, const LayerShape& sh
   return entry;
 }
 
+/// The header of a side, whose parts and layers are appended. `yarns`: of the front.
+Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const FabricWriteOptions& options,
+                              std::vector<ExrPart>& parts, std::vector<SideLayer>& layers) {
+  FabricHeader header = header_without_layers(side);
+  header.shape.yarns = yarns;
+  const LayerShape& shape = header.shape;
+  for (const LayerKind kind : all_layers) {
+    bool stored = false;
+    for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(side, kind, k);
+    if (!stored) continue;
+    if (!fits_a_part(kind, shape)) {
+      return fail(Code::fabric_malformed, {}, part_name(kind, side.side),
+                  fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
+                              ExrLimits{}.channels));
+    }
+    layers.push_back({&side, kind, shape});
+    parts.push_back(data_part(side, kind, shape, options));
+    header.layer(kind) = entry_for(side, kind, shape, parts.back());
+  }
+  return header;
+}
+
 }  // namespace
 
 Issues precision_warnings(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
   IssueSink sink(path);
-  for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
-    warn_of_precision(fabric.levels[k], static_cast<int>(k), options.half, sink);
-  }
+  for_each_side(fabric, [&](const Fabric& side) {
+    for (std::size_t k = 0; k < side.levels.size(); ++k) {
+      warn_of_precision(side.levels[k], side.side, static_cast<int>(k), options.half, sink);
+    }
+  });
   return sink.take();
 }
 
 Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
   Fabric result = fabric;
   for (FabricLevel& level : result.levels) level = as_stored(std::move(level), half);
+  for (auto& other : result.sides) {
+    if (other) other = std::make_shared<const Fabric>(as_stored(*other, half));
+  }
   if (!half.contains(LayerKind::bases) || !bases_of(fabric)) return result;
   ProductBases rounded = *bases_of(fabric);
   round_to_half(rounded.view);
@@ -140,24 +176,19 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
     return tl::unexpected(std::move(error));
   };
   if (auto ok = validate(fabric); !ok) return failed(ok.error());
-  FabricHeader header = header_without_layers(fabric);
-  const LayerShape& shape = header.shape;
+  FabricHeader header;
   std::vector<ExrPart> parts{preview_part(fabric, options)};
-  std::vector<LayerKind> layers;
-  for (const LayerKind kind : all_layers) {
-    bool stored = false;
-    for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(fabric, kind, k);
-    if (!stored) continue;
-    if (!fits_a_part(kind, shape)) {
-      return failed(Error{Code::fabric_malformed,
-                          {},
-                          name_of(kind),
-                          fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
-                                      ExrLimits{}.channels)});
+  std::vector<SideLayer> layers;
+  for (const Side side : all_sides) {
+    const Fabric* const sided = side == Side::front ? &fabric : fabric.side_of(side);
+    if (sided == nullptr) continue;
+    auto added = add_side(*sided, shape_of(fabric).yarns, options, parts, layers);
+    if (!added) return failed(added.error());
+    if (side == Side::front) {
+      header = std::move(*added);
+    } else {
+      header.sides.push_back(std::move(*added));
     }
-    layers.push_back(kind);
-    parts.push_back(data_part(fabric, kind, shape, options));
-    header.layer(kind) = entry_for(fabric, kind, shape, parts.back());
   }
   const std::string text = header_to_json(header);
   const std::string digest = header_digest(text, parts);
@@ -173,7 +204,7 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
   if (auto ok = writer->write_level(0, 0, preview_of(base, fabric)); !ok) return ok;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     for (int k = 0; k < parts[i + 1].levels; ++k) {
-      const ExrPixels pixels = pixels_at(fabric, layers[i], shape, k);
+      const ExrPixels pixels = pixels_at(*layers[i].side, layers[i].kind, layers[i].shape, k);
       if (auto ok = writer->write_level(static_cast<int>(i) + 1, k, pixels); !ok) return ok;
     }
   }

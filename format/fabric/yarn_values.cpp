@@ -48,13 +48,54 @@ std::vector<float> curve_values(const YarnData& data) {
   return values;
 }
 
-std::vector<float> indirect_values(const YarnData& data) {
+std::vector<float> indirect_values(const YarnData& data, bool through) {
   std::vector<float> values;
-  const int stations = counts_of(data).stations;
-  for (int i = 0; i < light_values_per_station; ++i) {
-    for (int s = 0; s < stations; ++s) values.push_back(data.light[s * light_values_per_station + i]);
+  const std::vector<float>& light = through ? data.through : data.light;
+  const std::size_t stations = light.size() / light_values_per_station;
+  for (std::size_t i = 0; i < light_values_per_station; ++i) {
+    for (std::size_t s = 0; s < stations; ++s) values.push_back(light[s * light_values_per_station + i]);
   }
   return values;
+}
+
+std::vector<float> light_from_values(std::span<const float> indirect, int stations) {
+  std::vector<float> light(std::size_t{light_values_per_station} * stations);
+  for (int i = 0; i < light_values_per_station; ++i) {
+    for (int s = 0; s < stations; ++s) {
+      light[std::size_t{light_values_per_station} * s + i] = indirect[std::size_t{1} * i * stations + s];
+    }
+  }
+  return light;
+}
+
+YarnData turned_over(const Yarns& yarns, float thickness) {
+  YarnData turned = yarns.data();
+  for (V3f& node : turned.nodes) node.z = thickness - node.z;
+  const bool known = !turned.through.empty();
+  if (known) std::swap(turned.light, turned.through);
+  const auto inside = yarns.inside();
+  std::size_t node = 0;
+  std::size_t station = 0;
+  for (YarnCurve& curve : turned.curves) {
+    curve.fibre_slope = -curve.fibre_slope;
+    // Angles run the other way round; the direction that they count from is mirrored where it is sideways,
+    // and is opposite to the mirrored one where it is upwards. Without light from below the upper side keeps
+    // the angles, as in a mirror.
+    const bool sideways = counts_from_the_side(inside.segments[node].tangent[0]);
+    for (int s = 0; known && s < curve.stations; ++s, ++station) {
+      for (auto* light : {&turned.light, &turned.through}) {
+        float* c = &(*light)[station * light_values_per_station];
+        for (int i = 1; i < angle_functions; ++i) {
+          const bool flips = i == 4 || (sideways ? i == 2 : i == 1);
+          for (int k = 0; flips && k < 3 * light_functions_of_yarn; ++k) {
+            c[3 * light_functions_of_yarn * i + k] *= -1;
+          }
+        }
+      }
+    }
+    node += curve.nodes;
+  }
+  return turned;
 }
 
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
@@ -80,13 +121,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
   for (int n = 0; n < counts.nodes; ++n) {
     data.nodes.emplace_back(nodes[n], nodes[counts.nodes + n], nodes[2 * counts.nodes + n]);
   }
-  data.light.resize(std::size_t{light_values_per_station} * counts.stations);
-  for (int i = 0; i < light_values_per_station; ++i) {
-    for (int s = 0; s < counts.stations; ++s) {
-      data.light[std::size_t{light_values_per_station} * s + i] =
-          indirect[std::size_t{1} * i * counts.stations + s];
-    }
-  }
+  data.light = light_from_values(indirect, counts.stations);
   if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
   return data;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "format/fabric/directions.h"
 #include "format/fabric/lifted.h"
 
 namespace selvedge {
@@ -22,7 +23,7 @@ V3d carried(const V3d& across, const V3d& way, const V3d& tangent, const V3d& ne
 }
 
 V3d any_across(const V3d& tangent) {
-  const V3d axis = std::abs(tangent.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+  const V3d axis = counts_from_the_side(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
   return (axis - tangent * axis.dot(tangent)).normalized();
 }
 
@@ -91,10 +92,13 @@ Result<void> validate(const YarnData& data, const V2f& period) {
     stations += curve.stations;
   }
   if (first != data.nodes.size()) return refuse("nodes", "there are more than the curves have");
-  if (data.light.size() != stations * light_values_per_station)
-    return refuse("light", "has not the stations of the curves");
-  for (const float value : data.light) {
-    if (!std::isfinite(value)) return refuse("light", "a value is not finite");
+  for (const auto* light : {&data.light, &data.through}) {
+    if (light->empty() && light == &data.through) continue;
+    if (light->size() != stations * light_values_per_station)
+      return refuse("light", "has not the stations of the curves");
+    for (const float value : *light) {
+      if (!std::isfinite(value)) return refuse("light", "a value is not finite");
+    }
   }
   return {};
 }
@@ -239,13 +243,15 @@ V3f Yarns::direct(const YarnPoint& point, const V3f& light, const V3f& view) con
   return f * (cosine * std::min(1.0F, light.z / min_rise));
 }
 
-LightTransfer Yarns::transfer_at(const YarnPoint& point) const {
+LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
+  const std::vector<float>& light = through ? data_.through : data_.light;
+  if (light.empty()) return {};
   const YarnCurve& curve = data_.curves[point.curve];
   const auto whole = static_cast<int>(point.station);
   const float share = point.station - static_cast<float>(whole);
   const auto coefficients = [&](int station) {
-    return &data_.light[std::size_t{light_values_per_station} *
-                        (first_station_[point.curve] + station % curve.stations)];
+    return &light[std::size_t{light_values_per_station} *
+                  (first_station_[point.curve] + station % curve.stations)];
   };
   const float* here = coefficients(whole);
   const float* next = coefficients(whole + 1);
@@ -275,8 +281,12 @@ Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& vi
   Shading shading;
   if (!hit) return shading;
   shading.alpha = 1;
-  if (!(light.z > 0) || !(view.z > 0)) return shading;
+  if (light.z == 0 || !(view.z > 0)) return shading;
   const YarnPoint point = point_at(*hit);
+  if (light.z < 0) {
+    shading.radiance = indirect_light(transfer_at(point, true), mirrored(light));
+    return shading;
+  }
   shading.radiance = indirect_light(transfer_at(point), light);
   const V3f lit = direct(point, light, view);
   if (lit != V3f(0, 0, 0) && !occluded(*hit, point, light)) shading.radiance += lit;

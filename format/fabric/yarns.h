@@ -55,6 +55,8 @@ struct YarnData {
       nodes;  ///< curve by curve; those of a curve lie where its chain takes them, also beyond the cell
   std::vector<float>
       light;  ///< [((station * angle_functions + i) * light_functions_of_yarn + k) * 3 + colour]
+  /// The same for all light from below, direct and indirect, mirrored into the upper half; empty: unknown.
+  std::vector<float> through;
   bool operator==(const YarnData&) const = default;
 };
 
@@ -68,10 +70,14 @@ inline int curve_value_count(const YarnCounts& counts) {
   return values_per_curve * counts.curves + values_per_node * counts.nodes;
 }
 std::vector<float> curve_values(const YarnData& data);
-std::vector<float> indirect_values(const YarnData& data);
+/// Of light from above, or of light that comes `through`; empty where that is unknown.
+std::vector<float> indirect_values(const YarnData& data, bool through = false);
 /// The inverse, of values that may be followed by others. Refuses what validate() refuses.
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
                                    const YarnCounts& counts, const V2f& period);
+
+/// The values of `indirect` as YarnData has them.
+std::vector<float> light_from_values(std::span<const float> indirect, int stations);
 
 /// Counts that do not agree, values out of range or not finite, segments without length: refused, the place
 /// being "curve 3" or "node 17".
@@ -130,6 +136,9 @@ struct YarnHits {
   YarnLanes from_start;
 };
 
+/// Whether angles about a curve count from the x axis, since its first tangent stands too steeply.
+inline bool counts_from_the_side(const V3f& tangent) { return std::abs(tangent.z) >= 0.9F; }
+
 /// Yarn that rays can be traced through. Immutable: for any number of threads.
 class Yarns {
  public:
@@ -155,10 +164,11 @@ class Yarns {
   std::uint32_t occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
-  LightTransfer transfer_at(const YarnPoint& point) const;
+  /// Of light from above, or of light that comes `through`, if that is known.
+  LightTransfer transfer_at(const YarnPoint& point, bool through = false) const;
 
   /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
-  /// Directions are unit; f is 0 where one lies below the horizon, and alpha that of the rim.
+  /// Directions are unit; where the view lies below the horizon, f is 0, and alpha that of the rim.
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const;
 
   /// Between two nodes, mm; the frames at both. Only members of 4 bytes, so that lanes can fetch them.
@@ -217,5 +227,9 @@ class Yarns {
   std::vector<Cell> grid_;
   std::vector<Block> blocks_;
 };
+
+/// The yarn of the cell turned over: heights are `thickness` (mm) less what they were, and light from above
+/// is that from below. Where that is unknown, the upper side keeps the light that the other had.
+YarnData turned_over(const Yarns& yarns, float thickness);
 
 }  // namespace selvedge

@@ -45,8 +45,17 @@ std::string with_record(const std::string& provenance, const FitRecord& record) 
   json& fit = text[member::fit];
   if (!fit.is_object()) fit = json::object();
   fit[member::peak] = short_number("{:.6g}", record.peak);
-  fit[member::levels] = json::array();
-  for (const LevelReport& level : record.levels) fit[member::levels].push_back(level_json(level));
+  const auto list = [](const std::vector<LevelReport>& levels) {
+    json reports = json::array();
+    for (const LevelReport& level : levels) reports.push_back(level_json(level));
+    return reports;
+  };
+  fit[member::levels] = list(record.levels);
+  fit.erase(member::sides);
+  for (const Side side : other_sides) {
+    const auto& levels = record.sides[index_of(side) - 1];
+    if (!levels.empty()) fit[member::sides][name_of(side)] = list(levels);
+  }
   fit[member::warnings] = json::array();
   for (const Error& warning : record.warnings) {
     fit[member::warnings].push_back({{member::code, name_of(warning.code)},
@@ -133,6 +142,28 @@ LevelReport level_of(const RecordMembers& object) {
   return level;
 }
 
+/// The reports of `count` levels; false if there are none of them.
+bool read_levels(const RecordMembers& object, const char* key, int count, IssueSink& sink,
+                 std::vector<LevelReport>& levels) {
+  const json* list = object.array(key);
+  if (list == nullptr) return false;
+  if (std::cmp_not_equal(list->size(), count)) {
+    object.advise(key, "is not of as many levels as the fabric has");
+    return false;
+  }
+  for (std::size_t k = 0; k < list->size(); ++k) {
+    const json& level = (*list)[k];
+    const std::string at = fmt::format("{}/{}", object.place_of(key), k);
+    if (level.is_object()) {
+      levels.push_back(level_of(RecordMembers(level, at, sink)));
+    } else {
+      sink.add(Code::fabric_advice, at, "is not an object");
+      levels.emplace_back();
+    }
+  }
+  return true;
+}
+
 std::optional<Code> code_named(const std::string& name) {
   for (const CodeRow& row : code_table()) {
     if (row.name == name) return row.code;
@@ -144,15 +175,18 @@ std::optional<Code> code_named(const std::string& name) {
 Result<void> read_sizes(const std::string& path, const Fabric& fabric, FitRecord& record) {
   const auto reader = FabricReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
-  record.levels.resize(fabric.levels.size());
-  for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
-    record.levels[k].layers = layers_text(fabric.levels[k]);
-    record.levels[k].bytes = 0;
-    for (const LayerKind layer : all_layers) {
-      if (layers_of_no_level.contains(layer)) continue;
-      record.levels[k].bytes += reader->packed_bytes(layer, static_cast<int>(k));
+  for_each_side(fabric, [&](const Fabric& side) {
+    auto& levels = side.side == Side::front ? record.levels : record.sides[index_of(side.side) - 1];
+    levels.resize(side.levels.size());
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      levels[k].layers = layers_text(side.levels[k]);
+      levels[k].bytes = 0;
+      for (const LayerKind layer : all_layers) {
+        if (layers_of_no_level.contains(layer)) continue;
+        levels[k].bytes += reader->packed_bytes(layer, static_cast<int>(k), side.side);
+      }
     }
-  }
+  });
   return {};
 }
 
@@ -174,17 +208,16 @@ std::string layers_text(const FabricLevel& level) {
 }
 
 Result<void> measure_errors(const Fabric& fabric, const PairSamples& held_out, const PairSamples& training,
-                            FitRecord& record) {
-  record.levels.resize(fabric.levels.size());
-  record.peak = 0;
+                            double& peak, std::vector<LevelReport>& levels) {
+  levels.resize(fabric.levels.size());
   const auto measure_on = [&](const PairSamples& pairs, std::optional<FitError> LevelReport::*error) {
     if (pairs.pairs.empty()) return Result<void>();
-    const auto comparison = compare(fabric, pairs, PairKind::held_out, record.peak);
+    const auto comparison = compare(fabric, pairs, PairKind::held_out, peak);
     if (!comparison) return Result<void>(tl::unexpected(comparison.error()));
-    record.peak = comparison->peak;
+    peak = comparison->peak;
     for (std::size_t k = 0; k < comparison->levels.size(); ++k) {
       const LevelComparison& level = comparison->levels[k];
-      record.levels[k].*error = FitError{comparison->pairs, level.psnr, level.relative_l2};
+      levels[k].*error = FitError{comparison->pairs, level.psnr, level.relative_l2};
     }
     return Result<void>();
   };
@@ -217,20 +250,13 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels
   const RecordMembers object(*fit, place, sink);
   FitRecord record;
   record.peak = object.number(member::peak, true).value_or(0);
-  const json* list = object.array(member::levels);
-  if (list == nullptr) return std::nullopt;
-  if (std::cmp_not_equal(list->size(), levels)) {
-    object.advise(member::levels, "is not of as many levels as the fabric has");
-    return std::nullopt;
-  }
-  for (std::size_t k = 0; k < list->size(); ++k) {
-    const json& level = (*list)[k];
-    const std::string at = fmt::format("{}/{}", object.place_of(member::levels), k);
-    if (level.is_object()) {
-      record.levels.push_back(level_of(RecordMembers(level, at, sink)));
-    } else {
-      sink.add(Code::fabric_advice, at, "is not an object");
-      record.levels.emplace_back();
+  if (!read_levels(object, member::levels, levels, sink, record.levels)) return std::nullopt;
+  if (const json* sides = object.find(
+          member::sides, [](const json& v) { return v.is_object(); }, "is not an object", false)) {
+    const RecordMembers inner(*sides, object.place_of(member::sides), sink);
+    for (const Side side : other_sides) {
+      auto& list = record.sides[index_of(side) - 1];
+      if (sides->contains(name_of(side))) read_levels(inner, name_of(side), levels, sink, list);
     }
   }
   if (const json* warnings = object.array(member::warnings)) {
@@ -255,13 +281,18 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels
 
 FitRecord record_of_levels(const FitRecord& record, int first, int last, bool changed) {
   FitRecord result = record;
-  result.levels.assign(record.levels.begin() + first, record.levels.begin() + last + 1);
-  if (!changed) return result;
-  for (LevelReport& level : result.levels) {
-    level.held_out.reset();
-    level.training.reset();
-    level.validation.reset();
-  }
+  const auto cut = [&](std::vector<LevelReport>& levels) {
+    if (levels.empty()) return;
+    levels = {levels.begin() + first, levels.begin() + last + 1};
+    for (LevelReport& level : levels) {
+      if (!changed) continue;
+      level.held_out.reset();
+      level.training.reset();
+      level.validation.reset();
+    }
+  };
+  cut(result.levels);
+  for (auto& levels : result.sides) cut(levels);
   return result;
 }
 

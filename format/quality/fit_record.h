@@ -50,16 +50,18 @@ inline constexpr LayerSet layers_of_no_level{LayerKind::bases, LayerKind::yarns,
 struct FitRecord {
   double peak = 0;                  ///< 1/sr, the peak of all PSNR
   std::vector<LevelReport> levels;  ///< of the fabric, level 0 first
+  /// Those of the other sides, by index_of(Side) - 1; none where the fabric does not have the side.
+  std::array<std::vector<LevelReport>, other_sides.size()> sides;
   Issues warnings;
 };
 
 /// "2 lobes x table", "30 products".
 std::string layers_text(const FabricLevel& level);
 
-/// Sets the peak and the errors of the record by compare(). Either set may be empty; the peak is that of the
-/// held-out pairs, or without them of the training pairs. Errors are those of compare().
+/// Sets the errors of the levels by compare(), and the peak unless it is set. Either set may be empty; the
+/// peak is that of the held-out pairs, or without them of the training pairs. Errors are those of compare().
 Result<void> measure_errors(const Fabric& fabric, const PairSamples& held_out, const PairSamples& training,
-                            FitRecord& record);
+                            double& peak, std::vector<LevelReport>& levels);
 
 /// Writes the fabric with the record in its provenance; layers and bytes are set from the file. Therefore the
 /// file is written twice, first under a temporary name.

@@ -31,10 +31,10 @@ json grid_with_directions(const DirectionGrid& grid) {
   return result;
 }
 
-/// A unit vector of the upper hemisphere.
-V3f direction_from(const json& list) {
+/// A unit vector, of the upper hemisphere unless both sides are known.
+V3f direction_from(const json& list, bool both_sides) {
   const V3f v(list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>());
-  if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0))
+  if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0 || both_sides))
     throw std::runtime_error("pairs: not a unit direction above the cloth");
   return v;
 }
@@ -95,10 +95,14 @@ SamplesHeader header_from(const json& text) {
   header.lights = views_or_lights(text, member::lights);
   header.samples_per_texel = whole_from(text.at(member::samples_per_texel), member::samples_per_texel);
   header.truth_samples = whole_from(text.at(member::truth_samples), member::truth_samples);
+  if (text.contains(member::sides)) {
+    if (text.at(member::sides) != member::both) throw std::runtime_error("sides: not both");
+    header.both_sides = true;
+  }
   for (const PairKind kind : all_pair_kinds) {
     for (const json& pair : text.at(member::pairs).at(pair_parts[index_of(kind)])) {
-      header.pairs[index_of(kind)].push_back(
-          {direction_from(pair.at(member::light)), direction_from(pair.at(member::view))});
+      header.pairs[index_of(kind)].push_back({direction_from(pair.at(member::light), header.both_sides),
+                                              direction_from(pair.at(member::view), header.both_sides)});
     }
   }
   if (text.contains(member::whole)) {
@@ -118,6 +122,12 @@ SamplesHeader header_from(const json& text) {
 }
 
 }  // namespace
+
+std::vector<V3f> directions_of(const DirectionGrid& grid, bool both_sides) {
+  std::vector<V3f> directions = directions_of(grid);
+  for (int i = 0; both_sides && i < grid.count(); ++i) directions.push_back(mirrored(directions[i]));
+  return directions;
+}
 
 const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 
@@ -148,6 +158,7 @@ std::string samples_header_to_json(const SamplesHeader& header) {
                                {member::nodes, header.yarns.nodes},
                                {member::stations, header.yarns.stations}};
   }
+  if (header.both_sides) text[member::sides] = member::both;
   if (header.whole) text[member::whole] = whole_json(*header.whole);
   return text.dump();
 }

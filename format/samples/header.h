@@ -20,6 +20,13 @@ inline std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kin
 /// The name of the part of the file: "validation", "held-out", "rim".
 const char* name_of(PairKind kind);
 
+/// The side that a pair is of.
+inline Side side_of(const DirectionPair& pair) {
+  const bool behind = pair.view.z < 0;
+  if (behind == (pair.light.z < 0)) return behind ? Side::back : Side::front;
+  return behind ? Side::back_through : Side::through;
+}
+
 /// The radiance scale is unused and 1.
 struct SamplesHeader : FabricInfo {
   int width = 32;
@@ -28,9 +35,18 @@ struct SamplesHeader : FabricInfo {
   int truth_samples = 0;                            ///< rays per texel of the pair sets
   std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
   YarnCounts yarns;                                 ///< of the yarn that the file holds
+  /// Views and lights are those of the grids and those mirrored in the plane of the cloth, in this order.
+  /// Pairs may lie on any sides.
+  bool both_sides = false;
 
   int texels() const { return width * height; }
+  int sides() const { return both_sides ? 2 : 1; }
+  int view_count() const { return sides() * views.count(); }
+  int light_count() const { return sides() * lights.count(); }
 };
+
+/// All views of a file, or all lights.
+std::vector<V3f> directions_of(const DirectionGrid& grid, bool both_sides);
 
 /// The attribute text of a header, and back; `file` is for messages. SAMPLES_MALFORMED if the text breaks a
 /// rule of spec/samples.md.

@@ -58,9 +58,9 @@ SamplesWriter::SamplesWriter(ExrWriter writer, SamplesHeader header)
 Result<SamplesWriter> SamplesWriter::create(const std::string& path, const SamplesHeader& header) {
   std::vector<ExrPart> parts;
   // One picture of the cell per view (downwards) and light (to the right), for image viewers.
-  parts.push_back(scanline_part(names::part_radiance, header.width * header.lights.count(),
-                                header.height * header.views.count(), {{"R"}, {"G"}, {"B"}}));
-  parts.push_back(scanline_part(names::part_surface, header.width, header.height * header.views.count(),
+  parts.push_back(scanline_part(names::part_radiance, header.width * header.light_count(),
+                                header.height * header.view_count(), {{"R"}, {"G"}, {"B"}}));
+  parts.push_back(scanline_part(names::part_surface, header.width, header.height * header.view_count(),
                                 surface_channels()));
   for (const PairKind kind : all_pair_kinds) {
     const auto count = static_cast<int>(header.pairs[index_of(kind)].size());
@@ -71,8 +71,10 @@ Result<SamplesWriter> SamplesWriter::create(const std::string& path, const Sampl
   if (header.yarns.curves > 0) {
     parts.push_back(
         scanline_part(names::part_yarns, curve_value_count(header.yarns), 1, {{names::part_yarns, false}}));
-    parts.push_back(scanline_part(names::part_indirect, header.yarns.stations, light_values_per_station,
-                                  {{names::part_indirect, false}}));
+    for (const char* part : {names::part_indirect, names::part_light_through}) {
+      if (part == names::part_light_through && !header.both_sides) continue;
+      parts.push_back(scanline_part(part, header.yarns.stations, light_values_per_station, {{part, false}}));
+    }
   }
   parts.front().attributes[names::attribute_samples] = samples_header_to_json(header);
   auto writer = ExrWriter::create(path, parts);
@@ -103,7 +105,7 @@ Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
   update_precision(samples.radiance);
   const int width = header_.width;
   const int texels = header_.texels();
-  ExrPixels radiance = blank(width * header_.lights.count(), header_.height, 3);
+  ExrPixels radiance = blank(width * header_.light_count(), header_.height, 3);
   for (std::size_t i = 0; i < samples.radiance.size(); ++i) {
     const auto texel = static_cast<int>(i % texels);
     const std::size_t light = i / texels;
@@ -141,12 +143,32 @@ Result<void> SamplesWriter::write_yarns(const YarnData& yarns) {
   std::vector<float> curves = curve_values(yarns);
   const ExrPixels pixels{static_cast<int>(curves.size()), 1, {std::move(curves)}};
   if (auto ok = writer_.write_rows(part, pixels); !ok) return ok;
-  return writer_.write_rows(part + 1,
-                            {header_.yarns.stations, light_values_per_station, {indirect_values(yarns)}});
+  for (int through = 0; through < header_.sides(); ++through) {
+    const ExrPixels light{
+        header_.yarns.stations, light_values_per_station, {indirect_values(yarns, through == 1)}};
+    if (auto ok = writer_.write_rows(part + 1 + through, light); !ok) return ok;
+  }
+  return {};
 }
 
 SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
-    : reader_(std::move(reader)), header_(std::move(header)) {}
+    : reader_(std::move(reader)), file_header_(std::move(header)), header_(file_header_) {
+  select(Side::front);
+}
+
+void SamplesReader::select(Side side) {
+  header_.side = side;
+  for (const PairKind kind : all_pair_kinds) {
+    auto& pairs = header_.pairs[index_of(kind)];
+    pairs.clear();
+    for (DirectionPair pair : file_header_.pairs[index_of(kind)]) {
+      if (side_of(pair) != side) continue;
+      if (pair.view.z < 0) pair.view = mirrored(pair.view);
+      if (pair.light.z < 0) pair.light = mirrored(pair.light);
+      pairs.push_back(pair);
+    }
+  }
+}
 
 namespace {
 
@@ -188,7 +210,8 @@ bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
 }  // namespace
 
 int max_rows(const SamplesHeader& header, std::size_t bytes) {
-  const std::size_t row = sizeof(V3f) * header.width * header.views.count() * header.lights.count();
+  // Rows of the file hold the lights of both sides.
+  const std::size_t row = sizeof(V3f) * header.width * header.views.count() * header.light_count();
   return static_cast<int>(std::clamp<std::size_t>(bytes / row, 1, header.height));
 }
 
@@ -228,10 +251,14 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
   level.alpha.resize(texels * views);
   level.normal.assign(texels, V3f(0, 0, 0));
   level.radiance.resize(texels * views * lights);
+  const bool behind = view_behind(h.side);
+  const std::size_t all_lights = h.light_count();
+  // Lights on the side of the view come first for views in front, and last for those behind.
+  const std::size_t first_light = behind != lets_through(h.side) ? lights : 0;
   for (std::size_t view = 0; view < views; ++view) {
-    const int first = static_cast<int>(view) * h.height + first_row;
-    const int height = h.height * level.views;
-    const auto colour = read_planes(reader_, names::part_radiance, h.width * level.lights, height,
+    const int first = (static_cast<int>(view) + (behind ? level.views : 0)) * h.height + first_row;
+    const int height = h.height * h.view_count();
+    const auto colour = read_planes(reader_, names::part_radiance, h.width * h.light_count(), height,
                                     {{"R"}, {"G"}, {"B"}}, first, count);
     if (!colour) return tl::unexpected(colour.error());
     const auto surface =
@@ -250,8 +277,8 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
       level.normal[texel] += normal;
       V3f* out = &level.radiance[(texel * views + view) * lights];
       for (std::size_t light = 0; light < lights; ++light) {
-        const std::size_t x = light * width + texel % width;
-        const std::size_t pixel = (texel / width) * width * lights + x;
+        const std::size_t x = (first_light + light) * width + texel % width;
+        const std::size_t pixel = (texel / width) * width * all_lights + x;
         for (int c = 0; c < 3; ++c) {
           const float value = (*colour)[c][pixel];
           if (!is_sample(value)) return bad_sample(file, names::part_radiance, x, y, value);
@@ -270,11 +297,13 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   samples.pairs = header_.pairs[index_of(kind)];
   if (samples.pairs.empty()) return samples;
   const char* name = name_of(kind);
-  const int rows = header_.height * static_cast<int>(samples.pairs.size());
+  const auto& all = file_header_.pairs[index_of(kind)];
+  const int rows = header_.height * static_cast<int>(all.size());
   auto planes = read_planes(reader_, name, header_.width, rows, pair_channels(name), 0, rows);
   if (!planes) return tl::unexpected(planes.error());
   const auto& p = *planes;
   for (std::size_t i = 0; i < p[0].size(); ++i) {
+    if (side_of(all[i / header_.texels()]) != header_.side) continue;
     for (int c = 0; c < 4; ++c) {
       const bool good = is_sample(p[c][i]) && (c < 3 || p[c][i] <= 1);
       if (good && std::isfinite(p[c + 4][i])) continue;
@@ -282,9 +311,9 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
     }
     samples.radiance.emplace_back(p[0][i], p[1][i], p[2][i]);
     samples.noise.emplace_back(p[4][i], p[5][i], p[6][i]);
+    samples.alpha.push_back(p[3][i]);
+    samples.alpha_noise.push_back(p[7][i]);
   }
-  samples.alpha = std::move((*planes)[3]);
-  samples.alpha_noise = std::move((*planes)[7]);
   return samples;
 }
 
@@ -297,6 +326,14 @@ Result<YarnData> SamplesReader::read_yarns() {
                                  {{names::part_indirect}}, 0, light_values_per_station);
   if (!light) return tl::unexpected(light.error());
   auto yarns = yarns_from_values(curves->front(), light->front(), counts, header_.period_mm);
+  if (yarns && header_.both_sides) {
+    const auto through =
+        read_planes(reader_, names::part_light_through, counts.stations, light_values_per_station,
+                    {{names::part_light_through}}, 0, light_values_per_station);
+    if (!through) return tl::unexpected(through.error());
+    yarns->through = light_from_values(through->front(), counts.stations);
+    if (auto ok = validate(*yarns, header_.period_mm); !ok) yarns = tl::unexpected(ok.error());
+  }
   if (!yarns)
     return malformed(reader_.name(), std::string(names::part_yarns) + "/" + yarns.error().place,
                      yarns.error().message);

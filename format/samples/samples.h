@@ -19,10 +19,12 @@ namespace selvedge {
 /// Number of rows of texels with samples of at most `bytes` bytes in memory; at least one, at most all.
 int max_rows(const SamplesHeader& header, std::size_t bytes);
 
-/// The samples of one view. Texels are indexed as in fabric.h.
+/// The samples of one view, for all lights of the file (SamplesHeader::light_count()). Texels are indexed as
+/// in fabric.h.
 struct ViewSamples {
-  std::vector<float> alpha;   ///< [texel], share of the rays that hit yarn
-  std::vector<V3f> normal;    ///< [texel], mean of the visible normals, not normalised; 0 in a hole
+  std::vector<float> alpha;  ///< [texel], share of the rays that hit yarn
+  /// [texel], mean of the visible normals, not normalised; 0 in a hole; mirrored if the view is from behind.
+  std::vector<V3f> normal;
   std::vector<V3f> radiance;  ///< [light * texels + texel]
 };
 
@@ -80,7 +82,11 @@ class SamplesReader {
   /// From memory; `name` is used in messages. The bytes must outlive the reader.
   static Result<SamplesReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
                                     const ExrLimits& limits = {});
+  /// With the pairs of the selected side, mirrored like all its directions into the upper hemisphere.
   const SamplesHeader& header() const { return header_; }
+  /// Which side the levels and pairs are of that are read; the front at first. Precondition: the front, or
+  /// header().both_sides.
+  void select(Side side);
   const std::string& name() const { return reader_.name(); }
   /// All of level 0.
   Result<SampleLevel> read_level() { return read_rows(0, header_.height); }
@@ -94,6 +100,7 @@ class SamplesReader {
   SamplesReader(ExrReader reader, SamplesHeader header);
   static Result<SamplesReader> open(Result<ExrReader> reader);
   ExrReader reader_;
+  SamplesHeader file_header_;
   SamplesHeader header_;
 };
 

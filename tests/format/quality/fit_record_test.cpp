@@ -63,7 +63,7 @@ TEST_CASE("a fabric file says of every level what compare finds in it, and how m
   FitRecord record;
   record.warnings.push_back({Code::samples_sparse, {}, "level 0", "3 of 64 texels are holes"});
   const Fabric stored = as_stored(fabric, options.half);
-  REQUIRE(measure_errors(stored, held_out, training, record));
+  REQUIRE(measure_errors(stored, held_out, training, record.peak, record.levels));
   record.levels[1].iterations = 12.34;
   record.levels[1].converged = 15;
   record.levels[1].at_limit = 1;
