@@ -27,7 +27,7 @@ Result<V3d> integral(QueriedFabric& fabric, FabricQuery query, const V3d& axis, 
     const double angle = two_pi * (turns - std::floor(turns));
     const double sine = std::sqrt(1 - cosine * cosine);
     query.light = V3f(axis * cosine + (side * std::cos(angle) + other * std::sin(angle)) * sine);
-    if (!(query.light.z > 0)) continue;
+    if (query.light.z <= 0 && !fabric.lets_through()) continue;
     const auto shading = fabric.shade(query);
     if (!shading) return tl::unexpected(shading.error());
     sum += V3d(shading->radiance) * share(cosine);
@@ -55,7 +55,8 @@ Result<Shading> shown(QueriedFabric& fabric, const EnvironmentQuery& query) {
   const ClosedEnvironment& e = query.environment;
   auto straight = fabric.shade(query.place);
   if (!straight) return straight;
-  const auto even = integral(fabric, query.place, V3d(0, 0, 1), 0, [](double) { return 1.0; });
+  const auto even =
+      integral(fabric, query.place, V3d(0, 0, 1), fabric.lets_through() ? -1 : 0, [](double) { return 1.0; });
   if (!even) return tl::unexpected(even.error());
   V3d light = e.a * *even;
   if (e.kind != ClosedEnvironment::Kind::constant) {

@@ -15,6 +15,7 @@ struct EvaluateCommand {
   std::optional<V2d> uv;
   V3d light{0, 0, 1};
   V3d view{0, 0, 1};
+  bool behind = false;
 };
 
 void declare(Options& options, EvaluateCommand& command) {
@@ -31,6 +32,8 @@ void declare(Options& options, EvaluateCommand& command) {
   options.vector("--light", command.light, "X,Y,Z",
                  "Towards the light, in the fabric's frame; normalised (default 0,0,1)");
   options.vector("--view", command.view, "X,Y,Z", "Towards the viewer (default 0,0,1)");
+  options.flag("--behind", command.behind,
+               "The cloth is seen from behind: z of light and view points out of its back");
   options.check([&command] {
     if (!command.texel && !command.uv) refuse("evaluate", "--texel or --uv is required");
     if (!(command.light.length() > 0)) refuse("--light", "has no length");
@@ -57,14 +60,19 @@ Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& qu
 }
 
 Result<int> run(const EvaluateCommand& command) {
-  const FabricQuery query{command.level, command.texel, command.uv, V3f(command.light.normalized()),
-                          V3f(command.view.normalized())};
+  const FabricQuery query{command.level,
+                          command.texel,
+                          command.uv,
+                          V3f(command.light.normalized()),
+                          V3f(command.view.normalized()),
+                          command.behind};
   const auto shading = must(shading_at(command, query));
   Json json = {{"level", command.level}};
   if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
   if (command.uv) json["uv"] = {command.uv->x, command.uv->y};
   json["light"] = list_of(query.light);
   json["view"] = list_of(query.view);
+  if (query.behind) json["behind"] = true;
   json["rgb"] = list_of(shading.radiance);
   json["alpha"] = shading.alpha;
   // The answer is always JSON; --json adds the frame of all reports.

@@ -13,6 +13,12 @@ Result<QueriedFabric> QueriedFabric::open(const std::string& path) {
 }
 
 Result<Shading> QueriedFabric::shade(const FabricQuery& query) {
+  const bool other_side = query.behind || query.light.z < 0;
+  if (query.uv && other_side) {
+    const auto fabric = sided(query.behind);
+    if (!fabric) return tl::unexpected(fabric.error());
+    return evaluate(**fabric, query.level, *query.uv, query.light, query.view);
+  }
   if (query.uv) {
     const LevelBlend between = level_blend(query.level, levels(), first_level());
     auto near = shade_at(between.lower, query);
@@ -34,7 +40,21 @@ Result<Shading> QueriedFabric::shade(const FabricQuery& query) {
   if (query.texel->x < 0 || query.texel->y < 0 || query.texel->x >= width || query.texel->y >= height) {
     return refuse("texel", fmt::format("level {} has {}x{} texels", level, width, height));
   }
-  return shade_texel(level, query.texel->x, query.texel->y, query);
+  if (!other_side) return shade_texel(level, query.texel->x, query.texel->y, query);
+  const auto fabric = sided(query.behind);
+  if (!fabric) return tl::unexpected(fabric.error());
+  return evaluate(**fabric, level, query.texel->x, query.texel->y, query.light, query.view);
+}
+
+Result<const Fabric*> QueriedFabric::sided(bool behind) {
+  if (!sided_[0]) {
+    auto read = reader_.read();
+    if (!read) return tl::unexpected(read.error());
+    sided_[0] = std::move(*read);
+  }
+  const bool turns = behind && sided_[0]->side_of(Side::back) != nullptr;
+  if (turns && !sided_[1]) sided_[1] = turned_over(*sided_[0]);
+  return &*sided_[turns ? 1 : 0];
 }
 
 Result<Shading> QueriedFabric::shade_at(int level, const FabricQuery& query) {

@@ -56,6 +56,10 @@ Result<FabricQuery> place_from(const nlohmann::json& line) {
     if (!uv) return tl::unexpected(uv.error());
     query.uv = *uv;
   }
+  if (const auto behind = line.find("behind"); behind != line.end()) {
+    if (!behind->is_boolean()) return malformed("behind", "is neither true nor false");
+    query.behind = behind->get<bool>();
+  }
   return query;
 }
 

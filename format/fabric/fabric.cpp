@@ -278,6 +278,11 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
     if (other->levels.size() != fabric.levels.size() || other->texels() != fabric.texels()) {
       return fail(Code::fabric_malformed, {}, name_of(other->side), "its levels are not those of the front");
     }
+    const Fabric* const seen = other->side == Side::back_through ? fabric.side_of(Side::back) : &fabric;
+    if (seen == nullptr || (lets_through(other->side) && other->views != seen->views)) {
+      return fail(Code::fabric_malformed, {}, fmt::format("{}/views", name_of(other->side)),
+                  "are not those of the side that is seen");
+    }
     if (auto ok = validate(*other, limits); !ok) return ok;
   }
   return validate_bases(fabric);

@@ -110,6 +110,10 @@ void read_other_side(const Member& text, Side side, FabricHeader& front, const F
   header.side = side;
   header.radiance_scale = 1;
   if (!read_side(text, header, limits)) return;
+  const FabricHeader* const seen = front.side_of(side == Side::back_through ? Side::back : Side::front);
+  if (seen == nullptr || (lets_through(side) && header.views != seen->views)) {
+    return text.refuse("the views are not those of the side that is seen");
+  }
   require_layer(header, LayerKind::indirect, front, LayerKind::yarns, text);
   for (int k = 0; k < header.levels; ++k) {
     if (header.has(LayerKind::lobes, k) || header.has(LayerKind::table, k) ||

@@ -22,8 +22,9 @@ Fabric one_view() {
 
 Issues warnings_of(const FabricLevel& level, bool half = false) {
   IssueSink sink("fabric");
-  warn_of_peaks(level, 0, half, sink);
-  warn_of_energy(level, one_view(), 0, sink);
+  warn_of_peaks(level, Side::front, 0, half, sink);
+  const FabricInfo info = one_view();
+  warn_of_energy({&level, &info}, {}, 0, sink);
   return sink.take();
 }
 

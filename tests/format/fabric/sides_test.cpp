@@ -1,0 +1,187 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "format/check/fabric.h"
+#include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
+#include "tests/format/yarn_data.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+using test::Folder;
+
+namespace {
+
+/// All four cases of sides, with grids, bases and scales of their own, and yarn that lets light through.
+Fabric four_sides() {
+  Fabric fabric = test::with_yarn(test::random_product_fabric(6, 4, {2, 3}, 2, 8), 3);
+  YarnData data = fabric.levels.front().yarns()->data();
+  Random random(5);
+  for (auto* light : {&data.light, &data.through}) {
+    light->resize(data.light.size());
+    for (float& value : *light) value = std::round(test::uniform(random, -8, 8)) / 64;
+  }
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(data, fabric.period_mm));
+  for (const Side side : other_sides) {
+    Fabric other = side == Side::back
+                       ? test::random_fabric(6, 4, {3, 3}, 1, 9)
+                       : test::random_product_fabric(
+                             6, 4, side == Side::through ? DirectionGrid{2, 3} : DirectionGrid{3, 3}, 1,
+                             9 + index_of(side));
+    other.side = side;
+    other.radiance_scale = 0.5F;
+    other.provenance = "{}";
+    fabric.add_side(std::move(other));
+  }
+  return fabric;
+}
+
+V3f random_direction(Random& random, float z) {
+  const float angle = test::uniform(random, 0, 6.2831853);
+  const float r = std::sqrt(1 - z * z);
+  return {r * std::cos(angle), r * std::sin(angle), z};
+}
+
+void check_equal(const FabricLevel& a, const FabricLevel& b) {
+  for (const LayerKind kind : all_layers) CHECK(a[kind] == b[kind]);
+  CHECK(a.pairs == b.pairs);
+}
+
+}  // namespace
+
+TEST_CASE("all sides of a fabric come back from its file") {
+  const Folder folder;
+  const Fabric fabric = four_sides();
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  const auto read = test::need(read_fabric(folder / "a.exr"));
+  for (const Side side : other_sides) {
+    const Fabric& was = *fabric.side_of(side);
+    REQUIRE(read.side_of(side) != nullptr);
+    const Fabric& is = *read.side_of(side);
+    CHECK(is.side == side);
+    CHECK(is.views == was.views);
+    CHECK(is.radiance_scale == was.radiance_scale);
+    for (std::size_t k = 0; k < was.levels.size(); ++k) check_equal(is.levels[k], was.levels[k]);
+  }
+  CHECK(read.levels.front().yarns()->data() == fabric.levels.front().yarns()->data());
+  REQUIRE(write_fabric(folder / "b.exr", read));
+  CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
+  // What is wrong with random numbers is their energy.
+  for (const Error& issue : check_fabric(folder / "a.exr")) {
+    CHECK((issue.code == Code::fabric_energy || issue.code == Code::fabric_peak));
+  }
+}
+
+TEST_CASE("a part of a fabric has the sides of its levels") {
+  const Folder folder;
+  const Fabric fabric = four_sides();
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  const auto part = test::need(FabricReader::open(folder / "a.exr")->read_levels(1, 2));
+  REQUIRE(part.side_of(Side::through) != nullptr);
+  CHECK(part.side_of(Side::through)->levels.size() == 2);
+  CHECK_FALSE(part.side_of(Side::through)->levels[0].has(LayerKind::indirect));
+  check_equal(part.side_of(Side::back)->levels[0], fabric.side_of(Side::back)->levels[1]);
+  REQUIRE(write_fabric(folder / "b.exr", part));
+  CHECK(read_fabric(folder / "b.exr").has_value());
+}
+
+TEST_CASE("light from the other side is that of the side through, mirrored") {
+  const Fabric fabric = four_sides();
+  const Fabric& through = *fabric.side_of(Side::through);
+  Fabric alone = fabric;
+  alone.sides = {};
+  Random random(2);
+  for (int i = 0; i < 200; ++i) {
+    const V3f light = random_direction(random, test::uniform(random, 0.05, 1));
+    const V3f view = random_direction(random, test::uniform(random, 0.05, 1));
+    const V2d uv(random.uniform(), random.uniform());
+    const double level = i % 4;
+    const Shading below = evaluate(fabric, level, uv, mirrored(light), view);
+    const Shading expected = evaluate(through, level, uv, light, view);
+    CHECK(below.radiance == expected.radiance);
+    CHECK(below.alpha == evaluate(fabric, level, uv, light, view).alpha);
+    CHECK(evaluate(alone, level, uv, mirrored(light), view).radiance == V3f(0, 0, 0));
+  }
+}
+
+TEST_CASE("a fabric turned over shows its back, and turned again its front") {
+  const Fabric fabric = four_sides();
+  const Fabric behind = turned_over(fabric);
+  check_equal(behind.levels[1], fabric.side_of(Side::back)->levels[1]);
+  const FabricLevel& through = behind.side_of(Side::through)->levels[1];
+  check_equal(through, fabric.side_of(Side::back_through)->levels[1]);
+  CHECK(through[LayerKind::opacity] == behind.levels[1][LayerKind::opacity]);
+  const YarnData& yarn = fabric.levels.front().yarns()->data();
+  const Yarns turned(turned_over(*fabric.levels.front().yarns(), 2.5F), fabric.period_mm);
+  const YarnData again = turned_over(turned, 2.5F);
+  CHECK(again.light == yarn.light);
+  CHECK(again.through == yarn.through);
+  CHECK(again.curves == yarn.curves);
+  for (std::size_t n = 0; n < yarn.nodes.size(); ++n)
+    CHECK((again.nodes[n] - yarn.nodes[n]).length() < 1e-6F);
+}
+
+TEST_CASE("a place on yarn has the same light whichever side the yarn is known from") {
+  // By the directions of frames alone: a normal is mirrored, and its angle follows from the turned frame.
+  YarnData data = four_sides().levels.front().yarns()->data();
+  // The first curve stands upright at its first node, where angles count from the x axis; the second lies.
+  const auto lead = [&](int curve, const V3f& way) {
+    const int first = 12 * curve;
+    const V2i& turns = data.curves[curve].turns;
+    data.nodes[first + 1] = data.nodes[first] + way;
+    data.nodes[first + 11] =
+        data.nodes[first] - way + V3f(5 * static_cast<float>(turns.x), 4 * static_cast<float>(turns.y), 0);
+  };
+  lead(0, {0, 0, 0.5F});
+  lead(1, {0.5F, 0, 0});
+  const Yarns yarns(data, {5, 4});
+  const Yarns turned(turned_over(yarns, 2.5F), {5, 4});
+  CHECK(counts_from_the_side(yarns.inside().segments[0].tangent[0]));
+  CHECK_FALSE(counts_from_the_side(yarns.inside().segments[12].tangent[0]));
+  for (int curve = 0; curve < static_cast<int>(data.curves.size()); ++curve) {
+    for (int station = 0; station < data.curves[curve].stations; ++station) {
+      const YarnFrame frame = yarns.frame_at(curve, station);
+      const YarnFrame other = turned.frame_at(curve, station);
+      for (const float angle : {0.3F, 1.7F, 2.9F, 4.4F, 5.8F}) {
+        YarnPoint point;
+        point.curve = curve;
+        point.station = static_cast<float>(station);
+        point.cosine = std::cos(angle);
+        point.sine = std::sin(angle);
+        const V3f normal =
+            mirrored(frame.across * point.cosine + frame.tangent.cross(frame.across) * point.sine);
+        YarnPoint seen = point;
+        seen.cosine = normal.dot(other.across);
+        seen.sine = normal.dot(other.tangent.cross(other.across));
+        for (const bool through : {false, true}) {
+          const LightTransfer here = yarns.transfer_at(point, through);
+          const LightTransfer there = turned.transfer_at(seen, !through);
+          for (std::size_t i = 0; i < here.size(); ++i)
+            CHECK(there[i] == doctest::Approx(here[i]).epsilon(1e-4));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("sides that do not fit the front are refused") {
+  Fabric fabric = four_sides();
+  Fabric other = test::random_fabric(5, 4, {2, 2}, 1, 9);
+  other.side = Side::back;
+  fabric.add_side(other);
+  CHECK(validate(fabric).error().place == "back");
+  fabric = four_sides();
+  other = *fabric.side_of(Side::back);
+  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table})
+    other.levels[1].remove(kind);
+  fabric.add_side(other);
+  CHECK(validate(fabric).error().place == "level 1/back");
+  fabric = four_sides();
+  other = *fabric.side_of(Side::back_through);
+  other.side = Side::through;
+  fabric.sides[1] = std::make_shared<const Fabric>(other);
+  CHECK(validate(fabric).error().place == "through/views");
+}
